@@ -1,0 +1,375 @@
+//! The device as its data sheet and overlay describe it: what code is generated from, what is dumped,
+//! compared and simulated. Nothing in here is text any more but names and descriptions.
+
+use std::collections::BTreeMap;
+
+use crate::source::Span;
+use crate::types::DataType;
+
+/// A device: everything a data sheet and its overlay say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Device {
+    /// `[FileInfo]`.
+    pub file: FileInfo,
+    /// `[DeviceInfo]`.
+    pub info: DeviceInfo,
+    /// `[DummyUsage]`: data types that PDOs may map as placeholders.
+    pub dummies: Vec<DataType>,
+    /// `[Comments]`, line by line.
+    pub comments: Vec<String>,
+    /// `[DeviceComissioning]` of a DCF.
+    pub commissioning: Option<Commissioning>,
+    /// The objects, ascending by index.
+    pub objects: Vec<Object>,
+    /// The enumerations of the overlay, by name.
+    pub enumerations: BTreeMap<String, Enumeration>,
+    /// The bit fields of the overlay, by name.
+    pub bit_fields: BTreeMap<String, BitField>,
+    /// The PDOs that the defaults (and the overlay) describe: receive PDOs first, then by number.
+    pub pdos: Vec<Pdo>,
+}
+
+/// One index of the dictionary.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Object {
+    /// The index.
+    pub index: u16,
+    /// `ParameterName`.
+    pub name: String,
+    /// Which list names it.
+    pub list: ObjectList,
+    /// `ObjectType`.
+    pub kind: ObjectKind,
+    /// The values: one at sub-index 0 of a VAR or DOMAIN; ascending by sub-index otherwise.
+    pub entries: Vec<Entry>,
+    /// What the overlay says.
+    pub description: Option<String>,
+    /// `ObjFlags`.
+    pub flags: u32,
+    /// Where the data sheet describes it.
+    pub span: Span,
+}
+
+/// Which of the three lists of a data sheet names an object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ObjectList {
+    /// `[MandatoryObjects]`.
+    Mandatory,
+    /// `[OptionalObjects]`.
+    #[default]
+    Optional,
+    /// `[ManufacturerObjects]`.
+    Manufacturer,
+}
+
+/// The object codes of CiA 301 (7.4.3, table 42).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ObjectKind {
+    /// 0: no data.
+    Null,
+    /// 2: a block of data of any size.
+    Domain,
+    /// 5: the definition of a data type.
+    DefType,
+    /// 6: the definition of a record type.
+    DefStruct,
+    /// 7: a single value.
+    Variable,
+    /// 8: values of one type.
+    Array,
+    /// 9: values of several types.
+    Record,
+}
+
+/// One entry: what an SDO can address.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// The index.
+    pub index: u16,
+    /// The sub-index.
+    pub sub: u8,
+    /// `ParameterName`, or the name that the overlay gives.
+    pub name: String,
+    /// `DataType`.
+    pub data_type: DataType,
+    /// `AccessType`.
+    pub access: AccessType,
+    /// `PDOMapping`.
+    pub pdo_mapping: bool,
+    /// `DefaultValue`.
+    pub default: Option<Value>,
+    /// `ParameterValue` of a DCF.
+    pub configured: Option<Value>,
+    /// `LowLimit`.
+    pub low: Option<Value>,
+    /// `HighLimit`.
+    pub high: Option<Value>,
+    /// `Denotation` of a DCF.
+    pub denotation: Option<String>,
+    /// What the overlay says the number means.
+    pub meaning: Meaning,
+    /// What the overlay says of its limits, where they depend on other objects.
+    pub ranges: Vec<ConditionalRange>,
+    /// Whether the device keeps it without power (overlay).
+    pub persistent: bool,
+    /// In which NMT states it may be written (overlay); any, when `None`.
+    pub writable_in: Option<Vec<NmtState>>,
+    /// What the overlay says, for the documentation.
+    pub description: Option<String>,
+    /// Where the data sheet describes it.
+    pub span: Span,
+}
+
+/// A value of the data sheet.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number of any integer type, or a BOOLEAN, or the 48 bits of a time.
+    Integer(i128),
+    /// A REAL32 or REAL64.
+    Real(f64),
+    /// A VISIBLE_STRING or UNICODE_STRING.
+    Text(String),
+    /// An OCTET_STRING or DOMAIN.
+    Bytes(Vec<u8>),
+    /// `$NODEID` plus a number.
+    NodeIdPlus(i64),
+}
+
+/// `AccessType` (CiA 306-1, 6.5.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum AccessType {
+    /// `ro`.
+    Ro,
+    /// `wo`.
+    Wo,
+    /// `rw`.
+    Rw,
+    /// `rwr`: read and write, mappable into transmit PDOs (process input).
+    Rwr,
+    /// `rww`: read and write, mappable into receive PDOs (process output).
+    Rww,
+    /// `const`.
+    Const,
+}
+
+/// What a number means beyond being a number.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Meaning {
+    /// Just a number.
+    #[default]
+    Plain,
+    /// A quantity: `number * scale` of `unit`.
+    Quantity(Unit),
+    /// One of the values of an enumeration, by its name in [`Device::enumerations`].
+    Enumeration(String),
+    /// A word of bits, by its name in [`Device::bit_fields`].
+    BitField(String),
+}
+
+/// A physical unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    /// As people write it: `V`, `°C`, `rev/min`.
+    pub symbol: String,
+    /// The method name in generated code: `volts`, `degrees_celsius`.
+    pub method: String,
+    /// What one count is worth: `num / den` of the unit.
+    pub num: i64,
+    /// See `num`.
+    pub den: i64,
+    /// When the scale applies only sometimes: the same text as in the overlay, for the documentation.
+    pub when: Option<Condition>,
+}
+
+/// Limits that depend on the value of another entry.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConditionalRange {
+    /// When they apply.
+    pub when: Condition,
+    /// The smallest value.
+    pub low: i128,
+    /// The largest value.
+    pub high: i128,
+}
+
+/// `2102:00 == 2`, or `2412:00 != 0`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Condition {
+    /// Index of the entry that decides.
+    pub index: u16,
+    /// Its sub-index.
+    pub sub: u8,
+    /// Whether it must be equal; else it must differ.
+    pub equal: bool,
+    /// The number to compare with.
+    pub value: i128,
+}
+
+/// States in which a device may be written to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum NmtState {
+    /// PRE-OPERATIONAL.
+    PreOperational,
+    /// OPERATIONAL.
+    Operational,
+}
+
+/// Named values of a number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Enumeration {
+    /// What it is.
+    pub description: Option<String>,
+    /// The values, ascending.
+    pub values: Vec<Named<i128>>,
+    /// Where the overlay describes it.
+    pub span: Span,
+}
+
+/// Named bits of a word.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BitField {
+    /// What it is.
+    pub description: Option<String>,
+    /// The fields, ascending; they do not overlap.
+    pub fields: Vec<Named<Bits>>,
+    /// Where the overlay describes it.
+    pub span: Span,
+}
+
+/// Neighbouring bits of a word.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bits {
+    /// The lowest bit.
+    pub low: u8,
+    /// The highest bit; `low` for a single one.
+    pub high: u8,
+}
+
+/// Something with a name and a description.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Named<T> {
+    /// In the words of the data sheet: `ready to switch on`.
+    pub name: String,
+    /// One sentence, for the documentation.
+    pub description: Option<String>,
+    /// The thing.
+    pub value: T,
+}
+
+/// A PDO with its default mapping.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pdo {
+    /// As the device sees it.
+    pub direction: Direction,
+    /// 1 to 512: 1400h and 1800h describe number 1.
+    pub number: u16,
+    /// The default of sub-index 1 of the communication parameter.
+    pub cob_id: Option<Value>,
+    /// The default of sub-index 2.
+    pub transmission_type: Option<u8>,
+    /// What is mapped, in order.
+    pub mapping: Vec<Mapped>,
+    /// Whether the mapping can be written.
+    pub dynamic: bool,
+}
+
+/// The direction of a PDO as the device sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Direction {
+    /// Received by the device.
+    Receive,
+    /// Transmitted by the device.
+    Transmit,
+}
+
+/// One entry of a PDO mapping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mapped {
+    /// The index; of a data type when it is a placeholder.
+    pub index: u16,
+    /// The sub-index.
+    pub sub: u8,
+    /// The length in bits.
+    pub bits: u8,
+}
+
+/// `[FileInfo]` (CiA 306-1, 6.3).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FileInfo {
+    /// `FileName`.
+    pub name: Option<String>,
+    /// `FileVersion`.
+    pub version: Option<u8>,
+    /// `FileRevision`.
+    pub revision: Option<u8>,
+    /// `EDSVersion`.
+    pub eds_version: Option<String>,
+    /// `Description`.
+    pub description: Option<String>,
+    /// `CreationTime`, as written.
+    pub creation_time: Option<String>,
+    /// `CreationDate`, as written.
+    pub creation_date: Option<String>,
+    /// `CreatedBy`.
+    pub created_by: Option<String>,
+    /// `ModificationTime`, as written.
+    pub modification_time: Option<String>,
+    /// `ModificationDate`, as written.
+    pub modification_date: Option<String>,
+    /// `ModifiedBy`.
+    pub modified_by: Option<String>,
+}
+
+/// `[DeviceInfo]` (CiA 306-1, 6.4).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DeviceInfo {
+    /// `VendorName`.
+    pub vendor_name: Option<String>,
+    /// `VendorNumber`.
+    pub vendor_number: Option<u32>,
+    /// `ProductName`.
+    pub product_name: Option<String>,
+    /// `ProductNumber`.
+    pub product_number: Option<u32>,
+    /// `RevisionNumber`.
+    pub revision_number: Option<u32>,
+    /// `OrderCode`.
+    pub order_code: Option<String>,
+    /// The bit rates in kbit/s whose `BaudRate_*` is 1, ascending.
+    pub bit_rates_kbit: Vec<u16>,
+    /// `SimpleBootUpMaster`.
+    pub simple_boot_up_master: bool,
+    /// `SimpleBootUpSlave`.
+    pub simple_boot_up_slave: bool,
+    /// `Granularity`: the smallest size in bits that a PDO maps.
+    pub granularity: Option<u8>,
+    /// `DynamicChannelsSupported`.
+    pub dynamic_channels: bool,
+    /// `GroupMessaging`.
+    pub group_messaging: bool,
+    /// `NrOfRXPDO`.
+    pub receive_pdos: Option<u16>,
+    /// `NrOfTXPDO`.
+    pub transmit_pdos: Option<u16>,
+    /// `LSS_Supported`.
+    pub lss: bool,
+}
+
+/// `[DeviceComissioning]` of a DCF (CiA 306-1, 7).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Commissioning {
+    /// `NodeID`.
+    pub node_id: Option<u8>,
+    /// `NodeName`.
+    pub node_name: Option<String>,
+    /// `Baudrate` in kbit/s.
+    pub bit_rate_kbit: Option<u16>,
+    /// `NetNumber`.
+    pub net_number: Option<u32>,
+    /// `NetworkName`.
+    pub network_name: Option<String>,
+    /// `CANopenManager`.
+    pub manager: Option<bool>,
+    /// `LSS_SerialNumber`.
+    pub serial_number: Option<u32>,
+}

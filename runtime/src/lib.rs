@@ -1,0 +1,28 @@
+//! CANopen without I/O.
+//!
+//! From the bottom up:
+//!
+//! - [`id`], [`frame`], [`time`], [`abort`]: the words that everything else speaks in;
+//! - [`object`]: typed handles of a device's objects, and the dictionary that a device serves;
+//! - [`wire`]: bytes to meaning and back, one file per protocol, without state;
+//! - [`service`]: one state machine per protocol;
+//! - `host`, behind the feature `std`: links and shells, the only part that does I/O.
+//!
+//! What is absent: no clock is read (time is an argument), no frame is queued (transmissions are
+//! pulled and computed from state), nothing is allocated, nothing is `unsafe`, nothing is global.
+#![no_std]
+
+#[cfg(any(feature = "std", test))]
+extern crate std;
+
+
+pub mod abort;
+pub mod frame;
+pub mod id;
+pub mod object;
+pub mod time;
+
+pub use abort::AbortCode;
+pub use frame::Frame;
+pub use id::{CobId, InvalidNodeId, NodeId};
+pub use time::{Duration, Instant};

@@ -1,0 +1,406 @@
+//! The dictionary that a device serves.
+//!
+//! [`ObjectDictionary`] is what the services ask. [`Dictionary`] answers from two tables that the
+//! generated code brings: one row per entry, sorted by address, and the bytes of all defaults. So an
+//! entry is found in O(log n), and 5,000 objects are data and not code.
+
+use super::{Address, DataType, Object, Value};
+use crate::abort::AbortCode;
+use crate::id::NodeId;
+
+/// What the services need of a device's objects. The application implements it, mostly by lending a
+/// [`Dictionary`], or by a type of its own that wraps one and looks at some addresses first.
+pub trait ObjectDictionary {
+    /// The facts of an entry.
+    ///
+    /// # Errors
+    ///
+    /// [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
+    fn entry(&self, address: Address) -> Result<Entry, AbortCode>;
+
+    /// The bytes that the entry holds now, or `None` when only reading to the end tells.
+    fn len(&self, entry: &Entry) -> Option<u32>;
+
+    /// Reads from `offset` into `buffer`; less than the whole buffer only at the end. Access rights are
+    /// the caller's affair: a device may read what its manager may not.
+    ///
+    /// # Errors
+    ///
+    /// Whatever reason the device has not to give the data now.
+    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode>;
+
+    /// Writes `data` at `offset`; `last` tells that the entry ends with it. Values of a fixed size come
+    /// whole, in one call. Anything else may come in pieces, ascending and without gaps.
+    ///
+    /// # Errors
+    ///
+    /// Whatever reason the device has not to take the data; a value is not changed then.
+    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode>;
+}
+
+/// One row of the dictionary's table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// Index and sub-index.
+    pub address: Address,
+    /// The data type.
+    pub data_type: DataType,
+    /// What a manager may do.
+    pub access: Access,
+    /// Which PDOs may map it.
+    pub mapping: PdoMapping,
+    /// Where the value starts in the image. Text and bytes are preceded by their length, two bytes.
+    pub offset: u32,
+    /// How many bytes the image has for the value; 0 for a DOMAIN, which the image does not hold.
+    pub capacity: u16,
+    /// 1 + the row of [`Table::limits`]; 0 for none.
+    pub limit: u16,
+}
+
+/// What a manager may do with an entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Access {
+    /// Read only.
+    Ro,
+    /// Write only.
+    Wo,
+    /// Both.
+    Rw,
+    /// Read only, and never changing.
+    Const,
+}
+
+impl Access {
+    /// Whether a manager may read.
+    #[must_use]
+    pub const fn is_readable(self) -> bool {
+        !matches!(self, Access::Wo)
+    }
+
+    /// Whether a manager may write.
+    #[must_use]
+    pub const fn is_writable(self) -> bool {
+        matches!(self, Access::Wo | Access::Rw)
+    }
+}
+
+/// Which PDOs may map an entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PdoMapping {
+    /// None.
+    None,
+    /// Those that the device transmits.
+    Tpdo,
+    /// Those that the device receives.
+    Rpdo,
+    /// All.
+    Both,
+}
+
+/// The limits of an entry, in wire form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limit {
+    /// The smallest value.
+    pub low: u64,
+    /// The largest value.
+    pub high: u64,
+}
+
+/// A default to which the node-ID is added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NodeRelative {
+    /// Where the value starts in the image.
+    pub offset: u32,
+    /// Its size in bytes.
+    pub size: u8,
+}
+
+/// What the generated code says of a device: everything but the values.
+#[derive(Debug)]
+pub struct Table {
+    /// One row per entry, ascending by address.
+    pub entries: &'static [Entry],
+    /// The limits that entries refer to.
+    pub limits: &'static [Limit],
+    /// The defaults of all entries.
+    pub image: &'static [u8],
+    /// Which defaults depend on the node-ID.
+    pub node_relative: &'static [NodeRelative],
+}
+
+impl Table {
+    /// The row of an entry.
+    ///
+    /// # Errors
+    ///
+    /// [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
+    pub fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
+        let row = self.entries.partition_point(|entry| entry.address < address);
+        match self.entries.get(row) {
+            Some(entry) if entry.address == address => return Ok(*entry),
+            Some(entry) if entry.address.index() == address.index() => return Err(AbortCode::NO_SUCH_SUB_INDEX),
+            _ => {}
+        }
+        // The entry before may be of the same object: then only the sub-index is missing.
+        match row.checked_sub(1).and_then(|row| self.entries.get(row)) {
+            Some(entry) if entry.address.index() == address.index() => Err(AbortCode::NO_SUCH_SUB_INDEX),
+            _ => Err(AbortCode::NO_SUCH_OBJECT),
+        }
+    }
+}
+
+/// A dictionary that holds its values in an image of `N` bytes.
+#[derive(Clone, Debug)]
+pub struct Dictionary<const N: usize> {
+    table: &'static Table,
+    image: [u8; N],
+}
+
+impl<const N: usize> Dictionary<N> {
+    /// A dictionary with the defaults of the data sheet for this node-ID.
+    ///
+    /// # Panics
+    ///
+    /// When the table's image does not have `N` bytes: the generated code sees to that.
+    #[must_use]
+    pub fn new(table: &'static Table, node: NodeId) -> Self {
+        let image = <[u8; N]>::try_from(table.image).expect("the generated image has the generated size");
+        let mut dictionary = Dictionary { table, image };
+        for relative in table.node_relative {
+            let bytes = dictionary.image.get_mut(relative.offset as usize..).and_then(|rest| rest.get_mut(..usize::from(relative.size)));
+            if let Some(bytes) = bytes {
+                let mut raw = [0; 8];
+                raw.iter_mut().zip(&*bytes).for_each(|(to, from)| *to = *from);
+                let sum = u64::from_le_bytes(raw).wrapping_add(u64::from(node.get()));
+                bytes.iter_mut().zip(sum.to_le_bytes()).for_each(|(to, from)| *to = from);
+            }
+        }
+        dictionary
+    }
+
+    /// What the generated code says of the device.
+    #[must_use]
+    pub fn table(&self) -> &'static Table {
+        self.table
+    }
+
+    /// The value of an object. The device itself reads everything, also what its manager may not.
+    ///
+    /// # Panics
+    ///
+    /// When the handle belongs to another device: handle and dictionary come from one data sheet.
+    #[must_use]
+    pub fn get<T: Value, A, M>(&self, object: Object<T, A, M>) -> T {
+        let entry = self.own(object.address());
+        T::from_bytes(self.bytes(&entry)).expect("the handle has the type of the entry")
+    }
+
+    /// Sets an object. The device itself writes everything, also what its manager may only read, and
+    /// is not held to the limits.
+    ///
+    /// # Panics
+    ///
+    /// When the handle belongs to another device: handle and dictionary come from one data sheet.
+    pub fn set<T: Value, A, M>(&mut self, object: Object<T, A, M>, value: T) {
+        let entry = self.own(object.address());
+        let (_, bytes) = self.slot(&entry);
+        assert_eq!(bytes.len(), T::SIZE, "the handle has the type of the entry");
+        bytes.iter_mut().zip(value.to_bytes()).for_each(|(to, from)| *to = from);
+    }
+
+    fn own(&self, address: Address) -> Entry {
+        self.table.entry(address).expect("the handle belongs to this dictionary")
+    }
+
+    /// The bytes that the entry holds now.
+    fn bytes(&self, entry: &Entry) -> &[u8] {
+        let start = entry.offset as usize;
+        let held = self.image.get(start..start + usize::from(entry.capacity)).unwrap_or(&[]);
+        match self.length_prefix(entry) {
+            Some(len) => held.get(..len).unwrap_or(held),
+            None => held,
+        }
+    }
+
+    fn length_prefix(&self, entry: &Entry) -> Option<usize> {
+        if entry.data_type.size().is_some() {
+            return None;
+        }
+        let prefix = (entry.offset as usize).checked_sub(2)?;
+        let bytes = self.image.get(prefix..prefix + 2)?;
+        Some(usize::from(u16::from_le_bytes([*bytes.first()?, *bytes.last()?])))
+    }
+
+    /// Length prefix (empty for a fixed size) and value, to be written.
+    fn slot(&mut self, entry: &Entry) -> (&mut [u8], &mut [u8]) {
+        let start = entry.offset as usize;
+        let prefix = if entry.data_type.size().is_some() || entry.capacity == 0 { 0 } else { 2 };
+        let end = start + usize::from(entry.capacity);
+        match self.image.get_mut(start.saturating_sub(prefix)..end) {
+            Some(slot) => slot.split_at_mut(prefix),
+            None => (&mut [], &mut []),
+        }
+    }
+
+    fn check_limits(&self, entry: &Entry, bytes: &[u8]) -> Result<(), AbortCode> {
+        let limit = usize::from(entry.limit).checked_sub(1).and_then(|row| self.table.limits.get(row));
+        let (Some(limit), Some(bits)) = (limit, entry.data_type.bits()) else { return Ok(()) };
+        let mut raw = [0; 8];
+        raw.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+        let order = |raw: u64| order_key(entry.data_type, bits, raw);
+        let value = order(u64::from_le_bytes(raw));
+        if value < order(limit.low) {
+            Err(AbortCode::VALUE_TOO_LOW)
+        } else if value > order(limit.high) {
+            Err(AbortCode::VALUE_TOO_HIGH)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// A number that orders wire forms as their values order.
+fn order_key(data_type: DataType, bits: u8, raw: u64) -> i128 {
+    let up = 64 - u32::from(bits);
+    match data_type {
+        DataType::Real32 => float_key(u64::from(raw as u32), 31),
+        DataType::Real64 => float_key(raw, 63),
+        signed if signed.is_signed() => i128::from(((raw << up) as i64) >> up),
+        _ => i128::from((raw << up) >> up),
+    }
+}
+
+/// IEEE 754 numbers order by magnitude when their bits do, and in reverse when negative.
+fn float_key(raw: u64, sign: u32) -> i128 {
+    let magnitude = i128::from(raw & !(1 << sign));
+    if raw >> sign == 0 { magnitude } else { -magnitude }
+}
+
+impl<const N: usize> ObjectDictionary for Dictionary<N> {
+    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
+        self.table.entry(address)
+    }
+
+    fn len(&self, entry: &Entry) -> Option<u32> {
+        u32::try_from(self.bytes(entry).len()).ok()
+    }
+
+    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
+        if entry.data_type == DataType::Domain {
+            return Err(AbortCode::NO_DATA);
+        }
+        let rest = self.bytes(entry).get(offset as usize..).unwrap_or(&[]);
+        let n = rest.len().min(buffer.len());
+        buffer.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
+        Ok(n)
+    }
+
+    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+        if entry.data_type == DataType::Domain {
+            return Err(AbortCode::CANNOT_TRANSFER);
+        }
+        if let Some(size) = entry.data_type.size() {
+            match data.len().cmp(&size) {
+                core::cmp::Ordering::Less => return Err(AbortCode::LENGTH_TOO_LOW),
+                core::cmp::Ordering::Greater => return Err(AbortCode::LENGTH_TOO_HIGH),
+                core::cmp::Ordering::Equal => self.check_limits(entry, data)?,
+            }
+        }
+        let (prefix, value) = self.slot(entry);
+        let start = offset as usize;
+        let Some(to) = start.checked_add(data.len()).and_then(|end| value.get_mut(start..end)) else {
+            return Err(AbortCode::LENGTH_TOO_HIGH);
+        };
+        to.copy_from_slice(data);
+        if last {
+            let len = u16::try_from(start + data.len()).unwrap_or(u16::MAX).to_le_bytes();
+            prefix.iter_mut().zip(len).for_each(|(to, from)| *to = from);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::object::{Rw, U24};
+
+    const fn row(index: u16, sub: u8, data_type: DataType, offset: u32, capacity: u16, limit: u16) -> Entry {
+        Entry { address: Address::new(index, sub), data_type, access: Access::Rw, mapping: PdoMapping::None, offset, capacity, limit }
+    }
+
+    static TABLE: Table = Table {
+        entries: &[
+            row(0x1014, 0, DataType::Unsigned32, 0, 4, 0),
+            row(0x2000, 1, DataType::Integer16, 4, 2, 1),
+            row(0x2000, 3, DataType::VisibleString, 8, 5, 0),
+            row(0x2001, 0, DataType::Real32, 13, 4, 2),
+            row(0x2002, 0, DataType::Unsigned24, 17, 3, 0),
+        ],
+        limits: &[
+            Limit { low: (-5_i16 as u16) as u64, high: 5 },
+            Limit { low: (-1.5_f32).to_bits() as u64, high: (2.0_f32).to_bits() as u64 },
+        ],
+        image: &[0x80, 0, 0, 0, 7, 0, 2, 0, b'o', b'k', 0, 0, 0, 0, 0, 0, 0, 1, 2, 3],
+        node_relative: &[NodeRelative { offset: 0, size: 4 }],
+    };
+
+    fn dictionary() -> Dictionary<20> {
+        Dictionary::new(&TABLE, NodeId::literal(5))
+    }
+
+    #[track_caller]
+    fn write(at: (u16, u8), data: &[u8]) -> Result<(), AbortCode> {
+        let mut od = dictionary();
+        let entry = od.entry(Address::new(at.0, at.1))?;
+        od.write(&entry, 0, data, true)
+    }
+
+    #[test]
+    fn a_missing_sub_index_differs_from_a_missing_object() {
+        let entry = |index, sub| dictionary().entry(Address::new(index, sub)).map(|entry| entry.address);
+        assert_eq!(entry(0x2000, 1), Ok(Address::new(0x2000, 1)));
+        for sub in [0, 2, 4] {
+            assert_eq!(entry(0x2000, sub), Err(AbortCode::NO_SUCH_SUB_INDEX));
+        }
+        for index in [0, 0x1015, 0x2003, 0xFFFF] {
+            assert_eq!(entry(index, 0), Err(AbortCode::NO_SUCH_OBJECT));
+        }
+    }
+
+    #[test]
+    fn the_node_id_is_added_to_defaults_that_depend_on_it() {
+        assert_eq!(dictionary().get(Object::<u32, Rw>::new(0x1014, 0)), 0x85);
+        assert_eq!(dictionary().get(Object::<U24, Rw>::new(0x2002, 0)), U24::literal(0x03_0201));
+    }
+
+    #[test]
+    fn limits_are_those_of_the_type() {
+        assert_eq!(write((0x2000, 1), &(-5_i16).to_le_bytes()), Ok(()));
+        assert_eq!(write((0x2000, 1), &(-6_i16).to_le_bytes()), Err(AbortCode::VALUE_TOO_LOW));
+        assert_eq!(write((0x2000, 1), &6_i16.to_le_bytes()), Err(AbortCode::VALUE_TOO_HIGH));
+        assert_eq!(write((0x2001, 0), &(-1.5_f32).to_le_bytes()), Ok(()));
+        assert_eq!(write((0x2001, 0), &(-1.6_f32).to_le_bytes()), Err(AbortCode::VALUE_TOO_LOW));
+        assert_eq!(write((0x2001, 0), &2.1_f32.to_le_bytes()), Err(AbortCode::VALUE_TOO_HIGH));
+    }
+
+    #[test]
+    fn a_value_of_another_length_is_refused() {
+        assert_eq!(write((0x2000, 1), &[1]), Err(AbortCode::LENGTH_TOO_LOW));
+        assert_eq!(write((0x2000, 1), &[1, 0, 0]), Err(AbortCode::LENGTH_TOO_HIGH));
+    }
+
+    #[test]
+    fn text_is_written_in_pieces_and_has_a_length_of_its_own() {
+        let mut od = dictionary();
+        let entry = od.entry(Address::new(0x2000, 3)).unwrap();
+        assert_eq!(od.len(&entry), Some(2));
+        od.write(&entry, 0, b"abc", false).unwrap();
+        od.write(&entry, 3, b"d", true).unwrap();
+        let mut buffer = [0; 8];
+        assert_eq!(od.read(&entry, 0, &mut buffer), Ok(4));
+        assert_eq!(&buffer[..4], b"abcd");
+        assert_eq!(od.read(&entry, 3, &mut buffer), Ok(1));
+        assert_eq!(od.write(&entry, 4, b"xy", true), Err(AbortCode::LENGTH_TOO_HIGH));
+    }
+}
