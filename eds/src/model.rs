@@ -25,6 +25,8 @@ pub struct Device {
     pub enumerations: BTreeMap<String, Enumeration>,
     /// The bit fields of the overlay, by name.
     pub bit_fields: BTreeMap<String, BitField>,
+    /// The quantities of the overlay, by name.
+    pub quantities: BTreeMap<String, Quantity>,
     /// The PDOs that the defaults (and the overlay) describe: receive PDOs first, then by number.
     pub pdos: Vec<Pdo>,
 }
@@ -158,12 +160,24 @@ pub enum Meaning {
     /// Just a number.
     #[default]
     Plain,
-    /// A quantity: `number * scale` of `unit`.
-    Quantity(Unit),
+    /// A physical quantity, by its name in [`Device::quantities`].
+    Quantity(String),
     /// One of the values of an enumeration, by its name in [`Device::enumerations`].
     Enumeration(String),
     /// A word of bits, by its name in [`Device::bit_fields`].
     BitField(String),
+}
+
+/// A physical quantity: what one count of a number is worth, in one unit or, where other objects
+/// decide (increments or 1/100 mm by the spindle pitch), in one of several.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// What it is.
+    pub description: Option<String>,
+    /// The units; more than one only when each has a condition.
+    pub units: Vec<Unit>,
+    /// Where the overlay describes it.
+    pub span: Span,
 }
 
 /// A physical unit.
@@ -177,7 +191,7 @@ pub struct Unit {
     pub num: i64,
     /// See `num`.
     pub den: i64,
-    /// When the scale applies only sometimes: the same text as in the overlay, for the documentation.
+    /// When the unit applies only sometimes.
     pub when: Option<Condition>,
 }
 

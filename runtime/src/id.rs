@@ -169,7 +169,10 @@ mod tests {
     fn a_node_id_is_1_to_127() {
         assert_eq!(NodeId::new(0), None);
         assert_eq!(NodeId::new(128), None);
-        assert_eq!(NodeId::all().map(NodeId::get).collect::<std::vec::Vec<_>>(), (1..=127).collect::<std::vec::Vec<u8>>());
+        assert_eq!(
+            NodeId::all().map(NodeId::get).collect::<std::vec::Vec<_>>(),
+            (1..=127).collect::<std::vec::Vec<u8>>()
+        );
         assert_eq!(NodeId::try_from(128), Err(InvalidNodeId(128)));
     }
 

@@ -15,7 +15,6 @@
 #[cfg(any(feature = "std", test))]
 extern crate std;
 
-
 pub mod abort;
 pub mod frame;
 pub mod id;

@@ -167,7 +167,10 @@ impl<const N: usize> Dictionary<N> {
         let image = <[u8; N]>::try_from(table.image).expect("the generated image has the generated size");
         let mut dictionary = Dictionary { table, image };
         for relative in table.node_relative {
-            let bytes = dictionary.image.get_mut(relative.offset as usize..).and_then(|rest| rest.get_mut(..usize::from(relative.size)));
+            let bytes = dictionary
+                .image
+                .get_mut(relative.offset as usize..)
+                .and_then(|rest| rest.get_mut(..usize::from(relative.size)));
             if let Some(bytes) = bytes {
                 let mut raw = [0; 8];
                 raw.iter_mut().zip(&*bytes).for_each(|(to, from)| *to = *from);
@@ -326,7 +329,15 @@ mod tests {
     use crate::object::{Rw, U24};
 
     const fn row(index: u16, sub: u8, data_type: DataType, offset: u32, capacity: u16, limit: u16) -> Entry {
-        Entry { address: Address::new(index, sub), data_type, access: Access::Rw, mapping: PdoMapping::None, offset, capacity, limit }
+        Entry {
+            address: Address::new(index, sub),
+            data_type,
+            access: Access::Rw,
+            mapping: PdoMapping::None,
+            offset,
+            capacity,
+            limit,
+        }
     }
 
     static TABLE: Table = Table {

@@ -18,6 +18,6 @@ pub use dictionary::{Access, Dictionary, Entry, Limit, NodeRelative, ObjectDicti
 pub use handle::{Array, DefaultValue, Limits, Object, OutOfRange};
 pub use types::DataType;
 pub use value::{
-    Domain, I24, I40, I48, I56, LengthMismatch, OctetString, TimeDifference, TimeOfDay, Type, U24, U40, U48, U56, UnicodeString,
-    Value, VisibleString,
+    Domain, I24, I40, I48, I56, LengthMismatch, OctetString, TimeDifference, TimeOfDay, Type, U24, U40, U48, U56,
+    UnicodeString, Value, VisibleString,
 };

@@ -80,7 +80,14 @@ impl DataType {
         use DataType as D;
         matches!(
             self,
-            D::Integer8 | D::Integer16 | D::Integer24 | D::Integer32 | D::Integer40 | D::Integer48 | D::Integer56 | D::Integer64
+            D::Integer8
+                | D::Integer16
+                | D::Integer24
+                | D::Integer32
+                | D::Integer40
+                | D::Integer48
+                | D::Integer56
+                | D::Integer64
         )
     }
 }
