@@ -17,6 +17,8 @@ extern crate std;
 
 pub mod abort;
 pub mod frame;
+#[cfg(feature = "std")]
+pub mod host;
 pub mod id;
 pub mod object;
 pub mod time;

@@ -1,0 +1,9 @@
+//! Where the core meets the world: links that carry frames, and shells that drive the state machines
+//! over them. No protocol logic is in here; the clocks and the sockets are.
+
+pub mod candump;
+mod link;
+mod virtual_bus;
+
+pub use link::{Link, LinkError};
+pub use virtual_bus::{Fate, Node, Pace, VirtualBus, VirtualLink};
