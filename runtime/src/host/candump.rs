@@ -88,7 +88,6 @@ fn frame(word: &str) -> Option<Frame> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::format;
 
     #[track_caller]
     fn round_trip(line: &str) {
@@ -118,7 +117,7 @@ mod tests {
             ("(1.000000) can0 605##1112233", NotALogLine::Frame),
             ("(1.000000) can0 605#112233445566778899", NotALogLine::Frame),
         ] {
-            assert_eq!(line.parse::<Line>(), Err(error), "{}", format!("{line:?}"));
+            assert_eq!(line.parse::<Line>(), Err(error), "{line:?}");
         }
     }
 }

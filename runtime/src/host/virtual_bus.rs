@@ -211,6 +211,9 @@ impl Node for Mailbox {
     }
 }
 
+type Observer = Box<dyn FnMut(Instant, &Frame) + Send>;
+type Judge = Box<dyn FnMut(u64, &Frame) -> Fate + Send>;
+
 #[derive(Default)]
 struct State {
     now: Instant,
@@ -218,8 +221,8 @@ struct State {
     stations: Vec<Station>,
     wire: Option<InFlight>,
     delayed: Vec<InFlight>,
-    observers: Vec<Box<dyn FnMut(Instant, &Frame) + Send>>,
-    fate: Option<Box<dyn FnMut(u64, &Frame) -> Fate + Send>>,
+    observers: Vec<Observer>,
+    fate: Option<Judge>,
     frames: u64,
     pacer: Option<Pacer>,
     /// How many events happened without time passing: a bug in a node would make that endless.
