@@ -1,2 +1,53 @@
-//! Placeholder.
-fn main() {}
+//! Developer tasks: everything that CI does, callable one by one.
+//!
+//! A task that fails says what to do about it, and the process exits with 1.
+
+mod ci;
+mod tidy;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "Developer tasks of lexican", disable_help_subcommand = true)]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Run what CI runs, or one job of it
+    Ci {
+        /// The job; all of them, in order, when none is named
+        job: Option<ci::Job>,
+    },
+    /// Check the habits that no compiler checks: arrows between crates, names, sizes of files
+    Tidy,
+    /// Write the expected files of all golden tests anew; review the difference before you commit it
+    Bless,
+}
+
+fn main() -> ExitCode {
+    let root = root();
+    let outcome = match Arguments::parse().task {
+        Task::Ci { job } => ci::run(&root, job),
+        Task::Tidy => tidy::run(&root),
+        Task::Bless => ci::bless(&root),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The workspace's root: the folder above this crate's.
+fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().expect("xtask lies in the workspace").to_path_buf()
+}

@@ -1,0 +1,79 @@
+//! What CI runs. There is no other script with logic in it.
+
+use std::path::Path;
+use std::process::Command;
+
+use clap::ValueEnum;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Job {
+    /// rustfmt
+    Fmt,
+    /// clippy, warnings are errors, with and without features
+    Clippy,
+    /// rustdoc, warnings are errors
+    Doc,
+    /// the habits that no compiler checks
+    Tidy,
+    /// the README's command that runs the main job
+    Main,
+    /// the README's command that passes the tests
+    Test,
+}
+
+pub(crate) fn run(root: &Path, job: Option<Job>) -> Result<(), String> {
+    let jobs = job.map_or_else(|| Job::value_variants().to_vec(), |job| vec![job]);
+    for job in jobs {
+        let name = job.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
+        println!("== {name}");
+        job.run(root).map_err(|error| format!("{error}\nrun it again alone: cargo xtask ci {name}"))?;
+    }
+    Ok(())
+}
+
+pub(crate) fn bless(root: &Path) -> Result<(), String> {
+    cargo(root, &["test", "--workspace", "golden"], &[("LEXICAN_BLESS", "1")])
+}
+
+impl Job {
+    fn run(self, root: &Path) -> Result<(), String> {
+        match self {
+            Job::Fmt => {
+                cargo(root, &["fmt", "--all", "--check"], &[]).map_err(|error| format!("{error}\nmend it: cargo fmt"))
+            }
+            Job::Clippy => {
+                cargo(root, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
+                // The core alone, as firmware takes it.
+                cargo(root, &["clippy", "-p", "lexican-runtime", "--no-default-features", "--", "-D", "warnings"], &[])
+            }
+            Job::Doc => cargo(root, &["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")]),
+            Job::Tidy => crate::tidy::run(root),
+            Job::Main => readme_command(root, "main job"),
+            Job::Test => readme_command(root, "tests"),
+        }
+    }
+}
+
+/// Runs the command that the README gives for `purpose`: the line after `# <purpose>` in a `sh` block.
+fn readme_command(root: &Path, purpose: &str) -> Result<(), String> {
+    let readme = std::fs::read_to_string(root.join("README.md")).map_err(|error| format!("README.md: {error}"))?;
+    let marker = format!("# {purpose}");
+    let mut lines = readme.lines().skip_while(|line| !line.starts_with(&marker));
+    let command = lines.nth(1).filter(|line| line.starts_with("cargo "));
+    let command = command.ok_or(format!("README.md has no line with a cargo command below `{marker}`"))?;
+    let words: Vec<&str> = command.split_ascii_whitespace().skip(1).collect();
+    cargo(root, &words, &[])
+}
+
+fn cargo(root: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let line = format!("cargo {}", arguments.join(" "));
+    println!("$ {line}");
+    let status = Command::new(cargo)
+        .args(arguments)
+        .envs(environment.iter().copied())
+        .current_dir(root)
+        .status()
+        .map_err(|error| format!("{line}: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
+}

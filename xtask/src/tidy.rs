@@ -1,0 +1,213 @@
+//! Habits that no compiler checks. Each is a function that returns what it found wrong.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Which of our packages may use which: nothing points back.
+const ARROWS: &[(&str, &[&str])] = &[
+    ("lexican-eds", &[]),
+    ("lexican-codegen", &["lexican-eds"]),
+    ("lexican-runtime", &[]),
+    ("lexican-siko-ag03-1", &["lexican-runtime", "lexican-codegen"]),
+    ("lexican", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1"]),
+    ("lexican-tests", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1", "lexican"]),
+    ("xtask", &[]),
+];
+
+/// Names of drives and their vendors: only `drives/`, `eds/devices/` and what stands above them know any.
+const DRIVES: &[&str] = &["siko", "ag03", "ag02", "kollmorgen", "akd"];
+
+/// Files that are longer than 800 lines, and why that is right.
+const LONG: &[(&str, &str)] = &[];
+
+pub(crate) fn run(root: &Path) -> Result<(), String> {
+    let sources = rust_files(root)?;
+    let mut found = Vec::new();
+    found.extend(arrows(root)?);
+    for source in &sources {
+        found.extend(source.findings());
+    }
+    for (path, _) in LONG {
+        if !sources.iter().any(|source| source.path == *path && source.text.lines().count() > 800) {
+            found.push(format!("xtask/src/tidy.rs: {path} need not stand among the long files any more"));
+        }
+    }
+    found.extend(diagnostics_have_cases(root, &sources)?);
+    if found.is_empty() {
+        println!("tidy: {} files, nothing found", sources.len());
+        return Ok(());
+    }
+    Err(format!("{}\ntidy: {} findings", found.join("\n"), found.len()))
+}
+
+/// Dependencies between our packages go only where [`ARROWS`] allows.
+fn arrows(root: &Path) -> Result<Vec<String>, String> {
+    let allowed: BTreeMap<&str, &[&str]> = ARROWS.iter().copied().collect();
+    let mut found = Vec::new();
+    for manifest in manifests(root)? {
+        let shown = manifest.strip_prefix(root).unwrap_or(&manifest).display().to_string();
+        let text = fs::read_to_string(&manifest).map_err(|error| format!("{shown}: {error}"))?;
+        let table: toml::Table = text.parse().map_err(|error| format!("{shown}: {error}"))?;
+        let Some(name) = table.get("package").and_then(|package| package.get("name")).and_then(toml::Value::as_str)
+        else {
+            continue;
+        };
+        let Some(allowed) = allowed.get(name) else {
+            found.push(format!("{shown}: package {name} has no arrows in xtask/src/tidy.rs"));
+            continue;
+        };
+        for section in ["dependencies", "build-dependencies"] {
+            let uses = table.get(section).and_then(toml::Value::as_table);
+            for used in uses.into_iter().flat_map(toml::Table::keys) {
+                if used.starts_with("lexican") && !allowed.contains(&used.as_str()) {
+                    found.push(format!("{shown}: {name} must not use {used}"));
+                }
+            }
+        }
+    }
+    Ok(found)
+}
+
+fn manifests(root: &Path) -> Result<Vec<PathBuf>, String> {
+    let mut manifests = Vec::new();
+    for package in ["eds", "codegen", "runtime", "cli", "tests", "xtask"] {
+        manifests.push(root.join(package).join("Cargo.toml"));
+    }
+    for drive in entries(&root.join("drives"))? {
+        manifests.push(drive.join("Cargo.toml"));
+    }
+    Ok(manifests)
+}
+
+struct Source {
+    /// Relative to the root, with forward slashes.
+    path: String,
+    text: String,
+}
+
+impl Source {
+    fn findings(&self) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut find = |line: usize, what: &str| found.push(format!("{}:{line}: {what}", self.path));
+        if !self.text.trim_start().starts_with("//!") {
+            find(1, "a file begins with `//!` and what it is for");
+        }
+        let lines = self.text.lines().count();
+        if lines > 800 && !LONG.iter().any(|(path, _)| *path == self.path) {
+            find(lines, "more than 800 lines: split it, or say in xtask/src/tidy.rs why not");
+        }
+        for (line, text) in self.text.lines().enumerate() {
+            if self.is_generic() && DRIVES.iter().any(|name| contains_word(text, name)) {
+                find(line + 1, "names a drive: what is special about a device is data of its description");
+            }
+            if self.must_be_deterministic() && text.contains("HashMap") {
+                find(line + 1, "HashMap has no order: the same input must give the same bytes");
+            }
+            if text.trim_start().starts_with("#[ignore") {
+                find(line + 1, "an ignored test: mend it or remove it");
+            }
+        }
+        found
+    }
+
+    fn is_generic(&self) -> bool {
+        ["eds/src/", "codegen/src/", "runtime/src/"].iter().any(|room| self.path.starts_with(room))
+    }
+
+    fn must_be_deterministic(&self) -> bool {
+        ["eds/src/", "codegen/src/"].iter().any(|room| self.path.starts_with(room))
+    }
+}
+
+fn contains_word(text: &str, word: &str) -> bool {
+    text.to_ascii_lowercase().split(|c: char| !c.is_ascii_alphanumeric()).any(|found| found.starts_with(word))
+}
+
+/// Every diagnostic code of the reader has a golden case: a folder of its name.
+fn diagnostics_have_cases(root: &Path, sources: &[Source]) -> Result<Vec<String>, String> {
+    let golden = root.join("eds/tests/golden");
+    let mut found = Vec::new();
+    for source in sources.iter().filter(|source| source.path.starts_with("eds/src/")) {
+        for code in quoted_codes(&source.text) {
+            let case = code.replace("::", "-");
+            if !golden.join(&case).join("diagnostics.txt").is_file() {
+                found.push(format!("{}: `{code}` has no golden case eds/tests/golden/{case}/", source.path));
+            }
+        }
+    }
+    found.sort();
+    found.dedup();
+    Ok(found)
+}
+
+/// Strings such as `"eds::missing-key"`.
+fn quoted_codes(text: &str) -> impl Iterator<Item = &str> {
+    text.split('"').skip(1).step_by(2).filter(|quoted| {
+        quoted.split_once("::").is_some_and(|(group, word)| {
+            let plain = |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_lowercase() || c == '-');
+            ["eds", "od", "pdo", "overlay", "dcf"].contains(&group) && plain(word)
+        })
+    })
+}
+
+fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
+    let mut sources = Vec::new();
+    for room in ["eds", "codegen", "runtime", "drives", "cli", "tests", "xtask"] {
+        collect(root, &root.join(room), &mut sources)?;
+    }
+    Ok(sources)
+}
+
+fn collect(root: &Path, folder: &Path, sources: &mut Vec<Source>) -> Result<(), String> {
+    for path in entries(folder)? {
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        if path.is_dir() {
+            // Golden files are what a user gets, not what we write.
+            if !matches!(name, "target" | "golden" | "ui") {
+                collect(root, &path, sources)?;
+            }
+        } else if name.ends_with(".rs") {
+            let shown = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+            let text = fs::read_to_string(&path).map_err(|error| format!("{shown}: {error}"))?;
+            sources.push(Source { path: shown, text });
+        }
+    }
+    Ok(())
+}
+
+/// The entries of a folder, by name.
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, String> {
+    let read = fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let mut paths: Vec<PathBuf> = read.filter_map(Result::ok).map(|entry| entry.path()).collect();
+    paths.sort();
+    Ok(paths)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn findings(path: &str, text: &str) -> Vec<String> {
+        Source { path: path.to_owned(), text: text.to_owned() }.findings()
+    }
+
+    #[test]
+    fn a_drive_is_named_only_where_it_may_be() {
+        let text = "//! Room.\n// as the AG03/1 does\n";
+        assert_eq!(findings("runtime/src/device.rs", text).len(), 1);
+        assert_eq!(findings("drives/siko-ag03-1/src/lib.rs", text), [""; 0]);
+        assert_eq!(findings("runtime/src/device.rs", "//! Room.\n// takes no damage\n"), [""; 0]);
+    }
+
+    #[test]
+    fn a_file_says_what_it_is_for() {
+        assert_eq!(findings("cli/src/main.rs", "fn main() {}\n").len(), 1);
+    }
+
+    #[test]
+    fn codes_are_found_in_strings() {
+        let text = r#"const CODE: &str = "eds::missing-key"; let x = "std::fs"; "pdo::too-long""#;
+        assert_eq!(quoted_codes(text).collect::<Vec<_>>(), ["eds::missing-key", "pdo::too-long"]);
+    }
+}
