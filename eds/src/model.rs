@@ -29,6 +29,14 @@ pub struct Device {
     pub quantities: BTreeMap<String, Quantity>,
     /// The PDOs that the defaults (and the overlay) describe: receive PDOs first, then by number.
     pub pdos: Vec<Pdo>,
+    /// `[SupportedModules]` and the `[M1…]` sections of a modular device, by number.
+    pub modules: Vec<Module>,
+    /// `[ConnectedModules]` of a DCF: module numbers by slot.
+    pub connected_modules: Vec<u16>,
+    /// `[DynamicChannels]`.
+    pub channels: Vec<DynamicChannel>,
+    /// `[Tools]`.
+    pub tools: Vec<Tool>,
 }
 
 /// One index of the dictionary.
@@ -46,8 +54,12 @@ pub struct Object {
     pub entries: Vec<Entry>,
     /// What the overlay says.
     pub description: Option<String>,
-    /// `ObjFlags`.
+    /// `ObjFlags`: bit 0 refuses a write on download, bit 1 refuses a read on scan.
     pub flags: u32,
+    /// `[xxxxObjectLinks]`: objects that belong to this one.
+    pub links: Vec<u16>,
+    /// `Denotation` of a DCF.
+    pub denotation: Option<String>,
     /// Where the data sheet describes it.
     pub span: Span,
 }
@@ -108,6 +120,10 @@ pub struct Entry {
     pub high: Option<Value>,
     /// `Denotation` of a DCF.
     pub denotation: Option<String>,
+    /// `UploadFile` of a DCF: where data read from the device go.
+    pub upload_file: Option<String>,
+    /// `DownloadFile` of a DCF: where data written to the device come from.
+    pub download_file: Option<String>,
     /// What the overlay says the number means.
     pub meaning: Meaning,
     /// What the overlay says of its limits, where they depend on other objects.
@@ -332,6 +348,8 @@ pub struct FileInfo {
     pub modification_date: Option<String>,
     /// `ModifiedBy`.
     pub modified_by: Option<String>,
+    /// `LastEDS` of a DCF: the data sheet it was made from.
+    pub last_eds: Option<String>,
 }
 
 /// `[DeviceInfo]` (CiA 306-1, 6.4).
@@ -367,6 +385,8 @@ pub struct DeviceInfo {
     pub transmit_pdos: Option<u16>,
     /// `LSS_Supported`.
     pub lss: bool,
+    /// `CompactPDO`: which PDO parameters the data sheet leaves out because they can be computed.
+    pub compact_pdo: u32,
 }
 
 /// `[DeviceComissioning]` of a DCF (CiA 306-1, 7).
@@ -386,4 +406,219 @@ pub struct Commissioning {
     pub manager: Option<bool>,
     /// `LSS_SerialNumber`.
     pub serial_number: Option<u32>,
+}
+
+/// A module that can be plugged into a modular device (CiA 306-1, 6.7).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Module {
+    /// Its number, from 1: the 1 of `[M1ModuleInfo]`.
+    pub number: u16,
+    /// `ProductName`.
+    pub product_name: Option<String>,
+    /// `ProductVersion`.
+    pub product_version: Option<u8>,
+    /// `ProductRevision`.
+    pub product_revision: Option<u8>,
+    /// `OrderCode`.
+    pub order_code: Option<String>,
+    /// `[M1Comments]`, line by line.
+    pub comments: Vec<String>,
+    /// `[M1FixedObjects]`: what the device has as soon as one such module is plugged.
+    pub fixed: Vec<Object>,
+    /// `[M1SubExtends]`: what every plugged module adds to the objects of the device.
+    pub extends: Vec<SubExtension>,
+}
+
+/// `[M1SubExt6000]`: sub-indices that each module adds to one object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SubExtension {
+    /// What an added entry looks like; its sub-index is that of the first.
+    pub entry: Entry,
+    /// `ObjectType`.
+    pub kind: ObjectKind,
+    /// `Count`: how many entries a module adds, by slot when there are several numbers; `bits` of a byte when
+    /// modules share one.
+    pub count: Vec<u16>,
+    /// `ObjExtend`: 0 when a further module adds entries, 1 when it goes to the next index.
+    pub next_index: bool,
+}
+
+/// A segment of `[DynamicChannels]`: where a programmable device puts network variables (CiA 302-4).
+#[derive(Clone, Debug, PartialEq)]
+pub struct DynamicChannel {
+    /// `TypeN`.
+    pub data_type: DataType,
+    /// `DirN`.
+    pub access: AccessType,
+    /// `RangeN`: the first index.
+    pub first: u16,
+    /// `RangeN`: the last index.
+    pub last: u16,
+    /// `PPOffsetN`: offset in the process picture.
+    pub offset: u32,
+    /// Where the data sheet describes it.
+    pub span: Span,
+}
+
+/// A program that belongs to the device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tool {
+    /// `Name`.
+    pub name: String,
+    /// `Command`.
+    pub command: String,
+}
+
+impl Device {
+    /// The object with this index.
+    #[must_use]
+    pub fn object(&self, index: u16) -> Option<&Object> {
+        let at = self.objects.binary_search_by_key(&index, |object| object.index).ok()?;
+        self.objects.get(at)
+    }
+
+    /// The entry at this index and sub-index.
+    #[must_use]
+    pub fn entry(&self, index: u16, sub: u8) -> Option<&Entry> {
+        self.object(index)?.entry(sub)
+    }
+
+    /// All entries, by index and sub-index.
+    pub fn entries(&self) -> impl Iterator<Item = &Entry> {
+        self.objects.iter().flat_map(|object| &object.entries)
+    }
+}
+
+impl Object {
+    /// The entry at this sub-index.
+    #[must_use]
+    pub fn entry(&self, sub: u8) -> Option<&Entry> {
+        let at = self.entries.binary_search_by_key(&sub, |entry| entry.sub).ok()?;
+        self.entries.get(at)
+    }
+}
+
+impl Entry {
+    /// An entry of which nothing is known but where it is.
+    #[must_use]
+    pub fn new(index: u16, sub: u8, span: Span) -> Self {
+        Self {
+            index,
+            sub,
+            name: String::new(),
+            data_type: DataType::Other(0),
+            access: AccessType::Ro,
+            pdo_mapping: false,
+            default: None,
+            configured: None,
+            low: None,
+            high: None,
+            denotation: None,
+            upload_file: None,
+            download_file: None,
+            meaning: Meaning::Plain,
+            ranges: Vec::new(),
+            persistent: false,
+            writable_in: None,
+            description: None,
+            span,
+        }
+    }
+}
+
+impl ObjectKind {
+    /// The kind with this object code.
+    #[must_use]
+    pub const fn from_code(code: u8) -> Option<Self> {
+        Some(match code {
+            0 => Self::Null,
+            2 => Self::Domain,
+            5 => Self::DefType,
+            6 => Self::DefStruct,
+            7 => Self::Variable,
+            8 => Self::Array,
+            9 => Self::Record,
+            _ => return None,
+        })
+    }
+
+    /// The object code.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Null => 0,
+            Self::Domain => 2,
+            Self::DefType => 5,
+            Self::DefStruct => 6,
+            Self::Variable => 7,
+            Self::Array => 8,
+            Self::Record => 9,
+        }
+    }
+
+    /// The word of CiA 301: `VAR`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Null => "NULL",
+            Self::Domain => "DOMAIN",
+            Self::DefType => "DEFTYPE",
+            Self::DefStruct => "DEFSTRUCT",
+            Self::Variable => "VAR",
+            Self::Array => "ARRAY",
+            Self::Record => "RECORD",
+        }
+    }
+
+    /// Whether it has sub-indices.
+    #[must_use]
+    pub const fn has_subs(self) -> bool {
+        matches!(self, Self::Array | Self::Record | Self::DefStruct)
+    }
+}
+
+impl AccessType {
+    /// The word of CiA 306: `rw`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ro => "ro",
+            Self::Wo => "wo",
+            Self::Rw => "rw",
+            Self::Rwr => "rwr",
+            Self::Rww => "rww",
+            Self::Const => "const",
+        }
+    }
+
+    /// The right with this name, in any case.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        const ALL: [AccessType; 6] =
+            [AccessType::Ro, AccessType::Wo, AccessType::Rw, AccessType::Rwr, AccessType::Rww, AccessType::Const];
+        ALL.into_iter().find(|access| access.name().eq_ignore_ascii_case(name))
+    }
+
+    /// Whether an SDO may read it.
+    #[must_use]
+    pub const fn readable(self) -> bool {
+        !matches!(self, Self::Wo)
+    }
+
+    /// Whether an SDO may write it.
+    #[must_use]
+    pub const fn writable(self) -> bool {
+        !matches!(self, Self::Ro | Self::Const)
+    }
+}
+
+impl Value {
+    /// The number, of an integer.
+    #[must_use]
+    pub const fn as_integer(&self) -> Option<i128> {
+        match self {
+            Self::Integer(number) => Some(*number),
+            _ => None,
+        }
+    }
 }

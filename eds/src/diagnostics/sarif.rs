@@ -1,0 +1,91 @@
+//! Findings as SARIF 2.1.0, the format that code hosts show beside the lines.
+
+use std::collections::BTreeSet;
+
+use serde_json::{Value, json};
+
+use super::{Diagnostic, Diagnostics, Severity};
+use crate::Input;
+
+/// One SARIF log with a run of this tool over any number of files.
+#[must_use]
+pub fn sarif<'a>(files: impl IntoIterator<Item = (&'a Input, &'a Diagnostics)>) -> Value {
+    let mut codes = BTreeSet::new();
+    let mut results = Vec::new();
+    for (input, diagnostics) in files {
+        for diagnostic in diagnostics.iter() {
+            codes.insert(diagnostic.code);
+            results.push(result(diagnostic, input));
+        }
+    }
+    let rules: Vec<Value> = codes.into_iter().map(rule).collect();
+    json!({
+        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+        "version": "2.1.0",
+        "runs": [{
+            "tool": { "driver": { "name": "lexican", "version": env!("CARGO_PKG_VERSION"), "rules": rules } },
+            "columnKind": "unicodeCodePoints",
+            "results": results,
+        }],
+    })
+}
+
+impl Diagnostics {
+    /// A SARIF log of these findings alone.
+    #[must_use]
+    pub fn to_sarif(&self, input: &Input) -> Value {
+        sarif([(input, self)])
+    }
+}
+
+fn rule(code: &str) -> Value {
+    match crate::check::rule(code) {
+        Some(rule) => json!({
+            "id": code,
+            "shortDescription": { "text": rule.holds },
+            "fullDescription": { "text": rule.explain },
+            "defaultConfiguration": { "level": rule.severity.name() },
+        }),
+        None => json!({ "id": code }),
+    }
+}
+
+fn result(diagnostic: &Diagnostic, input: &Input) -> Value {
+    let places = |primary: bool| -> Vec<Value> {
+        let labels = diagnostic.labels.iter().filter(|label| label.primary == primary);
+        labels.filter_map(|label| location(label, input)).collect()
+    };
+    let mut message = diagnostic.message.clone();
+    if let Some(help) = &diagnostic.help {
+        message = format!("{message}\n{help}");
+    }
+    json!({
+        "ruleId": diagnostic.code,
+        "level": match diagnostic.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+            Severity::Note => "note",
+        },
+        "message": { "text": message },
+        "locations": places(true),
+        "relatedLocations": places(false),
+    })
+}
+
+fn location(label: &super::Label, input: &Input) -> Option<Value> {
+    let source = input.source(label.span.source)?;
+    let start = source.position(label.span.start);
+    let end = source.position(label.span.end);
+    Some(json!({
+        "physicalLocation": {
+            "artifactLocation": { "uri": source.name() },
+            "region": {
+                "startLine": start.line,
+                "startColumn": start.column,
+                "endLine": end.line,
+                "endColumn": end.column,
+            },
+        },
+        "message": { "text": label.text },
+    }))
+}
