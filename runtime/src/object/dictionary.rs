@@ -57,6 +57,26 @@ pub struct Entry {
     pub limit: u16,
 }
 
+impl Entry {
+    /// A row without a value and without limits.
+    #[must_use]
+    pub const fn new(index: u16, sub: u8, data_type: DataType, access: Access, mapping: PdoMapping) -> Self {
+        Entry { address: Address::new(index, sub), data_type, access, mapping, offset: 0, capacity: 0, limit: 0 }
+    }
+
+    /// With a place for the value: `capacity` bytes of the image, from `offset` on.
+    #[must_use]
+    pub const fn at(self, offset: u32, capacity: u16) -> Self {
+        Entry { offset, capacity, ..self }
+    }
+
+    /// With the limits in row `row` of [`Table::limits`], counted from 0.
+    #[must_use]
+    pub const fn limited(self, row: u16) -> Self {
+        Entry { limit: row + 1, ..self }
+    }
+}
+
 /// What a manager may do with an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Access {

@@ -126,16 +126,19 @@ pub struct OutOfRange {
 }
 
 /// An ARRAY: `len` elements of one type at sub-indices 1 to `len`, and their number at sub-index 0.
-pub struct Array<T, A, M = Unmapped> {
+///
+/// `L` is the access right of sub-index 0, which some arrays clear by a write (1003h).
+pub struct Array<T, A, M = Unmapped, L = Ro> {
     len: u8,
     first: Object<T, A, M>,
+    marker: PhantomData<fn() -> L>,
 }
 
-impl<T: Type, A, M> Array<T, A, M> {
+impl<T: Type, A, M, L> Array<T, A, M, L> {
     /// An array whose elements are all like `first`, the element at sub-index 1.
     #[must_use]
     pub const fn new(len: u8, first: Object<T, A, M>) -> Self {
-        Array { len, first }
+        Array { len, first, marker: PhantomData }
     }
 
     /// The element at `sub`, 1 to [`Array::len`].
@@ -155,25 +158,25 @@ impl<T: Type, A, M> Array<T, A, M> {
     }
 
     /// All elements.
-    pub fn iter(&self) -> impl Iterator<Item = Object<T, A, M>> + use<'_, T, A, M> {
+    pub fn iter(&self) -> impl Iterator<Item = Object<T, A, M>> + use<'_, T, A, M, L> {
         (1..=self.len).filter_map(|sub| self.at(sub))
     }
 
     /// Sub-index 0: the number of elements, as the device counts them.
     #[must_use]
-    pub const fn len_object(&self) -> Object<u8, Ro> {
+    pub const fn len_object(&self) -> Object<u8, L> {
         Object::new(self.first.address.index(), 0)
     }
 }
 
-impl<T: Copy, A, M> Clone for Array<T, A, M> {
+impl<T: Copy, A, M, L> Clone for Array<T, A, M, L> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<T: Copy, A, M> Copy for Array<T, A, M> {}
+impl<T: Copy, A, M, L> Copy for Array<T, A, M, L> {}
 
-impl<T: Type, A, M> fmt::Debug for Array<T, A, M> {
+impl<T: Type, A, M, L> fmt::Debug for Array<T, A, M, L> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Array({:04X}, {} of {})", self.first.address.index(), self.len, T::DATA_TYPE)
     }

@@ -9,6 +9,9 @@ mod access;
 mod address;
 mod dictionary;
 mod handle;
+mod meaning;
+mod pdo;
+mod rule;
 mod types;
 mod value;
 
@@ -16,8 +19,31 @@ pub use access::{Const, Mappable, Readable, Ro, Rpdo, RpdoMappable, Rw, Tpdo, Tp
 pub use address::Address;
 pub use dictionary::{Access, Dictionary, Entry, Limit, NodeRelative, ObjectDictionary, PdoMapping, Table};
 pub use handle::{Array, DefaultValue, Limits, Object, OutOfRange};
+pub use meaning::{
+    BitField, BitName, Enumeration, Meaning, Name, Quantity, Unit, ValueName, debug_bits, debug_enumeration,
+    display_quantity, name_of, nearest,
+};
+pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, place, take};
+pub use rule::{Condition, ConditionalLimit, WritableIn};
 pub use types::DataType;
 pub use value::{
     Domain, I24, I40, I48, I56, LengthMismatch, OctetString, TimeDifference, TimeOfDay, Type, U24, U40, U48, U56,
     UnicodeString, Value, VisibleString,
 };
+
+/// Includes a dictionary that `lexican-codegen` has generated from the build script:
+/// `mod od { lexican_runtime::include_od!("siko_ag03_1"); }`.
+///
+/// The items land where the macro stands. What a data sheet describes and the crate does not use is
+/// not worth a warning, so that dead code is allowed inside.
+#[macro_export]
+macro_rules! include_od {
+    ($name:literal) => {
+        #[allow(dead_code, clippy::wrong_self_convention)]
+        mod generated {
+            ::core::include!(::core::concat!(::core::env!("OUT_DIR"), "/", $name, ".rs"));
+        }
+        #[allow(unused_imports)]
+        pub use generated::*;
+    };
+}

@@ -1,0 +1,319 @@
+//! What a number means beyond being a number: names of values, names of bits, units. The generated
+//! newtypes bring the tables; reading and printing them is here, once.
+
+use core::fmt;
+
+use super::{Address, DataType, Value};
+
+/// What tools show of an entry: one row of the generated `NAMES`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Name {
+    /// Index and sub-index.
+    pub address: Address,
+    /// In the words of the data sheet; of an element or member, after that of its object and a colon.
+    pub name: &'static str,
+    /// The data type.
+    pub data_type: DataType,
+    /// What the number means.
+    pub meaning: Meaning,
+}
+
+impl Name {
+    /// The name of the entry `index`:`sub`.
+    #[must_use]
+    pub const fn new(index: u16, sub: u8, name: &'static str, data_type: DataType, meaning: Meaning) -> Self {
+        Name { address: Address::new(index, sub), name, data_type, meaning }
+    }
+
+    /// The row of an entry in `names`, which ascend by address.
+    #[must_use]
+    pub fn find(names: &'static [Name], address: Address) -> Option<&'static Name> {
+        let row = names.binary_search_by_key(&address, |name| name.address).ok()?;
+        names.get(row)
+    }
+}
+
+/// What a number means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Meaning {
+    /// Just a number, or no number at all.
+    Plain,
+    /// A physical quantity in one of these units; in the first whose condition holds.
+    Quantity(&'static [Unit]),
+    /// One of these values.
+    Enumeration(&'static [ValueName]),
+    /// These bits.
+    BitField(&'static [BitName]),
+}
+
+/// A newtype for named values.
+pub trait Enumeration: Value {
+    /// The named values, ascending.
+    const NAMES: &'static [ValueName];
+}
+
+/// A newtype for a word of bits.
+pub trait BitField: Value {
+    /// The named bits, ascending.
+    const BITS: &'static [BitName];
+}
+
+/// A newtype for a physical quantity.
+pub trait Quantity: Value {
+    /// The units; more than one only when other objects decide.
+    const UNITS: &'static [Unit];
+}
+
+/// A value and its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ValueName {
+    /// The value, in wire form.
+    pub raw: u64,
+    /// In the words of the data sheet.
+    pub name: &'static str,
+}
+
+impl ValueName {
+    /// A name for a value in wire form.
+    #[must_use]
+    pub const fn new(raw: u64, name: &'static str) -> Self {
+        ValueName { raw, name }
+    }
+}
+
+/// Neighbouring bits and their name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BitName {
+    /// The lowest bit.
+    pub low: u8,
+    /// The number of bits.
+    pub width: u8,
+    /// In the words of the data sheet.
+    pub name: &'static str,
+}
+
+impl BitName {
+    /// A name for `width` bits from bit `low` on.
+    #[must_use]
+    pub const fn new(low: u8, width: u8, name: &'static str) -> Self {
+        BitName { low, width, name }
+    }
+}
+
+/// A physical unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unit {
+    /// As people write it: `V`, `°C`, `rev/min`.
+    pub symbol: &'static str,
+    /// What one count is worth: `num / den` of the unit.
+    pub num: i64,
+    /// See `num`.
+    pub den: i64,
+    /// When it applies only sometimes.
+    pub when: Option<super::Condition>,
+}
+
+impl Unit {
+    /// A unit of which one count is worth `num / den`.
+    #[must_use]
+    pub const fn new(symbol: &'static str, num: i64, den: i64) -> Self {
+        Unit { symbol, num, den, when: None }
+    }
+
+    /// Which applies only while `condition` holds.
+    #[must_use]
+    pub const fn when(self, condition: super::Condition) -> Self {
+        Unit { when: Some(condition), ..self }
+    }
+
+    /// `counts` in this unit.
+    #[must_use]
+    pub fn scale(&self, counts: f64) -> f64 {
+        // Multiply, then divide: 3 counts of 1/10 are 0.3, where 3 * 0.1 is not.
+        counts * self.num as f64 / self.den as f64
+    }
+}
+
+/// The name of a value of an enumeration.
+#[must_use]
+pub fn name_of<T: Enumeration>(value: T) -> Option<&'static str> {
+    let raw = value.to_raw();
+    T::NAMES.iter().find(|named| named.raw == raw).map(|named| named.name)
+}
+
+/// The value whose number of counts is nearest to `counts`, half away from zero; `None` when the data
+/// type does not reach so far, or `counts` is not a number.
+#[must_use]
+pub fn nearest<T: Value>(counts: f64) -> Option<T> {
+    nearest_raw(T::DATA_TYPE, counts).map(T::from_raw)
+}
+
+fn nearest_raw(data_type: DataType, counts: f64) -> Option<u64> {
+    match data_type {
+        DataType::Real64 => return counts.is_finite().then(|| counts.to_bits()),
+        DataType::Real32 => {
+            let counts = counts as f32;
+            return counts.is_finite().then(|| u64::from(counts.to_bits()));
+        }
+        _ => {}
+    }
+    // Casts truncate and saturate. 2^63 and 2^64 are exact in f64, so that what reaches them is out of range
+    // and what lies below is not saturated.
+    let bits = data_type.bits()?;
+    let away = if counts < 0.0 { -0.5 } else { 0.5 };
+    // From 2^52 on every f64 is whole, and adding a half would round to the neighbour.
+    let whole = if counts.abs() < 4_503_599_627_370_496.0 { counts + away } else { counts };
+    let (low, high) = match data_type.is_signed() {
+        true => (-power_of_two(bits - 1), power_of_two(bits - 1)),
+        false => (0.0, power_of_two(bits)),
+    };
+    if !((whole >= low || whole > low - 1.0) && whole < high) {
+        return None;
+    }
+    let raw = if data_type.is_signed() { whole as i64 as u64 } else { whole as u64 };
+    Some(raw & (u64::MAX >> (64 - u32::from(bits))))
+}
+
+fn power_of_two(exponent: u8) -> f64 {
+    // The exponent of IEEE 754 is biased by 1023 and starts at bit 52.
+    f64::from_bits((1023 + u64::from(exponent)) << 52)
+}
+
+/// Prints a value of an enumeration: `Mode(1 velocity)`.
+///
+/// # Errors
+///
+/// Those of the formatter.
+pub fn debug_enumeration<T: Enumeration>(
+    f: &mut fmt::Formatter<'_>,
+    type_name: &str,
+    value: T,
+    number: impl fmt::Display,
+) -> fmt::Result {
+    match name_of(value) {
+        Some(name) => write!(f, "{type_name}({number} {name})"),
+        None => write!(f, "{type_name}({number})"),
+    }
+}
+
+/// Prints the bits that are set: `StatusWord(0x0221 ready to switch on | operation mode=2)`.
+///
+/// # Errors
+///
+/// Those of the formatter.
+pub fn debug_bits<T: BitField>(f: &mut fmt::Formatter<'_>, type_name: &str, value: T) -> fmt::Result {
+    let raw = value.to_raw();
+    write!(f, "{type_name}({raw:#0width$X}", width = 2 + 2 * T::SIZE)?;
+    let mut separator = " ";
+    for bits in T::BITS {
+        match (super::take(raw, bits.low, bits.width), bits.width) {
+            (0, _) => continue,
+            (_, 1) => write!(f, "{separator}{}", bits.name)?,
+            (value, _) => write!(f, "{separator}{}={value}", bits.name)?,
+        }
+        separator = " | ";
+    }
+    f.write_str(")")
+}
+
+/// Prints a quantity in its only unit: `24.5 V`; in counts where other objects decide on the unit.
+///
+/// # Errors
+///
+/// Those of the formatter.
+pub fn display_quantity<T: Quantity>(f: &mut fmt::Formatter<'_>, counts: f64) -> fmt::Result {
+    match T::UNITS {
+        [unit] => {
+            fmt::Display::fmt(&unit.scale(counts), f)?;
+            write!(f, " {}", unit.symbol)
+        }
+        _ => fmt::Display::fmt(&counts, f),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::object::{I24, U24};
+    use proptest::prelude::*;
+    use std::format;
+
+    #[test]
+    fn the_nearest_value_is_rounded_half_away_from_zero() {
+        assert_eq!(nearest::<i16>(2.5), Some(3));
+        assert_eq!(nearest::<i16>(-2.5), Some(-3));
+        assert_eq!(nearest::<u8>(0.49), Some(0));
+        assert_eq!(nearest::<u8>(-0.4), Some(0));
+        assert_eq!(nearest::<u64>(9_007_199_254_740_993.0), Some(9_007_199_254_740_992));
+        assert_eq!(nearest::<f32>(0.5), Some(0.5));
+    }
+
+    #[test]
+    fn what_the_type_cannot_hold_is_none() {
+        assert_eq!(nearest::<u8>(255.4), Some(255));
+        assert_eq!(nearest::<u8>(255.5), None);
+        assert_eq!(nearest::<u8>(-0.5), None);
+        assert_eq!(nearest::<i8>(-128.4), Some(-128));
+        assert_eq!(nearest::<i8>(-128.5), None);
+        assert_eq!(nearest::<I24>(8_388_608.0), None);
+        assert_eq!(nearest::<U24>(16_777_215.0), Some(U24::MAX));
+        assert_eq!(nearest::<u64>(18_446_744_073_709_551_616.0), None);
+        assert_eq!(nearest::<i64>(-9_223_372_036_854_775_808.0), Some(i64::MIN));
+        for counts in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!((nearest::<i64>(counts), nearest::<f32>(counts)), (None, None));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_value_is_nearest_to_itself(value: i32) {
+            prop_assert_eq!(nearest::<i32>(f64::from(value)), Some(value));
+        }
+    }
+
+    #[test]
+    fn powers_of_two_are_exact() {
+        assert_eq!(power_of_two(0), 1.0);
+        assert_eq!(power_of_two(63), 9_223_372_036_854_775_808.0);
+    }
+
+    #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+    struct Word(u16);
+    impl super::super::Type for Word {
+        const DATA_TYPE: DataType = DataType::Unsigned16;
+    }
+    impl Value for Word {
+        fn to_raw(self) -> u64 {
+            self.0.into()
+        }
+        fn from_raw(raw: u64) -> Self {
+            Word(raw as u16)
+        }
+    }
+    impl BitField for Word {
+        const BITS: &'static [BitName] = &[BitName::new(0, 1, "ready"), BitName::new(8, 2, "mode")];
+    }
+    impl Quantity for Word {
+        const UNITS: &'static [Unit] = &[Unit::new("V", 1, 10)];
+    }
+    impl Enumeration for Word {
+        const NAMES: &'static [ValueName] = &[ValueName::new(2, "velocity")];
+    }
+
+    struct With(fn(&mut fmt::Formatter<'_>) -> fmt::Result);
+    impl fmt::Display for With {
+        fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            (self.0)(f)
+        }
+    }
+
+    #[test]
+    fn values_print_in_the_words_of_the_data_sheet() {
+        assert_eq!(format!("{}", With(|f| debug_bits(f, "Word", Word(0x0201)))), "Word(0x0201 ready | mode=2)");
+        assert_eq!(format!("{}", With(|f| debug_bits(f, "Word", Word(0)))), "Word(0x0000)");
+        assert_eq!(format!("{}", With(|f| display_quantity::<Word>(f, 243.0))), "24.3 V");
+        assert_eq!(format!("{:.2}", With(|f| display_quantity::<Word>(f, 243.0))), "24.30 V");
+        assert_eq!(format!("{}", With(|f| debug_enumeration(f, "Mode", Word(2), 2))), "Mode(2 velocity)");
+        assert_eq!(format!("{}", With(|f| debug_enumeration(f, "Mode", Word(7), 7))), "Mode(7)");
+    }
+}
