@@ -1,0 +1,177 @@
+//! The faults of table 2 and the emergency codes of table 20, as one table.
+//!
+//! The manual prints the bytes of an emergency code as "byte 0 (high byte), byte 1 (low byte)", which is
+//! not the order of CiA 301 (7.2.7.1: least significant byte first). Which one the hardware uses can only
+//! be seen on a bus. So [`EmergencyOrder`] is data: the simulated drive follows CiA 301 unless told
+//! otherwise, and [`cause_of`] understands both, which is safe because no code of the table is another
+//! one's mirror image.
+
+use core::fmt;
+
+/// A cause of the state FAULT (table 2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// The letter of the fault buffer.
+    pub letter: char,
+    /// How often the green status LED blinks.
+    pub blinks: u8,
+    /// The emergency code (table 20), also the entry of 1003h.
+    pub code: u16,
+    /// The bits of the error register 1001h.
+    pub register: u8,
+    /// What happened.
+    pub text: &'static str,
+}
+
+/// Bits of the error register 1001h.
+pub mod register {
+    /// Any error.
+    pub const GENERAL: u8 = 1 << 0;
+    /// Current.
+    pub const CURRENT: u8 = 1 << 1;
+    /// Voltage.
+    pub const VOLTAGE: u8 = 1 << 2;
+    /// Temperature.
+    pub const TEMPERATURE: u8 = 1 << 3;
+    /// Data transfer.
+    pub const COMMUNICATION: u8 = 1 << 4;
+    /// The shaft is blocked. CiA 301 has "device profile specific" here.
+    pub const SHAFT_BLOCKED: u8 = 1 << 5;
+    /// Anything else.
+    pub const MANUFACTURER: u8 = 1 << 7;
+}
+
+macro_rules! faults {
+    ($($name:ident = $letter:literal, $blinks:literal, $code:literal, $register:ident, $text:literal;)*) => {
+        impl Fault {
+            $(
+                #[doc = concat!($letter, ": ", $text, ".")]
+                pub const $name: Fault = Fault {
+                    letter: $letter,
+                    blinks: $blinks,
+                    code: $code,
+                    register: register::GENERAL | register::$register,
+                    text: $text,
+                };
+            )*
+
+            /// All faults, by letter.
+            pub const ALL: &[Fault] = &[$(Fault::$name),*];
+        }
+    };
+}
+
+faults! {
+    UNDERVOLTAGE = 'A', 1, 0x3120, VOLTAGE, "supply voltage too low";
+    SHAFT_BLOCKED = 'B', 2, 0x7121, SHAFT_BLOCKED, "drive shaft blocked";
+    OVERCURRENT = 'C', 3, 0x2100, CURRENT, "motor current too high";
+    OVERTEMPERATURE = 'D', 4, 0x4310, TEMPERATURE, "output stage too hot";
+    SENSOR = 'E', 5, 0x7300, MANUFACTURER, "position sensor: sine/cosine monitoring";
+    INTERNAL = 'F', 6, 0xFF01, MANUFACTURER, "internal error";
+    OVERVOLTAGE = 'G', 7, 0x3210, VOLTAGE, "intermediate circuit voltage too high";
+    BUS_PASSIVE = 'H', 8, 0xFF02, COMMUNICATION, "CAN controller error passive during a positioning";
+    BUS_OFF = 'I', 9, 0xFF03, COMMUNICATION, "CAN controller bus off";
+    BATTERY = 'J', 10, 0xFF09, VOLTAGE, "battery voltage below 2.2 V";
+}
+
+/// No error: sent when a fault has been reset.
+pub const NO_ERROR: u16 = 0x0000;
+/// The CAN controller has become error passive. Not stored, and no fault by itself.
+pub const ERROR_PASSIVE: u16 = 0x8120;
+/// The CAN controller is back from bus off. Not stored, and no fault by itself.
+pub const RECOVERED_FROM_BUS_OFF: u16 = 0x8140;
+
+/// In which order the two bytes of an emergency code travel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EmergencyOrder {
+    /// Least significant byte first, as CiA 301 says.
+    #[default]
+    LowByteFirst,
+    /// Most significant byte first, as table 20 of the manual prints it.
+    HighByteFirst,
+}
+
+impl EmergencyOrder {
+    /// The code as a receiver that follows CiA 301 reads it.
+    #[must_use]
+    pub const fn on_the_wire(self, code: u16) -> u16 {
+        match self {
+            EmergencyOrder::LowByteFirst => code,
+            EmergencyOrder::HighByteFirst => code.swap_bytes(),
+        }
+    }
+}
+
+/// What an emergency code says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The fault has been reset.
+    NoError,
+    /// The drive is in the state FAULT.
+    Fault(Fault),
+    /// The CAN controller is error passive.
+    ErrorPassive,
+    /// The CAN controller is back from bus off.
+    RecoveredFromBusOff,
+    /// A code that table 20 does not have.
+    Unknown(u16),
+}
+
+/// What an emergency code, or an entry of 1003h, says; in whichever order its bytes came.
+#[must_use]
+pub fn cause_of(code: u16) -> Cause {
+    let known = |code: u16| match code {
+        NO_ERROR => Some(Cause::NoError),
+        ERROR_PASSIVE => Some(Cause::ErrorPassive),
+        RECOVERED_FROM_BUS_OFF => Some(Cause::RecoveredFromBusOff),
+        _ => Fault::ALL.iter().find(|fault| fault.code == code).copied().map(Cause::Fault),
+    };
+    known(code).or_else(|| known(code.swap_bytes())).unwrap_or(Cause::Unknown(code))
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({:04X}): {}", self.letter, self.code, self.text)
+    }
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Cause::NoError => f.write_str("no error"),
+            Cause::Fault(fault) => fmt::Display::fmt(fault, f),
+            Cause::ErrorPassive => f.write_str("CAN controller error passive"),
+            Cause::RecoveredFromBusOff => f.write_str("recovered from bus off"),
+            Cause::Unknown(code) => write!(f, "code {code:04X}, unknown to the manual"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_and_blinks_count_up() {
+        for (row, fault) in Fault::ALL.iter().enumerate() {
+            assert_eq!(fault.blinks as usize, row + 1);
+            assert_eq!(fault.letter, (b'A' + row as u8) as char);
+        }
+    }
+
+    #[test]
+    fn every_code_is_understood_in_both_orders() {
+        for fault in Fault::ALL {
+            assert_eq!(cause_of(fault.code), Cause::Fault(*fault));
+            assert_eq!(cause_of(fault.code.swap_bytes()), Cause::Fault(*fault));
+        }
+        assert_eq!(cause_of(0x2081), Cause::ErrorPassive);
+        assert_eq!(cause_of(0x4081), Cause::RecoveredFromBusOff);
+        assert_eq!(cause_of(0x1234), Cause::Unknown(0x1234));
+    }
+
+    #[test]
+    fn a_fault_prints_letter_code_and_cause() {
+        assert_eq!(Fault::SHAFT_BLOCKED.to_string(), "B (7121): drive shaft blocked");
+    }
+}

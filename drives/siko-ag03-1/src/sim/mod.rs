@@ -1,0 +1,4 @@
+//! The simulated drive.
+
+pub mod motion;
+pub mod trajectory;

@@ -1,0 +1,342 @@
+//! A way along one axis in closed form: pieces of constant acceleration, solved when they are planned.
+//!
+//! Nothing is integrated step by step, so the answer for a time does not depend on which times were
+//! asked before. Positions are increments, velocities increments/s, accelerations increments/s².
+
+use lexican_runtime::{Duration, Instant};
+
+/// Where the axis is and how fast it moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    /// Increments.
+    pub position: f64,
+    /// Increments per second.
+    pub velocity: f64,
+}
+
+/// How to travel: all three are positive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Profile {
+    /// The velocity not to exceed, in increments/s.
+    pub speed: f64,
+    /// Increments/s².
+    pub acceleration: f64,
+    /// Increments/s².
+    pub deceleration: f64,
+}
+
+/// A planned way. It has no end: after the last change of velocity it goes on as it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    start: Instant,
+    // Never empty, ascending by time; within a piece the velocity does not change its sign, so that
+    // position and speed are monotone there. The last piece has no acceleration.
+    pieces: Vec<Piece>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Piece {
+    /// Seconds after the start of the trajectory.
+    from_s: f64,
+    state: State,
+    acceleration: f64,
+}
+
+impl Trajectory {
+    /// Standing still.
+    #[must_use]
+    pub fn rest(start: Instant, position: f64) -> Self {
+        Plan::new(start, State { position, velocity: 0.0 }).finish()
+    }
+
+    /// From `state` to a standstill at the last of `stops`, standing still for a moment at each of the others.
+    #[must_use]
+    pub fn through(start: Instant, state: State, stops: &[f64], profile: Profile) -> Self {
+        let mut plan = Plan::new(start, state);
+        for &stop in stops {
+            plan.travel_to(stop, profile);
+        }
+        plan.finish()
+    }
+
+    /// From `state` to a constant velocity.
+    #[must_use]
+    pub fn ramp(start: Instant, state: State, velocity: f64, acceleration: f64) -> Self {
+        let mut plan = Plan::new(start, state);
+        plan.change_velocity(velocity, acceleration);
+        plan.finish()
+    }
+
+    /// The same way until it passes `limit` in the direction of `sign`; from there to a standstill.
+    #[must_use]
+    pub fn stopping_behind(mut self, limit: f64, sign: f64, deceleration: f64) -> Self {
+        let Some((from_s, state)) = self.passing(limit, sign) else { return self };
+        self.pieces.retain(|piece| piece.from_s < from_s);
+        let mut plan = Plan { start: self.start, pieces: self.pieces, time_s: from_s, state };
+        plan.change_velocity(0.0, deceleration);
+        plan.finish()
+    }
+
+    /// Where the axis is at `now`; before the start, where it starts.
+    #[must_use]
+    pub fn at(&self, now: Instant) -> State {
+        let time_s = now.since(self.start).as_secs_f64();
+        let after = self.pieces.partition_point(|piece| piece.from_s <= time_s);
+        let piece = self.pieces[after.saturating_sub(1)];
+        piece.at(time_s - piece.from_s)
+    }
+
+    /// When the axis comes to rest for good; `None` when it never does.
+    #[must_use]
+    pub fn end(&self) -> Option<Instant> {
+        let last = self.last();
+        (last.state.velocity == 0.0).then(|| self.instant(last.from_s))
+    }
+
+    /// Where the axis comes to rest; `None` when it never does.
+    #[must_use]
+    pub fn rest_position(&self) -> Option<f64> {
+        let last = self.last();
+        (last.state.velocity == 0.0).then_some(last.state.position)
+    }
+
+    /// When the axis turns around or stands still for the first time at `position`.
+    #[must_use]
+    pub fn arrival_at(&self, position: f64) -> Option<Instant> {
+        let stop = self.pieces.iter().find(|piece| piece.state == State { position, velocity: 0.0 })?;
+        Some(self.instant(stop.from_s))
+    }
+
+    /// The first time after `now` at which `key` of the state is another than now. Every part of `key` must
+    /// be monotone in the position or in the speed, as comparisons with a threshold are.
+    pub fn next_change<K: PartialEq>(&self, now: Instant, key: impl Fn(State) -> K) -> Option<Instant> {
+        let current = key(self.at(now));
+        let changed = |at: u64| key(self.at(Instant::from_micros(at))) != current;
+        let mut from = now.as_micros();
+        let boundaries = self.pieces.iter().skip(1).map(|piece| self.instant(piece.from_s).as_micros());
+        // Within a piece the key leaves its value once and for all: so its ends tell, and halving finds.
+        for boundary in boundaries.chain([from.saturating_add(HORIZON.as_micros())]) {
+            if boundary <= from {
+                continue;
+            }
+            for (low, high) in [(from, boundary - 1), (boundary - 1, boundary)] {
+                if changed(high) {
+                    return Some(Instant::from_micros(first_change(low, high, changed)));
+                }
+            }
+            from = boundary;
+        }
+        None
+    }
+
+    fn last(&self) -> Piece {
+        *self.pieces.last().expect("a trajectory has at least one piece")
+    }
+
+    /// The first microsecond not before `time_s`.
+    fn instant(&self, time_s: f64) -> Instant {
+        self.start + Duration::from_micros((time_s * 1e6).ceil() as u64)
+    }
+
+    /// When and how fast the way passes `limit` in the direction of `sign`.
+    fn passing(&self, limit: f64, sign: f64) -> Option<(f64, State)> {
+        for (row, piece) in self.pieces.iter().enumerate() {
+            let distance = (limit - piece.state.position) * sign;
+            let speed = piece.state.velocity * sign;
+            let square = speed * speed + 2.0 * piece.acceleration * sign * distance;
+            let dt = 2.0 * distance / (speed + square.sqrt());
+            let within = self.pieces.get(row + 1).is_none_or(|next| piece.from_s + dt <= next.from_s);
+            if distance >= 0.0 && dt >= 0.0 && within {
+                return Some((piece.from_s + dt, piece.at(dt)));
+            }
+        }
+        None
+    }
+}
+
+/// Nobody asks for a change further away: twelve days.
+const HORIZON: Duration = Duration::from_micros(1 << 40);
+
+/// The first number in `low..=high` that `changed`, when `high` did and `low` did not.
+fn first_change(mut low: u64, mut high: u64, changed: impl Fn(u64) -> bool) -> u64 {
+    while low + 1 < high {
+        let middle = low + (high - low) / 2;
+        *(if changed(middle) { &mut high } else { &mut low }) = middle;
+    }
+    high
+}
+
+impl Piece {
+    fn at(&self, dt: f64) -> State {
+        let State { position, velocity } = self.state;
+        State {
+            position: position + velocity * dt + self.acceleration * dt * dt / 2.0,
+            velocity: velocity + self.acceleration * dt,
+        }
+    }
+}
+
+struct Plan {
+    start: Instant,
+    pieces: Vec<Piece>,
+    time_s: f64,
+    state: State,
+}
+
+impl Plan {
+    fn new(start: Instant, state: State) -> Self {
+        Plan { start, pieces: Vec::new(), time_s: 0.0, state }
+    }
+
+    /// Comes to rest at `target`.
+    fn travel_to(&mut self, target: f64, profile: Profile) {
+        let braking = |state: State| state.velocity * state.velocity / (2.0 * profile.deceleration);
+        let sign = (target - self.state.position).signum();
+        let too_fast = braking(self.state) > (target - self.state.position).abs() + TINY;
+        if self.state.velocity * sign < 0.0 || too_fast {
+            self.change_velocity(0.0, profile.deceleration);
+        }
+        let distance = (target - self.state.position).abs();
+        let sign = (target - self.state.position).signum();
+        let speed = self.state.velocity.abs();
+        // Accelerating to the peak and braking from it takes the whole distance, if the speed allows.
+        let (a, d) = (profile.acceleration, profile.deceleration);
+        let peak = ((2.0 * a * d * distance + d * speed * speed) / (a + d)).sqrt().min(profile.speed);
+        self.change_velocity(sign * peak, if peak < speed { d } else { a });
+        let remaining = (target - self.state.position) * sign - braking(self.state);
+        if remaining > 0.0 && peak > 0.0 {
+            self.go(remaining / peak, 0.0);
+        }
+        self.change_velocity(0.0, profile.deceleration);
+        // What rounding has left, far below an increment.
+        self.state.position = target;
+    }
+
+    /// Speeds up or brakes to `velocity`; a change of direction makes two pieces.
+    fn change_velocity(&mut self, velocity: f64, acceleration: f64) {
+        if self.state.velocity * velocity < 0.0 {
+            self.change_velocity(0.0, acceleration);
+        }
+        let change = velocity - self.state.velocity;
+        if change != 0.0 {
+            self.go(change.abs() / acceleration, acceleration * change.signum());
+            self.state.velocity = velocity;
+        }
+    }
+
+    fn go(&mut self, duration_s: f64, acceleration: f64) {
+        let piece = Piece { from_s: self.time_s, state: self.state, acceleration };
+        self.pieces.push(piece);
+        self.time_s += duration_s;
+        self.state = piece.at(duration_s);
+    }
+
+    fn finish(mut self) -> Trajectory {
+        self.pieces.push(Piece { from_s: self.time_s, state: self.state, acceleration: 0.0 });
+        Trajectory { start: self.start, pieces: self.pieces }
+    }
+}
+
+/// Increments that nobody sees, but rounding makes.
+const TINY: f64 = 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const PROFILE: Profile = Profile { speed: 800.0, acceleration: 3200.0, deceleration: 3200.0 };
+
+    fn at_ms(ms: u64) -> Instant {
+        Instant::from_micros(ms * 1000)
+    }
+
+    #[test]
+    fn a_long_way_is_a_trapezoid() {
+        // 5000 increments at 800/s with 3200/s2: 250 ms up (100), 6 s along (4800), 250 ms down (100).
+        let way = Trajectory::through(Instant::ZERO, State::default(), &[5000.0], PROFILE);
+        for (ms, position, velocity) in
+            [(0, 0.0, 0.0), (125, 25.0, 400.0), (250, 100.0, 800.0), (3250, 2500.0, 800.0), (6375, 4975.0, 400.0)]
+        {
+            let state = way.at(at_ms(ms));
+            assert!((state.position - position).abs() < 1e-6 && (state.velocity - velocity).abs() < 1e-6, "{state:?}");
+        }
+        assert_eq!(way.end(), Some(at_ms(6500)));
+        assert_eq!(way.at(at_ms(6500)), State { position: 5000.0, velocity: 0.0 });
+    }
+
+    #[test]
+    fn a_short_way_is_a_triangle() {
+        let way = Trajectory::through(Instant::ZERO, State::default(), &[-50.0], PROFILE);
+        let peak = way.at(at_ms(125));
+        assert!((peak.position + 25.0).abs() < 1e-9 && (peak.velocity + 400.0).abs() < 1e-9, "{peak:?}");
+        assert_eq!(way.end(), Some(at_ms(250)));
+    }
+
+    #[test]
+    fn a_reversal_brakes_first() {
+        let moving = State { position: 0.0, velocity: 800.0 };
+        let way = Trajectory::through(Instant::ZERO, moving, &[-1000.0], PROFILE);
+        assert_eq!(way.at(at_ms(250)).velocity.round(), 0.0);
+        assert_eq!(way.at(at_ms(250)).position.round(), 100.0);
+        assert_eq!(way.rest_position(), Some(-1000.0));
+    }
+
+    #[test]
+    fn a_limit_is_passed_by_the_braking_distance() {
+        let way = Trajectory::ramp(Instant::ZERO, State::default(), 800.0, 3200.0).stopping_behind(1000.0, 1.0, 3200.0);
+        assert!((way.rest_position().unwrap() - 1100.0).abs() < 1e-6);
+        let back = Trajectory::ramp(Instant::ZERO, State::default(), 800.0, 3200.0).stopping_behind(-1.0, 1.0, 3200.0);
+        assert_eq!(back.rest_position(), None, "a limit behind the axis is never passed");
+    }
+
+    #[test]
+    fn changes_are_found_to_the_microsecond() {
+        let way = Trajectory::through(Instant::ZERO, State::default(), &[5000.0], PROFILE);
+        let above = |state: State| state.position >= 100.0;
+        let at = way.next_change(Instant::ZERO, above).unwrap();
+        assert!(above(way.at(at)) && !above(way.at(Instant::from_micros(at.as_micros() - 1))));
+        assert_eq!(way.next_change(at, above), None);
+        let moving = |state: State| state.velocity != 0.0;
+        assert_eq!(way.next_change(at_ms(1), moving), Some(at_ms(6500)));
+    }
+
+    fn profiles() -> impl Strategy<Value = Profile> {
+        (20.0..6000.0, 64.0..6400.0, 64.0..6400.0).prop_map(|(speed, acceleration, deceleration)| Profile {
+            speed,
+            acceleration,
+            deceleration,
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn every_way_is_continuous_and_keeps_its_profile(
+            position in -1e6..1e6, velocity in -6000.0..6000.0, stops in proptest::collection::vec(-1e6..1e6, 1..3),
+            profile in profiles(),
+        ) {
+            let way = Trajectory::through(Instant::ZERO, State { position, velocity }, &stops, profile);
+            let speed = profile.speed.max(f64::abs(velocity)) + 1e-3;
+            for pair in way.pieces.windows(2) {
+                let arrived = pair[0].at(pair[1].from_s - pair[0].from_s);
+                prop_assert!((arrived.position - pair[1].state.position).abs() < 1e-2, "{pair:?}");
+                prop_assert!((arrived.velocity - pair[1].state.velocity).abs() < 1e-2, "{pair:?}");
+                prop_assert!(pair[1].state.velocity.abs() <= speed);
+                prop_assert!(pair[0].acceleration.abs() <= profile.acceleration.max(profile.deceleration) + 1e-9);
+                prop_assert!(pair[0].state.velocity * pair[1].state.velocity >= 0.0, "{pair:?}");
+            }
+            prop_assert_eq!(way.rest_position(), stops.last().copied());
+        }
+
+        #[test]
+        fn a_way_does_not_depend_on_the_questions(cut_ms in 0_u64..20_000, target in -1e5..1e5, profile in profiles()) {
+            let whole = Trajectory::through(Instant::ZERO, State::default(), &[target], profile);
+            let cut = at_ms(cut_ms);
+            let again = Trajectory::through(cut, whole.at(cut), &[target], profile);
+            for later_ms in [0, 1, 10, 500, 5000, 100_000] {
+                let later = at_ms(cut_ms + later_ms);
+                prop_assert!((whole.at(later).position - again.at(later).position).abs() < 0.5);
+            }
+        }
+    }
+}
