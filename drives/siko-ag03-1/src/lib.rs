@@ -2,3 +2,5 @@
 
 pub mod fault;
 pub mod sim;
+pub mod state;
+pub mod worked_examples;
