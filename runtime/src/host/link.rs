@@ -1,10 +1,16 @@
 //! What a shell needs of a CAN interface, whatever carries the frames.
 
+use core::fmt;
+
 use crate::{Frame, Instant};
 
 /// A way onto a bus. The link's clock is the time of everything that runs over it: a link of a real
 /// interface tells the machine's time, a link of the [virtual bus](super::VirtualBus) tells virtual
 /// time, and code that waits through its link does not notice the difference.
+///
+/// A link outlives the troubles of its bus. When the interface goes down or the adapter is pulled
+/// out, [`Link::receive`] says so once, goes on waiting, and says when the bus is back. Only an
+/// error that [is final](LinkError::is_final) ends a link.
 pub trait Link {
     /// The time now.
     fn now(&self) -> Instant;
@@ -13,15 +19,32 @@ pub trait Link {
     ///
     /// # Errors
     ///
-    /// [`LinkError`] when the link is gone or cannot take the frame.
+    /// [`LinkError`] when the link is gone or cannot take the frame. After an error that is not
+    /// final the frame is lost and the link remains.
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError>;
 
-    /// Waits for a frame, no longer than `until`; `None` when none came.
+    /// Waits for a frame or a change of the bus's state, no longer than `until`; `None` when nothing
+    /// came.
     ///
     /// # Errors
     ///
-    /// [`LinkError`] when the link is gone.
-    fn receive(&mut self, until: Instant) -> Result<Option<Frame>, LinkError>;
+    /// [`LinkError`] when the link is gone for good.
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError>;
+
+    /// Waits for a frame, no longer than `until`, whatever happens to the bus meanwhile.
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::receive`].
+    fn receive_frame(&mut self, until: Instant) -> Result<Option<Frame>, LinkError> {
+        loop {
+            match self.receive(until)? {
+                Some(Incoming::Frame(frame)) => return Ok(Some(frame)),
+                Some(Incoming::State(_)) => {}
+                None => return Ok(None),
+            }
+        }
+    }
 }
 
 impl<L: Link + ?Sized> Link for std::boxed::Box<L> {
@@ -31,8 +54,57 @@ impl<L: Link + ?Sized> Link for std::boxed::Box<L> {
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         (**self).send(frame)
     }
-    fn receive(&mut self, until: Instant) -> Result<Option<Frame>, LinkError> {
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
         (**self).receive(until)
+    }
+}
+
+/// What comes out of a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Incoming {
+    /// A frame that somebody else sent.
+    Frame(Frame),
+    /// The bus is in another state than before. A link begins in [`BusState::Active`].
+    State(BusState),
+}
+
+/// How well the interface takes part in the bus (ISO 11898-1, 6.14; the states of a controller), and
+/// whether there is one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum BusState {
+    /// All is well, or well again: the error counters are below 96.
+    #[default]
+    Active,
+    /// An error counter has reached 96.
+    Warning,
+    /// An error counter has reached 128: nobody acknowledges, or the bit rates differ.
+    Passive,
+    /// The controller has left the bus: too many errors. It carries nothing until it is restarted.
+    Off,
+    /// The interface is down. It carries nothing until somebody sets it up.
+    Down,
+    /// The interface is gone: unplugged, or deleted.
+    Removed,
+}
+
+impl BusState {
+    /// Whether frames get through, if perhaps badly.
+    #[must_use]
+    pub const fn carries_frames(self) -> bool {
+        matches!(self, BusState::Active | BusState::Warning | BusState::Passive)
+    }
+}
+
+impl fmt::Display for BusState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            BusState::Active => "error active",
+            BusState::Warning => "error warning",
+            BusState::Passive => "error passive",
+            BusState::Off => "bus-off",
+            BusState::Down => "down",
+            BusState::Removed => "removed",
+        })
     }
 }
 
@@ -43,7 +115,21 @@ pub enum LinkError {
     /// The operating system refused.
     #[error("the link to the bus failed: {0}")]
     Io(#[from] std::io::Error),
+    /// The bus carries no frames at present.
+    #[error("the bus carries no frames, it is {0}")]
+    NoBus(BusState),
+    /// The interface's buffer stayed full.
+    #[error("the transmit buffer stays full: nobody on the bus acknowledges, or it is overloaded")]
+    Full,
     /// The other end is gone.
     #[error("the bus is gone: nobody serves this link any more")]
     Closed,
+}
+
+impl LinkError {
+    /// Whether the link is of no use any more; otherwise only this frame is lost.
+    #[must_use]
+    pub const fn is_final(&self) -> bool {
+        !matches!(self, LinkError::NoBus(_) | LinkError::Full)
+    }
 }

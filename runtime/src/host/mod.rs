@@ -5,5 +5,5 @@ pub mod candump;
 mod link;
 mod virtual_bus;
 
-pub use link::{Link, LinkError};
+pub use link::{BusState, Incoming, Link, LinkError};
 pub use virtual_bus::{Fate, Node, Pace, VirtualBus, VirtualLink};

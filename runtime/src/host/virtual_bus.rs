@@ -7,10 +7,10 @@
 
 use std::boxed::Box;
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::vec::Vec;
 
-use super::{Link, LinkError};
+use super::{BusState, Incoming, Link, LinkError};
 use crate::{Duration, Frame, Instant};
 
 /// Whatever takes part in a bus: the four verbs of a composite, with its dictionary already lent.
@@ -98,6 +98,7 @@ impl VirtualBus {
     pub fn link(&self) -> VirtualLink {
         let mailbox = Arc::new(Mutex::new(Mailbox::default()));
         self.attach(Arc::clone(&mailbox));
+        self.lock().links.push(Arc::downgrade(&mailbox));
         VirtualLink { bus: self.clone(), mailbox }
     }
 
@@ -111,6 +112,17 @@ impl VirtualBus {
         let mut state = self.lock();
         state.fate = Some(Box::new(fate));
         state.frames = 0;
+    }
+
+    /// Lets the bus fall ill, or be well again: every link is told, and while the state [carries no
+    /// frames](BusState::carries_frames) whatever is sent is lost.
+    pub fn set_state(&self, condition: BusState) {
+        let mut state = self.lock();
+        if core::mem::replace(&mut state.condition, condition) != condition {
+            for mailbox in state.links.iter().filter_map(Weak::upgrade) {
+                lock(&mailbox).incoming.push_back(Incoming::State(condition));
+            }
+        }
     }
 
     /// How fast time passes from now on.
@@ -164,14 +176,18 @@ impl Link for VirtualLink {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        let condition = self.bus.lock().condition;
+        if !condition.carries_frames() {
+            return Err(LinkError::NoBus(condition));
+        }
         lock(&self.mailbox).outgoing.push_back(*frame);
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<Frame>, LinkError> {
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
         loop {
-            if let Some(frame) = lock(&self.mailbox).incoming.pop_front() {
-                return Ok(Some(frame));
+            if let Some(incoming) = lock(&self.mailbox).incoming.pop_front() {
+                return Ok(Some(incoming));
             }
             if !self.bus.lock().step(until) {
                 return Ok(lock(&self.mailbox).incoming.pop_front());
@@ -191,7 +207,7 @@ impl Drop for VirtualLink {
 
 #[derive(Default)]
 struct Mailbox {
-    incoming: VecDeque<Frame>,
+    incoming: VecDeque<Incoming>,
     outgoing: VecDeque<Frame>,
     closed: bool,
 }
@@ -199,7 +215,7 @@ struct Mailbox {
 impl Node for Mailbox {
     fn handle_frame(&mut self, _: Instant, frame: &Frame) {
         if !self.closed {
-            self.incoming.push_back(*frame);
+            self.incoming.push_back(Incoming::Frame(*frame));
         }
     }
     fn handle_timeout(&mut self, _: Instant) {}
@@ -218,7 +234,9 @@ type Judge = Box<dyn FnMut(u64, &Frame) -> Fate + Send>;
 struct State {
     now: Instant,
     kbit_per_s: Option<u32>,
+    condition: BusState,
     stations: Vec<Station>,
+    links: Vec<Weak<Mutex<Mailbox>>>,
     wire: Option<InFlight>,
     delayed: Vec<InFlight>,
     observers: Vec<Observer>,
@@ -316,6 +334,9 @@ impl State {
     fn decide(&mut self, sent: InFlight) {
         let number = self.frames;
         self.frames += 1;
+        if !self.condition.carries_frames() {
+            return;
+        }
         match self.fate.as_mut().map_or(Fate::Deliver, |fate| fate(number, &sent.frame)) {
             Fate::Deliver => self.deliver(sent.sender, &sent.frame),
             Fate::Lose => {}
@@ -416,9 +437,9 @@ mod tests {
         let mut link = bus.link();
         let second = Instant::from_micros(1_000_000);
         // 111 bits at 2 us each.
-        assert_eq!(link.receive(second).unwrap().unwrap().id().raw(), 0x100);
+        assert_eq!(link.receive_frame(second).unwrap().unwrap().id().raw(), 0x100);
         assert_eq!(link.now(), Instant::from_micros(10_222));
-        assert_eq!(link.receive(second).unwrap().unwrap().id().raw(), 0x300);
+        assert_eq!(link.receive_frame(second).unwrap().unwrap().id().raw(), 0x300);
         assert_eq!(link.now(), Instant::from_micros(10_444));
     }
 
@@ -429,7 +450,7 @@ mod tests {
         a.send(&frame(0x123, &[1])).unwrap();
         assert_eq!(a.receive(Instant::from_micros(50)).unwrap(), None);
         assert_eq!(a.now(), Instant::from_micros(50));
-        assert_eq!(b.receive(Instant::from_micros(50)).unwrap(), Some(frame(0x123, &[1])));
+        assert_eq!(b.receive_frame(Instant::from_micros(50)).unwrap(), Some(frame(0x123, &[1])));
     }
 
     #[test]
@@ -447,9 +468,24 @@ mod tests {
             a.send(&frame(id, &[])).unwrap();
         }
         let mut heard = vec![];
-        while let Some(frame) = b.receive(Instant::from_micros(2_000)).unwrap() {
+        while let Some(frame) = b.receive_frame(Instant::from_micros(2_000)).unwrap() {
             heard.push(frame.id().raw());
         }
         assert_eq!(heard, [1, 1, 7, 4, 2]);
+    }
+
+    #[test]
+    fn links_hear_of_the_buss_state_and_a_dead_bus_carries_nothing() {
+        let bus = VirtualBus::new();
+        let (mut a, mut b) = (bus.link(), bus.link());
+        let soon = Instant::from_micros(10);
+        a.send(&frame(1, &[])).unwrap();
+        bus.set_state(BusState::Off);
+        assert!(matches!(a.send(&frame(2, &[])), Err(error @ LinkError::NoBus(BusState::Off)) if !error.is_final()));
+        bus.set_state(BusState::Active);
+        a.send(&frame(3, &[])).unwrap();
+        let heard: Vec<_> = core::iter::from_fn(|| b.receive(soon).unwrap()).collect();
+        let states = [BusState::Off, BusState::Active].map(Incoming::State);
+        assert_eq!(heard, [states[0], states[1], Incoming::Frame(frame(1, &[])), Incoming::Frame(frame(3, &[]))]);
     }
 }
