@@ -21,7 +21,9 @@ pub mod frame;
 pub mod host;
 pub mod id;
 pub mod object;
+pub mod service;
 pub mod time;
+pub mod wire;
 
 pub use abort::AbortCode;
 pub use frame::Frame;

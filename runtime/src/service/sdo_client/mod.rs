@@ -1,0 +1,379 @@
+//! SDO client: access to the dictionary of another device (CiA 301, 7.2.4).
+//!
+//! ```text
+//!            read, write                 answer of the server
+//!     Idle -------------> Initiate... -----------------------> ...Segments
+//!      ^                       |                                    |
+//!      +--- Event::Done -------+------------------------------------+
+//!      +--- Event::Failed: abort of the server, time-out, violation +
+//! ```
+//!
+//! The data is lent to each call as a [`Payload`], which is written from and read into by offset; so
+//! the client holds none, and a segment that got lost is read again. It must be the same payload from
+//! [`SdoClient::read`] or [`SdoClient::write`] until the event that ends the transfer.
+
+mod payload;
+mod segmented;
+
+pub use self::payload::{Payload, Scalar};
+
+use self::segmented::{Download, Upload};
+use crate::abort::AbortCode;
+use crate::frame::Frame;
+use crate::id::{CobId, NodeId};
+use crate::object::Address;
+use crate::time::{Duration, Instant};
+use crate::wire::sdo::{Abort, ClientRequest, ServerResponse};
+
+/// One SDO channel to a device, the side that reads and writes. One transfer at a time.
+#[derive(Clone, Debug)]
+pub struct SdoClient {
+    request: CobId,
+    response: CobId,
+    timeout: Duration,
+    always_four_bytes: bool,
+    state: State,
+    /// The last frame of the transfer before, until it is pulled: an abort, or the end of a block upload.
+    parting: Option<[u8; 8]>,
+    /// Whether the state has a frame to send.
+    unsent: bool,
+    /// The last response that was taken: a repetition of it is ignored.
+    taken: [u8; 8],
+    /// When the server has been silent for too long; of no meaning in `Idle`.
+    deadline: Instant,
+}
+
+/// How a transfer ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// In success.
+    Done {
+        /// The entry.
+        address: Address,
+        /// How many bytes were read or written. When the device did not tell (command 42h), these are as many
+        /// of four bytes as the payload had room for.
+        len: u32,
+    },
+    /// In an error.
+    Failed(SdoError),
+}
+
+/// Why a transfer failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SdoError {
+    /// The device refused or gave up.
+    #[error("{address}: the device aborts: {code}")]
+    Aborted {
+        /// The entry.
+        address: Address,
+        /// The reason, as the device gives it.
+        code: AbortCode,
+    },
+    /// The device did not answer in time. It was told so by an abort.
+    #[error("{address}: no answer of the device in time")]
+    TimedOut {
+        /// The entry.
+        address: Address,
+    },
+    /// The device sends more bytes than the payload has room for.
+    #[error("{address}: the device sends more than the {capacity} bytes that there is room for")]
+    TooLong {
+        /// The entry.
+        address: Address,
+        /// The bytes that were taken.
+        capacity: u32,
+    },
+    /// The payload has fewer bytes than were to be written.
+    #[error("{address}: only {len} bytes are there to be written")]
+    TooShort {
+        /// The entry.
+        address: Address,
+        /// The bytes that were there.
+        len: u32,
+    },
+    /// The device broke the protocol, and was told so by an abort.
+    #[error("{address}: the device breaks the protocol: {code}")]
+    Violation {
+        /// The entry.
+        address: Address,
+        /// What it was told.
+        code: AbortCode,
+    },
+}
+
+impl SdoError {
+    /// The entry whose transfer failed.
+    #[must_use]
+    pub const fn address(&self) -> Address {
+        match *self {
+            SdoError::Aborted { address, .. }
+            | SdoError::TimedOut { address }
+            | SdoError::TooLong { address, .. }
+            | SdoError::TooShort { address, .. }
+            | SdoError::Violation { address, .. } => address,
+        }
+    }
+}
+
+/// The client has a transfer under way already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{address}: an SDO transfer is still under way")]
+pub struct Busy {
+    /// The entry that is being transferred.
+    pub address: Address,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum State {
+    Idle,
+    Upload(Upload),
+    Download(Download),
+    /// The payload was too short; what is left is to report it.
+    Failed(SdoError),
+}
+
+/// Why a transfer ends that is not at its end: what the server is told, and the user.
+struct Failure {
+    told: Option<AbortCode>,
+    error: SdoError,
+}
+
+/// No response begins with a specifier of 7.
+const NOTHING: [u8; 8] = [0xFF; 8];
+
+impl SdoClient {
+    /// A client that sends to `request` and listens to `response`. It waits 1 s for each answer.
+    #[must_use]
+    pub const fn new(request: CobId, response: CobId) -> Self {
+        SdoClient {
+            request,
+            response,
+            timeout: Duration::from_secs(1),
+            always_four_bytes: false,
+            state: State::Idle,
+            parting: None,
+            unsent: false,
+            taken: NOTHING,
+            deadline: Instant::ZERO,
+        }
+    }
+
+    /// A client of the default server of a node (1200h): 600h + node-ID, answered with 580h + node-ID.
+    #[must_use]
+    pub const fn of_node(node: NodeId) -> Self {
+        SdoClient::new(CobId::of_node(0x600, node), CobId::of_node(0x580, node))
+    }
+
+    /// Waits `timeout` for each answer.
+    #[must_use]
+    pub const fn with_timeout(self, timeout: Duration) -> Self {
+        SdoClient { timeout, ..self }
+    }
+
+    /// Whether values of less than four bytes are written as four (command 23h), padded with zeros. Some
+    /// devices know no other way.
+    #[must_use]
+    pub const fn with_always_four_bytes(self, always_four_bytes: bool) -> Self {
+        SdoClient { always_four_bytes, ..self }
+    }
+
+    /// The COB-ID of requests.
+    #[must_use]
+    pub const fn request_id(&self) -> CobId {
+        self.request
+    }
+
+    /// The COB-ID of responses.
+    #[must_use]
+    pub const fn response_id(&self) -> CobId {
+        self.response
+    }
+
+    /// Whether a transfer is under way.
+    #[must_use]
+    pub const fn is_busy(&self) -> bool {
+        !matches!(self.state, State::Idle)
+    }
+
+    /// Begins to read an entry.
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`] when a transfer is under way.
+    #[inline]
+    pub fn read(&mut self, now: Instant, address: Address) -> Result<(), Busy> {
+        self.begin(now, State::Upload(Upload::new(address)))
+    }
+
+    /// Begins to write the first `len` bytes of the payload into an entry.
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`] when a transfer is under way.
+    #[inline]
+    pub fn write(&mut self, now: Instant, address: Address, len: u32) -> Result<(), Busy> {
+        self.begin(now, State::Download(Download::new(address, len)))
+    }
+
+    /// Gives up the transfer under way, and tells the server why. No event follows.
+    pub fn abort(&mut self, code: AbortCode) {
+        if let Some(address) = self.address() {
+            self.end(Some(Abort { address, code }));
+        }
+    }
+
+    /// Takes a frame. Frames of other identifiers, remote frames, frames of other than eight bytes and
+    /// answers for other entries are ignored.
+    #[inline]
+    pub fn handle_frame(&mut self, now: Instant, frame: &Frame, payload: &mut dyn Payload) -> Option<Event> {
+        if frame.id() != self.response {
+            return None;
+        }
+        let bytes = frame.data().try_into().ok()?;
+        self.handle_response(now, bytes, payload)
+    }
+
+    /// Gives up a transfer whose server has been silent for too long.
+    pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+        let address = self.address().filter(|_| now >= self.deadline)?;
+        if let State::Failed(error) = self.state {
+            self.end(None);
+            return Some(Event::Failed(error));
+        }
+        let failure = Failure { told: Some(AbortCode::TIMED_OUT), error: SdoError::TimedOut { address } };
+        Some(self.fail(address, failure))
+    }
+
+    /// The next frame to be sent.
+    #[inline]
+    pub fn poll_transmit(&mut self, now: Instant, payload: &mut dyn Payload) -> Option<Frame> {
+        if let Some(parting) = self.parting.take() {
+            return Some(Frame::from_array(self.request, parting));
+        }
+        if !self.unsent {
+            return None;
+        }
+        self.unsent = false;
+        self.deadline = now + self.timeout;
+        let request = match &self.state {
+            State::Upload(upload) => Ok(upload.request()),
+            State::Download(download) => download.request(self.always_four_bytes, payload),
+            State::Idle | State::Failed(_) => return None,
+        };
+        match request {
+            Ok(request) => Some(Frame::from_array(self.request, request.to_bytes())),
+            Err(failure) => self.fail_later(now, failure),
+        }
+    }
+
+    /// When to call [`SdoClient::handle_timeout`]. Changes with every frame, in or out.
+    #[must_use]
+    pub const fn poll_timeout(&self) -> Option<Instant> {
+        if self.is_busy() { Some(self.deadline) } else { None }
+    }
+
+    fn begin(&mut self, now: Instant, state: State) -> Result<(), Busy> {
+        if let Some(address) = self.address() {
+            return Err(Busy { address });
+        }
+        self.state = state;
+        self.unsent = true;
+        self.taken = NOTHING;
+        self.deadline = now + self.timeout;
+        Ok(())
+    }
+
+    fn handle_response(&mut self, now: Instant, bytes: &[u8; 8], payload: &mut dyn Payload) -> Option<Event> {
+        // A response to a request that was not sent yet is one of a transfer before.
+        if self.unsent || *bytes == self.taken {
+            return None;
+        }
+        let address = self.address()?;
+        let response = ServerResponse::parse(bytes);
+        if let Some(ServerResponse::Abort(abort)) = response {
+            return self.handle_abort(address, abort);
+        }
+        let outcome = match &mut self.state {
+            State::Upload(upload) => upload.handle(response, payload),
+            State::Download(download) => download.handle(response),
+            State::Idle | State::Failed(_) => return None,
+        };
+        match outcome {
+            Ok(Progress::Ignored) => None,
+            Ok(Progress::Continue) => {
+                self.taken = *bytes;
+                self.unsent = true;
+                self.deadline = now + self.timeout;
+                None
+            }
+            Ok(Progress::Done { len }) => {
+                self.end(None);
+                Some(Event::Done { address, len })
+            }
+            Err(failure) => Some(self.fail(address, failure)),
+        }
+    }
+
+    /// An abort for another entry belongs to a transfer that is over here. A server that does not know
+    /// what it aborts names `0000:00`; but it knows what it is asked to begin.
+    fn handle_abort(&mut self, address: Address, abort: Abort) -> Option<Event> {
+        let begun = match &self.state {
+            State::Upload(upload) => upload.is_begun(),
+            State::Download(download) => download.is_begun(),
+            State::Idle | State::Failed(_) => false,
+        };
+        if abort.address != address && !(begun && abort.address == Address::new(0, 0)) {
+            return None;
+        }
+        self.end(None);
+        Some(Event::Failed(SdoError::Aborted { address, code: abort.code }))
+    }
+
+    #[cold]
+    fn fail(&mut self, address: Address, failure: Failure) -> Event {
+        self.end(failure.told.map(|code| Abort { address, code }));
+        Event::Failed(failure.error)
+    }
+
+    /// Sending does not give events: the failure is reported by a deadline that has come.
+    #[cold]
+    fn fail_later(&mut self, now: Instant, failure: Failure) -> Option<Frame> {
+        let address = failure.error.address();
+        self.state = State::Failed(failure.error);
+        self.deadline = now;
+        let abort = ClientRequest::Abort(Abort { address, code: failure.told? });
+        Some(Frame::from_array(self.request, abort.to_bytes()))
+    }
+
+    fn end(&mut self, abort: Option<Abort>) {
+        self.state = State::Idle;
+        self.unsent = false;
+        self.parting = abort.map(|abort| ClientRequest::Abort(abort).to_bytes());
+    }
+
+    /// The entry that is transferred.
+    fn address(&self) -> Option<Address> {
+        match &self.state {
+            State::Idle => None,
+            State::Upload(upload) => Some(upload.address()),
+            State::Download(download) => Some(download.address()),
+            State::Failed(error) => Some(error.address()),
+        }
+    }
+}
+
+/// What a response did to a transfer.
+enum Progress {
+    /// It does not belong to it.
+    Ignored,
+    /// The next request is to be sent.
+    Continue,
+    /// The transfer is complete.
+    Done { len: u32 },
+}
+
+/// The server did what it must not.
+fn violation(address: Address, code: AbortCode) -> Failure {
+    Failure { told: Some(code), error: SdoError::Violation { address, code } }
+}

@@ -1,0 +1,200 @@
+//! Expedited and segmented transfers (CiA 301, 7.2.4.3.3 to 7.2.4.3.8).
+
+use super::{Failure, Payload, Progress, SdoError, violation};
+use crate::abort::AbortCode;
+use crate::object::Address;
+use crate::wire::sdo::{ClientRequest, Content, Expedited, Segment, ServerResponse};
+
+/// A read under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Upload {
+    address: Address,
+    /// `None` until the server has begun to answer.
+    segments: Option<Segments>,
+}
+
+/// What of a read has come.
+#[derive(Clone, Copy, Debug)]
+struct Segments {
+    toggle: bool,
+    offset: u32,
+    announced: Option<u32>,
+}
+
+/// A write under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Download {
+    address: Address,
+    len: u32,
+    /// What the server has confirmed.
+    offset: u32,
+    /// `None` until the server has begun to answer.
+    toggle: Option<bool>,
+}
+
+impl Upload {
+    pub(super) const fn new(address: Address) -> Self {
+        Upload { address, segments: None }
+    }
+
+    pub(super) fn address(&self) -> Address {
+        self.address
+    }
+
+    pub(super) fn is_begun(&self) -> bool {
+        self.segments.is_some()
+    }
+
+    #[inline]
+    pub(super) fn request(&self) -> ClientRequest {
+        match self.segments {
+            None => ClientRequest::InitiateUpload { address: self.address },
+            Some(Segments { toggle, .. }) => ClientRequest::UploadSegment { toggle },
+        }
+    }
+
+    #[inline]
+    pub(super) fn handle(
+        &mut self,
+        response: Option<ServerResponse>,
+        payload: &mut dyn Payload,
+    ) -> Result<Progress, Failure> {
+        match (&mut self.segments, response) {
+            (None, Some(ServerResponse::InitiateUpload { address, content })) if address == self.address => {
+                self.begin(content, payload)
+            }
+            // Nothing else is an answer to what was asked.
+            (None, _) => Ok(Progress::Ignored),
+            (Some(segments), Some(ServerResponse::UploadSegment(segment))) => {
+                segments.take(self.address, segment, payload)
+            }
+            (Some(_), _) => Err(violation(self.address, AbortCode::UNKNOWN_COMMAND)),
+        }
+    }
+
+    #[inline]
+    pub(super) fn begin(&mut self, content: Content, payload: &mut dyn Payload) -> Result<Progress, Failure> {
+        match content {
+            Content::Expedited(expedited) => {
+                let taken = payload.store(0, expedited.data());
+                match expedited.len() {
+                    // Nothing is left that the server could be told to abort.
+                    Some(len) if taken < len => {
+                        Err(Failure { told: None, error: too_long(self.address, taken as u32) })
+                    }
+                    _ => Ok(Progress::Done { len: taken as u32 }),
+                }
+            }
+            Content::Segmented { size } => {
+                self.segments = Some(Segments { toggle: false, offset: 0, announced: size });
+                Ok(Progress::Continue)
+            }
+        }
+    }
+}
+
+impl Segments {
+    #[inline]
+    fn take(&mut self, address: Address, segment: Segment, payload: &mut dyn Payload) -> Result<Progress, Failure> {
+        if segment.toggle != self.toggle {
+            return Err(violation(address, AbortCode::TOGGLE_BIT));
+        }
+        let data = segment.data();
+        let end = self.offset.checked_add(data.len() as u32);
+        let Some(end) = end.filter(|end| self.announced.is_none_or(|announced| *end <= announced)) else {
+            return Err(violation(address, AbortCode::LENGTH_TOO_HIGH));
+        };
+        let taken = payload.store(self.offset, data);
+        if taken < data.len() {
+            let error = too_long(address, self.offset.saturating_add(taken as u32));
+            return Err(Failure { told: Some(AbortCode::OUT_OF_MEMORY), error });
+        }
+        self.offset = end;
+        self.toggle = !self.toggle;
+        match self.announced {
+            _ if !segment.last => Ok(Progress::Continue),
+            Some(announced) if end < announced => Err(violation(address, AbortCode::LENGTH_TOO_LOW)),
+            _ => Ok(Progress::Done { len: end }),
+        }
+    }
+}
+
+impl Download {
+    pub(super) const fn new(address: Address, len: u32) -> Self {
+        Download { address, len, offset: 0, toggle: None }
+    }
+
+    pub(super) fn address(&self) -> Address {
+        self.address
+    }
+
+    pub(super) fn is_begun(&self) -> bool {
+        self.toggle.is_some()
+    }
+
+    #[inline]
+    pub(super) fn request(&self, always_four_bytes: bool, payload: &mut dyn Payload) -> Result<ClientRequest, Failure> {
+        let mut buffer = [0; 8];
+        match self.toggle {
+            None if (1..=4).contains(&self.len) => {
+                let len = self.len as usize;
+                self.load(&mut buffer, len, payload)?;
+                let data = buffer.get(..if always_four_bytes { 4 } else { len }).and_then(Expedited::new);
+                let content = data.map_or(Content::Segmented { size: Some(self.len) }, Content::Expedited);
+                Ok(ClientRequest::InitiateDownload { address: self.address, content })
+            }
+            None => {
+                let content = Content::Segmented { size: Some(self.len) };
+                Ok(ClientRequest::InitiateDownload { address: self.address, content })
+            }
+            Some(toggle) => {
+                let left = self.len - self.offset;
+                let len = left.min(7) as usize;
+                self.load(&mut buffer, len, payload)?;
+                Ok(ClientRequest::DownloadSegment(Segment::of_buffer(toggle, buffer, len, left <= 7)))
+            }
+        }
+    }
+
+    #[inline]
+    fn load(&self, buffer: &mut [u8; 8], len: usize, payload: &mut dyn Payload) -> Result<(), Failure> {
+        let got = buffer.get_mut(..len).map_or(0, |buffer| payload.load(self.offset, buffer));
+        if got == len { Ok(()) } else { Err(too_short(self, got)) }
+    }
+
+    #[inline]
+    pub(super) fn handle(&mut self, response: Option<ServerResponse>) -> Result<Progress, Failure> {
+        match (self.toggle, response) {
+            (None, Some(ServerResponse::InitiateDownload { address })) if address == self.address => {
+                if (1..=4).contains(&self.len) {
+                    return Ok(Progress::Done { len: self.len });
+                }
+                self.toggle = Some(false);
+                Ok(Progress::Continue)
+            }
+            // Nothing else is an answer to what was asked.
+            (None, _) => Ok(Progress::Ignored),
+            (Some(toggle), Some(ServerResponse::DownloadSegment { toggle: confirmed })) => {
+                if toggle != confirmed {
+                    return Err(violation(self.address, AbortCode::TOGGLE_BIT));
+                }
+                self.offset = self.offset.saturating_add(7).min(self.len);
+                self.toggle = Some(!toggle);
+                if self.offset == self.len { Ok(Progress::Done { len: self.len }) } else { Ok(Progress::Continue) }
+            }
+            (Some(_), _) => Err(violation(self.address, AbortCode::UNKNOWN_COMMAND)),
+        }
+    }
+}
+
+fn too_long(address: Address, capacity: u32) -> SdoError {
+    SdoError::TooLong { address, capacity }
+}
+
+#[cold]
+fn too_short(download: &Download, got: usize) -> Failure {
+    // Before the first frame there is no transfer that the server could be told to abort.
+    let told = download.is_begun().then_some(AbortCode::CANNOT_TRANSFER);
+    let len = download.offset.saturating_add(got as u32);
+    Failure { told, error: SdoError::TooShort { address: download.address, len } }
+}

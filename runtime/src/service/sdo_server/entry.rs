@@ -1,0 +1,163 @@
+//! An entry as the transfers see it: a stream of bytes, read or written from its beginning to its end.
+
+use crate::abort::AbortCode;
+use crate::object::{Address, Entry, ObjectDictionary};
+use crate::wire::sdo::Expedited;
+
+/// An entry being read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source {
+    entry: Entry,
+    /// The value, when all of it was read at the beginning: it must not change between two segments.
+    value: Option<Value>,
+}
+
+/// A value of at most eight bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Value {
+    pub(super) len: usize,
+    pub(super) bytes: [u8; 8],
+}
+
+impl Source {
+    #[inline]
+    pub(super) fn open(address: Address, od: &mut dyn ObjectDictionary) -> Result<Self, AbortCode> {
+        let entry = od.entry(address)?;
+        if !entry.access.is_readable() {
+            return Err(AbortCode::WRITE_ONLY);
+        }
+        let mut bytes = [0; 8];
+        let len = od.read(&entry, 0, &mut bytes)?;
+        let is_whole = len < bytes.len() || entry.data_type.size().is_some();
+        Ok(Source { entry, value: is_whole.then_some(Value { len, bytes }) })
+    }
+
+    pub(super) fn address(&self) -> Address {
+        self.entry.address
+    }
+
+    /// The value, when it is small.
+    #[inline]
+    pub(super) fn value(&self) -> Option<&Value> {
+        self.value.as_ref()
+    }
+
+    /// The number of bytes, if the dictionary knows it beforehand.
+    pub(super) fn size(&self, od: &mut dyn ObjectDictionary) -> Option<u32> {
+        match self.value {
+            Some(value) => Some(value.len as u32),
+            None => od.len(&self.entry),
+        }
+    }
+
+    /// Reads one segment, and whether it is the last one: that is known since one byte more is asked for
+    /// than a segment has.
+    #[inline]
+    pub(super) fn read(&self, offset: u32, od: &mut dyn ObjectDictionary) -> Result<(Value, bool), AbortCode> {
+        let mut bytes = [0; 8];
+        let len = match &self.value {
+            Some(value) => {
+                bytes =
+                    (u64::from_le_bytes(value.bytes).checked_shr(offset.saturating_mul(8)).unwrap_or(0)).to_le_bytes();
+                value.len.saturating_sub(offset as usize)
+            }
+            None => od.read(&self.entry, offset, &mut bytes)?,
+        };
+        Ok((Value { len: len.min(7), bytes }, len <= 7))
+    }
+}
+
+/// An entry being written.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sink {
+    entry: Entry,
+    announced: Option<u32>,
+    /// Bytes taken so far.
+    offset: u32,
+    /// The bytes of a value of a fixed size, which the dictionary gets whole.
+    value: [u8; 8],
+}
+
+impl Sink {
+    #[inline]
+    pub(super) fn open(
+        address: Address,
+        announced: Option<u32>,
+        od: &mut dyn ObjectDictionary,
+    ) -> Result<Self, AbortCode> {
+        let entry = writable(address, od)?;
+        let most = match entry.data_type.size() {
+            Some(size) => Some(size as u32),
+            None if entry.capacity > 0 => Some(u32::from(entry.capacity)),
+            None => None,
+        };
+        match (announced, most) {
+            (Some(len), Some(most)) if len > most => return Err(AbortCode::LENGTH_TOO_HIGH),
+            (Some(len), Some(most)) if len < most && entry.data_type.size().is_some() => {
+                return Err(AbortCode::LENGTH_TOO_LOW);
+            }
+            _ => {}
+        }
+        Ok(Sink { entry, announced, offset: 0, value: [0; 8] })
+    }
+
+    pub(super) fn address(&self) -> Address {
+        self.entry.address
+    }
+
+    /// Takes the next bytes.
+    #[inline]
+    pub(super) fn write(&mut self, data: &[u8], last: bool, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
+        let start = self.offset;
+        let end = start.checked_add(data.len() as u32).ok_or(AbortCode::LENGTH_TOO_HIGH)?;
+        match self.announced {
+            Some(announced) if end > announced => return Err(AbortCode::LENGTH_TOO_HIGH),
+            Some(announced) if last && end < announced => return Err(AbortCode::LENGTH_TOO_LOW),
+            _ => self.offset = end,
+        }
+        let Some(size) = self.entry.data_type.size() else {
+            return od.write(&self.entry, start, data, last);
+        };
+        let room = self.value.get_mut(..size).and_then(|value| value.get_mut(start as usize..end as usize));
+        room.ok_or(AbortCode::LENGTH_TOO_HIGH)?.copy_from_slice(data);
+        if last { write_value(&self.entry, &self.value, end as usize, od) } else { Ok(()) }
+    }
+}
+
+/// Writes an entry whose data came in one frame. When nobody tells how many of the four bytes count, or
+/// when some of them may be padding, the entry knows.
+#[inline]
+pub(super) fn write_expedited(
+    address: Address,
+    data: Expedited,
+    may_be_padded: bool,
+    od: &mut dyn ObjectDictionary,
+) -> Result<(), AbortCode> {
+    let entry = writable(address, od)?;
+    let data = data.data();
+    let Some(size) = entry.data_type.size() else {
+        return od.write(&entry, 0, data, true);
+    };
+    let mut bytes = [0; 8];
+    bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+    let len = if may_be_padded && data.len() == 4 { size.min(4) } else { data.len() };
+    write_value(&entry, &bytes, len, od)
+}
+
+fn writable(address: Address, od: &mut dyn ObjectDictionary) -> Result<Entry, AbortCode> {
+    let entry = od.entry(address)?;
+    if entry.access.is_writable() { Ok(entry) } else { Err(AbortCode::READ_ONLY) }
+}
+
+/// Writes a value of a fixed size, which must have come in full.
+#[inline]
+fn write_value(entry: &Entry, bytes: &[u8; 8], len: usize, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
+    let size = entry.data_type.size().unwrap_or(len);
+    if len < size {
+        return Err(AbortCode::LENGTH_TOO_LOW);
+    }
+    match bytes.get(..size) {
+        Some(value) if len == size => od.write(entry, 0, value, true),
+        _ => Err(AbortCode::LENGTH_TOO_HIGH),
+    }
+}

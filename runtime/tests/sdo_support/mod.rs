@@ -1,0 +1,203 @@
+//! A client and a server on a bus in virtual time, and a dictionary that can be anything.
+#![allow(dead_code, unreachable_pub, reason = "every test file uses its own part of this")]
+
+use std::collections::BTreeMap;
+
+use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary, PdoMapping};
+use lexican_runtime::service::sdo_client::{self, Payload, SdoClient};
+use lexican_runtime::service::sdo_server::{self, SdoServer};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
+
+pub const NODE: NodeId = NodeId::literal(5);
+
+pub const fn at(index: u16, sub: u8) -> Address {
+    Address::new(index, sub)
+}
+
+/// `605#40 7C 60 00 00 00 00 00`, spaces at will.
+pub fn frame(text: &str) -> Frame {
+    let (id, data) = text.split_once('#').expect("an identifier and a #");
+    let digits: Vec<char> = data.chars().filter(|c| !c.is_whitespace()).collect();
+    let bytes: Vec<u8> =
+        digits.chunks(2).map(|pair| u8::from_str_radix(&String::from_iter(pair), 16).expect("hex digits")).collect();
+    let id = CobId::standard(u16::from_str_radix(id, 16).expect("an identifier")).expect("11 bits");
+    Frame::new(id, &bytes).expect("at most eight bytes")
+}
+
+/// Bytes that differ from their neighbours, so that an exchanged one shows.
+pub fn pattern(len: usize) -> Vec<u8> {
+    (0..len).map(|i| (i * 31 + i / 251 * 7 + 1) as u8).collect()
+}
+
+/// A dictionary in memory. Text, bytes and domains grow as they are written.
+#[derive(Clone, Default)]
+pub struct Od {
+    pub entries: BTreeMap<Address, (Entry, Vec<u8>)>,
+    /// Whether the dictionary knows lengths beforehand.
+    pub hides_len: bool,
+    /// What every write is refused with.
+    pub refusal: Option<AbortCode>,
+    /// From which offset on reads fail.
+    pub breaks_at: Option<u32>,
+    /// How often a value was written to its end.
+    pub completed: usize,
+}
+
+impl Od {
+    pub fn with(mut self, address: Address, data_type: DataType, access: Access, value: &[u8]) -> Self {
+        let mapping = PdoMapping::None;
+        let capacity = data_type.size().unwrap_or(0) as u16;
+        let entry = Entry { address, data_type, access, mapping, offset: 0, capacity, limit: 0 };
+        self.entries.insert(address, (entry, value.to_vec()));
+        self
+    }
+
+    pub fn value(&self, address: Address) -> &[u8] {
+        &self.entries[&address].1
+    }
+}
+
+impl ObjectDictionary for Od {
+    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
+        match self.entries.get(&address) {
+            Some((entry, _)) => Ok(*entry),
+            None if self.entries.keys().any(|other| other.index() == address.index()) => {
+                Err(AbortCode::NO_SUCH_SUB_INDEX)
+            }
+            None => Err(AbortCode::NO_SUCH_OBJECT),
+        }
+    }
+
+    fn len(&self, entry: &Entry) -> Option<u32> {
+        if self.hides_len { None } else { Some(self.value(entry.address).len() as u32) }
+    }
+
+    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
+        if self.breaks_at.is_some_and(|end| offset >= end) {
+            return Err(AbortCode::HARDWARE_ERROR);
+        }
+        let rest = self.value(entry.address).get(offset as usize..).expect("reads stay within the value");
+        let len = rest.len().min(buffer.len());
+        buffer[..len].copy_from_slice(&rest[..len]);
+        Ok(len)
+    }
+
+    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+        if let Some(code) = self.refusal {
+            return Err(code);
+        }
+        let value = &mut self.entries.get_mut(&entry.address).expect("the entry was found before").1;
+        if let Some(size) = entry.data_type.size() {
+            assert_eq!((offset, data.len(), last), (0, size, true), "values of a fixed size come whole");
+        }
+        assert!(offset as usize <= value.len() || offset == 0, "writes leave no gaps");
+        value.truncate(offset as usize);
+        value.extend_from_slice(data);
+        self.completed += usize::from(last);
+        Ok(())
+    }
+}
+
+/// What becomes of frame `k`.
+pub type Fault<'a> = &'a mut dyn FnMut(usize, Frame) -> Vec<Frame>;
+
+/// A client and a server of node 5.
+pub struct Bus {
+    pub client: SdoClient,
+    pub server: SdoServer,
+    pub od: Od,
+    pub now: Instant,
+    /// Everything that was sent, lost or not.
+    pub log: Vec<Frame>,
+    /// What the server reported.
+    pub events: Vec<sdo_server::Event>,
+}
+
+impl Bus {
+    pub fn new(od: Od) -> Self {
+        let (client, server) = (SdoClient::of_node(NODE), SdoServer::of_node(NODE));
+        Bus { client, server, od, now: Instant::ZERO, log: vec![], events: vec![] }
+    }
+
+    pub fn read(&mut self, address: Address) -> (sdo_client::Event, Vec<u8>) {
+        self.client.read(self.now, address).expect("the client is idle");
+        let mut buffer = Growing::default();
+        let event = self.run(&mut buffer, &mut |_, frame| vec![frame]);
+        (event, buffer.0)
+    }
+
+    pub fn write(&mut self, address: Address, data: &[u8]) -> sdo_client::Event {
+        self.client.write(self.now, address, data.len() as u32).expect("the client is idle");
+        self.run(&mut { data }, &mut |_, frame| vec![frame])
+    }
+
+    /// Runs the transfer that was begun until it ends. Every frame takes 250 us.
+    pub fn run(&mut self, payload: &mut dyn Payload, fault: Fault<'_>) -> sdo_client::Event {
+        for _ in 0..100_000 {
+            if let Some(event) = self.step(payload, fault) {
+                return event;
+            }
+        }
+        panic!("the transfer does not end");
+    }
+
+    /// Lets everything happen that is still to happen without the client beginning anything.
+    pub fn settle(&mut self) {
+        while self.server.is_busy() || self.client.is_busy() {
+            self.step(&mut [0_u8; 0], &mut |_, frame| vec![frame]);
+        }
+        while let Some(frame) = self.client.poll_transmit(self.now, &mut [0_u8; 0]) {
+            self.server.handle_frame(self.now, &frame, &mut self.od);
+        }
+        while let Some(frame) = self.server.poll_transmit(self.now, &mut self.od) {
+            self.client.handle_frame(self.now, &frame, &mut [0_u8; 0]);
+        }
+    }
+
+    /// One frame of each side, or one deadline.
+    fn step(&mut self, payload: &mut dyn Payload, fault: Fault<'_>) -> Option<sdo_client::Event> {
+        let from_client = self.client.poll_transmit(self.now, payload);
+        if let Some(event) = from_client.and_then(|frame| self.deliver(frame, payload, fault)) {
+            return Some(event);
+        }
+        let from_server = self.server.poll_transmit(self.now, &mut self.od);
+        if let Some(event) = from_server.and_then(|frame| self.deliver(frame, payload, fault)) {
+            return Some(event);
+        }
+        if from_client.is_some() || from_server.is_some() {
+            return None;
+        }
+        let next = self.client.poll_timeout().into_iter().chain(self.server.poll_timeout()).min();
+        self.now = self.now.max(next.expect("somebody waits for something"));
+        self.events.extend(self.server.handle_timeout(self.now));
+        self.client.handle_timeout(self.now)
+    }
+
+    fn deliver(&mut self, frame: Frame, payload: &mut dyn Payload, fault: Fault<'_>) -> Option<sdo_client::Event> {
+        let k = self.log.len();
+        self.log.push(frame);
+        let mut ended = None;
+        for frame in fault(k, frame) {
+            self.now += Duration::from_micros(250);
+            self.events.extend(self.server.handle_frame(self.now, &frame, &mut self.od));
+            ended = ended.or(self.client.handle_frame(self.now, &frame, payload));
+        }
+        ended
+    }
+}
+
+/// Room for everything.
+#[derive(Default)]
+pub struct Growing(pub Vec<u8>);
+
+impl Payload for Growing {
+    fn load(&mut self, offset: u32, buffer: &mut [u8]) -> usize {
+        (&self.0[..]).load(offset, buffer)
+    }
+
+    fn store(&mut self, offset: u32, data: &[u8]) -> usize {
+        assert_eq!(offset as usize, self.0.len(), "data comes ascending and without gaps");
+        self.0.extend_from_slice(data);
+        data.len()
+    }
+}
