@@ -3,4 +3,5 @@
 pub mod fault;
 pub mod sim;
 pub mod state;
+pub mod words;
 pub mod worked_examples;

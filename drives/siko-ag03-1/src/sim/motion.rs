@@ -108,13 +108,15 @@ impl Limits {
 pub struct Motion {
     way: Trajectory,
     job: Job,
+    /// The shaft cannot follow: the way is at rest, though the job is not finished.
+    blocked: bool,
 }
 
 impl Motion {
     /// A shaft at rest.
     #[must_use]
     pub fn at_rest(now: Instant, position: f64) -> Self {
-        Motion { way: Trajectory::rest(now, position), job: Job::None }
+        Motion { way: Trajectory::rest(now, position), job: Job::None, blocked: false }
     }
 
     /// Position and velocity.
@@ -141,8 +143,8 @@ impl Motion {
     pub fn is_active(&self, now: Instant) -> bool {
         match self.job {
             Job::None => false,
-            Job::Positioning(travel) => travel.interrupted || self.is_moving(now),
-            Job::Step { .. } | Job::Inching(_) | Job::Velocity(_) => self.is_moving(now),
+            Job::Positioning(travel) => travel.interrupted || self.blocked || self.is_moving(now),
+            Job::Step { .. } | Job::Inching(_) | Job::Velocity(_) => self.blocked || self.is_moving(now),
         }
     }
 
@@ -163,7 +165,7 @@ impl Motion {
     pub fn is_before_turn(&self, now: Instant) -> bool {
         let Job::Positioning(Travel { turn: Some(turn), interrupted, .. }) = self.job else { return false };
         // An interruption replaces the way: whether the turn was passed has been noted then.
-        interrupted || self.way.arrival_at(turn).is_some_and(|at| now < at)
+        interrupted || self.blocked || self.way.arrival_at(turn).is_some_and(|at| now < at)
     }
 
     /// When the shaft comes to rest; `None` when it never does.
@@ -195,8 +197,8 @@ impl Motion {
             && !travel.interrupted
         {
             let turn = travel.turn.filter(|_| self.is_before_turn(now));
-            self.job = Job::Positioning(Travel { turn, interrupted: true, ..travel });
-            self.way = Trajectory::ramp(now, self.state(now), 0.0, deceleration);
+            let way = Trajectory::ramp(now, self.state(now), 0.0, deceleration);
+            self.begin(Job::Positioning(Travel { turn, interrupted: true, ..travel }), way);
         }
     }
 
@@ -213,17 +215,17 @@ impl Motion {
     pub fn step(&mut self, now: Instant, width: f64, profile: Profile, limits: Option<Limits>) {
         let state = self.state(now);
         let target = state.position + width;
-        self.job = Job::Step { target };
         let way = Trajectory::through(now, state, &[target], profile);
-        self.way = stopping_behind(way, limits, state, Direction::of(width), profile.deceleration);
+        let way = stopping_behind(way, limits, state, Direction::of(width), profile.deceleration);
+        self.begin(Job::Step { target }, way);
     }
 
     /// Inching operation 2: moves until [`Motion::stop_inching`], or until a limit that lies ahead is passed.
     pub fn inch(&mut self, now: Instant, direction: Direction, profile: Profile, limits: Option<Limits>) {
         let state = self.state(now);
-        self.job = Job::Inching(direction);
         let way = Trajectory::ramp(now, state, profile.speed * direction.sign(), profile.acceleration);
-        self.way = stopping_behind(way, limits, state, direction, profile.deceleration);
+        let way = stopping_behind(way, limits, state, direction, profile.deceleration);
+        self.begin(Job::Inching(direction), way);
     }
 
     /// Ends inching operation 2.
@@ -235,8 +237,7 @@ impl Motion {
 
     /// Velocity mode: speeds up or brakes to `velocity` from whatever the shaft does.
     pub fn run_at(&mut self, now: Instant, velocity: f64, acceleration: f64) {
-        self.job = Job::Velocity(velocity);
-        self.way = Trajectory::ramp(now, self.state(now), velocity, acceleration);
+        self.begin(Job::Velocity(velocity), Trajectory::ramp(now, self.state(now), velocity, acceleration));
     }
 
     /// Brakes to a standstill and forgets the job.
@@ -245,17 +246,28 @@ impl Motion {
         self.brake(now, deceleration);
     }
 
-    /// Stands still at once, as a blocked shaft does. The job stays.
+    /// Stands still at once, because the shaft is blocked. The job stays.
     pub fn block(&mut self, now: Instant) {
+        if let Job::Positioning(travel) = self.job {
+            let turn = travel.turn.filter(|_| self.is_before_turn(now));
+            self.job = Job::Positioning(Travel { turn, ..travel });
+        }
         self.way = Trajectory::rest(now, self.state(now).position);
+        self.blocked = true;
     }
 
-    /// Goes on with the job after [`Motion::block`].
+    /// Whether the shaft is blocked in the middle of a job.
+    #[must_use]
+    pub fn is_blocked(&self) -> bool {
+        self.blocked
+    }
+
+    /// Goes on with the job that was blocked; inching is not taken up again.
     pub fn unblock(&mut self, now: Instant, acceleration: f64) {
         match self.job {
             Job::Positioning(travel) if !travel.interrupted => self.travel(now, travel),
             Job::Velocity(velocity) => self.run_at(now, velocity, acceleration),
-            _ => {}
+            _ => self.blocked = false,
         }
     }
 
@@ -278,15 +290,19 @@ impl Motion {
 
     fn travel(&mut self, now: Instant, travel: Travel) {
         let state = self.state(now);
-        self.job = Job::Positioning(travel);
-        self.way = match travel.turn {
+        let way = match travel.turn {
             Some(turn) => Trajectory::through(now, state, &[turn, travel.target], travel.profile),
             None => Trajectory::through(now, state, &[travel.target], travel.profile),
         };
+        self.begin(Job::Positioning(travel), way);
     }
 
     fn brake(&mut self, now: Instant, deceleration: f64) {
-        self.way = Trajectory::ramp(now, self.state(now), 0.0, deceleration);
+        self.begin(self.job, Trajectory::ramp(now, self.state(now), 0.0, deceleration));
+    }
+
+    fn begin(&mut self, job: Job, way: Trajectory) {
+        *self = Motion { way, job, blocked: false };
     }
 }
 

@@ -146,7 +146,8 @@ impl Trajectory {
             let square = speed * speed + 2.0 * piece.acceleration * sign * distance;
             let dt = 2.0 * distance / (speed + square.sqrt());
             let within = self.pieces.get(row + 1).is_none_or(|next| piece.from_s + dt <= next.from_s);
-            if distance >= 0.0 && dt >= 0.0 && within {
+            // A way that never gets there has no number here, or infinity.
+            if distance >= 0.0 && dt >= 0.0 && dt.is_finite() && within {
                 return Some((piece.from_s + dt, piece.at(dt)));
             }
         }
@@ -286,6 +287,8 @@ mod tests {
     fn a_limit_is_passed_by_the_braking_distance() {
         let way = Trajectory::ramp(Instant::ZERO, State::default(), 800.0, 3200.0).stopping_behind(1000.0, 1.0, 3200.0);
         assert!((way.rest_position().unwrap() - 1100.0).abs() < 1e-6);
+        let short = Trajectory::through(Instant::ZERO, State::default(), &[900.0], PROFILE);
+        assert_eq!(short.clone().stopping_behind(1000.0, 1.0, 3200.0), short, "a limit beyond the way changes nothing");
         let back = Trajectory::ramp(Instant::ZERO, State::default(), 800.0, 3200.0).stopping_behind(-1.0, 1.0, 3200.0);
         assert_eq!(back.rest_position(), None, "a limit behind the axis is never passed");
     }

@@ -1,0 +1,433 @@
+//! The drive's controller: state machine, travel commands, faults. It knows parameters and inputs as
+//! numbers, and neither objects nor frames.
+
+use std::collections::VecDeque;
+
+use lexican_runtime::{Duration, Instant};
+
+use super::inputs::{BusState, Inputs, Shaft};
+use super::motion::{Direction, FULL_ACCELERATION, Job, Motion, RUN_OUT_DECELERATION};
+use super::parameters::{Mode, Parameters};
+use crate::fault::{ERROR_PASSIVE, Fault, NO_ERROR, RECOVERED_FROM_BUS_OFF};
+use crate::state::{State, Transition, commanded};
+use crate::words::control;
+
+/// Fault C comes when the motor current has been too high for this long (table 2).
+const OVERCURRENT_FOR: Duration = Duration::from_secs(4);
+/// Fault B comes when a blocked shaft has not turned for this long. The manual gives no number: an assumption.
+const BLOCKED_FOR: Duration = Duration::from_millis(500);
+
+/// What the network allows the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Network {
+    /// NMT INITIALISATION or PRE-OPERATIONAL: the operator keys work, the state machine rests.
+    PreOperational,
+    /// NMT OPERATIONAL: commands are taken.
+    Operational,
+    /// NMT STOPPED.
+    Stopped,
+}
+
+/// An emergency to report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Emergency {
+    /// The code (table 20).
+    pub code: u16,
+    /// The error register with it.
+    pub register: u8,
+    /// Whether it goes into the fault buffer 1003h.
+    pub stored: bool,
+}
+
+/// The controller with its motor.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    pub(super) parameters: Parameters,
+    pub(super) inputs: Inputs,
+    pub(super) network: Network,
+    pub(super) state: State,
+    pub(super) motion: Motion,
+    pub(super) acknowledged: bool,
+    pub(super) torque_deactivated: bool,
+    /// In velocity mode: bit 8 has started the drive and not stopped it.
+    running: bool,
+    control_word: u16,
+    overcurrent_since: Option<Instant>,
+    blocked_since: Option<Instant>,
+    faults: Vec<Fault>,
+    emergencies: VecDeque<Emergency>,
+}
+
+impl Controller {
+    /// A controller whose power has just come on, with its shaft at `position`.
+    #[must_use]
+    pub fn new(now: Instant, parameters: Parameters, inputs: Inputs, position: i32) -> Self {
+        let mut controller = Controller {
+            parameters,
+            inputs,
+            network: Network::PreOperational,
+            state: State::SwitchOnDisabled,
+            motion: Motion::at_rest(now, parameters.shaft(position)),
+            acknowledged: false,
+            torque_deactivated: false,
+            running: false,
+            control_word: 0,
+            overcurrent_since: None,
+            blocked_since: None,
+            faults: Vec::new(),
+            emergencies: VecDeque::new(),
+        };
+        controller.settle(now);
+        controller
+    }
+
+    /// The state of the state machine.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// The faults that have not been reset, in the order in which they came.
+    #[must_use]
+    pub fn faults(&self) -> &[Fault] {
+        &self.faults
+    }
+
+    /// The motion, for whoever plots it.
+    #[must_use]
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// The next emergency to report.
+    pub fn next_emergency(&mut self) -> Option<Emergency> {
+        self.emergencies.pop_front()
+    }
+
+    /// The error register 1001h.
+    #[must_use]
+    pub fn error_register(&self) -> u8 {
+        self.faults.iter().fold(0, |register, fault| register | fault.register)
+    }
+
+    /// Whether a travel job is under way that forbids changing what it relies on.
+    #[must_use]
+    pub fn is_travelling(&self, now: Instant) -> bool {
+        self.motion.is_active(now)
+    }
+
+    /// The motor current in mA.
+    #[must_use]
+    pub fn current_ma(&self, now: Instant) -> u16 {
+        if !self.inputs.supply_is_present() {
+            0
+        } else if self.motion.is_moving(now) || self.motion.is_blocked() {
+            self.inputs.load_ma
+        } else if self.has_torque(now) {
+            Inputs::HOLDING_CURRENT_MA
+        } else {
+            0
+        }
+    }
+
+    /// Whether the motor is in control; otherwise it is released.
+    #[must_use]
+    pub fn has_torque(&self, now: Instant) -> bool {
+        let inching_by_key = self.inputs.key.is_some() && self.motion.is_active(now);
+        let let_go = self.parameters.in_position_mode == 2
+            && matches!(self.motion.job(), Job::Positioning(_))
+            && !self.motion.is_active(now);
+        self.inputs.supply_is_present() && (self.state.has_torque() && !let_go || inching_by_key)
+    }
+
+    /// Takes what the objects hold now.
+    pub fn set_parameters(&mut self, now: Instant, parameters: Parameters) {
+        let before = std::mem::replace(&mut self.parameters, parameters);
+        if before.counts_down != parameters.counts_down {
+            self.motion.renumber(now, -self.motion.state(now).position);
+        }
+        if before.mode != parameters.mode {
+            self.running = false;
+            self.acknowledged = false;
+            self.release(now);
+        }
+        if self.running && before.target_velocity != parameters.target_velocity {
+            self.motion.run_at(now, parameters.velocity(), parameters.rotation());
+        }
+        self.settle(now);
+    }
+
+    /// Makes `position` the actual position. The caller has made sure that nothing moves.
+    pub fn calibrate(&mut self, now: Instant, position: i32) {
+        self.motion.renumber(now, self.parameters.shaft(position));
+    }
+
+    /// Lets the world change.
+    pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
+        let before = std::mem::replace(&mut self.inputs, inputs);
+        if !inputs.supply_is_present() {
+            self.release(now);
+        }
+        match (before.bus, inputs.bus) {
+            (BusState::Off, BusState::Active | BusState::Passive) => self.report(RECOVERED_FROM_BUS_OFF),
+            (BusState::Active, BusState::Passive) if self.motion.is_positioning(now) => {
+                self.raise(now, Fault::BUS_PASSIVE);
+            }
+            (BusState::Active, BusState::Passive) => self.report(ERROR_PASSIVE),
+            _ => {}
+        }
+        if before.key != inputs.key {
+            self.inch_by_key(now);
+        }
+        self.settle(now);
+    }
+
+    /// Follows the NMT state: outside OPERATIONAL the motor is released (7.2.2.3, 7.2.2.5).
+    pub fn set_network(&mut self, now: Instant, network: Network) {
+        self.network = network;
+        if network != Network::Operational {
+            self.disable(now);
+        }
+        self.settle(now);
+    }
+
+    /// Goes to SWITCH ON DISABLED, as leaving OPERATIONAL and losing the manager do (7.2.11).
+    pub fn disable(&mut self, now: Instant) {
+        self.control_word = 0;
+        if self.state != State::Fault {
+            self.state = State::SwitchOnDisabled;
+        }
+        self.release(now);
+    }
+
+    /// Takes a control word.
+    pub fn control(&mut self, now: Instant, word: u16) {
+        if self.network != Network::Operational {
+            return;
+        }
+        let previous = std::mem::replace(&mut self.control_word, word);
+        // Travel commands are those given in OPERATION ENABLED: a word that enables does not move as well.
+        let was_enabled = self.state == State::OperationEnabled;
+        if let Some(transition) = commanded(self.state, word, previous) {
+            self.take(now, transition);
+        }
+        if word & control::NEW_SETPOINT == 0 {
+            self.acknowledged = false;
+        }
+        if was_enabled && self.state == State::OperationEnabled {
+            let edges = Edges { rising: word & !previous, falling: previous & !word };
+            match self.parameters.mode {
+                Mode::Positioning => self.control_positioning(now, word, edges),
+                Mode::Velocity => self.control_velocity(now, word, edges),
+            }
+        }
+        self.settle(now);
+    }
+
+    /// Lets time pass: faults that need some of it.
+    pub fn advance(&mut self, now: Instant) {
+        self.settle(now);
+    }
+
+    /// When [`Controller::advance`] has something to do.
+    #[must_use]
+    pub fn next_event(&self) -> Option<Instant> {
+        let overcurrent = self.overcurrent_since.map(|since| since + OVERCURRENT_FOR);
+        let blocked = self.blocked_since.map(|since| since + BLOCKED_FOR);
+        overcurrent.into_iter().chain(blocked).min()
+    }
+
+    fn take(&mut self, now: Instant, transition: &Transition) {
+        match (self.state, transition.to) {
+            (State::Fault, _) => return self.reset_fault(now),
+            (_, State::QuickStopActive) => {
+                self.motion.cancel(now, FULL_ACCELERATION);
+                self.running = false;
+            }
+            (State::OperationEnabled | State::QuickStopActive, _) => self.release(now),
+            _ => {}
+        }
+        self.state = transition.to;
+    }
+
+    fn control_positioning(&mut self, now: Instant, word: u16, edges: Edges) {
+        if self.motion.is_positioning(now) {
+            if edges.rising & control::STOP != 0 {
+                self.motion.interrupt(now);
+            } else if edges.falling & control::STOP != 0 {
+                self.torque_deactivated = false;
+                self.motion.resume(now);
+            }
+            return;
+        }
+        for (bit, direction) in INCHING_2 {
+            if edges.falling & bit != 0 && self.motion.job() == Job::Inching(direction) {
+                self.motion.stop_inching(now, self.parameters.inching().deceleration);
+            }
+        }
+        let may_start = !self.motion.is_active(now) && self.inputs.supply_is_present() && word & control::STOP == 0;
+        if may_start {
+            self.start_positioning(now, edges.rising);
+        }
+    }
+
+    fn start_positioning(&mut self, now: Instant, rising: u16) {
+        let Parameters { target_position, .. } = self.parameters;
+        let limits = self.parameters.shaft_limits();
+        if rising & control::NEW_SETPOINT != 0 {
+            let shown = self.parameters.position(self.motion.state(now).position);
+            let allowed = |position: i32| {
+                self.parameters.position_limits().is_none_or(|(low, high)| (low..=high).contains(&position))
+            };
+            if allowed(target_position) && allowed(shown) {
+                let target = self.parameters.shaft(target_position);
+                self.motion.move_to(now, target, self.parameters.positioning(), self.parameters.by_loop());
+                self.torque_deactivated = false;
+                self.acknowledged = true;
+            }
+        } else if rising & control::INCHING_1 != 0 {
+            let width = self.parameters.shaft(self.parameters.delta_inch);
+            if self.may_inch(now, Direction::of(width)) {
+                self.motion.step(now, width, self.parameters.step(), limits);
+            }
+        } else {
+            for (bit, direction) in INCHING_2 {
+                if rising & bit != 0 && self.may_inch(now, direction) {
+                    self.motion.inch(now, direction, self.parameters.inching(), limits);
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Beyond a limit, inching leads back only.
+    fn may_inch(&self, now: Instant, direction: Direction) -> bool {
+        let shown = self.parameters.position(self.motion.state(now).position);
+        self.parameters.position_limits().is_none_or(|(low, high)| match direction {
+            Direction::Positive => shown <= high,
+            Direction::Negative => shown >= low,
+        })
+    }
+
+    fn control_velocity(&mut self, now: Instant, word: u16, edges: Edges) {
+        if edges.falling & control::STOP != 0 && self.inputs.supply_is_present() {
+            self.running = true;
+            self.motion.run_at(now, self.parameters.velocity(), self.parameters.rotation());
+        } else if word & control::STOP != 0 && self.running {
+            self.running = false;
+            self.motion.run_at(now, 0.0, self.parameters.rotation());
+        }
+    }
+
+    fn inch_by_key(&mut self, now: Instant) {
+        let deceleration = self.parameters.inching().deceleration;
+        let Some(direction) = self.inputs.key else { return self.motion.stop_inching(now, deceleration) };
+        let allowed = self.network == Network::PreOperational
+            && self.state != State::Fault
+            && self.parameters.mode == Mode::Positioning
+            && self.inputs.supply_is_present();
+        if allowed && !self.motion.is_active(now) && self.may_inch(now, direction) {
+            self.motion.inch(now, direction, self.parameters.inching(), self.parameters.shaft_limits());
+        }
+    }
+
+    /// Takes the torque away. What moves, runs out; what is finished, stays known as such.
+    fn release(&mut self, now: Instant) {
+        self.running = false;
+        if self.motion.is_active(now) {
+            self.motion.cancel(now, RUN_OUT_DECELERATION);
+        }
+    }
+
+    /// All that follows from inputs, motion and time, whatever has changed.
+    fn settle(&mut self, now: Instant) {
+        self.hold_shaft(now);
+        self.deactivate_torque(now);
+        let too_high = self.current_ma(now) > Inputs::OVERCURRENT_MA;
+        self.overcurrent_since = too_high.then(|| self.overcurrent_since.unwrap_or(now));
+        for fault in Fault::ALL {
+            if self.is_caused(now, *fault) && !self.faults.contains(fault) {
+                self.raise(now, *fault);
+            }
+        }
+    }
+
+    fn hold_shaft(&mut self, now: Instant) {
+        let blocked = self.inputs.shaft == Shaft::Blocked;
+        if blocked && self.motion.is_moving(now) {
+            self.motion.block(now);
+        } else if !blocked && self.motion.is_blocked() {
+            self.motion.unblock(now, self.parameters.rotation());
+        }
+        self.blocked_since = self.motion.is_blocked().then(|| self.blocked_since.unwrap_or(now));
+    }
+
+    /// Chapter 2.3: brakes fully and keeps control; the job can be resumed.
+    fn deactivate_torque(&mut self, now: Instant) {
+        let threshold = u32::from(self.parameters.torque_deactivation);
+        let load = u32::from(self.current_ma(now)) * 100 / u32::from(Inputs::RATED_CURRENT_MA);
+        let travelling = self.motion.is_positioning(now) && !self.motion.is_interrupted();
+        if threshold < 125 && load > threshold && travelling {
+            self.motion.interrupt_braking(now, FULL_ACCELERATION);
+            self.torque_deactivated = true;
+        }
+    }
+
+    /// Whether the condition of a fault holds (table 2).
+    fn is_caused(&self, now: Instant, fault: Fault) -> bool {
+        let inputs = &self.inputs;
+        let lasts = |since: Option<Instant>, span| since.is_some_and(|since| since + span <= now);
+        match fault {
+            Fault::UNDERVOLTAGE => {
+                inputs.output_stage_supply_100mv < Inputs::UNDERVOLTAGE_100MV
+                    && self.current_ma(now) > Inputs::UNDERVOLTAGE_CURRENT_MA
+            }
+            Fault::SHAFT_BLOCKED => lasts(self.blocked_since, BLOCKED_FOR),
+            Fault::OVERCURRENT => lasts(self.overcurrent_since, OVERCURRENT_FOR),
+            Fault::OVERTEMPERATURE => inputs.temperature_100mdegc > Inputs::OVERTEMPERATURE_100MDEGC,
+            Fault::SENSOR => inputs.sensor_fails,
+            Fault::INTERNAL => inputs.internal_error,
+            Fault::OVERVOLTAGE => inputs.output_stage_supply_100mv > Inputs::OVERVOLTAGE_100MV,
+            // Raised when it happens, during a positioning; it goes with the bus.
+            Fault::BUS_PASSIVE => inputs.bus != BusState::Active && self.faults.contains(&fault),
+            Fault::BUS_OFF => inputs.bus == BusState::Off,
+            Fault::BATTERY => inputs.battery_10mv < Inputs::BATTERY_EMPTY_10MV,
+            _ => false,
+        }
+    }
+
+    /// Transition 13. "Faults induce an immediate stop" (5.2): with full deceleration.
+    fn raise(&mut self, now: Instant, fault: Fault) {
+        self.faults.push(fault);
+        self.state = State::Fault;
+        self.running = false;
+        if self.motion.is_moving(now) || self.motion.is_active(now) {
+            self.motion.cancel(now, FULL_ACCELERATION);
+        }
+        (self.overcurrent_since, self.blocked_since) = (None, None);
+        self.emergencies.push_back(Emergency { code: fault.code, register: self.error_register(), stored: true });
+    }
+
+    /// Transition 14, on condition that no cause is left.
+    fn reset_fault(&mut self, now: Instant) {
+        if !Fault::ALL.iter().any(|fault| self.is_caused(now, *fault)) {
+            self.faults.clear();
+            self.state = State::SwitchOnDisabled;
+            self.report(NO_ERROR);
+        }
+    }
+
+    fn report(&mut self, code: u16) {
+        self.emergencies.push_back(Emergency { code, register: self.error_register(), stored: false });
+    }
+}
+
+const INCHING_2: [(u16, Direction); 2] =
+    [(control::INCHING_2_POSITIVE, Direction::Positive), (control::INCHING_2_NEGATIVE, Direction::Negative)];
+
+/// Which bits of the control word have changed, and how.
+#[derive(Clone, Copy)]
+struct Edges {
+    rising: u16,
+    falling: u16,
+}

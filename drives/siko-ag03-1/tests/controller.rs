@@ -1,0 +1,467 @@
+//! The simulated controller against chapters 2, 5 and 7 of the manual, without any bus.
+
+use lexican_runtime::{Duration, Instant};
+use siko_ag03_1::fault::{Fault, cause_of};
+use siko_ag03_1::sim::controller::{Controller, Network};
+use siko_ag03_1::sim::inputs::{BusState, Inputs, Shaft};
+use siko_ag03_1::sim::motion::Direction;
+use siko_ag03_1::sim::parameters::{Mode, Parameters};
+use siko_ag03_1::state::State;
+use siko_ag03_1::words::{control, generic, status, system};
+
+/// A controller and the time it is.
+struct Bench {
+    controller: Controller,
+    now: Instant,
+    parameters: Parameters,
+    inputs: Inputs,
+}
+
+impl Bench {
+    fn new(parameters: Parameters) -> Self {
+        let (now, inputs) = (Instant::ZERO, Inputs::default());
+        Bench { controller: Controller::new(now, parameters, inputs, 0), now, parameters, inputs }
+    }
+
+    /// In OPERATION ENABLED, by the control words of the examples.
+    fn enabled(parameters: Parameters) -> Self {
+        let mut bench = Bench::new(parameters);
+        bench.controller.set_network(bench.now, Network::Operational);
+        for word in [0x0106, 0x0107, 0x010F] {
+            bench.control(word);
+        }
+        assert_eq!(bench.controller.state(), State::OperationEnabled);
+        bench
+    }
+
+    fn control(&mut self, word: u16) {
+        self.controller.control(self.now, word);
+    }
+
+    fn set(&mut self, change: impl FnOnce(&mut Parameters)) {
+        change(&mut self.parameters);
+        self.controller.set_parameters(self.now, self.parameters);
+    }
+
+    fn world(&mut self, change: impl FnOnce(&mut Inputs)) {
+        change(&mut self.inputs);
+        self.controller.set_inputs(self.now, self.inputs);
+    }
+
+    fn travel_to(&mut self, target: i32) {
+        self.set(|parameters| parameters.target_position = target);
+        self.control(0x001F);
+    }
+
+    fn pass_ms(&mut self, ms: u64) {
+        let until = self.now + Duration::from_millis(ms);
+        while let Some(at) = self.controller.next_change(self.now).filter(|at| *at <= until) {
+            self.now = at;
+            self.controller.advance(at);
+        }
+        self.now = until;
+        self.controller.advance(until);
+    }
+
+    /// The mask of bits in the status word as a pattern of the flow charts: 1, 0 and x.
+    #[track_caller]
+    fn shows(&self, pattern: &str) {
+        check_pattern(self.controller.status_word(self.now), pattern);
+    }
+
+    #[track_caller]
+    fn system_shows(&self, pattern: &str) {
+        check_pattern(self.controller.system_status(self.now), pattern);
+    }
+
+    fn has(&self, bit: u16) -> bool {
+        self.controller.status_word(self.now) & bit != 0
+    }
+
+    fn codes(&mut self) -> Vec<u16> {
+        std::iter::from_fn(|| self.controller.next_emergency()).map(|emergency| emergency.code).collect()
+    }
+}
+
+#[track_caller]
+fn check_pattern(word: u16, pattern: &str) {
+    let digits: Vec<char> = pattern.chars().filter(|digit| !digit.is_whitespace()).collect();
+    assert_eq!(digits.len(), 16);
+    for (bit, digit) in digits.iter().rev().enumerate() {
+        let value = if word >> bit & 1 == 1 { '1' } else { '0' };
+        assert!(*digit == 'x' || *digit == value, "bit {bit} of {word:016b} is not as in {pattern}");
+    }
+}
+
+#[test]
+fn the_status_word_follows_the_flow_chart_of_positioning() {
+    let mut bench = Bench::new(Parameters::default());
+    bench.shows("xxxx xxxx x1x1 0000");
+    bench.controller.set_network(bench.now, Network::Operational);
+    bench.control(0x0106);
+    bench.shows("xxxx xxxx x01x 0001");
+    bench.control(0x0107);
+    bench.shows("xxxx xxxx x01x 0011");
+    bench.control(0x010F);
+    bench.shows("0000 0x11 0011 0111");
+    bench.travel_to(5000);
+    bench.pass_ms(100);
+    bench.shows("1101 0010 0011 0111");
+    bench.system_shows("0100 1000 0001 0000");
+    bench.control(0x011F);
+    bench.pass_ms(1000);
+    bench.shows("0101 0010 0011 0111");
+    bench.control(0x001F);
+    bench.pass_ms(60_000);
+    bench.shows("0001 0111 0011 0111");
+    bench.system_shows("0000 0000 0000 1000");
+    assert_eq!(bench.controller.position(bench.now), 5000);
+    bench.control(0x010F);
+    bench.shows("0000 0111 0011 0111");
+    bench.control(0x0002);
+    bench.shows("xxxx xxxx x00x 0111");
+    bench.control(0x0000);
+    bench.shows("xxxx xxxx x1x1 0000");
+}
+
+#[test]
+fn the_status_word_follows_the_flow_chart_of_velocity_mode() {
+    let mut bench = Bench::enabled(Parameters { mode: Mode::Velocity, ..Parameters::default() });
+    bench.shows("0001 0x11 0011 0111");
+    bench.set(|parameters| parameters.target_velocity = 68);
+    bench.pass_ms(1000);
+    assert_eq!(bench.controller.velocity(bench.now), 0, "a target alone does not start the drive");
+    bench.control(0x000F);
+    bench.pass_ms(200);
+    bench.shows("0000 0010 0011 0111");
+    bench.pass_ms(5000);
+    bench.shows("0000 0110 0011 0111");
+    bench.system_shows("00xx 1000 0001 1000");
+    assert_eq!(bench.controller.velocity(bench.now), 68);
+    bench.set(|parameters| parameters.target_velocity = 30);
+    bench.pass_ms(5000);
+    assert_eq!(bench.controller.velocity(bench.now), 30);
+    bench.control(0x010F);
+    bench.pass_ms(5000);
+    bench.shows("0001 0011 0011 0111");
+    assert_eq!(bench.controller.velocity(bench.now), 0);
+}
+
+#[test]
+fn a_word_that_enables_does_not_start_a_travel() {
+    let mut bench = Bench::new(Parameters { target_position: 5000, ..Parameters::default() });
+    bench.controller.set_network(bench.now, Network::Operational);
+    for word in [0x0006, 0x0007, 0x001F] {
+        bench.control(word);
+    }
+    bench.pass_ms(1000);
+    assert_eq!(bench.controller.position(bench.now), 0);
+}
+
+#[test]
+fn a_setpoint_is_acknowledged_when_it_starts_a_travel_only() {
+    let mut bench = Bench::enabled(Parameters { limits: [-1000, 1000], ..Parameters::default() });
+    bench.travel_to(1001);
+    assert!(!bench.has(status::ACKNOWLEDGED | status::POSITIONING), "beyond the limit");
+    bench.control(0x000F);
+    bench.travel_to(1000);
+    assert!(bench.has(status::ACKNOWLEDGED) && bench.has(status::POSITIONING));
+    bench.pass_ms(100);
+    bench.control(0x000F);
+    assert!(!bench.has(status::ACKNOWLEDGED) && bench.has(status::POSITIONING));
+    bench.travel_to(-500);
+    assert!(!bench.has(status::ACKNOWLEDGED), "the first travel is not finished");
+    bench.pass_ms(60_000);
+    assert_eq!(bench.controller.position(bench.now), 1000);
+}
+
+#[test]
+fn a_stop_given_with_the_setpoint_forbids_the_start() {
+    let mut bench = Bench::enabled(Parameters { target_position: 5000, ..Parameters::default() });
+    bench.control(0x011F);
+    assert!(!bench.has(status::POSITIONING));
+}
+
+#[test]
+fn parameters_do_not_change_a_travel_under_way() {
+    let mut bench = Bench::enabled(Parameters::default());
+    bench.travel_to(5000);
+    bench.set(|parameters| {
+        parameters.v_pos = 100;
+        parameters.a_pos = 1;
+    });
+    bench.pass_ms(6499);
+    assert!(bench.has(status::POSITIONING));
+    bench.pass_ms(1);
+    assert!(!bench.has(status::POSITIONING) && bench.has(status::TARGET_REACHED));
+}
+
+#[test]
+fn outside_the_limits_only_inching_back_is_possible() {
+    let mut bench = Bench::enabled(Parameters { v_inch: 100, ..Parameters::default() });
+    bench.control(0x000F);
+    bench.control(0x400F);
+    bench.pass_ms(2000);
+    bench.control(0x000F);
+    bench.pass_ms(2000);
+    let there = bench.controller.position(bench.now);
+    bench.set(|parameters| parameters.limits = [1000, -1000]);
+    assert!(there > 1000 && bench.has(status::INTERNAL_LIMIT) && !bench.has(status::READY));
+    bench.system_shows("xxxx 1xxx xx1x xxxx");
+    for word in [0x001F, 0x000F, 0x200F, 0x000F, 0x400F, 0x000F] {
+        bench.control(word);
+        bench.pass_ms(100);
+        assert_eq!(bench.controller.position(bench.now), there, "{word:04X} leads further away");
+    }
+    bench.control(0x800F);
+    bench.pass_ms(60_000);
+    assert!(bench.controller.position(bench.now) < -1000, "inching stops behind the other limit");
+    bench.set(|parameters| parameters.limits = [7, 7]);
+    assert!(!bench.has(status::INTERNAL_LIMIT) && bench.has(status::READY), "equal limits switch monitoring off");
+}
+
+#[test]
+fn inching_1_is_a_step_and_inching_2_lasts_as_long_as_its_bit() {
+    let mut bench = Bench::enabled(Parameters { delta_inch: -1600, ..Parameters::default() });
+    bench.control(0x000F);
+    bench.control(0x200F);
+    bench.pass_ms(100);
+    bench.shows("1000 0010 0011 0111");
+    bench.pass_ms(10_000);
+    assert_eq!(bench.controller.position(bench.now), -1600);
+    bench.system_shows("0000 0000 0000 1000");
+    bench.control(0x400F);
+    bench.pass_ms(1000);
+    bench.control(0x000F);
+    // 250 ms up, 750 ms along, 125 ms down with full deceleration.
+    bench.pass_ms(125);
+    assert_eq!(bench.controller.position(bench.now), -1600 + 100 + 600 + 50);
+    assert!(!bench.controller.is_travelling(bench.now));
+}
+
+#[test]
+fn a_loop_shows_its_way_against_the_approach() {
+    let mut bench = Bench::enabled(Parameters { positioning_type: 1, loop_length: 400, ..Parameters::default() });
+    bench.travel_to(-1000);
+    bench.pass_ms(1000);
+    bench.system_shows("0100 1010 0001 0000");
+    bench.pass_ms(1000);
+    assert_eq!(bench.controller.position(bench.now), -1400);
+    bench.pass_ms(100);
+    bench.system_shows("0100 1000 0001 0000");
+    bench.pass_ms(5000);
+    assert_eq!(bench.controller.position(bench.now), -1000);
+}
+
+#[test]
+fn a_quick_stop_brakes_fully_and_forgets_the_travel() {
+    let mut bench = Bench::enabled(Parameters::default());
+    bench.travel_to(5000);
+    bench.pass_ms(1000);
+    bench.control(0x0002);
+    bench.pass_ms(125);
+    assert_eq!((bench.controller.velocity(bench.now), bench.controller.position(bench.now)), (0, 750));
+    assert_eq!(bench.controller.system_status(bench.now) & system::MOTOR_RELEASED, 0, "it stops with torque");
+    assert!(!bench.has(status::POSITIONING | status::TARGET_REACHED));
+    bench.control(0x000F);
+    assert_eq!(bench.controller.state(), State::QuickStopActive);
+}
+
+#[test]
+fn leaving_operational_releases_the_motor() {
+    for network in [Network::PreOperational, Network::Stopped] {
+        let mut bench = Bench::enabled(Parameters::default());
+        bench.travel_to(5000);
+        bench.pass_ms(1000);
+        bench.controller.set_network(bench.now, network);
+        assert_eq!(bench.controller.state(), State::SwitchOnDisabled);
+        bench.system_shows("0xxx xxx0 1xx1 xxxx");
+        bench.pass_ms(250);
+        assert_eq!(bench.controller.position(bench.now), 800, "it runs out");
+        assert_eq!(bench.has(status::REMOTE), network == Network::Stopped);
+        bench.control(0x0106);
+        assert_eq!(bench.controller.state(), State::SwitchOnDisabled);
+    }
+}
+
+#[test]
+fn the_operator_keys_work_in_pre_operational_only() {
+    let mut bench = Bench::new(Parameters::default());
+    bench.world(|inputs| inputs.key = Some(Direction::Negative));
+    bench.pass_ms(1000);
+    bench.world(|inputs| inputs.key = None);
+    bench.pass_ms(1000);
+    let there = bench.controller.position(bench.now);
+    assert_eq!(there, -750);
+    bench.controller.set_network(bench.now, Network::Operational);
+    bench.world(|inputs| inputs.key = Some(Direction::Negative));
+    bench.pass_ms(1000);
+    assert_eq!(bench.controller.position(bench.now), there);
+}
+
+#[test]
+fn the_other_sense_of_rotation_counts_the_other_way() {
+    let mut bench = Bench::enabled(Parameters::default());
+    bench.travel_to(1000);
+    bench.pass_ms(10_000);
+    bench.set(|parameters| parameters.counts_down = true);
+    assert_eq!(bench.controller.position(bench.now), -1000);
+}
+
+#[test]
+fn calibration_makes_its_value_the_position() {
+    let mut bench = Bench::new(Parameters { spindle_pitch: 200, ..Parameters::default() });
+    bench.controller.calibrate(bench.now, 2500);
+    assert_eq!(bench.controller.position(bench.now), 2500);
+    bench.set(|parameters| parameters.spindle_pitch = 0);
+    assert_eq!(bench.controller.position(bench.now), 20_000);
+}
+
+#[test]
+fn the_motor_is_released_at_the_target_when_asked_to() {
+    for (in_position_mode, released) in [(0, false), (1, false), (2, true)] {
+        let mut bench = Bench::enabled(Parameters { in_position_mode, ..Parameters::default() });
+        bench.travel_to(100);
+        assert_eq!(bench.controller.system_status(bench.now) & system::MOTOR_RELEASED, 0);
+        bench.pass_ms(10_000);
+        let shown = bench.controller.system_status(bench.now) & system::MOTOR_RELEASED != 0;
+        assert_eq!(shown, released, "mode {in_position_mode}");
+    }
+}
+
+#[test]
+fn torque_deactivation_stops_without_a_fault_and_can_be_resumed() {
+    let mut bench = Bench::enabled(Parameters { torque_deactivation: 50, ..Parameters::default() });
+    bench.travel_to(5000);
+    bench.pass_ms(1000);
+    assert_eq!(bench.controller.torque_deactivation_state(), 0);
+    bench.world(|inputs| inputs.load_ma = 1100);
+    bench.pass_ms(1000);
+    assert_eq!(bench.controller.position(bench.now), 750);
+    assert_eq!(bench.controller.torque_deactivation_state(), 1);
+    assert_eq!(bench.controller.generic_status(), generic::SUPPLY_PRESENT | generic::TORQUE_DEACTIVATED);
+    assert!(bench.has(status::POSITIONING) && bench.controller.faults().is_empty());
+    bench.world(|inputs| inputs.load_ma = 600);
+    bench.control(0x011F);
+    bench.control(0x001F);
+    assert_eq!(bench.controller.torque_deactivation_state(), 0);
+    bench.pass_ms(60_000);
+    assert_eq!(bench.controller.position(bench.now), 5000);
+}
+
+/// Provokes a fault while travelling, checks it, removes its cause and resets it.
+#[track_caller]
+fn check_fault(fault: Fault, after_ms: u64, cause: impl FnOnce(&mut Inputs)) {
+    let mut bench = Bench::enabled(Parameters::default());
+    bench.travel_to(100_000);
+    bench.pass_ms(1000);
+    bench.world(cause);
+    if after_ms > 0 {
+        bench.pass_ms(after_ms - 1);
+        assert_eq!(bench.codes(), [], "{fault}: too early");
+        bench.pass_ms(1);
+    }
+    assert_eq!(bench.codes(), [fault.code], "{fault}");
+    assert_eq!(bench.controller.faults(), [fault]);
+    assert_eq!(bench.controller.error_register(), fault.register);
+    assert_eq!(bench.controller.state(), State::Fault);
+    bench.shows("xxxx xxx0 x0xx 1000");
+    bench.system_shows("x0xx 1xx1 1xxx xxxx");
+    bench.pass_ms(5000);
+    assert_eq!(bench.controller.velocity(bench.now), 0, "{fault}");
+    let persists = !matches!(fault, Fault::SHAFT_BLOCKED | Fault::OVERCURRENT | Fault::UNDERVOLTAGE);
+    if persists {
+        bench.control(control::FAULT_RESET);
+        assert_eq!(bench.controller.state(), State::Fault, "{fault}: its cause is still there");
+        bench.control(0);
+    }
+    bench.world(|inputs| *inputs = Inputs::default());
+    bench.codes();
+    bench.control(control::FAULT_RESET);
+    assert_eq!(bench.controller.state(), State::SwitchOnDisabled, "{fault}");
+    assert_eq!((bench.codes(), bench.controller.error_register()), (vec![0], 0), "{fault}");
+}
+
+#[test]
+fn every_fault_of_table_2_comes_from_its_cause() {
+    check_fault(Fault::UNDERVOLTAGE, 0, |inputs| inputs.output_stage_supply_100mv = 179);
+    check_fault(Fault::SHAFT_BLOCKED, 500, |inputs| inputs.shaft = Shaft::Blocked);
+    check_fault(Fault::OVERCURRENT, 4000, |inputs| inputs.load_ma = 2401);
+    check_fault(Fault::OVERTEMPERATURE, 0, |inputs| inputs.temperature_100mdegc = 901);
+    check_fault(Fault::SENSOR, 0, |inputs| inputs.sensor_fails = true);
+    check_fault(Fault::INTERNAL, 0, |inputs| inputs.internal_error = true);
+    check_fault(Fault::OVERVOLTAGE, 0, |inputs| inputs.output_stage_supply_100mv = 351);
+    check_fault(Fault::BUS_PASSIVE, 0, |inputs| inputs.bus = BusState::Passive);
+    check_fault(Fault::BUS_OFF, 0, |inputs| inputs.bus = BusState::Off);
+    check_fault(Fault::BATTERY, 0, |inputs| inputs.battery_10mv = 219);
+}
+
+#[test]
+fn what_is_within_limits_is_no_fault() {
+    let mut bench = Bench::enabled(Parameters::default());
+    bench.travel_to(100_000);
+    bench.world(|inputs| {
+        inputs.output_stage_supply_100mv = 350;
+        inputs.temperature_100mdegc = 900;
+        inputs.load_ma = 2400;
+        inputs.battery_10mv = 220;
+    });
+    bench.pass_ms(5000);
+    assert_eq!(bench.codes(), []);
+    assert!(bench.has(status::WARNING), "the battery is low");
+    bench.system_shows("x1x1 xxx0 xxxx xxxx");
+}
+
+#[test]
+fn a_lost_supply_takes_the_torque_and_is_no_fault() {
+    let mut bench = Bench::enabled(Parameters::default());
+    bench.travel_to(100_000);
+    bench.pass_ms(1000);
+    bench.world(|inputs| inputs.output_stage_supply_100mv = 0);
+    bench.pass_ms(1000);
+    assert_eq!((bench.codes(), bench.controller.velocity(bench.now)), (vec![], 0));
+    bench.system_shows("0000 1100 1000 0000");
+    assert_eq!(bench.controller.generic_status(), 0);
+    assert!(!bench.has(status::VOLTAGE_ENABLED | status::READY | status::POSITIONING));
+    bench.control(0x000F);
+    bench.control(0x001F);
+    assert!(!bench.has(status::POSITIONING));
+}
+
+#[test]
+fn error_passive_at_rest_is_reported_and_no_fault() {
+    let mut bench = Bench::new(Parameters::default());
+    bench.world(|inputs| inputs.bus = BusState::Passive);
+    assert_eq!(bench.codes(), [0x8120]);
+    assert_eq!(bench.controller.state(), State::SwitchOnDisabled);
+    bench.world(|inputs| inputs.bus = BusState::Off);
+    assert_eq!(bench.codes(), [Fault::BUS_OFF.code]);
+    bench.world(|inputs| inputs.bus = BusState::Active);
+    let codes = bench.codes();
+    assert_eq!(codes, [0x8140]);
+    assert_eq!(cause_of(codes[0]).to_string(), "recovered from bus off");
+}
+
+#[test]
+fn the_words_change_only_when_announced() {
+    // Whatever next_change skips must look the same throughout.
+    let mut bench = Bench::enabled(Parameters { positioning_type: 2, limits: [-800, 2500], ..Parameters::default() });
+    bench.travel_to(2000);
+    for _ in 0..50 {
+        let words = |bench: &Bench, at| (bench.controller.status_word(at), bench.controller.system_status(at));
+        let next = bench.controller.next_change(bench.now);
+        let until = next.unwrap_or(bench.now + Duration::from_secs(10));
+        let before = words(&bench, bench.now);
+        let span = until.since(bench.now).as_micros();
+        for part in 0..1000 {
+            let at = bench.now + Duration::from_micros(span.saturating_sub(1) * part / 999);
+            assert_eq!(words(&bench, at), before, "at {at}, announced for {until}");
+        }
+        bench.now = until;
+        if next.is_none() {
+            assert_eq!(bench.controller.position(bench.now), 2000);
+            return;
+        }
+    }
+    panic!("the drive does not come to rest");
+}
