@@ -23,13 +23,25 @@ pub use meaning::{
     BitField, BitName, Enumeration, Meaning, Name, Quantity, Unit, ValueName, debug_bits, debug_enumeration,
     display_quantity, name_of, nearest,
 };
-pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, place, take};
+pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, pack, place, replace, take};
 pub use rule::{Condition, ConditionalLimit, WritableIn};
 pub use types::DataType;
 pub use value::{
     Domain, I24, I40, I48, I56, LengthMismatch, OctetString, TimeDifference, TimeOfDay, Type, U24, U40, U48, U56,
     UnicodeString, Value, VisibleString,
 };
+
+/// The shape of generated code that this runtime fits.
+const FORMAT: u32 = 1;
+
+/// What generated code begins with, so that a runtime that it does not fit says so in one sentence.
+///
+/// # Panics
+///
+/// At compile time, when the code was generated for another shape.
+pub const fn generated_for(format: u32) {
+    assert!(format == FORMAT, "lexican-codegen and lexican-runtime do not fit together: give both the same version");
+}
 
 /// Includes a dictionary that `lexican-codegen` has generated from the build script:
 /// `mod od { lexican_runtime::include_od!("siko_ag03_1"); }`.

@@ -86,6 +86,16 @@ pub struct MappedLengthMismatch {
     pub got: usize,
 }
 
+/// The data of a PDO of `N` bytes.
+#[must_use]
+#[inline]
+pub fn pack<P: Pdo, const N: usize>(pdo: P) -> [u8; N] {
+    const { assert!(N == P::LENGTH, "the generated length is that of the mapping") };
+    let mut data = [0; N];
+    data.iter_mut().zip(pdo.to_raw().to_le_bytes()).for_each(|(to, from)| *to = from);
+    data
+}
+
 /// `bits` bits of `raw`, moved up to bit `low`; nothing where they leave the 64.
 #[must_use]
 #[inline]
@@ -98,6 +108,13 @@ pub const fn place(raw: u64, low: u8, bits: u8) -> u64 {
 #[inline]
 pub const fn take(raw: u64, low: u8, bits: u8) -> u64 {
     if low > 63 { 0 } else { (raw >> low) & mask(bits) }
+}
+
+/// `word` with the `bits` bits from bit `low` on replaced by the lowest of `value`.
+#[must_use]
+#[inline]
+pub const fn replace(word: u64, low: u8, bits: u8, value: u64) -> u64 {
+    (word & !place(u64::MAX, low, bits)) | place(value, low, bits)
 }
 
 const fn mask(bits: u8) -> u64 {
@@ -133,6 +150,8 @@ mod tests {
             prop_assert_eq!(place(raw, low, bits), expected);
             let expected = (0..bits).fold(0, |sum, at| sum | bit(raw, at + low) << at);
             prop_assert_eq!(take(raw, low, bits), expected);
+            let replaced = replace(raw, low, bits, !take(raw, low, bits));
+            prop_assert_eq!(replaced ^ raw, place(u64::MAX, low, bits));
         }
     }
 
@@ -172,6 +191,6 @@ mod tests {
         assert_eq!(Three::from_data(&[0x03, 0]), Err(MappedLengthMismatch { mapped: 3, got: 2 }));
         let value = Three { bit: 1, word: 0x8001 };
         assert_eq!(Three::from_data(&[0x03, 0x00, 0xFF, 0xAA]), Ok(value));
-        assert_eq!(value.to_raw(), 0x0001_0003);
+        assert_eq!(pack(value), [0x03, 0x00, 0x01]);
     }
 }

@@ -154,6 +154,14 @@ macro_rules! odd_integers {
                 }
             }
 
+            /// The value of a wire form; upper bits are ignored.
+            #[must_use]
+            pub const fn from_low_bits(raw: u64) -> Self {
+                // Shifting up and down again extends the sign, where there is one.
+                let up = <$repr>::BITS - $bits;
+                $name(((raw as $repr) << up) >> up)
+            }
+
             /// The number.
             #[must_use]
             pub const fn get(self) -> $repr {
@@ -169,9 +177,7 @@ macro_rules! odd_integers {
                 (self.0 as u64) & (u64::MAX >> (64 - $bits))
             }
             fn from_raw(raw: u64) -> Self {
-                // Shifting up and down again extends the sign, where there is one.
-                let up = <$repr>::BITS - $bits;
-                $name(((raw as $repr) << up) >> up)
+                $name::from_low_bits(raw)
             }
         }
         impl fmt::Display for $name {

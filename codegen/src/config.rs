@@ -1,0 +1,282 @@
+//! The way from a build script to [`compile`].
+
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+use lexican_eds::{Diagnostics, Input, Severity, Source, library};
+
+use crate::compile::{Options, compile};
+use crate::error::Error;
+use crate::name::{self, Case};
+
+/// So many warnings are shown for each data sheet.
+const MAX_WARNINGS: usize = 20;
+
+/// What to generate and where to. Every method takes and returns the configuration, so that it chains.
+///
+/// Each data sheet becomes one file, named after the file it comes from in snake case: `eds/Drive-2.eds`
+/// becomes `drive_2.rs`, to be included by `lexican_runtime::include_od!("drive_2")`.
+#[derive(Clone, Debug, Default)]
+#[must_use = "nothing happens before `generate`"]
+pub struct Config {
+    sheets: Vec<Sheet>,
+    /// An overlay that came before any data sheet.
+    stray: Option<PathBuf>,
+    rules: Vec<Rule>,
+    out_dir: Option<PathBuf>,
+    options: Options,
+}
+
+#[derive(Clone, Debug)]
+struct Sheet {
+    origin: Origin,
+    overlays: Vec<PathBuf>,
+    module: Option<String>,
+}
+
+#[derive(Clone, Debug)]
+enum Origin {
+    File(PathBuf),
+    Library(String),
+}
+
+#[derive(Clone, Debug)]
+struct Rule {
+    code: String,
+    severity: Option<Severity>,
+}
+
+impl Config {
+    /// No data sheet yet; only the manager's side is generated.
+    pub fn new() -> Self {
+        Config::default()
+    }
+
+    /// Adds a data sheet or device configuration file. Relative paths start at the folder of the package.
+    pub fn eds(self, path: impl AsRef<Path>) -> Self {
+        self.sheet(Origin::File(path.as_ref().to_owned()))
+    }
+
+    /// Adds a device of the library that comes with lexican, `vendor/device`, with its overlay.
+    pub fn device(self, name: &str) -> Self {
+        self.sheet(Origin::Library(name.to_owned()))
+    }
+
+    /// Adds an overlay to the data sheet that was added last. Several apply in order.
+    pub fn overlay(mut self, path: impl AsRef<Path>) -> Self {
+        match self.sheets.last_mut() {
+            Some(sheet) => sheet.overlays.push(path.as_ref().to_owned()),
+            None => self.stray = Some(path.as_ref().to_owned()),
+        }
+        self
+    }
+
+    /// Names the file of the data sheet that was added last, without `.rs`.
+    pub fn module(mut self, name: &str) -> Self {
+        if let Some(sheet) = self.sheets.last_mut() {
+            sheet.module = Some(name.to_owned());
+        }
+        self
+    }
+
+    /// Makes all findings of this code (`eds::missing-key`) errors.
+    pub fn deny(self, code: &str) -> Self {
+        self.rule(code, Some(Severity::Error))
+    }
+
+    /// Drops all findings of this code.
+    pub fn allow(self, code: &str) -> Self {
+        self.rule(code, None)
+    }
+
+    /// Whether the device's side is generated too: `TABLE`, `Storage` and `storage(node)`. Off by default.
+    pub fn storage(mut self, on: bool) -> Self {
+        self.options.storage = on;
+        self
+    }
+
+    /// Whether the table `NAMES` is generated, for tools that show names and units. Off by default.
+    pub fn names(mut self, on: bool) -> Self {
+        self.options.names = on;
+        self
+    }
+
+    /// The path of the runtime, for a crate that re-exports it; `::lexican_runtime` by default.
+    pub fn runtime_path(mut self, path: &str) -> Self {
+        self.options.runtime_path = path.to_owned();
+        self
+    }
+
+    /// The folder to write to; by default the `OUT_DIR` of the build script.
+    pub fn out_dir(mut self, path: impl AsRef<Path>) -> Self {
+        self.out_dir = Some(path.as_ref().to_owned());
+        self
+    }
+
+    /// Reads, generates and writes; the only method that does anything.
+    ///
+    /// Tells Cargo which files to watch, and prints findings as warnings of the build. A file is written
+    /// whole or not at all, and only when its content changes.
+    ///
+    /// # Errors
+    ///
+    /// See [`Error`]. Nothing is written then, not even for data sheets without errors.
+    pub fn generate(self) -> Result<(), Error> {
+        if let Some(path) = self.stray {
+            return Err(Error::OverlayFirst(path));
+        }
+        if self.sheets.is_empty() {
+            return Err(Error::NoDataSheet);
+        }
+        if syn::parse_str::<syn::Path>(&self.options.runtime_path).is_err() {
+            return Err(Error::RuntimePath(self.options.runtime_path));
+        }
+        let out_dir = self.out_dir.or_else(|| env::var_os("OUT_DIR").map(PathBuf::from)).ok_or(Error::NoOutDir)?;
+        // Without any such line Cargo would watch every file of the package.
+        println!("cargo:rerun-if-changed=build.rs");
+        let mut files: Vec<(String, String)> = Vec::new();
+        for sheet in &self.sheets {
+            let (name, input) = sheet.read()?;
+            if files.iter().any(|(other, _)| *other == name) {
+                return Err(Error::SameName(name));
+            }
+            files.push((name, generate(&input, &self.options, &self.rules)?));
+        }
+        files.iter().try_for_each(|(name, code)| write(&out_dir.join(format!("{name}.rs")), code))
+    }
+
+    fn sheet(mut self, origin: Origin) -> Self {
+        self.sheets.push(Sheet { origin, overlays: Vec::new(), module: None });
+        self
+    }
+
+    fn rule(mut self, code: &str, severity: Option<Severity>) -> Self {
+        self.rules.push(Rule { code: code.to_owned(), severity });
+        self
+    }
+}
+
+impl Sheet {
+    /// The name of the file to write, and what it is generated from.
+    fn read(&self) -> Result<(String, Input), Error> {
+        let (stem, mut input) = match &self.origin {
+            Origin::File(path) => {
+                let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                let bytes = read(path)?;
+                if let Some(what) = not_a_data_sheet(&bytes) {
+                    return Err(Error::NotADataSheet { path: path.clone(), what });
+                }
+                (stem, Input::new(Source::from_bytes(path.display().to_string(), &bytes)))
+            }
+            Origin::Library(name) => match library::find(name) {
+                Some(shipped) => (shipped.id.to_owned(), shipped.input()),
+                None => return Err(Error::UnknownDevice { name: name.clone(), near: near(name) }),
+            },
+        };
+        for path in &self.overlays {
+            input = input.overlay(Source::from_bytes(path.display().to_string(), &read(path)?));
+        }
+        let name = name::identifier(self.module.as_deref().unwrap_or(&stem), Case::Snake);
+        Ok((if name.is_empty() { "od".into() } else { name }, input))
+    }
+}
+
+fn generate(input: &Input, options: &Options, rules: &[Rule]) -> Result<String, Error> {
+    let (device, mut findings) = lexican_eds::load(input);
+    let output = compile(&device, options);
+    findings.extend(output.diagnostics);
+    findings.finish();
+    for rule in rules {
+        findings.set_severity(&rule.code, rule.severity);
+    }
+    if findings.has_errors() {
+        let errors = findings.count(Severity::Error);
+        let summary = format!(
+            "{}: {errors} {} in the data sheet; nothing was generated",
+            input.eds.name(),
+            if errors == 1 { "error" } else { "errors" }
+        );
+        return Err(Error::Findings { summary, report: findings.render(input) });
+    }
+    warn(&findings, input);
+    Ok(output.code)
+}
+
+/// One line each: Cargo shows only what stands behind the prefix.
+fn warn(findings: &Diagnostics, input: &Input) {
+    let mut warnings = findings.iter().filter(|finding| finding.severity == Severity::Warning);
+    for warning in warnings.by_ref().take(MAX_WARNINGS) {
+        println!("cargo:warning={}", warning.render_short(input).replace(['\n', '\r'], " "));
+    }
+    match warnings.count() {
+        0 => {}
+        more => println!("cargo:warning={}: and {more} more warnings", input.eds.name()),
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    println!("cargo:rerun-if-changed={}", path.display());
+    fs::read(path).map_err(|reason| Error::Read { path: path.to_owned(), reason })
+}
+
+fn not_a_data_sheet(bytes: &[u8]) -> Option<&'static str> {
+    let is_utf_16 = bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]);
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        Some("empty")
+    } else if bytes.contains(&0) && !is_utf_16 {
+        Some("a binary file")
+    } else {
+        None
+    }
+}
+
+/// Through a file beside it, so that nobody ever sees half a file; not at all when nothing changes, so that
+/// nothing is compiled again.
+fn write(path: &Path, code: &str) -> Result<(), Error> {
+    if fs::read(path).is_ok_and(|old| old == code.as_bytes()) {
+        return Ok(());
+    }
+    let beside = path.with_extension(format!("rs.{}", std::process::id()));
+    let written = fs::write(&beside, code).and_then(|()| fs::rename(&beside, path));
+    written.map_err(|reason| {
+        // The error is about the file; that what was beside it may remain does not matter.
+        let _ = fs::remove_file(&beside);
+        Error::Write { path: path.to_owned(), reason }
+    })
+}
+
+/// Devices of the library with names like this one, the nearest first.
+fn near(name: &str) -> Vec<&'static str> {
+    let wanted = name.to_lowercase();
+    let distances = library::all().iter().map(|shipped| (distance(&wanted, shipped.id), shipped.id));
+    let mut near: Vec<_> = distances.filter(|&(distance, id)| distance <= 3.max(id.len() / 3)).collect();
+    near.sort_unstable();
+    near.into_iter().map(|(_, id)| id).take(3).collect()
+}
+
+/// How many letters must be added, removed or replaced to come from one text to the other (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, &to) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(from != to);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_distance_counts_letters() {
+        assert_eq!(distance("kitten", "sitting"), 3);
+        assert_eq!(distance("", "abc"), 3);
+        assert_eq!(distance("same", "same"), 0);
+    }
+}

@@ -1,0 +1,230 @@
+//! Documentation of items: always the same facts in the same order, escaped.
+
+use lexican_eds::model::{Condition, Entry, Meaning, NmtState, ObjectKind, Unit, Value};
+use lexican_eds::types::Class;
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::Context;
+use crate::plan::{Access, Default, Handle, Item, Mapping, Number};
+
+/// Lines of documentation; an empty one separates paragraphs.
+pub(super) fn lines(lines: &[String]) -> TokenStream {
+    let lines = lines.iter().map(|line| if line.is_empty() { String::new() } else { format!(" {line}") });
+    quote!(#(#[doc = #lines])*)
+}
+
+/// The documentation of an entry, with the aliases that a search for its address finds.
+pub(super) fn handle(
+    context: &Context<'_>,
+    title: &str,
+    object_text: Option<&str>,
+    handle: &Handle<'_>,
+) -> TokenStream {
+    let entry = handle.entry;
+    let mut text = vec![sentence(title, &address(entry.index, entry.sub)), String::new()];
+    text.push(format!("Address 0x{:04X}:{:02X} · {}", entry.index, entry.sub, facts(handle)));
+    text.extend(remarks(context, entry, object_text));
+    let text = lines(&text);
+    let full = format!("0x{:04X}:{:02X}", entry.index, entry.sub);
+    let index = format!("{:04X}", entry.index);
+    quote!(#text #[doc(alias(#full, #index))])
+}
+
+/// The documentation of an array or record.
+pub(super) fn whole(context: &Context<'_>, item: &Item<'_>, first: Option<&Handle<'_>>) -> TokenStream {
+    let object = item.object;
+    let kind = match object.kind {
+        ObjectKind::Null => "NULL",
+        ObjectKind::Domain => "DOMAIN",
+        ObjectKind::DefType => "DEFTYPE",
+        ObjectKind::DefStruct => "DEFSTRUCT",
+        ObjectKind::Variable => "VAR",
+        ObjectKind::Array => "ARRAY",
+        ObjectKind::Record => "RECORD",
+    };
+    let index = format!("{:04X}", object.index);
+    let mut text = vec![sentence(&object.name, &index), String::new()];
+    match first {
+        Some(first) => {
+            text.push(format!("Address 0x{index} · {kind} of {}", facts(first)));
+            text.extend(remarks(context, first.entry, object.description.as_deref()));
+        }
+        None => {
+            text.push(format!("Address 0x{index} · {kind}"));
+            text.extend(paragraph(object.description.as_deref()));
+        }
+    }
+    let text = lines(&text);
+    let full = format!("0x{index}");
+    quote!(#text #[doc(alias(#full, #index))])
+}
+
+/// A name as the first line.
+pub(super) fn sentence(name: &str, otherwise: &str) -> String {
+    let escaped = escape(name);
+    if escaped.is_empty() { otherwise.to_owned() } else { escaped }
+}
+
+/// A paragraph of its own, after an empty line.
+pub(super) fn paragraph(text: Option<&str>) -> Vec<String> {
+    let escaped = escape(text.unwrap_or_default());
+    if escaped.is_empty() { Vec::new() } else { vec![String::new(), escaped] }
+}
+
+/// Text that means itself in Markdown, on one line.
+pub(super) fn escape(text: &str) -> String {
+    let words: Vec<&str> =
+        text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|word| !word.is_empty()).collect();
+    let mut escaped = String::new();
+    for (at, c) in words.join(" ").char_indices() {
+        let is_markup = matches!(c, '\\' | '`' | '*' | '_' | '[' | ']' | '<' | '>' | '#' | '|' | '~' | '$' | '&');
+        // At the start of a line these make lists, quotes and headings; `1.` does as well.
+        let starts_block = at == 0 && matches!(c, '-' | '+' | '=' | '/' | ':' | '!');
+        let ends_number = matches!(c, '.' | ')') && escaped.chars().all(|c| c.is_ascii_digit());
+        // `http://` would be a bare link.
+        let makes_link = c == ':' && (escaped.ends_with("http") || escaped.ends_with("https"));
+        if is_markup || starts_block || ends_number || makes_link {
+            escaped.push('\\');
+        }
+        escaped.push(c);
+    }
+    escaped
+}
+
+fn address(index: u16, sub: u8) -> String {
+    format!("{index:04X}:{sub:02X}")
+}
+
+/// `UNSIGNED16 · rw · default 100 · limits 1…500`.
+fn facts(handle: &Handle<'_>) -> String {
+    let entry = handle.entry;
+    let mut facts = vec![escape(&entry.data_type.to_string()), access(handle.access).to_owned()];
+    let shown = |value: &Value| escape(&shown(value, is_hex(entry)));
+    match (&handle.default, &entry.default) {
+        (Some(Default::Number(number)), _) => facts.push(format!("default {}", shown_number(*number, is_hex(entry)))),
+        (Some(Default::NodeIdPlus(base)), _) => facts.push(format!("default {}", node_id_plus(*base))),
+        (None, Some(value @ (Value::Text(_) | Value::Bytes(_)))) => facts.push(format!("default {}", shown(value))),
+        (None, _) => {}
+    }
+    if let Some((low, high)) = handle.limits {
+        let [low, high] = [low, high].map(|number| shown_number(number, is_hex(entry)));
+        facts.push(format!("limits {low}…{high}"));
+    }
+    match handle.mapping {
+        Mapping::Unmapped => {}
+        Mapping::Tpdo => facts.push("mappable: TPDO".into()),
+        Mapping::Rpdo => facts.push("mappable: RPDO".into()),
+        Mapping::Both => facts.push("mappable: RPDO, TPDO".into()),
+    }
+    facts.join(" · ")
+}
+
+fn access(access: Access) -> &'static str {
+    match access {
+        Access::Ro => "ro",
+        Access::Wo => "wo",
+        Access::Rw => "rw",
+        Access::Const => "const",
+    }
+}
+
+/// Descriptions, unit and what else the overlay says.
+fn remarks(context: &Context<'_>, entry: &Entry, object_text: Option<&str>) -> Vec<String> {
+    let mut text = paragraph(object_text);
+    text.extend(paragraph(entry.description.as_deref()));
+    let mut facts = Vec::new();
+    if let Meaning::Quantity(name) = &entry.meaning
+        && let Some(quantity) = context.plan.device.quantities.get(name)
+    {
+        facts.extend(quantity.units.iter().map(|unit| format!("Unit: {}.", self::unit(unit))));
+    }
+    for range in &entry.ranges {
+        facts.push(format!("Limits {}…{} {}.", range.low, range.high, condition(&range.when)));
+    }
+    if entry.persistent {
+        facts.push("Kept without power.".into());
+    }
+    if let Some(states) = &entry.writable_in {
+        let state = |state: &NmtState| match state {
+            NmtState::PreOperational => "PRE-OPERATIONAL",
+            NmtState::Operational => "OPERATIONAL",
+        };
+        facts.push(format!("Writable in {} only.", states.iter().map(state).collect::<Vec<_>>().join(" and ")));
+    }
+    if !facts.is_empty() {
+        text.extend([String::new(), facts.join(" ")]);
+    }
+    text
+}
+
+/// `V (1/10 per count) while 2102:00 is 2`.
+pub(super) fn unit(unit: &Unit) -> String {
+    let worth = match (unit.num, unit.den) {
+        (1, 1) => String::new(),
+        (num, 1) => format!(", {num} per count"),
+        (num, den) => format!(", {num}/{den} per count"),
+    };
+    let when = unit.when.as_ref().map(|when| format!(" {}", condition(when))).unwrap_or_default();
+    format!("{}{worth}{when}", escape(&unit.symbol))
+}
+
+fn condition(condition: &Condition) -> String {
+    let verb = if condition.equal { "is" } else { "is not" };
+    format!("while {} {verb} {}", address(condition.index, condition.sub), condition.value)
+}
+
+/// Where CiA 301 thinks in hexadecimal: identifiers, mappings, signatures, words of bits.
+pub(super) fn is_hex(entry: &Entry) -> bool {
+    let by_address = matches!(
+        (entry.index, entry.sub),
+        (0x1000..=0x1002 | 0x1005 | 0x1012 | 0x1014, 0)
+            | (0x1003 | 0x1010 | 0x1011 | 0x1018 | 0x1028, 1..)
+            | (0x1200..=0x12FF, 1 | 2)
+            | (0x1400..=0x15FF | 0x1800..=0x19FF, 1)
+            | (0x1600..=0x17FF | 0x1A00..=0x1BFF, 1..)
+    );
+    (by_address || matches!(entry.meaning, Meaning::BitField(_))) && entry.data_type.class() == Class::Unsigned
+}
+
+fn shown_number(number: Number, in_hex: bool) -> String {
+    match number {
+        Number::Integer(integer) => shown(&Value::Integer(integer), in_hex),
+        Number::Real(real) => shown(&Value::Real(real), in_hex),
+    }
+}
+
+fn shown(value: &Value, in_hex: bool) -> String {
+    match value {
+        Value::Integer(integer) if in_hex && *integer > 9 => format!("0x{integer:X}"),
+        Value::Integer(integer) => integer.to_string(),
+        Value::Real(real) => real.to_string(),
+        Value::Text(text) => format!("\"{text}\""),
+        Value::Bytes(bytes) => format!("{} bytes", bytes.len()),
+        Value::NodeIdPlus(base) => node_id_plus(*base),
+    }
+}
+
+fn node_id_plus(base: i64) -> String {
+    match base {
+        0 => "node-ID".into(),
+        1.. => format!("0x{base:X} + node-ID"),
+        _ => format!("node-ID - 0x{:X}", base.unsigned_abs()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_means_itself_in_markdown() {
+        let check = |text: &str, expected: &str| assert_eq!(escape(text), expected);
+        check("  a\n   b\tc ", "a b c");
+        check("Velocity [rpm] <x> *y* `z`", "Velocity \\[rpm\\] \\<x\\> \\*y\\* \\`z\\`");
+        check("- item", "\\- item");
+        check("1. item 2.5", "1\\. item 2.5");
+        check("see https://a.b", "see https\\://a.b");
+        check("/// x", "\\/// x");
+    }
+}

@@ -1,0 +1,303 @@
+//! Enumerations, bit fields and quantities.
+
+use lexican_eds::model::{BitField, Enumeration, Quantity, Unit};
+use lexican_eds::types::{Class, DataType};
+use proc_macro2::{Literal, TokenStream};
+use quote::{format_ident, quote};
+
+use super::{Context, docs, literal};
+use crate::plan::{Newtype, NewtypeKind, Number, raw};
+
+pub(super) fn newtype(context: &Context<'_>, newtype: &Newtype<'_>) -> TokenStream {
+    let (what, members) = match &newtype.kind {
+        NewtypeKind::Enumeration { enumeration, values } => {
+            ("values", enumeration_members(context, newtype, enumeration, values))
+        }
+        NewtypeKind::BitField { field, fields } => ("bits", bit_field_members(context, newtype, field, fields)),
+        NewtypeKind::Quantity { quantity, methods } => {
+            ("quantity", quantity_members(context, newtype, quantity, methods))
+        }
+    };
+    let base = base(context, newtype, what);
+    quote!(#base #members)
+}
+
+/// The struct with what all newtypes have.
+fn base(context: &Context<'_>, newtype: &Newtype<'_>, what: &str) -> TokenStream {
+    let object = &context.object;
+    let ident = format_ident!("{}", newtype.ident);
+    let inner = literal::rust_type(object, newtype.data_type);
+    let data_type = literal::data_type(object, newtype.data_type);
+    let mut text = vec![docs::sentence(newtype.name, what)];
+    text.extend(docs::paragraph(newtype.description));
+    let docs = docs::lines(&text);
+    let total = match newtype.data_type.class() {
+        Class::Real => quote!(),
+        _ => quote!(, Eq, Ord, Hash),
+    };
+    quote! {
+        #docs
+        #[derive(Clone, Copy, Default, PartialEq, PartialOrd #total)]
+        pub struct #ident(
+            /// The number on the wire.
+            pub #inner,
+        );
+
+        impl #object::Type for #ident {
+            const DATA_TYPE: #object::DataType = #data_type;
+        }
+
+        impl #object::Value for #ident {
+            fn to_raw(self) -> u64 {
+                #object::Value::to_raw(self.0)
+            }
+            fn from_raw(raw: u64) -> Self {
+                Self(#object::Value::from_raw(raw))
+            }
+        }
+
+        impl ::core::convert::From<#inner> for #ident {
+            fn from(raw: #inner) -> Self {
+                Self(raw)
+            }
+        }
+
+        impl ::core::convert::From<#ident> for #inner {
+            fn from(value: #ident) -> Self {
+                value.0
+            }
+        }
+    }
+}
+
+fn enumeration_members(
+    context: &Context<'_>,
+    newtype: &Newtype<'_>,
+    enumeration: &Enumeration,
+    values: &[(String, usize, i128)],
+) -> TokenStream {
+    let object = &context.object;
+    let ident = format_ident!("{}", newtype.ident);
+    let name = Literal::string(&newtype.ident);
+    let constants = values.iter().map(|(constant, row, number)| {
+        let named = &enumeration.values[*row];
+        let mut text = vec![docs::sentence(&named.name, "A value.")];
+        text.extend(docs::paragraph(named.description.as_deref()));
+        let docs = docs::lines(&text);
+        let constant = format_ident!("{constant}");
+        let value = context.plain_value(newtype.data_type, Number::Integer(*number), false);
+        quote!(#docs pub const #constant: Self = Self(#value);)
+    });
+    let mut rows: Vec<(u64, &str)> = values
+        .iter()
+        .map(|(_, row, number)| (raw(Number::Integer(*number), newtype.data_type), &*enumeration.values[*row].name))
+        .collect();
+    rows.sort_unstable();
+    let rows = rows.into_iter().map(|(raw, name)| {
+        let raw = literal::hex(raw, 2);
+        quote!(#object::ValueName::new(#raw, #name))
+    });
+    quote! {
+        impl #ident {
+            #(#constants)*
+
+            /// The name, when the data sheet has one for this value.
+            pub fn name(self) -> ::core::option::Option<&'static str> {
+                #object::name_of(self)
+            }
+        }
+
+        impl #object::Enumeration for #ident {
+            const NAMES: &'static [#object::ValueName] = &[#(#rows),*];
+        }
+
+        impl ::core::fmt::Debug for #ident {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                #object::debug_enumeration(f, #name, *self, self.0)
+            }
+        }
+
+        impl ::core::fmt::Display for #ident {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                match self.name() {
+                    ::core::option::Option::Some(name) => f.pad(name),
+                    ::core::option::Option::None => ::core::fmt::Display::fmt(&self.0, f),
+                }
+            }
+        }
+    }
+}
+
+fn bit_field_members(
+    context: &Context<'_>,
+    newtype: &Newtype<'_>,
+    field: &BitField,
+    fields: &[(String, usize)],
+) -> TokenStream {
+    let object = &context.object;
+    let ident = format_ident!("{}", newtype.ident);
+    let name = Literal::string(&newtype.ident);
+    let accessors =
+        fields.iter().map(|(accessor, row)| bit_accessors(newtype.data_type, field, accessor, *row, context));
+    let rows = fields.iter().map(|(_, row)| {
+        let named = &field.fields[*row];
+        let (low, width) = (named.value.low, named.value.high - named.value.low + 1);
+        let (low, width, name) = (literal::decimal(low.into()), literal::decimal(width.into()), &named.name);
+        quote!(#object::BitName::new(#low, #width, #name))
+    });
+    quote! {
+        impl #ident {
+            #(#accessors)*
+        }
+
+        impl #object::BitField for #ident {
+            const BITS: &'static [#object::BitName] = &[#(#rows),*];
+        }
+
+        impl ::core::fmt::Debug for #ident {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                #object::debug_bits(f, #name, *self)
+            }
+        }
+    }
+}
+
+/// A getter and a setter. Constant functions cannot use the runtime's trait, so that the bits are moved here.
+fn bit_accessors(
+    data_type: DataType,
+    field: &BitField,
+    accessor: &str,
+    row: usize,
+    context: &Context<'_>,
+) -> TokenStream {
+    let named = &field.fields[row];
+    let (low, width) = (named.value.low, named.value.high - named.value.low + 1);
+    let getter = format_ident!("{accessor}");
+    let setter = format_ident!("with_{}", accessor.trim_matches('_'));
+    let range = if width == 1 { format!("Bit {low}") } else { format!("Bits {low} to {}", named.value.high) };
+    let text = docs::sentence(named.description.as_deref().unwrap_or(&named.name), &named.name);
+    let get_docs = docs::lines(&[format!("{range}: {text}")]);
+    let set_docs = docs::lines(&[format!("With {} changed: {}", range.to_lowercase(), docs::escape(&named.name))]);
+    let (r#type, to, from) = match width {
+        1 => ("bool", quote!(!= 0), quote!(as u64)),
+        2..=8 => ("u8", quote!(as u8), quote!(as u64)),
+        9..=16 => ("u16", quote!(as u16), quote!(as u64)),
+        17..=32 => ("u32", quote!(as u32), quote!(as u64)),
+        _ => ("u64", quote!(), quote!()),
+    };
+    let r#type = format_ident!("{}", r#type);
+    let (low, width) = (literal::decimal(low.into()), literal::decimal(width.into()));
+    let object = &context.object;
+    let bits = word(data_type);
+    let back = from_word(context, data_type, quote!(#object::replace(#bits, #low, #width, value #from)));
+    quote! {
+        #get_docs
+        pub const fn #getter(self) -> #r#type {
+            #object::take(#bits, #low, #width) #to
+        }
+        #set_docs
+        #[must_use]
+        pub const fn #setter(self, value: #r#type) -> Self {
+            Self(#back)
+        }
+    }
+}
+
+/// The bits of `self` as `u64`; upper ones may be copies of the sign.
+fn word(data_type: DataType) -> TokenStream {
+    match data_type {
+        DataType::Unsigned64 => quote!(self.0),
+        _ if !literal::is_wrapped(data_type) => quote!(self.0 as u64),
+        DataType::Unsigned40 | DataType::Unsigned48 | DataType::Unsigned56 => quote!(self.0.get()),
+        _ => quote!(self.0.get() as u64),
+    }
+}
+
+fn from_word(context: &Context<'_>, data_type: DataType, word: TokenStream) -> TokenStream {
+    let object = &context.object;
+    let inner = literal::rust_type(object, data_type);
+    match data_type {
+        DataType::Unsigned64 => word,
+        _ if literal::is_wrapped(data_type) => quote!(#inner::from_low_bits(#word)),
+        _ => quote!(#word as #inner),
+    }
+}
+
+fn quantity_members(
+    context: &Context<'_>,
+    newtype: &Newtype<'_>,
+    quantity: &Quantity,
+    methods: &[String],
+) -> TokenStream {
+    let object = &context.object;
+    let ident = format_ident!("{}", newtype.ident);
+    let name = Literal::string(&newtype.ident);
+    let counts = match newtype.data_type {
+        DataType::Real64 => quote!(self.0),
+        data_type if literal::is_wrapped(data_type) => quote!(self.0.get() as f64),
+        _ => quote!(self.0 as f64),
+    };
+    let conversions = quantity.units.iter().zip(methods).map(|(unit, method)| {
+        let getter = format_ident!("{method}");
+        let constructor = format_ident!("from_{}", method.trim_matches('_'));
+        let unit_text = docs::unit(unit);
+        let get_docs = docs::lines(&[format!("In {unit_text}.")]);
+        let from_docs = docs::lines(&[format!(
+            "The nearest value to so many {}; `None` when the data type does not reach so far.",
+            docs::escape(&unit.symbol)
+        )]);
+        let (times_num, over_den) = (factor(unit.num, quote!(*)), factor(unit.den, quote!(/)));
+        let (times_den, over_num) = (factor(unit.den, quote!(*)), factor(unit.num, quote!(/)));
+        quote! {
+            #get_docs
+            pub const fn #getter(self) -> f64 {
+                #counts #times_num #over_den
+            }
+            #from_docs
+            pub fn #constructor(value: f64) -> ::core::option::Option<Self> {
+                #object::nearest(value #times_den #over_num)
+            }
+        }
+    });
+    let units = quantity.units.iter().map(|unit| self::unit(context, unit));
+    quote! {
+        impl #ident {
+            #(#conversions)*
+        }
+
+        impl #object::Quantity for #ident {
+            const UNITS: &'static [#object::Unit] = &[#(#units),*];
+        }
+
+        impl ::core::fmt::Debug for #ident {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                f.debug_tuple(#name).field(&self.0).finish()
+            }
+        }
+
+        impl ::core::fmt::Display for #ident {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                #object::display_quantity::<Self>(f, #counts)
+            }
+        }
+    }
+}
+
+/// `* 10.0`, or nothing for 1.
+fn factor(number: i64, operator: TokenStream) -> TokenStream {
+    if number == 1 {
+        return quote!();
+    }
+    let digits: Literal = format!("{}.0", number.unsigned_abs()).parse().expect("digits are a literal");
+    if number < 0 { quote!(#operator -#digits) } else { quote!(#operator #digits) }
+}
+
+pub(super) fn unit(context: &Context<'_>, unit: &Unit) -> TokenStream {
+    let object = &context.object;
+    let (symbol, num, den) = (&unit.symbol, literal::decimal(unit.num.into()), literal::decimal(unit.den.into()));
+    let when = unit.when.iter().map(|when| {
+        let condition = super::device::condition(context, when);
+        quote!(.when(#condition))
+    });
+    quote!(#object::Unit::new(#symbol, #num, #den) #(#when)*)
+}

@@ -1,0 +1,152 @@
+//! Identifiers from the names of a data sheet. The rules are frozen by `tests/names.rs`: whoever updates
+//! lexican must not have to rename anything.
+
+/// How an identifier is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Case {
+    /// `MOTOR_SPEED`.
+    Shouty,
+    /// `motor_speed`.
+    Snake,
+    /// `MotorSpeed`.
+    Pascal,
+}
+
+/// The identifier for a name; empty when the name has no letter and no digit.
+pub(crate) fn identifier(name: &str, case: Case) -> String {
+    let joined = join(&words(name), case);
+    if joined.starts_with(|c: char| c.is_ascii_digit()) {
+        format!("_{joined}")
+    } else if joined.is_empty() || syn::parse_str::<syn::Ident>(&joined).is_ok() && joined != "gen" {
+        joined
+    } else {
+        // `gen` is a keyword since edition 2024; all others are asked of syn.
+        format!("{joined}_")
+    }
+}
+
+/// Appends `suffix`, which is made of lower-case words.
+pub(crate) fn with_suffix(identifier: &str, suffix: &str, case: Case) -> String {
+    match case {
+        Case::Shouty => format!("{identifier}_{}", suffix.to_uppercase()),
+        Case::Snake => format!("{identifier}_{suffix}"),
+        // A digit in front of a digit needs the separator: `Mode2_6040` is not `Mode26040`.
+        Case::Pascal => {
+            let separator = if identifier.ends_with(|c: char| c.is_ascii_digit()) { "_" } else { "" };
+            format!("{identifier}{separator}{}", join(&words(suffix), case))
+        }
+    }
+}
+
+/// Words end at whatever is neither letter nor digit, and where an upper-case letter follows a lower-case one.
+fn words(name: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut word = String::new();
+    let mut after_lower = false;
+    for c in name.chars() {
+        let plain = plain(c);
+        let starts_upper = c.is_uppercase();
+        if plain.is_empty() || (after_lower && starts_upper) {
+            words.extend((!word.is_empty()).then(|| std::mem::take(&mut word)));
+        }
+        word.push_str(&plain);
+        after_lower = c.is_lowercase() && !plain.is_empty();
+    }
+    words.extend((!word.is_empty()).then_some(word));
+    words
+}
+
+fn join(words: &[String], case: Case) -> String {
+    match case {
+        Case::Shouty => words.join("_").to_ascii_uppercase(),
+        Case::Snake => words.join("_").to_ascii_lowercase(),
+        Case::Pascal => words.iter().fold(String::new(), |joined, word| {
+            let digits_meet =
+                joined.ends_with(|c: char| c.is_ascii_digit()) && word.starts_with(|c: char| c.is_ascii_digit());
+            let (first, rest) = word.split_at(1);
+            format!(
+                "{joined}{}{}{}",
+                if digits_meet { "_" } else { "" },
+                first.to_ascii_uppercase(),
+                rest.to_ascii_lowercase()
+            )
+        }),
+    }
+}
+
+/// A letter or digit in ASCII, as people write it who have no other; empty for anything else.
+fn plain(c: char) -> String {
+    let letters = match c {
+        'a'..='z' | 'A'..='Z' | '0'..='9' => return c.to_string(),
+        'ä' | 'Ä' | 'æ' | 'Æ' => "ae",
+        'ö' | 'Ö' | 'ø' | 'Ø' | 'œ' | 'Œ' => "oe",
+        'ü' | 'Ü' => "ue",
+        'å' | 'Å' => "aa",
+        'ß' => "ss",
+        '\u{B5}' | '\u{3BC}' => "u",
+        '\u{2126}' | '\u{03A9}' => "ohm",
+        'À'..='Ã' | 'à'..='ã' => "a",
+        'Ç' | 'ç' => "c",
+        'È'..='Ë' | 'è'..='ë' => "e",
+        'Ì'..='Ï' | 'ì'..='ï' => "i",
+        'Ñ' | 'ñ' => "n",
+        'Ò'..='Õ' | 'ò'..='õ' => "o",
+        'Ù'..='Û' | 'ù'..='û' => "u",
+        'Ý' | 'ý' | 'ÿ' => "y",
+        _ => "",
+    };
+    letters.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[track_caller]
+    fn check(name: &str, shouty: &str, snake: &str, pascal: &str) {
+        let got = [Case::Shouty, Case::Snake, Case::Pascal].map(|case| identifier(name, case));
+        assert_eq!(got, [shouty, snake, pascal], "{name}");
+    }
+
+    #[test]
+    fn words_split_where_the_rules_say() {
+        check("Controlword", "CONTROLWORD", "controlword", "Controlword");
+        check("COB-ID SYNC message", "COB_ID_SYNC_MESSAGE", "cob_id_sync_message", "CobIdSyncMessage");
+        check("v - Pos", "V_POS", "v_pos", "VPos");
+        check("ü – Denominator", "UE_DENOMINATOR", "ue_denominator", "UeDenominator");
+        check("motorTemperature [0.1°C]", "MOTOR_TEMPERATURE_0_1_C", "motor_temperature_0_1_c", "MotorTemperature0_1C");
+        check("Größe in µm", "GROESSE_IN_UM", "groesse_in_um", "GroesseInUm");
+        check("Ch1Value", "CH1VALUE", "ch1value", "Ch1value");
+        check("NMTError", "NMTERROR", "nmterror", "Nmterror");
+    }
+
+    #[test]
+    fn what_rust_does_not_allow_is_mended() {
+        check("2nd gear", "_2ND_GEAR", "_2nd_gear", "_2ndGear");
+        check("type", "TYPE", "type_", "Type");
+        check("self", "SELF", "self_", "Self_");
+        check("gen", "GEN", "gen_", "Gen");
+        check("???", "", "", "");
+        check("位置", "", "", "");
+    }
+
+    proptest! {
+        #[test]
+        fn every_name_becomes_a_valid_identifier_or_nothing(name in "\\PC{0,24}") {
+            for case in [Case::Shouty, Case::Snake, Case::Pascal] {
+                let identifier = identifier(&name, case);
+                prop_assert!(identifier.is_empty() || syn::parse_str::<syn::Ident>(&identifier).is_ok(), "{}", identifier);
+                prop_assert!(!identifier.contains("__"));
+            }
+        }
+
+        #[test]
+        fn snake_and_shouty_are_idempotent(name in "\\PC{0,24}") {
+            for case in [Case::Shouty, Case::Snake] {
+                let once = identifier(&name, case);
+                prop_assert_eq!(identifier(once.trim_end_matches('_'), case), once);
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! What to generate, with all decisions made: names, types, shapes. The emitters only print it.
+
+mod newtype;
+mod object;
+mod pdo;
+mod value;
+
+use std::collections::BTreeMap;
+
+use lexican_eds::model::{Device, Entry, Object};
+use lexican_eds::types::{Class, DataType};
+use lexican_eds::{Diagnostic, Diagnostics, Severity};
+
+pub(crate) use newtype::{Newtype, NewtypeKind};
+pub(crate) use object::{Access, Default, Handle, Item, Mapping, Shape};
+pub(crate) use pdo::{Field, PdoItem};
+pub(crate) use value::{Number, fitting, raw};
+
+use crate::scope::{self, Claim};
+
+/// Names at the top that lexican uses itself.
+const RESERVED: &[&str] = &[
+    "BIT_RATES_KBIT",
+    "DEVICE_PROFILE",
+    "NAMES",
+    "ORDER_CODE",
+    "PERSISTENT",
+    "PRODUCT_CODE",
+    "PRODUCT_NAME",
+    "RANGES",
+    "REVISION_NUMBER",
+    "Storage",
+    "TABLE",
+    "VENDOR_ID",
+    "VENDOR_NAME",
+    "WRITABLE_IN",
+];
+
+/// What to generate.
+#[derive(Debug)]
+pub(crate) struct Plan<'a> {
+    pub(crate) device: &'a Device,
+    /// By name.
+    pub(crate) newtypes: Vec<Newtype<'a>>,
+    /// By index.
+    pub(crate) items: Vec<Item<'a>>,
+    pub(crate) pdos: Vec<PdoItem<'a>>,
+    types: Types,
+}
+
+/// The type of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Type {
+    /// A data type of CiA 301.
+    Plain(DataType),
+    /// A row of [`Plan::newtypes`].
+    Newtype(usize),
+}
+
+impl<'a> Plan<'a> {
+    pub(crate) fn new(device: &'a Device, findings: &mut Diagnostics) -> Self {
+        let (mut newtypes, types) = newtype::collect(device, findings);
+        let mut items = object::items(device, &types, findings);
+        let pdos = pdo::pdos(device, &types, findings);
+
+        // Everything at the top shares one scope: a one-letter constant and a one-letter type would collide.
+        let pdo_names: Vec<String> = pdos.iter().map(|pdo| pdo.ident.clone()).collect();
+        let reserved: Vec<&str> = RESERVED.iter().copied().chain(pdo_names.iter().map(String::as_str)).collect();
+        let mut claims: Vec<Claim> = newtypes.iter().map(|newtype| newtype.claim.clone()).collect();
+        for item in &items {
+            claims.push(item.claim());
+            claims.extend(item.record_claim());
+        }
+        let mut names = scope::resolve("item", &reserved, &claims, findings).into_iter();
+        let mut next = || names.next().expect("every claim is resolved");
+        for newtype in &mut newtypes {
+            newtype.ident = next();
+        }
+        for item in &mut items {
+            item.ident = next();
+            if let Shape::Record { ident, .. } = &mut item.shape {
+                *ident = next();
+            }
+        }
+        Plan { device, newtypes, items, pdos, types }
+    }
+
+    /// Handles of all entries, ascending by address.
+    pub(crate) fn entry_handles(&self) -> impl Iterator<Item = Handle<'a>> {
+        self.items.iter().flat_map(|item| {
+            item.object.entries.iter().enumerate().map(|(row, entry)| match &item.shape {
+                Shape::Variable(handle) => handle.clone(),
+                Shape::Array { count, .. } if row == 0 => count.clone(),
+                Shape::Array { first, .. } => Handle { entry, ..first.clone() },
+                Shape::Record { members, .. } => members[row].clone(),
+            })
+        })
+    }
+
+    /// The entry at an address.
+    pub(crate) fn entry(&self, index: u16, sub: u8) -> Option<&'a Entry> {
+        self.object(index)?.entries.iter().find(|entry| entry.sub == sub)
+    }
+
+    /// The newtype of an entry.
+    pub(crate) fn newtype_of(&self, entry: &Entry) -> Option<&Newtype<'a>> {
+        match type_of(entry, &self.types) {
+            Type::Newtype(row) => self.newtypes.get(row),
+            Type::Plain(_) => None,
+        }
+    }
+
+    /// The highest sub-index that the data sheet describes.
+    pub(crate) fn highest_sub(&self, index: u16) -> u8 {
+        self.object(index).and_then(|object| object.entries.last()).map_or(0, |entry| entry.sub)
+    }
+
+    fn object(&self, index: u16) -> Option<&'a Object> {
+        let row = self.device.objects.binary_search_by_key(&index, |object| object.index).ok()?;
+        self.device.objects.get(row)
+    }
+}
+
+/// Which type each entry has that an overlay gives a meaning.
+pub(crate) type Types = BTreeMap<(u16, u8), Type>;
+
+pub(crate) fn type_of(entry: &Entry, types: &Types) -> Type {
+    types.get(&(entry.index, entry.sub)).copied().unwrap_or(Type::Plain(entry.data_type))
+}
+
+/// Whether the type holds values of a fixed size.
+pub(crate) fn has_values(data_type: DataType) -> bool {
+    !matches!(data_type.class(), Class::Text | Class::Bytes | Class::Other)
+}
+
+/// `2410_01`, as it is appended to names; `2410` for an object of one value.
+pub(crate) fn address_suffix(object: &Object, sub: Option<u8>) -> String {
+    match sub {
+        Some(sub) => format!("{:04x}_{sub:02x}", object.index),
+        None => format!("{:04x}", object.index),
+    }
+}
+
+fn warning(code: &'static str, message: String) -> Diagnostic {
+    debug_assert!(crate::FINDINGS.iter().any(|finding| finding.code == code), "{code} is documented");
+    Diagnostic::new(code, Severity::Warning, message)
+}

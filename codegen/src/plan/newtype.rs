@@ -1,0 +1,171 @@
+//! Enumerations, bit fields and quantities of the overlay, as types.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use lexican_eds::model::{BitField, Device, Enumeration, Meaning, Quantity, Value};
+use lexican_eds::types::{Class, DataType};
+use lexican_eds::{Diagnostics, Span};
+
+use super::{Number, Type, Types, fitting, warning};
+use crate::name::{self, Case};
+use crate::scope::{self, Claim};
+
+/// A type over a plain data type.
+#[derive(Debug)]
+pub(crate) struct Newtype<'a> {
+    pub(crate) ident: String,
+    pub(crate) claim: Claim,
+    /// In the words of the overlay.
+    pub(crate) name: &'a str,
+    pub(crate) data_type: DataType,
+    pub(crate) description: Option<&'a str>,
+    pub(crate) kind: NewtypeKind<'a>,
+}
+
+/// What the values of a newtype are. Names of members stand beside them, in their order.
+#[derive(Debug)]
+pub(crate) enum NewtypeKind<'a> {
+    Enumeration { enumeration: &'a Enumeration, values: Vec<(String, usize, i128)> },
+    BitField { field: &'a BitField, fields: Vec<(String, usize)> },
+    Quantity { quantity: &'a Quantity, methods: Vec<String> },
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Sort {
+    Enumeration,
+    BitField,
+    Quantity,
+}
+
+type Key<'a> = (Sort, &'a str, DataType);
+
+/// Names that a newtype's own members must leave free.
+const RESERVED: &[&str] = &["BITS", "NAMES", "UNITS", "as_ref", "deref", "hash", "index", "len", "name", "neg", "not"];
+
+/// The types that entries use, and which entry uses which.
+pub(crate) fn collect<'a>(device: &'a Device, findings: &mut Diagnostics) -> (Vec<Newtype<'a>>, Types) {
+    let used = uses(device, findings);
+    let keys: BTreeSet<Key<'a>> = used.values().copied().collect();
+    let newtypes = keys.iter().filter_map(|&key| newtype(device, key, &keys, findings)).collect();
+    let rows: BTreeMap<Key<'a>, usize> = keys.iter().copied().zip(0..).collect();
+    let types = used.into_iter().map(|(address, key)| (address, Type::Newtype(rows[&key]))).collect();
+    (newtypes, types)
+}
+
+fn uses<'a>(device: &'a Device, findings: &mut Diagnostics) -> BTreeMap<(u16, u8), Key<'a>> {
+    let mut uses = BTreeMap::new();
+    for entry in device.objects.iter().flat_map(|object| &object.entries) {
+        let (sort, name, known) = match &entry.meaning {
+            Meaning::Plain => continue,
+            Meaning::Enumeration(name) => (Sort::Enumeration, name, device.enumerations.contains_key(name)),
+            Meaning::BitField(name) => (Sort::BitField, name, device.bit_fields.contains_key(name)),
+            Meaning::Quantity(name) => (Sort::Quantity, name, device.quantities.contains_key(name)),
+        };
+        let carries = match (sort, entry.data_type.class()) {
+            (_, Class::Signed | Class::Unsigned) => true,
+            (Sort::Quantity, class) => class == Class::Real,
+            (Sort::Enumeration, class) => class == Class::Boolean,
+            (Sort::BitField, _) => false,
+        };
+        if carries && known {
+            uses.insert((entry.index, entry.sub), (sort, name.as_str(), entry.data_type));
+        } else if known {
+            let message = format!("{} cannot be `{name}`", entry.data_type);
+            findings.push(warning("od::meaning-without-number", message).at(entry.span, ""));
+        }
+    }
+    uses
+}
+
+fn newtype<'a>(
+    device: &'a Device,
+    key @ (sort, name, data_type): Key<'a>,
+    keys: &BTreeSet<Key<'a>>,
+    findings: &mut Diagnostics,
+) -> Option<Newtype<'a>> {
+    let (description, span, kind) = match sort {
+        Sort::Enumeration => {
+            let enumeration = device.enumerations.get(name)?;
+            let kind = NewtypeKind::Enumeration { enumeration, values: values(enumeration, data_type, findings) };
+            (&enumeration.description, enumeration.span, kind)
+        }
+        Sort::BitField => {
+            let field = device.bit_fields.get(name)?;
+            (
+                &field.description,
+                field.span,
+                NewtypeKind::BitField { field, fields: fields(field, data_type, findings) },
+            )
+        }
+        Sort::Quantity => {
+            let quantity = device.quantities.get(name)?;
+            (
+                &quantity.description,
+                quantity.span,
+                NewtypeKind::Quantity { quantity, methods: methods(quantity, findings) },
+            )
+        }
+    };
+    let claim = claim(key, keys, span);
+    Some(Newtype { ident: String::new(), claim, name, data_type, description: description.as_deref(), kind })
+}
+
+/// One meaning on several data types is several types: none of them has the bare name.
+fn claim((sort, name, data_type): Key<'_>, keys: &BTreeSet<Key<'_>>, span: Span) -> Claim {
+    let suffix = match sort {
+        Sort::Enumeration => "values",
+        Sort::BitField => "bits",
+        Sort::Quantity => "quantity",
+    };
+    let mut claim = Claim::new(name, Case::Pascal, suffix.into(), span);
+    if keys.iter().filter(|other| (other.0, other.1) == (sort, name)).count() > 1 {
+        let short = data_type.name().replace("INTEGER", "i").replace("UNSIGNED", "u").replace("REAL", "f");
+        claim.wanted = name::with_suffix(&claim.wanted, &short.to_lowercase(), Case::Pascal);
+    }
+    claim
+}
+
+fn values(enumeration: &Enumeration, data_type: DataType, findings: &mut Diagnostics) -> Vec<(String, usize, i128)> {
+    let mut fit = Vec::new();
+    for (row, value) in enumeration.values.iter().enumerate() {
+        match fitting(&Value::Integer(value.value), data_type) {
+            Some(Number::Integer(number)) => fit.push((row, number)),
+            _ => {
+                let message = format!("{} (`{}`) is not a value of {data_type}", value.value, value.name);
+                findings.push(warning("od::value-out-of-type", message).at(enumeration.span, ""));
+            }
+        }
+    }
+    let claim = |&(row, number): &(usize, i128)| {
+        let suffix = if number < 0 { format!("minus {}", -number) } else { number.to_string() };
+        let suffix = suffix.replace(' ', "_");
+        Claim::new(&enumeration.values[row].name, Case::Shouty, suffix, enumeration.span)
+    };
+    let claims: Vec<Claim> = fit.iter().map(claim).collect();
+    let names = scope::resolve("value", RESERVED, &claims, findings);
+    names.into_iter().zip(fit).map(|(name, (row, number))| (name, row, number)).collect()
+}
+
+fn fields(field: &BitField, data_type: DataType, findings: &mut Diagnostics) -> Vec<(String, usize)> {
+    let mut fit = Vec::new();
+    for (row, bits) in field.fields.iter().enumerate() {
+        if bits.value.low <= bits.value.high && Some(bits.value.high) < data_type.bits() {
+            fit.push(row);
+        } else {
+            let message = format!("bit {} (`{}`) is not in {data_type}", bits.value.high, bits.name);
+            findings.push(warning("od::value-out-of-type", message).at(field.span, ""));
+        }
+    }
+    let claim = |&row: &usize| {
+        let suffix = format!("bit{}", field.fields[row].value.low);
+        Claim::new(&field.fields[row].name, Case::Snake, suffix, field.span)
+    };
+    let claims: Vec<Claim> = fit.iter().map(claim).collect();
+    scope::resolve("bit", RESERVED, &claims, findings).into_iter().zip(fit).collect()
+}
+
+fn methods(quantity: &Quantity, findings: &mut Diagnostics) -> Vec<String> {
+    let claim = |unit: &lexican_eds::model::Unit| Claim::new(&unit.method, Case::Snake, "unit".into(), quantity.span);
+    let claims: Vec<Claim> = quantity.units.iter().map(claim).collect();
+    scope::resolve("unit", RESERVED, &claims, findings)
+}

@@ -1,0 +1,90 @@
+//! PDOs with a default mapping, as structs.
+
+use lexican_eds::Diagnostics;
+use lexican_eds::model::{Device, Direction, Entry, Mapped, Object, Pdo};
+
+use super::{Type, Types, address_suffix, has_values, type_of, warning};
+use crate::name::Case;
+use crate::scope::{self, Claim};
+
+/// Names that the fields must leave free: none collides with a method, but `self` is none.
+const RESERVED: &[&str] = &[];
+
+/// One PDO.
+#[derive(Debug)]
+pub(crate) struct PdoItem<'a> {
+    pub(crate) ident: String,
+    pub(crate) pdo: &'a Pdo,
+    pub(crate) fields: Vec<Field<'a>>,
+}
+
+/// A mapped object that is no placeholder.
+#[derive(Debug)]
+pub(crate) struct Field<'a> {
+    pub(crate) ident: String,
+    /// `None`: the bare bits.
+    pub(crate) r#type: Option<Type>,
+    pub(crate) mapped: Mapped,
+    /// Its lowest bit in the PDO.
+    pub(crate) low: u8,
+    /// In the words of the data sheet, when it describes the object.
+    pub(crate) name: Option<&'a str>,
+}
+
+pub(crate) fn pdos<'a>(device: &'a Device, types: &Types, findings: &mut Diagnostics) -> Vec<PdoItem<'a>> {
+    let mapped = device.pdos.iter().filter(|pdo| !pdo.mapping.is_empty());
+    mapped.filter_map(|pdo| item(device, pdo, types, findings)).collect()
+}
+
+fn item<'a>(device: &'a Device, pdo: &'a Pdo, types: &Types, findings: &mut Diagnostics) -> Option<PdoItem<'a>> {
+    let ident = format!("{}{}", if pdo.direction == Direction::Receive { "Rpdo" } else { "Tpdo" }, pdo.number);
+    let span = mapping_object(device, pdo).map(|object| object.span).unwrap_or_default();
+    let bits: u32 = pdo.mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
+    if bits > 64 {
+        findings.push(warning("pdo::too-long", format!("{ident} maps {bits} bits, a frame has 64")).at(span, ""));
+        return None;
+    }
+    let mut low = 0;
+    let mut fields = Vec::new();
+    let mut claims = Vec::new();
+    for &mapped in &pdo.mapping {
+        // An index of the data type area is a placeholder (CiA 301, 7.4.7.1).
+        if mapped.index >= 0x0020 {
+            let found = find(device, mapped);
+            let typed = found.filter(|(_, entry)| has_values(entry.data_type));
+            if typed.is_none() {
+                let why = if found.is_some() { "has no fixed size" } else { "is not described" };
+                let message = format!("{ident} maps {:04X}:{:02X}, which {why}", mapped.index, mapped.sub);
+                findings.push(warning("pdo::untyped", message).at(span, "the field has the bare bits"));
+            }
+            let name = found.map(|(object, entry)| if is_single(object) { &*object.name } else { &*entry.name });
+            let suffix = match found {
+                Some((object, _)) if is_single(object) => address_suffix(object, None),
+                _ => format!("{:04x}_{:02x}", mapped.index, mapped.sub),
+            };
+            claims.push(Claim::new(name.unwrap_or_default(), Case::Snake, suffix, span));
+            let r#type = typed.map(|(_, entry)| type_of(entry, types));
+            fields.push(Field { ident: String::new(), r#type, mapped, low, name });
+        }
+        low += mapped.bits;
+    }
+    let names = scope::resolve("field", RESERVED, &claims, findings);
+    fields.iter_mut().zip(names).for_each(|(field, name)| field.ident = name);
+    Some(PdoItem { ident, pdo, fields })
+}
+
+fn is_single(object: &Object) -> bool {
+    matches!(object.entries.as_slice(), [only] if only.sub == 0)
+}
+
+fn find(device: &Device, mapped: Mapped) -> Option<(&Object, &Entry)> {
+    let row = device.objects.binary_search_by_key(&mapped.index, |object| object.index).ok()?;
+    let object = &device.objects[row];
+    object.entries.iter().find(|entry| entry.sub == mapped.sub).map(|entry| (object, entry))
+}
+
+fn mapping_object<'a>(device: &'a Device, pdo: &Pdo) -> Option<&'a Object> {
+    let base = if pdo.direction == Direction::Receive { 0x1600 } else { 0x1A00 };
+    let index = base + pdo.number.saturating_sub(1);
+    device.objects.iter().find(|object| object.index == index)
+}

@@ -1,0 +1,66 @@
+//! Numbers of the data sheet as values of a data type.
+
+use lexican_eds::model::Value;
+use lexican_eds::types::{Class, DataType};
+
+/// A value of a data type that has values of a fixed size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Number {
+    /// An integer, a BOOLEAN or a time.
+    Integer(i128),
+    /// A REAL32 or REAL64.
+    Real(f64),
+}
+
+/// The value as one of `data_type`; `None` when it is not.
+pub(crate) fn fitting(value: &Value, data_type: DataType) -> Option<Number> {
+    match (value, data_type.class()) {
+        (&Value::Integer(integer), Class::Real) => Some(Number::Real(integer as f64)),
+        (&Value::Integer(integer), _) => wrap(integer, data_type).map(Number::Integer),
+        (&Value::Real(real), Class::Real) if real.is_finite() => Some(Number::Real(real)),
+        _ => None,
+    }
+}
+
+/// Data sheets write negative numbers as the hexadecimal of their two's complement.
+fn wrap(integer: i128, data_type: DataType) -> Option<i128> {
+    let (low, high) = data_type.range()?;
+    let bits = data_type.bits()?;
+    if (low..=high).contains(&integer) {
+        Some(integer)
+    } else if data_type.class() == Class::Signed && (high..1 << bits).contains(&integer) {
+        Some(integer - (1 << bits))
+    } else {
+        None
+    }
+}
+
+/// The wire form: bits beyond the data type's are zero.
+pub(crate) fn raw(number: Number, data_type: DataType) -> u64 {
+    let bits = u32::from(data_type.bits().unwrap_or(64));
+    match (number, data_type) {
+        (Number::Real(real), DataType::Real32) => u64::from((real as f32).to_bits()),
+        (Number::Real(real), _) => real.to_bits(),
+        (Number::Integer(integer), _) => integer as u64 & (u64::MAX >> (64 - bits)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integers_take_the_form_of_their_type() {
+        let check = |integer, data_type, expected: Option<i128>| {
+            assert_eq!(fitting(&Value::Integer(integer), data_type), expected.map(Number::Integer));
+        };
+        check(0xFFFF, DataType::Integer16, Some(-1));
+        check(0x8000, DataType::Integer16, Some(-0x8000));
+        check(0x1_0000, DataType::Integer16, None);
+        check(-1, DataType::Unsigned8, None);
+        check(2, DataType::Boolean, None);
+        check(1, DataType::VisibleString, None);
+        assert_eq!(raw(Number::Integer(-2), DataType::Integer24), 0xFF_FFFE);
+        assert_eq!(raw(Number::Real(-1.5), DataType::Real32), 0xBFC0_0000);
+    }
+}

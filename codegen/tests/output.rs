@@ -1,0 +1,194 @@
+//! What holds for all generated code, shown on a device with one of everything.
+
+use std::collections::BTreeMap;
+
+use lexican_codegen::{Options, Output, compile};
+use lexican_eds::Span;
+use lexican_eds::model::{
+    AccessType, BitField, Bits, Condition, ConditionalRange, Device, Direction, Entry, Enumeration, Mapped, Meaning,
+    Named, NmtState, Object, ObjectKind, ObjectList, Pdo, Quantity, Unit, Value,
+};
+use lexican_eds::types::DataType;
+
+fn entry(index: u16, sub: u8, name: &str, data_type: DataType, access: AccessType) -> Entry {
+    Entry {
+        index,
+        sub,
+        name: name.into(),
+        data_type,
+        access,
+        pdo_mapping: false,
+        default: None,
+        configured: None,
+        low: None,
+        high: None,
+        denotation: None,
+        download_file: None,
+        upload_file: None,
+        meaning: Meaning::Plain,
+        ranges: Vec::new(),
+        persistent: false,
+        writable_in: None,
+        description: None,
+        span: Span::default(),
+    }
+}
+
+fn object(name: &str, kind: ObjectKind, entries: Vec<Entry>) -> Object {
+    Object {
+        index: entries[0].index,
+        name: name.into(),
+        list: ObjectList::Optional,
+        kind,
+        entries,
+        description: None,
+        flags: 0,
+        denotation: None,
+        links: Vec::new(),
+        span: Span::default(),
+    }
+}
+
+fn variable(entry: Entry) -> Object {
+    object(&entry.name.clone(), ObjectKind::Variable, vec![entry])
+}
+
+fn named<T>(name: &str, value: T) -> Named<T> {
+    Named { name: name.into(), description: None, value }
+}
+
+fn device() -> Device {
+    use AccessType::{Const, Ro, Rw, Rww, Wo};
+    let mut controlword = entry(0x6040, 0, "Controlword", DataType::Unsigned16, Rww);
+    controlword.pdo_mapping = true;
+    controlword.meaning = Meaning::BitField("control word".into());
+    controlword.default = Some(Value::Integer(6));
+    let mut mode = entry(0x6060, 0, "Modes of operation", DataType::Integer8, Wo);
+    mode.pdo_mapping = true;
+    mode.meaning = Meaning::Enumeration("operation mode".into());
+    let mut voltage = entry(0x2000, 0, "Motor voltage", DataType::Unsigned16, Ro);
+    voltage.meaning = Meaning::Quantity("voltage".into());
+    voltage.pdo_mapping = true;
+    let mut gain = entry(0x2410, 1, "Controller parameter P", DataType::Unsigned16, Rw);
+    (gain.low, gain.high, gain.default) =
+        (Some(Value::Integer(1)), Some(Value::Integer(500)), Some(Value::Integer(100)));
+    gain.persistent = true;
+    gain.writable_in = Some(vec![NmtState::PreOperational]);
+    gain.ranges =
+        vec![ConditionalRange { when: Condition { index: 0x6060, sub: 0, equal: true, value: -1 }, low: 1, high: 200 }];
+    let mut cob_id = entry(0x1014, 0, "COB-ID EMCY", DataType::Unsigned32, Rw);
+    cob_id.default = Some(Value::NodeIdPlus(0x80));
+    let mut text = entry(0x1008, 0, "Device name", DataType::VisibleString, Const);
+    text.default = Some(Value::Text("Größe [1]".into()));
+    let errors = |sub| entry(0x1003, sub, &format!("Error {sub}"), DataType::Unsigned32, Ro);
+    let unit = |symbol: &str, method: &str, num, den| Unit {
+        symbol: symbol.into(),
+        method: method.into(),
+        num,
+        den,
+        when: None,
+    };
+    Device {
+        objects: vec![
+            object(
+                "Error field",
+                ObjectKind::Array,
+                vec![entry(0x1003, 0, "Number of errors", DataType::Unsigned8, Rw), errors(1), errors(2), errors(3)],
+            ),
+            variable(text),
+            variable(cob_id),
+            variable(voltage),
+            object(
+                "Motor parameter set",
+                ObjectKind::Record,
+                vec![
+                    entry(0x2410, 0, "Number of entries", DataType::Unsigned8, Ro),
+                    gain,
+                    entry(0x2410, 3, "type", DataType::Real32, Rw),
+                    entry(0x2410, 4, "odd", DataType::Integer24, Rw),
+                    entry(0x2410, 5, "odd", DataType::TimeOfDay, Rw),
+                ],
+            ),
+            variable(controlword),
+            variable(mode),
+        ],
+        enumerations: BTreeMap::from([(
+            "operation mode".into(),
+            Enumeration {
+                description: None,
+                values: vec![named("none", -1), named("position", 1), named("velocity", 2)],
+                span: Span::default(),
+            },
+        )]),
+        bit_fields: BTreeMap::from([(
+            "control word".into(),
+            BitField {
+                description: Some("Commands to the drive.".into()),
+                fields: vec![named("switch on", Bits { low: 0, high: 0 }), named("mode", Bits { low: 4, high: 6 })],
+                span: Span::default(),
+            },
+        )]),
+        quantities: BTreeMap::from([(
+            "voltage".into(),
+            Quantity { description: None, units: vec![unit("V", "volts", 1, 10)], span: Span::default() },
+        )]),
+        pdos: vec![
+            Pdo {
+                direction: Direction::Receive,
+                number: 1,
+                cob_id: Some(Value::NodeIdPlus(0x200)),
+                transmission_type: Some(255),
+                mapping: vec![
+                    Mapped { index: 0x6040, sub: 0, bits: 16 },
+                    Mapped { index: 5, sub: 0, bits: 8 },
+                    Mapped { index: 0x6060, sub: 0, bits: 8 },
+                ],
+                dynamic: false,
+            },
+            Pdo {
+                direction: Direction::Transmit,
+                number: 3,
+                cob_id: None,
+                transmission_type: None,
+                mapping: vec![Mapped { index: 0x2000, sub: 0, bits: 16 }, Mapped { index: 0x5555, sub: 1, bits: 1 }],
+                dynamic: false,
+            },
+        ],
+        ..Device::default()
+    }
+}
+
+fn output() -> Output {
+    compile(&device(), &Options { storage: true, names: true, ..Options::default() })
+}
+
+#[test]
+fn two_runs_give_the_same_bytes() {
+    assert_eq!(output().code, output().code);
+}
+
+#[test]
+fn generated_code_can_be_included_anywhere() {
+    let code = output().code;
+    let file = syn::parse_file(&code).unwrap();
+    assert!(file.attrs.is_empty(), "inner attributes cannot be included");
+    assert!(!file.items.iter().any(|item| matches!(item, syn::Item::Use(_) | syn::Item::Mod(_) | syn::Item::Macro(_))));
+    assert!(!code.contains("unsafe"));
+}
+
+#[test]
+fn the_runtime_is_named_only_by_its_path() {
+    let options = Options { storage: true, names: true, runtime_path: "crate::bus".into() };
+    let code = compile(&device(), &options).code;
+    assert!(!code.contains("lexican_runtime"));
+    assert_eq!(code.replace("crate::bus", "::lexican_runtime").lines().count() > 100, true);
+}
+
+#[test]
+fn findings_are_reported() {
+    let codes: Vec<&str> = output().diagnostics.iter().map(|finding| finding.code).collect();
+    assert_eq!(codes, ["od::name-collision", "pdo::untyped"]);
+    if let Ok(path) = std::env::var("LEXICAN_SHOW") {
+        std::fs::write(path, output().code).unwrap();
+    }
+}
