@@ -139,16 +139,16 @@ mod tests {
 
     /// The slow and obvious way: bit by bit.
     fn bit(raw: u64, at: u8) -> u64 {
-        raw >> at & 1
+        (raw >> at) & 1
     }
 
     proptest! {
         #[test]
         fn bits_are_placed_and_taken_as_one_by_one(raw: u64, low in 0_u8..64, bits in 0_u8..=64) {
             let bits = bits.min(64 - low);
-            let expected = (0..bits).fold(0, |sum, at| sum | bit(raw, at) << (at + low));
+            let expected = (0..bits).fold(0, |sum, at| sum | (bit(raw, at) << (at + low)));
             prop_assert_eq!(place(raw, low, bits), expected);
-            let expected = (0..bits).fold(0, |sum, at| sum | bit(raw, at + low) << at);
+            let expected = (0..bits).fold(0, |sum, at| sum | (bit(raw, at + low) << at));
             prop_assert_eq!(take(raw, low, bits), expected);
             let replaced = replace(raw, low, bits, !take(raw, low, bits));
             prop_assert_eq!(replaced ^ raw, place(u64::MAX, low, bits));
