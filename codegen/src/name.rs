@@ -131,6 +131,19 @@ mod tests {
         check("位置", "", "", "");
     }
 
+    /// Names as real data sheets have them. A line that must change breaks the code of whoever updates.
+    #[test]
+    fn the_identifiers_of_200_real_names_never_change() {
+        let table = include_str!("../tests/names.tsv");
+        assert_eq!(table.lines().count(), 200);
+        for line in table.lines() {
+            let [name, shouty, snake, pascal] = line.split('\t').collect::<Vec<_>>()[..] else {
+                panic!("four columns: {line}")
+            };
+            check(name, shouty, snake, pascal);
+        }
+    }
+
     proptest! {
         #[test]
         fn every_name_becomes_a_valid_identifier_or_nothing(name in "\\PC{0,24}") {

@@ -210,7 +210,7 @@ fn are_alike(count: &Handle<'_>, elements: &[Handle<'_>]) -> bool {
         element.r#type == first.r#type
             && (element.access, element.mapping) == (first.access, first.mapping)
             && (element.default, element.limits) == (first.default, first.limits)
-            && has_same_words(&element.entry.name, &first.entry.name)
+            && has_same_words(element.entry, first.entry)
             && (&element.entry.default, &element.entry.description) == (&first.entry.default, &first.entry.description)
             && element.entry.ranges == first.entry.ranges
             && element.entry.persistent == first.entry.persistent
@@ -220,11 +220,13 @@ fn are_alike(count: &Handle<'_>, elements: &[Handle<'_>]) -> bool {
 }
 
 /// Whether the names are equal but for numbers (`Entry 3`, `Entry 0A`).
-fn has_same_words(a: &str, b: &str) -> bool {
-    fn words(name: &str) -> impl Iterator<Item = &str> {
-        let is_number =
-            |word: &str| word.len() <= 2 && word.chars().all(|c| c.is_ascii_hexdigit() && !c.is_ascii_lowercase());
-        let words = name.split(|c: char| !c.is_alphanumeric()).filter(move |word| !is_number(word));
+fn has_same_words(a: &Entry, b: &Entry) -> bool {
+    fn words(entry: &Entry) -> impl Iterator<Item = &str> {
+        let numbers = [format!("{:x}", entry.sub), format!("{:02x}", entry.sub)];
+        let is_number = move |word: &str| {
+            word.chars().all(|c| c.is_ascii_digit()) || numbers.iter().any(|number| word.eq_ignore_ascii_case(number))
+        };
+        let words = entry.name.split(|c: char| !c.is_alphanumeric()).filter(move |word| !is_number(word));
         words.map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()))
     }
     words(a).eq(words(b))
