@@ -6,22 +6,29 @@
 //! - [`object`]: typed handles of a device's objects, and the dictionary that a device serves;
 //! - [`wire`]: bytes to meaning and back, one file per protocol, without state;
 //! - [`service`]: one state machine per protocol;
+//! - [`device`]: the composite that a device is;
 //! - `host`, behind the feature `std`: links and shells, the only part that does I/O.
 //!
 //! What is absent: no clock is read (time is an argument), no frame is queued (transmissions are
 //! pulled and computed from state), nothing is allocated, nothing is `unsafe`, nothing is global.
 #![no_std]
 
+#[cfg(test)]
+extern crate self as lexican_runtime;
 #[cfg(any(feature = "std", test))]
 extern crate std;
 
 pub mod abort;
+pub mod device;
 pub mod frame;
 #[cfg(feature = "std")]
 pub mod host;
 pub mod id;
 pub mod object;
 pub mod service;
+#[cfg(test)]
+#[allow(dead_code, unreachable_pub, reason = "integration tests use it too")]
+pub(crate) mod testing;
 pub mod time;
 pub mod wire;
 

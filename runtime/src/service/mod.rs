@@ -7,6 +7,21 @@
 //! - `handle_timeout(now) -> Option<Event>` when the time of `poll_timeout` has come;
 //! - `poll_transmit(now) -> Option<Frame>` until there is nothing more to send;
 //! - `poll_timeout() -> Option<Instant>`: when to call `handle_timeout`, `None` for never.
+//!
+//! A service handles the frames of its COB-ID and ignores others. The composites
+//! [`Device`](crate::device::Device) and `Manager` see to it that frames reach their service.
 
+pub mod emcy_consumer;
+pub mod emcy_producer;
+pub mod guarding;
+pub mod heartbeat_consumer;
+pub mod heartbeat_producer;
+pub mod mapping;
+pub mod nmt;
+pub(crate) mod objects;
+pub mod rpdo;
 pub mod sdo_client;
 pub mod sdo_server;
+pub mod sync_consumer;
+pub mod sync_producer;
+pub mod tpdo;

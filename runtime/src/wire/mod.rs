@@ -3,5 +3,11 @@
 //! Parsing is total: data that mean nothing are `None`. What is emitted is parsed as what it was.
 
 pub mod crc;
+pub mod emcy;
+pub mod heartbeat;
+pub mod nmt;
+pub mod pdo;
 pub mod sdo;
 pub mod sdo_block;
+pub mod sync;
+pub mod time;

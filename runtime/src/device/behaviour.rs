@@ -1,0 +1,94 @@
+//! How devices differ where CiA 301 leaves it open, and where they deviate from it: as data.
+
+use crate::service::tpdo::Triggers;
+use crate::wire::emcy::{CodeOrder, ErrorCode};
+use crate::wire::pdo::TransmissionType;
+
+/// When a manager may change the parameters of PDOs and the COB-IDs of SYNC and EMCY.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ChangeRule {
+    /// As CiA 301 has it: an identifier only while the object is switched off (bit 31; bit 30 of SYNC).
+    WhileInvalid,
+    /// In PRE-OPERATIONAL only, but there without switching off.
+    InPreOperational,
+}
+
+/// What happens when both heartbeat (1017h) and life guarding (100Ch, 100Dh) are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ErrorControlRule {
+    /// As CiA 301 has it: heartbeat is used, and guarding requests stay unanswered.
+    HeartbeatFirst,
+    /// Whichever would be the second is refused with [`AbortCode::PARAMETER_INCOMPATIBLE`](crate::AbortCode).
+    Exclusive,
+}
+
+/// What CiA 301 leaves open, and in what a device deviates from it. [`Behaviour::CIA_301`] is the
+/// standard; a device's own is written as the difference: `Behaviour { pdo_bit_30: false, ..Behaviour::CIA_301 }`.
+#[derive(Clone, Copy, Debug)]
+pub struct Behaviour {
+    /// In which order EMCY carries the bytes of the error code.
+    pub emcy_code_order: CodeOrder,
+    /// What makes the device send TPDOs of type 254.
+    pub triggers_254: Triggers,
+    /// What makes the device send TPDOs of type 255.
+    pub triggers_255: Triggers,
+    /// Whether TPDOs of type 0 are sent at every SYNC, and not only at one after an event.
+    pub type_0_at_every_sync: bool,
+    /// Whether bit 31 of a PDO's COB-ID switches it off. Where it does not, every PDO exists.
+    pub pdo_bit_31: bool,
+    /// Whether bit 30 of a TPDO's COB-ID forbids remote frames. Where it does not, none is refused.
+    pub pdo_bit_30: bool,
+    /// Whether 1400h:05 is the deadline of an RPDO.
+    pub rpdo_deadlines: bool,
+    /// When communication parameters may be changed.
+    pub changes: ChangeRule,
+    /// Which data types may fill space in an RPDO: bit n for data type n (`DummyUsage` of an EDS).
+    pub dummies: u32,
+    /// Whether empty fields of the error history (1003h) are read as zero, and not refused with
+    /// [`AbortCode::NO_DATA`](crate::AbortCode::NO_DATA).
+    pub empty_history_is_zero: bool,
+    /// Whether errors of communication that the device notices itself come into the history.
+    pub records_communication_errors: bool,
+    /// Which errors of communication the device does not report, of those that it notices itself: 8130h,
+    /// 8210h, 8220h, 8240h, 8250h.
+    pub unreported: &'static [ErrorCode],
+    /// What happens when heartbeat and guarding are both asked for.
+    pub error_control: ErrorControlRule,
+    /// Whether answers to SDO reads tell the number of bytes. Where they do not, an expedited one has
+    /// command 42h.
+    pub sdo_sizes_indicated: bool,
+}
+
+impl Behaviour {
+    /// As CiA 301 has it; events are whatever can be one.
+    pub const CIA_301: Behaviour = Behaviour {
+        emcy_code_order: CodeOrder::LowByteFirst,
+        triggers_254: Triggers::ALL,
+        triggers_255: Triggers::ALL,
+        type_0_at_every_sync: false,
+        pdo_bit_31: true,
+        pdo_bit_30: true,
+        rpdo_deadlines: true,
+        changes: ChangeRule::WhileInvalid,
+        dummies: 0xFE,
+        empty_history_is_zero: false,
+        records_communication_errors: true,
+        unreported: &[],
+        error_control: ErrorControlRule::HeartbeatFirst,
+        sdo_sizes_indicated: true,
+    };
+
+    pub(super) const fn triggers(&self, transmission: TransmissionType) -> Triggers {
+        match transmission {
+            TransmissionType::EventManufacturer => self.triggers_254,
+            TransmissionType::EventProfile => self.triggers_255,
+            _ => Triggers::NONE,
+        }
+    }
+}
+
+impl Default for Behaviour {
+    fn default() -> Self {
+        Behaviour::CIA_301
+    }
+}

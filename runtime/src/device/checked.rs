@@ -1,0 +1,275 @@
+//! The dictionary as SDO clients see it: writes to communication objects are checked before they take
+//! effect, with the rules of CiA 301, 7.5.2, that no limit of a data sheet can express.
+
+use super::behaviour::{Behaviour, ChangeRule, ErrorControlRule};
+use super::{RpdoSlot, TpdoSlot};
+use crate::abort::AbortCode;
+use crate::id::{CobId, NodeId};
+use crate::object::{Address, Direction, Entry, Mapped, ObjectDictionary};
+use crate::service::mapping::{self, Mapping};
+use crate::service::objects;
+use crate::wire::nmt::NmtState;
+use crate::wire::pdo::{PdoCobId, TransmissionType};
+
+/// A dictionary that is lent on to an SDO server.
+pub(super) struct Checked<'a> {
+    pub(super) od: &'a mut dyn ObjectDictionary,
+    pub(super) state: NmtState,
+    pub(super) behaviour: &'a Behaviour,
+    pub(super) rpdos: &'a [RpdoSlot],
+    pub(super) tpdos: &'a [TpdoSlot],
+}
+
+impl ObjectDictionary for Checked<'_> {
+    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
+        self.od.entry(address)
+    }
+
+    fn len(&self, entry: &Entry) -> Option<u32> {
+        self.od.len(entry)
+    }
+
+    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
+        let (index, sub) = (entry.address.index(), entry.address.sub());
+        if index == 0x1003 && sub > 0 && !self.behaviour.empty_history_is_zero {
+            let errors = objects::read_u8(self.od, 0x1003, 0).unwrap_or(0);
+            if sub > errors {
+                return Err(AbortCode::NO_DATA);
+            }
+        }
+        self.od.read(entry, offset, buffer)
+    }
+
+    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+        let index = entry.address.index();
+        let is_communication = (0x1000..0x2000).contains(&index);
+        // What has another length than its type is for the dictionary to refuse.
+        if is_communication && entry.data_type.size() == Some(data.len()) {
+            let mut raw = [0; 8];
+            raw.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+            self.check(entry.address, u64::from_le_bytes(raw))?;
+        }
+        self.od.write(entry, offset, data, last)?;
+        if index == 0x1003 {
+            self.erase_history();
+        }
+        Ok(())
+    }
+}
+
+impl Checked<'_> {
+    /// Whether `value` may be written now.
+    fn check(&mut self, address: Address, value: u64) -> Result<(), AbortCode> {
+        let (index, sub) = (address.index(), address.sub());
+        match (index, sub) {
+            (0x1003, 0) => require(value == 0, AbortCode::INVALID_VALUE),
+            (0x1005, 0) => self.check_sync_cob_id(value as u32),
+            (0x100C | 0x100D, 0) => self.check_guarding(index, value),
+            (0x1012, 0) => require(!id_of(value).is_restricted(), AbortCode::INVALID_VALUE),
+            (0x1014, 0) => self.check_emcy_cob_id(value as u32),
+            (0x1016, 1..) => self.check_consumed_heartbeat(sub, value as u32),
+            (0x1017, 0) => self.check_heartbeat(value),
+            (0x1019, 0) => self.check_sync_overflow(value),
+            (0x1029, 1..) => require(value <= 2, AbortCode::INVALID_VALUE),
+            (0x1200..=0x12FF, _) => self.check_sdo(address, value as u32),
+            (0x1400..=0x15FF, _) => self.check_parameter(Direction::Receive, address, value as u32),
+            (0x1800..=0x19FF, _) => self.check_parameter(Direction::Transmit, address, value as u32),
+            (0x1600..=0x17FF, _) => self.check_mapping(Direction::Receive, address, value as u32),
+            (0x1A00..=0x1BFF, _) => self.check_mapping(Direction::Transmit, address, value as u32),
+            _ => Ok(()),
+        }
+    }
+
+    /// What is in the dictionary now; 0 for what is not there.
+    fn current(&mut self, index: u16, sub: u8) -> u32 {
+        objects::read_u32(self.od, index, sub).unwrap_or(0)
+    }
+
+    /// 1003h:00 was set to 0.
+    fn erase_history(&mut self) {
+        for sub in 1..=0xFE {
+            if self.od.entry(Address::new(0x1003, sub)).is_err() {
+                break;
+            }
+            objects::write(self.od, 0x1003, sub, 0);
+        }
+    }
+
+    /// CiA 301, 7.5.2.5: bits 0 to 29 stay while the device produces SYNC (bit 30).
+    fn check_sync_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
+        const GENERATE: u32 = 1 << 30;
+        let old = self.current(0x1005, 0);
+        require(!CobId::from_parameter(new).is_restricted(), AbortCode::INVALID_VALUE)?;
+        let can_generate = self.od.entry(Address::new(0x1006, 0)).is_ok();
+        require(new & GENERATE == 0 || can_generate, AbortCode::INVALID_VALUE)?;
+        self.check_change(old, new, old & new & GENERATE != 0)
+    }
+
+    /// CiA 301, 7.5.2.17: bits 0 to 29 stay while EMCY exists (bit 31 clear).
+    fn check_emcy_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
+        let old = self.current(0x1014, 0);
+        require(!CobId::from_parameter(new).is_restricted(), AbortCode::INVALID_VALUE)?;
+        self.check_change(old, new, PdoCobId(old).is_valid() && PdoCobId(new).is_valid())
+    }
+
+    /// Whether an identifier may change; `in_use` before and after.
+    fn check_change(&self, old: u32, new: u32, in_use: bool) -> Result<(), AbortCode> {
+        match self.behaviour.changes {
+            ChangeRule::InPreOperational => self.require_pre_operational(),
+            ChangeRule::WhileInvalid => {
+                let same = CobId::from_parameter(old) == CobId::from_parameter(new);
+                require(same || !in_use, AbortCode::INVALID_VALUE)
+            }
+        }
+    }
+
+    fn require_pre_operational(&self) -> Result<(), AbortCode> {
+        require(self.state == NmtState::PreOperational, AbortCode::DEVICE_STATE)
+    }
+
+    fn check_guarding(&mut self, index: u16, new: u64) -> Result<(), AbortCode> {
+        let other = if index == 0x100C { 0x100D } else { 0x100C };
+        let guards = new != 0 && self.current(other, 0) != 0;
+        let clashes = guards && self.current(0x1017, 0) != 0;
+        self.check_error_control(clashes)
+    }
+
+    fn check_heartbeat(&mut self, new: u64) -> Result<(), AbortCode> {
+        let guards = self.current(0x100C, 0) != 0 && self.current(0x100D, 0) != 0;
+        self.check_error_control(guards && new != 0)
+    }
+
+    fn check_error_control(&self, clashes: bool) -> Result<(), AbortCode> {
+        let exclusive = self.behaviour.error_control == ErrorControlRule::Exclusive;
+        require(!(clashes && exclusive), AbortCode::PARAMETER_INCOMPATIBLE)
+    }
+
+    /// CiA 301, 7.5.2.19: a node is consumed once only.
+    fn check_consumed_heartbeat(&mut self, sub: u8, new: u32) -> Result<(), AbortCode> {
+        let Some((node, _)) = consumed_heartbeat(new) else { return Ok(()) };
+        let others = self.current(0x1016, 0) as u8;
+        for other in (1..=others).filter(|&other| other != sub) {
+            let twice = consumed_heartbeat(self.current(0x1016, other)).is_some_and(|(same, _)| same == node);
+            require(!twice, AbortCode::PARAMETER_INCOMPATIBLE)?;
+        }
+        Ok(())
+    }
+
+    /// CiA 301, 7.5.2.22: only while no SYNC is produced, and not 1.
+    fn check_sync_overflow(&mut self, new: u64) -> Result<(), AbortCode> {
+        require(matches!(new, 0 | 2..=240), AbortCode::INVALID_VALUE)?;
+        require(self.current(0x1006, 0) == 0, AbortCode::DEVICE_STATE)
+    }
+
+    /// CiA 301, 7.5.2.33: the identifiers of an SDO stay while it exists.
+    fn check_sdo(&mut self, address: Address, new: u32) -> Result<(), AbortCode> {
+        let (index, sub) = (address.index(), address.sub());
+        if !matches!(sub, 1 | 2) {
+            return Ok(());
+        }
+        require(!CobId::from_parameter(new).is_restricted(), AbortCode::INVALID_VALUE)?;
+        let exists = PdoCobId(self.current(index, 1)).is_valid() && PdoCobId(self.current(index, 2)).is_valid();
+        let same = CobId::from_parameter(self.current(index, sub)) == CobId::from_parameter(new);
+        require(same || !exists || !PdoCobId(new).is_valid(), AbortCode::INVALID_VALUE)
+    }
+
+    /// CiA 301, 7.5.2.35 and 7.5.2.37: the communication parameter of a PDO.
+    fn check_parameter(&mut self, direction: Direction, address: Address, new: u32) -> Result<(), AbortCode> {
+        if self.behaviour.changes == ChangeRule::InPreOperational {
+            self.require_pre_operational()?;
+        }
+        let index = address.index();
+        let cob_id = PdoCobId(self.current(index, 1));
+        let valid = self.is_valid(cob_id);
+        match address.sub() {
+            1 => self.check_pdo_cob_id(index, valid, new),
+            2 => require(type_exists(direction, new), AbortCode::INVALID_VALUE),
+            3 | 6 => {
+                let refused = valid && self.behaviour.changes == ChangeRule::WhileInvalid;
+                let same = self.current(index, address.sub()) == new;
+                require(same || !refused, AbortCode::INVALID_VALUE)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_pdo_cob_id(&mut self, index: u16, valid: bool, new: u32) -> Result<(), AbortCode> {
+        let id = CobId::from_parameter(new);
+        let will_be_valid = self.is_valid(PdoCobId(new));
+        require(!id.is_restricted(), AbortCode::INVALID_VALUE)?;
+        let old = self.current(index, 1);
+        self.check_change(old, new, valid && will_be_valid)?;
+        // Two PDOs of one device under one identifier: nobody could tell which is meant.
+        require(!will_be_valid || !self.is_taken(index, id), AbortCode::PARAMETER_INCOMPATIBLE)
+    }
+
+    fn is_taken(&self, index: u16, id: CobId) -> bool {
+        let received = self.rpdos.iter().any(|slot| {
+            slot.parameter_index() != index && slot.pdo.is_active() && slot.pdo.parameters().cob_id.id() == id
+        });
+        let transmitted = self.tpdos.iter().any(|slot| {
+            slot.parameter_index() != index && slot.pdo.is_active() && slot.pdo.parameters().cob_id.id() == id
+        });
+        received || transmitted
+    }
+
+    fn is_valid(&self, cob_id: PdoCobId) -> bool {
+        cob_id.is_valid() || !self.behaviour.pdo_bit_31
+    }
+
+    /// CiA 301, 7.5.2.36 and 7.5.2.38: the mapping changes only while the PDO does not exist, and its
+    /// entries only while none of them counts.
+    fn check_mapping(&mut self, direction: Direction, address: Address, new: u32) -> Result<(), AbortCode> {
+        let (index, sub) = (address.index(), address.sub());
+        match self.behaviour.changes {
+            ChangeRule::InPreOperational => self.require_pre_operational()?,
+            ChangeRule::WhileInvalid => {
+                // The communication parameter lies 200h below the mapping.
+                let cob_id = PdoCobId(self.current(index - 0x200, 1));
+                require(!self.is_valid(cob_id), AbortCode::UNSUPPORTED_ACCESS)?;
+            }
+        }
+        if sub == 0 {
+            return self.check_mapping_length(direction, index, new);
+        }
+        require(self.current(index, 0) == 0, AbortCode::UNSUPPORTED_ACCESS)?;
+        let mapped = Mapped::from_parameter(new);
+        if new == 0 { Ok(()) } else { mapping::check(mapped, direction, self.behaviour.dummies, self.od) }
+    }
+
+    fn check_mapping_length(&mut self, direction: Direction, index: u16, len: u32) -> Result<(), AbortCode> {
+        let mut mapping = Mapping::EMPTY;
+        for sub in 1..=len {
+            let sub = u8::try_from(sub).map_err(|_| AbortCode::PDO_LENGTH_EXCEEDED)?;
+            let entry = objects::read_u32(self.od, index, sub).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
+            let mapped = Mapped::from_parameter(entry);
+            mapping::check(mapped, direction, self.behaviour.dummies, self.od)?;
+            require(mapping.push(mapped), AbortCode::PDO_LENGTH_EXCEEDED)?;
+        }
+        Ok(())
+    }
+}
+
+/// Node and time in ms of an entry of 1016h; `None` when the entry consumes nothing.
+pub(super) fn consumed_heartbeat(entry: u32) -> Option<(NodeId, u16)> {
+    let node = u8::try_from(entry >> 16).ok().and_then(NodeId::new)?;
+    let time_ms = entry as u16;
+    (time_ms != 0).then_some((node, time_ms))
+}
+
+fn type_exists(direction: Direction, code: u32) -> bool {
+    let Ok(code) = u8::try_from(code) else { return false };
+    match TransmissionType::from_code(code) {
+        TransmissionType::Reserved(_) => false,
+        TransmissionType::Remote | TransmissionType::SynchronousRemote => direction == Direction::Transmit,
+        _ => true,
+    }
+}
+
+fn id_of(value: u64) -> CobId {
+    CobId::from_parameter(value as u32)
+}
+
+fn require(condition: bool, code: AbortCode) -> Result<(), AbortCode> {
+    if condition { Ok(()) } else { Err(code) }
+}

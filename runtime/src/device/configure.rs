@@ -1,0 +1,206 @@
+//! How the communication objects of the dictionary configure the services.
+
+use super::checked::consumed_heartbeat;
+use super::{Device, RpdoSlot, TpdoSlot};
+use crate::id::CobId;
+use crate::object::{Address, Direction, ObjectDictionary};
+use crate::service::heartbeat_consumer::HeartbeatConsumer;
+use crate::service::mapping::Mapping;
+use crate::service::objects;
+use crate::service::rpdo::{self, Rpdo};
+use crate::service::sdo_server::SdoServer;
+use crate::service::tpdo::{self, Tpdo};
+use crate::time::{Duration, Instant};
+use crate::wire::nmt::NmtState;
+use crate::wire::pdo::{PdoCobId, TransmissionType};
+
+impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
+    Device<RPDOS, TPDOS, SERVERS, MONITORED>
+{
+    /// Configures everything.
+    pub(super) fn configure(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
+        self.load_sync(now, od);
+        self.load_time(od);
+        self.load_emcy(od);
+        self.load_guarding(od);
+        let period = heartbeat_period(od);
+        // The boot-up message stands for the first heartbeat.
+        self.heartbeat.configure(now, period, period);
+        for sub in 1..=u8::try_from(MONITORED).unwrap_or(u8::MAX) {
+            self.load_consumer(sub, od);
+        }
+        self.load_servers(od);
+        self.load_rpdos(od);
+        self.load_tpdos(now, od);
+    }
+
+    /// Configures what a written entry concerns.
+    pub(super) fn reconfigure(&mut self, now: Instant, address: Address, od: &mut dyn ObjectDictionary) {
+        match address.index() {
+            0x1005 | 0x1006 | 0x1007 | 0x1019 => self.load_sync(now, od),
+            0x1012 => self.load_time(od),
+            0x1014 | 0x1015 => self.load_emcy(od),
+            0x100C | 0x100D => self.load_guarding(od),
+            0x1016 => self.load_consumer(address.sub(), od),
+            0x1017 => self.heartbeat.configure(now, heartbeat_period(od), Duration::ZERO),
+            0x1201..=0x127F => self.load_servers(od),
+            index @ 0x1400..=0x17FF => self.reload_rpdo(1 + (index & 0x01FF), od),
+            index @ 0x1800..=0x1BFF => self.reload_tpdo(1 + (index & 0x01FF), now, od),
+            _ => {}
+        }
+    }
+
+    fn load_sync(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
+        const GENERATE: u32 = 1 << 30;
+        let cob_id = objects::read_u32(od, 0x1005, 0).unwrap_or(CobId::SYNC.to_parameter());
+        let period_us = objects::read_u32(od, 0x1006, 0).unwrap_or(0);
+        let window_us = objects::read_u32(od, 0x1007, 0).unwrap_or(0);
+        let overflow = objects::read_u8(od, 0x1019, 0).filter(|n| (2..=240).contains(n)).unwrap_or(0);
+        let id = CobId::from_parameter(cob_id);
+        self.sync_consumer.configure(id, overflow, Duration::from_micros(u64::from(window_us)));
+        let period_us = if cob_id & GENERATE == 0 { 0 } else { period_us };
+        self.sync_producer.configure(now, id, Duration::from_micros(u64::from(period_us)), overflow);
+    }
+
+    fn load_time(&mut self, od: &mut dyn ObjectDictionary) {
+        const CONSUME: u32 = 1 << 31;
+        let cob_id = objects::read_u32(od, 0x1012, 0).filter(|cob_id| cob_id & CONSUME != 0);
+        self.time_id = cob_id.map(CobId::from_parameter);
+    }
+
+    fn load_emcy(&mut self, od: &mut dyn ObjectDictionary) {
+        let cob_id = objects::read_u32(od, 0x1014, 0).map(PdoCobId).filter(|cob_id| cob_id.is_valid());
+        let inhibit = objects::read_u16(od, 0x1015, 0).unwrap_or(0);
+        self.emcy.configure(cob_id.map(PdoCobId::id), Duration::from_100us(inhibit));
+    }
+
+    fn load_guarding(&mut self, od: &mut dyn ObjectDictionary) {
+        let guard_time_ms = objects::read_u16(od, 0x100C, 0).unwrap_or(0);
+        let life_time_factor = objects::read_u8(od, 0x100D, 0).unwrap_or(0);
+        self.guarding.configure(Duration::from_millis(u64::from(guard_time_ms)), life_time_factor);
+    }
+
+    /// Entry `sub` of 1016h has the place `sub - 1`.
+    fn load_consumer(&mut self, sub: u8, od: &mut dyn ObjectDictionary) {
+        let Some(place) = usize::from(sub).checked_sub(1).and_then(|at| self.consumers.get_mut(at)) else { return };
+        let entry = objects::read_u32(od, 0x1016, sub).and_then(consumed_heartbeat);
+        *place = entry.map(|(node, time_ms)| HeartbeatConsumer::new(node, Duration::from_millis(u64::from(time_ms))));
+    }
+
+    /// The default server, and those of 1201h and up that are valid, as long as there is room. A server
+    /// that stays as it is goes on with its transfer.
+    fn load_servers(&mut self, od: &mut dyn ObjectDictionary) {
+        let default = SdoServer::of_node(self.node);
+        let mut indices = 0x1200..=0x127F_u16;
+        for (at, place) in self.servers.iter_mut().enumerate() {
+            let server = if at == 0 {
+                indices.next();
+                Some(server(0x1200, od).unwrap_or(default.clone()))
+            } else {
+                indices.find_map(|index| server(index, od))
+            };
+            let same = |new: &SdoServer| {
+                place
+                    .as_ref()
+                    .is_some_and(|old| old.request_id() == new.request_id() && old.response_id() == new.response_id())
+            };
+            if !server.as_ref().is_some_and(same) {
+                *place = server.map(|server| server.with_sizes_indicated(self.behaviour.sdo_sizes_indicated));
+            }
+        }
+    }
+
+    fn load_rpdos(&mut self, od: &mut dyn ObjectDictionary) {
+        let mut numbers = 1..=512;
+        for at in 0..RPDOS {
+            let Some(number) = numbers.find(|&number| pdo_exists(Direction::Receive, number, od)) else { break };
+            let slot = RpdoSlot { number, pdo: self.rpdo_of(number, od) };
+            self.rpdos.iter_mut().skip(at).take(1).for_each(|place| *place = slot);
+        }
+    }
+
+    fn load_tpdos(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
+        let mut numbers = 1..=512;
+        for at in 0..TPDOS {
+            let Some(number) = numbers.find(|&number| pdo_exists(Direction::Transmit, number, od)) else { break };
+            let slot = TpdoSlot { number, pdo: self.tpdo_of(number, now, od) };
+            self.tpdos.iter_mut().skip(at).take(1).for_each(|place| *place = slot);
+        }
+    }
+
+    fn reload_rpdo(&mut self, number: u16, od: &mut dyn ObjectDictionary) {
+        let pdo = self.rpdo_of(number, od);
+        self.rpdos.iter_mut().filter(|slot| slot.number == number).for_each(|slot| slot.pdo = pdo);
+    }
+
+    fn reload_tpdo(&mut self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) {
+        let pdo = self.tpdo_of(number, now, od);
+        self.tpdos.iter_mut().filter(|slot| slot.number == number).for_each(|slot| slot.pdo = pdo);
+    }
+
+    fn rpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Rpdo {
+        let index = 0x13FF + number;
+        let deadline_ms = objects::read_u16(od, index, 5).filter(|_| self.behaviour.rpdo_deadlines).unwrap_or(0);
+        let parameters = rpdo::Parameters {
+            cob_id: self.pdo_cob_id(index, od),
+            transmission: transmission(index, od),
+            deadline: Duration::from_millis(u64::from(deadline_ms)),
+        };
+        Rpdo::new(parameters, Mapping::load(index + 0x200, od))
+    }
+
+    fn tpdo_of(&self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) -> Tpdo {
+        let index = 0x17FF + number;
+        let transmission = transmission(index, od);
+        let parameters = tpdo::Parameters {
+            cob_id: self.pdo_cob_id(index, od),
+            transmission,
+            inhibit: Duration::from_100us(objects::read_u16(od, index, 3).unwrap_or(0)),
+            event_timer: Duration::from_millis(u64::from(objects::read_u16(od, index, 5).unwrap_or(0))),
+            sync_start: objects::read_u8(od, index, 6).unwrap_or(0),
+        };
+        let triggers = self.behaviour.triggers(transmission);
+        let mut pdo = Tpdo::new(parameters, Mapping::load(index + 0x200, od), triggers)
+            .with_acyclic_always(self.behaviour.type_0_at_every_sync);
+        if self.nmt.state() == NmtState::Operational {
+            pdo.start(now);
+        }
+        pdo
+    }
+
+    /// The COB-ID parameter, with the bits that the device knows.
+    fn pdo_cob_id(&self, index: u16, od: &mut dyn ObjectDictionary) -> PdoCobId {
+        let Some(cob_id) = objects::read_u32(od, index, 1) else { return PdoCobId::OFF };
+        let mut unknown = 0;
+        if !self.behaviour.pdo_bit_31 {
+            unknown |= 1 << 31;
+        }
+        if !self.behaviour.pdo_bit_30 {
+            unknown |= 1 << 30;
+        }
+        PdoCobId(cob_id & !unknown)
+    }
+}
+
+fn heartbeat_period(od: &mut dyn ObjectDictionary) -> Duration {
+    Duration::from_millis(u64::from(objects::read_u16(od, 0x1017, 0).unwrap_or(0)))
+}
+
+/// The server that `index` describes; `None` when there is none, or it is switched off.
+fn server(index: u16, od: &mut dyn ObjectDictionary) -> Option<SdoServer> {
+    let mut cob_id = |sub| objects::read_u32(od, index, sub).map(PdoCobId).filter(|cob_id| cob_id.is_valid());
+    Some(SdoServer::new(cob_id(1)?.id(), cob_id(2)?.id()))
+}
+
+/// Whether the dictionary has both parameters of a PDO. Compatibility entries may have one only.
+fn pdo_exists(direction: Direction, number: u16, od: &dyn ObjectDictionary) -> bool {
+    let (parameter, mapping) = match direction {
+        Direction::Receive => (0x13FF + number, 0x15FF + number),
+        Direction::Transmit => (0x17FF + number, 0x19FF + number),
+    };
+    od.entry(Address::new(parameter, 1)).is_ok() && od.entry(Address::new(mapping, 0)).is_ok()
+}
+
+fn transmission(index: u16, od: &mut dyn ObjectDictionary) -> TransmissionType {
+    TransmissionType::from_code(objects::read_u8(od, index, 2).unwrap_or(255))
+}

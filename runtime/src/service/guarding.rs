@@ -1,0 +1,134 @@
+//! Node guarding as the guarded device sees it, and life guarding by which it notices that nobody
+//! guards it any more (CiA 301, 7.2.8.3.2.1; 100Ch and 100Dh).
+
+use crate::frame::Frame;
+use crate::id::NodeId;
+use crate::time::{Duration, Instant};
+use crate::wire::heartbeat::ErrorControl;
+use crate::wire::nmt::NmtState;
+
+/// What life guarding noticed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// No guarding request came within the life time.
+    Lost,
+    /// After the loss, a request came again.
+    Restored,
+}
+
+/// Answers guarding requests with an alternating toggle bit.
+#[derive(Clone, Copy, Debug)]
+pub struct Guarding {
+    node: NodeId,
+    life_time: Duration,
+    toggle: bool,
+    asked: bool,
+    deadline: Option<Instant>,
+    lost: bool,
+}
+
+impl Guarding {
+    /// Answers requests; life guarding is off until it is given a life time.
+    #[must_use]
+    pub const fn new(node: NodeId) -> Self {
+        Guarding { node, life_time: Duration::ZERO, toggle: false, asked: false, deadline: None, lost: false }
+    }
+
+    /// The life time: guard time x life time factor, zero for no life guarding. A running watch goes on
+    /// with it from the next request.
+    pub fn configure(&mut self, guard_time: Duration, life_time_factor: u8) {
+        self.life_time = guard_time.times(u32::from(life_time_factor));
+        if self.life_time.is_zero() {
+            self.deadline = None;
+            self.lost = false;
+        }
+    }
+
+    /// Whether requests have stayed away for longer than the life time.
+    #[must_use]
+    pub const fn is_lost(&self) -> bool {
+        self.lost
+    }
+
+    /// Takes a guarding request. The first one starts life guarding.
+    pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Event> {
+        if frame.id() != ErrorControl::cob_id(self.node) || !frame.is_remote() {
+            return None;
+        }
+        self.asked = true;
+        if !self.life_time.is_zero() {
+            self.deadline = Some(now + self.life_time);
+        }
+        core::mem::take(&mut self.lost).then_some(Event::Restored)
+    }
+
+    /// Guarding is lost when the life time has passed.
+    pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+        self.deadline.filter(|&deadline| deadline <= now)?;
+        self.deadline = None;
+        self.lost = true;
+        Some(Event::Lost)
+    }
+
+    /// The answer to a request; the toggle bit of the first one is 0.
+    pub fn poll_transmit(&mut self, _now: Instant, state: NmtState) -> Option<Frame> {
+        if state == NmtState::Initialising || !core::mem::take(&mut self.asked) {
+            return None;
+        }
+        let answer = ErrorControl { state, toggle: self.toggle };
+        self.toggle = !self.toggle;
+        Some(answer.frame(self.node))
+    }
+
+    /// When guarding is lost.
+    #[must_use]
+    pub const fn poll_timeout(&self) -> Option<Instant> {
+        self.deadline
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NODE: NodeId = NodeId::literal(5);
+
+    fn at(ms: u64) -> Instant {
+        Instant::ZERO + Duration::from_millis(ms)
+    }
+
+    fn answer(guarding: &mut Guarding, ms: u64) -> std::string::String {
+        guarding.handle_frame(at(ms), &ErrorControl::request(NODE));
+        std::format!("{}", guarding.poll_transmit(at(ms), NmtState::PreOperational).unwrap())
+    }
+
+    #[test]
+    fn the_toggle_bit_alternates_from_answer_to_answer() {
+        let mut guarding = Guarding::new(NODE);
+        assert_eq!(guarding.poll_transmit(at(0), NmtState::PreOperational), None);
+        assert_eq!(answer(&mut guarding, 0), "705#7F");
+        assert_eq!(answer(&mut guarding, 1), "705#FF");
+        assert_eq!(answer(&mut guarding, 2), "705#7F");
+        assert_eq!(guarding.poll_timeout(), None);
+    }
+
+    #[test]
+    fn life_guarding_starts_with_the_first_request() {
+        let mut guarding = Guarding::new(NODE);
+        guarding.configure(Duration::from_millis(100), 3);
+        assert_eq!((guarding.poll_timeout(), guarding.handle_timeout(at(1000))), (None, None));
+        answer(&mut guarding, 1000);
+        assert_eq!(guarding.poll_timeout(), Some(at(1300)));
+        assert_eq!(guarding.handle_timeout(at(1299)), None);
+        assert_eq!(guarding.handle_timeout(at(1300)), Some(Event::Lost));
+        assert_eq!(guarding.handle_timeout(at(2000)), None);
+        assert_eq!(guarding.handle_frame(at(2000), &ErrorControl::request(NODE)), Some(Event::Restored));
+    }
+
+    #[test]
+    fn a_data_frame_is_no_request() {
+        let mut guarding = Guarding::new(NODE);
+        guarding.handle_frame(at(0), &ErrorControl::heartbeat(NmtState::Operational).frame(NODE));
+        assert_eq!(guarding.poll_transmit(at(0), NmtState::Operational), None);
+    }
+}

@@ -1,0 +1,39 @@
+//! How services read and write numbers in the dictionary that they are lent.
+
+use crate::object::{Address, ObjectDictionary};
+
+/// The number at `address`; `None` when there is none or the dictionary does not give it.
+pub(crate) fn read_at(od: &mut dyn ObjectDictionary, address: Address) -> Option<u64> {
+    let entry = od.entry(address).ok()?;
+    let mut bytes = [0; 8];
+    let len = od.read(&entry, 0, &mut bytes).ok()?;
+    (len > 0).then_some(u64::from_le_bytes(bytes))
+}
+
+fn read(od: &mut dyn ObjectDictionary, index: u16, sub: u8) -> Option<u64> {
+    read_at(od, Address::new(index, sub))
+}
+
+/// The number at `index:sub`, 32 bits of it.
+pub(crate) fn read_u32(od: &mut dyn ObjectDictionary, index: u16, sub: u8) -> Option<u32> {
+    read(od, index, sub).map(|value| value as u32)
+}
+
+/// The number at `index:sub`, 16 bits of it.
+pub(crate) fn read_u16(od: &mut dyn ObjectDictionary, index: u16, sub: u8) -> Option<u16> {
+    read(od, index, sub).map(|value| value as u16)
+}
+
+/// The number at `index:sub`, 8 bits of it.
+pub(crate) fn read_u8(od: &mut dyn ObjectDictionary, index: u16, sub: u8) -> Option<u8> {
+    read(od, index, sub).map(|value| value as u8)
+}
+
+/// Writes as many bytes as the entry's type has. Whether the entry exists, and whether the dictionary
+/// takes the number, is its affair: nothing comes of it otherwise.
+pub(crate) fn write(od: &mut dyn ObjectDictionary, index: u16, sub: u8, value: u64) {
+    let Ok(entry) = od.entry(Address::new(index, sub)) else { return };
+    let size = entry.data_type.size().unwrap_or(8);
+    let bytes = value.to_le_bytes();
+    let _ = od.write(&entry, 0, bytes.get(..size).unwrap_or(&bytes), true);
+}

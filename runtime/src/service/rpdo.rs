@@ -1,0 +1,171 @@
+//! A PDO that the device receives (CiA 301, 7.2.2; 1400h and 1600h).
+
+use super::mapping::Mapping;
+use crate::abort::AbortCode;
+use crate::frame::Frame;
+use crate::id::CobId;
+use crate::object::{Address, ObjectDictionary};
+use crate::time::{Duration, Instant};
+use crate::wire::pdo::{PdoCobId, TransmissionType};
+
+/// The communication parameter of an RPDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parameters {
+    /// 1400h:01.
+    pub cob_id: PdoCobId,
+    /// 1400h:02.
+    pub transmission: TransmissionType,
+    /// 1400h:05: how long the next PDO may take; zero for any time.
+    pub deadline: Duration,
+}
+
+impl Parameters {
+    /// Of a PDO that does not exist.
+    pub const OFF: Parameters =
+        Parameters { cob_id: PdoCobId::OFF, transmission: TransmissionType::EventProfile, deadline: Duration::ZERO };
+}
+
+/// What became of a PDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// Its objects are in the dictionary now.
+    Received,
+    /// The same, but the dictionary refused at least one object: this was the first.
+    Refused {
+        /// The object.
+        address: Address,
+        /// Why.
+        reason: AbortCode,
+    },
+    /// It waits for SYNC.
+    Waiting,
+    /// It is shorter than the mapping, and was ignored.
+    TooShort {
+        /// The length of the mapping in bytes.
+        expected: usize,
+        /// The length of the frame.
+        got: usize,
+    },
+    /// The next PDO did not come within its deadline.
+    TimedOut,
+}
+
+/// How the last PDO's length was wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LengthError {
+    /// Too short: not processed (EMCY 8210h).
+    TooShort,
+    /// Too long: the first bytes were processed (EMCY 8220h).
+    TooLong,
+}
+
+/// Receives one PDO.
+#[derive(Clone, Copy, Debug)]
+pub struct Rpdo {
+    parameters: Parameters,
+    mapping: Mapping,
+    /// A synchronous PDO that waits for SYNC.
+    waiting: Option<[u8; 8]>,
+    length_error: Option<LengthError>,
+    due: Option<Instant>,
+    timed_out: bool,
+}
+
+impl Rpdo {
+    /// Receives `mapping` under `parameters`.
+    #[must_use]
+    pub const fn new(parameters: Parameters, mapping: Mapping) -> Self {
+        Rpdo { parameters, mapping, waiting: None, length_error: None, due: None, timed_out: false }
+    }
+
+    /// The communication parameter.
+    #[must_use]
+    pub const fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The mapping.
+    #[must_use]
+    pub const fn mapping(&self) -> &Mapping {
+        &self.mapping
+    }
+
+    /// Whether the PDO exists: valid, and something is mapped.
+    #[must_use]
+    pub const fn is_active(&self) -> bool {
+        self.parameters.cob_id.is_valid() && !self.mapping.is_empty()
+    }
+
+    /// Whether the PDO exists and has this COB-ID.
+    #[must_use]
+    pub fn listens_to(&self, id: CobId) -> bool {
+        self.parameters.cob_id.id() == id && self.is_active()
+    }
+
+    /// How the last PDO's length was wrong.
+    #[must_use]
+    pub const fn length_error(&self) -> Option<LengthError> {
+        self.length_error
+    }
+
+    /// Whether the deadline has passed, and no PDO came since.
+    #[must_use]
+    pub const fn has_timed_out(&self) -> bool {
+        self.timed_out
+    }
+
+    /// The device left OPERATIONAL: what waits is forgotten, and the deadline starts with the next PDO.
+    pub const fn suspend(&mut self) {
+        self.waiting = None;
+        self.due = None;
+        self.timed_out = false;
+    }
+
+    /// Takes the PDO: writes its objects, or keeps them for SYNC.
+    pub fn handle_frame(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        if frame.is_remote() || !self.listens_to(frame.id()) {
+            return None;
+        }
+        let (expected, got) = (self.mapping.bytes(), frame.data().len());
+        let Some(data) = frame.data().get(..expected) else {
+            self.length_error = Some(LengthError::TooShort);
+            return Some(Event::TooShort { expected, got });
+        };
+        self.length_error = (got > expected).then_some(LengthError::TooLong);
+        self.timed_out = false;
+        self.due = if self.parameters.deadline.is_zero() { None } else { Some(now + self.parameters.deadline) };
+        if self.parameters.transmission.is_synchronous() {
+            let mut waiting = [0; 8];
+            waiting.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+            self.waiting = Some(waiting);
+            return Some(Event::Waiting);
+        }
+        Some(self.apply(data, od))
+    }
+
+    /// SYNC came: what waited takes effect.
+    pub fn handle_sync(&mut self, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        let waiting = self.waiting.take()?;
+        Some(self.apply(waiting.get(..self.mapping.bytes()).unwrap_or(&waiting), od))
+    }
+
+    fn apply(&self, data: &[u8], od: &mut dyn ObjectDictionary) -> Event {
+        match self.mapping.unpack(data, od) {
+            Ok(()) => Event::Received,
+            Err((address, reason)) => Event::Refused { address, reason },
+        }
+    }
+
+    /// The deadline has passed.
+    pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+        self.due.take_if(|due| *due <= now)?;
+        self.timed_out = true;
+        Some(Event::TimedOut)
+    }
+
+    /// When the deadline passes.
+    #[must_use]
+    pub const fn poll_timeout(&self) -> Option<Instant> {
+        self.due
+    }
+}

@@ -1,0 +1,281 @@
+//! A PDO that the device transmits (CiA 301, 7.2.2; 1800h and 1A00h).
+//!
+//! ```text
+//! 0          an event, then the next SYNC    sampled at that SYNC
+//! 1 to 240   every n-th SYNC                 sampled at that SYNC
+//! 252        a remote frame                  sampled at the last SYNC
+//! 253        a remote frame                  sampled when sent
+//! 254, 255   an event, or the event timer    sampled when sent, not within the inhibit time
+//! ```
+
+use super::mapping::Mapping;
+use crate::frame::Frame;
+use crate::id::CobId;
+use crate::object::{Address, ObjectDictionary};
+use crate::time::{Duration, Instant};
+use crate::wire::pdo::{PdoCobId, TransmissionType};
+
+/// The communication parameter of a TPDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parameters {
+    /// 1800h:01.
+    pub cob_id: PdoCobId,
+    /// 1800h:02.
+    pub transmission: TransmissionType,
+    /// 1800h:03: the time between two PDOs at least; zero for none.
+    pub inhibit: Duration,
+    /// 1800h:05: the time between two PDOs at most; zero for none.
+    pub event_timer: Duration,
+    /// 1800h:06: the SYNC counter with which counting begins; 0 for the first SYNC that comes.
+    pub sync_start: u8,
+}
+
+impl Parameters {
+    /// Of a PDO that does not exist.
+    pub const OFF: Parameters = Parameters {
+        cob_id: PdoCobId::OFF,
+        transmission: TransmissionType::EventProfile,
+        inhibit: Duration::ZERO,
+        event_timer: Duration::ZERO,
+        sync_start: 0,
+    };
+}
+
+/// What makes a device send a TPDO of an event-driven type, 254 or 255: CiA 301 leaves it to the
+/// manufacturer and to the profile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triggers {
+    /// Entering OPERATIONAL.
+    pub start: bool,
+    /// A change of a mapped object.
+    pub change: bool,
+    /// The event timer.
+    pub timer: bool,
+    /// The inhibit time holds.
+    pub inhibit: bool,
+}
+
+impl Triggers {
+    /// All of them.
+    pub const ALL: Triggers = Triggers { start: true, change: true, timer: true, inhibit: true };
+    /// None: for the types that are not event-driven.
+    pub const NONE: Triggers = Triggers { start: false, change: false, timer: false, inhibit: false };
+}
+
+/// Transmits one PDO.
+#[derive(Clone, Copy, Debug)]
+pub struct Tpdo {
+    parameters: Parameters,
+    mapping: Mapping,
+    triggers: Triggers,
+    acyclic_always: bool,
+    /// An event happened that SYNC or `poll_transmit` has not seen yet.
+    changed: bool,
+    /// To be sent: the data when they were sampled already.
+    pending: Option<Option<[u8; 8]>>,
+    /// What a remote frame gets of type 252.
+    sampled: Option<[u8; 8]>,
+    /// What was sent last.
+    sent: Option<[u8; 8]>,
+    /// SYNCs since the last one that counted; `None` while SYNC start value has not come.
+    syncs: Option<u8>,
+    inhibited: Option<Instant>,
+    event: Option<Instant>,
+}
+
+impl Tpdo {
+    /// Transmits `mapping` under `parameters`, at what `triggers` counts as events.
+    #[must_use]
+    pub const fn new(parameters: Parameters, mapping: Mapping, triggers: Triggers) -> Self {
+        Tpdo {
+            parameters,
+            mapping,
+            triggers,
+            acyclic_always: false,
+            changed: false,
+            pending: None,
+            sampled: None,
+            sent: None,
+            syncs: None,
+            inhibited: None,
+            event: None,
+        }
+    }
+
+    /// With type 0 sent at every SYNC, whether there was an event or not.
+    #[must_use]
+    pub const fn with_acyclic_always(self, acyclic_always: bool) -> Self {
+        Tpdo { acyclic_always, ..self }
+    }
+
+    /// The communication parameter.
+    #[must_use]
+    pub const fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The mapping.
+    #[must_use]
+    pub const fn mapping(&self) -> &Mapping {
+        &self.mapping
+    }
+
+    /// Whether the PDO exists: valid, and something is mapped.
+    #[must_use]
+    pub const fn is_active(&self) -> bool {
+        self.parameters.cob_id.is_valid() && !self.mapping.is_empty()
+    }
+
+    /// The device entered OPERATIONAL, or this PDO came to exist in it.
+    pub fn start(&mut self, now: Instant) {
+        self.suspend();
+        if !self.is_active() {
+            return;
+        }
+        self.syncs = if self.parameters.sync_start == 0 { Some(0) } else { None };
+        self.start_event_timer(now);
+        if self.triggers.start && self.parameters.transmission.is_event_driven() {
+            self.pending = Some(None);
+        }
+        self.changed = self.parameters.transmission == TransmissionType::SynchronousAcyclic;
+    }
+
+    /// The device left OPERATIONAL.
+    pub const fn suspend(&mut self) {
+        let fresh = Tpdo::new(self.parameters, self.mapping, self.triggers);
+        *self = fresh.with_acyclic_always(self.acyclic_always);
+    }
+
+    /// Asks for the PDO to be sent, as an event of the application.
+    pub fn request(&mut self) {
+        match self.parameters.transmission {
+            TransmissionType::SynchronousAcyclic => self.changed = true,
+            _ if self.parameters.transmission.is_event_driven() => self.pending = Some(None),
+            _ => {}
+        }
+    }
+
+    /// An object changed. It is an event when the PDO maps it and changes count as events.
+    pub fn changed(&mut self, address: Address) {
+        if self.counts_changes() && self.mapping.maps(address) {
+            self.request();
+        }
+    }
+
+    /// Looks whether the data differ from those sent last, as an alternative to [`Tpdo::changed`].
+    pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
+        if self.counts_changes() && self.is_active() && self.sent.is_some_and(|sent| sent != self.mapping.pack(od)) {
+            self.request();
+        }
+    }
+
+    fn counts_changes(&self) -> bool {
+        self.triggers.change || self.parameters.transmission == TransmissionType::SynchronousAcyclic
+    }
+
+    /// Whether the PDO exists and has this COB-ID.
+    #[must_use]
+    pub fn listens_to(&self, id: CobId) -> bool {
+        self.parameters.cob_id.id() == id && self.is_active()
+    }
+
+    /// Takes a remote frame that asks for the PDO.
+    pub fn handle_frame(&mut self, _now: Instant, frame: &Frame) {
+        let asked = frame.is_remote() && self.listens_to(frame.id());
+        if !asked || !self.parameters.cob_id.allows_remote() {
+            return;
+        }
+        match self.parameters.transmission {
+            // Before the first SYNC there is nothing to tell.
+            TransmissionType::SynchronousRemote => self.pending = self.sampled.map(Some).or(self.pending),
+            TransmissionType::Reserved(_) => {}
+            _ => self.pending = self.pending.or(Some(None)),
+        }
+    }
+
+    /// SYNC came, with this counter.
+    pub fn handle_sync(&mut self, counter: Option<u8>, od: &mut dyn ObjectDictionary) {
+        if !self.is_active() {
+            return;
+        }
+        let due = match self.parameters.transmission {
+            TransmissionType::SynchronousAcyclic => core::mem::take(&mut self.changed) || self.acyclic_always,
+            TransmissionType::SynchronousCyclic(n) => self.counts(counter, n),
+            TransmissionType::SynchronousRemote => {
+                self.sampled = Some(self.mapping.pack(od));
+                false
+            }
+            _ => false,
+        };
+        if due {
+            self.sample(od);
+        }
+    }
+
+    fn sample(&mut self, od: &mut dyn ObjectDictionary) {
+        self.pending = Some(Some(self.mapping.pack(od)));
+    }
+
+    /// Counts a SYNC, and tells whether it is the n-th. The one with the start value is an n-th.
+    fn counts(&mut self, counter: Option<u8>, n: u8) -> bool {
+        let count = match self.syncs {
+            Some(count) => count + 1,
+            None if counter.is_none_or(|counter| counter == self.parameters.sync_start) => n,
+            None => return false,
+        };
+        let due = count >= n;
+        self.syncs = Some(if due { 0 } else { count });
+        due
+    }
+
+    /// The SYNC window closed: a synchronous PDO that was not sent is dropped.
+    pub const fn close_window(&mut self) {
+        if self.parameters.transmission.is_synchronous() {
+            self.pending = None;
+        }
+    }
+
+    /// The event timer or the inhibit time has passed.
+    pub fn handle_timeout(&mut self, now: Instant) {
+        self.inhibited.take_if(|end| *end <= now);
+        if self.event.take_if(|event| *event <= now).is_some() {
+            self.pending = Some(None);
+            self.start_event_timer(now);
+        }
+    }
+
+    fn start_event_timer(&mut self, now: Instant) {
+        let runs = self.parameters.transmission.is_event_driven()
+            && self.triggers.timer
+            && !self.parameters.event_timer.is_zero();
+        self.event = if runs { Some(now + self.parameters.event_timer) } else { None };
+    }
+
+    /// Whether `poll_transmit` has something to send.
+    #[must_use]
+    pub fn is_due(&self, now: Instant) -> bool {
+        self.pending.is_some() && self.inhibited.is_none_or(|end| end <= now)
+    }
+
+    /// The PDO, when it is due and not inhibited.
+    pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+        if !self.is_due(now) {
+            return None;
+        }
+        let data = self.pending.take()?.unwrap_or_else(|| self.mapping.pack(od));
+        self.sent = Some(data);
+        self.start_event_timer(now);
+        let inhibits = self.parameters.transmission.is_event_driven() && self.triggers.inhibit;
+        if inhibits && !self.parameters.inhibit.is_zero() {
+            self.inhibited = Some(now + self.parameters.inhibit);
+        }
+        Frame::new(self.parameters.cob_id.id(), data.get(..self.mapping.bytes())?)
+    }
+
+    /// When the event timer or the inhibit time passes.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        let inhibited = self.inhibited.filter(|_| self.pending.is_some());
+        [inhibited, self.event].into_iter().flatten().min()
+    }
+}

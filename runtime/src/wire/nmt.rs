@@ -1,0 +1,192 @@
+//! NMT: which state a node is in, and the command to change it (CiA 301, 7.2.8.2.1 and 7.3.2.2).
+
+use core::fmt;
+
+use crate::frame::Frame;
+use crate::id::{CobId, NodeId};
+
+/// The NMT state of a node, as heartbeats and guarding answers carry it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum NmtState {
+    /// Not yet on the bus; on the wire this is the boot-up message.
+    Initialising = 0x00,
+    /// Only NMT and error control work.
+    Stopped = 0x04,
+    /// Everything works.
+    Operational = 0x05,
+    /// Everything but PDOs works.
+    PreOperational = 0x7F,
+}
+
+impl NmtState {
+    /// The state of a code; `None` for a code that CiA 301 does not know.
+    #[must_use]
+    pub const fn from_code(code: u8) -> Option<Self> {
+        match code {
+            0x00 => Some(NmtState::Initialising),
+            0x04 => Some(NmtState::Stopped),
+            0x05 => Some(NmtState::Operational),
+            0x7F => Some(NmtState::PreOperational),
+            _ => None,
+        }
+    }
+
+    /// The code on the wire.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// Whether the state allows SDO, SYNC, TIME and EMCY (CiA 301, table 38).
+    #[must_use]
+    pub const fn allows_messages(self) -> bool {
+        matches!(self, NmtState::Operational | NmtState::PreOperational)
+    }
+}
+
+/// As CiA 301 writes it: `PRE-OPERATIONAL`.
+impl fmt::Display for NmtState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            NmtState::Initialising => "INITIALISING",
+            NmtState::Stopped => "STOPPED",
+            NmtState::Operational => "OPERATIONAL",
+            NmtState::PreOperational => "PRE-OPERATIONAL",
+        })
+    }
+}
+
+/// What a manager may ask of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum NmtCommand {
+    /// Enter OPERATIONAL.
+    Start = 0x01,
+    /// Enter STOPPED.
+    Stop = 0x02,
+    /// Enter PRE-OPERATIONAL.
+    EnterPreOperational = 0x80,
+    /// Begin anew, as after power-on.
+    ResetNode = 0x81,
+    /// Begin anew with the communication objects (1000h to 1FFFh) only.
+    ResetCommunication = 0x82,
+}
+
+impl NmtCommand {
+    /// The command of a code; `None` for a code that CiA 301 does not know.
+    #[must_use]
+    pub const fn from_code(code: u8) -> Option<Self> {
+        match code {
+            0x01 => Some(NmtCommand::Start),
+            0x02 => Some(NmtCommand::Stop),
+            0x80 => Some(NmtCommand::EnterPreOperational),
+            0x81 => Some(NmtCommand::ResetNode),
+            0x82 => Some(NmtCommand::ResetCommunication),
+            _ => None,
+        }
+    }
+
+    /// The code on the wire.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The state that a node is in afterwards; it is INITIALISING until it boots up again after a reset.
+    #[must_use]
+    pub const fn target(self) -> NmtState {
+        match self {
+            NmtCommand::Start => NmtState::Operational,
+            NmtCommand::Stop => NmtState::Stopped,
+            NmtCommand::EnterPreOperational => NmtState::PreOperational,
+            NmtCommand::ResetNode | NmtCommand::ResetCommunication => NmtState::Initialising,
+        }
+    }
+}
+
+impl fmt::Display for NmtCommand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            NmtCommand::Start => "start",
+            NmtCommand::Stop => "stop",
+            NmtCommand::EnterPreOperational => "enter PRE-OPERATIONAL",
+            NmtCommand::ResetNode => "reset node",
+            NmtCommand::ResetCommunication => "reset communication",
+        })
+    }
+}
+
+/// A command and whom it concerns: the one message with COB-ID 000h.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NmtMessage {
+    /// What is asked.
+    pub command: NmtCommand,
+    /// Of whom; `None` for all nodes.
+    pub node: Option<NodeId>,
+}
+
+impl NmtMessage {
+    /// `None` when the data are not two bytes of a known command and a node-ID or 0.
+    #[must_use]
+    pub fn parse(data: &[u8]) -> Option<Self> {
+        let &[command, node] = data else { return None };
+        let node = match node {
+            0 => None,
+            id => Some(NodeId::new(id)?),
+        };
+        Some(NmtMessage { command: NmtCommand::from_code(command)?, node })
+    }
+
+    /// The data on the wire.
+    #[must_use]
+    pub const fn emit(self) -> [u8; 2] {
+        let node = match self.node {
+            Some(node) => node.get(),
+            None => 0,
+        };
+        [self.command.code(), node]
+    }
+
+    /// The whole frame.
+    #[must_use]
+    pub const fn frame(self) -> Frame {
+        Frame::from_array(CobId::NMT, self.emit())
+    }
+
+    /// Whether `node` is meant.
+    #[must_use]
+    pub fn concerns(self, node: NodeId) -> bool {
+        self.node.is_none_or(|target| target == node)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_emitted_is_parsed() {
+        for code in 0..=0xFF {
+            let Some(command) = NmtCommand::from_code(code) else { continue };
+            for node in [None, NodeId::new(1), NodeId::new(127)] {
+                let message = NmtMessage { command, node };
+                assert_eq!(NmtMessage::parse(&message.emit()), Some(message));
+            }
+        }
+    }
+
+    #[test]
+    fn a_message_that_is_not_two_known_bytes_is_none() {
+        for data in [&[][..], &[0x01], &[0x01, 0x05, 0x00], &[0x03, 0x05], &[0x01, 0x80]] {
+            assert_eq!(NmtMessage::parse(data), None, "{data:02X?}");
+        }
+    }
+
+    #[test]
+    fn states_have_the_codes_of_the_standard() {
+        let codes: std::vec::Vec<u8> = (0..=0xFF).filter(|&code| NmtState::from_code(code).is_some()).collect();
+        assert_eq!(codes, [0x00, 0x04, 0x05, 0x7F]);
+        assert!(codes.iter().all(|&code| NmtState::from_code(code).unwrap().code() == code));
+    }
+}
