@@ -1,2 +1,44 @@
-//! Placeholder.
-fn main() {}
+//! `lexican`: CANopen on the command line.
+//!
+//! [`device`] finds the data sheet that a command is about, [`output`] knows how a
+//! command ends; every other module is one command.
+
+mod device;
+mod devices;
+mod eds;
+mod generate;
+mod output;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// CANopen on the command line: check data sheets, generate code from them, simulate and move drives
+#[derive(Parser, Debug)]
+#[command(name = "lexican", version, propagate_version = true, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand, Debug)]
+enum Command {
+    /// Show, check, compare and tidy electronic data sheets (EDS, DCF)
+    #[command(subcommand)]
+    Eds(eds::Command),
+    Gen(generate::Args),
+    /// List the devices that lexican brings along
+    Devices,
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Eds(command) => command.run(),
+        Command::Gen(args) => generate::run(&args),
+        Command::Devices => devices::run(),
+    };
+    match result {
+        Ok(outcome) => outcome.into(),
+        Err(failure) => failure.report(),
+    }
+}

@@ -1,0 +1,22 @@
+//! `lexican eds`: data sheets shown, checked, compared and tidied.
+
+mod dump;
+mod lint;
+
+use crate::output::{Failure, Outcome};
+
+/// What to do with data sheets.
+#[derive(clap::Subcommand, Debug)]
+pub(crate) enum Command {
+    Dump(dump::Args),
+    Lint(lint::Args),
+}
+
+impl Command {
+    pub(crate) fn run(self) -> Result<Outcome, Failure> {
+        match self {
+            Command::Dump(args) => dump::run(&args),
+            Command::Lint(args) => lint::run(&args),
+        }
+    }
+}

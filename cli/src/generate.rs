@@ -1,0 +1,66 @@
+//! `lexican gen`: a typed dictionary from a data sheet, as a build script would make it.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use lexican_codegen::{Options, compile};
+use lexican_eds::Severity;
+
+use crate::device::DeviceArgs;
+use crate::output::{Failure, Outcome, warn, write_whole};
+
+/// Generates Rust code from a data sheet: what lexican-codegen does in a build script
+///
+/// Errors of the data sheet are shown in full, and nothing is written then (exit code 1); correct them with an
+/// overlay, or drop them with --allow.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    device: DeviceArgs,
+
+    /// Where the code goes; to stdout, when not given
+    #[arg(short, long, value_name = "FILE.rs")]
+    output: Option<PathBuf>,
+
+    /// Also generate the device's side: the table of all entries and a storage with the defaults
+    #[arg(long)]
+    storage: bool,
+
+    /// Also generate a table of names, for programs that show them
+    #[arg(long)]
+    names: bool,
+
+    /// Take findings with this code for errors; may be given several times
+    #[arg(long, value_name = "CODE")]
+    deny: Vec<String>,
+
+    /// Drop findings with this code; may be given several times
+    #[arg(long, value_name = "CODE")]
+    allow: Vec<String>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let mut loaded = args.device.load()?;
+    let options = Options { storage: args.storage, names: args.names, ..Options::default() };
+    let output = compile(&loaded.device, &options);
+    loaded.diagnostics.extend(output.diagnostics);
+    loaded.diagnostics.finish();
+    args.deny.iter().for_each(|code| loaded.diagnostics.deny(code));
+    args.allow.iter().for_each(|code| loaded.diagnostics.allow(code));
+    if loaded.show_errors() {
+        warn(format_args!("{}: nothing is generated from a data sheet with errors", loaded.input.eds.name()));
+        return Ok(Outcome::Found);
+    }
+    for warning in loaded.diagnostics.iter().filter(|finding| finding.severity == Severity::Warning) {
+        warn(warning.render_short(&loaded.input));
+    }
+    match &args.output {
+        Some(path) => write_whole(path, output.code.as_bytes())?,
+        None => {
+            let mut stdout = std::io::stdout().lock();
+            stdout.write_all(output.code.as_bytes())?;
+            stdout.flush()?;
+        }
+    }
+    Ok(Outcome::Clean)
+}

@@ -1,0 +1,125 @@
+//! What a command says and leaves behind: text on the terminal, whole files, an exit code.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anstyle::{AnsiColor, Style};
+
+/// How a command ended that did what it was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// Nothing to complain about: exit 0.
+    Clean,
+    /// Findings, differences, failed checks: exit 1.
+    Found,
+    /// Some of what was asked for could not be read, which has been said: exit 2.
+    Unreadable,
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> ExitCode {
+        ExitCode::from(match outcome {
+            Outcome::Clean => 0,
+            Outcome::Found => 1,
+            Outcome::Unreadable => 2,
+        })
+    }
+}
+
+/// Why a command could not do what it was asked for: exit 2, as for a wrong command line.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    message: String,
+    help: Option<String>,
+    silent: bool,
+}
+
+impl Failure {
+    pub(crate) fn new(message: impl Display) -> Self {
+        Failure { message: message.to_string(), help: None, silent: false }
+    }
+
+    /// With a hint what to do about it.
+    pub(crate) fn help(mut self, help: impl Display) -> Self {
+        self.help = Some(help.to_string());
+        self
+    }
+
+    /// `what` went wrong with a file.
+    pub(crate) fn file(what: &str, path: &Path, error: &io::Error) -> Self {
+        Failure::new(format_args!("cannot {what} {}: {}", path.display(), reason(error)))
+    }
+
+    /// Tells the user on stderr; returns the exit code.
+    pub(crate) fn report(&self) -> ExitCode {
+        if self.silent {
+            return ExitCode::SUCCESS;
+        }
+        let mut stderr = anstream::stderr().lock();
+        let (error, help) = (AnsiColor::Red.on_default().bold(), AnsiColor::Cyan.on_default().bold());
+        // Where nobody listens on stderr there is nobody to tell.
+        let _ = writeln!(stderr, "{error}error{error:#}: {}", self.message);
+        if let Some(text) = &self.help {
+            let _ = writeln!(stderr, "{help}help{help:#}: {text}");
+        }
+        ExitCode::from(2)
+    }
+}
+
+/// An error while writing to stdout. When nobody reads on (`lexican ... | head`), that is no failure.
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        let silent = error.kind() == io::ErrorKind::BrokenPipe;
+        Failure { silent, ..Failure::new(format_args!("cannot write the output: {}", reason(&error))) }
+    }
+}
+
+/// What the operating system says, in lower case and without its number.
+pub(crate) fn reason(error: &io::Error) -> String {
+    let text = error.to_string();
+    let text = text.split(" (os error").next().unwrap_or_default();
+    let mut letters = text.chars();
+    letters.next().map(|first| first.to_lowercase().chain(letters).collect()).unwrap_or_default()
+}
+
+/// A note on stderr that does not end the command.
+pub(crate) fn warn(message: impl Display) {
+    let warning = AnsiColor::Yellow.on_default().bold();
+    let _ = writeln!(anstream::stderr().lock(), "{warning}warning{warning:#}: {message}");
+}
+
+/// Text in a style; without one where stdout is no terminal, because [`anstream`] takes it out again.
+pub(crate) fn styled(style: Style, text: impl Display) -> String {
+    format!("{style}{text}{style:#}")
+}
+
+/// Writes a file wholly or not at all: under another name first, which then takes the file's place.
+pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
+    let unfinished = unfinished(path);
+    let written = std::fs::write(&unfinished, content).and_then(|()| std::fs::rename(&unfinished, path));
+    written.map_err(|error| {
+        let _ = std::fs::remove_file(&unfinished);
+        Failure::file("write", path, &error)
+    })
+}
+
+/// Writes several files, none of which takes its place before all are written.
+pub(crate) fn write_all_whole(files: &[(PathBuf, Vec<u8>)]) -> Result<(), Failure> {
+    for (path, content) in files {
+        if let Err(error) = std::fs::write(unfinished(path), content) {
+            files.iter().for_each(|(path, _)| drop(std::fs::remove_file(unfinished(path))));
+            return Err(Failure::file("write", path, &error));
+        }
+    }
+    for (path, _) in files {
+        std::fs::rename(unfinished(path), path).map_err(|error| Failure::file("write", path, &error))?;
+    }
+    Ok(())
+}
+
+fn unfinished(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}.tmp", std::process::id()))
+}
