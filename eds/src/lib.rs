@@ -2,14 +2,27 @@
 //! fails, nothing is dropped in silence, and every finding names its place.
 //!
 //! From text to device: [`source`] (bytes, encodings, lines, places) → `syntax` (sections and keys) → `object`
-//! and `info` (what CiA 306 says) → `overlay` (corrections and meanings beside the data sheet) → [`model`] →
+//! and `info` (what CiA 306 says) → [`overlay`] (corrections and meanings beside the data sheet) → [`model`] →
 //! [`check`] (the rules) → [`diagnostics`].
 
 pub mod check;
+mod compact;
 pub mod diagnostics;
+pub mod dump;
+mod eds;
+mod info;
 pub mod library;
+mod lists;
 pub mod model;
+mod modules;
+mod number;
+mod object;
+pub mod overlay;
+mod pdo;
+mod read;
+mod section;
 pub mod source;
+mod syntax;
 pub mod types;
 
 pub use diagnostics::{Diagnostic, Diagnostics, Severity};
@@ -52,6 +65,39 @@ impl Input {
 ///
 /// Never fails and never panics: whatever is wrong is in the findings, and the model holds what could be read.
 #[must_use]
-pub fn load(_input: &Input) -> (model::Device, Diagnostics) {
-    (model::Device::default(), Diagnostics::default())
+pub fn load(input: &Input) -> (model::Device, Diagnostics) {
+    let mut out = Diagnostics::default();
+    let mut device = model::Device::default();
+    if readable(&input.eds, &mut out) {
+        let tokens = syntax::tokenize(&input.eds, &mut out);
+        let syntax = syntax::Syntax::new(&input.eds, &tokens, &mut out);
+        let (read, facts) = eds::read(syntax, &mut out);
+        device = read;
+        let mut changes = overlay::Changes::default();
+        for (overlay, number) in input.overlays.iter().zip(1..) {
+            overlay::apply(overlay, number, &mut device, &mut changes, &mut out);
+        }
+        overlay::forget_what_was_corrected(&device, &facts, &changes, &mut out);
+        device.profile = overlay::profile(&device, &changes);
+        device.pdos = pdo::pdos(&device);
+        overlay::merge_pdos(&mut device, &changes);
+        check::all(&check::Context { device: &device, facts: &facts, changes: &changes }, &mut out);
+    }
+    out.finish();
+    (device, out)
+}
+
+/// Whether a text is one that can be a data sheet.
+fn readable(eds: &Source, out: &mut Diagnostics) -> bool {
+    if let Some(refusal) = eds.refusal() {
+        out.push(check::file_is_within_bounds::found(refusal));
+        return false;
+    }
+    out.extend(check::text_is_ascii_or_utf8::found(eds.encoding()));
+    let start = eds.text().len() - eds.text().trim_start().len();
+    let xml = eds.text()[start..].starts_with('<');
+    if xml {
+        out.push(check::file_is_not_xml::found(Span::eds(start as u32, start as u32 + 1)));
+    }
+    !xml
 }

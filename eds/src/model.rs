@@ -19,6 +19,8 @@ pub struct Device {
     pub comments: Vec<String>,
     /// `[DeviceComissioning]` of a DCF.
     pub commissioning: Option<Commissioning>,
+    /// The device profile: what the overlay says, else the low half of the default of 1000h.
+    pub profile: Option<u16>,
     /// The objects, ascending by index.
     pub objects: Vec<Object>,
     /// The enumerations of the overlay, by name.

@@ -156,6 +156,16 @@ impl Diagnostics {
         self.set_severity(code, None);
     }
 
+    /// Takes back what was found at a place.
+    pub(crate) fn retract_at(&mut self, span: Span) {
+        self.list.retain(|diagnostic| diagnostic.span() != Some(span));
+    }
+
+    /// Takes back what was found at a place under a code.
+    pub(crate) fn retract(&mut self, code: &str, span: Span) {
+        self.list.retain(|diagnostic| diagnostic.code != code || diagnostic.span() != Some(span));
+    }
+
     /// Puts the findings in the order of their places, and says how many were only counted.
     pub fn finish(&mut self) {
         for (code, seen) in std::mem::take(&mut self.kept) {

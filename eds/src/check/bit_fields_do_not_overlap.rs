@@ -1,0 +1,17 @@
+//! The bits and the names of a bit field differ.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "overlay::overlapping-bits",
+    severity: Severity::Error,
+    holds: "The bits and the names of a bit field differ.",
+    explain: "Every bit has one meaning. The first field counts.",
+    check: None,
+};
+
+pub(crate) fn found(what: &str, span: Span) -> Diagnostic {
+    RULE.finding(format!("two fields overlap: {what}")).at(span, "ignored")
+}

@@ -1,0 +1,21 @@
+//! Data types are those of CiA 301 or of the device itself.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use crate::types::DataType;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::unknown-data-type",
+    severity: Severity::Warning,
+    holds: "Data types are those of CiA 301 or of the device itself.",
+    explain: "Data types have the indices 0001h to 025Fh (CiA 301, table 39). Others are kept as a number, and nothing \
+              can be generated for them.",
+    check: None,
+};
+
+pub(crate) fn found(data_type: DataType, span: Span) -> Diagnostic {
+    RULE.finding(format!("there is no data type {data_type}"))
+        .at(span, "")
+        .help("an overlay can name the right one: `data_type = \"UNSIGNED16\"` with a reason")
+}

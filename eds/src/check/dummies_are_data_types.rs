@@ -1,0 +1,17 @@
+//! Dummies are data types of a fixed size.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::bad-dummy",
+    severity: Severity::Warning,
+    holds: "Dummies are data types of a fixed size.",
+    explain: "A dummy (CiA 301, 7.4.6) is the index of a data type that a PDO maps to leave a gap, so it needs a size.",
+    check: None,
+};
+
+pub(crate) fn found(code: u32, span: Span) -> Diagnostic {
+    RULE.finding(format!("{code:04X}h is no data type of a fixed size")).at(span, "")
+}

@@ -1,0 +1,22 @@
+//! A file has at most 64 MiB and a million lines.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::file-size",
+    severity: Severity::Error,
+    holds: "A file has at most 64 MiB and a million lines.",
+    explain: "Data sheets of the largest devices known have some 2 MB. A file beyond the bounds is something else, or \
+              an attempt to exhaust memory; it is not read at all.",
+    check: None,
+};
+
+pub(crate) fn found(refusal: crate::source::Refusal) -> Diagnostic {
+    use crate::source::{MAX_BYTES, MAX_LINES, Refusal};
+    let message = match refusal {
+        Refusal::TooLong { bytes } => format!("the file has {bytes} bytes; at most {MAX_BYTES} are read"),
+        Refusal::TooManyLines { lines } => format!("the file has {lines} lines; at most {MAX_LINES} are read"),
+    };
+    RULE.finding(message)
+}

@@ -1,0 +1,13 @@
+//! Every key is one that CiA 306 knows for its section.
+
+use crate::diagnostics::Severity;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::unknown-key",
+    severity: Severity::Note,
+    holds: "Every key is one that CiA 306 knows for its section.",
+    explain: "Vendors add keys for their own tools; CiA 306-1 (4.5) lets other readers ignore them. A misspelt key \
+              looks the same, so each name is told once, at its first place.",
+    check: None,
+};

@@ -1,0 +1,18 @@
+//! The only variable in a value is $NODEID.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::unknown-variable",
+    severity: Severity::Warning,
+    holds: "The only variable in a value is $NODEID.",
+    explain: "CiA 306-1 (4.3) knows `$NODEID` and no other variable. Another name is read as if it were `$NODEID`, \
+              which it usually means.",
+    check: None,
+};
+
+pub(crate) fn found(key: &str, span: Span) -> Diagnostic {
+    RULE.finding(format!("`{key}` uses a variable other than $NODEID")).at(span, "read as $NODEID")
+}

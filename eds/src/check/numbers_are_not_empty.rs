@@ -1,0 +1,12 @@
+//! Keys that hold numbers hold one.
+
+use crate::diagnostics::Severity;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::empty-number",
+    severity: Severity::Note,
+    holds: "Keys that hold numbers hold one.",
+    explain: "Editors write keys without value where nothing was entered. They are read as absent keys.",
+    check: None,
+};

@@ -1,0 +1,18 @@
+//! Where a number belongs there is one.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::bad-number",
+    severity: Severity::Warning,
+    holds: "Where a number belongs there is one.",
+    explain: "Numbers are decimal, hexadecimal with `0x` or octal with a leading zero (CiA 306-1, 4.3). The key is \
+              read as absent.",
+    check: None,
+};
+
+pub(crate) fn found(key: &str, span: Span) -> Diagnostic {
+    RULE.finding(format!("`{key}` is not a number")).at(span, "read as absent")
+}

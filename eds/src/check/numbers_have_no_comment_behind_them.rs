@@ -1,0 +1,17 @@
+//! No comment follows a number on its line.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::inline-comment",
+    severity: Severity::Warning,
+    holds: "No comment follows a number on its line.",
+    explain: "In CiA 306-1 (4.2) a comment has a line of its own. Other readers refuse the number or take it for text.",
+    check: None,
+};
+
+pub(crate) fn found(key: &str, span: Span) -> Diagnostic {
+    RULE.finding(format!("a comment follows the value of `{key}`")).at(span, "the comment is ignored")
+}

@@ -1,0 +1,17 @@
+//! A range begins with its smaller end.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "overlay::range-reversed",
+    severity: Severity::Error,
+    holds: "A range begins with its smaller end.",
+    explain: "No value lies in a range whose low end is above its high end.",
+    check: None,
+};
+
+pub(crate) fn found(span: Span) -> Diagnostic {
+    RULE.finding("`low` is above `high`").at(span, "")
+}

@@ -1,0 +1,17 @@
+//! Every value of an overlay is of the kind that its key takes.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "overlay::bad-value",
+    severity: Severity::Error,
+    holds: "Every value of an overlay is of the kind that its key takes.",
+    explain: "What is of another kind is read as absent.",
+    check: None,
+};
+
+pub(crate) fn found(expected: &str, span: Span) -> Diagnostic {
+    RULE.finding(format!("expected {expected}")).at(span, "")
+}

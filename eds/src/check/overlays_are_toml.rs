@@ -1,0 +1,17 @@
+//! An overlay is TOML.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "overlay::syntax",
+    severity: Severity::Error,
+    holds: "An overlay is TOML.",
+    explain: "What is broken is skipped; the rest of the overlay is applied.",
+    check: None,
+};
+
+pub(crate) fn found(message: &str, span: Span) -> Diagnostic {
+    RULE.finding(format!("the overlay is not TOML: {message}")).at(span, "")
+}

@@ -1,0 +1,18 @@
+//! Every section is one that CiA 306 knows.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::unknown-section",
+    severity: Severity::Warning,
+    holds: "Every section is one that CiA 306 knows.",
+    explain: "Vendors add sections for their own tools; CiA 306-1 (4.5) lets other readers ignore them. A misspelt \
+              name of an object looks the same, so each is named.",
+    check: None,
+};
+
+pub(crate) fn found(name: &str, keys: usize, span: Span) -> Diagnostic {
+    RULE.finding(format!("the section `{name}` with {} is unknown", super::plural(keys, "key"))).at(span, "ignored")
+}

@@ -1,0 +1,24 @@
+//! No two sections have the same name.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::syntax::{Section, Syntax};
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::duplicate-section",
+    severity: Severity::Warning,
+    holds: "No two sections have the same name.",
+    explain: "Readers differ in which one they take. The first one counts here, as with the functions of Windows that \
+              data sheets were made for.",
+    check: None,
+};
+
+pub(crate) fn found(syntax: &Syntax<'_>, first: &Section<'_>, second: &Section<'_>) -> Diagnostic {
+    let pairs = |section: &Section<'_>| -> Vec<(String, String)> {
+        section.pairs.iter().map(|pair| (pair.key.to_ascii_lowercase(), pair.value.to_owned())).collect()
+    };
+    let same = if pairs(first) == pairs(second) { "with the same content" } else { "with other content" };
+    RULE.finding(format!("the section `{}` comes again {same}", second.name))
+        .at(syntax.name_span(second), "ignored")
+        .and(syntax.name_span(first), "this one counts")
+}

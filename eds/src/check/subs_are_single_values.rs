@@ -1,0 +1,18 @@
+//! A sub-index is a VAR or a DOMAIN.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::model::ObjectKind;
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::nested-object",
+    severity: Severity::Warning,
+    holds: "A sub-index is a VAR or a DOMAIN.",
+    explain: "CANopen has two levels only; the entry is read as a VAR.",
+    check: None,
+};
+
+pub(crate) fn found(kind: ObjectKind, span: Span) -> Diagnostic {
+    RULE.finding(format!("a sub-index cannot be of object type {}", kind.name())).at(span, "read as VAR")
+}

@@ -1,0 +1,25 @@
+//! Text outside ASCII is UTF-8 without byte order mark.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::encoding",
+    severity: Severity::Note,
+    holds: "Text outside ASCII is UTF-8 without byte order mark.",
+    explain: "CiA 306-1 (4.1) knows ASCII only. Names with umlauts or degree signs come in code page 1252 or in UTF-8; \
+              bytes that are not UTF-8 are read as code page 1252, and a byte order mark is dropped.",
+    check: None,
+};
+
+pub(crate) fn found(encoding: crate::source::Encoding) -> Option<Diagnostic> {
+    use crate::source::Encoding;
+    let message = match encoding {
+        Encoding::Utf8 => return None,
+        Encoding::Utf8WithMark => "the file begins with a byte order mark",
+        Encoding::Utf16 => "the file is in UTF-16",
+        Encoding::Windows1252 => "the file is not UTF-8; it is read as code page 1252",
+    };
+    Some(RULE.finding(message).at(Span::eds(0, 0), ""))
+}

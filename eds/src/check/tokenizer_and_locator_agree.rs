@@ -1,0 +1,21 @@
+//! The tokeniser and the search for places see the same sections and keys.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::tokenizer",
+    severity: Severity::Note,
+    holds: "The tokeniser and the search for places see the same sections and keys.",
+    explain: "Where they do not, the lines themselves are read. This is a mistake of the reader, not of the file; \
+              please report it with the file.",
+    check: None,
+};
+
+pub(crate) fn refused(error: &str) -> Diagnostic {
+    RULE.finding(format!("the tokeniser refuses the file: {error}"))
+}
+
+pub(crate) fn different() -> Diagnostic {
+    RULE.finding("the tokeniser sees other sections or keys than there are lines")
+}

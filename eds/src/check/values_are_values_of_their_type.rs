@@ -1,0 +1,21 @@
+//! Defaults and limits are values of the data type.
+
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
+use crate::types::DataType;
+use super::Rule;
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::bad-value",
+    severity: Severity::Warning,
+    holds: "Defaults and limits are values of the data type.",
+    explain: "A value that its data type cannot have is read as absent. Either the value or the data type is wrong; an \
+              overlay mends both.",
+    check: None,
+};
+
+pub(crate) fn found(key: &str, data_type: DataType, span: Span) -> Diagnostic {
+    RULE.finding(format!("`{key}` is not a value of its data type"))
+        .at(span, format!("expected {data_type}"))
+        .help("an overlay can give the value, or the right data type")
+}

@@ -1,0 +1,118 @@
+//! The whole data sheet: its sections in groups, each read by the part of CiA 306 it belongs to.
+
+use crate::check;
+use crate::diagnostics::Diagnostics;
+use crate::lists::{List, natural_list};
+use crate::model::{Device, ObjectList};
+use crate::object::ObjectFacts;
+use crate::read::Reader;
+use crate::section::{ModulePart, ObjectPart, SectionKind};
+use crate::syntax::{Section, Syntax};
+
+/// What the rules want to know beyond the model.
+pub(crate) struct Facts<'a> {
+    pub(crate) syntax: Syntax<'a>,
+    /// What kinds of sections there are, ascending.
+    pub(crate) kinds: Vec<SectionKind>,
+    pub(crate) lists: Vec<List>,
+    /// As many as the model has objects, and in the same order.
+    pub(crate) objects: Vec<ObjectFacts>,
+}
+
+/// A section with its kind.
+type Sorted<'a, 's> = (SectionKind, &'s Section<'a>);
+
+/// Reads all sections; the objects are ascending by index.
+pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Diagnostics) -> (Device, Facts<'a>) {
+    let mut reader = Reader::new(&syntax, out);
+    let sections = sorted(&mut reader);
+    let mut device = Device::default();
+    let mut lists = Vec::new();
+    let mut objects = Vec::new();
+    for group in sections.chunk_by(|a, b| together(a.0, b.0)) {
+        let (kind, section) = group[0];
+        match kind {
+            SectionKind::Object(index, _) => {
+                let parts: Vec<_> = group.iter().filter_map(|&(kind, section)| object_part(kind, section)).collect();
+                let (object, facts) = reader.object(index, &parts);
+                device.objects.push(object);
+                objects.push(facts);
+            }
+            SectionKind::Module(number, _) => {
+                let parts: Vec<_> = group.iter().filter_map(|&(kind, section)| module_part(kind, section)).collect();
+                let module = reader.module(number, &parts);
+                device.modules.retain(|other| other.number != number);
+                device.modules.push(module);
+            }
+            _ if reader.info(kind, section, &mut device) || reader.extras(kind, section, &mut device) => {}
+            SectionKind::Unnamed => reader.out.push(check::keys_are_in_sections::found(&syntax, section)),
+            SectionKind::Unknown => {
+                for &(_, section) in group {
+                    let span = syntax.name_span(section);
+                    reader.out.push(check::sections_are_known::found(section.name, section.pairs.len(), span));
+                }
+            }
+            _ => lists.extend(reader.list(kind, section)),
+        }
+    }
+    device.modules.sort_by_key(|module| module.number);
+    reader.finish();
+    let kinds = sections.iter().map(|&(kind, _)| kind).collect();
+    drop(sections);
+    let mut facts = Facts { syntax, kinds, lists, objects };
+    assign_lists(&mut device, &mut facts);
+    (device, facts)
+}
+
+/// The sections by kind, without those that repeat an earlier one.
+fn sorted<'a, 's>(reader: &mut Reader<'a, 's>) -> Vec<Sorted<'a, 's>> {
+    let syntax = reader.syntax;
+    let with_kind = |section: &'s Section<'a>| (SectionKind::of(section.name), section);
+    let mut sections: Vec<Sorted<'a, 's>> = syntax.sections.iter().map(with_kind).collect();
+    sections.sort_by_key(|&(kind, section)| (kind, section.line));
+    sections.dedup_by(|second, first| {
+        let same = second.0 == first.0 && second.0 != SectionKind::Unknown;
+        if same {
+            reader.out.push(check::sections_are_unique::found(syntax, first.1, second.1));
+        }
+        same
+    });
+    sections
+}
+
+/// Whether two sections are read together.
+fn together(a: SectionKind, b: SectionKind) -> bool {
+    use SectionKind as S;
+    match (a, b) {
+        (S::Object(a, _), S::Object(b, _)) | (S::Module(a, _), S::Module(b, _)) => a == b,
+        _ => a == b,
+    }
+}
+
+fn object_part<'a, 's>(kind: SectionKind, section: &'s Section<'a>) -> Option<(ObjectPart, &'s Section<'a>)> {
+    match kind {
+        SectionKind::Object(_, part) => Some((part, section)),
+        _ => None,
+    }
+}
+
+fn module_part<'a, 's>(kind: SectionKind, section: &'s Section<'a>) -> Option<(ModulePart, &'s Section<'a>)> {
+    match kind {
+        SectionKind::Module(_, part) => Some((part, section)),
+        _ => None,
+    }
+}
+
+/// Gives each object the list that names it, or the one it belongs into.
+fn assign_lists(device: &mut Device, facts: &mut Facts<'_>) {
+    let mut listed: Vec<(u16, ObjectList)> = Vec::new();
+    for list in &facts.lists {
+        listed.extend(list.entries.iter().map(|entry| (entry.index, list.list)));
+    }
+    listed.sort();
+    for (object, facts) in device.objects.iter_mut().zip(&mut facts.objects) {
+        let at = listed.partition_point(|&(index, _)| index < object.index);
+        facts.listed = listed.get(at).filter(|(index, _)| *index == object.index).map(|&(_, list)| list);
+        object.list = facts.listed.unwrap_or_else(|| natural_list(object.index));
+    }
+}

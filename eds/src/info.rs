@@ -1,0 +1,169 @@
+//! What a data sheet says of itself and of the device (CiA 306-1, 6.3, 6.4, 6.6 and 7.3).
+
+use crate::check;
+use crate::model::{Commissioning, Device, DeviceInfo, FileInfo};
+use crate::object::nonempty;
+use crate::read::Reader;
+use crate::section::SectionKind;
+use crate::syntax::Section;
+use crate::types::DataType;
+
+/// The bit rates of CiA 301 in kbit/s, in the order of [`DEVICE_INFO`]'s keys.
+const BIT_RATES_KBIT: [u16; 9] = [10, 20, 50, 100, 125, 250, 500, 800, 1000];
+
+const FILE_INFO: [&str; 12] = [
+    "FileName",
+    "FileVersion",
+    "FileRevision",
+    "EDSVersion",
+    "Description",
+    "CreationTime",
+    "CreationDate",
+    "CreatedBy",
+    "ModificationTime",
+    "ModificationDate",
+    "ModifiedBy",
+    "LastEDS",
+];
+
+const DEVICE_INFO: [&str; 24] = [
+    "VendorName",
+    "VendorNumber",
+    "ProductName",
+    "ProductNumber",
+    "RevisionNumber",
+    "OrderCode",
+    "BaudRate_10",
+    "BaudRate_20",
+    "BaudRate_50",
+    "BaudRate_100",
+    "BaudRate_125",
+    "BaudRate_250",
+    "BaudRate_500",
+    "BaudRate_800",
+    "BaudRate_1000",
+    "SimpleBootUpMaster",
+    "SimpleBootUpSlave",
+    "Granularity",
+    "DynamicChannelsSupported",
+    "GroupMessaging",
+    "NrOfRXPDO",
+    "NrOfTXPDO",
+    "LSS_Supported",
+    "CompactPDO",
+];
+
+const COMMISSIONING: [&str; 7] =
+    ["NodeID", "NodeName", "Baudrate", "NetNumber", "NetworkName", "CANopenManager", "LSS_SerialNumber"];
+
+impl<'a, 's> Reader<'a, 's> {
+    /// Everything but objects and modules. Whether the section was one of these.
+    pub(crate) fn info(&mut self, kind: SectionKind, section: &'s Section<'a>, device: &mut Device) -> bool {
+        match kind {
+            SectionKind::FileInfo => device.file = self.file_info(section),
+            SectionKind::DeviceInfo => device.info = self.device_info(section),
+            SectionKind::DummyUsage => device.dummies = self.dummies(section),
+            SectionKind::Comments => device.comments = self.comments(section),
+            SectionKind::Commissioning => device.commissioning = Some(self.commissioning(section)),
+            _ => return false,
+        }
+        true
+    }
+
+    /// `[Comments]`, with an empty line where a number is missing.
+    pub(crate) fn comments(&mut self, section: &'s Section<'a>) -> Vec<String> {
+        let ([count], lines) = self.numbered(section, "Line", 10, &["Lines"]);
+        self.count(count, lines.len());
+        lines.into_iter().map(|line| line.pair.value.to_owned()).collect()
+    }
+
+    fn file_info(&mut self, section: &'s Section<'a>) -> FileInfo {
+        let [
+            name,
+            version,
+            revision,
+            eds_version,
+            description,
+            creation_time,
+            creation_date,
+            created_by,
+            modification_time,
+            modification_date,
+            modified_by,
+            last_eds,
+        ] = self.fields(section, &FILE_INFO);
+        FileInfo {
+            name: self.text(name),
+            version: self.number(version),
+            revision: self.number(revision),
+            eds_version: self.text(eds_version),
+            description: self.text(description),
+            creation_time: self.text(creation_time),
+            creation_date: self.text(creation_date),
+            created_by: self.text(created_by),
+            modification_time: self.text(modification_time),
+            modification_date: self.text(modification_date),
+            modified_by: self.text(modified_by),
+            last_eds: self.text(last_eds),
+        }
+    }
+
+    fn device_info(&mut self, section: &'s Section<'a>) -> DeviceInfo {
+        let fields = self.fields(section, &DEVICE_INFO);
+        let [vendor_name, vendor_number, product_name, product_number, revision_number, order_code, rest @ ..] = fields;
+        let mut bit_rates_kbit = Vec::new();
+        for (bit_rate, pair) in BIT_RATES_KBIT.into_iter().zip(rest) {
+            if self.flag(pair) {
+                bit_rates_kbit.push(bit_rate);
+            }
+        }
+        let [.., master, slave, granularity, channels, group, receive, transmit, lss, compact] = rest;
+        DeviceInfo {
+            vendor_name: self.text(vendor_name),
+            vendor_number: self.number(vendor_number),
+            product_name: self.text(product_name),
+            product_number: self.number(product_number),
+            revision_number: self.number(revision_number),
+            order_code: self.text(order_code),
+            bit_rates_kbit,
+            simple_boot_up_master: self.flag(master),
+            simple_boot_up_slave: self.flag(slave),
+            granularity: self.number(granularity),
+            dynamic_channels: self.number::<u32>(channels).is_some_and(|channels| channels != 0),
+            group_messaging: self.flag(group),
+            receive_pdos: self.number(receive),
+            transmit_pdos: self.number(transmit),
+            lss: self.flag(lss),
+            compact_pdo: self.number(nonempty(compact)).unwrap_or(0),
+        }
+    }
+
+    fn dummies(&mut self, section: &'s Section<'a>) -> Vec<DataType> {
+        let ([], lines) = self.numbered(section, "Dummy", 16, &[]);
+        let mut dummies = Vec::new();
+        for line in lines {
+            let data_type = u16::try_from(line.number).map_or(DataType::Other(0), DataType::from_code);
+            if data_type.bits().is_none() {
+                self.out.push(check::dummies_are_data_types::found(line.number, self.syntax.key_span(line.pair)));
+            }
+            if self.flag(Some(line.pair)) && !data_type.is_unknown() {
+                dummies.push(data_type);
+            }
+        }
+        dummies
+    }
+
+    fn commissioning(&mut self, section: &'s Section<'a>) -> Commissioning {
+        let [node_id, node_name, bit_rate, net_number, network_name, manager, serial_number] =
+            self.fields(section, &COMMISSIONING);
+        Commissioning {
+            node_id: self.number(node_id),
+            node_name: self.text(node_name),
+            bit_rate_kbit: self.number(bit_rate),
+            net_number: self.number(net_number),
+            network_name: self.text(network_name),
+            manager: manager.map(|pair| self.flag(Some(pair))),
+            serial_number: self.number(nonempty(serial_number)),
+        }
+    }
+}

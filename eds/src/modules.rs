@@ -1,0 +1,172 @@
+//! Modular devices, dynamic channels and tools (CiA 306-1, 6.7 to 6.9).
+
+use crate::check;
+use crate::model::{AccessType, Device, DynamicChannel, Module, SubExtension, Tool};
+use crate::model::{Object, ObjectKind};
+use crate::object::{KEYS, Key, nonempty};
+use crate::read::Reader;
+use crate::section::{ModulePart, ObjectPart, SectionKind};
+use crate::syntax::{Pair, Section};
+use crate::types::DataType;
+
+const SUB_EXTENSION: [&str; KEYS.len() + 2] = {
+    let mut keys = ["Count", "ObjExtend", "", "", "", "", "", "", "", "", "", "", "", "", "", "", ""];
+    let mut at = 0;
+    while at < KEYS.len() {
+        keys[at + 2] = KEYS[at];
+        at += 1;
+    }
+    keys
+};
+
+impl<'a, 's> Reader<'a, 's> {
+    /// The sections of one module, ordered by part.
+    pub(crate) fn module(&mut self, number: u16, parts: &[(ModulePart, &'s Section<'a>)]) -> Module {
+        let mut module = Module { number, ..Module::default() };
+        for &(part, section) in parts {
+            match part {
+                ModulePart::Info => self.module_info(&mut module, section),
+                ModulePart::Comments => module.comments = self.comments(section),
+                ModulePart::FixedObjects | ModulePart::SubExtends => {
+                    let ([count], lines) = self.numbered(section, "", 10, &["NrOfEntries"]);
+                    self.count(count, lines.len());
+                    for line in lines {
+                        self.described(line.pair, part, parts);
+                    }
+                }
+                ModulePart::SubExt(index) => {
+                    let extension = self.sub_extension(index, section);
+                    module.extends.push(extension);
+                }
+                ModulePart::Fixed(..) => {}
+            }
+        }
+        module.fixed = self.fixed(parts);
+        module
+    }
+
+    /// `[SupportedModules]`, `[ConnectedModules]`, `[DynamicChannels]` and `[Tools]`. Whether it was one of these.
+    pub(crate) fn extras(&mut self, kind: SectionKind, section: &'s Section<'a>, device: &mut Device) -> bool {
+        match kind {
+            SectionKind::SupportedModules => {
+                let [count] = self.fields(section, &["NrOfEntries"]);
+                let said: Option<u16> = self.number(count);
+                for number in 1..=said.unwrap_or(0) {
+                    // A device of a thousand modules does not exist; a file that says so must not cost memory.
+                    if device.modules.len() < 1000 && device.modules.iter().all(|module| module.number != number) {
+                        device.modules.push(Module { number, ..Module::default() });
+                    }
+                }
+            }
+            SectionKind::ConnectedModules => {
+                let ([count], lines) = self.numbered(section, "", 10, &["NrOfEntries"]);
+                self.count(count, lines.len());
+                device.connected_modules = lines.iter().filter_map(|line| self.number(Some(line.pair))).collect();
+            }
+            SectionKind::DynamicChannels => device.channels = self.channels(section),
+            SectionKind::Tools => {
+                let [count] = self.fields(section, &["Items"]);
+                let _: Option<u16> = self.number(count);
+            }
+            SectionKind::Tool(_) => {
+                let [name, command] = self.fields(section, &["Name", "Command"]);
+                let [name, command] = [name, command].map(|pair| self.text(pair).unwrap_or_default());
+                device.tools.push(Tool { name, command });
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    fn module_info(&mut self, module: &mut Module, section: &'s Section<'a>) {
+        let keys = ["ProductName", "ProductVersion", "ProductRevision", "OrderCode"];
+        let [name, version, revision, order_code] = self.fields(section, &keys);
+        module.product_name = self.text(name);
+        module.product_version = self.number(version);
+        module.product_revision = self.number(revision);
+        module.order_code = self.text(order_code);
+    }
+
+    /// Whether what a list of the module names is described by a section.
+    fn described(&mut self, pair: &'s Pair<'a>, list: ModulePart, parts: &[(ModulePart, &'s Section<'a>)]) {
+        let Some(index) = self.number::<u16>(Some(pair)) else { return };
+        let found = parts.iter().any(|&(part, _)| match (list, part) {
+            (ModulePart::FixedObjects, ModulePart::Fixed(found, _)) => found == index,
+            (ModulePart::SubExtends, ModulePart::SubExt(found)) => found == index,
+            _ => false,
+        });
+        if !found {
+            self.out.push(check::listed_objects_are_described::of_module(index, self.syntax.value_span(pair)));
+        }
+    }
+
+    fn fixed(&mut self, parts: &[(ModulePart, &'s Section<'a>)]) -> Vec<Object> {
+        let of_objects: Vec<(u16, ObjectPart, &'s Section<'a>)> = parts
+            .iter()
+            .filter_map(|&(part, section)| match part {
+                ModulePart::Fixed(index, part) => Some((index, part, section)),
+                _ => None,
+            })
+            .collect();
+        let chunks = of_objects.chunk_by(|a, b| a.0 == b.0);
+        chunks
+            .map(|chunk| {
+                let parts: Vec<_> = chunk.iter().map(|&(_, part, section)| (part, section)).collect();
+                self.object(chunk[0].0, &parts).0
+            })
+            .collect()
+    }
+
+    fn sub_extension(&mut self, index: u16, section: &'s Section<'a>) -> SubExtension {
+        let span = self.syntax.name_span(section);
+        let [count, extend, fields @ ..] = self.fields(section, &SUB_EXTENSION);
+        let kind = nonempty(fields[Key::ObjectType as usize])
+            .and_then(|pair| ObjectKind::from_code(self.number(Some(pair))?))
+            .unwrap_or(ObjectKind::Variable);
+        let numbers = count.map_or("", |pair| pair.value).split([',', ';']);
+        let numbers = numbers.filter_map(|number| number.trim().parse().ok()).collect();
+        SubExtension {
+            entry: self.entry(index, 1, span, &fields, ObjectKind::Variable),
+            kind,
+            count: numbers,
+            next_index: self.flag(extend),
+        }
+    }
+
+    fn channels(&mut self, section: &'s Section<'a>) -> Vec<DynamicChannel> {
+        const KINDS: [&str; 4] = ["Type", "Dir", "Range", "PPOffset"];
+        let mut segments: std::collections::BTreeMap<u32, [Option<&'s Pair<'a>>; 4]> = Default::default();
+        let mut said = None;
+        for pair in &section.pairs {
+            let digits = pair.key.trim_start_matches(|c: char| !c.is_ascii_digit());
+            let word = &pair.key[..pair.key.len() - digits.len()];
+            let kind = KINDS.iter().position(|kind| kind.eq_ignore_ascii_case(word));
+            match (kind, digits.parse()) {
+                (Some(kind), Ok(number)) => segments.entry(number).or_default()[kind] = Some(pair),
+                _ if pair.key.eq_ignore_ascii_case("NrOfSeg") => said = Some(pair),
+                _ => self.unknown(pair),
+            }
+        }
+        self.count(said, segments.len());
+        segments.into_values().filter_map(|pairs| self.channel(section, pairs)).collect()
+    }
+
+    fn channel(&mut self, section: &'s Section<'a>, pairs: [Option<&'s Pair<'a>>; 4]) -> Option<DynamicChannel> {
+        let [data_type, access, range, offset] = pairs;
+        let span = range.map_or(self.syntax.name_span(section), |pair| self.syntax.value_span(pair));
+        let (first, last) = range.map_or("", |pair| pair.value).split_once('-').unwrap_or_default();
+        let index = |text: &str| u16::try_from(crate::number::integer(text)?.value).ok();
+        let (Some(first), Some(last)) = (index(first), index(last)) else {
+            self.out.push(check::dynamic_channels_have_a_range::found(span));
+            return None;
+        };
+        Some(DynamicChannel {
+            data_type: self.number(data_type).map_or(DataType::Other(0), DataType::from_code),
+            access: access.and_then(|pair| AccessType::from_name(pair.value)).unwrap_or(AccessType::Rww),
+            first,
+            last,
+            offset: self.number(nonempty(offset)).unwrap_or(0),
+            span,
+        })
+    }
+}

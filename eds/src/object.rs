@@ -1,0 +1,286 @@
+//! Objects and their entries (CiA 306-1, 6.5 and 7).
+
+use crate::check;
+use crate::model::{AccessType, Entry, Object, ObjectKind, ObjectList, Value};
+use crate::number;
+use crate::read::Reader;
+use crate::section::ObjectPart;
+use crate::source::Span;
+use crate::syntax::{Pair, Section};
+use crate::types::DataType;
+
+/// The keys of an object or a sub-index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Key {
+    ParameterName,
+    ObjectType,
+    DataType,
+    AccessType,
+    PdoMapping,
+    DefaultValue,
+    LowLimit,
+    HighLimit,
+    SubNumber,
+    CompactSubObj,
+    ObjFlags,
+    ParameterValue,
+    Denotation,
+    UploadFile,
+    DownloadFile,
+}
+
+/// The spellings, in the order of [`Key`].
+pub(crate) const KEYS: [&str; 15] = [
+    "ParameterName",
+    "ObjectType",
+    "DataType",
+    "AccessType",
+    "PDOMapping",
+    "DefaultValue",
+    "LowLimit",
+    "HighLimit",
+    "SubNumber",
+    "CompactSubObj",
+    "ObjFlags",
+    "ParameterValue",
+    "Denotation",
+    "UploadFile",
+    "DownloadFile",
+];
+
+impl Key {
+    /// As CiA 306 spells it.
+    pub(crate) fn name(self) -> &'static str {
+        KEYS[self as usize]
+    }
+
+    /// Whether a word is one of the keys.
+    pub(crate) fn of(word: &str) -> Option<&'static str> {
+        KEYS.into_iter().find(|key| key.eq_ignore_ascii_case(word))
+    }
+}
+
+/// The pairs of a section by [`Key`].
+pub(crate) type Fields<'a, 's> = [Option<&'s Pair<'a>>; KEYS.len()];
+
+/// What the rules want to know of an object beyond the model.
+#[derive(Clone, Debug)]
+pub(crate) struct ObjectFacts {
+    pub(crate) index: u16,
+    /// `[1018]`, when there is such a section.
+    pub(crate) header: Option<Span>,
+    /// How many `[1018subN]` there are.
+    pub(crate) subs: usize,
+    /// `SubNumber`.
+    pub(crate) sub_number: Option<(u16, Span)>,
+    /// `CompactSubObj`, when it is not 0.
+    pub(crate) compact: u8,
+    /// What `ObjectType` says, when it says something.
+    pub(crate) declared: Option<ObjectKind>,
+    /// The list that names it.
+    pub(crate) listed: Option<ObjectList>,
+}
+
+/// All sections that belong to one index, ordered by part; at least one.
+pub(crate) type Parts<'a, 's> = [(ObjectPart, &'s Section<'a>)];
+
+impl<'a, 's> Reader<'a, 's> {
+    /// An object from its sections.
+    pub(crate) fn object(&mut self, index: u16, parts: &Parts<'a, 's>) -> (Object, ObjectFacts) {
+        let header = parts.iter().find(|(part, _)| *part == ObjectPart::Header).map(|&(_, section)| section);
+        let subs = parts.iter().filter(|(part, _)| matches!(part, ObjectPart::Sub(_))).count();
+        let place = parts.first().map_or(Span::default(), |(_, section)| self.syntax.name_span(section));
+        let fields = header.map_or([None; KEYS.len()], |header| self.fields(header, &KEYS));
+        let mut facts = ObjectFacts {
+            index,
+            header: header.map(|_| place),
+            subs,
+            sub_number: self.sub_number(&fields),
+            compact: self.number(nonempty(fields[Key::CompactSubObj as usize])).unwrap_or(0),
+            declared: self.object_type(fields[Key::ObjectType as usize]),
+            listed: None,
+        };
+        let kind = kind(&facts);
+        let mut object = Object {
+            index,
+            name: self.text(fields[Key::ParameterName as usize]).unwrap_or_default(),
+            list: ObjectList::Optional,
+            kind,
+            entries: Vec::with_capacity(subs.max(1)),
+            description: None,
+            flags: self.number(nonempty(fields[Key::ObjFlags as usize])).unwrap_or(0),
+            links: Vec::new(),
+            denotation: None,
+            span: place,
+        };
+        if kind.has_subs() {
+            object.denotation = self.text(fields[Key::Denotation as usize]);
+            self.compact_entries(&mut object, &facts, &fields);
+            self.sub_entries(&mut object, parts);
+        } else if header.is_some() {
+            object.entries.push(self.entry(index, 0, place, &fields, kind));
+        }
+        self.tables(&mut object, &mut facts, parts);
+        (object, facts)
+    }
+
+    /// An entry from the keys of its section.
+    pub(crate) fn entry(
+        &mut self,
+        index: u16,
+        sub: u8,
+        span: Span,
+        fields: &Fields<'a, 's>,
+        kind: ObjectKind,
+    ) -> Entry {
+        let field = |key: Key| fields[key as usize];
+        let mut entry = Entry::new(index, sub, span);
+        entry.name = self.text(field(Key::ParameterName)).unwrap_or_default();
+        entry.data_type = self.data_type(field(Key::DataType), kind, span);
+        entry.access = self.access(field(Key::AccessType), kind, span);
+        entry.pdo_mapping = self.flag(field(Key::PdoMapping));
+        entry.default = self.value(field(Key::DefaultValue), entry.data_type);
+        entry.configured = self.value(field(Key::ParameterValue), entry.data_type);
+        entry.low = self.value(field(Key::LowLimit), entry.data_type);
+        entry.high = self.value(field(Key::HighLimit), entry.data_type);
+        entry.denotation = self.text(field(Key::Denotation));
+        entry.upload_file = self.text(field(Key::UploadFile));
+        entry.download_file = self.text(field(Key::DownloadFile));
+        entry
+    }
+
+    /// `DefaultValue`, `ParameterValue` or a limit; `None` when there is none, or after a report.
+    pub(crate) fn value(&mut self, pair: Option<&Pair<'_>>, data_type: DataType) -> Option<Value> {
+        let pair = pair.filter(|pair| !pair.value.is_empty())?;
+        match number::value(pair.value, data_type) {
+            Ok(Some(read)) => {
+                self.oddity(read.oddity, pair);
+                Some(read.value)
+            }
+            Ok(None) => {
+                self.oddity(Some(number::Oddity::Spelling), pair);
+                None
+            }
+            Err(()) => {
+                let span = self.syntax.value_span(pair);
+                self.out.push(check::values_are_values_of_their_type::found(pair.key, data_type, span));
+                None
+            }
+        }
+    }
+
+    /// The kind of `[1018sub1]`, which is a variable or a domain.
+    fn sub_kind(&mut self, fields: &Fields<'a, 's>) -> ObjectKind {
+        match self.object_type(fields[Key::ObjectType as usize]) {
+            Some(kind) if kind.has_subs() => {
+                let pair = fields[Key::ObjectType as usize];
+                let span = pair.map_or(Span::default(), |pair| self.syntax.value_span(pair));
+                self.out.push(check::subs_are_single_values::found(kind, span));
+                ObjectKind::Variable
+            }
+            Some(kind) => kind,
+            None => ObjectKind::Variable,
+        }
+    }
+
+    fn object_type(&mut self, pair: Option<&'s Pair<'a>>) -> Option<ObjectKind> {
+        let pair = nonempty(pair)?;
+        let code: u8 = self.number(Some(pair))?;
+        let kind = ObjectKind::from_code(code);
+        if kind.is_none() {
+            self.out.push(check::object_types_are_known::found(code, self.syntax.value_span(pair)));
+        }
+        kind
+    }
+
+    fn sub_number(&mut self, fields: &Fields<'a, 's>) -> Option<(u16, Span)> {
+        let pair = nonempty(fields[Key::SubNumber as usize])?;
+        Some((self.number(Some(pair))?, self.syntax.value_span(pair)))
+    }
+
+    fn data_type(&mut self, pair: Option<&'s Pair<'a>>, kind: ObjectKind, span: Span) -> DataType {
+        let missing = if kind == ObjectKind::Domain { DataType::Domain } else { DataType::Other(0) };
+        let Some(pair) = nonempty(pair) else {
+            // The object code of a DOMAIN says it all, and a NULL has none.
+            if !matches!(kind, ObjectKind::Domain | ObjectKind::Null) {
+                self.out.push(check::entries_have_a_data_type::found(span));
+            }
+            return missing;
+        };
+        if let Some(data_type) = DataType::from_name(pair.value) {
+            self.oddity(Some(number::Oddity::Spelling), pair);
+            return data_type;
+        }
+        let data_type = self.number(Some(pair)).map_or(missing, DataType::from_code);
+        if data_type.is_unknown() {
+            self.out.push(check::data_types_are_known::found(data_type, self.syntax.value_span(pair)));
+        }
+        data_type
+    }
+
+    fn access(&mut self, pair: Option<&'s Pair<'a>>, kind: ObjectKind, span: Span) -> AccessType {
+        let Some(pair) = nonempty(pair) else {
+            if !matches!(kind, ObjectKind::Domain | ObjectKind::Null | ObjectKind::DefType) {
+                self.out.push(check::entries_have_an_access_type::found(span));
+            }
+            return if kind == ObjectKind::DefType { AccessType::Ro } else { AccessType::Rw };
+        };
+        AccessType::from_name(pair.value).unwrap_or_else(|| {
+            let (access, sure) = guess_access(pair.value);
+            self.out.push(check::access_types_are_known::found(pair.value, access, sure, self.syntax.value_span(pair)));
+            access
+        })
+    }
+
+    fn sub_entries(&mut self, object: &mut Object, parts: &Parts<'a, 's>) {
+        for &(part, section) in parts {
+            let ObjectPart::Sub(sub) = part else { continue };
+            let fields = self.fields(section, &KEYS);
+            for key in [Key::SubNumber, Key::CompactSubObj] {
+                self.without_effect(fields[key as usize]);
+            }
+            let kind = self.sub_kind(&fields);
+            object.flags |= self.number::<u32>(nonempty(fields[Key::ObjFlags as usize])).unwrap_or(0);
+            let entry = self.entry(object.index, sub, self.syntax.name_span(section), &fields, kind);
+            match object.entries.binary_search_by_key(&sub, |entry| entry.sub) {
+                Ok(at) => object.entries[at] = entry,
+                Err(at) => object.entries.insert(at, entry),
+            }
+        }
+    }
+
+    /// Reports a key that has a value, but no meaning where it stands.
+    pub(crate) fn without_effect(&mut self, pair: Option<&'s Pair<'a>>) {
+        if let Some(pair) = nonempty(pair).filter(|pair| !matches!(pair.value, "0" | "0x0")) {
+            self.group(&check::keys_have_a_meaning_where_they_stand::RULE, pair.key, self.syntax.key_span(pair));
+        }
+    }
+}
+
+/// The pair, when it has a value.
+pub(crate) fn nonempty<'a, 's>(pair: Option<&'s Pair<'a>>) -> Option<&'s Pair<'a>> {
+    pair.filter(|pair| !pair.value.is_empty())
+}
+
+/// What the object is, whatever its type says: with sub-indices it cannot be a variable.
+fn kind(facts: &ObjectFacts) -> ObjectKind {
+    let several = facts.subs > 0 || facts.compact > 0;
+    match facts.declared {
+        Some(kind) if kind.has_subs() || !several => kind,
+        _ if facts.compact > 0 && facts.subs == 0 => ObjectKind::Array,
+        _ if several => ObjectKind::Record,
+        // CiA 306-1, 6.5.2: without ObjectType it is a VAR.
+        _ => ObjectKind::Variable,
+    }
+}
+
+/// What an access word outside the standard means, and whether that is beyond doubt.
+fn guess_access(word: &str) -> (AccessType, bool) {
+    match word.to_ascii_lowercase().as_str() {
+        "r" | "read" | "readonly" | "read only" | "read-only" => (AccessType::Ro, true),
+        "w" | "write" | "writeonly" | "write only" | "write-only" => (AccessType::Wo, true),
+        "wr" | "r/w" | "readwrite" | "read/write" | "rw/rw" => (AccessType::Rw, true),
+        "constant" | "cst" => (AccessType::Const, true),
+        _ => (AccessType::Rw, false),
+    }
+}

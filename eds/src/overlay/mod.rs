@@ -1,0 +1,230 @@
+//! What a data sheet does not say, or says wrongly: corrections, units, enumerations, bit fields, conditional
+//! limits and PDOs, in a TOML file beside the data sheet, which is never edited.
+//!
+//! ```toml
+//! [overlay]
+//! format = 1                       # this format
+//! names = ["OTHER.EDS"]            # other names that the device library answers to
+//! profile = 402                    # where 1000h does not say it
+//!
+//! [object."6060"]                  # an object, or "2410:05" an entry
+//! reason = "the manual, table 12"  # required with data_type, access, pdo_mapping, default, low and high
+//! name = "Modes of operation"
+//! data_type = "INTEGER8"           # a name of CiA 301, or its number
+//! access = "rw"                    # ro, wo, rw, rwr, rww, const
+//! pdo_mapping = true
+//! default = 100                    # a number, a text, or "$NODEID+0x180"
+//! low = 1
+//! high = 500
+//! description = "one sentence"
+//! quantity = "Position"            # at most one of quantity, enumeration and bit_field
+//! ranges = [ { when = "2102:00 == 2", low = 1, high = 200 } ]
+//! persistent = true
+//! writable_in = ["pre-operational", "operational"]
+//!
+//! [enumeration.OperatingMode]
+//! description = "one sentence"
+//! values = [ { value = 1, name = "profile position", description = "one sentence" } ]
+//!
+//! [bit_field.Statusword]
+//! fields = [ { bits = 0, name = "ready to switch on" }, { bits = "4..7", name = "mode" } ]
+//!
+//! [quantity.Position]
+//! units = [ { symbol = "mm", method = "millimetres", scale = "1/100", when = "2412:00 != 0" } ]
+//!
+//! [[pdo]]
+//! direction = "transmit"           # as the device sees it
+//! number = 2
+//! cob_id = "$NODEID+0x280"
+//! transmission_type = 255
+//! mapping = ["6041:00", "6064:00"]
+//! ```
+//!
+//! The keys of `[object."2410"]` are about the object itself; those that belong to an entry are about sub-index 0
+//! of a VAR, and about all sub-indices but 0 of an ARRAY. All users of a quantity, enumeration or bit field have
+//! the same data type. Several overlays are applied in order, and a later one wins.
+
+mod meaning;
+mod object;
+mod pdo;
+mod value;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::check;
+use crate::diagnostics::Diagnostics;
+use crate::eds::Facts;
+use crate::model::{Condition, Device, Meaning};
+use crate::object::Key;
+use crate::source::{Source, Span};
+
+/// The newest format that is known.
+const FORMAT: i128 = 1;
+
+/// What overlays have changed, and where they say so.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Changes {
+    /// Corrected keys of entries.
+    pub(crate) corrections: Vec<Correction>,
+    /// Uses of quantities, enumerations and bit fields.
+    pub(crate) uses: Vec<Use>,
+    /// Conditions of units and ranges.
+    pub(crate) conditions: Vec<(Condition, Span)>,
+    /// PDOs.
+    pub(crate) pdos: Vec<pdo::Extra>,
+    /// `profile`.
+    pub(crate) profile: Option<(u16, Span)>,
+}
+
+/// A key of an entry that an overlay gives another value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Correction {
+    pub(crate) index: u16,
+    pub(crate) sub: u8,
+    pub(crate) key: Key,
+    /// Where the overlay says so.
+    pub(crate) span: Span,
+}
+
+/// An entry that uses a quantity, an enumeration or a bit field.
+#[derive(Clone, Debug)]
+pub(crate) struct Use {
+    pub(crate) index: u16,
+    pub(crate) sub: u8,
+    pub(crate) meaning: Meaning,
+    pub(crate) span: Span,
+}
+
+impl Changes {
+    /// Where an overlay corrects this key; the last one that does.
+    pub(crate) fn correction(&self, index: u16, sub: u8, key: Key) -> Option<Span> {
+        let of_key = |c: &&Correction| (c.index, c.sub, c.key) == (index, sub, key);
+        self.corrections.iter().rev().find(of_key).map(|correction| correction.span)
+    }
+}
+
+/// Applies an overlay to a device.
+pub(crate) fn apply(source: &Source, number: u16, device: &mut Device, changes: &mut Changes, out: &mut Diagnostics) {
+    if let Some(refusal) = source.refusal() {
+        out.push(check::file_is_within_bounds::found(refusal));
+        return;
+    }
+    let mut reader = Reader { number, device, changes, out };
+    let (table, errors) = DeTable::parse_recoverable(source.text());
+    for error in errors {
+        let span = error.span().map_or(Span { source: number, start: 0, end: 0 }, |range| reader.span(range));
+        reader.out.push(check::overlays_are_toml::found(error.message(), span));
+    }
+    reader.document(table.get_ref());
+}
+
+/// Takes back findings about keys that an overlay has corrected since.
+pub(crate) fn forget_what_was_corrected(device: &Device, facts: &Facts<'_>, changes: &Changes, out: &mut Diagnostics) {
+    let syntax = &facts.syntax;
+    for correction in &changes.corrections {
+        let Some(entry) = device.entry(correction.index, correction.sub) else { continue };
+        let pair = syntax.section_at(entry.span).and_then(|section| section.get(correction.key.name()));
+        match pair.filter(|pair| !pair.value.is_empty()) {
+            Some(pair) => out.retract_at(syntax.value_span(pair)),
+            None if correction.key == Key::DataType => {
+                out.retract(check::entries_have_a_data_type::RULE.code, entry.span);
+            }
+            None if correction.key == Key::AccessType => {
+                out.retract(check::entries_have_an_access_type::RULE.code, entry.span);
+            }
+            None => {}
+        }
+    }
+}
+
+/// The device profile: what an overlay says, else the low half of the default of 1000h.
+pub(crate) fn profile(device: &Device, changes: &Changes) -> Option<u16> {
+    let device_type = || device.entry(0x1000, 0)?.default.as_ref()?.as_integer();
+    let of_device_type = || device_type().map(|value| (value & 0xFFFF) as u16).filter(|&profile| profile != 0);
+    changes.profile.map(|(profile, _)| profile).or_else(of_device_type)
+}
+
+/// Puts the PDOs of the overlays among those of the data sheet.
+pub(crate) fn merge_pdos(device: &mut Device, changes: &Changes) {
+    pdo::merge(device, &changes.pdos);
+}
+
+/// Reads one overlay.
+struct Reader<'o> {
+    number: u16,
+    device: &'o mut Device,
+    changes: &'o mut Changes,
+    out: &'o mut Diagnostics,
+}
+
+/// A value with its place.
+type Node<'i> = Spanned<DeValue<'i>>;
+/// A key with its place.
+type Name<'i> = Spanned<std::borrow::Cow<'i, str>>;
+
+impl Reader<'_> {
+    fn document(&mut self, table: &DeTable<'_>) {
+        let mut header = false;
+        for (key, node) in table {
+            match key.get_ref().as_ref() {
+                "overlay" => {
+                    header = true;
+                    self.header(node);
+                }
+                "object" => self.each(node, Self::object),
+                "enumeration" => self.each(node, Self::enumeration),
+                "bit_field" => self.each(node, Self::bit_field),
+                "quantity" => self.each(node, Self::quantity),
+                "pdo" => self.pdos(node),
+                _ => self.unknown(key),
+            }
+        }
+        if !header {
+            let start = Span { source: self.number, start: 0, end: 0 };
+            self.out.push(check::overlays_name_their_format::missing(start));
+        }
+    }
+
+    fn header(&mut self, node: &Node<'_>) {
+        let Some(table) = self.table(node) else { return };
+        let mut format = None;
+        for (key, node) in table {
+            match key.get_ref().as_ref() {
+                "format" => {
+                    format = self.integer(node);
+                    if let Some(found) = format.filter(|&format| format != FORMAT) {
+                        let span = self.span(node.span());
+                        self.out.push(check::overlays_name_their_format::unknown(found, span));
+                    }
+                }
+                "names" => {
+                    for name in self.array(node).into_iter().flatten() {
+                        self.text(name);
+                    }
+                }
+                "profile" => self.changes.profile = self.number(node).map(|profile| (profile, self.span(node.span()))),
+                _ => self.unknown(key),
+            }
+        }
+        if format.is_none() {
+            let span = self.span(node.span());
+            self.out.push(check::overlays_name_their_format::missing(span));
+        }
+    }
+
+    fn each(&mut self, node: &Node<'_>, read: impl Fn(&mut Self, &Name<'_>, &Node<'_>)) {
+        for (key, node) in self.table(node).into_iter().flatten() {
+            read(self, key, node);
+        }
+    }
+
+    fn unknown(&mut self, key: &Name<'_>) {
+        let span = self.span(key.span());
+        self.out.push(check::overlay_keys_are_known::found(key.get_ref(), span));
+    }
+
+    fn span(&self, range: std::ops::Range<usize>) -> Span {
+        Span { source: self.number, start: range.start as u32, end: range.end as u32 }
+    }
+}

@@ -1,0 +1,216 @@
+//! `[object."2410:05"]`.
+
+use toml::de::DeTable;
+
+use super::value::address;
+use super::{Correction, Name, Node, Reader, Use};
+use crate::check;
+use crate::model::{AccessType, ConditionalRange, Entry, Meaning, NmtState, ObjectKind, Value};
+use crate::object::Key;
+use crate::types::DataType;
+
+impl Reader<'_> {
+    pub(super) fn object(&mut self, name: &Name<'_>, node: &Node<'_>) {
+        let Some(table) = self.table(node) else { return };
+        let span = self.span(name.span());
+        let Some((index, sub)) = address(name.get_ref()) else {
+            self.out.push(check::overlay_values_are_of_their_kind::found("\"2410\" or \"2410:05\"", span));
+            return;
+        };
+        let Some(at) = self.device.objects.iter().position(|object| object.index == index) else {
+            self.out.push(check::overlay_objects_exist::found(name.get_ref(), span));
+            return;
+        };
+        // Taken out while it is changed, so that the rest of the device stays at hand.
+        let mut entries = std::mem::take(&mut self.device.objects[at].entries);
+        match sub {
+            Some(sub) => match entries.iter_mut().find(|entry| entry.sub == sub) {
+                Some(entry) => self.entry(entry, table, name),
+                None => self.out.push(check::overlay_objects_exist::found(name.get_ref(), span)),
+            },
+            None => self.whole(at, &mut entries, table, name),
+        }
+        self.device.objects[at].entries = entries;
+    }
+
+    /// The object itself, and the entries it stands for.
+    fn whole(&mut self, at: usize, entries: &mut [Entry], table: &DeTable<'_>, name: &Name<'_>) {
+        let kind = self.device.objects[at].kind;
+        for (key, node) in table {
+            match key.get_ref().as_ref() {
+                "name" => {
+                    if let Some(name) = self.text(node) {
+                        self.device.objects[at].name = name;
+                    }
+                }
+                "description" => self.device.objects[at].description = self.text(node),
+                "reason" => {}
+                _ if kind == ObjectKind::Record => {
+                    let span = self.span(key.span());
+                    self.out.push(check::overlay_keys_are_known::of_record(key.get_ref(), span));
+                }
+                _ => {}
+            }
+        }
+        if kind == ObjectKind::Record {
+            return;
+        }
+        let mut told = None;
+        for entry in entries.iter_mut().filter(|entry| !kind.has_subs() || entry.sub > 0) {
+            let before = (entry.name.clone(), entry.description.clone());
+            self.entry(entry, table, name);
+            if kind.has_subs() {
+                // The words are about the object; all the rest is about every entry, and told once.
+                (entry.name, entry.description) = before;
+                told.get_or_insert_with(|| self.out.clone());
+            }
+        }
+        if let Some(told) = told {
+            *self.out = told;
+        }
+    }
+
+    fn entry(&mut self, entry: &mut Entry, table: &DeTable<'_>, name: &Name<'_>) {
+        let mut reason = false;
+        let mut corrected = false;
+        // The data type first: it decides how values are read.
+        for (key, node) in table {
+            if key.get_ref() == "data_type" {
+                self.data_type(entry, node);
+                corrected = true;
+            }
+        }
+        for (key, node) in table {
+            match key.get_ref().as_ref() {
+                "data_type" => {}
+                "reason" => reason = self.text(node).is_some_and(|reason| !reason.trim().is_empty()),
+                "name" => {
+                    if let Some(name) = self.text(node) {
+                        self.note(entry, Key::ParameterName, node);
+                        entry.name = name;
+                    }
+                }
+                "description" => entry.description = self.text(node),
+                "access" | "pdo_mapping" | "default" | "low" | "high" => {
+                    corrected = true;
+                    self.correct(entry, key.get_ref(), node);
+                }
+                "quantity" | "enumeration" | "bit_field" => self.meaning(entry, key.get_ref(), node),
+                "ranges" => entry.ranges = self.ranges(node),
+                "persistent" => entry.persistent = self.flag(node).unwrap_or(false),
+                "writable_in" => entry.writable_in = self.states(node),
+                _ => self.unknown(key),
+            }
+        }
+        if corrected && !reason {
+            let span = self.span(name.span());
+            self.out.push(check::overlay_corrections_have_a_reason::found(name.get_ref(), span));
+        }
+    }
+
+    fn data_type(&mut self, entry: &mut Entry, node: &Node<'_>) {
+        let by_name = node.get_ref().as_str().map(DataType::from_name);
+        let data_type = match by_name {
+            Some(by_name) => self.expect(node, by_name, "the name of a data type of CiA 301"),
+            None => self.number(node).map(DataType::from_code),
+        };
+        if let Some(data_type) = data_type {
+            self.corrected(entry, Key::DataType, node, entry.data_type == data_type);
+            entry.data_type = data_type;
+        }
+    }
+
+    fn correct(&mut self, entry: &mut Entry, key: &str, node: &Node<'_>) {
+        match key {
+            "access" => {
+                let access = self.text(node).and_then(|word| AccessType::from_name(&word));
+                if let Some(access) = self.expect(node, access, "ro, wo, rw, rwr, rww or const") {
+                    self.corrected(entry, Key::AccessType, node, entry.access == access);
+                    entry.access = access;
+                }
+            }
+            "pdo_mapping" => {
+                if let Some(mapping) = self.flag(node) {
+                    self.corrected(entry, Key::PdoMapping, node, entry.pdo_mapping == mapping);
+                    entry.pdo_mapping = mapping;
+                }
+            }
+            _ => {
+                let Some(value) = self.value(node, entry.data_type) else { return };
+                let (key, slot): (Key, fn(&mut Entry) -> &mut Option<Value>) = match key {
+                    "default" => (Key::DefaultValue, |entry| &mut entry.default),
+                    "low" => (Key::LowLimit, |entry| &mut entry.low),
+                    _ => (Key::HighLimit, |entry| &mut entry.high),
+                };
+                let same = slot(entry).as_ref() == Some(&value);
+                self.corrected(entry, key, node, same);
+                *slot(entry) = Some(value);
+            }
+        }
+    }
+
+    fn corrected(&mut self, entry: &Entry, key: Key, node: &Node<'_>, same: bool) {
+        self.note(entry, key, node);
+        if same {
+            self.push(|span| check::overlay_corrections_change_something::found(key.name(), span), node);
+        }
+    }
+
+    fn note(&mut self, entry: &Entry, key: Key, node: &Node<'_>) {
+        let span = self.span(node.span());
+        self.changes.corrections.push(Correction { index: entry.index, sub: entry.sub, key, span });
+    }
+
+    fn meaning(&mut self, entry: &mut Entry, key: &str, node: &Node<'_>) {
+        let Some(name) = self.text(node) else { return };
+        let span = self.span(node.span());
+        let (index, sub) = (entry.index, entry.sub);
+        let here = |used: &Use| (used.index, used.sub, used.span.source) == (index, sub, span.source);
+        if let Some(other) = self.changes.uses.iter().find(|used| here(used)) {
+            self.out.push(check::overlay_entries_have_one_meaning::found(span, other.span));
+        }
+        entry.meaning = match key {
+            "quantity" => Meaning::Quantity(name),
+            "enumeration" => Meaning::Enumeration(name),
+            _ => Meaning::BitField(name),
+        };
+        self.changes.uses.retain(|used| (used.index, used.sub) != (index, sub) || used.span.source == span.source);
+        self.changes.uses.push(Use { index, sub, meaning: entry.meaning.clone(), span });
+    }
+
+    fn ranges(&mut self, node: &Node<'_>) -> Vec<ConditionalRange> {
+        let nodes = self.array(node).map(|nodes| nodes.iter().collect::<Vec<_>>()).unwrap_or_default();
+        nodes.into_iter().filter_map(|node| self.range(node)).collect()
+    }
+
+    fn range(&mut self, node: &Node<'_>) -> Option<ConditionalRange> {
+        let (mut when, mut low, mut high) = (None, None, None);
+        for (key, node) in self.table(node)? {
+            match key.get_ref().as_ref() {
+                "when" => when = self.condition(node),
+                "low" => low = self.integer(node),
+                "high" => high = self.integer(node),
+                _ => self.unknown(key),
+            }
+        }
+        let range = when.zip(low.zip(high)).map(|(when, (low, high))| ConditionalRange { when, low, high });
+        let range = self.expect(node, range, "a range with `when`, `low` and `high`")?;
+        if range.low > range.high {
+            self.push(check::overlay_ranges_are_in_order::found, node);
+        }
+        Some(range)
+    }
+
+    fn states(&mut self, node: &Node<'_>) -> Option<Vec<NmtState>> {
+        let mut states = Vec::new();
+        for node in self.array(node)? {
+            let state = match node.get_ref().as_str() {
+                Some("pre-operational") => Some(NmtState::PreOperational),
+                Some("operational") => Some(NmtState::Operational),
+                _ => None,
+            };
+            states.extend(self.expect(node, state, "\"pre-operational\" or \"operational\""));
+        }
+        Some(states)
+    }
+}

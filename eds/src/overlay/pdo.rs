@@ -1,0 +1,101 @@
+//! `[[pdo]]`.
+
+use super::value::address;
+use super::{Node, Reader};
+use crate::check;
+use crate::model::{Device, Direction, Mapped, Pdo};
+use crate::source::Span;
+use crate::types::DataType;
+
+/// A PDO that an overlay describes.
+#[derive(Clone, Debug)]
+pub(crate) struct Extra {
+    pub(crate) pdo: Pdo,
+    /// The table.
+    pub(crate) span: Span,
+}
+
+impl Reader<'_> {
+    pub(super) fn pdos(&mut self, node: &Node<'_>) {
+        let nodes = self.array(node).map(|nodes| nodes.iter().collect::<Vec<_>>()).unwrap_or_default();
+        for node in nodes {
+            if let Some(pdo) = self.pdo(node) {
+                let span = self.span(node.span());
+                self.changes.pdos.push(Extra { pdo, span });
+            }
+        }
+    }
+
+    fn pdo(&mut self, node: &Node<'_>) -> Option<Pdo> {
+        let (mut direction, mut number, mut cob_id, mut transmission_type) = (None, None, None, None);
+        let mut mapping = Vec::new();
+        for (key, node) in self.table(node)? {
+            match key.get_ref().as_ref() {
+                "direction" => {
+                    let word = match node.get_ref().as_str() {
+                        Some("receive") => Some(Direction::Receive),
+                        Some("transmit") => Some(Direction::Transmit),
+                        _ => None,
+                    };
+                    direction = self.expect(node, word, "\"receive\" or \"transmit\"");
+                }
+                "number" => {
+                    number = self.number(node);
+                    let valid = number.filter(|number| (1..=crate::pdo::MAX_PDOS).contains(number));
+                    number = self.expect(node, valid, "a number from 1 to 512");
+                }
+                "cob_id" => cob_id = self.value(node, DataType::Unsigned32),
+                "transmission_type" => transmission_type = self.number(node),
+                "mapping" => {
+                    let nodes = self.array(node).map(|nodes| nodes.iter().collect::<Vec<_>>()).unwrap_or_default();
+                    mapping = nodes.into_iter().filter_map(|node| self.mapped(node)).collect();
+                }
+                _ => self.unknown(key),
+            }
+        }
+        let pdo = direction.zip(number).map(|(direction, number)| Pdo {
+            direction,
+            number,
+            cob_id,
+            transmission_type,
+            mapping,
+            dynamic: false,
+        });
+        self.expect(node, pdo, "a PDO with `direction` and `number`")
+    }
+
+    /// `"6041:00"`, as long as its data type; or a data type such as `"0005:00"` for a gap.
+    fn mapped(&mut self, node: &Node<'_>) -> Option<Mapped> {
+        let text = self.text(node)?;
+        let (index, sub) = self.expect(node, address(&text), "an entry such as \"6041:00\"")?;
+        let sub = sub.unwrap_or(0);
+        let data_type = match self.device.entry(index, sub) {
+            Some(entry) => Some(entry.data_type),
+            None => Some(DataType::from_code(index)).filter(|data_type| data_type.bits().is_some()),
+        };
+        let Some(data_type) = data_type else {
+            self.push(|span| check::overlay_objects_exist::found(&text, span), node);
+            return None;
+        };
+        let bits = self.expect(node, data_type.bits(), "an entry of a fixed size")?;
+        Some(Mapped { index, sub, bits })
+    }
+}
+
+/// Puts the PDOs of the overlays in the place of those that the data sheet describes, or beside them.
+pub(crate) fn merge(device: &mut Device, extras: &[Extra]) {
+    for Extra { pdo, .. } in extras {
+        let same = |other: &&mut Pdo| (other.direction, other.number) == (pdo.direction, pdo.number);
+        match device.pdos.iter_mut().find(same) {
+            Some(other) => {
+                let cob_id = pdo.cob_id.clone().or_else(|| other.cob_id.take());
+                let transmission_type = pdo.transmission_type.or(other.transmission_type);
+                let mapping =
+                    if pdo.mapping.is_empty() { std::mem::take(&mut other.mapping) } else { pdo.mapping.clone() };
+                *other = Pdo { cob_id, transmission_type, mapping, ..other.clone() };
+            }
+            None => device.pdos.push(pdo.clone()),
+        }
+    }
+    device.pdos.sort_by_key(|pdo| (pdo.direction, pdo.number));
+}

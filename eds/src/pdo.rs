@@ -1,0 +1,69 @@
+//! The PDOs that the communication and mapping parameters describe (CiA 301, 7.5.2.35 to 7.5.2.38).
+
+use crate::model::{Device, Direction, Entry, Mapped, Object, Pdo, Value};
+
+/// So many PDOs of each direction have parameters in the dictionary.
+pub(crate) const MAX_PDOS: u16 = 512;
+
+/// All PDOs of which the dictionary holds a communication or mapping parameter.
+///
+/// What a DCF configures goes before the default.
+pub(crate) fn pdos(device: &Device) -> Vec<Pdo> {
+    let mut pdos = Vec::new();
+    for direction in [Direction::Receive, Direction::Transmit] {
+        let first = communication_parameter(direction, 1);
+        let start = device.objects.partition_point(|object| object.index < first);
+        let end = device.objects.partition_point(|object| object.index < first + 0x400);
+        let mut numbers: Vec<u16> =
+            device.objects[start..end].iter().map(|object| (object.index - first) % 0x200 + 1).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        pdos.extend(numbers.into_iter().map(|number| pdo(device, direction, number)));
+    }
+    pdos
+}
+
+/// The index of the communication parameter: 1400h for the first receive PDO.
+pub(crate) fn communication_parameter(direction: Direction, number: u16) -> u16 {
+    let first = if direction == Direction::Receive { 0x1400 } else { 0x1800 };
+    first + (number.clamp(1, MAX_PDOS) - 1)
+}
+
+/// The index of the mapping parameter: 1600h for the first receive PDO.
+pub(crate) fn mapping_parameter(direction: Direction, number: u16) -> u16 {
+    communication_parameter(direction, number) + 0x200
+}
+
+/// What an entry holds: what is configured, else the default.
+pub(crate) fn held(entry: &Entry) -> Option<&Value> {
+    entry.configured.as_ref().or(entry.default.as_ref())
+}
+
+/// What a word of a mapping parameter means: index, sub-index and length.
+pub(crate) fn mapped(word: i128) -> Option<Mapped> {
+    let word = u32::try_from(word).ok().filter(|&word| word != 0)?;
+    Some(Mapped { index: (word >> 16) as u16, sub: (word >> 8) as u8, bits: word as u8 })
+}
+
+fn pdo(device: &Device, direction: Direction, number: u16) -> Pdo {
+    let communication = device.object(communication_parameter(direction, number));
+    let mapping = device.object(mapping_parameter(direction, number));
+    let held = |sub: u8| held(communication?.entry(sub)?);
+    Pdo {
+        direction,
+        number,
+        cob_id: held(1).cloned(),
+        transmission_type: held(2).and_then(Value::as_integer).and_then(|value| u8::try_from(value).ok()),
+        mapping: mapping.map(mapping_of).unwrap_or_default(),
+        dynamic: mapping.and_then(|mapping| mapping.entry(0)).is_some_and(|count| count.access.writable()),
+    }
+}
+
+/// The words up to the number in sub-index 0, or up to the first empty one without it.
+fn mapping_of(object: &Object) -> Vec<Mapped> {
+    let number = |sub: u8| held(object.entry(sub)?)?.as_integer();
+    // 254 and 255 mark a multiplexed PDO (CiA 301, 7.2.2.6): there is no mapping then.
+    let count = number(0).unwrap_or(0x40).clamp(0, 0xFF) as u8;
+    let count = if count > 0x40 { 0 } else { count };
+    (1..=count).map_while(|sub| mapped(number(sub)?)).collect()
+}

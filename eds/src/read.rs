@@ -1,0 +1,170 @@
+//! From sections and keys to objects: what every part of reading needs.
+
+use std::collections::BTreeMap;
+
+use crate::check::{self, Rule};
+use crate::diagnostics::Diagnostics;
+use crate::number::{self, Read};
+use crate::source::Span;
+use crate::syntax::{Pair, Section, Syntax};
+
+/// Reads keys and reports what is wrong with them.
+pub(crate) struct Reader<'a, 's> {
+    pub(crate) syntax: &'s Syntax<'a>,
+    pub(crate) out: &'s mut Diagnostics,
+    grouped: BTreeMap<(&'static str, String), Group>,
+}
+
+/// Findings that are told once for all keys of a name.
+struct Group {
+    rule: &'static Rule,
+    key: String,
+    first: Span,
+    count: usize,
+}
+
+/// A key of the form `Line7` or `7`.
+pub(crate) struct Numbered<'a, 's> {
+    pub(crate) number: u32,
+    pub(crate) pair: &'s Pair<'a>,
+}
+
+impl<'a, 's> Reader<'a, 's> {
+    pub(crate) fn new(syntax: &'s Syntax<'a>, out: &'s mut Diagnostics) -> Self {
+        Self { syntax, out, grouped: BTreeMap::new() }
+    }
+
+    /// The pairs of a section by the position of their keys in a table; unknown and repeated keys are reported.
+    pub(crate) fn fields<const N: usize>(
+        &mut self,
+        section: &'s Section<'a>,
+        table: &[&str; N],
+    ) -> [Option<&'s Pair<'a>>; N] {
+        let mut fields = [None; N];
+        for pair in &section.pairs {
+            match table.iter().position(|key| key.eq_ignore_ascii_case(pair.key)) {
+                Some(at) => self.keep_first(&mut fields[at], pair),
+                None => self.unknown(pair),
+            }
+        }
+        fields
+    }
+
+    /// The pairs whose keys are `prefix` and a number, ascending; and those in `table`.
+    pub(crate) fn numbered<const N: usize>(
+        &mut self,
+        section: &'s Section<'a>,
+        prefix: &str,
+        radix: u32,
+        table: &[&str; N],
+    ) -> ([Option<&'s Pair<'a>>; N], Vec<Numbered<'a, 's>>) {
+        let mut fields = [None; N];
+        let mut found = Vec::with_capacity(section.pairs.len());
+        for pair in &section.pairs {
+            let key: String = pair.key.split_whitespace().collect();
+            if let Some(at) = table.iter().position(|name| name.eq_ignore_ascii_case(&key)) {
+                self.keep_first(&mut fields[at], pair);
+            } else if let Some(number) = number_of_key(&key, prefix, radix) {
+                found.push(Numbered { number, pair });
+            } else {
+                self.unknown(pair);
+            }
+        }
+        found.sort_by_key(|numbered| numbered.number);
+        found.dedup_by(|second, first| {
+            let same = second.number == first.number;
+            if same {
+                self.repeated(first.pair, second.pair);
+            }
+            same
+        });
+        (fields, found)
+    }
+
+    /// A text; `None` when the key is absent or empty.
+    pub(crate) fn text(&self, pair: Option<&Pair<'_>>) -> Option<String> {
+        pair.filter(|pair| !pair.value.is_empty()).map(|pair| pair.value.to_owned())
+    }
+
+    /// A number of some type; `None` when the key is absent or empty, or after a report.
+    pub(crate) fn number<T: TryFrom<i128>>(&mut self, pair: Option<&Pair<'_>>) -> Option<T> {
+        let pair = pair?;
+        if pair.value.is_empty() {
+            self.group(&check::numbers_are_not_empty::RULE, pair.key, self.syntax.key_span(pair));
+            return None;
+        }
+        let span = self.syntax.value_span(pair);
+        let Some(Read { value, oddity }) = number::integer(pair.value) else {
+            self.out.push(check::numbers_are_numbers::found(pair.key, span));
+            return None;
+        };
+        self.oddity(oddity, pair);
+        let number = T::try_from(value).ok();
+        if number.is_none() {
+            self.out.push(check::numbers_fit_their_keys::found(pair.key, value, span));
+        }
+        number
+    }
+
+    /// A flag that is 0 or 1; absent or empty is 0.
+    pub(crate) fn flag(&mut self, pair: Option<&Pair<'_>>) -> bool {
+        let Some(pair) = pair else { return false };
+        match pair.value {
+            // The most frequent values of the most frequent keys.
+            "0" | "0x0" => return false,
+            "1" | "0x1" => return true,
+            _ => {}
+        }
+        let value: i128 = self.number(Some(pair)).unwrap_or(0);
+        if !matches!(value, 0 | 1) {
+            self.out.push(check::flags_are_zero_or_one::found(pair.key, self.syntax.value_span(pair)));
+        }
+        value != 0
+    }
+
+    /// Reports what was odd about a number.
+    pub(crate) fn oddity(&mut self, oddity: Option<number::Oddity>, pair: &Pair<'_>) {
+        if let Some(oddity) = oddity {
+            let span = self.syntax.value_span(pair);
+            self.out.push(check::oddity(oddity, pair.key, pair.value, span));
+        }
+    }
+
+    /// Reports a key once for all its occurrences.
+    pub(crate) fn group(&mut self, rule: &'static Rule, key: &str, span: Span) {
+        let group = self.grouped.entry((rule.code, key.to_ascii_lowercase()));
+        group.or_insert_with(|| Group { rule, key: key.to_owned(), first: span, count: 0 }).count += 1;
+    }
+
+    /// Hands over what was grouped.
+    pub(crate) fn finish(self) {
+        for group in self.grouped.into_values() {
+            self.out.push(check::grouped(group.rule, &group.key, group.count, group.first));
+        }
+    }
+
+    pub(crate) fn unknown(&mut self, pair: &Pair<'_>) {
+        self.group(&check::keys_are_known::RULE, pair.key, self.syntax.key_span(pair));
+    }
+
+    fn keep_first(&mut self, slot: &mut Option<&'s Pair<'a>>, pair: &'s Pair<'a>) {
+        match slot {
+            Some(first) => self.repeated(first, pair),
+            None => *slot = Some(pair),
+        }
+    }
+
+    fn repeated(&mut self, first: &Pair<'_>, second: &Pair<'_>) {
+        let (first_span, second_span) = (self.syntax.key_span(first), self.syntax.key_span(second));
+        self.out.push(check::keys_are_unique::found(second.key, first.value == second.value, first_span, second_span));
+    }
+}
+
+fn number_of_key(key: &str, prefix: &str, radix: u32) -> Option<u32> {
+    let rest = key.get(prefix.len()..).filter(|_| key[..prefix.len()].eq_ignore_ascii_case(prefix))?;
+    let (digits, radix) = match rest.strip_prefix("0x").or_else(|| rest.strip_prefix("0X")) {
+        Some(hex) => (hex, 16),
+        None => (rest, radix),
+    };
+    (!digits.starts_with('+')).then(|| u32::from_str_radix(digits, radix).ok())?
+}
