@@ -126,6 +126,13 @@ impl Bus {
         (event, buffer.0)
     }
 
+    pub fn read_block(&mut self, address: Address) -> (sdo_client::Event, Vec<u8>) {
+        self.client.read_block(self.now, address).expect("the client is idle");
+        let mut buffer = Growing::default();
+        let event = self.run(&mut buffer, &mut |_, frame| vec![frame]);
+        (event, buffer.0)
+    }
+
     pub fn write(&mut self, address: Address, data: &[u8]) -> sdo_client::Event {
         self.client.write(self.now, address, data.len() as u32).expect("the client is idle");
         self.run(&mut { data }, &mut |_, frame| vec![frame])
