@@ -20,6 +20,7 @@ pub mod mapping;
 pub mod nmt;
 pub(crate) mod objects;
 pub mod rpdo;
+mod sdo_block;
 pub mod sdo_client;
 pub mod sdo_server;
 pub mod sync_consumer;

@@ -98,7 +98,7 @@ mod tests {
         let data: std::vec::Vec<u8> = (0..=255).map(|n: u8| n.wrapping_mul(167)).collect();
         for len in 0..data.len() {
             let bitwise = data[..len].iter().fold(0_u16, |crc, byte| {
-                (0..8).fold(crc ^ u16::from(*byte) << 8, |crc, _| crc << 1 ^ (crc >> 15) * 0x1021)
+                (0..8).fold(crc ^ (u16::from(*byte) << 8), |crc, _| (crc << 1) ^ ((crc >> 15) * 0x1021))
             });
             check(&data[..len], bitwise);
         }

@@ -12,18 +12,22 @@
 //! the client holds none, and a segment that got lost is read again. It must be the same payload from
 //! [`SdoClient::read`] or [`SdoClient::write`] until the event that ends the transfer.
 
+mod block;
 mod payload;
 mod segmented;
 
 pub use self::payload::{Payload, Scalar};
 
+use self::block::{BlockDownload, BlockUpload};
 use self::segmented::{Download, Upload};
 use crate::abort::AbortCode;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::Address;
+use crate::service::sdo_block;
 use crate::time::{Duration, Instant};
 use crate::wire::sdo::{Abort, ClientRequest, ServerResponse};
+use crate::wire::sdo_block::BlockSegment;
 
 /// One SDO channel to a device, the side that reads and writes. One transfer at a time.
 #[derive(Clone, Debug)]
@@ -32,6 +36,8 @@ pub struct SdoClient {
     response: CobId,
     timeout: Duration,
     always_four_bytes: bool,
+    block_writes_from: u32,
+    block_size: u8,
     state: State,
     /// The last frame of the transfer before, until it is pulled: an abort, or the end of a block upload.
     parting: Option<[u8; 8]>,
@@ -129,6 +135,8 @@ enum State {
     Idle,
     Upload(Upload),
     Download(Download),
+    BlockUpload(BlockUpload),
+    BlockDownload(BlockDownload),
     /// The payload was too short; what is left is to report it.
     Failed(SdoError),
 }
@@ -151,6 +159,8 @@ impl SdoClient {
             response,
             timeout: Duration::from_secs(1),
             always_four_bytes: false,
+            block_writes_from: u32::MAX,
+            block_size: BlockSegment::MAX_SEQUENCE,
             state: State::Idle,
             parting: None,
             unsent: false,
@@ -176,6 +186,25 @@ impl SdoClient {
     #[must_use]
     pub const fn with_always_four_bytes(self, always_four_bytes: bool) -> Self {
         SdoClient { always_four_bytes, ..self }
+    }
+
+    /// Writes `len` bytes and more by block; unless told otherwise, none. A server that knows no blocks gets
+    /// segments instead, at the price of one more request.
+    #[must_use]
+    pub const fn with_block_writes_from(self, len: u32) -> Self {
+        SdoClient { block_writes_from: len, ..self }
+    }
+
+    /// Reads by block in blocks of `block_size` segments, 1 to 127: fewer for a receive queue that holds
+    /// fewer. Numbers beyond become the nearest of these.
+    #[must_use]
+    pub const fn with_block_size(self, block_size: u8) -> Self {
+        let block_size = match block_size {
+            0 => 1,
+            1..=BlockSegment::MAX_SEQUENCE => block_size,
+            _ => BlockSegment::MAX_SEQUENCE,
+        };
+        SdoClient { block_size, ..self }
     }
 
     /// The COB-ID of requests.
@@ -206,6 +235,16 @@ impl SdoClient {
         self.begin(now, State::Upload(Upload::new(address)))
     }
 
+    /// Begins to read an entry by block, which is quicker for more than some 20 bytes. A server that knows no
+    /// blocks is asked for segments instead.
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`] when a transfer is under way.
+    pub fn read_block(&mut self, now: Instant, address: Address) -> Result<(), Busy> {
+        self.begin(now, State::BlockUpload(BlockUpload::new(address, self.block_size)))
+    }
+
     /// Begins to write the first `len` bytes of the payload into an entry.
     ///
     /// # Errors
@@ -213,6 +252,9 @@ impl SdoClient {
     /// [`Busy`] when a transfer is under way.
     #[inline]
     pub fn write(&mut self, now: Instant, address: Address, len: u32) -> Result<(), Busy> {
+        if len >= self.block_writes_from && len > 4 {
+            return self.begin(now, State::BlockDownload(BlockDownload::new(address, len)));
+        }
         self.begin(now, State::Download(Download::new(address, len)))
     }
 
@@ -234,12 +276,21 @@ impl SdoClient {
         self.handle_response(now, bytes, payload)
     }
 
-    /// Gives up a transfer whose server has been silent for too long.
+    /// Gives up a transfer whose server has been silent for too long; in a block read, first asks it to go
+    /// on.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
         let address = self.address().filter(|_| now >= self.deadline)?;
         if let State::Failed(error) = self.state {
             self.end(None);
             return Some(Event::Failed(error));
+        }
+        if let State::BlockUpload(upload) = &mut self.state
+            && !self.unsent
+            && upload.confirm_after_silence()
+        {
+            self.unsent = true;
+            self.await_server(now);
+            return None;
         }
         let failure = Failure { told: Some(AbortCode::TIMED_OUT), error: SdoError::TimedOut { address } };
         Some(self.fail(address, failure))
@@ -254,15 +305,19 @@ impl SdoClient {
         if !self.unsent {
             return None;
         }
-        self.unsent = false;
-        self.deadline = now + self.timeout;
-        let request = match &self.state {
-            State::Upload(upload) => Ok(upload.request()),
-            State::Download(download) => download.request(self.always_four_bytes, payload),
+        let bytes = match &mut self.state {
+            State::Upload(upload) => Ok(upload.request().to_bytes()),
+            State::Download(download) => {
+                download.request(self.always_four_bytes, payload).map(|request| request.to_bytes())
+            }
+            State::BlockUpload(upload) => Ok(upload.request().to_bytes()),
+            State::BlockDownload(download) => download.request(payload),
             State::Idle | State::Failed(_) => return None,
         };
-        match request {
-            Ok(request) => Some(Frame::from_array(self.request, request.to_bytes())),
+        self.unsent = matches!(&self.state, State::BlockDownload(download) if download.is_sending());
+        self.await_server(now);
+        match bytes {
+            Ok(bytes) => Some(Frame::from_array(self.request, bytes)),
             Err(failure) => self.fail_later(now, failure),
         }
     }
@@ -285,45 +340,91 @@ impl SdoClient {
     }
 
     fn handle_response(&mut self, now: Instant, bytes: &[u8; 8], payload: &mut dyn Payload) -> Option<Event> {
-        // A response to a request that was not sent yet is one of a transfer before.
-        if self.unsent || *bytes == self.taken {
-            return None;
-        }
         let address = self.address()?;
+        if let State::BlockUpload(upload) = &mut self.state
+            && let Some(segment) = upload.parse(bytes)
+        {
+            let taken = upload.take(&segment, payload);
+            return self.proceed(now, address, taken);
+        }
         let response = ServerResponse::parse(bytes);
         if let Some(ServerResponse::Abort(abort)) = response {
-            return self.handle_abort(address, abort);
+            return self.handle_abort(now, address, abort);
+        }
+        // What comes before the request was sent is an answer to another one, or a repetition.
+        if self.unsent && !matches!(self.state, State::BlockDownload(_)) || *bytes == self.taken {
+            return None;
         }
         let outcome = match &mut self.state {
             State::Upload(upload) => upload.handle(response, payload),
             State::Download(download) => download.handle(response),
+            State::BlockUpload(upload) => upload.handle(response, payload),
+            State::BlockDownload(download) => download.handle(response),
             State::Idle | State::Failed(_) => return None,
         };
+        // Segments alternate, so the same answer twice is one answer. Blocks do not.
+        if matches!(self.state, State::Upload(_) | State::Download(_)) && !matches!(outcome, Ok(Progress::Ignored)) {
+            self.taken = *bytes;
+        }
+        self.proceed(now, address, outcome)
+    }
+
+    /// Does what a response leads to.
+    #[inline]
+    fn proceed(&mut self, now: Instant, address: Address, outcome: Result<Progress, Failure>) -> Option<Event> {
         match outcome {
-            Ok(Progress::Ignored) => None,
-            Ok(Progress::Continue) => {
-                self.taken = *bytes;
-                self.unsent = true;
-                self.deadline = now + self.timeout;
-                None
-            }
+            Ok(Progress::Ignored) => return None,
+            Ok(Progress::Awaited) => {}
+            Ok(Progress::Continue) => self.unsent = true,
+            Ok(Progress::SegmentedUpload(upload)) => self.resume(State::Upload(upload)),
+            Ok(Progress::SegmentedDownload(download)) => self.resume(State::Download(download)),
             Ok(Progress::Done { len }) => {
                 self.end(None);
-                Some(Event::Done { address, len })
+                return Some(Event::Done { address, len });
             }
-            Err(failure) => Some(self.fail(address, failure)),
+            Ok(Progress::BlockUploadDone { len }) => {
+                self.end(None);
+                self.parting = Some(ClientRequest::EndBlockUpload.to_bytes());
+                return Some(Event::Done { address, len });
+            }
+            Err(failure) => return Some(self.fail(address, failure)),
         }
+        self.await_server(now);
+        None
+    }
+
+    /// Goes on without blocks.
+    fn resume(&mut self, state: State) {
+        self.state = state;
+        self.unsent = true;
+    }
+
+    #[inline]
+    fn await_server(&mut self, now: Instant) {
+        let patience = match &self.state {
+            State::BlockUpload(upload) if upload.is_begun() => sdo_block::silence(self.timeout),
+            _ => self.timeout,
+        };
+        self.deadline = now + patience;
     }
 
     /// An abort for another entry belongs to a transfer that is over here. A server that does not know
     /// what it aborts names `0000:00`; but it knows what it is asked to begin.
-    fn handle_abort(&mut self, address: Address, abort: Abort) -> Option<Event> {
-        let begun = match &self.state {
-            State::Upload(upload) => upload.is_begun(),
-            State::Download(download) => download.is_begun(),
-            State::Idle | State::Failed(_) => false,
+    fn handle_abort(&mut self, now: Instant, address: Address, abort: Abort) -> Option<Event> {
+        let (is_begun, without_blocks) = match &self.state {
+            State::Upload(upload) => (upload.is_begun(), None),
+            State::Download(download) => (download.is_begun(), None),
+            State::BlockUpload(upload) => (upload.is_begun(), Some(State::Upload(upload.segmented()))),
+            State::BlockDownload(download) => (download.is_begun(), Some(State::Download(download.segmented()))),
+            State::Idle | State::Failed(_) => return None,
         };
-        if abort.address != address && !(begun && abort.address == Address::new(0, 0)) {
+        let concerns_us = abort.address == address || is_begun && abort.address == Address::new(0, 0);
+        if !concerns_us || self.unsent && !is_begun {
+            return None;
+        }
+        if let Some(state) = without_blocks.filter(|_| !is_begun && abort.code == AbortCode::UNKNOWN_COMMAND) {
+            self.resume(state);
+            self.await_server(now);
             return None;
         }
         self.end(None);
@@ -358,6 +459,8 @@ impl SdoClient {
             State::Idle => None,
             State::Upload(upload) => Some(upload.address()),
             State::Download(download) => Some(download.address()),
+            State::BlockUpload(upload) => Some(upload.address()),
+            State::BlockDownload(download) => Some(download.address()),
             State::Failed(error) => Some(error.address()),
         }
     }
@@ -367,10 +470,18 @@ impl SdoClient {
 enum Progress {
     /// It does not belong to it.
     Ignored,
+    /// It belongs to it, and more will come without a request.
+    Awaited,
     /// The next request is to be sent.
     Continue,
+    /// The server goes on without blocks.
+    SegmentedUpload(Upload),
+    /// The server goes on without blocks.
+    SegmentedDownload(Download),
     /// The transfer is complete.
     Done { len: u32 },
+    /// The transfer is complete, and the server is to be told so.
+    BlockUploadDone { len: u32 },
 }
 
 /// The server did what it must not.

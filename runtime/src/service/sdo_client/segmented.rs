@@ -80,7 +80,8 @@ impl Upload {
                 match expedited.len() {
                     // Nothing is left that the server could be told to abort.
                     Some(len) if taken < len => {
-                        Err(Failure { told: None, error: too_long(self.address, taken as u32) })
+                        let error = SdoError::TooLong { address: self.address, capacity: taken as u32 };
+                        Err(Failure { told: None, error })
                     }
                     _ => Ok(Progress::Done { len: taken as u32 }),
                 }
@@ -104,11 +105,7 @@ impl Segments {
         let Some(end) = end.filter(|end| self.announced.is_none_or(|announced| *end <= announced)) else {
             return Err(violation(address, AbortCode::LENGTH_TOO_HIGH));
         };
-        let taken = payload.store(self.offset, data);
-        if taken < data.len() {
-            let error = too_long(address, self.offset.saturating_add(taken as u32));
-            return Err(Failure { told: Some(AbortCode::OUT_OF_MEMORY), error });
-        }
+        store(address, self.offset, data, payload)?;
         self.offset = end;
         self.toggle = !self.toggle;
         match self.announced {
@@ -124,6 +121,11 @@ impl Download {
         Download { address, len, offset: 0, toggle: None }
     }
 
+    /// As after the answer of the server to the initiation.
+    pub(super) fn accepted(self) -> Self {
+        Download { toggle: Some(false), ..self }
+    }
+
     pub(super) fn address(&self) -> Address {
         self.address
     }
@@ -134,11 +136,10 @@ impl Download {
 
     #[inline]
     pub(super) fn request(&self, always_four_bytes: bool, payload: &mut dyn Payload) -> Result<ClientRequest, Failure> {
-        let mut buffer = [0; 8];
         match self.toggle {
             None if (1..=4).contains(&self.len) => {
                 let len = self.len as usize;
-                self.load(&mut buffer, len, payload)?;
+                let buffer = load(self.address, 0, len, false, payload)?;
                 let data = buffer.get(..if always_four_bytes { 4 } else { len }).and_then(Expedited::new);
                 let content = data.map_or(Content::Segmented { size: Some(self.len) }, Content::Expedited);
                 Ok(ClientRequest::InitiateDownload { address: self.address, content })
@@ -150,16 +151,10 @@ impl Download {
             Some(toggle) => {
                 let left = self.len - self.offset;
                 let len = left.min(7) as usize;
-                self.load(&mut buffer, len, payload)?;
+                let buffer = load(self.address, self.offset, len, true, payload)?;
                 Ok(ClientRequest::DownloadSegment(Segment::of_buffer(toggle, buffer, len, left <= 7)))
             }
         }
-    }
-
-    #[inline]
-    fn load(&self, buffer: &mut [u8; 8], len: usize, payload: &mut dyn Payload) -> Result<(), Failure> {
-        let got = buffer.get_mut(..len).map_or(0, |buffer| payload.load(self.offset, buffer));
-        if got == len { Ok(()) } else { Err(too_short(self, got)) }
     }
 
     #[inline]
@@ -187,14 +182,32 @@ impl Download {
     }
 }
 
-fn too_long(address: Address, capacity: u32) -> SdoError {
-    SdoError::TooLong { address, capacity }
+/// The `len` bytes at `offset` of what is to be written. Before the first frame there is no transfer that
+/// the server could be told to abort.
+#[inline]
+pub(super) fn load(
+    address: Address,
+    offset: u32,
+    len: usize,
+    is_begun: bool,
+    payload: &mut dyn Payload,
+) -> Result<[u8; 8], Failure> {
+    let mut buffer = [0; 8];
+    let got = buffer.get_mut(..len).map_or(0, |buffer| payload.load(offset, buffer));
+    if got == len {
+        return Ok(buffer);
+    }
+    let error = SdoError::TooShort { address, len: offset.saturating_add(got as u32) };
+    Err(Failure { told: is_begun.then_some(AbortCode::CANNOT_TRANSFER), error })
 }
 
-#[cold]
-fn too_short(download: &Download, got: usize) -> Failure {
-    // Before the first frame there is no transfer that the server could be told to abort.
-    let told = download.is_begun().then_some(AbortCode::CANNOT_TRANSFER);
-    let len = download.offset.saturating_add(got as u32);
-    Failure { told, error: SdoError::TooShort { address: download.address, len } }
+/// Hands over what was read.
+#[inline]
+pub(super) fn store(address: Address, offset: u32, data: &[u8], payload: &mut dyn Payload) -> Result<(), Failure> {
+    let taken = payload.store(offset, data);
+    if taken >= data.len() {
+        return Ok(());
+    }
+    let error = SdoError::TooLong { address, capacity: offset.saturating_add(taken as u32) };
+    Err(Failure { told: Some(AbortCode::OUT_OF_MEMORY), error })
 }

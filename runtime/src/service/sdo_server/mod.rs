@@ -13,16 +13,20 @@
 //! fixed size, which must be read and written whole. A request is answered by one frame, which
 //! [`SdoServer::poll_transmit`] gives; the segments of a block upload are read as they are pulled.
 
+mod block;
 mod entry;
 mod segmented;
 
+use self::block::{BlockDownload, BlockUpload};
 use self::segmented::{Download, Upload};
 use crate::abort::AbortCode;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, ObjectDictionary};
+use crate::service::sdo_block;
 use crate::time::{Duration, Instant};
-use crate::wire::sdo::{self, Abort, ClientRequest, ServerResponse};
+use crate::wire::sdo::{self, Abort, ClientRequest, Confirmation, ServerResponse};
+use crate::wire::sdo_block::BlockSegment;
 
 /// One SDO channel of a device, the side that serves.
 #[derive(Clone, Debug)]
@@ -32,6 +36,7 @@ pub struct SdoServer {
     timeout: Duration,
     sizes_indicated: bool,
     padded_writes: bool,
+    block_size: u8,
     state: State,
     /// The answer to the last request, until it is pulled.
     reply: Option<[u8; 8]>,
@@ -71,6 +76,10 @@ enum State {
     Idle,
     Upload(Upload),
     Download(Download),
+    BlockUpload(BlockUpload),
+    BlockDownload(BlockDownload),
+    /// The dictionary failed while segments were pulled; what is left is to report it.
+    Failed(Abort),
 }
 
 impl SdoServer {
@@ -84,6 +93,7 @@ impl SdoServer {
             timeout: Duration::from_secs(1),
             sizes_indicated: true,
             padded_writes: false,
+            block_size: BlockSegment::MAX_SEQUENCE,
             state: State::Idle,
             reply: None,
             deadline: Instant::ZERO,
@@ -114,6 +124,18 @@ impl SdoServer {
     #[must_use]
     pub const fn with_padded_writes(self, padded_writes: bool) -> Self {
         SdoServer { padded_writes, ..self }
+    }
+
+    /// Takes block downloads in blocks of `block_size` segments, 1 to 127: fewer for a receive queue that
+    /// holds fewer. Numbers beyond become the nearest of these.
+    #[must_use]
+    pub const fn with_block_size(self, block_size: u8) -> Self {
+        let block_size = match block_size {
+            0 => 1,
+            1..=BlockSegment::MAX_SEQUENCE => block_size,
+            _ => BlockSegment::MAX_SEQUENCE,
+        };
+        SdoServer { block_size, ..self }
     }
 
     /// The COB-ID of requests.
@@ -151,18 +173,35 @@ impl SdoServer {
         self.handle_request(now, bytes, od)
     }
 
-    /// Gives up a transfer whose client has been silent for too long.
+    /// Gives up a transfer whose client has been silent for too long; in a block download, first asks it to
+    /// go on.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
         if !self.is_busy() || now < self.deadline {
+            return None;
+        }
+        if let State::Failed(Abort { address, code }) = self.state {
+            self.state = State::Idle;
+            return Some(aborted(address, code, Side::Server));
+        }
+        if let State::BlockDownload(download) = &mut self.state
+            && let Some(confirmation) = download.confirm_after_silence()
+        {
+            self.await_client(now);
+            self.answer(ServerResponse::ConfirmBlockDownload(confirmation));
             return None;
         }
         Some(self.abort(self.address(), AbortCode::TIMED_OUT))
     }
 
-    /// The next frame to be sent.
+    /// The next frame to be sent. An error of the dictionary in the midst of a block is sent at once, and
+    /// reported by the next [`SdoServer::handle_timeout`], whose time has come then.
     #[inline]
-    pub fn poll_transmit(&mut self, _now: Instant, _od: &mut dyn ObjectDictionary) -> Option<Frame> {
-        Some(Frame::from_array(self.response, self.reply.take()?))
+    pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+        let bytes = match self.reply.take() {
+            Some(reply) => reply,
+            None => self.next_segment(now, od)?,
+        };
+        Some(Frame::from_array(self.response, bytes))
     }
 
     /// When to call [`SdoServer::handle_timeout`]. Changes with every frame, in or out.
@@ -172,21 +211,35 @@ impl SdoServer {
     }
 
     fn handle_request(&mut self, now: Instant, bytes: &[u8; 8], od: &mut dyn ObjectDictionary) -> Option<Event> {
-        self.deadline = now + self.timeout;
+        if let State::BlockDownload(download) = &mut self.state
+            && let Some(segment) = download.parse(bytes)
+        {
+            let taken = download.take(&segment, od);
+            return self.segment_taken(now, taken);
+        }
         let before = self.is_busy().then(|| self.address());
         let Some(request) = ClientRequest::parse(bytes) else {
             return Some(self.abort(before.unwrap_or(sdo::address(bytes)), AbortCode::UNKNOWN_COMMAND));
         };
-        let (address, outcome) = match request {
-            ClientRequest::InitiateUpload { address } => (address, self.initiate_upload(address, od)),
-            ClientRequest::InitiateDownload { address, content } => {
-                (address, self.initiate_download(address, content, od))
-            }
-            ClientRequest::UploadSegment { toggle } => (self.address(), self.upload_segment(toggle, od)),
-            ClientRequest::DownloadSegment(segment) => (self.address(), self.download_segment(segment, od)),
+        let address = if request.is_initiate() { sdo::address(bytes) } else { self.address() };
+        let outcome = match request {
+            ClientRequest::InitiateUpload { address } => self.initiate_upload(address, od),
+            ClientRequest::InitiateDownload { address, content } => self.initiate_download(address, content, od),
+            ClientRequest::UploadSegment { toggle } => self.upload_segment(toggle, od),
+            ClientRequest::DownloadSegment(segment) => self.download_segment(segment, od),
             ClientRequest::Abort(Abort { code, .. }) => return self.abandon(before?, code),
-            _ => (before.unwrap_or(sdo::address(bytes)), Err(AbortCode::UNKNOWN_COMMAND)),
+            ClientRequest::InitiateBlockUpload { address, crc, block_size, switch_threshold } => {
+                self.initiate_block_upload(address, crc, block_size, switch_threshold, od)
+            }
+            ClientRequest::StartBlockUpload => self.start_block_upload(),
+            ClientRequest::ConfirmBlockUpload(confirmation) => self.confirm_block_upload(confirmation),
+            ClientRequest::EndBlockUpload => self.block_upload_ended(),
+            ClientRequest::InitiateBlockDownload { address, crc, size } => {
+                self.initiate_block_download(address, crc, size, od)
+            }
+            ClientRequest::EndBlockDownload(block_end) => self.end_block_download(block_end, od),
         };
+        self.await_client(now);
         match (outcome, before) {
             (Ok(None), Some(before)) if request.is_initiate() => {
                 Some(aborted(before, AbortCode::GENERAL, Side::Client))
@@ -194,6 +247,47 @@ impl SdoServer {
             (Ok(event), _) => event,
             (Err(code), _) => Some(self.abort(address, code)),
         }
+    }
+
+    /// Segments of a block are not answered but at its end.
+    #[inline]
+    fn segment_taken(&mut self, now: Instant, taken: Result<Option<Confirmation>, AbortCode>) -> Option<Event> {
+        self.await_client(now);
+        match taken {
+            Ok(None) => {}
+            Ok(Some(confirmation)) => self.answer(ServerResponse::ConfirmBlockDownload(confirmation)),
+            Err(code) => return Some(self.abort(self.address(), code)),
+        }
+        None
+    }
+
+    /// The next segment of a block upload.
+    #[inline]
+    fn next_segment(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<[u8; 8]> {
+        let State::BlockUpload(upload) = &mut self.state else {
+            return None;
+        };
+        match upload.segment(od)? {
+            Ok(segment) => {
+                self.await_client(now);
+                Some(segment.to_bytes())
+            }
+            Err(code) => {
+                let abort = Abort { address: upload.address(), code };
+                self.state = State::Failed(abort);
+                self.deadline = now;
+                Some(ServerResponse::Abort(abort).to_bytes())
+            }
+        }
+    }
+
+    #[inline]
+    fn await_client(&mut self, now: Instant) {
+        let patience = match self.state {
+            State::BlockDownload(_) => sdo_block::silence(self.timeout),
+            _ => self.timeout,
+        };
+        self.deadline = now + patience;
     }
 
     fn answer(&mut self, response: ServerResponse) {
@@ -220,6 +314,9 @@ impl SdoServer {
             State::Idle => Address::new(0, 0),
             State::Upload(upload) => upload.address(),
             State::Download(download) => download.address(),
+            State::BlockUpload(upload) => upload.address(),
+            State::BlockDownload(download) => download.address(),
+            State::Failed(abort) => abort.address,
         }
     }
 }

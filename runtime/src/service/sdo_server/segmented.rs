@@ -33,7 +33,7 @@ impl Download {
     }
 }
 
-type Outcome = Result<Option<Event>, AbortCode>;
+pub(super) type Outcome = Result<Option<Event>, AbortCode>;
 
 impl SdoServer {
     #[inline]

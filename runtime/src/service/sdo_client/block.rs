@@ -1,0 +1,245 @@
+//! Block transfers (CiA 301, 7.2.4.3.9 to 7.2.4.3.15), and what becomes of them with servers that know none.
+
+use super::segmented::{self, Download, Upload};
+use super::{Failure, Payload, Progress, violation};
+use crate::abort::AbortCode;
+use crate::object::Address;
+use crate::service::sdo_block::{Confirmed, Receiver, Sender};
+use crate::wire::sdo::{ClientRequest, Confirmation, ServerResponse};
+use crate::wire::sdo_block::BlockSegment;
+
+/// Reads of up to this many bytes may be answered without blocks: those would take no fewer frames.
+const SWITCH_THRESHOLD: u8 = 21;
+
+/// A block write under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BlockDownload {
+    address: Address,
+    len: u32,
+    phase: Sending,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Sending {
+    Initiating,
+    Segments(Sender),
+    Ending(Sender),
+}
+
+/// A block read under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BlockUpload {
+    address: Address,
+    block_size: u8,
+    phase: Receiving,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Receiving {
+    Initiating,
+    Segments {
+        receiver: Receiver,
+        /// `None` to start, then what is to be confirmed.
+        confirmation: Option<Confirmation>,
+    },
+}
+
+impl BlockDownload {
+    pub(super) const fn new(address: Address, len: u32) -> Self {
+        BlockDownload { address, len, phase: Sending::Initiating }
+    }
+
+    pub(super) fn address(&self) -> Address {
+        self.address
+    }
+
+    pub(super) fn is_begun(&self) -> bool {
+        !matches!(self.phase, Sending::Initiating)
+    }
+
+    /// Whether more segments are to be sent without an answer of the server.
+    #[inline]
+    pub(super) fn is_sending(&self) -> bool {
+        matches!(&self.phase, Sending::Segments(sender) if sender.is_sending())
+    }
+
+    /// The same write without blocks.
+    pub(super) fn segmented(&self) -> Download {
+        Download::new(self.address, self.len)
+    }
+
+    #[inline]
+    pub(super) fn request(&mut self, payload: &mut dyn Payload) -> Result<[u8; 8], Failure> {
+        let request = match &mut self.phase {
+            Sending::Initiating => {
+                ClientRequest::InitiateBlockDownload { address: self.address, crc: true, size: Some(self.len) }
+            }
+            Sending::Segments(sender) => {
+                let segment = next_segment(self.address, self.len, sender, payload)?;
+                return Ok(segment.to_bytes());
+            }
+            Sending::Ending(sender) => {
+                let block_end = sender.block_end().ok_or_else(|| violation(self.address, AbortCode::GENERAL))?;
+                ClientRequest::EndBlockDownload(block_end)
+            }
+        };
+        Ok(request.to_bytes())
+    }
+
+    pub(super) fn handle(&mut self, response: Option<ServerResponse>) -> Result<Progress, Failure> {
+        let violates = |code| violation(self.address, code);
+        match (&mut self.phase, response) {
+            (Sending::Initiating, Some(ServerResponse::InitiateBlockDownload { address, crc, block_size }))
+                if address == self.address =>
+            {
+                self.phase = Sending::Segments(Sender::new(block_size, crc).map_err(violates)?);
+            }
+            // A server that knows no blocks may take it for a segmented download.
+            (Sending::Initiating, Some(ServerResponse::InitiateDownload { address })) if address == self.address => {
+                return Ok(Progress::SegmentedDownload(self.segmented().accepted()));
+            }
+            // Nothing else is an answer to what was asked.
+            (Sending::Initiating, _) => return Ok(Progress::Ignored),
+            (Sending::Segments(sender), Some(ServerResponse::ConfirmBlockDownload(confirmation))) => {
+                match sender.confirm(confirmation).map_err(violates)? {
+                    Confirmed::Repeated => return Ok(Progress::Ignored),
+                    Confirmed::More => {}
+                    Confirmed::All => self.phase = Sending::Ending(*sender),
+                }
+            }
+            (Sending::Segments(_), Some(ServerResponse::InitiateBlockDownload { .. })) => {
+                return Ok(Progress::Ignored);
+            }
+            // The server awaits the end still: it got lost, or the confirmation came twice.
+            (Sending::Ending(_), Some(ServerResponse::ConfirmBlockDownload(_))) => {}
+            (Sending::Ending(_), Some(ServerResponse::EndBlockDownload)) => {
+                return Ok(Progress::Done { len: self.len });
+            }
+            (Sending::Segments(_) | Sending::Ending(_), _) => return Err(violates(AbortCode::UNKNOWN_COMMAND)),
+        }
+        Ok(Progress::Continue)
+    }
+}
+
+#[inline]
+fn next_segment(
+    address: Address,
+    size: u32,
+    sender: &mut Sender,
+    payload: &mut dyn Payload,
+) -> Result<BlockSegment, Failure> {
+    let invalid = || violation(address, AbortCode::GENERAL);
+    let offset = sender.offset().ok_or_else(invalid)?;
+    let left = size.saturating_sub(offset);
+    let len = left.min(7) as usize;
+    let buffer = segmented::load(address, offset, len, true, payload)?;
+    sender.push(buffer, len, left <= 7).ok_or_else(invalid)
+}
+
+impl BlockUpload {
+    pub(super) const fn new(address: Address, block_size: u8) -> Self {
+        BlockUpload { address, block_size, phase: Receiving::Initiating }
+    }
+
+    pub(super) fn address(&self) -> Address {
+        self.address
+    }
+
+    pub(super) fn is_begun(&self) -> bool {
+        !matches!(self.phase, Receiving::Initiating)
+    }
+
+    /// The same read without blocks.
+    pub(super) fn segmented(&self) -> Upload {
+        Upload::new(self.address)
+    }
+
+    #[inline]
+    pub(super) fn request(&self) -> ClientRequest {
+        match &self.phase {
+            Receiving::Initiating => ClientRequest::InitiateBlockUpload {
+                address: self.address,
+                crc: true,
+                block_size: self.block_size,
+                switch_threshold: SWITCH_THRESHOLD,
+            },
+            Receiving::Segments { confirmation: None, .. } => ClientRequest::StartBlockUpload,
+            Receiving::Segments { confirmation: Some(confirmation), .. } => {
+                ClientRequest::ConfirmBlockUpload(*confirmation)
+            }
+        }
+    }
+
+    /// The frame as a segment, when one is awaited.
+    #[inline]
+    pub(super) fn parse(&self, bytes: &[u8; 8]) -> Option<BlockSegment> {
+        match &self.phase {
+            Receiving::Initiating => None,
+            Receiving::Segments { receiver, .. } => receiver.parse(bytes),
+        }
+    }
+
+    #[inline]
+    pub(super) fn take(&mut self, segment: &BlockSegment, payload: &mut dyn Payload) -> Result<Progress, Failure> {
+        let Receiving::Segments { receiver, confirmation } = &mut self.phase else {
+            return Ok(Progress::Ignored);
+        };
+        let offset = receiver.offset();
+        let received = receiver.take(segment).map_err(|code| violation(self.address, code))?;
+        if received.is_next {
+            segmented::store(self.address, offset, &segment.data, payload)?;
+        }
+        if received.ends_block {
+            *confirmation = Some(receiver.confirm());
+            return Ok(Progress::Continue);
+        }
+        Ok(Progress::Awaited)
+    }
+
+    pub(super) fn handle(
+        &mut self,
+        response: Option<ServerResponse>,
+        payload: &mut dyn Payload,
+    ) -> Result<Progress, Failure> {
+        match (&mut self.phase, response) {
+            (Receiving::Initiating, Some(ServerResponse::InitiateBlockUpload { address, crc, size }))
+                if address == self.address =>
+            {
+                let receiver = Receiver::new(self.block_size, crc, size);
+                self.phase = Receiving::Segments { receiver, confirmation: None };
+                Ok(Progress::Continue)
+            }
+            // The server need not use blocks for few bytes, or does not know any.
+            (Receiving::Initiating, Some(ServerResponse::InitiateUpload { address, content }))
+                if address == self.address =>
+            {
+                let mut upload = self.segmented();
+                match upload.begin(content, payload)? {
+                    Progress::Continue => Ok(Progress::SegmentedUpload(upload)),
+                    progress => Ok(progress),
+                }
+            }
+            // Nothing else is an answer to what was asked.
+            (Receiving::Initiating, _) => Ok(Progress::Ignored),
+            (Receiving::Segments { receiver, .. }, Some(ServerResponse::EndBlockUpload(block_end))) => {
+                let offset = receiver.offset();
+                let (data, len) = receiver.finish(block_end).map_err(|code| violation(self.address, code))?;
+                segmented::store(self.address, offset, data.get(..len).unwrap_or(&data), payload)?;
+                Ok(Progress::BlockUploadDone { len: offset.saturating_add(len as u32) })
+            }
+            (Receiving::Segments { .. }, _) => Err(violation(self.address, AbortCode::UNKNOWN_COMMAND)),
+        }
+    }
+
+    /// Asks the server to go on; `false` when that was done already.
+    pub(super) fn confirm_after_silence(&mut self) -> bool {
+        let Receiving::Segments { receiver, confirmation } = &mut self.phase else {
+            return false;
+        };
+        match receiver.confirm_after_silence() {
+            Some(repeated) => *confirmation = Some(repeated),
+            None => return false,
+        }
+        true
+    }
+}
