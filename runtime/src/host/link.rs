@@ -121,6 +121,12 @@ pub enum LinkError {
     /// The interface's buffer stayed full.
     #[error("the transmit buffer stays full: nobody on the bus acknowledges, or it is overloaded")]
     Full,
+    /// The link only listens.
+    #[error("a log takes no frames: it can be listened to, and nothing else")]
+    ReadOnly,
+    /// Everything that there was to hear was heard.
+    #[error("the log ends here")]
+    Ended,
     /// The other end is gone.
     #[error("the bus is gone: nobody serves this link any more")]
     Closed,
@@ -130,6 +136,6 @@ impl LinkError {
     /// Whether the link is of no use any more; otherwise only this frame is lost.
     #[must_use]
     pub const fn is_final(&self) -> bool {
-        !matches!(self, LinkError::NoBus(_) | LinkError::Full)
+        !matches!(self, LinkError::NoBus(_) | LinkError::Full | LinkError::ReadOnly)
     }
 }

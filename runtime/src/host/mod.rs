@@ -2,12 +2,17 @@
 //! over them. No protocol logic is in here; the clocks and the sockets are.
 
 pub mod candump;
-#[cfg(any(feature = "slcan", all(feature = "socketcan", target_os = "linux")))]
 mod clock;
 mod link;
+mod replay;
+#[cfg(feature = "slcan")]
+pub mod slcan;
 #[cfg(all(feature = "socketcan", target_os = "linux"))]
 pub mod socketcan;
+pub mod url;
 mod virtual_bus;
 
 pub use link::{BusState, Incoming, Link, LinkError};
+pub use replay::{Replay, ReplayError};
+pub use url::BusUrl;
 pub use virtual_bus::{Fate, Node, Pace, VirtualBus, VirtualLink};

@@ -1,0 +1,177 @@
+//! A log as a link: what was on the bus once is heard again.
+
+use std::borrow::ToOwned;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::string::String;
+
+use super::candump::{self, NotALogLine};
+use super::clock::{Clock, pause};
+use super::{Incoming, Link, LinkError, Pace};
+use crate::{Frame, Instant};
+
+/// A [`Link`] that hears the frames of a log, written by `candump -L` or by lexican, and takes none.
+///
+/// Its time is that of the log, and begins with the log's first frame. After the last frame it ends
+/// with [`LinkError::Ended`].
+#[derive(Debug)]
+pub struct Replay {
+    path: PathBuf,
+    lines: BufReader<File>,
+    /// The number of the line that `next` stands on.
+    line: usize,
+    interface: Option<String>,
+    next: Option<(Instant, Frame)>,
+    now: Instant,
+    /// The clock on the wall and the log's time when it began, if they are to pass alike.
+    pacer: Option<(Clock, Instant)>,
+}
+
+impl Replay {
+    /// Opens a log; of its frames, those of `interface`, or all.
+    ///
+    /// # Errors
+    ///
+    /// [`ReplayError`] when the file cannot be read, or its first frame.
+    pub fn open(path: &Path, interface: Option<&str>, pace: Pace) -> Result<Self, ReplayError> {
+        let file = File::open(path).map_err(|error| ReplayError::Io { path: path.to_owned(), error })?;
+        let mut replay = Replay {
+            path: path.to_owned(),
+            lines: BufReader::new(file),
+            line: 0,
+            interface: interface.map(ToOwned::to_owned),
+            next: None,
+            now: Instant::ZERO,
+            pacer: None,
+        };
+        replay.next = replay.read()?;
+        replay.now = replay.next.map_or(Instant::ZERO, |(at, _)| at);
+        replay.pacer = (pace == Pace::RealTime).then(|| (Clock::new(), replay.now));
+        Ok(replay)
+    }
+
+    /// The next frame of the log and its time; time does not go back, even if the log's does.
+    fn read(&mut self) -> Result<Option<(Instant, Frame)>, ReplayError> {
+        let mut text = String::new();
+        loop {
+            text.clear();
+            let read = self.lines.read_line(&mut text);
+            if read.map_err(|error| ReplayError::Io { path: self.path.clone(), error })? == 0 {
+                return Ok(None);
+            }
+            self.line += 1;
+            if text.trim().is_empty() {
+                continue;
+            }
+            let line: candump::Line =
+                text.parse().map_err(|error| ReplayError::Line { path: self.path.clone(), line: self.line, error })?;
+            if self.interface.as_ref().is_none_or(|interface| *interface == line.interface) {
+                return Ok(Some((line.at.max(self.now), line.frame)));
+            }
+        }
+    }
+
+    fn pass_to(&mut self, to: Instant) {
+        self.now = self.now.max(to);
+        if let Some((clock, start)) = &self.pacer {
+            let passed = clock.now().since(Instant::ZERO);
+            pause(self.now.since(*start) - passed);
+        }
+    }
+}
+
+impl Link for Replay {
+    fn now(&self) -> Instant {
+        self.now
+    }
+
+    fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+        Err(LinkError::ReadOnly)
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        let Some((at, frame)) = self.next else { return Err(LinkError::Ended) };
+        if at > until {
+            self.pass_to(until);
+            return Ok(None);
+        }
+        self.pass_to(at);
+        self.next = self.read().map_err(|error| LinkError::Io(io::Error::other(error)))?;
+        Ok(Some(Incoming::Frame(frame)))
+    }
+}
+
+/// A log cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReplayError {
+    /// The file.
+    #[error("{}: {error}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        error: io::Error,
+    },
+    /// A line of it.
+    #[error("{}:{line}: {error}; write logs with `candump -L`", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        error: NotALogLine,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+    use std::string::ToString;
+
+    fn log(name: &str, text: &str) -> PathBuf {
+        let path = std::env::temp_dir().join(std::format!("lexican-{}-{name}.log", std::process::id()));
+        fs::write(&path, text).unwrap();
+        path
+    }
+
+    fn at(us: u64) -> Instant {
+        Instant::from_micros(us)
+    }
+
+    #[test]
+    fn frames_come_at_their_time_and_then_the_log_ends() {
+        let path = log("time", "(5.000100) can0 080#\n\n(5.000300) can1 081#\n(5.000200) can0 082#\n");
+        let mut link = Replay::open(&path, None, Pace::Virtual).unwrap();
+        assert_eq!(link.now(), at(5_000_100));
+        let mut heard = |until| (link.receive_frame(at(until)).map(|frame| frame.map(|f| f.id().raw())), link.now());
+        assert!(matches!(heard(9_000_000), (Ok(Some(0x080)), now) if now == at(5_000_100)));
+        assert!(matches!(heard(5_000_150), (Ok(None), now) if now == at(5_000_150)));
+        assert!(matches!(heard(9_000_000), (Ok(Some(0x081)), now) if now == at(5_000_300)));
+        assert!(matches!(heard(9_000_000), (Ok(Some(0x082)), now) if now == at(5_000_300)));
+        assert!(matches!(heard(9_000_000), (Err(LinkError::Ended), _)));
+        fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn frames_of_other_interfaces_are_passed_over_and_none_are_taken() {
+        let path = log("interface", "(5.000100) can0 080#\n(5.000300) can1 081#\n");
+        let mut link = Replay::open(&path, Some("can1"), Pace::Virtual).unwrap();
+        let frame = link.receive_frame(at(9_000_000)).unwrap().unwrap();
+        assert_eq!(frame.id().raw(), 0x081);
+        assert!(matches!(link.send(&frame), Err(LinkError::ReadOnly)));
+        fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn a_bad_line_is_named() {
+        let path = log("bad", "(5.000100) can0 080#\nnonsense\n");
+        let mut link = Replay::open(&path, None, Pace::Virtual).unwrap();
+        let error = link.receive(at(9_000_000)).unwrap_err().to_string();
+        assert!(error.contains(".log:2: the line does not begin with a time stamp"), "{error}");
+        fs::remove_file(path).unwrap();
+    }
+}

@@ -1,0 +1,413 @@
+//! Serial adapters that speak the Lawicel protocol (slcan), and pseudo-terminals that act like one.
+//!
+//! Works on Linux, macOS and Windows, and needs nothing of the kernel but a serial port. A mute other
+//! end is taken for what it is, a peer on a pseudo-terminal: nothing here waits for an answer that
+//! need not come.
+
+mod codec;
+
+use std::borrow::ToOwned;
+use std::boxed::Box;
+use std::io::{self, Read, Write};
+use std::string::String;
+use std::vec::Vec;
+
+use serialport::{ErrorKind, SerialPort};
+
+pub use codec::{Decoder, Message, line};
+
+use super::clock::{Clock, pause};
+use super::{BusState, Incoming, Link, LinkError};
+use crate::{Duration, Frame, Instant};
+
+/// The bit rates that the protocol has a command for, in bit/s: `S0` to `S8`.
+pub const BIT_RATES: [u32; 9] = [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
+
+/// The speed of a serial line when none is given. USB adapters take any.
+pub const BAUD: u32 = 115_200;
+
+/// How long an adapter may take to answer a command.
+const ANSWER: Duration = Duration::from_millis(50);
+
+/// How often a link tries to open an adapter that is gone.
+const LOOK: Duration = Duration::from_millis(250);
+
+/// How often the adapter of an ailing bus is asked for its state.
+const INQUIRY: Duration = Duration::from_millis(500);
+
+/// How long the serial line may refuse bytes before a frame is given up.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// How an adapter is to be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// The bit rate of the CAN bus in bit/s, one of [`BIT_RATES`]; `None` leaves it to the adapter.
+    pub bit_rate: Option<u32>,
+    /// The speed of the serial line; macOS wants 0 for a pseudo-terminal.
+    pub baud: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { bit_rate: None, baud: BAUD }
+    }
+}
+
+/// A [`Link`] through a serial adapter.
+pub struct Slcan {
+    path: String,
+    settings: Settings,
+    /// `None` while the adapter is gone.
+    port: Option<Box<dyn SerialPort>>,
+    clock: Clock,
+    decoder: Decoder,
+    /// Bytes that were read and not yet decoded.
+    heard: Heard,
+    /// A frame that came while an answer was expected.
+    early: Option<Frame>,
+    /// The rest of a line that the port did not take: it must be complete before the next begins.
+    unsent: Vec<u8>,
+    state: BusState,
+    /// The state that [`Link::receive`] last told.
+    told: BusState,
+    /// When to ask next, for the adapter or for its state.
+    ask: Instant,
+}
+
+impl Slcan {
+    /// Opens an adapter such as `/dev/ttyACM0` or `COM3`, sets its bit rate and opens its channel.
+    ///
+    /// # Errors
+    ///
+    /// [`SlcanError`], which says what to do.
+    pub fn open(path: &str, settings: Settings) -> Result<Self, SlcanError> {
+        let mut link = Slcan {
+            path: path.to_owned(),
+            settings,
+            port: None,
+            clock: Clock::new(),
+            decoder: Decoder::default(),
+            heard: Heard::NOTHING,
+            early: None,
+            unsent: Vec::new(),
+            state: BusState::Active,
+            told: BusState::Active,
+            ask: Instant::ZERO,
+        };
+        link.connect()?;
+        Ok(link)
+    }
+
+    fn connect(&mut self) -> Result<(), SlcanError> {
+        let speed = match self.settings.bit_rate {
+            None => None,
+            Some(rate) => match BIT_RATES.iter().position(|known| *known == rate) {
+                Some(number) => Some(std::format!("S{number}")),
+                None => return Err(SlcanError::BitRate(rate)),
+            },
+        };
+        let port = serialport::new(&*self.path, self.settings.baud).dtr_on_open(true).open();
+        self.port = Some(port.map_err(|error| SlcanError::refusal(&self.path, error))?);
+        self.unsent.clear();
+        self.heard = Heard::NOTHING;
+        self.decoder.reset();
+        // A channel that is still open refuses to be set up. If it is closed, it refuses that.
+        self.command("")?;
+        self.command("C")?;
+        if let Some(speed) = speed
+            && self.command(&speed)? == Some(Message::Refused)
+        {
+            return Err(SlcanError::Refused { path: self.path.clone(), command: speed });
+        }
+        match self.command("O")? {
+            Some(Message::Refused) => Err(SlcanError::Refused { path: self.path.clone(), command: "O".to_owned() }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Gives a command and waits for its answer, if there is one. A frame is the sign of an open
+    /// channel, whatever becomes of the answer.
+    fn command(&mut self, command: &str) -> Result<Option<Message>, SlcanError> {
+        let failed = |path: &str, error| SlcanError::Io { path: path.to_owned(), error };
+        self.write(std::format!("{command}\r").as_bytes()).map_err(|error| failed(&self.path, error))?;
+        let until = self.now() + ANSWER;
+        loop {
+            match self.message(until).map_err(|error| failed(&self.path, error))? {
+                Some(answer @ (Message::Done | Message::Refused)) => return Ok(Some(answer)),
+                Some(Message::Frame(frame)) => {
+                    self.early = Some(frame);
+                    return Ok(None);
+                }
+                Some(_) => {}
+                None => return Ok(None),
+            }
+        }
+    }
+
+    /// The next message of the adapter, no later than `until`.
+    fn message(&mut self, until: Instant) -> io::Result<Option<Message>> {
+        loop {
+            while let Some(byte) = self.heard.next() {
+                if let Some(message) = self.decoder.take(byte) {
+                    return Ok(Some(message));
+                }
+            }
+            let remaining = until.since(self.clock.now());
+            let Some(port) = &mut self.port else { return Err(io::ErrorKind::NotConnected.into()) };
+            port.set_timeout(remaining.into())?;
+            match port.read(&mut self.heard.bytes) {
+                Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
+                Ok(len) => self.heard.fill(len),
+                Err(error) if is_pause(&error) => {
+                    if self.clock.now() >= until {
+                        return Ok(None);
+                    }
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Writes a line, after what is left of the line before it.
+    fn write(&mut self, line: &[u8]) -> io::Result<()> {
+        self.flush_unsent()?;
+        self.unsent.extend_from_slice(line);
+        match self.flush_unsent() {
+            // The line has begun, so it must be completed: before the next one.
+            Err(error) if is_pause(&error) && self.unsent.len() < line.len() => Ok(()),
+            Err(error) => {
+                self.unsent.clear();
+                Err(error)
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+
+    fn flush_unsent(&mut self) -> io::Result<()> {
+        let until = self.clock.now() + PATIENCE;
+        while !self.unsent.is_empty() {
+            let Some(port) = &mut self.port else { return Err(io::ErrorKind::NotConnected.into()) };
+            let remaining = until.since(self.clock.now());
+            port.set_timeout(remaining.into())?;
+            match port.write(&self.unsent) {
+                Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+                Ok(len) => drop(self.unsent.drain(..len)),
+                Err(error) if is_pause(&error) && !remaining.is_zero() => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    /// The adapter does not work any more: waits for it to come back.
+    fn lose(&mut self) {
+        self.port = None;
+        self.unsent.clear();
+        self.state = BusState::Removed;
+        self.ask = self.now() + LOOK;
+    }
+
+    /// What is due: another try to open the adapter, or a question for the bus's state.
+    fn inquire(&mut self) {
+        let now = self.now();
+        if self.state == BusState::Active || now < self.ask {
+            return;
+        }
+        if self.port.is_none() {
+            match self.connect() {
+                Ok(()) => self.state = BusState::Active,
+                Err(_) => self.lose(),
+            }
+        } else {
+            self.ask = now + INQUIRY;
+            if self.write(b"F\r").is_err_and(|error| !is_pause(&error)) {
+                self.lose();
+            }
+        }
+    }
+
+    fn hear(&mut self, message: Message) -> Option<Frame> {
+        match message {
+            Message::Frame(frame) => return Some(frame),
+            Message::State(state) => self.state = state,
+            // Something is wrong with the bus, or with the question what: once may be enough.
+            Message::Refused if self.state == BusState::Active && self.now() >= self.ask => {
+                self.ask = self.now() + INQUIRY;
+                if self.write(b"F\r").is_err_and(|error| !is_pause(&error)) {
+                    self.lose();
+                }
+            }
+            Message::Refused | Message::Done | Message::Other => {}
+        }
+        None
+    }
+}
+
+impl Link for Slcan {
+    fn now(&self) -> Instant {
+        self.clock.now()
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        if !self.state.carries_frames() {
+            return Err(LinkError::NoBus(self.state));
+        }
+        let mut text = line(frame);
+        text.push('\r');
+        match self.write(text.as_bytes()) {
+            Ok(()) => Ok(()),
+            Err(error) if is_pause(&error) => Err(LinkError::Full),
+            Err(_) => {
+                self.lose();
+                Err(LinkError::NoBus(self.state))
+            }
+        }
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        if let Some(frame) = self.early.take() {
+            return Ok(Some(Incoming::Frame(frame)));
+        }
+        loop {
+            self.inquire();
+            if self.state != self.told {
+                self.told = self.state;
+                return Ok(Some(Incoming::State(self.state)));
+            }
+            let wake = if self.state == BusState::Active { until } else { until.min(self.ask) };
+            if self.port.is_none() {
+                pause(wake.since(self.now()));
+            } else {
+                match self.message(wake) {
+                    Ok(Some(message)) => {
+                        if let Some(frame) = self.hear(message) {
+                            return Ok(Some(Incoming::Frame(frame)));
+                        }
+                    }
+                    Ok(None) => {}
+                    Err(_) => self.lose(),
+                }
+            }
+            if self.now() >= until && self.state == self.told {
+                return Ok(None);
+            }
+        }
+    }
+}
+
+/// Closes the channel, so that the adapter does not go on acknowledging for nobody.
+impl Drop for Slcan {
+    fn drop(&mut self) {
+        // Nobody is left to tell.
+        let _ = self.write(b"C\r");
+    }
+}
+
+/// The last bytes read.
+struct Heard {
+    bytes: [u8; 256],
+    next: usize,
+    len: usize,
+}
+
+impl Heard {
+    const NOTHING: Heard = Heard { bytes: [0; 256], next: 0, len: 0 };
+
+    fn fill(&mut self, len: usize) {
+        self.next = 0;
+        self.len = len;
+    }
+
+    fn next(&mut self) -> Option<u8> {
+        let byte = *self.bytes.get(..self.len)?.get(self.next)?;
+        self.next += 1;
+        Some(byte)
+    }
+}
+
+fn is_pause(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
+}
+
+/// Why an adapter cannot be opened, and what to do about it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SlcanError {
+    /// There is no such serial port.
+    #[error("there is no serial port {path}; is the adapter plugged in?{}", list(present))]
+    Missing {
+        /// The port.
+        path: String,
+        /// The serial ports that there are.
+        present: Vec<String>,
+    },
+    /// This user may not use the port.
+    #[error(
+        "permission to use {path} is denied; on Linux, become a member of the group that owns it: \
+         `sudo usermod -aG dialout $USER`, then log in again"
+    )]
+    Denied {
+        /// The port.
+        path: String,
+    },
+    /// Another process uses the port.
+    #[error("{path} is in use by another program; close that first")]
+    Busy {
+        /// The port.
+        path: String,
+    },
+    /// The protocol has no such bit rate.
+    #[error("the slcan protocol has no bit rate of {0} bit/s; it has {rates}", rates = rates())]
+    BitRate(
+        /// The bit rate that was asked for, in bit/s.
+        u32,
+    ),
+    /// The adapter refused a command.
+    #[error(
+        "the adapter at {path} refuses the command {command}; is it an slcan adapter, and its firmware up to date?"
+    )]
+    Refused {
+        /// The port.
+        path: String,
+        /// The command.
+        command: String,
+    },
+    /// Something else.
+    #[error("cannot open {path}: {error}")]
+    Io {
+        /// The port.
+        path: String,
+        /// What the operating system said.
+        error: io::Error,
+    },
+}
+
+impl SlcanError {
+    fn refusal(path: &str, error: serialport::Error) -> Self {
+        let path = path.to_owned();
+        match error.kind() {
+            ErrorKind::Io(io::ErrorKind::NotFound) => SlcanError::Missing { path, present: ports() },
+            ErrorKind::Io(io::ErrorKind::PermissionDenied) => SlcanError::Denied { path },
+            // What the crate makes of EBUSY and of a lock that somebody holds; Windows says it of a
+            // missing port, too.
+            ErrorKind::NoDevice if cfg!(unix) => SlcanError::Busy { path },
+            ErrorKind::NoDevice => SlcanError::Missing { path, present: ports() },
+            _ => SlcanError::Io { path, error: error.into() },
+        }
+    }
+}
+
+/// The serial ports of this machine.
+fn ports() -> Vec<String> {
+    let ports = serialport::available_ports().unwrap_or_default();
+    ports.into_iter().map(|port| port.port_name).collect()
+}
+
+fn list(present: &[String]) -> String {
+    if present.is_empty() { String::new() } else { std::format!(" (there is {})", present.join(", ")) }
+}
+
+fn rates() -> String {
+    let rates: Vec<String> = BIT_RATES.iter().map(|rate| std::format!("{rate}")).collect();
+    rates.join(", ")
+}

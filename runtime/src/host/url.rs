@@ -1,0 +1,396 @@
+//! The one way to name a bus, in every command and configuration.
+//!
+//! | URL | what it is |
+//! | --- | --- |
+//! | `socketcan:can0`, or just `can0` | an interface of a Linux kernel |
+//! | `slcan:/dev/ttyACM0?bitrate=500000` | a serial adapter; `baud=` sets the speed of the line to it |
+//! | `sim:vendor/device?node=5` | a device that exists only in software |
+//! | `log:FILE` | a log of `candump -L`; `interface=` picks one of its interfaces, `pace=real` takes its time |
+
+use core::fmt;
+use core::str::FromStr;
+use std::borrow::ToOwned;
+use std::boxed::Box;
+use std::path::PathBuf;
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+use super::{Link, Pace, Replay, ReplayError};
+
+/// The speed of a serial line when the URL tells none, in bit/s.
+const BAUD: u32 = 115_200;
+
+/// The name of a bus. Reads from text and prints as the text that reads back as the same.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BusUrl {
+    /// `socketcan:can0`
+    SocketCan {
+        /// The interface's name.
+        interface: String,
+    },
+    /// `slcan:/dev/ttyACM0?bitrate=500000`
+    Slcan {
+        /// The serial port.
+        port: String,
+        /// The bit rate of the CAN bus in bit/s; `None` leaves it to the adapter.
+        bit_rate: Option<u32>,
+        /// The speed of the serial line in bit/s.
+        baud: u32,
+    },
+    /// `sim:vendor/device?node=5`
+    Simulation {
+        /// The device, as the library of devices names it, or a path.
+        device: String,
+        /// `key=value`, in the order of the URL. What they mean is the simulation's business.
+        parameters: Vec<(String, String)>,
+    },
+    /// `log:FILE`
+    Log {
+        /// The file.
+        file: PathBuf,
+        /// The interface whose frames are meant; `None` means all.
+        interface: Option<String>,
+        /// Whether the frames come as fast as they are asked for, or as they came then.
+        pace: Pace,
+    },
+}
+
+impl BusUrl {
+    /// Opens what the URL names.
+    ///
+    /// # Errors
+    ///
+    /// [`OpenError`], which says what to do. A simulation is not opened here: it needs the simulators,
+    /// which stand above this crate.
+    pub fn open(&self) -> Result<Box<dyn Link + Send>, OpenError> {
+        match self {
+            BusUrl::SocketCan { interface } => open_socketcan(interface),
+            BusUrl::Slcan { port, bit_rate, baud } => open_slcan(port, *bit_rate, *baud),
+            BusUrl::Simulation { device, .. } => Err(OpenError::Simulation { device: device.clone() }),
+            BusUrl::Log { file, interface, pace } => Ok(Box::new(Replay::open(file, interface.as_deref(), *pace)?)),
+        }
+    }
+}
+
+#[cfg(all(feature = "socketcan", target_os = "linux"))]
+fn open_socketcan(interface: &str) -> Result<Box<dyn Link + Send>, OpenError> {
+    Ok(Box::new(super::socketcan::SocketCan::open(interface)?))
+}
+
+#[cfg(not(all(feature = "socketcan", target_os = "linux")))]
+fn open_socketcan(interface: &str) -> Result<Box<dyn Link + Send>, OpenError> {
+    let bus = interface.to_owned();
+    Err(if cfg!(target_os = "linux") {
+        OpenError::NotBuilt { bus, feature: "socketcan" }
+    } else {
+        OpenError::NotLinux { bus }
+    })
+}
+
+#[cfg(feature = "slcan")]
+fn open_slcan(port: &str, bit_rate: Option<u32>, baud: u32) -> Result<Box<dyn Link + Send>, OpenError> {
+    Ok(Box::new(super::slcan::Slcan::open(port, super::slcan::Settings { bit_rate, baud })?))
+}
+
+#[cfg(not(feature = "slcan"))]
+fn open_slcan(port: &str, _: Option<u32>, _: u32) -> Result<Box<dyn Link + Send>, OpenError> {
+    Err(OpenError::NotBuilt { bus: port.to_owned(), feature: "slcan" })
+}
+
+impl FromStr for BusUrl {
+    type Err = BusUrlError;
+
+    fn from_str(text: &str) -> Result<Self, BusUrlError> {
+        let Some((scheme, rest)) = text.split_once(':') else { return bare(text) };
+        match scheme {
+            "socketcan" => {
+                let (interface, parameters) = Parameters::split(rest)?;
+                parameters.none_but(&[])?;
+                bare(interface)
+            }
+            "slcan" => {
+                let (port, parameters) = Parameters::split(rest)?;
+                parameters.none_but(&["bitrate", "baud"])?;
+                let (bit_rate, baud) = (parameters.number("bitrate")?, parameters.number("baud")?);
+                let port = required(port, "slcan:/dev/ttyACM0?bitrate=500000")?;
+                Ok(BusUrl::Slcan { port, bit_rate, baud: baud.unwrap_or(BAUD) })
+            }
+            "sim" => {
+                let (device, parameters) = Parameters::split(rest)?;
+                Ok(BusUrl::Simulation {
+                    device: required(device, "sim:vendor/device?node=5")?,
+                    parameters: parameters.0,
+                })
+            }
+            "log" => {
+                let (file, parameters) = Parameters::split(rest)?;
+                parameters.none_but(&["interface", "pace"])?;
+                let pace = match parameters.get("pace") {
+                    None | Some("virtual") => Pace::Virtual,
+                    Some("real") => Pace::RealTime,
+                    Some(other) => {
+                        return Err(BusUrlError::Value {
+                            key: "pace",
+                            value: other.to_owned(),
+                            wanted: "real or virtual",
+                        });
+                    }
+                };
+                Ok(BusUrl::Log {
+                    file: required(file, "log:bus.log")?.into(),
+                    interface: parameters.get("interface").map(ToOwned::to_owned),
+                    pace,
+                })
+            }
+            _ => Err(BusUrlError::Scheme { scheme: scheme.to_owned() }),
+        }
+    }
+}
+
+/// A bare name is an interface of the kernel: at most 15 bytes, without `/` and white space.
+fn bare(name: &str) -> Result<BusUrl, BusUrlError> {
+    let name = required(name, "can0")?;
+    let is_port = name.contains('/') || name.strip_prefix("COM").is_some_and(|n| n.parse::<u16>().is_ok());
+    if is_port {
+        return Err(BusUrlError::Port { name });
+    }
+    if name.len() > 15 || name.contains(|c: char| c.is_whitespace() || c.is_control()) {
+        return Err(BusUrlError::Interface { name });
+    }
+    Ok(BusUrl::SocketCan { interface: name })
+}
+
+fn required(text: &str, example: &'static str) -> Result<String, BusUrlError> {
+    if text.is_empty() { Err(BusUrlError::Empty { example }) } else { Ok(text.to_owned()) }
+}
+
+/// What stands behind the `?`: `key=value`, joined by `&`.
+struct Parameters(Vec<(String, String)>);
+
+impl Parameters {
+    fn split(text: &str) -> Result<(&str, Parameters), BusUrlError> {
+        let Some((head, tail)) = text.split_once('?') else { return Ok((text, Parameters(Vec::new()))) };
+        let pairs = tail.split('&').map(|pair| match pair.split_once('=') {
+            Some((key, value)) if !key.is_empty() => Ok((key.to_owned(), value.to_owned())),
+            _ => Err(BusUrlError::Pair { pair: pair.to_owned() }),
+        });
+        Ok((head, Parameters(pairs.collect::<Result<_, _>>()?)))
+    }
+
+    fn none_but(&self, known: &'static [&'static str]) -> Result<(), BusUrlError> {
+        match self.0.iter().find(|(key, _)| !known.contains(&key.as_str())) {
+            Some((key, _)) => Err(BusUrlError::Key { key: key.clone(), known }),
+            None => Ok(()),
+        }
+    }
+
+    fn get(&self, wanted: &str) -> Option<&str> {
+        self.0.iter().find(|(key, _)| key == wanted).map(|(_, value)| value.as_str())
+    }
+
+    fn number(&self, key: &'static str) -> Result<Option<u32>, BusUrlError> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let number = value.parse();
+        number.map(Some).map_err(|_| BusUrlError::Value { key, value: value.to_owned(), wanted: "a number of bit/s" })
+    }
+}
+
+impl fmt::Display for BusUrl {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parameters: Vec<(&str, String)> = Vec::new();
+        match self {
+            BusUrl::SocketCan { interface } => write!(f, "socketcan:{interface}")?,
+            BusUrl::Slcan { port, bit_rate, baud } => {
+                write!(f, "slcan:{port}")?;
+                parameters.extend(bit_rate.map(|rate| ("bitrate", rate.to_string())));
+                parameters.extend((*baud != BAUD).then(|| ("baud", baud.to_string())));
+            }
+            BusUrl::Simulation { device, parameters: given } => {
+                write!(f, "sim:{device}")?;
+                parameters.extend(given.iter().map(|(key, value)| (key.as_str(), value.clone())));
+            }
+            BusUrl::Log { file, interface, pace } => {
+                write!(f, "log:{}", file.display())?;
+                parameters.extend(interface.clone().map(|interface| ("interface", interface)));
+                parameters.extend((*pace == Pace::RealTime).then(|| ("pace", "real".to_owned())));
+            }
+        }
+        for (number, (key, value)) in parameters.iter().enumerate() {
+            write!(f, "{}{key}={value}", if number == 0 { '?' } else { '&' })?;
+        }
+        Ok(())
+    }
+}
+
+/// A text does not name a bus, and what would.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BusUrlError {
+    /// The word before the colon.
+    #[error(
+        "there is no kind of bus `{scheme}`; write socketcan:can0 (or just can0), \
+         slcan:/dev/ttyACM0?bitrate=500000, sim:vendor/device?node=5 or log:FILE"
+    )]
+    Scheme {
+        /// The word.
+        scheme: String,
+    },
+    /// Nothing behind the colon, or nothing at all.
+    #[error("the bus has no name; write for example {example}")]
+    Empty {
+        /// A text that names one.
+        example: &'static str,
+    },
+    /// A serial port without its scheme.
+    #[error("{name} is a serial port; write slcan:{name}?bitrate=500000")]
+    Port {
+        /// The port.
+        name: String,
+    },
+    /// No interface can have that name.
+    #[error("`{name}` cannot be an interface: a name has at most 15 bytes and no spaces")]
+    Interface {
+        /// The name.
+        name: String,
+    },
+    /// A parameter without `=`.
+    #[error("`{pair}` is not a parameter; write key=value, joined by &")]
+    Pair {
+        /// The parameter.
+        pair: String,
+    },
+    /// A parameter that this kind of bus does not know.
+    #[error("there is no parameter `{key}` here{}", list(known))]
+    Key {
+        /// The parameter's name.
+        key: String,
+        /// The names that it could have.
+        known: &'static [&'static str],
+    },
+    /// A parameter with a value that it cannot have.
+    #[error("{key}={value} is not {wanted}")]
+    Value {
+        /// The parameter's name.
+        key: &'static str,
+        /// Its value.
+        value: String,
+        /// What it could be.
+        wanted: &'static str,
+    },
+}
+
+fn list(known: &[&str]) -> String {
+    if known.is_empty() { String::new() } else { std::format!("; there is {}", known.join(", ")) }
+}
+
+/// A bus cannot be opened, and what to do about it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OpenError {
+    /// A CAN interface.
+    #[cfg(all(feature = "socketcan", target_os = "linux"))]
+    #[error(transparent)]
+    SocketCan(#[from] super::socketcan::SocketCanError),
+    /// A serial adapter.
+    #[cfg(feature = "slcan")]
+    #[error(transparent)]
+    Slcan(#[from] super::slcan::SlcanError),
+    /// A log.
+    #[error(transparent)]
+    Log(#[from] ReplayError),
+    /// The support for it was left out.
+    #[error("{bus} cannot be opened: this program was built without the feature `{feature}` of lexican-runtime")]
+    NotBuilt {
+        /// What was to be opened.
+        bus: String,
+        /// The feature.
+        feature: &'static str,
+    },
+    /// SocketCAN is Linux's.
+    #[error("{bus} cannot be opened: only Linux has SocketCAN; use a serial adapter: slcan:COM3?bitrate=500000")]
+    NotLinux {
+        /// What was to be opened.
+        bus: String,
+    },
+    /// Simulators are not part of this crate.
+    #[error("{device} cannot be opened as a link: a simulation is started by the program that has the simulators")]
+    Simulation {
+        /// The device.
+        device: String,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec;
+
+    #[track_caller]
+    fn check(text: &str, url: BusUrl, canonical: &str) {
+        assert_eq!(text.parse(), Ok(url.clone()));
+        assert_eq!(url.to_string(), canonical);
+        assert_eq!(canonical.parse(), Ok(url));
+    }
+
+    #[test]
+    fn urls_read_and_print() {
+        let can0 = BusUrl::SocketCan { interface: "can0".to_owned() };
+        check("can0", can0.clone(), "socketcan:can0");
+        check("socketcan:can0", can0, "socketcan:can0");
+        let adapter = |port: &str, bit_rate, baud| BusUrl::Slcan { port: port.to_owned(), bit_rate, baud };
+        check("slcan:/dev/ttyACM0", adapter("/dev/ttyACM0", None, BAUD), "slcan:/dev/ttyACM0");
+        check(
+            "slcan:COM3?baud=0&bitrate=500000",
+            adapter("COM3", Some(500_000), 0),
+            "slcan:COM3?bitrate=500000&baud=0",
+        );
+        let simulation = BusUrl::Simulation {
+            device: "vendor/device".to_owned(),
+            parameters: vec![("node".to_owned(), "5".to_owned()), ("pace".to_owned(), "real".to_owned())],
+        };
+        check("sim:vendor/device?node=5&pace=real", simulation, "sim:vendor/device?node=5&pace=real");
+        let log = |file: &str, interface: Option<&str>, pace| BusUrl::Log {
+            file: file.into(),
+            interface: interface.map(ToOwned::to_owned),
+            pace,
+        };
+        check("log:a.log", log("a.log", None, Pace::Virtual), "log:a.log");
+        check("log:C:\\a.log?pace=real", log("C:\\a.log", None, Pace::RealTime), "log:C:\\a.log?pace=real");
+        check("log:a?interface=can1", log("a", Some("can1"), Pace::Virtual), "log:a?interface=can1");
+    }
+
+    #[track_caller]
+    fn refused(text: &str, message: &str) {
+        assert_eq!(text.parse::<BusUrl>().map_err(|error| error.to_string()), Err(message.to_owned()));
+    }
+
+    #[test]
+    fn other_texts_are_refused_with_a_remedy() {
+        refused("", "the bus has no name; write for example can0");
+        refused("slcan:", "the bus has no name; write for example slcan:/dev/ttyACM0?bitrate=500000");
+        refused("/dev/ttyACM0", "/dev/ttyACM0 is a serial port; write slcan:/dev/ttyACM0?bitrate=500000");
+        refused("COM3", "COM3 is a serial port; write slcan:COM3?bitrate=500000");
+        refused(
+            "a name too long for it",
+            "`a name too long for it` cannot be an interface: a name has at most 15 bytes and no spaces",
+        );
+        refused(
+            "kvaser:0",
+            "there is no kind of bus `kvaser`; write socketcan:can0 (or just can0), \
+             slcan:/dev/ttyACM0?bitrate=500000, sim:vendor/device?node=5 or log:FILE",
+        );
+        refused("slcan:COM3?speed=1", "there is no parameter `speed` here; there is bitrate, baud");
+        refused("socketcan:can0?bitrate=1", "there is no parameter `bitrate` here");
+        refused("slcan:COM3?bitrate=fast", "bitrate=fast is not a number of bit/s");
+        refused("slcan:COM3?bitrate", "`bitrate` is not a parameter; write key=value, joined by &");
+        refused("log:a?pace=slow", "pace=slow is not real or virtual");
+    }
+
+    #[test]
+    fn what_cannot_be_opened_says_what_to_do() {
+        let error = |text: &str| text.parse::<BusUrl>().unwrap().open().err().unwrap().to_string();
+        assert!(error("log:/no/such.log").starts_with("/no/such.log: "));
+        assert!(error("sim:vendor/device").contains("started by the program that has the simulators"));
+    }
+}
