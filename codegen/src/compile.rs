@@ -45,12 +45,6 @@ pub struct Finding {
 /// All codes of findings that generating may have, by name.
 pub const FINDINGS: &[Finding] = &[
     Finding {
-        code: "od::meaning-without-number",
-        severity: Severity::Warning,
-        explain: "An overlay gives a meaning to an entry whose data type cannot carry it: bits to a REAL32, a unit to a \
-                  VISIBLE_STRING. The handle has the plain data type.",
-    },
-    Finding {
         code: "od::name-collision",
         severity: Severity::Warning,
         explain: "Several items would have one name in Rust, or one that lexican uses itself. All of them have their \
@@ -64,7 +58,7 @@ pub const FINDINGS: &[Finding] = &[
     Finding {
         code: "od::value-out-of-type",
         severity: Severity::Warning,
-        explain: "A default, a limit, or a value that the overlay names is not a value of the data type. It is left out.",
+        explain: "A default or a limit is not a value of the data type. It is left out.",
     },
     Finding {
         code: "pdo::too-long",

@@ -82,7 +82,7 @@ fn collision(scope: &str, wanted: &str, group: &[&Claim]) -> Diagnostic {
     for claim in shown {
         diagnostic = diagnostic.and(claim.span, "");
     }
-    diagnostic.help(format!("each has its address appended: `{example}`; an overlay can rename them"))
+    diagnostic.help(format!("to tell them apart each is called as `{example}`; an overlay can rename them"))
 }
 
 #[cfg(test)]

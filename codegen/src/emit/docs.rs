@@ -48,7 +48,11 @@ pub(super) fn whole(context: &Context<'_>, item: &Item<'_>, first: Option<&Handl
     match first {
         Some(first) => {
             text.push(format!("Address 0x{index} · {kind} of {}", facts(first)));
-            text.extend(remarks(context, first.entry, object.description.as_deref()));
+            let mut like_all = first.entry.clone();
+            if object.entries.iter().any(|entry| entry.sub > 0 && entry.description != like_all.description) {
+                like_all.description = None;
+            }
+            text.extend(remarks(context, &like_all, object.description.as_deref()));
         }
         None => {
             text.push(format!("Address 0x{index} · {kind}"));

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use lexican_eds::model::{BitField, Device, Enumeration, Meaning, Quantity, Value};
+use lexican_eds::model::{BitField, Bits, Device, Enumeration, Meaning, Named, Quantity, Value};
 use lexican_eds::types::{Class, DataType};
 use lexican_eds::{Diagnostics, Span};
 
-use super::{Number, Type, Types, fitting, warning};
+use super::{Number, Type, Types, fitting};
 use crate::name::{self, Case};
 use crate::scope::{self, Claim};
 
@@ -44,7 +44,7 @@ const RESERVED: &[&str] = &["BITS", "NAMES", "UNITS", "as_ref", "deref", "hash",
 
 /// The types that entries use, and which entry uses which.
 pub(crate) fn collect<'a>(device: &'a Device, findings: &mut Diagnostics) -> (Vec<Newtype<'a>>, Types) {
-    let used = uses(device, findings);
+    let used = uses(device);
     let keys: BTreeSet<Key<'a>> = used.values().copied().collect();
     let newtypes = keys.iter().filter_map(|&key| newtype(device, key, &keys, findings)).collect();
     let rows: BTreeMap<Key<'a>, usize> = keys.iter().copied().zip(0..).collect();
@@ -52,7 +52,8 @@ pub(crate) fn collect<'a>(device: &'a Device, findings: &mut Diagnostics) -> (Ve
     (newtypes, types)
 }
 
-fn uses<'a>(device: &'a Device, findings: &mut Diagnostics) -> BTreeMap<(u16, u8), Key<'a>> {
+/// What a data type cannot be, the reader has reported.
+fn uses(device: &Device) -> BTreeMap<(u16, u8), Key<'_>> {
     let mut uses = BTreeMap::new();
     for entry in device.objects.iter().flat_map(|object| &object.entries) {
         let (sort, name, known) = match &entry.meaning {
@@ -69,9 +70,6 @@ fn uses<'a>(device: &'a Device, findings: &mut Diagnostics) -> BTreeMap<(u16, u8
         };
         if carries && known {
             uses.insert((entry.index, entry.sub), (sort, name.as_str(), entry.data_type));
-        } else if known {
-            let message = format!("{} cannot be `{name}`", entry.data_type);
-            findings.push(warning("od::meaning-without-number", message).at(entry.span, ""));
         }
     }
     uses
@@ -126,16 +124,18 @@ fn claim((sort, name, data_type): Key<'_>, keys: &BTreeSet<Key<'_>>, span: Span)
 }
 
 fn values(enumeration: &Enumeration, data_type: DataType, findings: &mut Diagnostics) -> Vec<(String, usize, i128)> {
-    let mut fit = Vec::new();
-    for (row, value) in enumeration.values.iter().enumerate() {
-        match fitting(&Value::Integer(value.value), data_type) {
-            Some(Number::Integer(number)) => fit.push((row, number)),
-            _ => {
-                let message = format!("{} (`{}`) is not a value of {data_type}", value.value, value.name);
-                findings.push(warning("od::value-out-of-type", message).at(enumeration.span, ""));
+    let fit: Vec<(usize, i128)> = enumeration
+        .values
+        .iter()
+        .enumerate()
+        .filter_map(|(row, value)| {
+            match fitting(&Value::Integer(value.value), data_type) {
+                Some(Number::Integer(number)) => Some((row, number)),
+                // The reader has reported it.
+                _ => None,
             }
-        }
-    }
+        })
+        .collect();
     let claim = |&(row, number): &(usize, i128)| {
         let suffix = if number < 0 { format!("minus {}", -number) } else { number.to_string() };
         let suffix = suffix.replace(' ', "_");
@@ -147,15 +147,11 @@ fn values(enumeration: &Enumeration, data_type: DataType, findings: &mut Diagnos
 }
 
 fn fields(field: &BitField, data_type: DataType, findings: &mut Diagnostics) -> Vec<(String, usize)> {
-    let mut fit = Vec::new();
-    for (row, bits) in field.fields.iter().enumerate() {
-        if bits.value.low <= bits.value.high && Some(bits.value.high) < data_type.bits() {
-            fit.push(row);
-        } else {
-            let message = format!("bit {} (`{}`) is not in {data_type}", bits.value.high, bits.name);
-            findings.push(warning("od::value-out-of-type", message).at(field.span, ""));
-        }
-    }
+    // What does not fit, the reader has reported.
+    let fits = |&(_, bits): &(usize, &Named<Bits>)| {
+        bits.value.low <= bits.value.high && Some(bits.value.high) < data_type.bits()
+    };
+    let fit: Vec<usize> = field.fields.iter().enumerate().filter(fits).map(|(row, _)| row).collect();
     let claim = |&row: &usize| {
         let suffix = format!("bit{}", field.fields[row].value.low);
         Claim::new(&field.fields[row].name, Case::Snake, suffix, field.span)

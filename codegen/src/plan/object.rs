@@ -211,7 +211,7 @@ fn are_alike(count: &Handle<'_>, elements: &[Handle<'_>]) -> bool {
             && (element.access, element.mapping) == (first.access, first.mapping)
             && (element.default, element.limits) == (first.default, first.limits)
             && has_same_words(element.entry, first.entry)
-            && (&element.entry.default, &element.entry.description) == (&first.entry.default, &first.entry.description)
+            && element.entry.default == first.entry.default
             && element.entry.ranges == first.entry.ranges
             && element.entry.persistent == first.entry.persistent
             && element.entry.writable_in == first.entry.writable_in
