@@ -45,10 +45,7 @@ impl Loaded {
         let loaded = Loaded { input, device, diagnostics };
         if loaded.device.objects.is_empty() {
             loaded.show_errors();
-            let name = loaded.input.eds.name();
-            return Err(Failure::new(format_args!("{name} describes no object")).help(
-                "is it an electronic data sheet? It begins with a line [FileInfo] and lists objects in [MandatoryObjects]",
-            ));
+            return Err(no_object(&loaded.input));
         }
         Ok(loaded)
     }
@@ -74,6 +71,13 @@ impl Loaded {
         }
         any
     }
+}
+
+/// A text is no data sheet, whatever else is wrong with it.
+pub(crate) fn no_object(input: &Input) -> Failure {
+    Failure::new(format_args!("{}:1:1: the file describes no object", input.eds.name())).help(
+        "is it an electronic data sheet? It begins with a line [FileInfo] and lists objects in [MandatoryObjects]",
+    )
 }
 
 /// The texts of the device with this name: a file, else one of the library.

@@ -9,13 +9,13 @@ use indicatif::{ProgressBar, ProgressStyle};
 use lexican_eds::diagnostics::sarif;
 use lexican_eds::{Diagnostics, Input, Severity};
 
-use crate::device::{input, with_overlays};
+use crate::device::{input, no_object, with_overlays};
 use crate::output::{Failure, Outcome};
 
 /// Checks data sheets: every finding with its place, the line it is about, and how to mend it
 ///
 /// Files are read as leniently as can be; what was guessed is reported. Exit code 0: nothing found at or
-/// above --fail-on; 1: something found; 2: a file could not be read at all.
+/// above --fail-on; 1: something found; 2: a file cannot be read or is no data sheet at all.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// EDS or DCF files, or devices that lexican knows (see `lexican devices`)
@@ -62,8 +62,12 @@ enum Level {
 }
 
 /// What became of one file.
+#[derive(Default)]
 struct Checked {
-    findings: Result<(Input, Diagnostics), Failure>,
+    /// The findings; `None` when there is no file to find anything in.
+    findings: Option<(Input, Diagnostics)>,
+    /// Why the file is no data sheet.
+    failure: Option<Failure>,
     /// The findings as text, made where the file was checked so that it is done in parallel.
     text: String,
 }
@@ -72,32 +76,33 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let colours = std::io::stdout().is_terminal();
     let checked = in_parallel(&args.files, |name| check(args, name, colours));
 
-    let unreadable = checked.iter().filter(|it| it.findings.is_err()).count();
-    for failure in checked.iter().filter_map(|it| it.findings.as_ref().err()) {
+    print(args.format, &checked)?;
+    for failure in checked.iter().filter_map(|it| it.failure.as_ref()) {
         failure.report();
     }
-    print(args.format, &checked)?;
-    summarise(args, &checked);
+    summarise(&checked);
 
-    let worst = checked.iter().filter_map(|it| it.findings.as_ref().ok()?.1.worst()).max();
+    let worst = checked.iter().filter_map(|it| it.findings.as_ref()?.1.worst()).max();
     let fail_on = match args.fail_on {
         Level::Error => Severity::Error,
         Level::Warning => Severity::Warning,
         Level::Note => Severity::Note,
     };
-    match unreadable {
-        0 if worst >= Some(fail_on) => Ok(Outcome::Found),
-        0 => Ok(Outcome::Clean),
-        _ => Ok(Outcome::Unreadable),
-    }
+    Ok(if checked.iter().any(|it| it.failure.is_some()) {
+        Outcome::Unreadable
+    } else if worst >= Some(fail_on) {
+        Outcome::Found
+    } else {
+        Outcome::Clean
+    })
 }
 
 fn check(args: &Args, name: &str, colours: bool) -> Checked {
     let input = match input(name).and_then(|input| with_overlays(input, &args.overlay)) {
         Ok(input) => input,
-        Err(failure) => return Checked { findings: Err(failure), text: String::new() },
+        Err(failure) => return Checked { failure: Some(failure), ..Checked::default() },
     };
-    let (_, mut diagnostics) = lexican_eds::load(&input);
+    let (device, mut diagnostics) = lexican_eds::load(&input);
     if args.strict {
         let codes: Vec<_> =
             diagnostics.iter().filter(|it| it.severity == Severity::Warning).map(|it| it.code).collect();
@@ -109,7 +114,8 @@ fn check(args: &Args, name: &str, colours: bool) -> Checked {
         Format::Short => diagnostics.iter().map(|it| it.render_short(&input) + "\n").collect(),
         Format::Json | Format::Sarif => String::new(),
     };
-    Checked { findings: Ok((input, diagnostics)), text }
+    let failure = device.objects.is_empty().then(|| no_object(&input));
+    Checked { findings: Some((input, diagnostics)), failure, text }
 }
 
 /// Calls `work` for every item on all processors; the results are in the order of the items.
@@ -151,7 +157,7 @@ fn progress(files: usize) -> ProgressBar {
 
 fn print(format: Format, checked: &[Checked]) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
-    let all = || checked.iter().filter_map(|it| it.findings.as_ref().ok());
+    let all = || checked.iter().filter_map(|it| it.findings.as_ref());
     match format {
         Format::Text | Format::Short => checked.iter().try_for_each(|it| stdout.write_all(it.text.as_bytes()))?,
         Format::Json => {
@@ -169,17 +175,17 @@ fn print(format: Format, checked: &[Checked]) -> Result<(), Failure> {
 }
 
 /// One line on stderr, so that it neither disturbs a pipe nor is missed.
-fn summarise(args: &Args, checked: &[Checked]) {
+fn summarise(checked: &[Checked]) {
     let count = |severity| -> usize {
-        checked.iter().filter_map(|it| it.findings.as_ref().ok()).map(|(_, findings)| findings.count(severity)).sum()
+        checked.iter().filter_map(|it| it.findings.as_ref()).map(|(_, findings)| findings.count(severity)).sum()
     };
     let plural = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
-    let unreadable = checked.iter().filter(|it| it.findings.is_err()).count();
+    let unreadable = checked.iter().filter(|it| it.failure.is_some()).count();
     let lost = if unreadable > 0 { format!(", {unreadable} not readable") } else { String::new() };
     let _ = writeln!(
         anstream::stderr().lock(),
         "{}: {}, {}, {}{lost}",
-        plural(args.files.len(), "data sheet"),
+        plural(checked.len(), "data sheet"),
         plural(count(Severity::Error), "error"),
         plural(count(Severity::Warning), "warning"),
         plural(count(Severity::Note), "note"),

@@ -1,0 +1,222 @@
+//! Data sheets on the command line: what is printed, and how the command ends.
+
+#[path = "common/mod.rs"]
+mod common;
+
+use std::io::Read;
+use std::process::{Command, Stdio};
+
+use common::{files, folder, lexican, lexican_in};
+
+/// A data sheet without anything to complain about but what the tests put in.
+const SMALL: &str = "\
+[FileInfo]
+FileName=small.eds
+FileVersion=1
+FileRevision=1
+EDSVersion=4.0
+
+[DeviceInfo]
+VendorName=Nobody
+VendorNumber=0
+ProductName=Small
+
+[MandatoryObjects]
+SupportedObjects=3
+1=0x1000
+2=0x1001
+3=0x1018
+
+[1000]
+ParameterName=Device Type
+ObjectType=0x7
+DataType=0x0007
+AccessType=ro
+DefaultValue=0
+PDOMapping=0
+
+[1001]
+ParameterName=Error Register
+ObjectType=0x7
+DataType=0x0005
+AccessType=ro
+PDOMapping=0
+
+[1018]
+ParameterName=Identity
+ObjectType=0x9
+SubNumber=2
+
+[1018sub0]
+ParameterName=Highest Sub-Index
+ObjectType=0x7
+DataType=0x0005
+AccessType=const
+DefaultValue=1
+PDOMapping=0
+
+[1018sub1]
+ParameterName=Vendor-ID
+ObjectType=0x7
+DataType=0x0007
+AccessType=ro
+DefaultValue=0
+PDOMapping=0
+";
+
+#[test]
+fn the_drive_has_138_entries() {
+    let run = lexican(&["eds", "dump", "siko/ag03-1", "--format", "csv"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let lines: Vec<_> = run.stdout.lines().collect();
+    assert_eq!(lines[0], "index,subindex,name,object_type,data_type,access,pdo_mapping,default,low_limit,high_limit");
+    assert_eq!(lines.len(), 139);
+    let row = |start: &str| lines.iter().find(|line| line.starts_with(start)).copied();
+    assert!(row("1400,01,").is_some_and(|row| row.contains("UNSIGNED32,rw") && row.contains("$NODEID+0x200")));
+    assert!(row("1800,04,").is_none());
+    assert!(row("607A,00,").is_some_and(|row| row.contains(",VAR,INTEGER32,")));
+}
+
+#[test]
+fn a_dump_is_csv_json_or_markdown() {
+    let json = lexican(&["eds", "dump", "siko/ag03-1", "--format", "json"]);
+    assert!(json.stdout.starts_with('{') && json.stdout.trim_end().ends_with('}'));
+    let md = lexican(&["eds", "dump", "siko/ag03-1", "--format", "md"]);
+    assert!(md.stdout.starts_with("| index |"), "{}", md.stdout);
+}
+
+#[test]
+fn the_shipped_drive_has_no_errors() {
+    let run = lexican(&["eds", "lint", "siko/ag03-1"]);
+    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+    let devices = lexican(&["devices"]);
+    assert!(devices.stdout.contains("siko/ag03-1") && devices.stdout.contains("138 entries"), "{}", devices.stdout);
+}
+
+/// Lints `text` with more arguments and compares the exit code.
+#[track_caller]
+fn check_lint(text: &[u8], args: &[&str], code: i32) {
+    let folder = folder("lint");
+    std::fs::write(folder.join("x.eds"), text).unwrap();
+    std::fs::write(folder.join("bad.toml"), "[overlay").unwrap();
+    let run = lexican_in(&folder, &[&["eds", "lint", "x.eds"], args].concat());
+    assert_eq!(run.code, Some(code), "{args:?}:\n{}{}", run.stdout, run.stderr);
+}
+
+#[test]
+fn the_exit_code_of_lint_follows_the_level() {
+    let guessed = SMALL.replace("DefaultValue=1\n", "DefaultValue=one\n");
+    check_lint(guessed.as_bytes(), &["--fail-on", "warning"], 1);
+    check_lint(guessed.as_bytes(), &["--fail-on", "note"], 1);
+    check_lint(guessed.as_bytes(), &["--strict"], 1);
+    check_lint(SMALL.as_bytes(), &[], 0);
+    check_lint(SMALL.as_bytes(), &["--overlay", "bad.toml"], 1);
+    check_lint(SMALL.as_bytes(), &["--overlay", "missing.toml"], 2);
+    check_lint(b"", &[], 2);
+    check_lint(&[0x7F, b'E', b'L', b'F', 0, 0, 0xFF, 0xFE, 0], &[], 2);
+}
+
+#[test]
+fn findings_name_file_line_and_column() {
+    let folder = folder("lint-place");
+    std::fs::write(folder.join("x.eds"), SMALL.replace("DefaultValue=1\n", "DefaultValue=one\n")).unwrap();
+    let line = 1 + SMALL.lines().position(|line| line == "DefaultValue=1").unwrap();
+    let run = lexican_in(&folder, &["eds", "lint", "x.eds"]);
+    assert!(run.stdout.contains(&format!("x.eds:{line}:")), "{}", run.stdout);
+    let run = lexican_in(&folder, &["eds", "lint", "x.eds", "--format", "short"]);
+    assert!(run.stdout.lines().any(|it| it.starts_with(&format!("x.eds:{line}:"))), "{}", run.stdout);
+    let run = lexican_in(&folder, &["eds", "lint", "x.eds", "--format", "sarif"]);
+    assert!(run.stdout.contains("\"version\": \"2.1.0\""), "{}", run.stdout);
+    let run = lexican_in(&folder, &["eds", "lint", "x.eds", "--format", "json"]);
+    assert!(run.stdout.contains("\"files\""), "{}", run.stdout);
+}
+
+#[test]
+fn many_files_are_linted_in_one_call_in_their_order() {
+    let folder = folder("lint-many");
+    let names: Vec<_> = (0..200).map(|n| format!("{n:03}.eds")).collect();
+    for name in &names {
+        std::fs::write(folder.join(name), SMALL.replace("DefaultValue=1\n", "DefaultValue=one\n")).unwrap();
+    }
+    let mut args = vec!["eds", "lint", "--format", "short"];
+    args.extend(names.iter().map(String::as_str));
+    args.push("--strict");
+    let run = lexican_in(&folder, &args);
+    assert_eq!(run.code, Some(1));
+    let mut seen: Vec<_> = run.stdout.lines().filter_map(|line| line.split(':').next()).collect();
+    seen.dedup();
+    assert_eq!(seen, names);
+    assert!(run.stderr.contains("200 data sheets: "), "{}", run.stderr);
+}
+
+#[test]
+fn what_cannot_be_read_is_said_and_nothing_is_written() {
+    let folder = folder("unreadable");
+    std::fs::write(folder.join("empty.eds"), "").unwrap();
+    std::fs::write(folder.join("binary.eds"), [0, 159, 146, 150, 0, 1, 2, 3]).unwrap();
+    std::fs::write(folder.join("text.eds"), "just some text\nand more of it\n").unwrap();
+    std::fs::write(
+        folder.join("headless.eds"),
+        &SMALL[SMALL.find("[DeviceInfo]").unwrap()..SMALL.find("[1000]").unwrap()],
+    )
+    .unwrap();
+    let before = files(&folder);
+    for (file, words) in [
+        ("missing.eds", "cannot read missing.eds: no such file or directory"),
+        ("empty.eds", "empty.eds"),
+        ("binary.eds", "binary.eds"),
+        ("text.eds", "text.eds:1:1"),
+        ("headless.eds", "headless.eds"),
+        ("siko/ag03-2", "did you mean siko/ag03-1?"),
+        ("nobody/nothing", "lexican devices"),
+        (".", "is a directory"),
+    ] {
+        for args in [&["eds", "dump", file][..], &["gen", file, "-o", "out.rs"]] {
+            let run = lexican_in(&folder, args);
+            assert!(matches!(run.code, Some(1 | 2)), "{args:?} ended with {:?}", run.code);
+            assert!(run.stderr.contains(words), "{args:?}: {}", run.stderr);
+            assert_eq!(files(&folder), before, "{args:?}");
+        }
+    }
+    let run = lexican_in(&folder, &["eds", "lint", "missing.eds"]);
+    assert_eq!(run.code, Some(2));
+}
+
+#[test]
+fn a_truncated_file_never_makes_the_command_panic() {
+    let folder = folder("truncated");
+    for end in (0..SMALL.len()).step_by(7) {
+        std::fs::write(folder.join("x.eds"), &SMALL[..end]).unwrap();
+        let run = lexican_in(&folder, &["eds", "dump", "x.eds"]);
+        assert!(matches!(run.code, Some(0..=2)), "cut at {end}: {:?}", run.code);
+        if end < SMALL.find("[DeviceInfo]").unwrap() {
+            assert_eq!(run.code, Some(2), "cut at {end}");
+        }
+    }
+}
+
+#[test]
+fn generated_code_is_whole_and_the_same_on_stdout() {
+    let folder = folder("gen");
+    let run = lexican_in(&folder, &["gen", "siko/ag03-1", "-o", "od.rs", "--storage", "--names"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!(files(&folder), ["od.rs"]);
+    let code = std::fs::read_to_string(folder.join("od.rs")).unwrap();
+    assert_eq!(lexican(&["gen", "siko/ag03-1", "--storage", "--names"]).stdout, code);
+    assert!(code.contains("0x6040"));
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_error() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_lexican"))
+        .args(["eds", "dump", "siko/ag03-1"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Closes the pipe before anything is read.
+    drop(child.stdout.take());
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    assert_eq!((child.wait().unwrap().code(), stderr.as_str()), (Some(0), ""));
+}
