@@ -1,4 +1,4 @@
-//! Entries that are described all at once (CiA 306-1, 6.5.3): `CompactSubObj` with `[xxxxName]`, and `[xxxxValue]`
+//! Entries that are described all at once (CiA 306-1): `CompactSubObj` with `[xxxxName]`, and `[xxxxValue]`
 //! and `[xxxxDenotation]` of a DCF.
 
 use crate::check;

@@ -19,6 +19,13 @@ pub(crate) struct Facts<'a> {
     pub(crate) objects: Vec<ObjectFacts>,
 }
 
+impl<'a> Facts<'a> {
+    /// The first section of a kind.
+    pub(crate) fn section(&self, kind: SectionKind) -> Option<&Section<'a>> {
+        self.syntax.sections.iter().find(|section| SectionKind::of(section.name) == kind)
+    }
+}
+
 /// A section with its kind.
 type Sorted<'a, 's> = (SectionKind, &'s Section<'a>);
 

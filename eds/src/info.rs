@@ -1,4 +1,4 @@
-//! What a data sheet says of itself and of the device (CiA 306-1, 6.3, 6.4, 6.6 and 7.3).
+//! What a data sheet says of itself and of the device (CiA 306-1, 6.3, 6.4 and 7).
 
 use crate::check;
 use crate::model::{Commissioning, Device, DeviceInfo, FileInfo};

@@ -1,4 +1,4 @@
-//! The three lists of objects (CiA 306-1, 6.5.1).
+//! The three lists of objects (CiA 306-1).
 
 use crate::model::ObjectList;
 use crate::read::Reader;

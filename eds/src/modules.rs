@@ -1,4 +1,4 @@
-//! Modular devices, dynamic channels and tools (CiA 306-1, 6.7 to 6.9).
+//! Modular devices, dynamic channels and tools (CiA 306-1).
 
 use crate::check;
 use crate::model::{AccessType, Device, DynamicChannel, Module, SubExtension, Tool};

@@ -1,4 +1,4 @@
-//! Numbers as CiA 306-1 (4.3) writes them, and as people do.
+//! Numbers as CiA 306-1 writes them, and as people do.
 
 use crate::model::Value;
 use crate::types::{Class, DataType};

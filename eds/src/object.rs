@@ -1,4 +1,4 @@
-//! Objects and their entries (CiA 306-1, 6.5 and 7).
+//! Objects and their entries (CiA 306-1).
 
 use crate::check;
 use crate::model::{AccessType, Entry, Object, ObjectKind, ObjectList, Value};

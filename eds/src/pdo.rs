@@ -62,7 +62,7 @@ fn pdo(device: &Device, direction: Direction, number: u16) -> Pdo {
 /// The words up to the number in sub-index 0, or up to the first empty one without it.
 fn mapping_of(object: &Object) -> Vec<Mapped> {
     let number = |sub: u8| held(object.entry(sub)?)?.as_integer();
-    // 254 and 255 mark a multiplexed PDO (CiA 301, 7.2.2.6): there is no mapping then.
+    // 254 and 255 mark a multiplexed PDO (CiA 301): there is no mapping then.
     let count = number(0).unwrap_or(0x40).clamp(0, 0xFF) as u8;
     let count = if count > 0x40 { 0 } else { count };
     (1..=count).map_while(|sub| mapped(number(sub)?)).collect()

@@ -1,4 +1,4 @@
-//! What the name of a section says (CiA 306-1, 4.5).
+//! What the name of a section says (CiA 306-1).
 
 /// What a section is about. The order brings together what belongs to one object, its header first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

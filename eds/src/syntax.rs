@@ -11,7 +11,7 @@ use crate::check;
 use crate::diagnostics::Diagnostics;
 use crate::source::{Source, Span};
 
-/// The longest line that CiA 306-1 (4.2) allows.
+/// The longest line that CiA 306-1 allows.
 pub(crate) const MAX_LINE_LENGTH: usize = 255;
 
 /// The first half: what rust-ini made of the repaired lines. [`Syntax`] borrows from it.

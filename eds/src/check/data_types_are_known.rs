@@ -9,7 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     code: "eds::unknown-data-type",
     severity: Severity::Warning,
     holds: "Data types are those of CiA 301 or of the device itself.",
-    explain: "Data types have the indices 0001h to 025Fh (CiA 301, table 39). Others are kept as a number, and nothing \
+    explain: "Data types have the indices 0001h to 025Fh (CiA 301, 7.4.1). Others are kept as a number, and nothing \
               can be generated for them.",
     check: None,
 };

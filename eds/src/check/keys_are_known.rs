@@ -7,7 +7,7 @@ pub(crate) const RULE: Rule = Rule {
     code: "eds::unknown-key",
     severity: Severity::Note,
     holds: "Every key is one that CiA 306 knows for its section.",
-    explain: "Vendors add keys for their own tools; CiA 306-1 (4.5) lets other readers ignore them. A misspelt key \
-              looks the same, so each name is told once, at its first place.",
+    explain: "Vendors add keys for their own tools; CiA 306-1 lets other readers ignore them. A misspelt key looks the \
+              same, so each name is told once, at its first place.",
     check: None,
 };

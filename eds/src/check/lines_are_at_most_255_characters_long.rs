@@ -8,8 +8,8 @@ pub(crate) const RULE: Rule = Rule {
     code: "eds::long-line",
     severity: Severity::Note,
     holds: "A line has at most 255 characters.",
-    explain: "CiA 306-1 (4.2) limits lines to 255 characters, and readers with a fixed buffer cut them there. Longer \
-              lines are read whole here.",
+    explain: "CiA 306-1 limits lines to 255 characters, and readers with a fixed buffer cut them there. Longer lines \
+              are read whole here.",
     check: None,
 };
 

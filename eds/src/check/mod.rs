@@ -5,10 +5,10 @@
 
 use crate::diagnostics::{Diagnostic, Diagnostics, Severity};
 use crate::eds::Facts;
-use crate::model::{Device, Entry};
+use crate::model::{Device, Direction, Entry, Mapped, Object, Pdo, Value};
 use crate::number::Oddity;
-use crate::object::Key;
-use crate::overlay::Changes;
+use crate::object::{Key, ObjectFacts};
+use crate::overlay::{Changes, Extra};
 use crate::source::Span;
 
 /// A rule.
@@ -32,6 +32,11 @@ pub(crate) struct Context<'a> {
     pub(crate) facts: &'a Facts<'a>,
     pub(crate) changes: &'a Changes,
 }
+
+/// How to mend a limit.
+const OVERLAY_LIMITS: &str = "an overlay can give the right ones: `low` and `high` with a reason";
+
+mod standard;
 
 macro_rules! rules {
     ($($name:ident,)*) => {
@@ -95,6 +100,77 @@ rules! {
     users_of_a_name_share_a_data_type,
     meanings_fit_their_data_type,
     conditions_ask_for_existing_entries,
+    required_sections_are_there,
+    device_info_is_complete,
+    a_bit_rate_is_supported,
+    dates_and_times_have_their_form,
+    granularity_is_possible,
+    dynamic_channels_are_announced,
+    compact_pdos_are_written_out,
+    commissioned_node_id_is_possible,
+    commissioned_bit_rate_is_supported,
+    supported_modules_are_described,
+    connected_modules_are_supported,
+    lists_of_objects_are_counted,
+    lists_of_objects_are_numbered,
+    objects_are_listed,
+    objects_are_listed_once,
+    objects_are_in_their_list,
+    mandatory_objects_are_there,
+    indices_are_not_reserved,
+    objects_have_names,
+    names_are_at_most_241_characters_long,
+    names_differ_as_identifiers,
+    subs_have_an_object,
+    subs_are_counted,
+    variables_have_no_subs,
+    arrays_and_records_have_subs,
+    sub_index_0_is_there,
+    sub_index_0_is_an_unsigned8,
+    sub_index_0_is_the_highest_sub_index,
+    arrays_have_one_data_type,
+    sub_indices_are_hexadecimal,
+    compact_objects_have_at_most_254_subs,
+    user_defined_types_are_described,
+    links_lead_to_objects,
+    limits_are_in_order,
+    limits_are_within_their_type,
+    defaults_are_within_their_type,
+    defaults_are_within_their_limits,
+    configured_values_are_within_their_limits,
+    limits_leave_a_choice,
+    configured_values_can_be_written,
+    constants_have_a_default,
+    mappable_entries_have_a_size,
+    process_data_are_mappable,
+    communication_parameters_are_not_mappable,
+    mapped_objects_exist,
+    mapped_objects_are_mappable,
+    mapped_lengths_are_those_of_the_types,
+    mappings_fit_into_a_frame,
+    mappings_are_counted,
+    mapped_objects_go_the_right_way,
+    mapped_dummies_are_usable,
+    pdos_have_both_parameters,
+    pdos_are_counted,
+    pdo_cob_ids_differ,
+    pdo_cob_ids_are_not_restricted,
+    pdo_cob_ids_have_11_bits,
+    transmission_types_are_defined,
+    mapped_lengths_respect_the_granularity,
+    standard_objects_have_their_object_type,
+    standard_objects_have_their_data_type,
+    standard_constants_are_not_writable,
+    profile_objects_are_there,
+    an_error_control_is_there,
+    guarding_has_both_parameters,
+    heartbeat_and_guarding_exclude_each_other,
+    identity_agrees_with_device_info,
+    emergency_has_its_cob_id,
+    sync_cob_id_is_free,
+    default_sdo_has_its_cob_ids,
+    sdo_parameters_can_be_switched_off,
+    heartbeat_consumer_watches_others,
 }
 
 /// All rules, in the order in which they are applied.
@@ -122,7 +198,45 @@ impl Rule {
     }
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
+    /// The objects with what is known of them beyond the model.
+    fn objects(&self) -> impl Iterator<Item = (&'a Object, &'a ObjectFacts)> {
+        self.device.objects.iter().zip(&self.facts.objects)
+    }
+
+    /// All mappings: the PDO, the number of the mapping from 1, and what is mapped.
+    fn mapped(&self) -> impl Iterator<Item = (&'a Pdo, u8, Mapped)> {
+        let of_pdo = |pdo: &'a Pdo| pdo.mapping.iter().zip(1..).map(move |(&mapped, number)| (pdo, number, mapped));
+        self.device.pdos.iter().flat_map(of_pdo)
+    }
+
+    /// The place of a mapping; that of the number of mappings for 0.
+    fn mapping_span(&self, pdo: &Pdo, number: u8) -> Span {
+        let object = self.device.object(crate::pdo::mapping_parameter(pdo.direction, pdo.number));
+        self.parameter_span(pdo, object, number, |pdo| !pdo.mapping.is_empty())
+    }
+
+    /// The place of an entry of the communication parameter.
+    fn pdo_span(&self, pdo: &Pdo, sub: u8) -> Span {
+        let object = self.device.object(crate::pdo::communication_parameter(pdo.direction, pdo.number));
+        self.parameter_span(pdo, object, sub, |pdo| pdo.transmission_type.is_some() || pdo.cob_id.is_some())
+    }
+
+    fn cob_id_span(&self, pdo: &Pdo) -> Span {
+        self.pdo_span(pdo, 1)
+    }
+
+    fn parameter_span(&self, pdo: &Pdo, object: Option<&Object>, sub: u8, says: impl Fn(&Pdo) -> bool) -> Span {
+        let same = |extra: &&Extra| (extra.pdo.direction, extra.pdo.number) == (pdo.direction, pdo.number);
+        if let Some(extra) = self.changes.pdos.iter().rev().find(|extra| same(extra) && says(&extra.pdo)) {
+            return extra.span;
+        }
+        let Some(object) = object else { return Span::default() };
+        let Some(entry) = object.entry(sub) else { return object.span };
+        let key = if entry.configured.is_some() { Key::ParameterValue } else { Key::DefaultValue };
+        self.entry_span(entry, key)
+    }
+
     /// The place of a key's value in the section of an object or entry; the name of the section without that key.
     fn value_span(&self, of: Span, key: Key) -> Span {
         let syntax = &self.facts.syntax;
@@ -135,6 +249,72 @@ impl Context<'_> {
         let corrected = self.changes.correction(entry.index, entry.sub, key);
         corrected.unwrap_or_else(|| self.value_span(entry.span, key))
     }
+}
+
+/// Reports an integer that its data type cannot have.
+fn outside_type(
+    rule: &Rule,
+    context: &Context<'_>,
+    entry: &Entry,
+    key: Key,
+    value: Option<&Value>,
+    out: &mut Diagnostics,
+) {
+    let Some((Value::Integer(value), (low, high))) = value.zip(entry.data_type.range()) else { return };
+    if !(low..=high).contains(value) {
+        let finding = rule.finding(format!("`{}` does not fit into {}", key.name(), entry.data_type));
+        let finding = finding.at(context.entry_span(entry, key), format!("{low} to {high} do"));
+        out.push(finding.and(context.entry_span(entry, Key::DataType), "the data type"));
+    }
+}
+
+/// Reports a value that lies outside its limits.
+fn outside_limits(
+    rule: &Rule,
+    context: &Context<'_>,
+    entry: &Entry,
+    key: Key,
+    value: Option<&Value>,
+    out: &mut Diagnostics,
+) {
+    let Some(value) = value else { return };
+    let above = |a: &Value, b: &Value| match (a, b) {
+        (Value::Integer(a), Value::Integer(b)) => a > b,
+        (Value::Real(a), Value::Real(b)) => a > b,
+        _ => false,
+    };
+    // Reversed limits have a rule of their own.
+    if let Some((low, high)) = entry.low.as_ref().zip(entry.high.as_ref())
+        && above(low, high)
+    {
+        return;
+    }
+    let limit = if entry.low.as_ref().is_some_and(|low| above(low, value)) {
+        Key::LowLimit
+    } else if entry.high.as_ref().is_some_and(|high| above(value, high)) {
+        Key::HighLimit
+    } else {
+        return;
+    };
+    let side = if limit == Key::LowLimit { "below the low limit" } else { "above the high limit" };
+    let finding = rule.finding(format!("`{}` is {side}", key.name())).at(context.entry_span(entry, key), "");
+    out.push(finding.and(context.entry_span(entry, limit), "the limit").help(OVERLAY_LIMITS));
+}
+
+/// Whether a mapping leaves a gap as long as a data type.
+fn is_dummy(mapped: Mapped) -> bool {
+    mapped.index < 0x20 && mapped.sub == 0
+}
+
+/// `RPDO 1`, `TPDO 512`.
+fn pdo_name(pdo: &Pdo) -> String {
+    let direction = if pdo.direction == Direction::Receive { "RPDO" } else { "TPDO" };
+    format!("{direction} {}", pdo.number)
+}
+
+/// Whether CiA 301 (7.3.5) keeps a COB-ID for something else than PDO, SYNC, TIME and EMCY.
+fn is_restricted(cob_id: i128) -> bool {
+    matches!(cob_id, 0..=0x7F | 0x101..=0x180 | 0x581..=0x5FF | 0x601..=0x67F | 0x6E0..=0x6FF | 0x701..=0x7FF)
 }
 
 /// What was odd about a number, by the rule that it breaks.
@@ -162,9 +342,10 @@ pub(crate) fn grouped(rule: &Rule, key: &str, count: usize, first: Span) -> Diag
 
 /// `1 key`, `2 keys`, `2 entries`.
 fn plural(count: usize, word: &str) -> String {
-    match (count, word.strip_suffix('y').filter(|stem| !stem.ends_with(['a', 'e', 'o']))) {
-        (1, _) => format!("1 {word}"),
-        (_, Some(stem)) => format!("{count} {stem}ies"),
+    match word {
+        _ if count == 1 => format!("1 {word}"),
+        "entry" => format!("{count} entries"),
+        "sub-index" => format!("{count} sub-indices"),
         _ => format!("{count} {word}s"),
     }
 }

@@ -8,8 +8,8 @@ pub(crate) const RULE: Rule = Rule {
     code: "eds::unknown-variable",
     severity: Severity::Warning,
     holds: "The only variable in a value is $NODEID.",
-    explain: "CiA 306-1 (4.3) knows `$NODEID` and no other variable. Another name is read as if it were `$NODEID`, \
-              which it usually means.",
+    explain: "CiA 306-1 knows `$NODEID` and no other variable. Another name is read as if it were `$NODEID`, which it \
+              usually means.",
     check: None,
 };
 

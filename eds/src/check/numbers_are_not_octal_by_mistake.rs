@@ -8,9 +8,8 @@ pub(crate) const RULE: Rule = Rule {
     code: "eds::octal-number",
     severity: Severity::Warning,
     holds: "A decimal number has no leading zero.",
-    explain: "CiA 306-1 (4.3) follows C: a leading zero means octal, so 010 is eight. People who pad numbers with \
-              zeros mean decimal. The standard is followed where all digits are octal; an overlay can say what was \
-              meant.",
+    explain: "CiA 306-1 follows C: a leading zero means octal, so 010 is eight. People who pad numbers with zeros mean \
+              decimal. The standard is followed where all digits are octal; an overlay can say what was meant.",
     check: None,
 };
 

@@ -8,8 +8,8 @@ pub(crate) const RULE: Rule = Rule {
     code: "eds::bad-number",
     severity: Severity::Warning,
     holds: "Where a number belongs there is one.",
-    explain: "Numbers are decimal, hexadecimal with `0x` or octal with a leading zero (CiA 306-1, 4.3). The key is \
-              read as absent.",
+    explain: "Numbers are decimal, hexadecimal with `0x` or octal with a leading zero (CiA 306-1). The key is read as \
+              absent.",
     check: None,
 };
 

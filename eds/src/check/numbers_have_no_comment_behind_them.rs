@@ -8,7 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     code: "eds::inline-comment",
     severity: Severity::Warning,
     holds: "No comment follows a number on its line.",
-    explain: "In CiA 306-1 (4.2) a comment has a line of its own. Other readers refuse the number or take it for text.",
+    explain: "In CiA 306-1 a comment has a line of its own. Other readers refuse the number or take it for text.",
     check: None,
 };
 

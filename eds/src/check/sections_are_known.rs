@@ -8,8 +8,8 @@ pub(crate) const RULE: Rule = Rule {
     code: "eds::unknown-section",
     severity: Severity::Warning,
     holds: "Every section is one that CiA 306 knows.",
-    explain: "Vendors add sections for their own tools; CiA 306-1 (4.5) lets other readers ignore them. A misspelt \
-              name of an object looks the same, so each is named.",
+    explain: "Vendors add sections for their own tools; CiA 306-1 lets other readers ignore them. A misspelt name of \
+              an object looks the same, so each is named.",
     check: None,
 };
 

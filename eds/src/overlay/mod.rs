@@ -49,6 +49,7 @@ mod object;
 mod pdo;
 mod value;
 
+pub(crate) use pdo::Extra;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -72,7 +73,7 @@ pub(crate) struct Changes {
     /// Conditions of units and ranges.
     pub(crate) conditions: Vec<(Condition, Span)>,
     /// PDOs.
-    pub(crate) pdos: Vec<pdo::Extra>,
+    pub(crate) pdos: Vec<Extra>,
     /// `profile`.
     pub(crate) profile: Option<(u16, Span)>,
 }

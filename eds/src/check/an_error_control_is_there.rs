@@ -1,0 +1,20 @@
+//! The device has heartbeat or node guarding.
+
+use crate::diagnostics::{Diagnostics, Severity};
+use super::{Context, Rule};
+
+pub(crate) const RULE: Rule = Rule {
+    code: "cia301::no-error-control",
+    severity: Severity::Warning,
+    holds: "The device has heartbeat or node guarding.",
+    explain: "CiA 301 demands one of them: the heartbeat producer time 1017h, or guard time 100Ch and life time factor \
+              100Dh. Without it nobody notices that the device is gone.",
+    check: Some(check),
+};
+
+fn check(context: &Context<'_>, out: &mut Diagnostics) {
+    let there = |index: u16| context.device.object(index).is_some();
+    if !context.device.objects.is_empty() && !there(0x1017) && !there(0x100C) {
+        out.push(RULE.finding("the device has neither heartbeat (1017) nor node guarding (100C, 100D)"));
+    }
+}

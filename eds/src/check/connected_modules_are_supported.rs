@@ -1,0 +1,23 @@
+//! Every module that a DCF plugs in is one that the device supports.
+
+use crate::diagnostics::{Diagnostics, Severity};
+use crate::section::SectionKind;
+use super::{Context, Rule};
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::unsupported-module",
+    severity: Severity::Warning,
+    holds: "Every module that a DCF plugs in is one that the device supports.",
+    explain: "`[ConnectedModules]` names modules by their number in `[SupportedModules]`.",
+    check: Some(check),
+};
+
+fn check(context: &Context<'_>, out: &mut Diagnostics) {
+    let Some(section) = context.facts.section(SectionKind::ConnectedModules) else { return };
+    for &number in &context.device.connected_modules {
+        if context.device.modules.iter().all(|module| module.number != number) {
+            let finding = RULE.finding(format!("there is no module {number}"));
+            out.push(finding.at(context.facts.syntax.name_span(section), "plugged in here"));
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! Dummies that a PDO maps are in DummyUsage.
+
+use crate::diagnostics::{Diagnostics, Severity};
+use crate::types::DataType;
+use super::{Context, Rule};
+
+pub(crate) const RULE: Rule = Rule {
+    code: "pdo::unusable-dummy",
+    severity: Severity::Warning,
+    holds: "Dummies that a PDO maps are in DummyUsage.",
+    explain: "A data type can be mapped to leave a gap when `[DummyUsage]` says so (CiA 306-1), and only into receive \
+              PDOs.",
+    check: Some(check),
+};
+
+fn check(context: &Context<'_>, out: &mut Diagnostics) {
+    for (pdo, number, mapped) in context.mapped().filter(|(_, _, mapped)| super::is_dummy(*mapped)) {
+        let data_type = DataType::from_code(mapped.index);
+        if !context.device.dummies.contains(&data_type) {
+            let finding = RULE.finding(format!("{data_type} is mapped as a dummy, but `[DummyUsage]` forbids it"));
+            out.push(finding.at(context.mapping_span(pdo, number), ""));
+        }
+    }
+}

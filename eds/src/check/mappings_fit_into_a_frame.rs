@@ -1,0 +1,22 @@
+//! A PDO maps at most 64 bits.
+
+use crate::diagnostics::{Diagnostics, Severity};
+use super::{Context, Rule};
+
+pub(crate) const RULE: Rule = Rule {
+    code: "pdo::too-long",
+    severity: Severity::Warning,
+    holds: "A PDO maps at most 64 bits.",
+    explain: "A CAN frame has eight bytes (CiA 301, 7.2.2). A device refuses a longer mapping.",
+    check: Some(check),
+};
+
+fn check(context: &Context<'_>, out: &mut Diagnostics) {
+    for pdo in &context.device.pdos {
+        let bits: u32 = pdo.mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
+        if bits > 64 {
+            let finding = RULE.finding(format!("{} maps {bits} bits", super::pdo_name(pdo)));
+            out.push(finding.at(context.mapping_span(pdo, 0), "at most 64 fit into a frame"));
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! A name has at most 241 characters.
+
+use crate::diagnostics::{Diagnostics, Severity};
+use crate::object::Key;
+use super::{Context, Rule};
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::long-name",
+    severity: Severity::Note,
+    holds: "A name has at most 241 characters.",
+    explain: "CiA 306-1 (6.5.2) limits `ParameterName` to 241 characters; other readers may cut it there.",
+    check: Some(check),
+};
+
+fn check(context: &Context<'_>, out: &mut Diagnostics) {
+    for entry in context.device.entries().filter(|entry| entry.name.len() > 241) {
+        let length = entry.name.chars().count();
+        if length > 241 {
+            let span = context.entry_span(entry, Key::ParameterName);
+            out.push(RULE.finding(format!("the name has {length} characters")).at(span, ""));
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! NrOfRXPDO and NrOfTXPDO are the numbers of PDOs.
+
+use crate::diagnostics::{Diagnostics, Severity};
+use crate::model::Direction;
+use crate::section::SectionKind;
+use super::{Context, Rule};
+
+pub(crate) const RULE: Rule = Rule {
+    code: "pdo::count",
+    severity: Severity::Warning,
+    holds: "NrOfRXPDO and NrOfTXPDO are the numbers of PDOs.",
+    explain: "Tools that trust the numbers in `[DeviceInfo]` offer fewer or more PDOs than there are parameters for.",
+    check: Some(check),
+};
+
+fn check(context: &Context<'_>, out: &mut Diagnostics) {
+    let info = &context.device.info;
+    let counts = [
+        (Direction::Receive, "NrOfRXPDO", info.receive_pdos),
+        (Direction::Transmit, "NrOfTXPDO", info.transmit_pdos),
+    ];
+    for (direction, key, said) in counts {
+        let first = crate::pdo::communication_parameter(direction, 1);
+        let parameters = context.device.objects.iter().filter(|object| (first..first + 0x200).contains(&object.index));
+        let found = parameters.count();
+        let section = context.facts.section(SectionKind::DeviceInfo);
+        let Some((said, pair)) = said.zip(section.and_then(|section| section.get(key))) else { continue };
+        if usize::from(said) != found && info.compact_pdo == 0 {
+            let finding = RULE.finding(format!("there {}, not {said}", super::are(found, "PDO")));
+            out.push(finding.at(context.facts.syntax.value_span(pair), "says otherwise"));
+        }
+    }
+}

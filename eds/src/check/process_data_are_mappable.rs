@@ -1,0 +1,24 @@
+//! What is rwr or rww can be mapped.
+
+use crate::diagnostics::{Diagnostics, Severity};
+use crate::model::AccessType;
+use crate::object::Key;
+use super::{Context, Rule};
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::rwr-not-mappable",
+    severity: Severity::Note,
+    holds: "What is rwr or rww can be mapped.",
+    explain: "`rwr` and `rww` say into which PDOs an entry can be mapped (CiA 306-1, 6.5.2), which makes no sense when \
+              it cannot.",
+    check: Some(check),
+};
+
+fn check(context: &Context<'_>, out: &mut Diagnostics) {
+    for entry in context.device.entries().filter(|entry| !entry.pdo_mapping) {
+        if matches!(entry.access, AccessType::Rwr | AccessType::Rww) {
+            let message = format!("{:04X}:{:02X} is {}, but not mappable", entry.index, entry.sub, entry.access.name());
+            out.push(RULE.finding(message).at(context.entry_span(entry, Key::AccessType), ""));
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! Every supported module is described.
+
+use crate::diagnostics::{Diagnostics, Severity};
+use crate::section::SectionKind;
+use super::{Context, Rule};
+
+pub(crate) const RULE: Rule = Rule {
+    code: "eds::module-without-section",
+    severity: Severity::Warning,
+    holds: "Every supported module is described.",
+    explain: "`[SupportedModules]` says how many modules there are; each has a section `[M1ModuleInfo]` and so on.",
+    check: Some(check),
+};
+
+fn check(context: &Context<'_>, out: &mut Diagnostics) {
+    let described = |number: u16| {
+        context.facts.kinds.iter().any(|kind| matches!(kind, SectionKind::Module(found, _) if *found == number))
+    };
+    let Some(section) = context.facts.section(SectionKind::SupportedModules) else { return };
+    for module in context.device.modules.iter().filter(|module| !described(module.number)) {
+        let finding = RULE.finding(format!("the module {} is not described", module.number));
+        out.push(finding.at(context.facts.syntax.name_span(section), ""));
+    }
+}
