@@ -6,7 +6,9 @@
 //! - [`object`]: typed handles of a device's objects, and the dictionary that a device serves;
 //! - [`wire`]: bytes to meaning and back, one file per protocol, without state;
 //! - [`service`]: one state machine per protocol;
-//! - [`device`]: the composite that a device is;
+//! - [`device`] and [`manager`]: the composites, one for either side;
+//! - [`procedure`]: sequences of steps as data, and what runs them;
+//! - [`profile`]: what device profiles add;
 //! - `host`, behind the feature `std`: links and shells, the only part that does I/O.
 //!
 //! What is absent: no clock is read (time is an argument), no frame is queued (transmissions are
@@ -24,7 +26,10 @@ pub mod frame;
 #[cfg(feature = "std")]
 pub mod host;
 pub mod id;
+pub mod manager;
 pub mod object;
+pub mod procedure;
+pub mod profile;
 pub mod service;
 #[cfg(test)]
 #[allow(dead_code, unreachable_pub, reason = "integration tests use it too")]

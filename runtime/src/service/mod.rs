@@ -9,7 +9,7 @@
 //! - `poll_timeout() -> Option<Instant>`: when to call `handle_timeout`, `None` for never.
 //!
 //! A service handles the frames of its COB-ID and ignores others. The composites
-//! [`Device`](crate::device::Device) and `Manager` see to it that frames reach their service.
+//! [`Device`](crate::device::Device) and [`Manager`](crate::manager::Manager) see to it that frames reach their service.
 
 pub mod emcy_consumer;
 pub mod emcy_producer;
@@ -18,6 +18,8 @@ pub mod heartbeat_consumer;
 pub mod heartbeat_producer;
 pub mod mapping;
 pub mod nmt;
+pub mod nmt_manager;
+pub mod node_guard;
 pub(crate) mod objects;
 pub mod rpdo;
 mod sdo_block;

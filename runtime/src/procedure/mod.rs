@@ -1,0 +1,15 @@
+//! Sequences of steps as data, and one runner for all of them.
+//!
+//! A procedure is an iterator of [`Step`]s: an array, or whatever computes them one after the other. The
+//! [`Runner`] takes one step at a time, and stops at the first that fails. It reads and writes through an
+//! [`SdoClient`](crate::service::sdo_client::SdoClient) of its own: no other client may use the same channel meanwhile.
+
+mod concise;
+mod pdo;
+mod runner;
+mod step;
+
+pub use concise::{ConciseDcf, ConciseDcfError};
+pub use pdo::{PdoSettings, configure_pdo};
+pub use runner::{Event, Failure, Runner, StepError};
+pub use step::{Data, Decision, Steer, Step};

@@ -1,0 +1,84 @@
+//! Configuring a PDO in the order of CiA 301, 7.5.2.36: switch it off, change it, switch it on.
+
+use super::step::Step;
+use crate::object::{Address, Direction, Mapped};
+use crate::wire::pdo::{PdoCobId, TransmissionType};
+
+/// What a PDO is to be like.
+#[derive(Clone, Copy, Debug)]
+pub struct PdoSettings<'a> {
+    /// The direction, as the device sees it.
+    pub direction: Direction,
+    /// 1 to 512.
+    pub number: u16,
+    /// COB-ID, and whether the PDO is switched on in the end.
+    pub cob_id: PdoCobId,
+    /// When it is sent or takes effect.
+    pub transmission: TransmissionType,
+    /// In 100 us; `None` to leave it as it is.
+    pub inhibit_100us: Option<u16>,
+    /// In ms; `None` to leave it as it is.
+    pub event_timer_ms: Option<u16>,
+    /// The objects; `None` to leave a static mapping as it is.
+    pub mapping: Option<&'a [Mapped]>,
+}
+
+/// The steps that configure a PDO. The device must be in PRE-OPERATIONAL, unless it does not mind.
+pub fn configure_pdo<'a>(settings: PdoSettings<'a>) -> impl Iterator<Item = Step<'static>> + use<'a> {
+    let (parameter, mapping) = match settings.direction {
+        Direction::Receive => (0x13FF_u16, 0x15FF_u16),
+        Direction::Transmit => (0x17FF, 0x19FF),
+    };
+    // A number beyond 512 names no PDO: the device says so.
+    let parameter = parameter.wrapping_add(settings.number);
+    let mapping = mapping.wrapping_add(settings.number);
+    let off = [Step::value(Address::new(parameter, 1), settings.cob_id.switched_off().0)];
+    let parameters = [
+        Some(Step::value(Address::new(parameter, 2), settings.transmission.code())),
+        settings.inhibit_100us.map(|inhibit| Step::value(Address::new(parameter, 3), inhibit)),
+        settings.event_timer_ms.map(|timer| Step::value(Address::new(parameter, 5), timer)),
+    ];
+    let on = [Step::value(Address::new(parameter, 1), settings.cob_id.0)];
+    let mapped = settings.mapping.into_iter().flat_map(move |mapped| map(mapping, mapped));
+    off.into_iter().chain(parameters.into_iter().flatten()).chain(mapped).chain(on)
+}
+
+fn map<'a>(index: u16, mapped: &'a [Mapped]) -> impl Iterator<Item = Step<'static>> + use<'a> {
+    let entries =
+        (1_u8..).zip(mapped).map(move |(sub, entry)| Step::value(Address::new(index, sub), entry.to_parameter()));
+    let len = u8::try_from(mapped.len()).unwrap_or(u8::MAX);
+    let none = [Step::value(Address::new(index, 0), 0_u8)];
+    none.into_iter().chain(entries).chain([Step::value(Address::new(index, 0), len)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pdo_is_switched_off_first_and_on_last() {
+        let settings = PdoSettings {
+            direction: Direction::Transmit,
+            number: 3,
+            cob_id: PdoCobId(0x385),
+            transmission: TransmissionType::SynchronousCyclic(1),
+            inhibit_100us: None,
+            event_timer_ms: Some(100),
+            mapping: Some(&[Mapped::new(0x6041, 0, 16), Mapped::new(0x6064, 0, 32)]),
+        };
+        let steps: std::vec::Vec<_> = configure_pdo(settings).map(|step| std::format!("{step}")).collect();
+        assert_eq!(
+            steps,
+            [
+                "write 1802:01",
+                "write 1802:02",
+                "write 1802:05",
+                "write 1A02:00",
+                "write 1A02:01",
+                "write 1A02:02",
+                "write 1A02:00",
+                "write 1802:01",
+            ]
+        );
+    }
+}

@@ -1,0 +1,133 @@
+//! What a procedure consists of.
+
+use core::fmt;
+
+use crate::object::{Address, Object, Value, Writable};
+use crate::service::sdo_client::Scalar;
+use crate::time::Duration;
+use crate::wire::nmt::NmtCommand;
+
+/// One step of a procedure.
+#[derive(Clone, Copy, Debug)]
+pub enum Step<'a> {
+    /// Writes an entry.
+    Write {
+        /// The entry.
+        address: Address,
+        /// What it becomes.
+        data: Data<'a>,
+    },
+    /// Reads an entry, which must have a value.
+    Expect {
+        /// The entry.
+        address: Address,
+        /// The bits that are compared.
+        mask: u64,
+        /// The value of these bits.
+        value: u64,
+    },
+    /// Reads an entry until it has a value.
+    Await {
+        /// The entry.
+        address: Address,
+        /// The bits that are compared.
+        mask: u64,
+        /// The value of these bits.
+        value: u64,
+        /// The time from one reading to the next.
+        poll: Duration,
+        /// How long it may take.
+        timeout: Duration,
+    },
+    /// Reads an entry, decides what to write into another, and so on until the goal is reached.
+    Steer {
+        /// The entry that is read.
+        observed: Address,
+        /// The entry that is written, an UNSIGNED16.
+        acted: Address,
+        /// What decides.
+        steer: &'a dyn Steer,
+        /// The time from one reading to the next.
+        poll: Duration,
+        /// How long it may take.
+        timeout: Duration,
+    },
+    /// Commands the node.
+    Nmt(NmtCommand),
+    /// Waits for the node's boot-up message.
+    AwaitBootUp {
+        /// How long it may take.
+        timeout: Duration,
+    },
+    /// Lets time pass.
+    Wait(Duration),
+}
+
+/// What is written.
+#[derive(Clone, Copy, Debug)]
+pub enum Data<'a> {
+    /// A value.
+    Value(Scalar),
+    /// Bytes.
+    Bytes(&'a [u8]),
+}
+
+/// Decides, from what was read, what is to be written.
+pub trait Steer: fmt::Debug {
+    /// What to do now.
+    fn decide(&self, observed: u64) -> Decision;
+}
+
+/// What to do in [`Step::Steer`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    /// Nothing more: the goal is reached.
+    Reached,
+    /// Write this number.
+    Write(u64),
+    /// Read again later.
+    Wait,
+    /// Give up.
+    Impossible,
+}
+
+impl<'a> Step<'a> {
+    /// Writes an object.
+    #[must_use]
+    pub fn write<T: Value, A: Writable, M>(object: Object<T, A, M>, value: T) -> Self {
+        Step::value(object.address(), value)
+    }
+
+    /// Writes a value into an entry that no handle describes.
+    #[must_use]
+    pub fn value<T: Value>(address: Address, value: T) -> Self {
+        Step::Write { address, data: Data::Value(Scalar::of(value)) }
+    }
+
+    /// Writes bytes.
+    #[must_use]
+    pub const fn bytes(address: Address, bytes: &'a [u8]) -> Self {
+        Step::Write { address, data: Data::Bytes(bytes) }
+    }
+
+    /// Reads an entry, all bits of which must have this value.
+    #[must_use]
+    pub const fn expect(address: Address, value: u64) -> Self {
+        Step::Expect { address, mask: u64::MAX, value }
+    }
+}
+
+/// In a few words: `write 1017:00`.
+impl fmt::Display for Step<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Step::Write { address, .. } => write!(f, "write {address}"),
+            Step::Expect { address, value, .. } => write!(f, "expect {value:X}h in {address}"),
+            Step::Await { address, value, .. } => write!(f, "wait for {value:X}h in {address}"),
+            Step::Steer { acted, .. } => write!(f, "steer by {acted}"),
+            Step::Nmt(command) => write!(f, "{command}"),
+            Step::AwaitBootUp { .. } => f.write_str("wait for the boot-up message"),
+            Step::Wait(span) => write!(f, "wait {span}"),
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! What device profiles add to CiA 301.
+
+pub mod cia402;
