@@ -173,6 +173,7 @@ pub(super) struct Receiver {
     confirmed: u8,
     /// Whether there was silence already since the last segment that came in sequence.
     is_silent: bool,
+    fruitless: u8,
     checksum: Checksum,
 }
 
@@ -197,6 +198,7 @@ impl Receiver {
             is_heard: false,
             confirmed: 0,
             is_silent: false,
+            fruitless: 0,
             checksum: Checksum { crc: Crc::new(), covered: 0, is_used: with_crc },
         }
     }
@@ -221,15 +223,24 @@ impl Receiver {
             return Ok(Received { is_next: false, ends_block: false });
         }
         let sequence = segment.sequence();
+        if sequence > self.block_size {
+            return Err(AbortCode::INVALID_SEQUENCE_NUMBER);
+        }
         let is_at_end = segment.last || sequence == self.block_size;
         if sequence != self.next {
             // The segment that was confirmed last may be repeated: that is not the end of the next block.
             let is_repeated = sequence < self.next || (!self.is_heard && sequence == self.confirmed);
             self.is_heard = true;
-            return Ok(Received { is_next: false, ends_block: is_at_end && !is_repeated });
+            let ends_block = is_at_end && !is_repeated;
+            self.fruitless = if ends_block && self.next == 1 { self.fruitless + 1 } else { self.fruitless };
+            if self.fruitless > MAX_FRUITLESS {
+                return Err(AbortCode::INVALID_SEQUENCE_NUMBER);
+            }
+            return Ok(Received { is_next: false, ends_block });
         }
         self.is_heard = true;
         self.is_silent = false;
+        self.fruitless = 0;
         self.next += 1;
         if segment.last {
             self.last = Some(*segment);
@@ -254,20 +265,24 @@ impl Receiver {
     /// What to say after silence; `None` when it has lasted for too long.
     ///
     /// When segments came since the last confirmation, the rest of the block got lost. Otherwise that
-    /// confirmation got lost, or all of the block that followed: the latter when that is one segment, being the
-    /// only loss that a single frame can be. A wrong guess lets data be missing or come twice, so there must be
-    /// a size or a checksum to notice it.
+    /// confirmation got lost, or all of the block that followed. To say it again serves both: a [`Sender`] that
+    /// has sent fewer segments since cannot take it for a confirmation of these. Only after a single segment
+    /// that is followed by a single one it could, and then it is asked to send that again. A wrong guess lets data
+    /// be missing or come twice, so there must be a size or a checksum to notice it.
     pub(super) fn confirm_after_silence(&mut self) -> Option<Confirmation> {
         if core::mem::replace(&mut self.is_silent, true) {
             return None;
         }
+        let again = Confirmation { sequence: self.confirmed, block_size: self.block_size };
+        if self.last.is_some() || self.confirmed == 0 && !self.is_heard {
+            return Some(again);
+        }
         let left = self.announced.map(|announced| announced.saturating_sub(self.offset));
         let is_one_segment = self.block_size == 1 || left.is_some_and(|left| left <= 7);
-        if self.is_heard && self.last.is_none() || is_one_segment && self.is_checked() && self.last.is_none() {
+        if self.is_heard || self.confirmed == 1 && is_one_segment && self.is_checked() {
             return Some(self.confirm());
         }
-        let is_safe = self.last.is_some() || self.confirmed == 0 || self.is_checked();
-        is_safe.then_some(Confirmation { sequence: self.confirmed, block_size: self.block_size })
+        self.is_checked().then_some(again)
     }
 
     fn is_checked(&self) -> bool {

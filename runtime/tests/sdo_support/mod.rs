@@ -145,7 +145,12 @@ impl Bus {
                 return event;
             }
         }
-        panic!("the transfer does not end");
+        panic!(
+            "the transfer does not end: {:#?} {:#?} {:?}",
+            self.client,
+            self.server,
+            &self.log[self.log.len() - 20..]
+        );
     }
 
     /// Lets everything happen that is still to happen without the client beginning anything.
@@ -154,15 +159,17 @@ impl Bus {
             self.step(&mut [0_u8; 0], &mut |_, frame| vec![frame]);
         }
         while let Some(frame) = self.client.poll_transmit(self.now, &mut [0_u8; 0]) {
+            self.log.push(frame);
             self.server.handle_frame(self.now, &frame, &mut self.od);
         }
         while let Some(frame) = self.server.poll_transmit(self.now, &mut self.od) {
+            self.log.push(frame);
             self.client.handle_frame(self.now, &frame, &mut [0_u8; 0]);
         }
     }
 
     /// One frame of each side, or one deadline.
-    fn step(&mut self, payload: &mut dyn Payload, fault: Fault<'_>) -> Option<sdo_client::Event> {
+    pub fn step(&mut self, payload: &mut dyn Payload, fault: Fault<'_>) -> Option<sdo_client::Event> {
         let from_client = self.client.poll_transmit(self.now, payload);
         if let Some(event) = from_client.and_then(|frame| self.deliver(frame, payload, fault)) {
             return Some(event);

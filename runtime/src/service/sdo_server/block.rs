@@ -96,7 +96,7 @@ impl SdoServer {
     ) -> Outcome {
         let source = Source::open(address, od)?;
         let size = source.size(od);
-        if size.is_some_and(|size| size <= u32::from(switch_threshold)) {
+        if switch_threshold > 0 && size.is_some_and(|size| size <= u32::from(switch_threshold)) {
             return self.begin_upload(source, od);
         }
         let sender = Sender::new(block_size, crc)?;
