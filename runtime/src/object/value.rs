@@ -14,6 +14,11 @@ pub trait Type: Copy + 'static {
 }
 
 /// A value of a fixed size.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a value of a fixed size",
+    label = "text, bytes and domains have no such value",
+    note = "read or write its bytes instead"
+)]
 pub trait Value: Type + PartialOrd + fmt::Debug {
     /// The bytes that an SDO transfers.
     const SIZE: usize = match Self::DATA_TYPE.size() {

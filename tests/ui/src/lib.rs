@@ -1,0 +1,34 @@
+//! A dictionary, and functions with the bounds that the runtime's have.
+
+use lexican_runtime::object::{Object, Readable, RpdoMappable, TpdoMappable, Value, Writable};
+
+/// The dictionary of the golden case.
+pub mod od {
+    include!("../../golden/access_and_mapping/expected.rs");
+}
+
+/// The dictionary with meanings of the golden case.
+pub mod drive {
+    include!("../../golden/overlay/expected.rs");
+}
+
+/// The dictionary with one object of each data type.
+pub mod types {
+    include!("../../golden/data_types/expected.rs");
+}
+
+/// Reads.
+pub fn read<T: Value, A: Readable, M>(object: Object<T, A, M>) -> T {
+    T::from_raw(object.address().index().into())
+}
+
+/// Writes.
+pub fn write<T: Value, A: Writable, M>(object: Object<T, A, M>, value: T) {
+    let _ = object.check(value);
+}
+
+/// Maps into a PDO that the device transmits.
+pub fn map_tpdo<T: Value, A, M: TpdoMappable>(_object: Object<T, A, M>) {}
+
+/// Maps into a PDO that the device receives.
+pub fn map_rpdo<T: Value, A, M: RpdoMappable>(_object: Object<T, A, M>) {}
