@@ -2,9 +2,9 @@
 //!
 //! The manual prints the bytes of an emergency code as "byte 0 (high byte), byte 1 (low byte)", which is
 //! not the order of CiA 301 (7.2.7.1: least significant byte first). Which one the hardware uses can only
-//! be seen on a bus. So [`EmergencyOrder`] is data: the simulated drive follows CiA 301 unless told
-//! otherwise, and [`cause_of`] understands both, which is safe because no code of the table is another
-//! one's mirror image.
+//! be seen on a bus. So the order is data: the simulated drive follows CiA 301 unless its
+//! [`Behaviour`](lexican_runtime::device::Behaviour) says otherwise, and [`cause_of`] understands both, which is
+//! safe because no code of the table is another one's mirror image.
 
 use core::fmt;
 
@@ -80,27 +80,6 @@ pub const NO_ERROR: u16 = 0x0000;
 pub const ERROR_PASSIVE: u16 = 0x8120;
 /// The CAN controller is back from bus off. Not stored, and no fault by itself.
 pub const RECOVERED_FROM_BUS_OFF: u16 = 0x8140;
-
-/// In which order the two bytes of an emergency code travel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum EmergencyOrder {
-    /// Least significant byte first, as CiA 301 says.
-    #[default]
-    LowByteFirst,
-    /// Most significant byte first, as table 20 of the manual prints it.
-    HighByteFirst,
-}
-
-impl EmergencyOrder {
-    /// The code as a receiver that follows CiA 301 reads it.
-    #[must_use]
-    pub const fn on_the_wire(self, code: u16) -> u16 {
-        match self {
-            EmergencyOrder::LowByteFirst => code,
-            EmergencyOrder::HighByteFirst => code.swap_bytes(),
-        }
-    }
-}
 
 /// What an emergency code says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

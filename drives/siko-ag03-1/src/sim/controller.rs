@@ -234,7 +234,9 @@ impl Controller {
     pub fn next_event(&self) -> Option<Instant> {
         let overcurrent = self.overcurrent_since.map(|since| since + OVERCURRENT_FOR);
         let blocked = self.blocked_since.map(|since| since + BLOCKED_FOR);
-        overcurrent.into_iter().chain(blocked).min()
+        // At rest, the motor does not take that current any more.
+        let over = self.overcurrent_since.and_then(|_| self.motion.rest_at());
+        [overcurrent, blocked, over].into_iter().flatten().min()
     }
 
     fn take(&mut self, now: Instant, transition: &Transition) {

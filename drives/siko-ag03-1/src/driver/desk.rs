@@ -1,0 +1,222 @@
+//! Where a sequence and whoever runs it meet.
+//!
+//! A sequence is an `async fn` that is lent a [`Desk`]. It leaves there what is to be sent, and waits for what
+//! comes back. It does no I/O, reads no clock and wakes nobody: it is a state machine that the compiler
+//! writes, and [`Session`](super::Session) polls it after each frame and deadline. So the same sequences serve
+//! blocking and asynchronous shells.
+
+use std::collections::VecDeque;
+use std::future::poll_fn;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::Poll;
+
+use lexican_runtime::object::{Address, Object, Readable, Value, Writable};
+use lexican_runtime::service::sdo_client::{Scalar, SdoError};
+use lexican_runtime::wire::nmt::NmtCommand;
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+
+use super::description::Description;
+use super::error::Error;
+use crate::od;
+
+/// One drive, as a sequence sees it; clones are the same desk.
+#[derive(Clone, Debug)]
+pub struct Desk {
+    node: NodeId,
+    description: &'static Description,
+    shared: Arc<Mutex<Shared>>,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    pub(super) now: Instant,
+    pub(super) outbox: VecDeque<Frame>,
+    pub(super) access: Option<Access>,
+    pub(super) answer: Option<Result<Scalar, SdoError>>,
+    /// When the sequence wants to be polled even though nothing came.
+    pub(super) wake: Option<Instant>,
+    pub(super) status_word: u16,
+    /// How many status words have come: a sequence waits for the next one.
+    pub(super) status_words: u64,
+    pub(super) emergency: Option<u16>,
+    pub(super) restarted: bool,
+    /// Something that moves has been started, and nothing has shown yet that it stands still.
+    pub(super) moving: bool,
+    pub(super) paused: bool,
+    /// Velocity mode has been started and not stopped.
+    pub(super) running: bool,
+}
+
+/// An access to an object, for the SDO client.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Access {
+    pub(super) address: Address,
+    pub(super) payload: Scalar,
+    pub(super) writes: bool,
+}
+
+impl Desk {
+    pub(super) fn new(node: NodeId, description: &'static Description) -> Self {
+        Desk { node, description, shared: Arc::default() }
+    }
+
+    pub(super) fn lock(&self) -> MutexGuard<'_, Shared> {
+        // A panic elsewhere has already failed whatever this belongs to; it need not fail twice.
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What kind of drive it is.
+    #[must_use]
+    pub fn description(&self) -> &'static Description {
+        self.description
+    }
+
+    /// The time.
+    #[must_use]
+    pub fn now(&self) -> Instant {
+        self.lock().now
+    }
+
+    /// Sends an NMT command.
+    pub fn command(&self, command: NmtCommand) {
+        self.send(Frame::from_array(CobId::NMT, [command.code(), self.node.get()]));
+    }
+
+    /// Sends a control word (RPDO1).
+    pub fn control(&self, word: u16) {
+        let pdo = od::Rpdo1 { controlword: od::Controlword(word) };
+        self.send(Frame::from_array(CobId::of_node(0x200, self.node), pdo.pack()));
+    }
+
+    /// Sends a control word with a target position (RPDO3).
+    pub fn control_position(&self, word: u16, target: i32) {
+        let pdo = od::Rpdo3 { controlword: od::Controlword(word), target_position: od::Position(target) };
+        self.send(Frame::from_array(CobId::of_node(0x400, self.node), pdo.pack()));
+    }
+
+    /// Sends a control word with a target velocity (RPDO4).
+    pub fn control_velocity(&self, word: u16, target: i32) {
+        let pdo = od::Rpdo4 { controlword: od::Controlword(word), target_velocity: od::Velocity(target) };
+        self.send(Frame::from_array(CobId::of_node(0x500, self.node), pdo.pack()));
+    }
+
+    fn send(&self, frame: Frame) {
+        self.lock().outbox.push_back(frame);
+    }
+
+    /// Reads an object.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Sdo`], or [`Error::Restarted`].
+    pub async fn read<T: Value, A: Readable, M>(&self, object: Object<T, A, M>) -> Result<T, Error> {
+        let payload = self.transfer(object.address(), Scalar::room_for::<T>(), false).await?;
+        // The client has room for just the size of the type, and reports any other.
+        Ok(payload.get().unwrap_or_else(|_| T::from_raw(0)))
+    }
+
+    /// Writes an object.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] before anything is sent; [`Error::Sdo`], or [`Error::Restarted`].
+    pub async fn write<T: Value, A: Writable, M>(&self, object: Object<T, A, M>, value: T) -> Result<(), Error> {
+        object.check(value)?;
+        self.transfer(object.address(), Scalar::of(value), true).await?;
+        Ok(())
+    }
+
+    /// Reads a status word, from the drive and not from memory.
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::read`].
+    pub async fn status(&self) -> Result<u16, Error> {
+        let word = self.read(od::STATUSWORD).await?.0;
+        self.lock().saw_status(word);
+        Ok(word)
+    }
+
+    /// The next status word that the drive sends; when it sends none, reads it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::read`].
+    pub async fn next_status(&self) -> Result<u16, Error> {
+        let seen = self.lock().status_words;
+        let until = self.now() + self.description.status_period;
+        let came = self.wait(until, |shared| (shared.status_words != seen).then_some(shared.status_word)).await?;
+        match came {
+            Some(word) => Ok(word),
+            None => self.status().await,
+        }
+    }
+
+    /// Waits until the status word, read anew at first, is as wanted; the last one seen otherwise.
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::read`].
+    pub async fn await_status(&self, wanted: impl Fn(u16) -> bool) -> Result<Result<u16, u16>, Error> {
+        let until = self.now() + self.description.reaction;
+        let mut word = self.status().await?;
+        while !wanted(word) {
+            if self.now() >= until {
+                return Ok(Err(word));
+            }
+            word = self.next_status().await?;
+        }
+        Ok(Ok(word))
+    }
+
+    /// Lets time pass.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Restarted`].
+    pub async fn pass(&self, span: Duration) -> Result<(), Error> {
+        let until = self.now() + span;
+        self.wait(until, |_| None::<()>).await.map(|_| ())
+    }
+
+    pub(super) async fn transfer(&self, address: Address, payload: Scalar, writes: bool) -> Result<Scalar, Error> {
+        {
+            let mut shared = self.lock();
+            shared.answer = None;
+            shared.access = Some(Access { address, payload, writes });
+        }
+        let answer = self.wait(Instant::from_micros(u64::MAX), |shared| shared.answer.take()).await?;
+        // The SDO client gives up by itself long before the end of time.
+        Ok(answer.unwrap_or(Err(SdoError::TimedOut { address }))?)
+    }
+
+    /// Waits for something to be on the desk, no longer than `until`.
+    async fn wait<T>(
+        &self,
+        until: Instant,
+        mut look: impl FnMut(&mut Shared) -> Option<T>,
+    ) -> Result<Option<T>, Error> {
+        poll_fn(|_| {
+            let mut shared = self.lock();
+            if shared.restarted {
+                return Poll::Ready(Err(Error::Restarted));
+            }
+            match look(&mut shared) {
+                Some(found) => Poll::Ready(Ok(Some(found))),
+                None if shared.now >= until => Poll::Ready(Ok(None)),
+                None => {
+                    shared.wake = Some(until);
+                    Poll::Pending
+                }
+            }
+        })
+        .await
+    }
+}
+
+impl Shared {
+    pub(super) fn saw_status(&mut self, word: u16) {
+        self.status_word = word;
+        self.status_words += 1;
+    }
+}

@@ -1,0 +1,200 @@
+//! How operations of the driver end: as they should, refused, or in an error.
+
+use std::fmt;
+
+use lexican_runtime::host::LinkError;
+use lexican_runtime::object::OutOfRange;
+use lexican_runtime::service::sdo_client::SdoError;
+
+use crate::fault::Cause;
+use crate::state::{Command, State};
+
+use super::Mode;
+
+/// How a travel ended. None of these is an error of the driver: each one is for the application to judge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The drive rests within the window around its target.
+    Reached {
+        /// Where, as 6064h has it.
+        position: i32,
+    },
+    /// The drive stopped because it passed a limit.
+    Limit {
+        /// Where it came to rest.
+        position: i32,
+    },
+    /// The drive stopped because of its load (torque deactivation). The travel can be resumed.
+    TorqueDeactivated {
+        /// Where it stands.
+        position: i32,
+    },
+    /// A fault stopped the drive.
+    Fault(Cause),
+    /// Something else ended the travel: a quick stop, another manager, a lost supply.
+    Interrupted {
+        /// The state of the drive afterwards.
+        state: State,
+        /// Where it was then.
+        position: i32,
+    },
+    /// The travel is not finished in time. The drive is still under way.
+    TimedOut {
+        /// Where it was then.
+        position: i32,
+    },
+}
+
+/// How setting a velocity ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VelocityOutcome {
+    /// The drive runs within the window around its target velocity.
+    Reached {
+        /// In rev/min, as 606Ch has it.
+        velocity: i32,
+    },
+    /// A fault stopped the drive.
+    Fault(Cause),
+    /// The drive left OPERATION ENABLED.
+    Interrupted {
+        /// For this state.
+        state: State,
+    },
+    /// The velocity is not reached in time. The drive is still turning.
+    TimedOut {
+        /// In rev/min.
+        velocity: i32,
+    },
+}
+
+/// Why an operation failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The link to the bus failed.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// Access to an object failed.
+    #[error(transparent)]
+    Sdo(#[from] SdoError),
+    /// A value is outside the limits of the data sheet; nothing was sent.
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
+    /// The drive would not do it; nothing has moved.
+    #[error("the drive would refuse: {0}")]
+    Refused(Refusal),
+    /// The drive is in the state FAULT.
+    #[error("the drive is in fault: {0}")]
+    Fault(Cause),
+    /// The drive has not followed a command in time.
+    #[error("the drive stays in {state} on the command {command}")]
+    NoReaction {
+        /// Where it is.
+        state: State,
+        /// What it was told.
+        command: Command,
+    },
+    /// No command leads there.
+    #[error("no command leads from {from} to {to}")]
+    NoWay {
+        /// Where the drive is.
+        from: State,
+        /// Where it should be.
+        to: State,
+    },
+    /// All conditions are met, and still the drive has not taken a travel command in time.
+    #[error("the drive does not take the travel command, and shows no reason (status word {status_word:04X})")]
+    NotTaken {
+        /// What it says instead.
+        status_word: u16,
+    },
+    /// The status word tells no state.
+    #[error("the status word {0:04X} tells no state of the state machine")]
+    UnknownState(u16),
+    /// The node is another device.
+    #[error("the node is not a {expected}: vendor {vendor_id:X}h, profile {profile}")]
+    NotThisDrive {
+        /// What was expected.
+        expected: &'static str,
+        /// 1018h:01.
+        vendor_id: u32,
+        /// The low half of 1000h.
+        profile: u16,
+    },
+    /// The drive has booted in the middle of an operation: it was reset, or its power failed.
+    #[error("the drive has restarted")]
+    Restarted,
+}
+
+/// Which conditions are not met (chapter 2.2.1 and its neighbours).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal(pub Vec<Missing>);
+
+/// A condition that is not met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Missing {
+    /// The drive is in fault.
+    NoFault(Cause),
+    /// The drive is not in OPERATION ENABLED.
+    Enabled(State),
+    /// The output stage has no supply.
+    Supply,
+    /// A travel is under way.
+    NoTravel,
+    /// No travel is under way that could be interrupted.
+    Travel,
+    /// The position is above the upper limit.
+    BelowUpperLimit,
+    /// The position is below the lower limit.
+    AboveLowerLimit,
+    /// The target is outside the limits.
+    TargetWithinLimits {
+        /// The target.
+        target: i32,
+        /// The lower limit.
+        low: i32,
+        /// The upper limit.
+        high: i32,
+    },
+    /// The velocity is more than the gear allows.
+    VelocityWithinGear {
+        /// In rev/min.
+        velocity: i32,
+        /// What the gear allows, in rev/min.
+        most: i32,
+    },
+    /// The operating mode is another one.
+    Mode(Mode),
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (row, missing) in self.0.iter().enumerate() {
+            let separator = if row == 0 { "" } else { "; " };
+            write!(f, "{separator}{missing}")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Missing::NoFault(cause) => write!(f, "it is in fault ({cause})"),
+            Missing::Enabled(state) => write!(f, "it is in {state}, not in OPERATION ENABLED"),
+            Missing::Supply => f.write_str("its output stage has no supply"),
+            Missing::NoTravel => f.write_str("a travel is under way"),
+            Missing::Travel => f.write_str("no travel is under way"),
+            Missing::BelowUpperLimit => f.write_str("its position is above the upper limit"),
+            Missing::AboveLowerLimit => f.write_str("its position is below the lower limit"),
+            Missing::TargetWithinLimits { target, low, high } => {
+                write!(f, "the target {target} is outside its limits, {low} to {high}")
+            }
+            Missing::VelocityWithinGear { velocity, most } => {
+                write!(f, "{velocity} rev/min is more than its gear allows, {most}")
+            }
+            Missing::Mode(mode) => write!(f, "it is in {mode} mode"),
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! Positioning mode: travels, interruptions, inching.
+
+use lexican_runtime::{Duration, Instant};
+
+use super::power::{at_rest, cause, state_of};
+use super::refusal::{Order, refuse};
+use crate::driver::desk::Desk;
+use crate::driver::error::{Error, Missing, Outcome, Refusal};
+use crate::od;
+use crate::sim::motion::Direction;
+use crate::state::{Command, State};
+
+/// How far a travel has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// When this was so.
+    pub at: Instant,
+    /// The position, as 6064h has it.
+    pub position: i32,
+    /// The status word.
+    pub status_word: u16,
+}
+
+/// Starts to travel to a position; returns once the drive has taken the order.
+///
+/// # Errors
+///
+/// [`Error::Refused`] before anything is sent; [`Error::NotTaken`] when the drive does not take the order
+/// nevertheless.
+pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
+    od::TARGET_POSITION.check(od::Position(target))?;
+    refuse(desk, Order::Travel { target }).await?;
+    let (control, status) = (desk.description().control, desk.description().status);
+    // The order is an edge, and so is its acknowledgement: both bits have to fall first.
+    desk.control(idle(desk));
+    if let Err(word) = desk.await_status(|word| word & status.acknowledged == 0).await? {
+        return Err(Error::NotTaken { status_word: word });
+    }
+    desk.lock().moving = true;
+    desk.control_position(enabled(desk) | control.new_setpoint, target);
+    match desk.await_status(|word| word & status.acknowledged != 0).await? {
+        Ok(_) => Ok(()),
+        Err(word) => {
+            at_rest(desk);
+            refuse(desk, Order::Travel { target }).await?;
+            Err(Error::NotTaken { status_word: word })
+        }
+    }
+}
+
+/// Waits until the travel under way is over, whatever its end.
+///
+/// # Errors
+///
+/// As [`Desk::read`].
+pub async fn finish(
+    desk: &Desk,
+    within: Duration,
+    progress: &mut (dyn FnMut(Progress) + Send),
+) -> Result<Outcome, Error> {
+    let until = desk.now() + within;
+    let mut status_word = desk.status().await?;
+    loop {
+        let position = desk.read(od::POSITION_ACTUAL_VALUE).await?.0;
+        progress(Progress { at: desk.now(), position, status_word });
+        if let Some(outcome) = end_of_travel(desk, status_word).await? {
+            return Ok(outcome);
+        }
+        if desk.now() >= until {
+            return Ok(Outcome::TimedOut { position });
+        }
+        status_word = desk.next_status().await?;
+    }
+}
+
+/// How the travel has ended; `None` while it has not.
+async fn end_of_travel(desk: &Desk, status_word: u16) -> Result<Option<Outcome>, Error> {
+    let bits = desk.description().status;
+    let state = state_of(status_word)?;
+    if state == State::OperationEnabled && status_word & bits.positioning != 0 {
+        let stands = status_word & bits.moving == 0 && !desk.lock().paused;
+        let deactivated = stands && desk.read(od::TORQUE_DEACTIVATION_STATE).await?.active();
+        let position = desk.read(od::POSITION_ACTUAL_VALUE).await?.0;
+        return Ok(deactivated.then_some(Outcome::TorqueDeactivated { position }));
+    }
+    if state == State::Fault {
+        at_rest(desk);
+        return Ok(Some(Outcome::Fault(cause(desk).await?)));
+    }
+    // Clears New Setpoint, as table 25 does after each travel.
+    if state == State::OperationEnabled {
+        desk.control(idle(desk));
+    }
+    at_rest(desk);
+    let position = desk.read(od::POSITION_ACTUAL_VALUE).await?.0;
+    Ok(Some(if status_word & bits.target_reached != 0 {
+        Outcome::Reached { position }
+    } else if status_word & bits.internal_limit != 0 {
+        Outcome::Limit { position }
+    } else {
+        Outcome::Interrupted { state, position }
+    }))
+}
+
+/// Interrupts the travel under way with its programmed deceleration; returns once the drive stands.
+///
+/// # Errors
+///
+/// [`Error::Refused`] when no travel is under way.
+pub async fn interrupt(desk: &Desk) -> Result<(), Error> {
+    require_travel(desk).await?;
+    let control = desk.description().control;
+    desk.lock().paused = true;
+    desk.control(enabled(desk) | control.new_setpoint | control.stop);
+    stand_still(desk).await
+}
+
+/// Goes on with an interrupted travel, also after torque deactivation.
+///
+/// # Errors
+///
+/// [`Error::Refused`] when no travel is under way.
+pub async fn resume(desk: &Desk) -> Result<(), Error> {
+    require_travel(desk).await?;
+    let control = desk.description().control;
+    let word = enabled(desk) | control.new_setpoint;
+    if !desk.lock().paused {
+        // The drive has stopped by itself: the edge that resumes has to be made.
+        desk.control(word | control.stop);
+    }
+    desk.control(word);
+    let mut shared = desk.lock();
+    shared.paused = false;
+    shared.moving = true;
+    Ok(())
+}
+
+/// Inching operation 1: travels once by 2415h, and waits for the end.
+///
+/// # Errors
+///
+/// [`Error::Refused`] before anything is sent.
+pub async fn step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
+    let width = desk.read(od::DELTA_JOG).await?.0;
+    let direction = if width < 0 { Direction::Negative } else { Direction::Positive };
+    begin_inching(desk, direction, desk.description().control.step).await?;
+    let until = desk.now() + within;
+    loop {
+        let status_word = desk.status().await?;
+        let bits = desk.description().status;
+        let over = status_word & bits.moving == 0 || state_of(status_word)? != State::OperationEnabled;
+        if over {
+            return Ok(end_of_travel(desk, status_word).await?.unwrap_or(Outcome::TimedOut { position: 0 }));
+        }
+        if desk.now() >= until {
+            return Ok(Outcome::TimedOut { position: desk.read(od::POSITION_ACTUAL_VALUE).await?.0 });
+        }
+        desk.next_status().await?;
+    }
+}
+
+/// Inching operation 2: moves until [`stop_inching`], or until a limit is passed.
+///
+/// # Errors
+///
+/// [`Error::Refused`] before anything is sent.
+pub async fn inch(desk: &Desk, direction: Direction) -> Result<(), Error> {
+    let control = desk.description().control;
+    let bit = match direction {
+        Direction::Positive => control.inch_positive,
+        Direction::Negative => control.inch_negative,
+    };
+    begin_inching(desk, direction, bit).await
+}
+
+async fn begin_inching(desk: &Desk, direction: Direction, bit: u16) -> Result<(), Error> {
+    refuse(desk, Order::Inch(direction)).await?;
+    // The order is an edge, and Stop forbids it.
+    desk.control(enabled(desk));
+    desk.lock().moving = true;
+    desk.control(enabled(desk) | bit);
+    desk.pass(desk.description().inching_begins).await
+}
+
+/// Ends inching operation 2, and says where the drive stands.
+///
+/// # Errors
+///
+/// As [`Desk::read`].
+pub async fn stop_inching(desk: &Desk) -> Result<i32, Error> {
+    desk.control(enabled(desk));
+    stand_still(desk).await?;
+    desk.control(idle(desk));
+    at_rest(desk);
+    Ok(desk.read(od::POSITION_ACTUAL_VALUE).await?.0)
+}
+
+/// Stops whatever moves, in either mode, with its programmed deceleration.
+pub(super) async fn come_to_rest(desk: &Desk) -> Result<(), Error> {
+    desk.control(idle(desk));
+    stand_still(desk).await
+}
+
+async fn stand_still(desk: &Desk) -> Result<(), Error> {
+    let moving = desk.description().system.moving;
+    loop {
+        let system = desk.read(od::MANUFACTURER_STATUS_REGISTER).await?.0;
+        if system & moving == 0 {
+            return Ok(());
+        }
+        desk.next_status().await?;
+    }
+}
+
+async fn require_travel(desk: &Desk) -> Result<(), Error> {
+    let status_word = desk.status().await?;
+    if status_word & desk.description().status.positioning == 0 {
+        return Err(Error::Refused(Refusal(vec![Missing::Travel])));
+    }
+    Ok(())
+}
+
+/// OPERATION ENABLED, and nothing is to move.
+fn idle(desk: &Desk) -> u16 {
+    desk.description().word(Command::EnableOperation)
+}
+
+/// OPERATION ENABLED, and something may move.
+fn enabled(desk: &Desk) -> u16 {
+    desk.description().words.enable_operation
+}

@@ -1,0 +1,408 @@
+//! The simulated drive as a node of a bus.
+
+use std::collections::BTreeMap;
+
+use lexican_runtime::device::{Behaviour, ChangeRule, Device, ErrorControlRule, Event};
+use lexican_runtime::host::Node;
+use lexican_runtime::object::{Address, ObjectDictionary};
+use lexican_runtime::service::guarding;
+use lexican_runtime::service::tpdo::Triggers;
+use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::wire::pdo::TransmissionType;
+use lexican_runtime::{CobId, Frame, Instant, NodeId};
+
+use super::controller::{Controller, Network};
+use super::inputs::{BusState, Inputs};
+use super::objects::{self, Effect, Objects};
+use super::parameters::Parameters;
+use super::trajectory;
+use crate::od;
+use crate::state::State;
+
+/// In what the AG03/1 deviates from CiA 301, or fills in what it leaves open.
+pub const BEHAVIOUR: Behaviour = Behaviour {
+    // On change and by event timer (1800h:02); "sent with transition to OPERATIONAL" (7.2.2.4).
+    triggers_254: Triggers { start: true, change: true, timer: true, inhibit: true },
+    // By event timer only; the inhibit time is for type 254.
+    triggers_255: Triggers { start: false, change: false, timer: true, inhibit: false },
+    type_0_at_every_sync: true,
+    // 1400h:05 is a compatibility entry.
+    rpdo_deadlines: false,
+    changes: ChangeRule::InPreOperational,
+    dummies: 0,
+    empty_history_is_zero: true,
+    // Table 20 has no code for what a device notices by itself on the bus.
+    records_communication_errors: false,
+    unreported: &[
+        ErrorCode::LIFE_GUARD,
+        ErrorCode::PDO_LENGTH,
+        ErrorCode::PDO_TOO_LONG,
+        ErrorCode::SYNC_LENGTH,
+        ErrorCode::RPDO_TIMEOUT,
+    ],
+    error_control: ErrorControlRule::Exclusive,
+    // The worked example of 7.2.8 answers 42h; table 18 has 43h, 4Bh and 4Fh.
+    sdo_sizes_indicated: false,
+    ..Behaviour::CIA_301
+};
+
+/// The gear that is built in (2102h).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Gear {
+    /// 24:1, up to 200 rev/min.
+    #[default]
+    Reduction24,
+    /// 48:1, up to 100 rev/min.
+    Reduction48,
+}
+
+/// What the drive is made of, and how it differs from others.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The node-ID, as set by the DIP switches ([`Setup::node_of_switches`]).
+    pub node: NodeId,
+    /// The gear.
+    pub gear: Gear,
+    /// 1018h:04.
+    pub serial_number: u32,
+    /// The world around the drive.
+    pub inputs: Inputs,
+    /// What is kept from the last time that power was on; nothing in a new drive.
+    pub non_volatile: NonVolatile,
+    /// How the drive deviates from CiA 301.
+    pub behaviour: Behaviour,
+}
+
+impl Setup {
+    /// A new drive with the 24:1 gear.
+    #[must_use]
+    pub fn new(node: NodeId) -> Self {
+        Setup {
+            node,
+            gear: Gear::default(),
+            serial_number: 1,
+            inputs: Inputs::default(),
+            non_volatile: NonVolatile::default(),
+            behaviour: BEHAVIOUR,
+        }
+    }
+
+    /// The node-ID that the switches SW1 (bit 0) to SW7 (bit 6) set: all off means 1 (7.13).
+    #[must_use]
+    pub const fn node_of_switches(switches: u8) -> NodeId {
+        match NodeId::new(switches & 0x7F) {
+            Some(node) => node,
+            None => NodeId::literal(1),
+        }
+    }
+}
+
+/// What survives without power: the EEPROM, and the absolute encoder with its battery.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NonVolatile {
+    /// The persistent entries, in wire form.
+    pub eeprom: BTreeMap<Address, u64>,
+    /// The position as 6064h shows it.
+    pub position: i32,
+}
+
+/// The green status LED (7.14).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StatusLed {
+    /// A supply is missing.
+    Off,
+    /// The supplies are there.
+    On,
+    /// A fault, by the number of blinks (table 2).
+    Blinks(u8),
+}
+
+/// A simulated AG03/1: a [`Node`], to be attached to a bus.
+#[derive(Clone, Debug)]
+pub struct SimulatedDrive {
+    setup: Setup,
+    device: Device<4, 4, 1, 0>,
+    storage: od::Storage,
+    controller: Controller,
+    effects: Vec<Effect>,
+    /// The last time that anything happened.
+    now: Instant,
+}
+
+impl SimulatedDrive {
+    /// A new drive, powered on at the origin of time.
+    #[must_use]
+    pub fn new(node: NodeId) -> Self {
+        SimulatedDrive::power_on(Instant::ZERO, Setup::new(node))
+    }
+
+    /// A drive that is powered on at `now`.
+    #[must_use]
+    pub fn power_on(now: Instant, setup: Setup) -> Self {
+        let storage = storage(&setup);
+        let parameters = objects::parameters(&storage);
+        let position = setup.non_volatile.position;
+        let mut drive = SimulatedDrive {
+            device: Device::new(setup.node, setup.behaviour),
+            controller: Controller::new(now, parameters, setup.inputs, position),
+            effects: Vec::new(),
+            storage,
+            setup,
+            now,
+        };
+        drive.with_device(now, |device, od| device.restart(now, od));
+        drive.settle(now);
+        drive
+    }
+
+    /// What would survive if power went off now.
+    #[must_use]
+    pub fn non_volatile(&self, now: Instant) -> NonVolatile {
+        let mut storage = self.storage.clone();
+        let eeprom = od::PERSISTENT.iter().map(|&address| (address, objects::raw(&mut storage, address))).collect();
+        NonVolatile { eeprom, position: self.position(now) }
+    }
+
+    /// Power off and on again.
+    pub fn power_cycle(&mut self, now: Instant) {
+        let setup = Setup { non_volatile: self.non_volatile(now), inputs: *self.inputs(), ..self.setup.clone() };
+        *self = SimulatedDrive::power_on(now, setup);
+    }
+
+    /// The node-ID.
+    #[must_use]
+    pub fn node(&self) -> NodeId {
+        self.setup.node
+    }
+
+    /// The NMT state.
+    #[must_use]
+    pub fn nmt_state(&self) -> NmtState {
+        self.device.nmt_state()
+    }
+
+    /// The state of the state machine.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.controller.state()
+    }
+
+    /// The controller: status words, faults, motion.
+    #[must_use]
+    pub fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
+    /// The dictionary, as it is stored; live values are looked up only when the bus asks for them.
+    #[must_use]
+    pub fn storage(&self) -> &od::Storage {
+        &self.storage
+    }
+
+    /// The parameters, as numbers.
+    #[must_use]
+    pub fn parameters(&self) -> Parameters {
+        objects::parameters(&self.storage)
+    }
+
+    /// The position as 6064h shows it. `now` is not before the last event; so it is with the others.
+    #[must_use]
+    pub fn position(&self, now: Instant) -> i32 {
+        self.controller.position(now)
+    }
+
+    /// The velocity as 606Ch shows it, in rev/min.
+    #[must_use]
+    pub fn velocity(&self, now: Instant) -> i32 {
+        self.controller.velocity(now)
+    }
+
+    /// The status word 6041h.
+    #[must_use]
+    pub fn status_word(&self, now: Instant) -> u16 {
+        self.controller.status_word(now)
+    }
+
+    /// Position and velocity of the shaft as they are, without rounding: increments and increments/s.
+    #[must_use]
+    pub fn shaft(&self, now: Instant) -> trajectory::State {
+        self.controller.motion().state(now)
+    }
+
+    /// The world around the drive.
+    #[must_use]
+    pub fn inputs(&self) -> &Inputs {
+        &self.controller.inputs
+    }
+
+    /// Lets the world change.
+    pub fn set_inputs(&mut self, now: Instant, change: impl FnOnce(&mut Inputs)) {
+        let mut inputs = *self.inputs();
+        let bus_before = inputs.bus;
+        change(&mut inputs);
+        self.controller.set_inputs(now, inputs);
+        // Table 20: 8120h is not a fault, and over when the bus is well again.
+        let recovered = bus_before == BusState::Passive && inputs.bus == BusState::Active;
+        if recovered && self.controller.faults().is_empty() {
+            self.with_device(now, |device, od| device.clear(ErrorRegister(0xFF), od));
+        }
+        self.settle(now);
+    }
+
+    /// What the status LED shows.
+    #[must_use]
+    pub fn status_led(&self) -> StatusLed {
+        let inputs = self.inputs();
+        match self.controller.faults().first() {
+            Some(fault) => StatusLed::Blinks(fault.blinks),
+            None if inputs.supply_is_present() => StatusLed::On,
+            None => StatusLed::Off,
+        }
+    }
+
+    fn with_device<T>(
+        &mut self,
+        now: Instant,
+        call: impl FnOnce(&mut Device<4, 4, 1, 0>, &mut dyn ObjectDictionary) -> T,
+    ) -> T {
+        self.now = now;
+        let mut od = Objects {
+            now,
+            network: self.device.nmt_state(),
+            storage: &mut self.storage,
+            controller: &self.controller,
+            effects: &mut self.effects,
+        };
+        call(&mut self.device, &mut od)
+    }
+
+    fn follow(&mut self, now: Instant, event: Option<Event>) {
+        match event {
+            Some(Event::StateChanged(state)) => self.controller.set_network(now, network(state)),
+            Some(Event::Reset(_)) => self.restart(now),
+            Some(Event::LifeGuarding(guarding::Event::Lost)) => self.controller.disable(now),
+            _ => {}
+        }
+        self.settle(now);
+    }
+
+    /// Both resets lead through INITIALISATION (7.2.2.2), as power-on does.
+    fn restart(&mut self, now: Instant) {
+        let position = self.position(now);
+        let inputs = *self.inputs();
+        let setup = Setup { non_volatile: self.non_volatile(now), inputs, ..self.setup.clone() };
+        self.storage = storage(&setup);
+        self.controller = Controller::new(now, objects::parameters(&self.storage), inputs, position);
+        self.with_device(now, |device, od| device.restart(now, od));
+    }
+
+    /// Everything that follows from what just happened.
+    fn settle(&mut self, now: Instant) {
+        let parameters = objects::parameters(&self.storage);
+        if parameters != self.controller.parameters {
+            self.controller.set_parameters(now, parameters);
+        }
+        for effect in std::mem::take(&mut self.effects) {
+            match effect {
+                Effect::Control(word) => self.controller.control(now, word),
+                Effect::Calibrate => self.controller.calibrate(now, parameters.calibration_value),
+            }
+        }
+        self.controller.advance(now);
+        while let Some(emergency) = self.controller.next_emergency() {
+            let (code, register) = (ErrorCode(emergency.code), ErrorRegister(emergency.register));
+            self.with_device(now, |device, od| match code {
+                ErrorCode::NO_ERROR => device.clear(ErrorRegister(0xFF), od),
+                _ if emergency.stored => device.emergency(code, register, [0; 5], od),
+                _ => device.emergency_unrecorded(code, register, [0; 5], od),
+            });
+        }
+        self.with_device(now, |device, od| device.compare(od));
+    }
+
+    /// When a TPDO that is sent on change will have something new.
+    fn next_change(&self) -> Option<Instant> {
+        let mut next = None;
+        for tpdo in (1..=4).filter_map(|number| self.device.tpdo(number)) {
+            if !tpdo.is_active() || tpdo.parameters().transmission != TransmissionType::EventManufacturer {
+                continue;
+            }
+            let readings = [od::POSITION_ACTUAL_VALUE.address(), od::VELOCITY_ACTUAL_VALUE.address()];
+            let change = if readings.into_iter().any(|address| tpdo.mapping().maps(address)) {
+                self.controller.next_reading(self.now)
+            } else {
+                self.controller.next_change(self.now)
+            };
+            next = [next, change].into_iter().flatten().min();
+        }
+        next
+    }
+}
+
+impl Node for SimulatedDrive {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        if self.inputs().bus == BusState::Active {
+            let event = self.with_device(now, |device, od| device.handle_frame(now, frame, od));
+            self.follow(now, event);
+        }
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        let event = self.with_device(now, |device, od| device.handle_timeout(now, od));
+        self.follow(now, event);
+    }
+
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        let emergencies = CobId::from_parameter(self.storage.get(od::COB_ID_EMERGENCY_MESSAGE));
+        loop {
+            let was = self.device.nmt_state();
+            let bus = self.inputs().bus;
+            let frame =
+                (bus != BusState::Off).then(|| self.with_device(now, |device, od| device.poll_transmit(now, od)))??;
+            if was != self.device.nmt_state() {
+                self.controller.set_network(now, network(self.device.nmt_state()));
+            }
+            // Error passive: "communication is no longer enabled", but the emergency tells so.
+            if bus == BusState::Active || frame.id() == emergencies {
+                return Some(frame);
+            }
+        }
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        [self.device.poll_timeout(), self.controller.next_event(), self.next_change()].into_iter().flatten().min()
+    }
+}
+
+fn network(state: NmtState) -> Network {
+    match state {
+        NmtState::Operational => Network::Operational,
+        NmtState::Stopped => Network::Stopped,
+        _ => Network::PreOperational,
+    }
+}
+
+/// The dictionary after power-on: defaults, and over them what the EEPROM has kept.
+fn storage(setup: &Setup) -> od::Storage {
+    let mut storage = od::storage(setup.node);
+    for (&address, raw) in &setup.non_volatile.eeprom {
+        if let Ok(entry) = storage.entry(address) {
+            let bytes = raw.to_le_bytes();
+            // A value that the dictionary does not take is that of another firmware: the default stays.
+            let _ = storage.write(&entry, 0, bytes.get(..usize::from(entry.capacity)).unwrap_or(&bytes), true);
+        }
+    }
+    let faults = od::PRE_DEFINED_ERROR_FIELD.iter().filter(|fault| storage.get(*fault).0 != 0).count();
+    storage.set(od::PRE_DEFINED_ERROR_FIELD.len_object(), faults as u8);
+    storage.set(od::NODE_ID, setup.node.get());
+    storage.set(od::IDENTITY_OBJECT.serial_number(), setup.serial_number);
+    storage.set(
+        od::GEAR_REDUCTION,
+        match setup.gear {
+            Gear::Reduction24 => od::GearReduction::GEAR_24_1,
+            Gear::Reduction48 => od::GearReduction::GEAR_48_1,
+        },
+    );
+    storage
+}

@@ -1,0 +1,351 @@
+//! The typed driver against the simulated drive: every operation, every refusal, faults in between.
+
+use std::sync::{Arc, Mutex};
+
+use lexican_runtime::host::{VirtualBus, VirtualLink};
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::{AbortCode, Duration, NodeId};
+use siko_ag03_1::driver::{Drive, Error, Missing, Mode, Outcome, VelocityOutcome};
+use siko_ag03_1::fault::{Cause, Fault};
+use siko_ag03_1::od;
+use siko_ag03_1::parameter::ParameterSet;
+use siko_ag03_1::sim::inputs::{Inputs, Shaft};
+use siko_ag03_1::sim::motion::Direction;
+use siko_ag03_1::sim::{Gear, Setup, SimulatedDrive};
+use siko_ag03_1::state::State;
+
+const NODE: NodeId = NodeId::literal(5);
+
+struct Bench {
+    bus: VirtualBus,
+    simulated: Arc<Mutex<SimulatedDrive>>,
+    drive: Drive<VirtualLink>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Bench::with(Setup::new(NODE))
+    }
+
+    fn with(setup: Setup) -> Self {
+        let bus = VirtualBus::with_bit_rate(500);
+        let simulated = Arc::new(Mutex::new(SimulatedDrive::power_on(bus.now(), setup)));
+        bus.attach(Arc::clone(&simulated));
+        let drive = Drive::connect(bus.link(), NODE).unwrap();
+        Bench { bus, simulated, drive }
+    }
+
+    fn enabled() -> Self {
+        let mut bench = Bench::new();
+        bench.drive.enable().unwrap();
+        bench
+    }
+
+    fn running() -> Self {
+        let mut bench = Bench::new();
+        bench.drive.set_mode(Mode::Velocity).unwrap();
+        bench.drive.enable().unwrap();
+        bench
+    }
+
+    fn world(&mut self, change: impl FnOnce(&mut Inputs)) {
+        self.simulated.lock().unwrap().set_inputs(self.bus.now(), change);
+    }
+
+    fn pass_ms(&mut self, ms: u64) {
+        self.drive.pass(Duration::from_millis(ms)).unwrap();
+    }
+
+    fn position(&self) -> i32 {
+        self.simulated.lock().unwrap().position(self.bus.now())
+    }
+
+    fn velocity(&self) -> i32 {
+        self.simulated.lock().unwrap().velocity(self.bus.now())
+    }
+}
+
+#[track_caller]
+fn refused<T: std::fmt::Debug>(result: Result<T, Error>, missing: &[Missing]) {
+    match result {
+        Err(Error::Refused(refusal)) => assert_eq!(refusal.0, missing),
+        other => panic!("not refused: {other:?}"),
+    }
+}
+
+#[test]
+fn a_travel_reaches_its_target() {
+    let mut bench = Bench::enabled();
+    assert_eq!(bench.drive.move_to(5000).unwrap(), Outcome::Reached { position: 5000 });
+    assert_eq!(bench.drive.move_to(-20).unwrap(), Outcome::Reached { position: -20 });
+    assert_eq!(bench.drive.move_to(-20).unwrap(), Outcome::Reached { position: -20 }, "no way to go");
+}
+
+#[test]
+fn a_travel_can_be_interrupted_and_resumed() {
+    let mut bench = Bench::enabled();
+    bench.drive.start_moving_to(5000).unwrap();
+    bench.pass_ms(1000);
+    bench.drive.interrupt().unwrap();
+    let stop = bench.position();
+    bench.pass_ms(1000);
+    assert_eq!(bench.position(), stop);
+    assert!((600..1000).contains(&stop), "{stop}");
+    bench.drive.resume().unwrap();
+    assert_eq!(bench.drive.finish().unwrap(), Outcome::Reached { position: 5000 });
+    refused(bench.drive.interrupt(), &[Missing::Travel]);
+}
+
+#[test]
+fn progress_is_told_on_the_way() {
+    let mut bench = Bench::enabled();
+    let mut seen = Vec::new();
+    bench.drive.move_to_watched(1600, |progress| seen.push(progress.position)).unwrap();
+    assert!(seen.len() > 10 && seen.is_sorted(), "{seen:?}");
+}
+
+#[test]
+fn a_travel_that_takes_too_long_is_still_under_way() {
+    let mut bench = Bench::enabled();
+    bench.drive.set_patience(Duration::from_secs(2));
+    let Outcome::TimedOut { position } = bench.drive.move_to(5000).unwrap() else { panic!("it takes 6.5 s") };
+    assert!((1000..2000).contains(&position));
+    refused(bench.drive.move_to(0), &[Missing::NoTravel]);
+    bench.drive.set_patience(Duration::from_secs(60));
+    assert_eq!(bench.drive.finish().unwrap(), Outcome::Reached { position: 5000 });
+}
+
+#[test]
+fn every_missing_condition_is_named_before_anything_moves() {
+    let mut bench = Bench::new();
+    refused(bench.drive.move_to(5000), &[Missing::Enabled(State::SwitchOnDisabled)]);
+    bench.drive.enable().unwrap();
+    let outside = Missing::TargetWithinLimits { target: 1_000_001, low: -1_000_000, high: 1_000_000 };
+    refused(bench.drive.move_to(1_000_001), &[outside]);
+    bench.world(|inputs| inputs.output_stage_supply_100mv = 0);
+    refused(bench.drive.move_to(1_000_001), &[Missing::Supply, outside]);
+    bench.world(|inputs| *inputs = Inputs::default());
+    refused(bench.drive.run_at(10), &[Missing::Mode(Mode::Positioning)]);
+    bench.drive.start_moving_to(5000).unwrap();
+    refused(bench.drive.move_to(0), &[Missing::NoTravel]);
+    refused(bench.drive.step(), &[Missing::NoTravel]);
+    refused(bench.drive.set_mode(Mode::Velocity), &[Missing::NoTravel]);
+    refused(bench.drive.calibrate(0), &[Missing::NoTravel]);
+    refused(bench.drive.restore(None), &[Missing::NoTravel]);
+    bench.world(|inputs| inputs.sensor_fails = true);
+    bench.pass_ms(2000);
+    let fault = Cause::Fault(Fault::SENSOR);
+    refused(bench.drive.move_to(0), &[Missing::NoFault(fault)]);
+    assert_eq!(bench.position(), bench.drive.read(od::POSITION_ACTUAL_VALUE).unwrap().0);
+    assert!(matches!(bench.drive.move_to(10_000_000), Err(Error::OutOfRange(_))));
+}
+
+#[test]
+fn outside_the_limits_only_inching_back_is_offered() {
+    let mut bench = Bench::enabled();
+    bench.drive.move_to(2000).unwrap();
+    bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_1(), od::Position(1000)).unwrap();
+    refused(bench.drive.move_to(0), &[Missing::BelowUpperLimit]);
+    refused(bench.drive.inch(Direction::Positive), &[Missing::BelowUpperLimit]);
+    bench.drive.inch(Direction::Negative).unwrap();
+    bench.pass_ms(2000);
+    let position = bench.drive.stop_inching().unwrap();
+    assert!(position < 1000);
+    assert_eq!(bench.drive.move_to(0).unwrap(), Outcome::Reached { position: 0 });
+}
+
+#[test]
+fn enabling_without_supply_is_refused() {
+    let mut bench = Bench::new();
+    bench.world(|inputs| inputs.output_stage_supply_100mv = 0);
+    refused(bench.drive.enable(), &[Missing::Supply]);
+}
+
+#[test]
+fn a_fault_ends_a_travel_and_is_reset_once_its_cause_is_gone() {
+    let mut bench = Bench::enabled();
+    bench.drive.start_moving_to(100_000).unwrap();
+    bench.world(|inputs| inputs.temperature_100mdegc = 950);
+    let fault = Cause::Fault(Fault::OVERTEMPERATURE);
+    assert_eq!(bench.drive.finish().unwrap(), Outcome::Fault(fault));
+    assert!(matches!(bench.drive.enable(), Err(Error::Fault(cause)) if cause == fault));
+    assert!(matches!(bench.drive.reset_fault(), Err(Error::Fault(cause)) if cause == fault));
+    bench.world(|inputs| inputs.temperature_100mdegc = 400);
+    assert_eq!(bench.drive.reset_fault().unwrap(), Some(fault));
+    assert_eq!(bench.drive.reset_fault().unwrap(), None);
+    bench.drive.enable().unwrap();
+    assert_eq!(bench.drive.move_to(0).unwrap(), Outcome::Reached { position: 0 });
+}
+
+#[test]
+fn a_blocked_shaft_is_a_fault_after_a_while() {
+    let mut bench = Bench::enabled();
+    bench.drive.start_moving_to(100_000).unwrap();
+    bench.pass_ms(1000);
+    bench.world(|inputs| inputs.shaft = Shaft::Blocked);
+    assert_eq!(bench.drive.finish().unwrap(), Outcome::Fault(Cause::Fault(Fault::SHAFT_BLOCKED)));
+}
+
+#[test]
+fn torque_deactivation_can_be_resumed() {
+    let mut bench = Bench::enabled();
+    bench.drive.write(od::TORQUE_DEACTIVATION, od::TorqueThreshold(50)).unwrap();
+    bench.drive.start_moving_to(5000).unwrap();
+    bench.pass_ms(1000);
+    bench.world(|inputs| inputs.load_ma = 1500);
+    let Outcome::TorqueDeactivated { position } = bench.drive.finish().unwrap() else { panic!("it is overloaded") };
+    assert!((600..1000).contains(&position));
+    bench.world(|inputs| inputs.load_ma = 500);
+    bench.drive.resume().unwrap();
+    assert_eq!(bench.drive.finish().unwrap(), Outcome::Reached { position: 5000 });
+}
+
+#[test]
+fn a_quick_stop_ends_a_travel() {
+    let mut bench = Bench::enabled();
+    bench.drive.start_moving_to(5000).unwrap();
+    bench.pass_ms(1000);
+    bench.drive.quick_stop().unwrap();
+    assert_eq!((bench.velocity(), bench.drive.state().unwrap()), (0, State::QuickStopActive));
+    refused(bench.drive.move_to(0), &[Missing::Enabled(State::QuickStopActive)]);
+    bench.drive.enable().unwrap();
+    assert_eq!(bench.drive.move_to(0).unwrap(), Outcome::Reached { position: 0 });
+}
+
+#[test]
+fn somebody_else_interrupts_a_travel() {
+    let mut bench = Bench::enabled();
+    bench.drive.start_moving_to(5000).unwrap();
+    bench.pass_ms(500);
+    let mut other = Drive::connect(bench.bus.link(), NODE).unwrap();
+    other.quick_stop().unwrap();
+    let outcome = bench.drive.finish().unwrap();
+    assert!(matches!(outcome, Outcome::Interrupted { state: State::QuickStopActive, .. }), "{outcome:?}");
+}
+
+#[test]
+fn inching_is_a_step_or_lasts_until_it_is_stopped() {
+    let mut bench = Bench::enabled();
+    bench.drive.write(od::DELTA_JOG, od::Position(-400)).unwrap();
+    assert_eq!(bench.drive.step().unwrap(), Outcome::Reached { position: -400 });
+    assert_eq!(bench.drive.step().unwrap(), Outcome::Reached { position: -800 });
+    bench.drive.inch(Direction::Positive).unwrap();
+    bench.pass_ms(1000);
+    let position = bench.drive.stop_inching().unwrap();
+    assert!(position > -400 && bench.position() == position);
+    bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_2(), od::Position(position - 100)).unwrap();
+    let outcome = bench.drive.step().unwrap();
+    assert!(matches!(outcome, Outcome::Limit { .. }), "{outcome:?}");
+}
+
+#[test]
+fn velocities_are_reached_and_changed() {
+    let mut bench = Bench::running();
+    for velocity in [68, 30, -72] {
+        let outcome = bench.drive.run_at(velocity).unwrap();
+        let VelocityOutcome::Reached { velocity: reached } = outcome else { panic!("{outcome:?}") };
+        assert!((reached - velocity).abs() <= 10, "within the window");
+        bench.pass_ms(1000);
+        assert_eq!(bench.velocity(), velocity);
+    }
+    bench.drive.stop().unwrap();
+    assert_eq!(bench.velocity(), 0);
+    refused(bench.drive.run_at(201), &[Missing::VelocityWithinGear { velocity: 201, most: 200 }]);
+    refused(bench.drive.move_to(0), &[Missing::Mode(Mode::Velocity)]);
+}
+
+#[test]
+fn the_slow_gear_allows_half_the_velocity() {
+    let mut bench = Bench::with(Setup { gear: Gear::Reduction48, ..Setup::new(NODE) });
+    let too_fast = bench.drive.write(od::MOTOR_PARAMETER_SET.v_pos(), od::Speed(101));
+    let Err(Error::Sdo(SdoError::Aborted { code, .. })) = too_fast else { panic!("{too_fast:?}") };
+    assert_eq!(code, AbortCode::INVALID_VALUE);
+    bench.drive.write(od::MOTOR_PARAMETER_SET.v_pos(), od::Speed(100)).unwrap();
+    bench.drive.set_mode(Mode::Velocity).unwrap();
+    bench.drive.enable().unwrap();
+    refused(bench.drive.run_at(-101), &[Missing::VelocityWithinGear { velocity: -101, most: 100 }]);
+}
+
+#[test]
+fn disabling_stops_first() {
+    let mut bench = Bench::enabled();
+    bench.drive.start_moving_to(5000).unwrap();
+    bench.pass_ms(1000);
+    bench.drive.disable().unwrap();
+    let position = bench.position();
+    bench.pass_ms(1000);
+    assert_eq!((bench.position(), bench.drive.state().unwrap()), (position, State::SwitchOnDisabled));
+}
+
+#[test]
+fn a_driver_that_is_dropped_stops_the_drive() {
+    let Bench { bus, simulated, mut drive } = Bench::enabled();
+    drive.start_moving_to(5000).unwrap();
+    drive.pass(Duration::from_secs(1)).unwrap();
+    drop(drive);
+    bus.advance(Duration::from_secs(2));
+    assert_eq!(simulated.lock().unwrap().velocity(bus.now()), 0);
+}
+
+#[test]
+fn a_driver_that_is_released_leaves_the_drive_moving() {
+    let Bench { bus, simulated, mut drive } = Bench::enabled();
+    drive.start_moving_to(5000).unwrap();
+    drop(drive.release());
+    bus.advance(Duration::from_secs(60));
+    assert_eq!(simulated.lock().unwrap().position(bus.now()), 5000);
+}
+
+#[test]
+fn parameters_are_read_compared_written_and_restored() {
+    let mut bench = Bench::new();
+    let factory = bench.drive.read_parameters().unwrap();
+    bench.drive.write(od::MOTOR_PARAMETER_SET.a_pos(), od::Acceleration(75)).unwrap();
+    bench.drive.write(od::LOOP_LENGTH, od::LoopLength(5)).unwrap();
+    // Both limits move beyond where the other was.
+    bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_1(), od::Position(5_000_000)).unwrap();
+    bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_2(), od::Position(4_000_000)).unwrap();
+    assert_eq!(bench.drive.compare_parameters(&factory).unwrap().len(), 4);
+    bench.drive.write_parameters(&factory).unwrap();
+    assert_eq!(bench.drive.compare_parameters(&factory).unwrap(), []);
+    bench.drive.write(od::MOTOR_PARAMETER_SET.a_pos(), od::Acceleration(75)).unwrap();
+    bench.drive.write(od::LOOP_LENGTH, od::LoopLength(5)).unwrap();
+    bench.drive.restore(Some(ParameterSet::Controller)).unwrap();
+    let left = bench.drive.compare_parameters(&factory).unwrap();
+    assert_eq!(left.iter().map(|difference| difference.address).collect::<Vec<_>>(), [od::LOOP_LENGTH.address()]);
+    bench.drive.restore(Some(ParameterSet::Standard)).unwrap();
+    assert_eq!(bench.drive.compare_parameters(&factory).unwrap(), []);
+}
+
+#[test]
+fn calibration_sets_the_position() {
+    let mut bench = Bench::new();
+    bench.drive.calibrate(2500).unwrap();
+    assert_eq!(bench.position(), 2500);
+    assert!(matches!(bench.drive.calibrate(1_000_000), Err(Error::OutOfRange(_))));
+}
+
+#[test]
+fn units_follow_pitch_and_gear() {
+    let mut bench = Bench::new();
+    bench.drive.write(od::SPINDLE_PITCH, od::SpindlePitch(200)).unwrap();
+    bench.drive.write(od::GEAR_RATIO.numerator(), 5).unwrap();
+    let units = bench.drive.units().unwrap();
+    assert_eq!((units.millimetres(1000), units.shaft_revolutions(1000)), (Some(10.0), 25.0));
+}
+
+#[test]
+fn another_device_is_not_taken_for_the_drive() {
+    let bus = VirtualBus::new();
+    let nobody = Drive::connect(bus.link(), NODE);
+    assert!(matches!(nobody, Err(Error::Sdo(SdoError::TimedOut { .. }))), "nobody answers");
+}
+
+#[test]
+fn a_restart_of_the_drive_is_noticed() {
+    let mut bench = Bench::enabled();
+    bench.drive.start_moving_to(5000).unwrap();
+    bench.simulated.lock().unwrap().power_cycle(bench.bus.now());
+    assert!(matches!(bench.drive.finish(), Err(Error::Restarted)));
+    assert_eq!(bench.drive.state().unwrap(), State::SwitchOnDisabled);
+}
