@@ -27,9 +27,9 @@ fn shipped(vendor: &Path, device: &Path) -> io::Result<String> {
     let overlay = with_extension("toml")?;
     let names = overlay.as_deref().map(names).transpose()?.unwrap_or_default();
     let mut code = String::new();
-    let _ = write!(
+    let _ = writeln!(
         code,
-        "    Shipped {{ id: {:?}, file_name: {:?}, eds: include_bytes!({eds:?}), overlay_name: {:?}, overlay: {}, names: &{names:?} }},\n",
+        "    Shipped {{ id: {:?}, file_name: {:?}, eds: include_bytes!({eds:?}), overlay_name: {:?}, overlay: {}, names: &{names:?} }},",
         format!("{}/{}", name(vendor), name(device)),
         name(&eds),
         overlay.as_deref().map(name).unwrap_or_default(),

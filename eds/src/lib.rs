@@ -93,7 +93,7 @@ fn readable(eds: &Source, out: &mut Diagnostics) -> bool {
         out.push(check::file_is_within_bounds::found(refusal));
         return false;
     }
-    out.extend(check::text_is_ascii_or_utf8::found(eds.encoding()));
+    out.extend(check::text_is_ascii_or_utf8::found(eds));
     let start = eds.text().len() - eds.text().trim_start().len();
     let xml = eds.text()[start..].starts_with('<');
     if xml {

@@ -197,7 +197,7 @@ impl Tokens {
             }
             let (name, properties) = tokenized.next()?;
             let mut pairs = Vec::with_capacity(count);
-            for (key, value) in properties.iter() {
+            for (key, value) in properties {
                 pairs.push(Pair { key, value, line: *keys.next()? });
             }
             if pairs.len() != count {

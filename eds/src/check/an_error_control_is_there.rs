@@ -1,6 +1,7 @@
 //! The device has heartbeat or node guarding.
 
 use crate::diagnostics::{Diagnostics, Severity};
+use crate::source::Span;
 use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
@@ -15,6 +16,7 @@ pub(crate) const RULE: Rule = Rule {
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let there = |index: u16| context.device.object(index).is_some();
     if !context.device.objects.is_empty() && !there(0x1017) && !there(0x100C) {
-        out.push(RULE.finding("the device has neither heartbeat (1017) nor node guarding (100C, 100D)"));
+        let span = context.device.objects.first().map_or(Span::default(), |object| object.span);
+        out.push(RULE.finding("the device has neither heartbeat (1017) nor node guarding (100C, 100D)").at(span, ""));
     }
 }

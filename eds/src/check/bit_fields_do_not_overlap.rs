@@ -8,7 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     code: "overlay::overlapping-bits",
     severity: Severity::Error,
     holds: "The bits and the names of a bit field differ.",
-    explain: "Every bit has one meaning. The first field counts.",
+    explain: "Every bit has one meaning, and every name becomes one method in generated code. The first field counts.",
     check: None,
 };
 

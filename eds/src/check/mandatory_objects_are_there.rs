@@ -1,6 +1,8 @@
 //! The objects that CiA 301 demands of every device are there.
 
 use crate::diagnostics::{Diagnostics, Severity};
+use crate::model::ObjectList;
+use crate::source::Span;
 use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
@@ -17,7 +19,9 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
     }
     for (index, name) in [(0x1000, "device type"), (0x1001, "error register"), (0x1018, "identity")] {
         if context.device.object(index).is_none() {
-            out.push(RULE.finding(format!("the {name} ({index:04X}) is missing")));
+            let list = context.facts.lists.iter().find(|list| list.list == ObjectList::Mandatory);
+            let span = list.map_or(Span::eds(0, 0), |list| list.span);
+            out.push(RULE.finding(format!("the {name} ({index:04X}) is missing")).at(span, ""));
         }
     }
 }

@@ -171,6 +171,7 @@ rules! {
     default_sdo_has_its_cob_ids,
     sdo_parameters_can_be_switched_off,
     heartbeat_consumer_watches_others,
+    findings_are_few,
 }
 
 /// All rules, in the order in which they are applied.

@@ -1,6 +1,7 @@
 //! The objects that the device profile demands are there.
 
 use crate::diagnostics::{Diagnostics, Severity};
+use crate::source::Span;
 use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
@@ -19,9 +20,8 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let axes = || (0..8).map(|axis| axis * 0x800);
     for (index, name) in [(0x6040, "controlword"), (0x6041, "statusword")] {
         if axes().all(|axis| context.device.object(index + axis).is_none()) {
-            let device_type = context.device.object(0x1000).map(|object| object.span);
-            let finding = RULE.finding(format!("the {name} ({index:04X}) is missing"));
-            out.push(device_type.map_or_else(|| finding.clone(), |span| finding.clone().at(span, "says CiA 402")));
+            let device_type = context.device.object(0x1000).map_or(Span::eds(0, 0), |object| object.span);
+            out.push(RULE.finding(format!("the {name} ({index:04X}) is missing")).at(device_type, "says CiA 402"));
         }
     }
 }

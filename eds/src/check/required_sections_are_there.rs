@@ -2,6 +2,7 @@
 
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
+use crate::source::Span;
 use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
@@ -21,7 +22,7 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
     ];
     for (kind, name) in required {
         if !context.facts.kinds.contains(&kind) {
-            out.push(RULE.finding(format!("the section `[{name}]` is missing")));
+            out.push(RULE.finding(format!("the section `[{name}]` is missing")).at(Span::eds(0, 0), ""));
         }
     }
 }

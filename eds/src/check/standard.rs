@@ -86,7 +86,7 @@ fn cia402(index: u16) -> Option<Standard> {
         0x609A | 0x60C5 | 0x60C6 | 0x60FD | 0x6502 => variable(D::Unsigned32),
         0x607B | 0x607D => array(D::Integer32),
         0x6046 | 0x608F | 0x6090 | 0x6091 | 0x6092 | 0x6099 | 0x60FE => array(D::Unsigned32),
-        0x6048 | 0x6049 | 0x604A => (ObjectKind::Record, Types::Each(RAMP)),
+        0x6048..=0x604A => (ObjectKind::Record, Types::Each(RAMP)),
         0x60C2 => (ObjectKind::Record, Types::Each(INTERPOLATION_TIME)),
         0x6504 | 0x6505 => variable(D::VisibleString),
         _ => return None,

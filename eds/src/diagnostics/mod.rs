@@ -9,6 +9,7 @@ use std::ops::Deref;
 
 pub use sarif::sarif;
 
+use crate::check;
 use crate::source::Span;
 
 /// So many findings of one code are kept; the rest is counted.
@@ -170,8 +171,7 @@ impl Diagnostics {
     pub fn finish(&mut self) {
         for (code, seen) in std::mem::take(&mut self.kept) {
             if seen > MAX_PER_CODE {
-                let message = format!("{} more findings of {code} are not shown", seen - MAX_PER_CODE);
-                self.list.push(Diagnostic::new("eds::more-findings", Severity::Note, message));
+                self.list.push(check::findings_are_few::found(seen - MAX_PER_CODE, code));
             }
         }
         self.list.sort_by_key(|diagnostic| diagnostic.span().unwrap_or(Span { source: u16::MAX, start: 0, end: 0 }));
