@@ -1,6 +1,8 @@
 //! Where the core meets the world: links that carry frames, and shells that drive the state machines
 //! over them. No protocol logic is in here; the clocks and the sockets are.
 
+pub mod blocking;
+mod bytes;
 pub mod candump;
 mod clock;
 mod link;
@@ -12,6 +14,7 @@ pub mod socketcan;
 pub mod url;
 mod virtual_bus;
 
+pub use bytes::Bytes;
 pub use link::{BusState, Incoming, Link, LinkError};
 pub use replay::{Replay, ReplayError};
 pub use url::BusUrl;
