@@ -1,0 +1,286 @@
+//! Values: bytes on the wire, numbers of the data sheet, and how people read them.
+
+use std::collections::BTreeMap;
+
+use lexican_eds::model::{BitField, Device, Entry, Meaning, Unit, Value};
+use lexican_eds::types::{Class, DataType};
+
+use super::profile402;
+
+/// A device and what is known of its values: its defaults, and what was seen on the bus since.
+pub(crate) struct Known<'a> {
+    pub(crate) device: &'a Device,
+    seen: BTreeMap<(u16, u8), i128>,
+}
+
+impl<'a> Known<'a> {
+    pub(crate) fn new(device: &'a Device) -> Self {
+        Known { device, seen: BTreeMap::new() }
+    }
+
+    /// Takes note of a value.
+    pub(crate) fn learn(&mut self, index: u16, sub: u8, value: &Value) {
+        if let Value::Integer(number) = value {
+            self.seen.insert((index, sub), *number);
+        }
+    }
+
+    /// A value that was seen.
+    pub(crate) fn seen(&self, index: u16, sub: u8) -> Option<i128> {
+        self.seen.get(&(index, sub)).copied()
+    }
+
+    /// The value that an entry has, as far as anybody can tell.
+    fn number(&self, index: u16, sub: u8) -> Option<i128> {
+        self.seen(index, sub).or_else(|| {
+            let entry = self.device.entry(index, sub)?;
+            entry.configured.as_ref().or(entry.default.as_ref())?.as_integer()
+        })
+    }
+
+    /// The unit of a quantity, of several the one whose condition holds.
+    fn unit(&self, quantity: &str) -> Option<&'a Unit> {
+        self.device.quantities.get(quantity)?.units.iter().find(|unit| {
+            unit.when.as_ref().is_none_or(|when| {
+                self.number(when.index, when.sub).is_some_and(|number| (number == when.value) == when.equal)
+            })
+        })
+    }
+
+    /// A value as people read it: with its unit, the name of its enumeration, its bits by name.
+    pub(crate) fn describe(&self, entry: &Entry, value: &Value) -> String {
+        let Value::Integer(number) = *value else { return plain(entry.data_type, value) };
+        if let Some(text) = self.special(entry, number) {
+            return text;
+        }
+        match &entry.meaning {
+            Meaning::Plain => plain(entry.data_type, value),
+            Meaning::Quantity(name) => match self.unit(name) {
+                Some(unit) => format!("{} {}", scaled(number, unit, is_signed(entry)), unit.symbol),
+                None => plain(entry.data_type, value),
+            },
+            Meaning::Enumeration(_) => match self.name_of(entry, number) {
+                Some(name) => format!("{name} ({number})"),
+                None => plain(entry.data_type, value),
+            },
+            Meaning::BitField(name) => match self.device.bit_fields.get(name) {
+                Some(field) => bits(field, number, 0),
+                None => plain(entry.data_type, value),
+            },
+        }
+    }
+
+    /// The name that an entry's enumeration has for a number.
+    pub(crate) fn name_of(&self, entry: &Entry, number: i128) -> Option<&'a str> {
+        let Meaning::Enumeration(name) = &entry.meaning else { return None };
+        let values = &self.device.enumerations.get(name)?.values;
+        values.iter().find(|named| named.value == number).map(|named| named.name.as_str())
+    }
+
+    /// What a standard says of an entry, whatever the device.
+    fn special(&self, entry: &Entry, number: i128) -> Option<String> {
+        let field = match &entry.meaning {
+            Meaning::BitField(name) => self.device.bit_fields.get(name),
+            _ => None,
+        };
+        match (entry.index, entry.sub) {
+            (0x6040, 0) if self.is_drive() => {
+                let enabled = self.seen(0x6041, 0).is_some_and(|status| profile402::is_enabled(status as u16));
+                let command = profile402::command(number as u16, enabled);
+                Some(join(command, field.map(|field| bits(field, number, profile402::COMMAND_BITS))))
+            }
+            (0x6041, 0) if self.is_drive() => {
+                let state = profile402::state(number as u16)?;
+                Some(join(state, field.map(|field| bits(field, number, profile402::STATE_BITS))))
+            }
+            (0x1600..=0x17FF | 0x1A00..=0x1BFF, 1..) => {
+                let (index, sub, bits) = ((number >> 16) as u16, (number >> 8) as u8, number as u8);
+                let name = self.device.entry(index, sub).map_or("", |mapped| &mapped.name);
+                Some(format!("{index:04X}:{sub:02X} {name}, {bits} bits"))
+            }
+            (0x1005 | 0x1014, 0) | (0x1400..=0x15FF | 0x1800..=0x19FF, 1) | (0x1200..=0x12FF, 1 | 2) => {
+                let off = if number >> 31 & 1 == 1 && entry.index != 0x1005 { ", switched off" } else { "" };
+                Some(format!("{:03X}h{off}", number & 0x1FFF_FFFF))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether the device follows CiA 402.
+    fn is_drive(&self) -> bool {
+        self.device.profile == Some(402)
+    }
+}
+
+fn join(first: &str, rest: Option<String>) -> String {
+    match rest {
+        Some(rest) if rest != NO_BITS => format!("{first} + {rest}"),
+        _ => first.to_owned(),
+    }
+}
+
+const NO_BITS: &str = "0";
+
+/// The fields of a word that are set, by name; those in the mask `without` are left out.
+fn bits(field: &BitField, number: i128, without: u16) -> String {
+    let mut rest = number & !i128::from(without);
+    let mut names = Vec::new();
+    for named in &field.fields {
+        let width = named.value.high.saturating_sub(named.value.low) + 1;
+        let mask = ((1_i128 << width.min(64)) - 1) << named.value.low.min(63);
+        match (rest & mask) >> named.value.low.min(63) {
+            0 => {}
+            _ if width == 1 => names.push(named.name.clone()),
+            value => names.push(format!("{} {value}", named.name)),
+        }
+        rest &= !mask;
+    }
+    names.extend((0..64).filter(|bit| rest >> bit & 1 == 1).map(|bit| format!("bit {bit}")));
+    if names.is_empty() { NO_BITS.to_owned() } else { names.join(" + ") }
+}
+
+fn is_signed(entry: &Entry) -> bool {
+    entry.data_type.class() == Class::Signed
+}
+
+/// A count in its unit: exact where the unit is a decimal fraction.
+pub(crate) fn scaled(number: i128, unit: &Unit, signed: bool) -> String {
+    let plus = if signed && number > 0 { "+" } else { "" };
+    let decimals = (0..=9).find(|&decimals| 10_i64.pow(decimals) == unit.den);
+    match decimals {
+        Some(0) => format!("{plus}{}", number * i128::from(unit.num)),
+        Some(decimals) => {
+            let (scaled, den) = (number * i128::from(unit.num), i128::from(unit.den));
+            let minus = if scaled < 0 { "-" } else { "" };
+            let (whole, rest) = (scaled.abs() / den, scaled.abs() % den);
+            format!("{plus}{minus}{whole}.{rest:0width$}", width = decimals as usize)
+        }
+        None => format!("{plus}{:.4}", number as f64 * unit.num as f64 / unit.den as f64),
+    }
+}
+
+/// A value without any meaning but its type.
+pub(crate) fn plain(data_type: DataType, value: &Value) -> String {
+    match value {
+        Value::Integer(number) => match (data_type.class(), data_type.bits()) {
+            (Class::Boolean, _) => (*number != 0).to_string(),
+            (Class::Unsigned, Some(bits)) if *number > 9 => {
+                let digits = usize::from(bits / 4);
+                let text = ascii(*number, bits).map(|text| format!(" {text:?}")).unwrap_or_default();
+                format!("{number} ({number:0digits$X}h{text})")
+            }
+            _ => number.to_string(),
+        },
+        Value::Real(number) => number.to_string(),
+        Value::Text(text) => format!("{text:?}"),
+        Value::Bytes(bytes) if bytes.len() > 64 => format!("{} bytes", bytes.len()),
+        Value::Bytes(bytes) => hex(bytes),
+        Value::NodeIdPlus(offset) => format!("$NODEID+{offset:X}h"),
+    }
+}
+
+/// Some devices keep their names in numbers: `AG03`, `load`, `1.00`.
+fn ascii(number: i128, bits: u8) -> Option<String> {
+    let bytes = (number as u128).to_le_bytes();
+    let text = bytes.get(..usize::from(bits / 8)).filter(|text| text.len() == 4)?;
+    let printable = text.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'.');
+    printable.then(|| text.iter().copied().map(char::from).collect())
+}
+
+/// `1F 00 88`.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
+}
+
+/// The value of these bytes; `None` when their number does not fit the type.
+pub(crate) fn parse(data_type: DataType, bytes: &[u8]) -> Option<Value> {
+    let size = data_type.bits().map(|bits| usize::from(bits.div_ceil(8)));
+    if size.is_some_and(|size| size != bytes.len()) {
+        return None;
+    }
+    Some(match data_type.class() {
+        Class::Boolean | Class::Unsigned | Class::Time => Value::Integer(unsigned(bytes)),
+        Class::Signed => Value::Integer(sign_extended(unsigned(bytes), bytes.len() as u32 * 8)),
+        Class::Real => match *bytes {
+            [a, b, c, d] => Value::Real(f32::from_le_bytes([a, b, c, d]).into()),
+            [a, b, c, d, e, f, g, h] => Value::Real(f64::from_le_bytes([a, b, c, d, e, f, g, h])),
+            _ => return None,
+        },
+        Class::Text => Value::Text(text(data_type, bytes)),
+        Class::Bytes | Class::Other => Value::Bytes(bytes.to_vec()),
+    })
+}
+
+/// The value of `bits` bits of a PDO.
+pub(crate) fn of_bits(data_type: DataType, bits: u8, raw: u64) -> Value {
+    let raw = i128::from(raw);
+    match data_type.class() {
+        Class::Signed => Value::Integer(sign_extended(raw, bits.into())),
+        Class::Real if bits == 32 => Value::Real(f32::from_bits(raw as u32).into()),
+        Class::Real if bits == 64 => Value::Real(f64::from_bits(raw as u64)),
+        _ => Value::Integer(raw),
+    }
+}
+
+fn unsigned(bytes: &[u8]) -> i128 {
+    bytes.iter().rev().fold(0, |number, byte| number << 8 | i128::from(*byte))
+}
+
+fn sign_extended(number: i128, bits: u32) -> i128 {
+    let up = 128 - bits.clamp(1, 128);
+    number << up >> up
+}
+
+fn text(data_type: DataType, bytes: &[u8]) -> String {
+    if data_type == DataType::UnicodeString {
+        let units = bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
+        return char::decode_utf16(units).map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+    }
+    // ISO 646 by the standard, UTF-8 or code page 1252 in practice; some devices fill up with zeros.
+    String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(num: i64, den: i64) -> Unit {
+        Unit { symbol: "x".to_owned(), method: "x".to_owned(), num, den, when: None }
+    }
+
+    #[test]
+    fn counts_are_exact_in_their_unit() {
+        let check = |number, num, den, signed, text: &str| assert_eq!(scaled(number, &unit(num, den), signed), text);
+        check(5000, 1, 1, true, "+5000");
+        check(-5000, 1, 1, true, "-5000");
+        check(0, 1, 1, true, "0");
+        check(240, 1, 10, false, "24.0");
+        check(-5, 1, 100, true, "-0.05");
+        check(7, 5, 1, false, "35");
+        check(1, 1, 3, false, "0.3333");
+        check(i128::from(i64::MIN), 1, 10, true, "-922337203685477580.8");
+    }
+
+    #[test]
+    fn bytes_are_values_of_their_type_or_nothing() {
+        let integer = |number| Some(Value::Integer(number));
+        assert_eq!(parse(DataType::Integer32, &[0x78, 0xEC, 0xFF, 0xFF]), integer(-5000));
+        assert_eq!(parse(DataType::Unsigned24, &[1, 2, 3]), integer(0x03_0201));
+        assert_eq!(parse(DataType::Integer8, &[0xFF]), integer(-1));
+        assert_eq!(parse(DataType::Unsigned64, &[0xFF; 8]), integer(u64::MAX.into()));
+        assert_eq!(parse(DataType::Unsigned16, &[0]), None);
+        assert_eq!(parse(DataType::Real32, &1.5_f32.to_le_bytes()), Some(Value::Real(1.5)));
+        assert_eq!(parse(DataType::VisibleString, b"AG03\0\0"), Some(Value::Text("AG03".to_owned())));
+        assert_eq!(parse(DataType::UnicodeString, &[0x41, 0, 0xFC, 0]), Some(Value::Text("Aü".to_owned())));
+    }
+
+    #[test]
+    fn plain_numbers_show_hex_and_the_letters_in_them() {
+        let check = |data_type, number, text: &str| assert_eq!(plain(data_type, &Value::Integer(number)), text);
+        check(DataType::Unsigned8, 9, "9");
+        check(DataType::Unsigned16, 405, "405 (0195h)");
+        check(DataType::Unsigned32, 0x6461_6F6C, "1684107116 (64616F6Ch \"load\")");
+        check(DataType::Integer16, 405, "405");
+        check(DataType::Boolean, 1, "true");
+    }
+}

@@ -1,0 +1,48 @@
+//! Frames on the terminal: one line each, in columns, with colours where there are any.
+
+use std::fmt::Write as _;
+
+use anstyle::{AnsiColor, Style};
+use lexican_runtime::{Frame, Instant};
+
+use crate::decode::values::hex;
+use crate::decode::{Decoded, Service};
+use crate::output::styled;
+
+/// `   0.012345  405  RPDO3 node 5         1F 00 88 13 00 00        Controlword = ...`, without newline.
+pub(crate) fn line(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
+    let data = if frame.is_remote() { format!("RTR {}", frame.dlc()) } else { hex(frame.data()) };
+    let mut name = decoded.name.clone();
+    if let Some(node) = decoded.node {
+        // Writing to a string cannot fail.
+        let _ = write!(name, " node {node}");
+    }
+    let dim = Style::new().dimmed();
+    format!(
+        "{}  {}  {}  {}  {}",
+        styled(dim, format_args!("{:>12}", at.to_string())),
+        styled(Style::new().bold(), format_args!("{:>3}", frame.id().to_string())),
+        styled(style(decoded), format_args!("{name:<21}")),
+        styled(dim, format_args!("{data:<23}")),
+        if decoded.alarming { styled(ALARM, &decoded.text) } else { decoded.text.clone() },
+    )
+    .trim_end()
+    .to_owned()
+}
+
+const ALARM: Style = AnsiColor::Red.on_default().bold();
+
+fn style(decoded: &Decoded) -> Style {
+    if decoded.alarming {
+        return ALARM;
+    }
+    match decoded.service {
+        Service::Nmt => AnsiColor::Magenta.on_default(),
+        Service::Rpdo => AnsiColor::Yellow.on_default(),
+        Service::Tpdo => AnsiColor::Green.on_default(),
+        Service::Sdo => AnsiColor::Cyan.on_default(),
+        Service::Emcy => ALARM,
+        Service::Sync | Service::Time | Service::ErrorControl | Service::Lss => AnsiColor::Blue.on_default(),
+        Service::Unknown => Style::new(),
+    }
+}
