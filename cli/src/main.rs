@@ -1,13 +1,16 @@
 //! `lexican`: CANopen on the command line.
 //!
-//! [`device`] finds the data sheet that a command is about, [`output`] knows how a
-//! command ends; every other module is one command.
+//! [`device`] finds the data sheet that a command is about, [`decode`] puts frames into words, [`output`]
+//! knows how a command ends; every other module is one command.
 
+mod decode;
+mod demo;
 mod device;
 mod devices;
 mod eds;
 mod generate;
 mod output;
+mod print;
 
 use std::process::ExitCode;
 
@@ -23,6 +26,7 @@ struct Cli {
 
 #[derive(clap::Subcommand, Debug)]
 enum Command {
+    Demo(demo::Args),
     /// Show, check, compare and tidy electronic data sheets (EDS, DCF)
     #[command(subcommand)]
     Eds(eds::Command),
@@ -33,6 +37,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::Demo(args) => demo::run(&args),
         Command::Eds(command) => command.run(),
         Command::Gen(args) => generate::run(&args),
         Command::Devices => devices::run(),

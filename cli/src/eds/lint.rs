@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lexican_eds::diagnostics::sarif;
-use lexican_eds::{Diagnostics, Input, Severity};
+use lexican_eds::{Diagnostic, Diagnostics, Input, Severity};
 
 use crate::device::{input, no_object, with_overlays};
 use crate::output::{Failure, Outcome};
@@ -111,11 +111,17 @@ fn check(args: &Args, name: &str, colours: bool) -> Checked {
     let text = match args.format {
         Format::Text if colours => diagnostics.render_styled(&input),
         Format::Text => diagnostics.render(&input),
-        Format::Short => diagnostics.iter().map(|it| it.render_short(&input) + "\n").collect(),
+        Format::Short => diagnostics.iter().map(|finding| short(finding, &input)).collect(),
         Format::Json | Format::Sarif => String::new(),
     };
     let failure = device.objects.is_empty().then(|| no_object(&input));
     Checked { findings: Some((input, diagnostics)), failure, text }
+}
+
+/// One line that begins with the name of the file, also when the finding has no place in it.
+fn short(finding: &Diagnostic, input: &Input) -> String {
+    let line = finding.render_short(input);
+    if finding.span().is_some() { line + "\n" } else { format!("{}: {line}\n", input.eds.name()) }
 }
 
 /// Calls `work` for every item on all processors; the results are in the order of the items.
