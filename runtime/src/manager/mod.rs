@@ -16,7 +16,7 @@ use crate::service::node_guard;
 use crate::service::sdo_client::{self, Busy, Payload, SdoClient};
 use crate::service::sync_producer::SyncProducer;
 use crate::time::{Duration, Instant};
-use crate::wire::emcy::Emergency;
+use crate::wire::emcy::{CodeOrder, Emergency};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::{NmtCommand, NmtState};
 use crate::wire::time;
@@ -88,8 +88,8 @@ pub enum Event {
     },
     /// A data frame that is no other message: a PDO, to be [read](Pdo::from_data) by who knows the mapping.
     Pdo {
-        /// Whose TPDO has this COB-ID in the predefined connection set; the PDOs of a network may be
-        /// arranged otherwise.
+        /// The node that the manager looks after whose TPDO has this COB-ID in the predefined connection
+        /// set. The PDOs of a network may be arranged otherwise.
         node: Option<NodeId>,
         /// The frame.
         frame: Frame,
@@ -298,7 +298,13 @@ impl<const NODES: usize> Manager<NODES> {
         if id == CobId::TIME {
             return time::parse(frame.data()).map(Event::Time);
         }
-        is_pdo(id).then(|| Event::Pdo { node: transmitter(id), frame: *frame })
+        if let Some(node) = Emergency::node(id) {
+            // A node that the manager does not look after is taken to do as the standard says.
+            let emergency = Emergency::parse(frame.data(), CodeOrder::LowByteFirst)?;
+            return Some(Event::Emergency { node, emergency });
+        }
+        let node = transmitter(id).filter(|&node| self.remote(node).is_some());
+        is_pdo(id).then_some(Event::Pdo { node, frame: *frame })
     }
 
     fn handle_error_control(&mut self, now: Instant, node: NodeId, frame: &Frame) -> Option<Event> {
@@ -382,7 +388,7 @@ const fn guarded(node: NodeId, event: node_guard::Event) -> Event {
     }
 }
 
-/// Whether a PDO may have this COB-ID. 081h to 0FFh may, but are emergencies unless told otherwise.
+/// Whether a PDO may have this COB-ID. 081h to 0FFh may too, but are taken for emergencies.
 const fn is_pdo(id: CobId) -> bool {
     id.is_extended() || !id.is_restricted() && id.raw() > 0x180
 }

@@ -19,6 +19,8 @@ pub struct Runner<'a, I> {
     count: usize,
     step: Option<Step<'a>>,
     activity: Activity,
+    /// The node has booted since it was commanded last.
+    booted: bool,
 }
 
 /// How a procedure ended.
@@ -98,7 +100,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
     /// which is due at once.
     #[must_use]
     pub fn new(node: NodeId, client: SdoClient, steps: I) -> Self {
-        Runner { node, client, steps, count: 0, step: None, activity: Activity::Next }
+        Runner { node, client, steps, count: 0, step: None, activity: Activity::Next, booted: false }
     }
 
     /// The node.
@@ -122,8 +124,13 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Event<'a>> {
         let boot_up = ErrorControl::heartbeat(NmtState::Initialising).frame(self.node);
-        if matches!(self.activity, Activity::Listen { .. }) && *frame == boot_up {
-            return self.begin_next(now);
+        if *frame == boot_up {
+            if matches!(self.activity, Activity::Listen { .. }) {
+                return self.begin_next(now);
+            }
+            // The node is quicker than the step that waits for it.
+            self.booted = true;
+            return None;
         }
         let event = match &mut self.activity {
             Activity::Transfer { value, .. } => self.client.handle_frame(now, frame, value)?,
@@ -198,7 +205,11 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
             Step::Expect { address, .. } => self.read(now, address, now),
             Step::Await { address, timeout, .. } => self.read(now, address, now + timeout),
             Step::Steer { observed, timeout, .. } => self.read(now, observed, now + timeout),
-            Step::Nmt(_) => self.activity = Activity::Command,
+            Step::Nmt(_) => {
+                self.booted = false;
+                self.activity = Activity::Command;
+            }
+            Step::AwaitBootUp { .. } if core::mem::take(&mut self.booted) => self.activity = Activity::Next,
             Step::AwaitBootUp { timeout } => self.activity = Activity::Listen { until: now + timeout },
             Step::Wait(span) => self.activity = Activity::Pause { resume: now + span, until: now + span },
         }

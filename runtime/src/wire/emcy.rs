@@ -166,6 +166,13 @@ impl Emergency {
         CobId::of_node(0x080, node)
     }
 
+    /// Whose emergencies have this COB-ID in the predefined connection set.
+    #[must_use]
+    pub fn node(id: CobId) -> Option<NodeId> {
+        let low = id.raw().checked_sub(0x080).filter(|_| !id.is_extended())?;
+        u8::try_from(low).ok().and_then(NodeId::new)
+    }
+
     /// `None` when the data are not eight bytes.
     #[must_use]
     pub fn parse(data: &[u8], order: CodeOrder) -> Option<Self> {
