@@ -16,6 +16,8 @@ pub mod emcy_producer;
 pub mod guarding;
 pub mod heartbeat_consumer;
 pub mod heartbeat_producer;
+pub mod lss_device;
+pub mod lss_manager;
 pub mod mapping;
 pub mod nmt;
 pub mod nmt_manager;

@@ -5,6 +5,7 @@
 pub mod crc;
 pub mod emcy;
 pub mod heartbeat;
+pub mod lss;
 pub mod nmt;
 pub mod pdo;
 pub mod sdo;

@@ -1,0 +1,574 @@
+//! LSS as a manager sees it: finds devices by their identity, and gives them node-ID and bit rate
+//! (CiA 305). One operation at a time.
+
+use crate::frame::Frame;
+use crate::id::NodeId;
+use crate::time::{Duration, Instant};
+use crate::wire::lss::{self, Bound, Identity, LssRequest, LssResponse, LssState, Part};
+
+/// How an operation ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// A device was selected by its identity, and is in the state CONFIGURATION.
+    Selected,
+    /// The device has taken node-ID or bit rate, or has stored them.
+    Done,
+    /// A part of the identity of the selected device.
+    Inquired(Part, u32),
+    /// The node-ID of the selected device; `None` when it has none.
+    InquiredNode(Option<NodeId>),
+    /// At least one device has an identity in the range.
+    Identified,
+    /// At least one device has no node-ID.
+    UnconfiguredExists,
+    /// A device without node-ID was found, and is in the state CONFIGURATION.
+    Found(Identity),
+    /// The operation failed.
+    Failed(LssError),
+}
+
+/// Why an operation failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LssError {
+    /// Nobody answered: there is no such device, or it does not support the operation.
+    #[error("nobody answers")]
+    NoAnswer,
+    /// The device refused.
+    #[error("the device refuses with error {error} ({specific})")]
+    Refused {
+        /// As CiA 305 numbers them for the operation.
+        error: u8,
+        /// The device's own error code, when `error` is 255.
+        specific: u8,
+    },
+    /// A scan found bits that no device has: several answered in turn, or an answer got lost.
+    #[error("the scan for {part:?} ended with {value:08X}h, which nobody confirms")]
+    ScanFailed {
+        /// The part.
+        part: Part,
+        /// What was found of it.
+        value: u32,
+    },
+}
+
+/// Another operation is under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("another LSS operation is under way")]
+pub struct Busy;
+
+/// Runs LSS operations.
+#[derive(Clone, Copy, Debug)]
+pub struct LssManager {
+    timeout: Duration,
+    scan_timeout: Duration,
+    state: State,
+    /// The request of the state waits for being sent.
+    unsent: bool,
+    deadline: Instant,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum State {
+    Idle,
+    /// A request without an answer.
+    Tell(LssRequest),
+    /// A request with one answer.
+    Ask(LssRequest),
+    /// A request in several frames, the last of which is answered.
+    Select {
+        identity: Identity,
+        part: Part,
+    },
+    Identify {
+        range: Range,
+        at: usize,
+    },
+    Scan(Scan),
+}
+
+/// The identities that [`LssManager::identify`] looks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Range {
+    /// Vendor, product, and the lowest revision and serial number.
+    pub low: Identity,
+    /// The highest revision number.
+    pub revision_high: u32,
+    /// The highest serial number.
+    pub serial_high: u32,
+}
+
+impl Range {
+    fn bound(&self, at: usize) -> Option<(Bound, u32)> {
+        let bounds = [
+            (Bound::Vendor, self.low.vendor),
+            (Bound::Product, self.low.product),
+            (Bound::RevisionLow, self.low.revision),
+            (Bound::RevisionHigh, self.revision_high),
+            (Bound::SerialLow, self.low.serial),
+            (Bound::SerialHigh, self.serial_high),
+        ];
+        bounds.get(at).copied()
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Scan {
+    found: Identity,
+    part: Part,
+    at: ScanStep,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum ScanStep {
+    /// Is anybody there?
+    Begin,
+    /// Is the bit 0?
+    Bit(u8),
+    /// Is this the whole number?
+    Confirm,
+}
+
+impl Scan {
+    fn request(&self) -> LssRequest {
+        let (bits_left, next) = match self.at {
+            ScanStep::Begin => (0x80, Part::Vendor),
+            ScanStep::Bit(bit) => (bit, self.part),
+            ScanStep::Confirm => (0, self.part.next()),
+        };
+        LssRequest::Fastscan { value: self.found.part(self.part), bits_left, part: self.part, next }
+    }
+
+    /// The scan after an answer, or after none; or its end.
+    fn advance(mut self, answered: bool) -> Result<Scan, Event> {
+        match self.at {
+            ScanStep::Begin if !answered => return Err(Event::Failed(LssError::NoAnswer)),
+            ScanStep::Begin => self.at = ScanStep::Bit(31),
+            ScanStep::Bit(bit) => {
+                if !answered {
+                    let value = self.found.part(self.part) | 1 << bit;
+                    self.found = self.found.with(self.part, value);
+                }
+                self.at = bit.checked_sub(1).map_or(ScanStep::Confirm, ScanStep::Bit);
+            }
+            ScanStep::Confirm if !answered => {
+                let value = self.found.part(self.part);
+                return Err(Event::Failed(LssError::ScanFailed { part: self.part, value }));
+            }
+            ScanStep::Confirm if self.part == Part::Serial => return Err(Event::Found(self.found)),
+            ScanStep::Confirm => {
+                self.part = self.part.next();
+                self.at = ScanStep::Bit(31);
+            }
+        }
+        Ok(self)
+    }
+}
+
+impl LssManager {
+    /// A manager that waits 100 ms for an answer, and 20 ms for each step of a scan.
+    #[must_use]
+    pub const fn new() -> Self {
+        LssManager {
+            timeout: Duration::from_millis(100),
+            scan_timeout: Duration::from_millis(20),
+            state: State::Idle,
+            unsent: false,
+            deadline: Instant::ZERO,
+        }
+    }
+
+    /// With other times.
+    #[must_use]
+    pub const fn with_timeouts(self, timeout: Duration, scan_timeout: Duration) -> Self {
+        LssManager { timeout, scan_timeout, ..self }
+    }
+
+    /// Whether an operation is under way.
+    #[must_use]
+    pub const fn is_busy(&self) -> bool {
+        !matches!(self.state, State::Idle)
+    }
+
+    /// All devices enter a state. No event follows.
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`] when another operation is under way; as with all that follow.
+    pub fn switch_global(&mut self, state: LssState) -> Result<(), Busy> {
+        self.begin(State::Tell(LssRequest::SwitchGlobal(state)))
+    }
+
+    /// Selects the device of an identity: [`Event::Selected`].
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`].
+    pub fn select(&mut self, identity: Identity) -> Result<(), Busy> {
+        self.begin(State::Select { identity, part: Part::Vendor })
+    }
+
+    /// Asks whether a device has an identity in a range: [`Event::Identified`].
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`].
+    pub fn identify(&mut self, range: Range) -> Result<(), Busy> {
+        self.begin(State::Identify { range, at: 0 })
+    }
+
+    /// Asks whether a device has no node-ID: [`Event::UnconfiguredExists`].
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`].
+    pub fn identify_unconfigured(&mut self) -> Result<(), Busy> {
+        self.begin(State::Ask(LssRequest::IdentifyUnconfigured))
+    }
+
+    /// Finds one device without node-ID: [`Event::Found`].
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`].
+    pub fn fastscan(&mut self) -> Result<(), Busy> {
+        let found = Identity::default();
+        self.begin(State::Scan(Scan { found, part: Part::Vendor, at: ScanStep::Begin }))
+    }
+
+    /// Gives the selected device a node-ID, or takes it away: [`Event::Done`].
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`].
+    pub fn configure_node(&mut self, node: Option<NodeId>) -> Result<(), Busy> {
+        self.begin(State::Ask(LssRequest::ConfigureNode(node)))
+    }
+
+    /// Gives the selected device a bit rate, entry `index` of `table` (0: that of CiA 305): [`Event::Done`].
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`].
+    pub fn configure_bit_timing(&mut self, table: u8, index: u8) -> Result<(), Busy> {
+        self.begin(State::Ask(LssRequest::ConfigureBitTiming { table, index }))
+    }
+
+    /// All selected devices change to their new bit rate after `delay_ms`. No event follows.
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`].
+    pub fn activate_bit_timing(&mut self, delay_ms: u16) -> Result<(), Busy> {
+        self.begin(State::Tell(LssRequest::ActivateBitTiming { delay_ms }))
+    }
+
+    /// The selected device stores node-ID and bit rate: [`Event::Done`].
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`].
+    pub fn store(&mut self) -> Result<(), Busy> {
+        self.begin(State::Ask(LssRequest::Store))
+    }
+
+    /// Asks the selected device for a part of its identity: [`Event::Inquired`].
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`].
+    pub fn inquire(&mut self, part: Part) -> Result<(), Busy> {
+        self.begin(State::Ask(LssRequest::Inquire(part)))
+    }
+
+    /// Asks the selected device for its node-ID: [`Event::InquiredNode`].
+    ///
+    /// # Errors
+    ///
+    /// [`Busy`].
+    pub fn inquire_node(&mut self) -> Result<(), Busy> {
+        self.begin(State::Ask(LssRequest::InquireNode))
+    }
+
+    fn begin(&mut self, state: State) -> Result<(), Busy> {
+        if self.is_busy() {
+            return Err(Busy);
+        }
+        self.state = state;
+        self.unsent = true;
+        Ok(())
+    }
+
+    /// Takes a response.
+    pub fn handle_frame(&mut self, _now: Instant, frame: &Frame) -> Option<Event> {
+        if frame.id() != lss::RESPONSE || frame.is_remote() || self.unsent {
+            return None;
+        }
+        let response = LssResponse::parse(frame.data())?;
+        match self.state {
+            State::Ask(request) => self.end(answer(request, response)?),
+            State::Select { .. } if response == LssResponse::Selected => self.end(Event::Selected),
+            State::Identify { .. } if response == LssResponse::Identified => self.end(Event::Identified),
+            State::Scan(scan) if response == LssResponse::Identified => self.scan_on(scan, true),
+            _ => None,
+        }
+    }
+
+    fn scan_on(&mut self, scan: Scan, answered: bool) -> Option<Event> {
+        match scan.advance(answered) {
+            Ok(scan) => {
+                self.state = State::Scan(scan);
+                self.unsent = true;
+                None
+            }
+            Err(event) => self.end(event),
+        }
+    }
+
+    fn end(&mut self, event: Event) -> Option<Event> {
+        self.state = State::Idle;
+        Some(event)
+    }
+
+    /// Nobody answered in time.
+    pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+        if self.poll_timeout()? > now {
+            return None;
+        }
+        match self.state {
+            State::Scan(scan) => self.scan_on(scan, false),
+            _ => self.end(Event::Failed(LssError::NoAnswer)),
+        }
+    }
+
+    /// The next request.
+    pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        if !core::mem::take(&mut self.unsent) {
+            return None;
+        }
+        let timeout = if matches!(self.state, State::Scan(_)) { self.scan_timeout } else { self.timeout };
+        self.deadline = now + timeout;
+        let request = match self.state {
+            State::Idle => return None,
+            State::Tell(request) => {
+                self.state = State::Idle;
+                request
+            }
+            State::Ask(request) => request,
+            State::Select { identity, part } => {
+                self.unsent = part != Part::Serial;
+                self.state = State::Select { identity, part: part.next() };
+                LssRequest::SwitchSelective(part, identity.part(part))
+            }
+            State::Identify { range, at } => {
+                let (bound, value) = range.bound(at)?;
+                self.unsent = bound != Bound::SerialHigh;
+                self.state = State::Identify { range, at: at + 1 };
+                LssRequest::Identify(bound, value)
+            }
+            State::Scan(scan) => scan.request(),
+        };
+        Some(request.frame())
+    }
+
+    /// When nobody has answered in time.
+    #[must_use]
+    pub const fn poll_timeout(&self) -> Option<Instant> {
+        if self.is_busy() && !self.unsent { Some(self.deadline) } else { None }
+    }
+}
+
+impl Default for LssManager {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// What a response means to a request; `None` when it belongs to another one.
+fn answer(request: LssRequest, response: LssResponse) -> Option<Event> {
+    match (request, response) {
+        (LssRequest::ConfigureNode(_), LssResponse::ConfigureNode { error, specific })
+        | (LssRequest::ConfigureBitTiming { .. }, LssResponse::ConfigureBitTiming { error, specific })
+        | (LssRequest::Store, LssResponse::Store { error, specific }) => Some(match error {
+            0 => Event::Done,
+            _ => Event::Failed(LssError::Refused { error, specific }),
+        }),
+        (LssRequest::Inquire(asked), LssResponse::Inquired(part, value)) if asked == part => {
+            Some(Event::Inquired(part, value))
+        }
+        (LssRequest::InquireNode, LssResponse::InquiredNode(node)) => Some(Event::InquiredNode(node)),
+        (LssRequest::IdentifyUnconfigured, LssResponse::Unconfigured) => Some(Event::UnconfiguredExists),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::service::lss_device::{self, LssDevice, LssHost, StoreError};
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    #[derive(Default)]
+    struct Host {
+        stored: Option<Option<NodeId>>,
+        bit_rate: Option<u8>,
+    }
+
+    impl LssHost for Host {
+        fn configure_bit_timing(&mut self, table: u8, index: u8) -> bool {
+            let supported = table == 0 && index < 9 && index != 5;
+            self.bit_rate = supported.then_some(index);
+            supported
+        }
+        fn store(&mut self, node: Option<NodeId>) -> Result<(), StoreError> {
+            self.stored = Some(node);
+            Ok(())
+        }
+    }
+
+    struct Network {
+        manager: LssManager,
+        devices: Vec<LssDevice>,
+        host: Host,
+        now: Instant,
+        told: Vec<lss_device::Event>,
+    }
+
+    impl Network {
+        fn new(devices: &[LssDevice]) -> Self {
+            let manager = LssManager::new();
+            Network { manager, devices: devices.to_vec(), host: Host::default(), now: Instant::ZERO, told: Vec::new() }
+        }
+
+        /// Runs an operation to its end.
+        fn run(&mut self, begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>) -> Option<Event> {
+            begin(&mut self.manager).unwrap();
+            for _ in 0..1000 {
+                while let Some(request) = self.manager.poll_transmit(self.now) {
+                    for device in &mut self.devices {
+                        self.told.extend(device.handle_frame(self.now, &request, &mut self.host));
+                    }
+                    for device in &mut self.devices {
+                        let response = device.poll_transmit(self.now);
+                        let event = response.and_then(|frame| self.manager.handle_frame(self.now, &frame));
+                        if event.is_some() {
+                            return event;
+                        }
+                    }
+                }
+                self.now = self.manager.poll_timeout()?;
+                let event = self.manager.handle_timeout(self.now);
+                if event.is_some() {
+                    return event;
+                }
+            }
+            panic!("the operation does not end");
+        }
+    }
+
+    const IDENTITY: Identity = Identity { vendor: 0x195, product: 3, revision: 0x0001_0002, serial: 0x8000_0001 };
+    const NODE: NodeId = NodeId::literal(5);
+
+    #[test]
+    fn a_device_is_selected_asked_configured_and_stored() {
+        let other = Identity { serial: 2, ..IDENTITY };
+        let devices = [LssDevice::new(IDENTITY, Some(NODE)), LssDevice::new(other, NodeId::new(6))];
+        let mut network = Network::new(&devices);
+        assert_eq!(network.run(|lss| lss.select(IDENTITY)), Some(Event::Selected));
+        assert_eq!(network.devices[1].state(), LssState::Waiting);
+        for part in Part::ALL {
+            let event = network.run(|lss| lss.inquire(part));
+            assert_eq!(event, Some(Event::Inquired(part, IDENTITY.part(part))));
+        }
+        assert_eq!(network.run(LssManager::inquire_node), Some(Event::InquiredNode(Some(NODE))));
+        assert_eq!(network.run(|lss| lss.configure_node(NodeId::new(9))), Some(Event::Done));
+        assert_eq!(network.run(|lss| lss.configure_bit_timing(0, 2)), Some(Event::Done));
+        let refused = Event::Failed(LssError::Refused { error: 1, specific: 0 });
+        assert_eq!(network.run(|lss| lss.configure_bit_timing(0, 5)), Some(refused));
+        assert_eq!(network.run(LssManager::store), Some(Event::Done));
+        assert_eq!(network.host.stored, Some(NodeId::new(9)));
+        // It runs with its old node-ID until it is reset.
+        assert_eq!(network.run(LssManager::inquire_node), Some(Event::InquiredNode(Some(NODE))));
+        assert_eq!(network.run(|lss| lss.switch_global(LssState::Waiting)), None);
+        assert_eq!((network.devices[0].reset(), &network.told[..]), (NodeId::new(9), &[][..]));
+    }
+
+    #[test]
+    fn nobody_answers_for_an_identity_that_differs_in_any_part() {
+        let mut network = Network::new(&[LssDevice::new(IDENTITY, None)]);
+        for part in Part::ALL {
+            let other = IDENTITY.with(part, 7);
+            assert_eq!(network.run(|lss| lss.select(other)), Some(Event::Failed(LssError::NoAnswer)), "{part:?}");
+        }
+        assert_eq!(network.run(LssManager::store), Some(Event::Failed(LssError::NoAnswer)));
+    }
+
+    #[test]
+    fn a_device_without_node_id_is_found_and_boots_with_the_one_it_gets() {
+        let mut network = Network::new(&[LssDevice::new(IDENTITY, None), LssDevice::new(IDENTITY, Some(NODE))]);
+        assert_eq!(network.run(LssManager::identify_unconfigured), Some(Event::UnconfiguredExists));
+        assert_eq!(network.run(LssManager::fastscan), Some(Event::Found(IDENTITY)));
+        assert_eq!(network.devices[0].state(), LssState::Configuration);
+        assert_eq!(network.run(|lss| lss.configure_node(NodeId::new(7))), Some(Event::Done));
+        assert_eq!(network.run(|lss| lss.switch_global(LssState::Waiting)), None);
+        assert_eq!(network.told, [lss_device::Event::NodeIdGiven(NodeId::literal(7))]);
+        assert_eq!(network.run(LssManager::identify_unconfigured), Some(Event::Failed(LssError::NoAnswer)));
+        assert_eq!(network.run(LssManager::fastscan), Some(Event::Failed(LssError::NoAnswer)));
+    }
+
+    #[test]
+    fn devices_are_identified_by_ranges() {
+        let mut network = Network::new(&[LssDevice::new(IDENTITY, Some(NODE))]);
+        let all = Range {
+            low: Identity { revision: 0, serial: 0, ..IDENTITY },
+            revision_high: u32::MAX,
+            serial_high: u32::MAX,
+        };
+        assert_eq!(network.run(|lss| lss.identify(all)), Some(Event::Identified));
+        let none = Event::Failed(LssError::NoAnswer);
+        assert_eq!(network.run(|lss| lss.identify(Range { serial_high: 0x8000_0000, ..all })), Some(none));
+        assert_eq!(network.run(|lss| lss.identify(Range { revision_high: 0x0001_0001, ..all })), Some(none));
+    }
+
+    #[test]
+    fn an_impossible_node_id_is_refused() {
+        let mut device = LssDevice::new(IDENTITY, None);
+        let mut host = Host::default();
+        let mut send = |data: [u8; 8]| {
+            device.handle_frame(Instant::ZERO, &Frame::from_array(lss::REQUEST, data), &mut host);
+            device.poll_transmit(Instant::ZERO).map(|frame| std::format!("{frame}"))
+        };
+        assert_eq!(send([0x11, 200, 0, 0, 0, 0, 0, 0]), None);
+        send([0x04, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(send([0x11, 200, 0, 0, 0, 0, 0, 0]).as_deref(), Some("7E4#1101000000000000"));
+    }
+
+    proptest! {
+        #[test]
+        fn a_scan_finds_one_of_the_devices(
+            identities in prop::collection::vec(any::<[u32; 4]>(), 1..4)
+        ) {
+            let identities: Vec<Identity> = identities
+                .into_iter()
+                .map(|[vendor, product, revision, serial]| Identity { vendor, product, revision, serial })
+                .collect();
+            let devices: Vec<LssDevice> = identities.iter().map(|&identity| LssDevice::new(identity, None)).collect();
+            let Some(Event::Found(found)) = Network::new(&devices).run(LssManager::fastscan) else {
+                return Err(TestCaseError::fail("nobody was found"));
+            };
+            prop_assert!(identities.contains(&found));
+        }
+
+        #[test]
+        fn any_requests_leave_a_device_that_can_be_selected(frames in prop::collection::vec(any::<[u8; 8]>(), 0..50)) {
+            let mut network = Network::new(&[LssDevice::new(IDENTITY, None)]);
+            for data in frames {
+                let frame = Frame::from_array(lss::REQUEST, data);
+                network.devices[0].handle_frame(network.now, &frame, &mut network.host);
+                network.devices[0].poll_transmit(network.now);
+            }
+            network.run(|lss| lss.switch_global(LssState::Waiting));
+            prop_assert_eq!(network.run(|lss| lss.select(IDENTITY)), Some(Event::Selected));
+        }
+    }
+}
