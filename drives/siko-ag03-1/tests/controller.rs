@@ -1,10 +1,10 @@
 //! The simulated controller against chapters 2, 5 and 7 of the manual, without any bus.
 
 use lexican_runtime::{Duration, Instant};
+use siko_ag03_1::Direction;
 use siko_ag03_1::fault::{Fault, cause_of};
 use siko_ag03_1::sim::controller::{Controller, Network};
 use siko_ag03_1::sim::inputs::{BusState, Inputs, Shaft};
-use siko_ag03_1::sim::motion::Direction;
 use siko_ag03_1::sim::parameters::{Mode, Parameters};
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::{control, generic, status, system};

@@ -5,12 +5,12 @@ use std::sync::{Arc, Mutex};
 use lexican_runtime::host::{VirtualBus, VirtualLink};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{AbortCode, Duration, NodeId};
+use siko_ag03_1::Direction;
 use siko_ag03_1::driver::{Drive, Error, Missing, Mode, Outcome, VelocityOutcome};
 use siko_ag03_1::fault::{Cause, Fault};
 use siko_ag03_1::od;
 use siko_ag03_1::parameter::ParameterSet;
 use siko_ag03_1::sim::inputs::{Inputs, Shaft};
-use siko_ag03_1::sim::motion::Direction;
 use siko_ag03_1::sim::{Gear, Setup, SimulatedDrive};
 use siko_ag03_1::state::State;
 

@@ -14,10 +14,10 @@ use super::sequence::{self, Difference, Progress, Setting};
 use super::session::Session;
 use super::units::Units;
 use super::{Desk, Mode};
+use crate::Direction;
 use crate::fault::Cause;
 use crate::od;
 use crate::parameter::ParameterSet;
-use crate::sim::motion::Direction;
 use crate::state::{Command, State};
 
 /// A drive at the other end of a link. Every method blocks until its operation is over.

@@ -6,8 +6,9 @@ use std::collections::VecDeque;
 use lexican_runtime::{Duration, Instant};
 
 use super::inputs::{BusState, Inputs, Shaft};
-use super::motion::{Direction, FULL_ACCELERATION, Job, Motion, RUN_OUT_DECELERATION};
+use super::motion::{FULL_ACCELERATION, Job, Motion, RUN_OUT_DECELERATION};
 use super::parameters::{Mode, Parameters};
+use crate::Direction;
 use crate::fault::{ERROR_PASSIVE, Fault, NO_ERROR, RECOVERED_FROM_BUS_OFF};
 use crate::state::{State, Transition, commanded};
 use crate::words::control;
@@ -345,8 +346,7 @@ impl Controller {
     fn settle(&mut self, now: Instant) {
         self.hold_shaft(now);
         self.deactivate_torque(now);
-        let too_high = self.current_ma(now) > Inputs::OVERCURRENT_MA;
-        self.overcurrent_since = too_high.then(|| self.overcurrent_since.unwrap_or(now));
+        self.watch_current(now);
         for fault in Fault::ALL {
             if self.is_caused(now, *fault) && !self.faults.contains(fault) {
                 self.raise(now, *fault);
@@ -361,7 +361,14 @@ impl Controller {
         } else if !blocked && self.motion.is_blocked() {
             self.motion.unblock(now, self.parameters.rotation());
         }
-        self.blocked_since = self.motion.is_blocked().then(|| self.blocked_since.unwrap_or(now));
+        let counts = self.motion.is_blocked() && !self.faults.contains(&Fault::SHAFT_BLOCKED);
+        self.blocked_since = counts.then(|| self.blocked_since.unwrap_or(now));
+    }
+
+    fn watch_current(&mut self, now: Instant) {
+        let too_high = self.current_ma(now) > Inputs::OVERCURRENT_MA;
+        let counts = too_high && !self.faults.contains(&Fault::OVERCURRENT);
+        self.overcurrent_since = counts.then(|| self.overcurrent_since.unwrap_or(now));
     }
 
     /// Chapter 2.3: brakes fully and keeps control; the job can be resumed.

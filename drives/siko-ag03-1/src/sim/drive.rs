@@ -10,7 +10,7 @@ use lexican_runtime::service::tpdo::Triggers;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::wire::pdo::TransmissionType;
-use lexican_runtime::{CobId, Frame, Instant, NodeId};
+use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
 
 use super::controller::{Controller, Network};
 use super::inputs::{BusState, Inputs};
@@ -321,6 +321,18 @@ impl SimulatedDrive {
         self.with_device(now, |device, od| device.compare(od));
     }
 
+    /// The drive has eight abort codes (table 19). For those of CiA 301 that it does not have, the nearest is sent:
+    /// which ones a real drive sends then, the manual does not say.
+    fn with_code_of_table_19(&self, frame: Frame) -> Frame {
+        const ABORT: u8 = 0x80;
+        let &[ABORT, index_low, index_high, sub, a, b, c, d] = frame.data() else { return frame };
+        if frame.id() != CobId::of_node(0x580, self.setup.node) {
+            return frame;
+        }
+        let [a, b, c, d] = code_of_table_19(AbortCode(u32::from_le_bytes([a, b, c, d]))).0.to_le_bytes();
+        Frame::from_array(frame.id(), [ABORT, index_low, index_high, sub, a, b, c, d])
+    }
+
     /// When a TPDO that is sent on change will have something new.
     fn next_change(&self) -> Option<Instant> {
         let mut next = None;
@@ -365,13 +377,29 @@ impl Node for SimulatedDrive {
             }
             // Error passive: "communication is no longer enabled", but the emergency tells so.
             if bus == BusState::Active || frame.id() == emergencies {
-                return Some(frame);
+                return Some(self.with_code_of_table_19(frame));
             }
         }
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
         [self.device.poll_timeout(), self.controller.next_event(), self.next_change()].into_iter().flatten().min()
+    }
+}
+
+fn code_of_table_19(code: AbortCode) -> AbortCode {
+    match code {
+        AbortCode::NO_SUCH_SUB_INDEX
+        | AbortCode::READ_ONLY
+        | AbortCode::WRITE_ONLY
+        | AbortCode::INVALID_VALUE
+        | AbortCode::MAXIMUM_BELOW_MINIMUM
+        | AbortCode::NO_SUCH_OBJECT
+        | AbortCode::DEVICE_STATE => code,
+        AbortCode::VALUE_TOO_HIGH | AbortCode::VALUE_TOO_LOW | AbortCode::PARAMETER_INCOMPATIBLE => {
+            AbortCode::INVALID_VALUE
+        }
+        _ => AbortCode::UNSUPPORTED_ACCESS,
     }
 }
 

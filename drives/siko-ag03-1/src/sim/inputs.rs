@@ -1,7 +1,7 @@
 //! What the world does to the drive: supply, battery, temperature, load, bus, keys. Settable, so that every
 //! warning and every fault of chapter 5 can be provoked.
 
-use super::motion::Direction;
+use crate::Direction;
 
 /// The world as the drive feels it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

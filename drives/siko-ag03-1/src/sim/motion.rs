@@ -7,6 +7,7 @@
 use lexican_runtime::Instant;
 
 use super::trajectory::{Profile, State, Trajectory};
+use crate::Direction;
 
 /// Increments of one revolution of the drive's shaft (chapter 6, parameter 13).
 pub const INCREMENTS_PER_REVOLUTION: f64 = 1600.0;
@@ -19,32 +20,6 @@ pub const REVOLUTION_PER_MINUTE: f64 = INCREMENTS_PER_REVOLUTION / 60.0;
 pub const RUN_OUT_DECELERATION: f64 = FULL_ACCELERATION / 2.0;
 /// Slower than 2 rev/min is standstill (table 1, bit 4), in increments/s.
 pub const STANDSTILL: f64 = 2.0 * REVOLUTION_PER_MINUTE;
-
-/// A sense of travel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
-    /// Towards greater positions.
-    Positive,
-    /// Towards smaller positions.
-    Negative,
-}
-
-impl Direction {
-    /// 1 or -1.
-    #[must_use]
-    pub const fn sign(self) -> f64 {
-        match self {
-            Direction::Positive => 1.0,
-            Direction::Negative => -1.0,
-        }
-    }
-
-    /// The direction of a way or a velocity; positive for none.
-    #[must_use]
-    pub fn of(way: f64) -> Self {
-        if way < 0.0 { Direction::Negative } else { Direction::Positive }
-    }
-}
 
 /// Loop positioning (chapter 2.2.1.1): every target is approached in one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -47,7 +47,7 @@ impl ObjectDictionary for Objects<'_> {
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         let value = Written::new(entry, data);
         self.check(entry, value)?;
-        self.storage.write(entry, offset, data, last).map_err(as_table_19)?;
+        self.storage.write(entry, offset, data, last)?;
         self.follow(entry.address, value);
         Ok(())
     }
@@ -245,14 +245,6 @@ impl Written {
     fn of_same_type(self, raw: u64) -> i64 {
         let high = raw << self.unused_bits;
         if self.is_signed { (high as i64) >> self.unused_bits } else { (high >> self.unused_bits) as i64 }
-    }
-}
-
-/// The drive knows the abort codes of table 19 only.
-fn as_table_19(code: AbortCode) -> AbortCode {
-    match code {
-        AbortCode::VALUE_TOO_HIGH | AbortCode::VALUE_TOO_LOW => AbortCode::INVALID_VALUE,
-        other => other,
     }
 }
 

@@ -1,7 +1,8 @@
 //! The parameters of chapter 6 as numbers, and what they mean for the motion.
 
-use super::motion::{Direction, FULL_ACCELERATION, INCREMENTS_PER_REVOLUTION, Limits, Loop, REVOLUTION_PER_MINUTE};
+use super::motion::{FULL_ACCELERATION, INCREMENTS_PER_REVOLUTION, Limits, Loop, REVOLUTION_PER_MINUTE};
 use super::trajectory::Profile;
+use crate::Direction;
 
 /// An operating mode (6060h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,11 @@
 //! Why the drive would refuse a travel, found out before anything moves (chapter 2.2.1).
 
 use super::power::{cause, state_of};
+use crate::Direction;
 use crate::driver::Mode;
 use crate::driver::desk::Desk;
 use crate::driver::error::{Error, Missing, Refusal};
 use crate::od;
-use crate::sim::motion::Direction;
 use crate::state::State;
 
 /// What the drive is about to be told.

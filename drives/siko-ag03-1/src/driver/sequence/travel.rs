@@ -4,10 +4,10 @@ use lexican_runtime::{Duration, Instant};
 
 use super::power::{at_rest, cause, state_of};
 use super::refusal::{Order, refuse};
+use crate::Direction;
 use crate::driver::desk::Desk;
 use crate::driver::error::{Error, Missing, Outcome, Refusal};
 use crate::od;
-use crate::sim::motion::Direction;
 use crate::state::{Command, State};
 
 /// How far a travel has come.
@@ -48,7 +48,7 @@ pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
     }
 }
 
-/// Waits until the travel under way is over, whatever its end.
+/// Waits until the travel under way is over, whatever its end. One that is interrupted is not over.
 ///
 /// # Errors
 ///
@@ -111,15 +111,14 @@ pub async fn interrupt(desk: &Desk) -> Result<(), Error> {
     require_travel(desk).await?;
     let control = desk.description().control;
     desk.lock().paused = true;
-    desk.control(enabled(desk) | control.new_setpoint | control.stop);
-    stand_still(desk).await
+    stand_still(desk, enabled(desk) | control.new_setpoint | control.stop).await
 }
 
 /// Goes on with an interrupted travel, also after torque deactivation.
 ///
 /// # Errors
 ///
-/// [`Error::Refused`] when no travel is under way.
+/// [`Error::Refused`] when no travel is under way; [`Error::NotTaken`] when the drive does not move on.
 pub async fn resume(desk: &Desk) -> Result<(), Error> {
     require_travel(desk).await?;
     let control = desk.description().control;
@@ -128,11 +127,25 @@ pub async fn resume(desk: &Desk) -> Result<(), Error> {
         // The drive has stopped by itself: the edge that resumes has to be made.
         desk.control(word | control.stop);
     }
+    {
+        let mut shared = desk.lock();
+        shared.paused = false;
+        shared.moving = true;
+    }
     desk.control(word);
-    let mut shared = desk.lock();
-    shared.paused = false;
-    shared.moving = true;
-    Ok(())
+    let until = desk.now() + desk.description().reaction;
+    loop {
+        let status_word = desk.status().await?;
+        let over = status_word & desk.description().status.positioning == 0;
+        if over || desk.read(od::VELOCITY_ACTUAL_VALUE).await?.0 != 0 {
+            return Ok(());
+        }
+        if desk.now() >= until {
+            desk.lock().paused = true;
+            return Err(Error::NotTaken { status_word });
+        }
+        desk.next_status().await?;
+    }
 }
 
 /// Inching operation 1: travels once by 2415h, and waits for the end.
@@ -149,8 +162,8 @@ pub async fn step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
         let status_word = desk.status().await?;
         let bits = desk.description().status;
         let over = status_word & bits.moving == 0 || state_of(status_word)? != State::OperationEnabled;
-        if over {
-            return Ok(end_of_travel(desk, status_word).await?.unwrap_or(Outcome::TimedOut { position: 0 }));
+        if over && let Some(outcome) = end_of_travel(desk, status_word).await? {
+            return Ok(outcome);
         }
         if desk.now() >= until {
             return Ok(Outcome::TimedOut { position: desk.read(od::POSITION_ACTUAL_VALUE).await?.0 });
@@ -188,8 +201,7 @@ async fn begin_inching(desk: &Desk, direction: Direction, bit: u16) -> Result<()
 ///
 /// As [`Desk::read`].
 pub async fn stop_inching(desk: &Desk) -> Result<i32, Error> {
-    desk.control(enabled(desk));
-    stand_still(desk).await?;
+    stand_still(desk, enabled(desk)).await?;
     desk.control(idle(desk));
     at_rest(desk);
     Ok(desk.read(od::POSITION_ACTUAL_VALUE).await?.0)
@@ -197,18 +209,23 @@ pub async fn stop_inching(desk: &Desk) -> Result<i32, Error> {
 
 /// Stops whatever moves, in either mode, with its programmed deceleration.
 pub(super) async fn come_to_rest(desk: &Desk) -> Result<(), Error> {
-    desk.control(idle(desk));
-    stand_still(desk).await
+    stand_still(desk, idle(desk)).await
 }
 
-async fn stand_still(desk: &Desk) -> Result<(), Error> {
-    let moving = desk.description().system.moving;
+/// Sends a word that stops the drive, until it stands. The word means the same when it comes again, so that
+/// one that gets lost is sent again; and braking may take a minute with the gentlest deceleration.
+async fn stand_still(desk: &Desk, word: u16) -> Result<(), Error> {
     loop {
-        let system = desk.read(od::MANUFACTURER_STATUS_REGISTER).await?.0;
-        if system & moving == 0 {
-            return Ok(());
+        desk.control(word);
+        let again = desk.now() + desk.description().reaction;
+        while desk.now() < again {
+            // Read after the word was sent, so that it has had its effect.
+            desk.status().await?;
+            if desk.read(od::VELOCITY_ACTUAL_VALUE).await?.0 == 0 {
+                return Ok(());
+            }
+            desk.next_status().await?;
         }
-        desk.next_status().await?;
     }
 }
 

@@ -1,0 +1,424 @@
+//! The simulated drive's objects and messages, frame by frame: chapters 7.2 and 7.12.
+
+use std::sync::{Arc, Mutex};
+
+use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
+use lexican_runtime::object::Address;
+use lexican_runtime::wire::emcy::CodeOrder;
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use siko_ag03_1::od;
+use siko_ag03_1::sim::{Setup, SimulatedDrive, StatusLed};
+use siko_ag03_1::state::State;
+
+const NODE: NodeId = NodeId::literal(5);
+
+/// A drive and a link at which frames are written as `cansend` does.
+struct Bench {
+    bus: VirtualBus,
+    link: VirtualLink,
+    drive: Arc<Mutex<SimulatedDrive>>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Bench::with(Setup::new(NODE))
+    }
+
+    fn with(setup: Setup) -> Self {
+        let bus = VirtualBus::new();
+        let drive = Arc::new(Mutex::new(SimulatedDrive::power_on(bus.now(), setup)));
+        bus.attach(Arc::clone(&drive));
+        let link = bus.link();
+        let mut bench = Bench { bus, link, drive };
+        assert_eq!(bench.hear(0), ["705#00"]);
+        bench
+    }
+
+    fn operational() -> Self {
+        let mut bench = Bench::new();
+        bench.send("000#0105");
+        bench
+    }
+
+    fn send(&mut self, text: &str) {
+        self.link.send(&frame(text)).unwrap();
+    }
+
+    /// What comes within so many milliseconds.
+    fn hear(&mut self, ms: u64) -> Vec<String> {
+        let until = self.bus.now() + Duration::from_millis(ms);
+        std::iter::from_fn(|| self.link.receive_frame(until).unwrap()).map(|frame| frame.to_string()).collect()
+    }
+
+    /// Sends a frame, and what comes at once.
+    fn ask(&mut self, text: &str) -> Vec<String> {
+        self.send(text);
+        self.hear(0)
+    }
+
+    /// Writes by SDO; the abort code, if there is one.
+    fn write(&mut self, index: u16, sub: u8, data: &[u8]) -> Option<u32> {
+        let mut bytes = [0; 8];
+        bytes[0] = 0x23 | (4 - data.len() as u8) << 2;
+        bytes[1..3].copy_from_slice(&index.to_le_bytes());
+        bytes[3] = sub;
+        bytes[4..4 + data.len()].copy_from_slice(data);
+        self.link.send(&Frame::from_array(CobId::of_node(0x600, NODE), bytes)).unwrap();
+        let answer = self.link.receive_frame(self.bus.now()).unwrap().unwrap();
+        match *answer.data() {
+            [0x60, ..] => None,
+            [0x80, _, _, _, a, b, c, d] => Some(u32::from_le_bytes([a, b, c, d])),
+            _ => panic!("{answer} is no answer to a write"),
+        }
+    }
+
+    /// Reads by SDO: the four bytes, or the abort code.
+    fn read(&mut self, index: u16, sub: u8) -> Result<u32, u32> {
+        let [low, high] = index.to_le_bytes();
+        let request = Frame::from_array(CobId::of_node(0x600, NODE), [0x40, low, high, sub, 0, 0, 0, 0]);
+        self.link.send(&request).unwrap();
+        let answer = self.link.receive_frame(self.bus.now()).unwrap().unwrap();
+        match *answer.data() {
+            [0x42, _, _, _, a, b, c, d] => Ok(u32::from_le_bytes([a, b, c, d])),
+            [0x80, _, _, _, a, b, c, d] => Err(u32::from_le_bytes([a, b, c, d])),
+            _ => panic!("{answer} is no answer to a read"),
+        }
+    }
+
+    fn see<T>(&self, look: impl FnOnce(&mut SimulatedDrive, Instant) -> T) -> T {
+        look(&mut self.drive.lock().unwrap(), self.bus.now())
+    }
+
+    fn enable(&mut self) {
+        for text in ["000#0105", "205#0601", "205#0701", "205#0F01"] {
+            self.send(text);
+        }
+        self.hear(0);
+        assert_eq!(self.see(|drive, _| drive.state()), State::OperationEnabled);
+    }
+}
+
+fn frame(text: &str) -> Frame {
+    format!("(0000000000.000000) can0 {text}").parse::<lexican_runtime::host::candump::Line>().unwrap().frame
+}
+
+#[test]
+fn the_sdo_examples_of_chapter_7_2_8_are_answered_byte_for_byte() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.ask("605#237C6000C4090000"), ["585#607C600000000000"]);
+    assert_eq!(bench.ask("605#407C600000000000"), ["585#427C6000C4090000"]);
+    assert_eq!(bench.ask("605#237D600280841E00"), ["585#607D600200000000"]);
+}
+
+#[test]
+fn every_entry_of_the_data_sheet_is_served() {
+    let mut bench = Bench::new();
+    for entry in od::TABLE.entries {
+        let read = bench.read(entry.address.index(), entry.address.sub());
+        let expected = if entry.access.is_readable() { read.is_ok() } else { read == Err(0x0601_0001) };
+        assert!(expected, "{}: {read:08X?}", entry.address);
+    }
+    assert_eq!(od::TABLE.entries.len(), 138);
+}
+
+#[test]
+fn every_abort_code_of_table_19_has_its_cause() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.read(0x2410, 0x07), Err(0x0609_0011), "sub-index does not exist");
+    assert_eq!(bench.write(0x1000, 0, &[0; 4]), Some(0x0601_0002), "read-only");
+    assert_eq!(bench.read(0x1011, 1), Err(0x0601_0001), "write-only");
+    assert_eq!(bench.write(0x2410, 4, &[0]), Some(0x0609_0030), "below the range");
+    assert_eq!(bench.write(0x2410, 4, &[101]), Some(0x0609_0030), "above the range");
+    assert_eq!(bench.write(0x607D, 2, &(-1_000_001_i32).to_le_bytes()), Some(0x0609_0036), "maximum below minimum");
+    assert_eq!(bench.read(0x2411, 0), Err(0x0602_0000), "object does not exist");
+    assert_eq!(bench.write(0x2410, 4, &[50, 0, 0, 0]), Some(0x0601_0000), "four bytes for one");
+    assert_eq!(bench.write(0x6040, 0, &[6, 1]), Some(0x0800_0022), "not in this state");
+}
+
+#[test]
+fn writes_are_refused_where_the_manual_says_so() {
+    let mut bench = Bench::new();
+    // In PRE-OPERATIONAL, all of these are taken.
+    let communication: [(u16, u8, &[u8]); 6] = [
+        (0x1005, 0, &[0x80, 0, 0, 0]),
+        (0x1014, 0, &[0x85, 0, 0, 0]),
+        (0x1400, 2, &[0xFF]),
+        (0x1802, 2, &[0xFE]),
+        (0x1802, 5, &[50, 0]),
+        (0x2100, 0, &[9]),
+    ];
+    for (index, sub, data) in communication {
+        assert_eq!(bench.write(index, sub, data), None, "{index:04X}");
+    }
+    bench.send("000#0105");
+    bench.hear(0);
+    for (index, sub, data) in communication {
+        assert_eq!(bench.write(index, sub, data), Some(0x0800_0022), "{index:04X}");
+    }
+}
+
+#[test]
+fn a_running_travel_refuses_what_it_relies_on() {
+    let mut bench = Bench::new();
+    bench.enable();
+    bench.send("405#1F0088130000");
+    bench.hear(100);
+    let load = *b"load";
+    let refused: [(u16, u8, &[u8]); 8] = [
+        (0x2410, 0x0A, &[50]),
+        (0x1011, 1, &load),
+        (0x1011, 4, &load),
+        (0x607C, 0, &[0; 4]),
+        (0x607E, 0, &[1]),
+        (0x6060, 0, &[2]),
+        (0x2412, 0, &[200, 0]),
+        (0x6091, 1, &[2, 0]),
+    ];
+    for (index, sub, data) in refused {
+        assert_eq!(bench.write(index, sub, data), Some(0x0800_0022), "{index:04X}:{sub:02X}");
+    }
+    assert_eq!(bench.write(0x2410, 4, &[10]), None, "the acceleration is for the next travel");
+    bench.hear(10_000);
+    assert_eq!(bench.read(0x6064, 0), Ok(5000));
+    for (index, sub, data) in refused {
+        assert_eq!(bench.write(index, sub, data), None, "{index:04X}:{sub:02X}");
+    }
+}
+
+#[test]
+fn ranges_follow_the_gear() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.read(0x2102, 0), Ok(2));
+    assert_eq!(bench.write(0x2410, 5, &[200]), None);
+    assert_eq!(bench.write(0x2410, 5, &[201]), Some(0x0609_0030));
+    assert_eq!(bench.write(0x60FF, 0, &(-200_i32).to_le_bytes()), None);
+    assert_eq!(bench.write(0x60FF, 0, &(-201_i32).to_le_bytes()), Some(0x0609_0030));
+}
+
+#[test]
+fn restoring_takes_the_signature_only_and_leaves_the_bit_rate() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write(0x2100, 0, &[9]), None);
+    assert_eq!(bench.write(0x2410, 1, &[7, 0]), None);
+    assert_eq!(bench.write(0x2418, 0, &[7, 0]), None);
+    assert_eq!(bench.write(0x1011, 1, b"save"), Some(0x0609_0030));
+    assert_eq!(bench.write(0x1011, 3, b"load"), None);
+    assert_eq!((bench.read(0x2410, 1), bench.read(0x2418, 0)), (Ok(100), Ok(7)));
+    assert_eq!(bench.write(0x1011, 1, b"load"), None);
+    assert_eq!((bench.read(0x2418, 0), bench.read(0x2100, 0)), (Ok(800), Ok(9)));
+}
+
+#[test]
+fn calibration_needs_a_value_within_the_limits() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write(0x607D, 2, &1000_i32.to_le_bytes()), None);
+    assert_eq!(bench.write(0x607C, 0, &1001_i32.to_le_bytes()), Some(0x0609_0030));
+    assert_eq!(bench.write(0x607C, 0, &1000_i32.to_le_bytes()), None);
+    assert_eq!(bench.read(0x6064, 0), Ok(1000));
+}
+
+#[test]
+fn measured_values_are_those_of_the_world() {
+    let mut bench = Bench::new();
+    bench.see(|drive, now| {
+        drive.set_inputs(now, |inputs| {
+            inputs.output_stage_supply_100mv = 235;
+            inputs.control_supply_100mv = 241;
+            inputs.temperature_100mdegc = -55;
+            inputs.battery_10mv = 355;
+        });
+    });
+    assert_eq!((bench.read(0x241B, 1), bench.read(0x241B, 2)), (Ok(235), Ok(241)));
+    assert_eq!(bench.read(0x241C, 0), Ok(u32::from(-55_i16 as u16)));
+    assert_eq!(bench.read(0x2423, 0), Ok(355));
+    assert_eq!((bench.read(0x2420, 0), bench.read(0x2422, 0), bench.read(0x241E, 0)), (Ok(0x10), Ok(0), Ok(0)));
+    assert_eq!(bench.read(0x1002, 0), Ok(0x0088), "in position, motor released");
+    assert_eq!(bench.read(0x6041, 0), Ok(0x0070), "SWITCH ON DISABLED, voltage enabled");
+}
+
+#[test]
+fn a_fault_is_told_stored_and_reset() {
+    let mut bench = Bench::new();
+    bench.enable();
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.temperature_100mdegc = 901));
+    assert_eq!(bench.hear(0), ["085#1043090000000000"]);
+    assert_eq!((bench.read(0x1001, 0), bench.read(0x1003, 0), bench.read(0x1003, 1)), (Ok(0x09), Ok(1), Ok(0x4310)));
+    assert_eq!(bench.see(|drive, _| drive.status_led()), StatusLed::Blinks(4));
+    assert!(bench.ask("205#8000").is_empty(), "the cause is still there");
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.temperature_100mdegc = 900));
+    bench.send("205#0000");
+    assert_eq!(bench.ask("205#8000"), ["085#0000000000000000"]);
+    assert_eq!((bench.read(0x1001, 0), bench.read(0x1003, 0)), (Ok(0), Ok(1)));
+    assert_eq!(bench.write(0x1003, 0, &[1]), Some(0x0609_0030));
+    assert_eq!(bench.write(0x1003, 0, &[0]), None);
+    assert_eq!((bench.read(0x1003, 0), bench.read(0x1003, 1)), (Ok(0), Ok(0)));
+}
+
+#[test]
+fn the_fault_buffer_keeps_the_last_ten() {
+    let mut bench = Bench::new();
+    bench.send("000#0105");
+    for number in 0..12 {
+        bench.see(|drive, now| {
+            drive.set_inputs(now, |inputs| {
+                inputs.sensor_fails = number % 2 == 0;
+                inputs.internal_error = number % 2 == 1;
+            });
+            drive.set_inputs(now, |inputs| (inputs.sensor_fails, inputs.internal_error) = (false, false));
+        });
+        bench.send("205#0000");
+        bench.send("205#8000");
+        bench.hear(0);
+    }
+    assert_eq!(bench.read(0x1003, 0), Ok(10));
+    assert_eq!(
+        (bench.read(0x1003, 1), bench.read(0x1003, 2), bench.read(0x1003, 10)),
+        (Ok(0xFF01), Ok(0x7300), Ok(0x7300))
+    );
+}
+
+#[test]
+fn emergencies_can_be_sent_as_table_20_prints_them() {
+    let mut setup = Setup::new(NODE);
+    setup.behaviour.emcy_code_order = CodeOrder::HighByteFirst;
+    let mut bench = Bench::with(setup);
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.battery_10mv = 0));
+    assert_eq!(bench.hear(0), ["085#FF09050000000000"]);
+}
+
+#[test]
+fn what_is_stored_survives_a_power_cycle_and_the_rest_does_not() {
+    let mut bench = Bench::new();
+    bench.enable();
+    bench.send("405#1F0088130000");
+    bench.hear(10_000);
+    for (index, sub, data) in [(0x2410, 1, &[7_u8, 0][..]), (0x2450, 0, &[50]), (0x2415, 0, &[1, 0, 0, 0])] {
+        assert_eq!(bench.write(index, sub, data), None);
+    }
+    bench.see(|drive, now| {
+        drive.set_inputs(now, |inputs| inputs.internal_error = true);
+        drive.set_inputs(now, |inputs| inputs.internal_error = false);
+        drive.power_cycle(now);
+    });
+    assert!(bench.hear(0).contains(&"705#00".into()));
+    assert_eq!((bench.read(0x2410, 1), bench.read(0x2450, 0), bench.read(0x2415, 0)), (Ok(7), Ok(100), Ok(1)));
+    assert_eq!((bench.read(0x607A, 0), bench.read(0x6064, 0)), (Ok(0), Ok(5000)));
+    assert_eq!((bench.read(0x1003, 0), bench.read(0x1003, 1), bench.read(0x1001, 0)), (Ok(1), Ok(0xFF01), Ok(0)));
+    let kept = bench.see(|drive, now| drive.non_volatile(now));
+    assert_eq!(kept.eeprom.get(&Address::new(0x2410, 1)), Some(&7));
+}
+
+#[test]
+fn both_resets_lead_through_the_boot_up() {
+    for text in ["000#8105", "000#8205", "000#8100"] {
+        let mut bench = Bench::new();
+        bench.enable();
+        assert_eq!(bench.ask(text), ["705#00"]);
+        assert_eq!(
+            bench.see(|drive, _| (drive.nmt_state(), drive.state())),
+            (NmtState::PreOperational, State::SwitchOnDisabled)
+        );
+    }
+}
+
+#[test]
+fn pdos_are_sent_as_their_types_say() {
+    let mut bench = Bench::operational();
+    assert_eq!(bench.hear(99), [""; 0], "type 255: by its timer only");
+    assert_eq!(bench.hear(1), ["185#7002"]);
+    assert_eq!(bench.hear(100), ["185#7002"]);
+    assert_eq!(bench.ask("385#R6"), ["385#700200000000"]);
+    assert_eq!(bench.ask("485#R6"), ["485#700200000000"]);
+    bench.send("000#8005");
+    assert_eq!(bench.write(0x1800, 5, &[0, 0]), None);
+    assert_eq!(bench.write(0x1802, 2, &[0]), None);
+    assert_eq!(bench.write(0x1803, 2, &[2]), None);
+    bench.send("000#0105");
+    assert_eq!(bench.ask("080#"), ["385#700200000000"]);
+    assert_eq!(bench.ask("080#"), ["385#700200000000", "485#700200000000"]);
+}
+
+#[test]
+fn a_tpdo_of_type_254_follows_every_change_within_its_inhibit_time() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write(0x1800, 5, &[0, 0]), None);
+    assert_eq!(bench.write(0x1802, 2, &[254]), None);
+    assert_eq!(bench.write(0x1802, 5, &[0, 0]), None);
+    bench.send("000#0105");
+    assert_eq!(bench.hear(0), ["385#700200000000"], "at once on entering OPERATIONAL");
+    bench.hear(20);
+    for (command, status) in [("205#0601", "385#310200000000"), ("205#0701", "385#330200000000")] {
+        bench.send(command);
+        assert_eq!(bench.hear(20), [status]);
+    }
+    bench.send("205#0F01");
+    bench.hear(20);
+    bench.send("405#1F0064000000");
+    let travel = bench.hear(2000);
+    // 100 increments in 353 ms, one frame in 10 ms at most.
+    assert!((30..=40).contains(&travel.len()), "{travel:?}");
+    assert_eq!(travel.last().map(String::as_str), Some("385#371764000000"));
+}
+
+#[test]
+fn synchronous_rpdos_wait_for_sync() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write(0x1402, 2, &[0]), None);
+    bench.enable();
+    bench.send("405#1F0088130000");
+    bench.hear(500);
+    assert_eq!(bench.see(|drive, now| drive.position(now)), 0);
+    bench.send("080#");
+    bench.hear(500);
+    assert!(bench.see(|drive, now| drive.position(now)) > 0);
+}
+
+#[test]
+fn the_heartbeat_tells_the_state() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write(0x1017, 0, &[100, 0]), None);
+    bench.hear(50);
+    assert_eq!(bench.hear(100), ["705#7F"]);
+    bench.send("000#0205");
+    assert_eq!(bench.hear(100), ["705#04"]);
+}
+
+#[test]
+fn node_guarding_disables_the_drive_when_nobody_asks_any_more() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write(0x100C, 0, &[100, 0]), None);
+    assert_eq!(bench.write(0x100D, 0, &[3]), None);
+    bench.enable();
+    assert_eq!(bench.ask("705#R1"), ["705#05"]);
+    assert_eq!(bench.ask("705#R1"), ["705#85"]);
+    bench.send("405#1F0088130000");
+    bench.hear(299);
+    assert_eq!(bench.see(|drive, _| drive.state()), State::OperationEnabled);
+    bench.hear(1);
+    assert_eq!(bench.see(|drive, _| drive.state()), State::SwitchOnDisabled);
+}
+
+#[test]
+fn the_switches_set_the_node_id_and_all_off_means_1() {
+    for (switches, node) in [(0, 1), (1, 1), (2, 2), (0x7C, 124), (0x7F, 127), (0x80, 1)] {
+        assert_eq!(Setup::node_of_switches(switches).get(), node);
+    }
+    let mut bench = Bench::new();
+    assert_eq!(bench.read(0x2101, 0), Ok(5));
+}
+
+#[test]
+fn a_silent_bus_stays_silent() {
+    let mut bench = Bench::operational();
+    bench.hear(0);
+    bench.see(|drive, now| {
+        drive.set_inputs(now, |inputs| inputs.bus = siko_ag03_1::sim::inputs::BusState::Off);
+    });
+    assert_eq!(bench.hear(1000), [""; 0]);
+    bench.see(|drive, now| {
+        drive.set_inputs(now, |inputs| inputs.bus = siko_ag03_1::sim::inputs::BusState::Active);
+    });
+    let heard = bench.hear(0);
+    assert!(heard.contains(&"085#4081110000000000".into()), "{heard:?}");
+}

@@ -1,0 +1,172 @@
+//! The driver when things go wrong: a fault at every frame, a lost frame at every frame, any frame at all.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use lexican_runtime::host::{Fate, Node, VirtualBus};
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use proptest::prelude::*;
+use siko_ag03_1::driver::{Drive, Error, Missing, Outcome, Refusal};
+use siko_ag03_1::fault::{Cause, Fault};
+use siko_ag03_1::sim::SimulatedDrive;
+use siko_ag03_1::state::State;
+
+const NODE: NodeId = NodeId::literal(5);
+
+/// What every application does: enable, travel, interrupt, resume, wait, disable.
+fn visit<L: lexican_runtime::host::Link>(drive: &mut Drive<L>, target: i32) -> Result<Outcome, Error> {
+    drive.enable()?;
+    drive.start_moving_to(target)?;
+    drive.pass(Duration::from_millis(500))?;
+    drive.interrupt()?;
+    drive.resume()?;
+    let outcome = drive.finish()?;
+    drive.disable()?;
+    Ok(outcome)
+}
+
+struct Bench {
+    bus: VirtualBus,
+    simulated: Arc<Mutex<SimulatedDrive>>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let bus = VirtualBus::with_bit_rate(500);
+        let simulated = Arc::new(Mutex::new(SimulatedDrive::new(NODE)));
+        bus.attach(Arc::clone(&simulated));
+        Bench { bus, simulated }
+    }
+
+    /// How many frames a visit takes that nothing disturbs.
+    fn frames() -> u64 {
+        let bench = Bench::new();
+        let mut drive = Drive::connect(bench.bus.link(), NODE).unwrap();
+        let count = Arc::new(AtomicU64::new(0));
+        let counter = Arc::clone(&count);
+        bench.bus.observe(move |_, _| {
+            counter.fetch_add(1, Ordering::Relaxed);
+        });
+        assert_eq!(visit(&mut drive, 1000).unwrap(), Outcome::Reached { position: 1000 });
+        count.load(Ordering::Relaxed)
+    }
+}
+
+#[test]
+fn a_fault_at_any_frame_is_told_and_can_be_reset() {
+    let fault = Cause::Fault(Fault::OVERVOLTAGE);
+    for at in 0..Bench::frames() {
+        let Bench { bus, simulated } = Bench::new();
+        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+        let mut count = 0;
+        let victim = Arc::clone(&simulated);
+        bus.observe(move |now, _| {
+            if count == at {
+                victim.lock().unwrap().set_inputs(now, |inputs| inputs.output_stage_supply_100mv = 400);
+            }
+            count += 1;
+        });
+        let told = match visit(&mut drive, 1000) {
+            Ok(Outcome::Fault(cause)) | Err(Error::Fault(cause)) => cause == fault,
+            Err(Error::Refused(Refusal(missing))) => {
+                missing == [Missing::NoFault(fault)] || missing == [Missing::Travel]
+            }
+            // The travel was over before the fault came.
+            Ok(Outcome::Reached { position }) => position == 1000,
+            other => panic!("at frame {at}: {other:?}"),
+        };
+        assert!(told, "at frame {at}");
+        simulated.lock().unwrap().set_inputs(bus.now(), |inputs| inputs.output_stage_supply_100mv = 240);
+        drive.pass(Duration::from_secs(1)).unwrap();
+        let reset = drive.reset_fault().unwrap();
+        assert!(reset.is_none_or(|cause| cause == fault), "at frame {at}");
+        assert_eq!(visit(&mut drive, -2000).unwrap(), Outcome::Reached { position: -2000 }, "at frame {at}");
+    }
+}
+
+#[test]
+fn a_frame_that_is_lost_ends_in_an_answer_and_leaves_the_driver_usable() {
+    for lost in 0..Bench::frames() {
+        let Bench { bus, .. } = Bench::new();
+        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+        bus.set_fate(move |number, _| if number == lost { Fate::Lose } else { Fate::Deliver });
+        let before = bus.now();
+        match visit(&mut drive, 1000) {
+            Ok(Outcome::Reached { position: 1000 }) => {}
+            Err(Error::Sdo(_) | Error::NoReaction { .. } | Error::NotTaken { .. }) => {}
+            other => panic!("without frame {lost}: {other:?}"),
+        }
+        assert!(bus.now().since(before) < Duration::from_secs(60), "without frame {lost}");
+        // Whatever is still under way is over after a quick stop.
+        if drive.state().unwrap() == State::OperationEnabled {
+            drive.quick_stop().unwrap();
+        }
+        assert_eq!(visit(&mut drive, -2000).unwrap(), Outcome::Reached { position: -2000 }, "without frame {lost}");
+    }
+}
+
+fn frames() -> impl Strategy<Value = (u16, Vec<u8>, bool)> {
+    // Mostly identifiers that mean something to node 5.
+    let ids = prop_oneof![
+        Just(0x000_u16),
+        Just(0x080),
+        Just(0x205),
+        Just(0x385),
+        Just(0x405),
+        Just(0x505),
+        Just(0x605),
+        Just(0x705),
+        0_u16..0x800
+    ];
+    (ids, proptest::collection::vec(any::<u8>(), 0..=8), any::<bool>())
+}
+
+proptest! {
+    #[test]
+    fn no_frame_makes_the_simulated_drive_panic(
+        frames in proptest::collection::vec(frames(), 0..60), gaps_ms in proptest::collection::vec(0_u64..500, 60),
+    ) {
+        let mut drive = SimulatedDrive::new(NODE);
+        let mut now = Instant::ZERO;
+        for ((id, data, remote), gap_ms) in frames.into_iter().zip(gaps_ms) {
+            now += Duration::from_millis(gap_ms);
+            for _ in 0..1000 {
+                match drive.poll_timeout() {
+                    Some(at) if at <= now => drive.handle_timeout(now),
+                    _ => break,
+                }
+            }
+            let id = CobId::standard(id).unwrap();
+            let frame = if remote { Frame::remote(id, data.len() as u8) } else { Frame::new(id, &data) };
+            drive.handle_frame(now, &frame.unwrap());
+            for _ in 0..100 {
+                if drive.poll_transmit(now).is_none() {
+                    break;
+                }
+            }
+            prop_assert!(drive.poll_transmit(now).is_none(), "the drive sends without end");
+            prop_assert!(drive.poll_timeout().is_none_or(|at| at > now) || drive.poll_timeout().is_some());
+        }
+    }
+
+    #[test]
+    fn any_travel_ends_within_an_increment_of_its_target(
+        targets in proptest::collection::vec(-20_000_i32..20_000, 1..4), a_pos in 1_u8..=100, d_pos in 1_u8..=101,
+        v_pos in 1_u8..=200, pitch in prop_oneof![Just(0_u16), 1_u16..1000],
+    ) {
+        use siko_ag03_1::od;
+        let Bench { bus, .. } = Bench::new();
+        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+        drive.set_patience(Duration::from_secs(100_000));
+        let set = od::MOTOR_PARAMETER_SET;
+        drive.write(set.a_pos(), od::Acceleration(a_pos)).unwrap();
+        drive.write(set.d_pos(), od::Deceleration(d_pos)).unwrap();
+        drive.write(set.v_pos(), od::Speed(v_pos.max(40))).unwrap();
+        drive.write(od::SPINDLE_PITCH, od::SpindlePitch(pitch)).unwrap();
+        drive.enable().unwrap();
+        for target in targets {
+            let target = if pitch == 0 { target } else { target.clamp(-i32::from(pitch), i32::from(pitch)) };
+            prop_assert_eq!(drive.move_to(target).unwrap(), Outcome::Reached { position: target });
+        }
+    }
+}
