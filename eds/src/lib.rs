@@ -8,6 +8,7 @@
 pub mod check;
 mod compact;
 pub mod diagnostics;
+pub mod diff;
 pub mod dump;
 mod eds;
 mod info;
@@ -24,6 +25,7 @@ mod section;
 pub mod source;
 mod syntax;
 pub mod types;
+pub mod write;
 
 pub use diagnostics::{Diagnostic, Diagnostics, Severity};
 pub use source::{Source, Span};

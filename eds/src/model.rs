@@ -624,3 +624,20 @@ impl Value {
         }
     }
 }
+
+impl Device {
+    /// Forgets where everything was described, so that two devices from different files can be compared.
+    pub fn clear_spans(&mut self) {
+        let of_modules = self.modules.iter_mut().flat_map(|module| &mut module.fixed);
+        for object in self.objects.iter_mut().chain(of_modules) {
+            object.span = Span::default();
+            object.entries.iter_mut().for_each(|entry| entry.span = Span::default());
+        }
+        let extensions = self.modules.iter_mut().flat_map(|module| &mut module.extends);
+        extensions.for_each(|extension| extension.entry.span = Span::default());
+        self.channels.iter_mut().for_each(|channel| channel.span = Span::default());
+        self.enumerations.values_mut().for_each(|enumeration| enumeration.span = Span::default());
+        self.bit_fields.values_mut().for_each(|bit_field| bit_field.span = Span::default());
+        self.quantities.values_mut().for_each(|quantity| quantity.span = Span::default());
+    }
+}

@@ -162,7 +162,7 @@ fn bytes(text: &str, data_type: DataType) -> Read<Value> {
     let padded = if digits.len() % 2 == 1 { format!("0{digits}") } else { digits };
     let pairs = padded.as_bytes().chunks(2).map(|pair| u8::from_str_radix(str::from_utf8(pair).ok()?, 16).ok());
     match pairs.collect::<Option<Vec<u8>>>() {
-        Some(bytes) if !padded.contains('+') => Read { value: Value::Bytes(bytes), oddity: None },
+        Some(bytes) if !bytes.is_empty() && !padded.contains('+') => Read { value: Value::Bytes(bytes), oddity: None },
         _ => {
             let oddity = (data_type == DataType::OctetString).then_some(Oddity::NotHex);
             Read { value: Value::Text(text.to_owned()), oddity }

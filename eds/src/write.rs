@@ -1,0 +1,495 @@
+//! Writes a device as EDS or DCF (CiA 306-1). What is read back is the same device, but for what overlays say:
+//! that has no place in these formats.
+
+use std::fmt::{Display, Write as _};
+
+use crate::dump::value_text;
+use crate::model::{Commissioning, Device, DeviceInfo, Entry, FileInfo, Module, Object, ObjectKind, ObjectList, Value};
+use crate::types::{Class, DataType};
+
+/// The device as EDS, without the values of a configured device. Lines end with CR LF.
+#[must_use]
+pub fn eds(device: &Device) -> String {
+    Writer { out: String::new(), configured: false }.device(device)
+}
+
+/// The device as DCF, with `[DeviceComissioning]`, `ParameterValue` and `Denotation`. Lines end with CR LF.
+#[must_use]
+pub fn dcf(device: &Device) -> String {
+    Writer { out: String::new(), configured: true }.device(device)
+}
+
+struct Writer {
+    out: String,
+    /// Whether a DCF is written.
+    configured: bool,
+}
+
+impl Writer {
+    fn device(mut self, device: &Device) -> String {
+        self.file_info(&device.file);
+        self.device_info(&device.info);
+        if let Some(commissioning) = device.commissioning.as_ref().filter(|_| self.configured) {
+            self.commissioning(commissioning);
+        }
+        self.dummies(&device.dummies);
+        if !device.comments.is_empty() {
+            self.comments("Comments", &device.comments);
+        }
+        self.tools(device);
+        self.channels(device);
+        self.modules(device);
+        let lists = [
+            ("MandatoryObjects", ObjectList::Mandatory),
+            ("OptionalObjects", ObjectList::Optional),
+            ("ManufacturerObjects", ObjectList::Manufacturer),
+        ];
+        for (name, list) in lists {
+            let objects = device.objects.iter().filter(|object| object.list == list);
+            self.numbered(name, "SupportedObjects", objects.map(|object| hex4(object.index)));
+            for object in device.objects.iter().filter(|object| object.list == list) {
+                self.object("", object);
+            }
+        }
+        self.out
+    }
+
+    fn file_info(&mut self, file: &FileInfo) {
+        self.section("FileInfo");
+        self.text("FileName", &file.name);
+        self.number("FileVersion", file.version);
+        self.number("FileRevision", file.revision);
+        self.text("EDSVersion", &file.eds_version);
+        self.text("Description", &file.description);
+        self.text("CreationTime", &file.creation_time);
+        self.text("CreationDate", &file.creation_date);
+        self.text("CreatedBy", &file.created_by);
+        self.text("ModificationTime", &file.modification_time);
+        self.text("ModificationDate", &file.modification_date);
+        self.text("ModifiedBy", &file.modified_by);
+        self.text("LastEDS", &file.last_eds);
+    }
+
+    fn device_info(&mut self, info: &DeviceInfo) {
+        self.section("DeviceInfo");
+        self.text("VendorName", &info.vendor_name);
+        self.number("VendorNumber", info.vendor_number.map(hex));
+        self.text("ProductName", &info.product_name);
+        self.number("ProductNumber", info.product_number.map(hex));
+        self.number("RevisionNumber", info.revision_number.map(hex));
+        self.text("OrderCode", &info.order_code);
+        for bit_rate in [10, 20, 50, 100, 125, 250, 500, 800, 1000] {
+            self.flag(&format!("BaudRate_{bit_rate}"), info.bit_rates_kbit.contains(&bit_rate));
+        }
+        self.flag("SimpleBootUpMaster", info.simple_boot_up_master);
+        self.flag("SimpleBootUpSlave", info.simple_boot_up_slave);
+        self.number("Granularity", info.granularity);
+        self.flag("DynamicChannelsSupported", info.dynamic_channels);
+        self.flag("GroupMessaging", info.group_messaging);
+        self.number("NrOfRXPDO", info.receive_pdos);
+        self.number("NrOfTXPDO", info.transmit_pdos);
+        self.flag("LSS_Supported", info.lss);
+        if info.compact_pdo != 0 {
+            self.pair("CompactPDO", hex(info.compact_pdo));
+        }
+    }
+
+    fn commissioning(&mut self, commissioning: &Commissioning) {
+        // The standard has one m.
+        self.section("DeviceComissioning");
+        self.number("NodeID", commissioning.node_id);
+        self.text("NodeName", &commissioning.node_name);
+        self.number("Baudrate", commissioning.bit_rate_kbit);
+        self.number("NetNumber", commissioning.net_number);
+        self.text("NetworkName", &commissioning.network_name);
+        self.number("CANopenManager", commissioning.manager.map(u8::from));
+        self.number("LSS_SerialNumber", commissioning.serial_number);
+    }
+
+    fn dummies(&mut self, dummies: &[DataType]) {
+        if dummies.is_empty() {
+            return;
+        }
+        self.section("DummyUsage");
+        for &data_type in DataType::ALL {
+            let usable = dummies.contains(&data_type);
+            if usable || data_type.code() <= 7 {
+                self.flag(&format!("Dummy{:04X}", data_type.code()), usable);
+            }
+        }
+        for data_type in dummies.iter().filter(|data_type| matches!(data_type, DataType::Other(_))) {
+            self.flag(&format!("Dummy{:04X}", data_type.code()), true);
+        }
+    }
+
+    fn comments(&mut self, section: &str, lines: &[String]) {
+        self.section(section);
+        self.pair("Lines", lines.len());
+        for (line, number) in lines.iter().zip(1..) {
+            self.pair(&format!("Line{number}"), one_line(line));
+        }
+    }
+
+    fn tools(&mut self, device: &Device) {
+        if device.tools.is_empty() {
+            return;
+        }
+        self.section("Tools");
+        self.pair("Items", device.tools.len());
+        for (tool, number) in device.tools.iter().zip(1..) {
+            self.section(&format!("Tool{number}"));
+            self.pair("Name", one_line(&tool.name));
+            self.pair("Command", one_line(&tool.command));
+        }
+    }
+
+    fn channels(&mut self, device: &Device) {
+        if device.channels.is_empty() {
+            return;
+        }
+        self.section("DynamicChannels");
+        self.pair("NrOfSeg", device.channels.len());
+        for (channel, number) in device.channels.iter().zip(1..) {
+            self.pair(&format!("Type{number}"), hex4(channel.data_type.code()));
+            self.pair(&format!("Dir{number}"), channel.access.name());
+            self.pair(&format!("Range{number}"), format!("{}-{}", hex4(channel.first), hex4(channel.last)));
+            self.pair(&format!("PPOffset{number}"), channel.offset);
+        }
+    }
+
+    fn modules(&mut self, device: &Device) {
+        if !device.modules.is_empty() {
+            self.section("SupportedModules");
+            // The number claims modules from 1 on; others are there because their sections are.
+            let gapless = device.modules.iter().zip(1..).take_while(|(module, number)| module.number == *number);
+            self.pair("NrOfEntries", gapless.count());
+            for module in &device.modules {
+                self.module(module);
+            }
+        }
+        if !device.connected_modules.is_empty() {
+            self.numbered("ConnectedModules", "NrOfEntries", device.connected_modules.iter());
+        }
+    }
+
+    fn module(&mut self, module: &Module) {
+        let prefix = format!("M{}", module.number);
+        self.section(&format!("{prefix}ModuleInfo"));
+        self.text("ProductName", &module.product_name);
+        self.number("ProductVersion", module.product_version);
+        self.number("ProductRevision", module.product_revision);
+        self.text("OrderCode", &module.order_code);
+        if !module.comments.is_empty() {
+            self.comments(&format!("{prefix}Comments"), &module.comments);
+        }
+        if !module.fixed.is_empty() {
+            let indices = module.fixed.iter().map(|object| hex4(object.index));
+            self.numbered(&format!("{prefix}FixedObjects"), "NrOfEntries", indices);
+            for object in &module.fixed {
+                self.object(&format!("{prefix}Fixed"), object);
+            }
+        }
+        if !module.extends.is_empty() {
+            let indices = module.extends.iter().map(|extension| hex4(extension.entry.index));
+            self.numbered(&format!("{prefix}SubExtends"), "NrOfEntries", indices);
+            for extension in &module.extends {
+                self.section(&format!("{prefix}SubExt{:04X}", extension.entry.index));
+                let counts: Vec<String> = extension.count.iter().map(u16::to_string).collect();
+                self.pair("Count", counts.join(","));
+                self.flag("ObjExtend", extension.next_index);
+                self.pair("ObjectType", format_args!("0x{:X}", extension.kind.code()));
+                self.entry(&extension.entry);
+            }
+        }
+    }
+
+    fn object(&mut self, prefix: &str, object: &Object) {
+        let name = format!("{prefix}{:04X}", object.index);
+        self.section(&name);
+        if object.kind.has_subs() {
+            self.name(&object.name);
+        }
+        self.pair("ObjectType", format_args!("0x{:X}", object.kind.code()));
+        if object.flags != 0 {
+            self.pair("ObjFlags", hex(object.flags));
+        }
+        if object.kind.has_subs() {
+            self.pair("SubNumber", object.entries.len());
+            if self.configured {
+                self.text("Denotation", &object.denotation);
+            }
+        }
+        for entry in &object.entries {
+            if object.kind.has_subs() {
+                self.section(&format!("{name}sub{:X}", entry.sub));
+                let kind = if entry.data_type == DataType::Domain { ObjectKind::Domain } else { ObjectKind::Variable };
+                self.name(&entry.name);
+                self.pair("ObjectType", format_args!("0x{:X}", kind.code()));
+            } else {
+                self.name(&entry.name);
+            }
+            self.attributes(entry);
+        }
+        if !object.links.is_empty() {
+            let links = object.links.iter().map(|&link| hex4(link));
+            self.numbered(&format!("{name}ObjectLinks"), "ObjectLinks", links);
+        }
+    }
+
+    fn entry(&mut self, entry: &Entry) {
+        self.name(&entry.name);
+        self.attributes(entry);
+    }
+
+    fn attributes(&mut self, entry: &Entry) {
+        if entry.data_type != DataType::Other(0) {
+            self.pair("DataType", hex4(entry.data_type.code()));
+        }
+        self.pair("AccessType", entry.access.name());
+        let values = [("DefaultValue", &entry.default), ("LowLimit", &entry.low), ("HighLimit", &entry.high)];
+        for (key, value) in values {
+            self.value(key, value, entry.data_type);
+        }
+        self.flag("PDOMapping", entry.pdo_mapping);
+        if self.configured {
+            self.value("ParameterValue", &entry.configured, entry.data_type);
+            self.text("Denotation", &entry.denotation);
+            self.text("UploadFile", &entry.upload_file);
+            self.text("DownloadFile", &entry.download_file);
+        }
+    }
+
+    fn value(&mut self, key: &str, value: &Option<Value>, data_type: DataType) {
+        match value {
+            None => {}
+            Some(Value::Integer(number)) => {
+                let long = data_type.class() == Class::Unsigned && *number > 0xFFFF;
+                if long { self.pair(key, format_args!("0x{number:X}")) } else { self.pair(key, number) }
+            }
+            // With an exponent where the number is long.
+            Some(Value::Real(number)) => self.pair(key, format_args!("{number:?}")),
+            Some(other) => self.pair(key, one_line(&value_text(other))),
+        }
+    }
+
+    /// `[name]`, the count under `key`, and `1=`, `2=` and so on.
+    fn numbered(&mut self, name: &str, key: &str, values: impl Iterator<Item = impl Display> + Clone) {
+        self.section(name);
+        self.pair(key, values.clone().count());
+        for (value, number) in values.zip(1..) {
+            self.pair(&format!("{number}"), value);
+        }
+    }
+
+    fn section(&mut self, name: &str) {
+        let gap = if self.out.is_empty() { "" } else { "\r\n" };
+        let _ = write!(self.out, "{gap}[{name}]\r\n");
+    }
+
+    fn name(&mut self, name: &str) {
+        if !name.is_empty() {
+            self.pair("ParameterName", one_line(name));
+        }
+    }
+
+    fn text(&mut self, key: &str, text: &Option<String>) {
+        if let Some(text) = text {
+            self.pair(key, one_line(text));
+        }
+    }
+
+    fn number(&mut self, key: &str, number: Option<impl Display>) {
+        if let Some(number) = number {
+            self.pair(key, number);
+        }
+    }
+
+    fn flag(&mut self, key: &str, flag: bool) {
+        self.pair(key, u8::from(flag));
+    }
+
+    fn pair(&mut self, key: &str, value: impl Display) {
+        let _ = write!(self.out, "{key}={value}\r\n");
+    }
+}
+
+fn hex(number: u32) -> String {
+    format!("0x{number:X}")
+}
+
+fn hex4(number: u16) -> String {
+    format!("0x{number:04X}")
+}
+
+/// A value has one line only.
+fn one_line(text: &str) -> String {
+    text.replace(['\r', '\n'], " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::collection::{btree_map, vec};
+    use proptest::option;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::model::{AccessType, DynamicChannel, Tool};
+    use crate::source::Span;
+    use crate::{Input, Source, load};
+
+    /// What a value in a data sheet can be: one line without blanks around.
+    fn text() -> impl Strategy<Value = String> {
+        "[A-Za-z0-9°/][ -~ü°]{0,30}[A-Za-z0-9°)]"
+    }
+
+    fn data_type() -> impl Strategy<Value = DataType> {
+        prop_oneof![
+            9 => proptest::sample::select(DataType::ALL),
+            1 => (0x40..0x60_u16).prop_map(DataType::Other),
+        ]
+    }
+
+    fn access() -> impl Strategy<Value = AccessType> {
+        use AccessType as A;
+        proptest::sample::select(vec![A::Ro, A::Wo, A::Rw, A::Rwr, A::Rww, A::Const])
+    }
+
+    fn value(data_type: DataType) -> BoxedStrategy<Option<Value>> {
+        let value = match data_type.class() {
+            Class::Text => text().prop_map(Value::Text).boxed(),
+            Class::Bytes => vec(any::<u8>(), 1..9).prop_map(Value::Bytes).boxed(),
+            Class::Real if data_type == DataType::Real32 => {
+                proptest::num::f32::NORMAL.prop_map(|number| Value::Real(number.into())).boxed()
+            }
+            Class::Real => proptest::num::f64::NORMAL.prop_map(Value::Real).boxed(),
+            Class::Other => any::<i32>().prop_map(|number| Value::Integer(number.into())).boxed(),
+            _ => {
+                let (low, high) = data_type.range().expect("integers, booleans and times have a range");
+                prop_oneof![
+                    3 => (low..=high).prop_map(Value::Integer),
+                    1 => (0..0x700_i64).prop_map(Value::NodeIdPlus),
+                ]
+                .boxed()
+            }
+        };
+        option::of(value).boxed()
+    }
+
+    prop_compose! {
+        fn entry()(data_type in data_type())(
+            name in text(),
+            data_type in Just(data_type),
+            access in access(),
+            pdo_mapping in any::<bool>(),
+            values in [value(data_type), value(data_type), value(data_type), value(data_type)],
+            texts in [option::of(text()), option::of(text()), option::of(text())],
+        ) -> Entry {
+            let [default, configured, low, high] = values;
+            let [denotation, upload_file, download_file] = texts;
+            Entry {
+                name, data_type, access, pdo_mapping, default, configured, low, high,
+                denotation, upload_file, download_file,
+                ..Entry::new(0, 0, Span::default())
+            }
+        }
+    }
+
+    prop_compose! {
+        fn object()(
+            name in text(),
+            kind in proptest::sample::select(vec![
+                ObjectKind::Null, ObjectKind::Domain, ObjectKind::DefType, ObjectKind::DefStruct,
+                ObjectKind::Variable, ObjectKind::Array, ObjectKind::Record,
+            ]),
+            list in proptest::sample::select(vec![
+                ObjectList::Mandatory, ObjectList::Optional, ObjectList::Manufacturer,
+            ]),
+            single in entry(),
+            entries in btree_map(any::<u8>(), entry(), 0..5),
+            flags in 0..4_u32,
+            links in vec(any::<u16>(), 0..3),
+            denotation in option::of(text()),
+        ) -> Object {
+            let entries = if kind.has_subs() { entries } else { [(0, single)].into() };
+            let entries = entries.into_iter().map(|(sub, entry)| Entry { sub, ..entry }).collect::<Vec<_>>();
+            // The name and the denotation of a single value are those of its entry.
+            let name = if kind.has_subs() { name } else { entries[0].name.clone() };
+            let denotation = denotation.filter(|_| kind.has_subs());
+            Object { index: 0, name, list, kind, entries, description: None, flags, links, denotation, span: Span::default() }
+        }
+    }
+
+    prop_compose! {
+        fn device()(
+            objects in btree_map(any::<u16>(), object(), 0..6),
+            fixed in btree_map(any::<u16>(), object(), 0..2),
+            comments in vec(text(), 0..3),
+            texts in [option::of(text()), option::of(text()), option::of(text())],
+            numbers in [option::of(any::<u32>()), option::of(any::<u32>()), option::of(any::<u32>())],
+            bytes in [option::of(any::<u8>()), option::of(any::<u8>()), option::of(any::<u8>())],
+            flags in any::<[bool; 6]>(),
+            bit_rates_kbit in proptest::sample::subsequence(vec![10, 20, 50, 100, 125, 250, 500, 800, 1000], 0..9),
+            dummies in proptest::sample::subsequence(DataType::ALL.to_vec(), 0..9),
+            commissioning in any::<bool>(),
+            channel in option::of((data_type(), access(), any::<u16>(), any::<u16>(), any::<u32>())),
+        ) -> Device {
+            let indexed = |objects: std::collections::BTreeMap<u16, Object>| -> Vec<Object> {
+                objects.into_iter().map(|(index, object)| {
+                    let entries = object.entries.iter().map(|entry| Entry { index, ..entry.clone() }).collect();
+                    Object { index, entries, ..object }
+                }).collect()
+            };
+            let [vendor_name, product_name, order_code] = texts.clone();
+            let [name, description, last_eds] = texts.clone();
+            let [node_name, network_name, module_name] = texts;
+            let [vendor_number, product_number, revision_number] = numbers;
+            let [version, revision, granularity] = bytes;
+            let commissioning = commissioning.then(|| Commissioning {
+                node_id: version, node_name, bit_rate_kbit: Some(500), net_number: vendor_number, network_name,
+                manager: Some(flags[0]), serial_number: product_number,
+            });
+            // A fixed object of a module is in none of the lists.
+            let fixed: Vec<Object> = indexed(fixed).into_iter()
+                .map(|object| Object { list: ObjectList::Optional, ..object }).collect();
+            let modules = match fixed.is_empty() {
+                true => Vec::new(),
+                false => vec![Module { number: 1, product_name: module_name, comments: comments.clone(), fixed, ..Module::default() }],
+            };
+            let mut device = Device {
+                file: FileInfo { name, version, revision, description, last_eds, ..FileInfo::default() },
+                info: DeviceInfo {
+                    vendor_name, vendor_number, product_name, product_number, revision_number, order_code,
+                    bit_rates_kbit, granularity,
+                    simple_boot_up_master: flags[1], simple_boot_up_slave: flags[2], dynamic_channels: flags[3],
+                    group_messaging: flags[4], lss: flags[5],
+                    receive_pdos: Some(1), transmit_pdos: None, compact_pdo: 3,
+                },
+                dummies,
+                comments,
+                commissioning,
+                objects: indexed(objects),
+                connected_modules: modules.iter().map(|module| module.number).collect(),
+                modules,
+                channels: channel.into_iter().map(|(data_type, access, first, last, offset)| DynamicChannel {
+                    data_type, access, first, last, offset, span: Span::default(),
+                }).collect(),
+                tools: vec![Tool { name: "tool".into(), command: "tool --eds".into() }],
+                ..Device::default()
+            };
+            device.profile = crate::overlay::profile(&device, &Default::default());
+            device.pdos = crate::pdo::pdos(&device);
+            device
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read_back(device in device()) {
+            let text = dcf(&device);
+            let (mut read, _) = load(&Input::new(Source::new("x.dcf", text.as_str())));
+            read.clear_spans();
+            prop_assert_eq!(&read, &device, "{}", text);
+            prop_assert_eq!(dcf(&read), text);
+        }
+    }
+}
