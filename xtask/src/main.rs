@@ -4,6 +4,7 @@
 
 mod ci;
 mod tidy;
+mod vcan;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -28,6 +29,9 @@ enum Task {
     Tidy,
     /// Write the expected files of all golden tests anew; review the difference before you commit it
     Bless,
+    /// Run a command with the CAN interfaces vcan0 and vcan1 up, under a guest kernel where this one
+    /// has no CAN
+    Vcan(vcan::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -36,6 +40,7 @@ fn main() -> ExitCode {
         Task::Ci { job } => ci::run(&root, job),
         Task::Tidy => tidy::run(&root),
         Task::Bless => ci::bless(&root),
+        Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
