@@ -5,14 +5,13 @@
 //! link looks for it ten times a second, so nothing spins and nothing has to be restarted.
 
 use std::borrow::ToOwned;
-use std::io;
 use std::os::fd::AsFd;
+use std::path::Path;
 use std::string::String;
 use std::vec::Vec;
+use std::{fs, io};
 
 use nix::errno::Errno;
-use nix::ifaddrs::getifaddrs;
-use nix::net::if_::InterfaceFlags;
 use nix::poll::{PollFd, PollFlags, ppoll};
 use socketcan::errors::{CAN_ERR_BUSOFF, CAN_ERR_CRTL, CAN_ERR_RESTARTED};
 use socketcan::{CanFrame, CanSocket, EmbeddedFrame, ExtendedId, Id, Socket, SocketOptions, StandardId};
@@ -287,41 +286,43 @@ enum Presence {
     Up,
 }
 
-/// `ARPHRD_CAN` of Linux's `if_arp.h`.
-const HARDWARE_CAN: u16 = 280;
+/// Where Linux tells what interfaces there are.
+const INTERFACES: &str = "/sys/class/net";
 
 impl Presence {
     fn of(interface: &str) -> Presence {
-        let Ok(addresses) = getifaddrs() else { return Presence::Absent };
-        let mut presence = Presence::Absent;
-        for address in addresses.filter(|address| address.interface_name == interface) {
-            presence = match address.address.as_ref().and_then(|address| address.as_link_addr()) {
-                Some(link) if link.hatype() == HARDWARE_CAN => return Presence::by_flags(address.flags),
-                _ => Presence::NotCan,
-            };
+        const UP: u32 = 1;
+        let folder = Path::new(INTERFACES).join(interface);
+        if !folder.exists() {
+            // Where nothing is told, opening the interface is the way to find out.
+            return if Path::new(INTERFACES).exists() { Presence::Absent } else { Presence::Up };
         }
-        presence
-    }
-
-    fn by_flags(flags: InterfaceFlags) -> Presence {
-        if !flags.contains(InterfaceFlags::IFF_UP) {
+        let tells = |file: &str| fs::read_to_string(folder.join(file)).unwrap_or_default();
+        let flags = u32::from_str_radix(tells("flags").trim().trim_start_matches("0x"), 16).unwrap_or(UP);
+        if !is_can(&folder) {
+            Presence::NotCan
+        } else if flags & UP == 0 {
             Presence::Down
-        } else if flags.contains(InterfaceFlags::IFF_LOWER_UP) {
-            Presence::Up
-        } else {
+        } else if tells("carrier").trim() == "0" {
             Presence::NoCarrier
+        } else {
+            Presence::Up
         }
     }
 }
 
-/// The CAN interfaces of this machine.
+/// The CAN interfaces of this machine, by name.
 fn interfaces() -> Vec<String> {
-    let Ok(addresses) = getifaddrs() else { return Vec::new() };
-    let is_can = |address: &nix::ifaddrs::InterfaceAddress| {
-        address.address.as_ref().and_then(|address| address.as_link_addr()).map(nix::sys::socket::LinkAddr::hatype)
-            == Some(HARDWARE_CAN)
-    };
-    addresses.filter(is_can).map(|address| address.interface_name).collect()
+    let Ok(entries) = fs::read_dir(INTERFACES) else { return Vec::new() };
+    let found = entries.filter_map(Result::ok).filter(|entry| is_can(&entry.path()));
+    let mut names: Vec<String> = found.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.sort();
+    names
+}
+
+fn is_can(folder: &Path) -> bool {
+    // `ARPHRD_CAN` of Linux's `if_arp.h`.
+    fs::read_to_string(folder.join("type")).is_ok_and(|kind| kind.trim() == "280")
 }
 
 /// The state that an error frame tells, if it tells one (Linux's `can/error.h`).
