@@ -42,7 +42,7 @@ pub(crate) fn all(played: &[Played], recording: &Recording) -> Vec<Check> {
             let before = number.checked_sub(1).and_then(|number| played.steps.get(number));
             checks_of(step, before, played.example.operating_mode, &mut check);
         }
-        let state = played.final_status.and_then(State::of_status_word);
+        let state = played.final_status.and_then(State::from_status_word);
         let told = state.map_or("no answer".to_owned(), |state| state.to_string());
         check("drive ends in SWITCH ON DISABLED".to_owned(), state == Some(State::SwitchOnDisabled), told);
         let told = played.final_nmt.map_or("no answer".to_owned(), |state| state.to_string());
@@ -58,7 +58,7 @@ fn checks_of(step: &Step, before: Option<&Step>, mode: u8, check: &mut impl FnMu
     let took = step.end.since(step.begin).as_secs_f64();
     match step.row.action {
         Action::Send(frame) if frame.id().raw() == 0x205 && frame.data() == [0x0F, 0x01] => {
-            let state = step.heard.status.and_then(State::of_status_word);
+            let state = step.heard.status.and_then(State::from_status_word);
             let told = state.map_or("no answer".to_owned(), |state| state.to_string());
             check(
                 format!("OPERATION ENABLED after {}", step.row.meaning),

@@ -23,7 +23,6 @@ pub mod system {
 pub mod status {
     #![allow(missing_docs, reason = "the names say what the manual's table says")]
     pub const VOLTAGE_ENABLED: u16 = 1 << 4;
-    pub const QUICK_STOP: u16 = 1 << 5;
     pub const WARNING: u16 = 1 << 7;
     pub const READY: u16 = 1 << 8;
     pub const REMOTE: u16 = 1 << 9;

@@ -6,7 +6,7 @@
 use lexican_runtime::Duration;
 
 use crate::fault::{Cause, cause_of};
-use crate::state::{Command, State, next_command};
+use crate::state::{Command, TRANSITIONS, Transitions};
 use crate::words::{control, status, system};
 
 /// A drive, as the sequences see it.
@@ -18,8 +18,8 @@ pub struct Description {
     pub vendor_id: u32,
     /// The profile in the low half of 1000h.
     pub profile: u16,
-    /// The low byte of the control word for each command.
-    pub words: Words,
+    /// The state machine.
+    pub transitions: Transitions,
     /// What the control word holds beside a command while nothing is to move.
     pub idle: u16,
     /// Bits of the control word.
@@ -28,8 +28,6 @@ pub struct Description {
     pub status: StatusBits,
     /// Bits of the manufacturer's status register 1002h.
     pub system: SystemBits,
-    /// The first command on the way from one state to another.
-    pub next_command: fn(State, State) -> Option<Command>,
     /// What an emergency code means.
     pub cause_of: fn(u16) -> Cause,
     /// How long a command may take to show in the status word.
@@ -40,21 +38,6 @@ pub struct Description {
     pub inching_begins: Duration,
 }
 
-/// The low byte of the control word for each command.
-#[derive(Clone, Copy, Debug)]
-pub struct Words {
-    /// Shutdown.
-    pub shutdown: u16,
-    /// Switch On, Disable Operation.
-    pub switch_on: u16,
-    /// Enable Operation.
-    pub enable_operation: u16,
-    /// Disable Voltage.
-    pub disable_voltage: u16,
-    /// Quick Stop.
-    pub quick_stop: u16,
-}
-
 /// Bits of the control word.
 #[derive(Clone, Copy, Debug)]
 pub struct ControlBits {
@@ -62,8 +45,6 @@ pub struct ControlBits {
     pub new_setpoint: u16,
     /// Interrupts a positioning; its falling edge resumes it, and starts velocity mode.
     pub stop: u16,
-    /// Its edge resets a fault.
-    pub fault_reset: u16,
     /// Its edge starts a step (inching operation 1).
     pub step: u16,
     /// Moves in positive direction while set (inching operation 2).
@@ -113,18 +94,10 @@ pub struct SystemBits {
 }
 
 impl Description {
-    /// The control word for a command, while nothing is to move. Of Fault Reset, the word after the edge.
+    /// The control word for a command, while nothing is to move.
     #[must_use]
     pub const fn word(&self, command: Command) -> u16 {
-        let low = match command {
-            Command::Shutdown => self.words.shutdown,
-            Command::SwitchOn | Command::DisableOperation => self.words.switch_on,
-            Command::EnableOperation => self.words.enable_operation,
-            Command::DisableVoltage => self.words.disable_voltage,
-            Command::QuickStop => self.words.quick_stop,
-            Command::FaultReset => self.control.fault_reset,
-        };
-        low | self.idle
+        command.apply(self.idle)
     }
 }
 
@@ -133,12 +106,11 @@ pub const AG03_1: Description = Description {
     name: "SIKO AG03/1",
     vendor_id: 0x195,
     profile: 402,
-    words: Words { shutdown: 0x06, switch_on: 0x07, enable_operation: 0x0F, disable_voltage: 0x00, quick_stop: 0x02 },
+    transitions: TRANSITIONS,
     idle: control::STOP,
     control: ControlBits {
         new_setpoint: control::NEW_SETPOINT,
         stop: control::STOP,
-        fault_reset: control::FAULT_RESET,
         step: control::INCHING_1,
         inch_positive: control::INCHING_2_POSITIVE,
         inch_negative: control::INCHING_2_NEGATIVE,
@@ -162,7 +134,6 @@ pub const AG03_1: Description = Description {
         positioning: system::POSITIONING,
         not_ready: system::NOT_READY,
     },
-    next_command,
     cause_of,
     reaction: Duration::from_millis(500),
     status_period: Duration::from_millis(150),

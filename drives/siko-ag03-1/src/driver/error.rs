@@ -87,7 +87,7 @@ pub enum Error {
     #[error("the drive is in fault: {0}")]
     Fault(Cause),
     /// The drive has not followed a command in time.
-    #[error("the drive stays in {state} on the command {command}")]
+    #[error("the drive stays in {state} on the command {command:?}")]
     NoReaction {
         /// Where it is.
         state: State,

@@ -19,7 +19,7 @@ mod units;
 use std::fmt;
 
 pub use blocking::Drive;
-pub use description::{AG03_1, ControlBits, Description, StatusBits, SystemBits, Words};
+pub use description::{AG03_1, ControlBits, Description, StatusBits, SystemBits};
 pub use desk::Desk;
 pub use error::{Error, Missing, Outcome, Refusal, VelocityOutcome};
 pub use session::Session;

@@ -10,7 +10,7 @@ use super::motion::{FULL_ACCELERATION, Job, Motion, RUN_OUT_DECELERATION};
 use super::parameters::{Mode, Parameters};
 use crate::Direction;
 use crate::fault::{ERROR_PASSIVE, Fault, NO_ERROR, RECOVERED_FROM_BUS_OFF};
-use crate::state::{State, Transition, commanded};
+use crate::state::{State, Transition, commanded, has_torque};
 use crate::words::control;
 
 /// Fault C comes when the motor current has been too high for this long (table 2).
@@ -138,7 +138,7 @@ impl Controller {
         let let_go = self.parameters.in_position_mode == 2
             && matches!(self.motion.job(), Job::Positioning(_))
             && !self.motion.is_active(now);
-        self.inputs.supply_is_present() && (self.state.has_torque() && !let_go || inching_by_key)
+        self.inputs.supply_is_present() && (has_torque(self.state) && !let_go || inching_by_key)
     }
 
     /// Takes what the objects hold now.
@@ -240,7 +240,7 @@ impl Controller {
         [overcurrent, blocked, over].into_iter().flatten().min()
     }
 
-    fn take(&mut self, now: Instant, transition: &Transition) {
+    fn take(&mut self, now: Instant, transition: Transition) {
         match (self.state, transition.to) {
             (State::Fault, _) => return self.reset_fault(now),
             (_, State::QuickStopActive) => {

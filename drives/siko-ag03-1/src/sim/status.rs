@@ -73,11 +73,9 @@ impl Controller {
     pub fn status_word(&self, now: Instant) -> u16 {
         let seen = self.observe(self.motion.state(now));
         let ready = self.state == State::OperationEnabled && !self.is_unready(now, seen);
-        let quick_stop = self.state != State::QuickStopActive;
-        let common = self.state.pattern().value
+        let common = self.state.status_bits()
             | bits(&[
                 (status::VOLTAGE_ENABLED, self.inputs.supply_is_good()),
-                (status::QUICK_STOP, quick_stop),
                 (status::WARNING, self.has_warning(now)),
                 (status::READY, ready),
                 (status::REMOTE, self.network != Network::PreOperational),

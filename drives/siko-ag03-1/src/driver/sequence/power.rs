@@ -6,7 +6,7 @@ use crate::driver::desk::Desk;
 use crate::driver::error::{Error, Missing, Refusal};
 use crate::fault::Cause;
 use crate::od;
-use crate::state::{Command, State};
+use crate::state::{Cause as How, Command, State, Transition};
 
 /// The state of the drive.
 ///
@@ -18,7 +18,7 @@ pub async fn state(desk: &Desk) -> Result<State, Error> {
 }
 
 pub(super) fn state_of(status_word: u16) -> Result<State, Error> {
-    State::of_status_word(status_word).ok_or(Error::UnknownState(status_word))
+    State::from_status_word(status_word).ok_or(Error::UnknownState(status_word))
 }
 
 /// Why the drive is in fault: the last emergency, or else the latest entry of 1003h.
@@ -105,7 +105,7 @@ pub async fn reset_fault(desk: &Desk) -> Result<Option<Cause>, Error> {
     let description = desk.description();
     desk.control(description.idle);
     desk.control(description.word(Command::FaultReset));
-    let left = desk.await_status(|word| State::of_status_word(word) != Some(State::Fault)).await?;
+    let left = desk.await_status(|word| State::from_status_word(word) != Some(State::Fault)).await?;
     desk.control(description.idle);
     if left.is_err() {
         return Err(Error::Fault(was));
@@ -123,9 +123,15 @@ async fn reach(desk: &Desk, goal: State) -> Result<(), Error> {
         if from == State::Fault {
             return Err(Error::Fault(cause(desk).await?));
         }
-        let command = (description.next_command)(from, goal).ok_or(Error::NoWay { from, to: goal })?;
+        let next = description.transitions.next(from, goal).ok_or(Error::NoWay { from, to: goal })?;
+        let Transition { cause: How::Command(command), .. } = next else {
+            // The drive goes on by itself.
+            desk.next_status().await?;
+            from = state(desk).await?;
+            continue;
+        };
         desk.control(description.word(command));
-        let word = desk.await_status(|word| State::of_status_word(word) != Some(from)).await?;
+        let word = desk.await_status(|word| State::from_status_word(word) != Some(from)).await?;
         from = state_of(word.map_err(|_| Error::NoReaction { state: from, command })?)?;
     }
     Ok(())

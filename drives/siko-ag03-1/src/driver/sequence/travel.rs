@@ -37,7 +37,7 @@ pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
         return Err(Error::NotTaken { status_word: word });
     }
     desk.lock().moving = true;
-    desk.control_position(enabled(desk) | control.new_setpoint, target);
+    desk.control_position(enabled() | control.new_setpoint, target);
     match desk.await_status(|word| word & status.acknowledged != 0).await? {
         Ok(_) => Ok(()),
         Err(word) => {
@@ -111,7 +111,7 @@ pub async fn interrupt(desk: &Desk) -> Result<(), Error> {
     require_travel(desk).await?;
     let control = desk.description().control;
     desk.lock().paused = true;
-    stand_still(desk, enabled(desk) | control.new_setpoint | control.stop).await
+    stand_still(desk, enabled() | control.new_setpoint | control.stop).await
 }
 
 /// Goes on with an interrupted travel, also after torque deactivation.
@@ -122,7 +122,7 @@ pub async fn interrupt(desk: &Desk) -> Result<(), Error> {
 pub async fn resume(desk: &Desk) -> Result<(), Error> {
     require_travel(desk).await?;
     let control = desk.description().control;
-    let word = enabled(desk) | control.new_setpoint;
+    let word = enabled() | control.new_setpoint;
     if !desk.lock().paused {
         // The drive has stopped by itself: the edge that resumes has to be made.
         desk.control(word | control.stop);
@@ -189,9 +189,9 @@ pub async fn inch(desk: &Desk, direction: Direction) -> Result<(), Error> {
 async fn begin_inching(desk: &Desk, direction: Direction, bit: u16) -> Result<(), Error> {
     refuse(desk, Order::Inch(direction)).await?;
     // The order is an edge, and Stop forbids it.
-    desk.control(enabled(desk));
+    desk.control(enabled());
     desk.lock().moving = true;
-    desk.control(enabled(desk) | bit);
+    desk.control(enabled() | bit);
     desk.pass(desk.description().inching_begins).await
 }
 
@@ -201,7 +201,7 @@ async fn begin_inching(desk: &Desk, direction: Direction, bit: u16) -> Result<()
 ///
 /// As [`Desk::read`].
 pub async fn stop_inching(desk: &Desk) -> Result<i32, Error> {
-    stand_still(desk, enabled(desk)).await?;
+    stand_still(desk, enabled()).await?;
     desk.control(idle(desk));
     at_rest(desk);
     Ok(desk.read(od::POSITION_ACTUAL_VALUE).await?.0)
@@ -243,6 +243,6 @@ fn idle(desk: &Desk) -> u16 {
 }
 
 /// OPERATION ENABLED, and something may move.
-fn enabled(desk: &Desk) -> u16 {
-    desk.description().words.enable_operation
+fn enabled() -> u16 {
+    Command::EnableOperation.apply(0)
 }

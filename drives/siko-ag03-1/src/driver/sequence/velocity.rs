@@ -22,7 +22,7 @@ pub async fn run_at(desk: &Desk, velocity: i32, within: Duration) -> Result<Velo
         // Running begins with an edge of Stop.
         desk.control(description.word(Command::EnableOperation));
     }
-    desk.control_velocity(description.words.enable_operation, velocity);
+    desk.control_velocity(Command::EnableOperation.apply(0), velocity);
     {
         let mut shared = desk.lock();
         shared.running = true;
