@@ -11,7 +11,7 @@ use crate::types::DataType;
 /// The bit rates of CiA 301 in kbit/s, in the order of [`DEVICE_INFO`]'s keys.
 const BIT_RATES_KBIT: [u16; 9] = [10, 20, 50, 100, 125, 250, 500, 800, 1000];
 
-const FILE_INFO: [&str; 12] = [
+pub(crate) const FILE_INFO: [&str; 12] = [
     "FileName",
     "FileVersion",
     "FileRevision",
@@ -26,7 +26,7 @@ const FILE_INFO: [&str; 12] = [
     "LastEDS",
 ];
 
-const DEVICE_INFO: [&str; 24] = [
+pub(crate) const DEVICE_INFO: [&str; 24] = [
     "VendorName",
     "VendorNumber",
     "ProductName",
@@ -53,7 +53,7 @@ const DEVICE_INFO: [&str; 24] = [
     "CompactPDO",
 ];
 
-const COMMISSIONING: [&str; 7] =
+pub(crate) const COMMISSIONING: [&str; 7] =
     ["NodeID", "NodeName", "Baudrate", "NetNumber", "NetworkName", "CANopenManager", "LSS_SerialNumber"];
 
 impl<'a, 's> Reader<'a, 's> {

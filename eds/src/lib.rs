@@ -11,6 +11,7 @@ pub mod diagnostics;
 pub mod diff;
 pub mod dump;
 mod eds;
+pub mod fmt;
 mod info;
 pub mod library;
 mod lists;

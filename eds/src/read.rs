@@ -1,5 +1,6 @@
 //! From sections and keys to objects: what every part of reading needs.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::check::{self, Rule};
@@ -42,7 +43,7 @@ impl<'a, 's> Reader<'a, 's> {
     ) -> [Option<&'s Pair<'a>>; N] {
         let mut fields = [None; N];
         for pair in &section.pairs {
-            match table.iter().position(|key| key.eq_ignore_ascii_case(pair.key)) {
+            match position(table, pair.key) {
                 Some(at) => self.keep_first(&mut fields[at], pair),
                 None => self.unknown(pair),
             }
@@ -61,10 +62,9 @@ impl<'a, 's> Reader<'a, 's> {
         let mut fields = [None; N];
         let mut found = Vec::with_capacity(section.pairs.len());
         for pair in &section.pairs {
-            let key: String = pair.key.split_whitespace().collect();
-            if let Some(at) = table.iter().position(|name| name.eq_ignore_ascii_case(&key)) {
+            if let Some(at) = position(table, pair.key) {
                 self.keep_first(&mut fields[at], pair);
-            } else if let Some(number) = number_of_key(&key, prefix, radix) {
+            } else if let Some(number) = number_of_key(&without_blanks(pair.key), prefix, radix) {
                 found.push(Numbered { number, pair });
             } else {
                 self.unknown(pair);
@@ -158,6 +158,16 @@ impl<'a, 's> Reader<'a, 's> {
         let (first_span, second_span) = (self.syntax.key_span(first), self.syntax.key_span(second));
         self.out.push(check::keys_are_unique::found(second.key, first.value == second.value, first_span, second_span));
     }
+}
+
+/// Where a key is in a table, in any case and with blanks anywhere.
+pub(crate) fn position(table: &[&str], key: &str) -> Option<usize> {
+    let find = |key: &str| table.iter().position(|name| name.eq_ignore_ascii_case(key));
+    find(key).or_else(|| key.contains(char::is_whitespace).then(|| find(&without_blanks(key)))?)
+}
+
+fn without_blanks(text: &str) -> Cow<'_, str> {
+    if text.contains(char::is_whitespace) { Cow::Owned(text.split_whitespace().collect()) } else { Cow::Borrowed(text) }
 }
 
 fn number_of_key(key: &str, prefix: &str, radix: u32) -> Option<u32> {

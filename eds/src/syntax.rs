@@ -180,7 +180,7 @@ impl<'a> Syntax<'a> {
 impl<'a> Section<'a> {
     /// The first pair with this key, in any case.
     pub(crate) fn get(&self, key: &str) -> Option<&Pair<'a>> {
-        self.pairs.iter().find(|pair| pair.key.eq_ignore_ascii_case(key))
+        self.pairs.iter().find(|pair| crate::read::position(&[key], pair.key).is_some())
     }
 }
 

@@ -1,0 +1,162 @@
+//! Real files of many vendors, which are not part of this project: `LEXICAN_CORPUS` names a folder with them, or
+//! an archive of one; without it the archive beside the repository is taken when it is there.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::{env, fs};
+
+use lexican_eds::model::Device;
+use lexican_eds::{Diagnostics, Input, Source, load, write};
+
+#[test]
+fn every_eds_and_dcf_is_read_and_every_section_is_counted() {
+    let Some(files) = corpus() else { return };
+    let mut data_sheets = 0;
+    for path in &files {
+        let bytes = fs::read(path).expect("the corpus is readable");
+        let input = Input::new(Source::from_bytes(path.to_string_lossy(), &bytes));
+        let (device, diagnostics) = load(&input);
+        let is_xml = bytes.trim_ascii_start().starts_with(b"<") || bytes.starts_with(b"\xEF\xBB\xBF<");
+        if is_xml {
+            assert!(diagnostics.iter().any(|finding| finding.code == "eds::xml"), "{}", path.display());
+            continue;
+        }
+        data_sheets += 1;
+        assert!(!diagnostics.has_errors(), "{}:\n{}", path.display(), diagnostics.render(&input));
+        compare(path, &count(input.eds.text()), &device, &diagnostics);
+        survives_writing(path, device);
+        survives_formatting(path, &input);
+    }
+    println!("{data_sheets} of {} files are data sheets, and all were read", files.len());
+    assert!(data_sheets > 0);
+}
+
+/// What a file holds, by a count that knows nothing of the reader: the sections `[xxxx]` and `[xxxxsubN]`.
+#[derive(Default)]
+struct Count {
+    objects: BTreeSet<u16>,
+    subs: BTreeSet<(u16, u8)>,
+    compact: BTreeMap<u16, u16>,
+}
+
+fn count(text: &str) -> Count {
+    let mut count = Count::default();
+    let mut object = None;
+    for line in text.split(['\r', '\n']).map(str::trim) {
+        if let Some(name) = line.strip_prefix('[') {
+            let name: String = name.split(']').next().unwrap_or_default().split_whitespace().collect();
+            let name = name.to_ascii_lowercase();
+            object = None;
+            match name.split_once("sub") {
+                Some((index, sub)) => {
+                    if let (Some(index), Some(sub)) = (hex(index, 4), hex(sub, 2)) {
+                        count.objects.insert(index);
+                        count.subs.insert((index, sub as u8));
+                    }
+                }
+                None => {
+                    if let Some(index) = hex(&name, 4) {
+                        count.objects.insert(index);
+                        object = Some(index);
+                    }
+                }
+            }
+        } else if let (Some(index), Some((key, value))) = (object, line.split_once('=')) {
+            let value = value.trim();
+            if key.trim().eq_ignore_ascii_case("CompactSubObj") && !value.is_empty() {
+                let number = value.strip_prefix("0x").map_or_else(|| value.parse(), |hex| u16::from_str_radix(hex, 16));
+                count.compact.entry(index).or_insert(number.unwrap_or(0));
+            }
+        }
+    }
+    count
+}
+
+fn hex(text: &str, digits: usize) -> Option<u16> {
+    if text.is_empty() || text.len() > digits { None } else { u16::from_str_radix(text, 16).ok() }
+}
+
+fn compare(path: &Path, count: &Count, device: &Device, diagnostics: &Diagnostics) {
+    let read: BTreeSet<u16> = device.objects.iter().map(|object| object.index).collect();
+    assert_eq!(read, count.objects, "objects of {}", path.display());
+    for object in &device.objects {
+        let compact = count.compact.get(&object.index).copied().unwrap_or(0);
+        let subs = count.subs.range((object.index, 0)..=(object.index, 0xFF)).map(|&(_, sub)| sub);
+        let mut expected: BTreeSet<u8> = subs.collect();
+        match compact {
+            0 => {}
+            255 => {
+                // One more than there can be, which is told.
+                assert!(diagnostics.iter().any(|finding| finding.code == "eds::compact-count"), "{}", path.display());
+                expected.extend(0..=0xFE);
+            }
+            _ => expected.extend(0..=compact as u8),
+        }
+        if !object.kind.has_subs() {
+            expected.insert(0);
+        }
+        let read: BTreeSet<u8> = object.entries.iter().map(|entry| entry.sub).collect();
+        assert_eq!(read, expected, "sub-indices of {:04X} in {}", object.index, path.display());
+    }
+}
+
+fn survives_writing(path: &Path, mut device: Device) {
+    let (mut read, _) = load(&Input::new(Source::new("written", write::dcf(&device))));
+    device.clear_spans();
+    read.clear_spans();
+    assert!(read == device, "{} is another device after writing", path.display());
+}
+
+fn survives_formatting(path: &Path, input: &Input) {
+    let once = lexican_eds::fmt::normalise(&input.eds);
+    let again = lexican_eds::fmt::normalise(&Source::new("again", once.as_str()));
+    assert!(once == again, "{} is formatted differently the second time", path.display());
+    let read = |source: Source| {
+        let (mut device, _) = load(&Input::new(source));
+        device.clear_spans();
+        device
+    };
+    assert!(read(Source::new("once", once)) == read(input.eds.clone()), "{} is another device", path.display());
+}
+
+/// The files, or nothing and a loud word.
+fn corpus() -> Option<Vec<PathBuf>> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus/dev.tar.xz");
+    let place = env::var_os("LEXICAN_CORPUS").map_or(beside, PathBuf::from);
+    let folder = if place.is_dir() {
+        place
+    } else if place.is_file() {
+        unpacked(&place)?
+    } else {
+        eprintln!("SKIPPED: no corpus at {}; LEXICAN_CORPUS can name another place", place.display());
+        return None;
+    };
+    let mut files = Vec::new();
+    walk(&folder, &mut files);
+    files.sort();
+    Some(files)
+}
+
+/// Unpacks the archive with the system's tar.
+fn unpacked(archive: &Path) -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("corpus");
+    fs::create_dir_all(&folder).expect("the target folder is writable");
+    let status = Command::new("tar").arg("-xf").arg(archive).arg("-C").arg(&folder).status();
+    if !status.is_ok_and(|status| status.success()) {
+        eprintln!("SKIPPED: tar cannot unpack {}", archive.display());
+        return None;
+    }
+    Some(folder)
+}
+
+fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("the corpus is readable") {
+        let path = entry.expect("the corpus is readable").path();
+        if path.is_dir() {
+            walk(&path, files);
+        } else {
+            files.push(path);
+        }
+    }
+}
