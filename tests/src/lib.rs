@@ -1,1 +1,6 @@
-//! Placeholder.
+//! Everything that crosses crates. The tests themselves are in `tests/tests`, their data beside it.
+
+/// The README, so that what it promises compiles and runs.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;

@@ -44,7 +44,7 @@ pub const fn generated_for(format: u32) {
 }
 
 /// Includes a dictionary that `lexican-codegen` has generated from the build script:
-/// `mod od { lexican_runtime::include_od!("siko_ag03_1"); }`.
+/// `mod od { lexican_runtime::include_od!("valve"); }`.
 ///
 /// The items land where the macro stands. What a data sheet describes and the crate does not use is
 /// not worth a warning, so that dead code is allowed inside.
