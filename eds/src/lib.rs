@@ -73,7 +73,7 @@ pub fn load(input: &Input) -> (model::Device, Diagnostics) {
     let mut device = model::Device::default();
     if readable(&input.eds, &mut out) {
         let tokens = syntax::tokenize(&input.eds, &mut out);
-        let syntax = syntax::Syntax::new(&input.eds, &tokens, &mut out);
+        let syntax = syntax::Syntax::new(&input.eds, &tokens);
         let (read, facts) = eds::read(syntax, &mut out);
         device = read;
         let mut changes = overlay::Changes::default();

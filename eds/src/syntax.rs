@@ -14,13 +14,27 @@ use crate::source::{Source, Span};
 /// The longest line that CiA 306-1 allows.
 pub(crate) const MAX_LINE_LENGTH: usize = 255;
 
-/// The first half: what rust-ini made of the repaired lines. [`Syntax`] borrows from it.
+/// The first half: what rust-ini made of the repaired lines, close together. [`Syntax`] borrows from it.
+#[derive(Default)]
 pub(crate) struct Tokens {
-    ini: Ini,
-    /// The line of every section, and how many keys follow it; keys before the first section come first.
-    sections: Vec<(u32, usize)>,
-    /// The line of every key.
-    keys: Vec<u32>,
+    /// All names, keys and values one after the other.
+    text: String,
+    sections: Vec<SectionToken>,
+    keys: Vec<KeyToken>,
+}
+
+/// A section: its line, the length of its name, and how many keys follow it.
+struct SectionToken {
+    line: u32,
+    name: u32,
+    keys: u32,
+}
+
+/// A key: its line, its length and that of its value.
+struct KeyToken {
+    line: u32,
+    key: u32,
+    value: u32,
 }
 
 /// A data sheet as sections of keys, in the order of the file.
@@ -104,19 +118,20 @@ impl<'a> Line<'a> {
 /// Repairs the lines, reports what was repaired, and lets rust-ini read the rest.
 pub(crate) fn tokenize(source: &Source, out: &mut Diagnostics) -> Tokens {
     let mut clean = String::with_capacity(source.text().len() + 16);
-    let mut tokens = Tokens { ini: Ini::new(), sections: vec![(0, 0)], keys: Vec::new() };
+    // Keys before the first section are in one without name.
+    let mut tokens = Tokens { sections: vec![SectionToken { line: 0, name: 0, keys: 0 }], ..Tokens::default() };
     for number in 0..source.line_count() {
-        let text = source.line(number);
-        match Line::of(text) {
+        let line = number as u32;
+        match Line::of(source.line(number)) {
             Line::Blank | Line::Comment(_) => continue,
             Line::Section { name, .. } => {
-                tokens.sections.push((number as u32, 0));
+                tokens.sections.push(SectionToken { line, name: 0, keys: 0 });
                 push_section(&mut clean, name);
             }
             Line::Pair { key, value, .. } => {
-                tokens.keys.push(number as u32);
-                if let Some((_, keys)) = tokens.sections.last_mut() {
-                    *keys += 1;
+                tokens.keys.push(KeyToken { line, key: 0, value: 0 });
+                if let Some(section) = tokens.sections.last_mut() {
+                    section.keys += 1;
                 }
                 push_pair(&mut clean, key, value);
             }
@@ -125,23 +140,86 @@ pub(crate) fn tokenize(source: &Source, out: &mut Diagnostics) -> Tokens {
         report(source, number, out);
     }
     let options = ParseOption { enabled_quote: false, enabled_escape: false, ..ParseOption::default() };
-    match Ini::load_from_str_opt(&clean, options) {
-        Ok(ini) => tokens.ini = ini,
-        Err(error) => out.push(check::tokenizer_and_locator_agree::refused(&error.to_string())),
+    let complete = match Ini::load_from_str_opt(&clean, options) {
+        Ok(ini) => tokens.fill(&ini).is_some(),
+        Err(_) => false,
+    };
+    if !complete {
+        out.push(check::tokenizer_and_locator_agree::found());
+        tokens.fill_from_lines(source);
     }
     tokens
 }
 
-impl<'a> Syntax<'a> {
-    /// Gives every section and key of rust-ini its line.
-    pub(crate) fn new(source: &'a Source, tokens: &'a Tokens, out: &mut Diagnostics) -> Self {
-        match tokens.with_lines() {
-            Some(sections) => Self { source, sections },
-            None => {
-                out.push(check::tokenizer_and_locator_agree::different());
-                Self { source, sections: tokens.by_lines(source) }
+impl Tokens {
+    /// Gives every section and key of rust-ini its line; `None` when there are more or fewer than lines.
+    fn fill(&mut self, ini: &Ini) -> Option<()> {
+        let mut keys = self.keys.iter_mut();
+        let mut tokenized = ini.iter().filter(|(name, pairs)| name.is_some() || !pairs.is_empty()).peekable();
+        for (number, section) in self.sections.iter_mut().enumerate() {
+            if number == 0 && section.keys == 0 && tokenized.peek().is_none_or(|(name, _)| name.is_some()) {
+                continue;
+            }
+            let (name, pairs) = tokenized.next()?;
+            let name = name.unwrap_or_default();
+            section.name = name.len() as u32;
+            self.text.push_str(name);
+            let mut count = 0;
+            for (key, value) in pairs {
+                let token = keys.next()?;
+                (token.key, token.value) = (key.len() as u32, value.len() as u32);
+                self.text.push_str(key);
+                self.text.push_str(value);
+                count += 1;
+            }
+            (count == section.keys).then_some(())?;
+        }
+        tokenized.next().is_none().then_some(())
+    }
+
+    /// The same from the lines themselves.
+    fn fill_from_lines(&mut self, source: &Source) {
+        self.text.clear();
+        let mut keys = self.keys.iter_mut();
+        for section in &mut self.sections {
+            let name = match Line::of(source.line(section.line as usize)) {
+                Line::Section { name, .. } => name,
+                _ => "",
+            };
+            section.name = name.len() as u32;
+            self.text.push_str(name);
+            for token in keys.by_ref().take(section.keys as usize) {
+                let Line::Pair { key, value, .. } = Line::of(source.line(token.line as usize)) else { continue };
+                (token.key, token.value) = (key.len() as u32, value.len() as u32);
+                self.text.push_str(key);
+                self.text.push_str(value);
             }
         }
+    }
+}
+
+impl<'a> Syntax<'a> {
+    pub(crate) fn new(source: &'a Source, tokens: &'a Tokens) -> Self {
+        let mut rest = tokens.text.as_str();
+        let mut next = |length: u32| {
+            let (text, after) = rest.split_at_checked(length as usize).unwrap_or((rest, ""));
+            rest = after;
+            text
+        };
+        let mut keys = tokens.keys.iter();
+        let mut sections = Vec::with_capacity(tokens.sections.len());
+        for section in &tokens.sections {
+            let name = next(section.name);
+            let of_section = keys.by_ref().take(section.keys as usize);
+            let pairs: Vec<Pair<'a>> = of_section
+                .map(|token| Pair { key: next(token.key), value: next(token.value), line: token.line })
+                .collect();
+            // The section before the first is one only when it holds something.
+            if !sections.is_empty() || !pairs.is_empty() || section.line > 0 || !name.is_empty() {
+                sections.push(Section { name, line: section.line, pairs });
+            }
+        }
+        Self { source, sections }
     }
 
     /// The name of a section.
@@ -182,55 +260,6 @@ impl<'a> Section<'a> {
     pub(crate) fn get(&self, key: &str) -> Option<&Pair<'a>> {
         self.pairs.iter().find(|pair| crate::read::position(&[key], pair.key).is_some())
     }
-}
-
-impl Tokens {
-    fn with_lines(&self) -> Option<Vec<Section<'_>>> {
-        let mut keys = self.keys.iter();
-        let mut sections = Vec::with_capacity(self.sections.len());
-        let mut tokenized = self.ini.iter().filter(|(name, pairs)| name.is_some() || !pairs.is_empty()).peekable();
-        for &(line, count) in &self.sections {
-            if sections.is_empty() && count == 0 && tokenized.peek().is_none_or(|(name, _)| name.is_some()) {
-                // No keys before the first section.
-                sections.push(Section { name: "", line, pairs: Vec::new() });
-                continue;
-            }
-            let (name, properties) = tokenized.next()?;
-            let mut pairs = Vec::with_capacity(count);
-            for (key, value) in properties {
-                pairs.push(Pair { key, value, line: *keys.next()? });
-            }
-            if pairs.len() != count {
-                return None;
-            }
-            sections.push(Section { name: name.unwrap_or_default(), line, pairs });
-        }
-        tokenized.next().is_none().then(|| without_empty_start(sections))
-    }
-
-    fn by_lines<'a>(&self, source: &'a Source) -> Vec<Section<'a>> {
-        let mut keys = self.keys.iter();
-        let sections = self.sections.iter().map(|&(line, count)| {
-            let name = match Line::of(source.line(line as usize)) {
-                Line::Section { name, .. } => name,
-                _ => "",
-            };
-            let pair = |&line: &u32| match Line::of(source.line(line as usize)) {
-                Line::Pair { key, value, .. } => Pair { key, value, line },
-                _ => Pair { key: "", value: "", line },
-            };
-            Section { name, line, pairs: keys.by_ref().take(count).map(pair).collect() }
-        });
-        without_empty_start(sections.collect())
-    }
-}
-
-/// The unnamed section before the first is one only when it holds something.
-fn without_empty_start(mut sections: Vec<Section<'_>>) -> Vec<Section<'_>> {
-    if sections.first().is_some_and(|section| section.pairs.is_empty()) {
-        sections.remove(0);
-    }
-    sections
 }
 
 /// A backslash would hide the bracket from rust-ini.
@@ -288,7 +317,7 @@ mod tests {
         let source = Source::new("x.eds", text);
         let mut out = Diagnostics::default();
         let tokens = tokenize(&source, &mut out);
-        let syntax = Syntax::new(&source, &tokens, &mut out);
+        let syntax = Syntax::new(&source, &tokens);
         check(&syntax, &out);
     }
 

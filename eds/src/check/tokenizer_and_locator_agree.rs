@@ -1,6 +1,7 @@
 //! The tokeniser and the search for places see the same sections and keys.
 
 use crate::diagnostics::{Diagnostic, Severity};
+use crate::source::Span;
 use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
@@ -12,10 +13,6 @@ pub(crate) const RULE: Rule = Rule {
     check: None,
 };
 
-pub(crate) fn refused(error: &str) -> Diagnostic {
-    RULE.finding(format!("the tokeniser refuses the file: {error}"))
-}
-
-pub(crate) fn different() -> Diagnostic {
-    RULE.finding("the tokeniser sees other sections or keys than there are lines")
+pub(crate) fn found() -> Diagnostic {
+    RULE.finding("the tokeniser sees other sections or keys than there are lines").at(Span::eds(0, 0), "")
 }

@@ -1,0 +1,350 @@
+//! What real files do and readers break on, each in a few lines of our own.
+
+use lexican_eds::model::{AccessType, Device, Entry, ObjectKind, ObjectList, Value};
+use lexican_eds::types::DataType;
+use lexican_eds::{Diagnostics, Input, Source, load};
+
+fn read(text: &str) -> (Device, Diagnostics) {
+    read_bytes(text.as_bytes())
+}
+
+fn read_bytes(bytes: &[u8]) -> (Device, Diagnostics) {
+    load(&Input::new(Source::from_bytes("quirk.eds", bytes)))
+}
+
+/// A VAR 2000h with these keys added.
+fn variable(data_type: &str, keys: &str) -> (Entry, Diagnostics) {
+    let text = format!("[2000]\nParameterName=x\nObjectType=7\nDataType={data_type}\nAccessType=rw\n{keys}\n");
+    let (device, diagnostics) = read(&text);
+    (device.entry(0x2000, 0).expect("the variable is read").clone(), diagnostics)
+}
+
+fn has(diagnostics: &Diagnostics, code: &str) -> bool {
+    diagnostics.iter().any(|finding| finding.code == code)
+}
+
+#[test]
+fn node_id_formulas_stay_symbolic_in_all_spellings_and_in_limits() {
+    for (text, offset) in [
+        ("$NODEID+0x180", 0x180),
+        ("0x180+$NODEID", 0x180),
+        ("$NODEID+1536", 1536),
+        ("$NodeID + 0x200", 0x200),
+        (" $nodeid ", 0),
+        ("0x80000000+$NODEID", 0x8000_0000),
+    ] {
+        let (entry, _) = variable("7", &format!("DefaultValue={text}\nLowLimit={text}\nHighLimit={text}"));
+        for value in [entry.default, entry.low, entry.high] {
+            assert_eq!(value, Some(Value::NodeIdPlus(offset)), "{text:?}");
+        }
+    }
+}
+
+#[test]
+fn another_variable_is_read_as_node_id_and_told() {
+    let (entry, diagnostics) = variable("7", "DefaultValue=$MY_NODE_ID+0x200");
+    assert_eq!(entry.default, Some(Value::NodeIdPlus(0x200)));
+    assert!(has(&diagnostics, "eds::unknown-variable"));
+}
+
+#[test]
+fn the_parameter_value_of_a_dcf_goes_before_a_default_with_node_id() {
+    let text = "[1800]\nParameterName=c\nObjectType=9\nSubNumber=1\n\
+                [1800sub1]\nParameterName=i\nDataType=7\nAccessType=rw\n\
+                DefaultValue=$NODEID+0x180\nParameterValue=0x220\n";
+    let (device, _) = read(text);
+    let entry = device.entry(0x1800, 1).unwrap();
+    assert_eq!(entry.default, Some(Value::NodeIdPlus(0x180)));
+    assert_eq!(entry.configured, Some(Value::Integer(0x220)));
+    assert_eq!(device.pdos[0].cob_id, Some(Value::Integer(0x220)));
+}
+
+#[test]
+fn empty_numbers_are_absent() {
+    let (device, diagnostics) = read("[DeviceInfo]\nProductNumber=\nVendorNumber=7\n");
+    assert_eq!((device.info.product_number, device.info.vendor_number), (None, Some(7)));
+    assert!(has(&diagnostics, "eds::empty-number"));
+    let (entry, _) = variable("7", "PDOMapping=\nDefaultValue=\nLowLimit=\nHighLimit=");
+    assert!(!entry.pdo_mapping && entry.default.is_none() && entry.low.is_none() && entry.high.is_none());
+}
+
+#[test]
+fn objects_without_data_type_are_kept() {
+    let (device, diagnostics) = read("[290A]\nParameterName=x\nObjectType=7\nAccessType=ro\n");
+    assert_eq!(device.entry(0x290A, 0).unwrap().data_type, DataType::Other(0));
+    assert!(has(&diagnostics, "eds::missing-data-type"));
+    let (device, diagnostics) = read("[201B]\nParameterName=x\nObjectType=0x2\nAccessType=ro\n");
+    assert_eq!(device.entry(0x201B, 0).unwrap().data_type, DataType::Domain);
+    assert!(!has(&diagnostics, "eds::missing-data-type"));
+}
+
+#[test]
+fn leading_zeros_are_octal_as_the_standard_says_and_told() {
+    let (device, diagnostics) = read("[DeviceInfo]\nVendorNumber=001\nProductNumber=014101\nRevisionNumber=0089\n");
+    assert_eq!(device.info.vendor_number, Some(1));
+    assert_eq!(device.info.product_number, Some(0o14101));
+    assert_eq!(device.info.revision_number, Some(89));
+    assert_eq!(diagnostics.iter().filter(|finding| finding.code == "eds::octal-number").count(), 2);
+}
+
+#[test]
+fn keys_and_sections_are_read_in_any_case() {
+    let (device, diagnostics) =
+        read("[COMMENTS]\nlines=1\nLINE1=x\n[2000SUB1]\nPARAMETERNAME=y\ndatatype=5\naccesstype=RO\n");
+    assert_eq!(device.comments, ["x"]);
+    let entry = device.entry(0x2000, 1).unwrap();
+    assert_eq!((entry.name.as_str(), entry.access), ("y", AccessType::Ro));
+    assert!(!has(&diagnostics, "eds::unknown-key"));
+}
+
+#[test]
+fn missing_lines_dummies_and_sections_are_told() {
+    let (device, diagnostics) = read("[Comments]\nLines=3\nLine1=x\n[DummyUsage]\nDummy0005=1\n");
+    assert_eq!(device.comments, ["x"]);
+    assert_eq!(device.dummies, [DataType::Unsigned8]);
+    assert!(has(&diagnostics, "eds::entry-count"));
+    assert_eq!(diagnostics.iter().filter(|finding| finding.code == "eds::missing-section").count(), 3);
+}
+
+#[test]
+fn code_page_1252_is_read() {
+    let (device, diagnostics) = read_bytes(b"[2000]\nParameterName=Temp\xE9rature \xB0C\nDataType=7\nAccessType=ro\n");
+    assert_eq!(device.object(0x2000).unwrap().name, "Température °C");
+    assert!(has(&diagnostics, "eds::encoding"));
+}
+
+#[test]
+fn the_first_of_two_sections_or_keys_counts() {
+    let text = "[2000]\nParameterName=a\nParameterName=b\nDataType=5\nAccessType=ro\n\
+                [2000]\nParameterName=c\nDataType=6\nAccessType=ro\n";
+    let (device, diagnostics) = read(text);
+    let entry = device.entry(0x2000, 0).unwrap();
+    assert_eq!((entry.name.as_str(), entry.data_type), ("a", DataType::Unsigned8));
+    assert!(has(&diagnostics, "eds::duplicate-section") && has(&diagnostics, "eds::duplicate-key"));
+}
+
+#[test]
+fn an_identity_that_is_an_array_keeps_its_entries() {
+    let text = "[1018]\nParameterName=Identity\nObjectType=8\nSubNumber=2\n\
+                [1018sub0]\nParameterName=n\nDataType=5\nAccessType=ro\n[1018sub1]\nParameterName=v\nDataType=7\nAccessType=ro\n";
+    let (device, diagnostics) = read(text);
+    assert_eq!(device.object(0x1018).unwrap().kind, ObjectKind::Array);
+    assert_eq!(device.object(0x1018).unwrap().entries.len(), 2);
+    assert!(has(&diagnostics, "cia301::object-type"));
+}
+
+#[test]
+fn gaps_wrong_counts_and_missing_parents_lose_no_sub_index() {
+    let sub = |sub: u8| format!("[1402sub{sub}]\nParameterName=s{sub}\nDataType=5\nAccessType=rw\n");
+    let subs: String = [0, 1, 2, 5].map(sub).concat();
+    for head in [
+        "[1402]\nParameterName=c\nObjectType=9\nSubNumber=2\n",
+        "[1402]\nParameterName=c\nObjectType=9\nSubNumber=9\n",
+        "",
+    ] {
+        let (device, diagnostics) = read(&format!("{head}{subs}"));
+        let found: Vec<u8> = device.object(0x1402).unwrap().entries.iter().map(|entry| entry.sub).collect();
+        assert_eq!(found, [0, 1, 2, 5]);
+        let code = if head.is_empty() { "eds::sub-without-object" } else { "eds::sub-count" };
+        assert!(has(&diagnostics, code), "{head}");
+    }
+}
+
+#[test]
+fn blanks_in_lists_and_text_behind_sections_do_no_harm() {
+    let text = "[OptionalObjects] ;list\nSupported Objects = 1\n 1 = 0x1003 \n[1003] junk\nParameterName=e\nObjectType=7\nDataType=7\nAccessType=ro\n";
+    let (device, diagnostics) = read(text);
+    assert_eq!(device.object(0x1003).unwrap().list, ObjectList::Optional);
+    assert!(!has(&diagnostics, "eds::list-count") && !has(&diagnostics, "eds::object-not-listed"));
+    assert!(has(&diagnostics, "eds::text-after-section"));
+}
+
+#[test]
+fn modules_of_modular_devices_are_read() {
+    let text = "[SupportedModules]\nNrOfEntries=1\n[M1ModuleInfo]\nProductName=8 inputs\nProductVersion=1\n\
+                [M1Comments]\nLines=1\nLine1=about\n\
+                [M1FixedObjects]\nNrOfEntries=1\n1=0x1027\n\
+                [M1Fixed1027]\nParameterName=Modules\nObjectType=8\nSubNumber=1\n\
+                [M1Fixed1027sub0]\nParameterName=n\nDataType=5\nAccessType=ro\n\
+                [M1SubExtends]\nNrOfEntries=1\n1=0x6000\n\
+                [M1SubExt6000]\nParameterName=Inputs\nObjectType=8\nDataType=5\nAccessType=ro\nPDOMapping=1\nCount=1,2\nObjExtend=0\n\
+                [ConnectedModules]\nNrOfEntries=2\n1=1\n2=1\n";
+    let (device, diagnostics) = read(text);
+    let module = &device.modules[0];
+    assert_eq!((module.number, module.product_name.as_deref()), (1, Some("8 inputs")));
+    assert_eq!((module.comments.len(), module.fixed[0].index, module.fixed[0].entries.len()), (1, 0x1027, 1));
+    assert_eq!((module.extends[0].entry.index, module.extends[0].count.as_slice()), (0x6000, [1, 2].as_slice()));
+    assert!(module.extends[0].entry.pdo_mapping);
+    assert_eq!(device.connected_modules, [1, 1]);
+    assert!(!has(&diagnostics, "eds::unknown-section") && !has(&diagnostics, "eds::unknown-key"));
+}
+
+#[test]
+fn every_data_type_of_cia_301_has_its_width() {
+    for &data_type in DataType::ALL {
+        let (entry, _) = variable(&format!("0x{:04X}", data_type.code()), "");
+        assert_eq!(entry.data_type, data_type);
+    }
+    assert_eq!(DataType::Boolean.bits(), Some(1));
+    assert_eq!(DataType::Unsigned40.bits(), Some(40));
+    assert_eq!(DataType::Integer56.bits(), Some(56));
+}
+
+#[test]
+fn odd_access_words_are_read_as_what_they_mean() {
+    for (word, access, odd) in [
+        ("R", AccessType::Ro, true),
+        ("RW", AccessType::Rw, false),
+        ("UNKNOWN", AccessType::Rw, true),
+        ("rwr", AccessType::Rwr, false),
+        ("Rww", AccessType::Rww, false),
+        ("CONST", AccessType::Const, false),
+    ] {
+        let (device, diagnostics) = read(&format!("[2000]\nParameterName=x\nDataType=5\nAccessType={word}\n"));
+        assert_eq!(device.entry(0x2000, 0).unwrap().access, access, "{word}");
+        assert_eq!(has(&diagnostics, "eds::bad-access-type"), odd, "{word}");
+    }
+}
+
+#[test]
+fn odd_defaults_are_read_where_they_mean_one_thing() {
+    let check = |data_type: &str, text: &str, value: Option<Value>, code: &str| {
+        let (entry, diagnostics) = variable(data_type, &format!("DefaultValue={text}"));
+        assert_eq!(entry.default, value, "{text}");
+        assert!(code.is_empty() || has(&diagnostics, code), "{text}: {code}");
+    };
+    check("7", "NULL", None, "eds::odd-number");
+    check("1", "false", Some(Value::Integer(0)), "eds::odd-number");
+    check("8", "0.0f", Some(Value::Real(0.0)), "eds::odd-number");
+    check("4", "+384", Some(Value::Integer(384)), "");
+    check("7", "0x10 ; prevent homing", Some(Value::Integer(16)), "eds::inline-comment");
+    check("6", "twelve", None, "eds::bad-value");
+    check("9", "V1.0 ; beta", Some(Value::Text("V1.0 ; beta".into())), "");
+}
+
+#[test]
+fn types_of_the_device_itself_are_kept() {
+    let text = "[40]\nParameterName=Own type\nObjectType=5\nDataType=0x40\n\
+                [200B]\nParameterName=x\nObjectType=9\nSubNumber=1\n[200Bsub1]\nParameterName=y\nDataType=0x40\nAccessType=ro\n";
+    let (device, diagnostics) = read(text);
+    assert_eq!(device.object(0x40).unwrap().kind, ObjectKind::DefType);
+    assert_eq!(device.entry(0x200B, 1).unwrap().data_type, DataType::Other(0x40));
+    assert!(!has(&diagnostics, "eds::undescribed-type") && !has(&diagnostics, "eds::unknown-data-type"));
+}
+
+#[test]
+fn compact_objects_are_written_out() {
+    let text = "[2000]\nParameterName=Speed\nObjectType=8\nDataType=6\nAccessType=rw\nDefaultValue=5\nPDOMapping=1\nCompactSubObj=3\n\
+                [2000Name]\nNrOfEntries=1\n2=Second speed\n[2000Value]\nNrOfEntries=1\n3=0x30\n[2000Denotation]\nNrOfEntries=1\n1=Conveyor\n";
+    let (device, diagnostics) = read(text);
+    let names: Vec<&str> = device.object(0x2000).unwrap().entries.iter().map(|entry| entry.name.as_str()).collect();
+    assert_eq!(names, ["NrOfObjects", "Speed1", "Second speed", "Speed3"]);
+    let entry = |sub| device.entry(0x2000, sub).unwrap();
+    assert_eq!((entry(0).data_type, entry(0).default.clone()), (DataType::Unsigned8, Some(Value::Integer(3))));
+    assert_eq!((entry(1).data_type, entry(1).default.clone()), (DataType::Unsigned16, Some(Value::Integer(5))));
+    assert_eq!(entry(3).configured, Some(Value::Integer(0x30)));
+    assert_eq!(entry(1).denotation.as_deref(), Some("Conveyor"));
+    assert!(!has(&diagnostics, "eds::key-without-effect"));
+}
+
+#[test]
+fn values_of_a_dcf_are_read_without_compact_storage_as_well() {
+    let text = "[2000]\nParameterName=x\nObjectType=9\nSubNumber=1\n[2000sub1]\nParameterName=y\nDataType=6\nAccessType=rw\n\
+                [2000Value]\nNrOfEntries=1\n1=7\n";
+    assert_eq!(read(text).0.entry(0x2000, 1).unwrap().configured, Some(Value::Integer(7)));
+}
+
+#[test]
+fn links_denotations_and_files_of_a_dcf_are_read() {
+    let text = "[2000]\nParameterName=x\nObjectType=2\nAccessType=rw\nDenotation=Program\nUploadFile=a.bin\nDownloadFile=b.bin\nObjFlags=3\n\
+                [2000ObjectLinks]\nObjectLinks=1\n1=0x2001\n";
+    let (device, diagnostics) = read(text);
+    let (object, entry) = (device.object(0x2000).unwrap(), device.entry(0x2000, 0).unwrap());
+    assert_eq!((object.links.as_slice(), object.flags), ([0x2001].as_slice(), 3));
+    assert_eq!(entry.denotation.as_deref(), Some("Program"));
+    assert_eq!((entry.upload_file.as_deref(), entry.download_file.as_deref()), (Some("a.bin"), Some("b.bin")));
+    assert!(has(&diagnostics, "eds::broken-link"));
+}
+
+#[test]
+fn commissioning_is_read_in_both_spellings() {
+    for name in ["DeviceComissioning", "DeviceCommissioning"] {
+        let text = format!(
+            "[{name}]\nNodeID=5\nNodeName=Axis\nBaudrate=500\nNetNumber=1\nNetworkName=Line\nCANopenManager=1\nLSS_SerialNumber=0x10\n"
+        );
+        let commissioning = read(&text).0.commissioning.expect("it is read");
+        assert_eq!((commissioning.node_id, commissioning.bit_rate_kbit), (Some(5), Some(500)));
+        assert_eq!((commissioning.manager, commissioning.serial_number), (Some(true), Some(16)));
+        assert_eq!(commissioning.network_name.as_deref(), Some("Line"));
+    }
+}
+
+#[test]
+fn signed_limits_as_unsigned_hexadecimal_are_negative() {
+    let (entry, diagnostics) = variable("4", "LowLimit=0x80000000\nHighLimit=0x7FFFFFFF");
+    assert_eq!((entry.low, entry.high), (Some(Value::Integer(-0x8000_0000)), Some(Value::Integer(0x7FFF_FFFF))));
+    assert!(!has(&diagnostics, "eds::limits-reversed") && !has(&diagnostics, "eds::limit-outside-type"));
+}
+
+#[test]
+fn long_lines_are_read_whole() {
+    let name = "x".repeat(5000);
+    let (device, diagnostics) = read(&format!("[2000]\nParameterName={name}\nDataType=5\nAccessType=ro\n"));
+    assert_eq!(device.object(0x2000).unwrap().name, name);
+    assert!(has(&diagnostics, "eds::long-line") && has(&diagnostics, "eds::long-name"));
+}
+
+#[test]
+fn keys_and_sections_of_editors_are_told_once() {
+    let text = "[2000]\nParameterName=x\nDataType=5\nAccessType=ro\nUnit=mm\nFactor=0.1\n[2001]\nParameterName=y\nDataType=5\nAccessType=ro\nUnit=m\n[PreDefines]\npp=1\n";
+    let (_, diagnostics) = read(text);
+    let messages: Vec<&str> = diagnostics
+        .iter()
+        .filter(|finding| finding.code.starts_with("eds::unknown"))
+        .map(|finding| finding.message.as_str())
+        .collect();
+    assert_eq!(
+        messages,
+        [
+            "the key `Unit` is unknown and ignored (2 times)",
+            "the key `Factor` is unknown and ignored",
+            "the section `PreDefines` with 1 key is unknown",
+        ]
+    );
+}
+
+#[test]
+fn a_disabled_pdo_collides_with_nothing() {
+    let parameter = |index: u16, id: &str| {
+        format!(
+            "[{index:04X}]\nParameterName=c{index}\nObjectType=9\nSubNumber=1\n[{index:04X}sub1]\nParameterName=i\nDataType=7\nAccessType=rw\nDefaultValue={id}\n"
+        )
+    };
+    let on = parameter(0x1800, "$NODEID+0x180");
+    let (device, diagnostics) = read(&format!("{on}{}", parameter(0x1801, "$NODEID+0x80000180")));
+    assert_eq!(device.pdos.len(), 2);
+    assert!(!has(&diagnostics, "pdo::cob-id-collision"));
+    let (_, diagnostics) = read(&format!("{on}{}", parameter(0x1801, "$NODEID+0x40000180")));
+    assert!(has(&diagnostics, "pdo::cob-id-collision"));
+}
+
+#[test]
+fn sub_indices_are_hexadecimal() {
+    let text =
+        "[2000]\nParameterName=x\nObjectType=9\nSubNumber=1\n[2000sub10]\nParameterName=y\nDataType=5\nAccessType=ro\n";
+    assert!(read(text).0.entry(0x2000, 0x10).is_some());
+}
+
+#[test]
+fn xml_is_recognised() {
+    let (device, diagnostics) = read("\u{feff}<?xml version=\"1.0\"?>\n<ISO15745ProfileContainer/>\n");
+    assert_eq!(device, Device::default());
+    assert!(diagnostics.has_errors() && has(&diagnostics, "eds::xml"));
+}
+
+#[test]
+fn nothing_at_all_is_a_device_without_objects() {
+    let (device, diagnostics) = read("");
+    assert_eq!(device, Device::default());
+    assert!(!diagnostics.has_errors());
+}
