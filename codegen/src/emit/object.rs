@@ -40,6 +40,7 @@ fn array(context: &Context<'_>, item: &Item<'_>, len: u8, first: &Handle<'_>, co
     }
 }
 
+/// The type derives nothing: it is a name and no value, and every `derive` costs each build of each user.
 fn record(context: &Context<'_>, item: &Item<'_>, type_ident: &str, members: &[Handle<'_>]) -> TokenStream {
     let docs = docs::whole(context, item, None);
     let type_docs = docs::lines(&[format!("The members of [`{}`].", item.ident)]);
@@ -52,7 +53,7 @@ fn record(context: &Context<'_>, item: &Item<'_>, type_ident: &str, members: &[H
         let value = handle_value(context, member);
         quote! {
             #docs
-            pub const fn #ident(self) -> #r#type {
+            pub const fn #ident(&self) -> #r#type {
                 #value
             }
         }
@@ -62,7 +63,6 @@ fn record(context: &Context<'_>, item: &Item<'_>, type_ident: &str, members: &[H
         pub const #ident: #type_ident = #type_ident;
 
         #type_docs
-        #[derive(Clone, Copy, Debug)]
         pub struct #type_ident;
 
         impl #type_ident {

@@ -51,7 +51,6 @@ pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
 pub const IDENTITY_OBJECT: IdentityObjectRecord = IdentityObjectRecord;
 
 /// The members of [`IDENTITY_OBJECT`].
-#[derive(Clone, Copy, Debug)]
 pub struct IdentityObjectRecord;
 
 impl IdentityObjectRecord {
@@ -60,7 +59,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
@@ -69,7 +68,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
     pub const fn vendor_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
@@ -78,7 +77,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
     pub const fn product_code(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
@@ -87,7 +86,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
     pub const fn revision_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
@@ -96,7 +95,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
     pub const fn serial_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }

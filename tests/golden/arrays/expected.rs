@@ -65,7 +65,6 @@ pub const PRE_DEFINED_ERROR_FIELD: ::lexican_runtime::object::Array<
 pub const STORE_PARAMETERS: StoreParametersRecord = StoreParametersRecord;
 
 /// The members of [`STORE_PARAMETERS`].
-#[derive(Clone, Copy, Debug)]
 pub struct StoreParametersRecord;
 
 impl StoreParametersRecord {
@@ -74,7 +73,7 @@ impl StoreParametersRecord {
     /// Address 0x1010:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1010:00", "1010"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1010, 0x00).with_default(2)
     }
@@ -83,7 +82,7 @@ impl StoreParametersRecord {
     /// Address 0x1010:01 · UNSIGNED32 · rw
     #[doc(alias("0x1010:01", "1010"))]
     pub const fn save_all_parameters(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1010, 0x01)
     }
@@ -92,7 +91,7 @@ impl StoreParametersRecord {
     /// Address 0x1010:02 · UNSIGNED32 · rw
     #[doc(alias("0x1010:02", "1010"))]
     pub const fn save_communication_parameters(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1010, 0x02)
     }
@@ -117,7 +116,6 @@ pub const CONSUMER_HEARTBEAT_TIME: ::lexican_runtime::object::Array<
 pub const IDENTITY_OBJECT: IdentityObjectRecord = IdentityObjectRecord;
 
 /// The members of [`IDENTITY_OBJECT`].
-#[derive(Clone, Copy, Debug)]
 pub struct IdentityObjectRecord;
 
 impl IdentityObjectRecord {
@@ -126,7 +124,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
@@ -135,7 +133,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
     pub const fn vendor_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
@@ -144,7 +142,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
     pub const fn product_code(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
@@ -153,7 +151,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
     pub const fn revision_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
@@ -162,7 +160,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
     pub const fn serial_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
@@ -188,7 +186,6 @@ pub const DIGITAL_OUTPUTS: ::lexican_runtime::object::Array<
 pub const WITH_A_GAP: WithAGapRecord = WithAGapRecord;
 
 /// The members of [`WITH_A_GAP`].
-#[derive(Clone, Copy, Debug)]
 pub struct WithAGapRecord;
 
 impl WithAGapRecord {
@@ -197,7 +194,7 @@ impl WithAGapRecord {
     /// Address 0x2001:00 · UNSIGNED8 · ro · default 3
     #[doc(alias("0x2001:00", "2001"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x2001, 0x00).with_default(3)
     }
@@ -206,7 +203,7 @@ impl WithAGapRecord {
     /// Address 0x2001:01 · UNSIGNED16 · rw
     #[doc(alias("0x2001:01", "2001"))]
     pub const fn value_1(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2001, 0x01)
     }
@@ -215,7 +212,7 @@ impl WithAGapRecord {
     /// Address 0x2001:03 · UNSIGNED16 · rw
     #[doc(alias("0x2001:03", "2001"))]
     pub const fn value_3(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2001, 0x03)
     }
@@ -228,7 +225,6 @@ impl WithAGapRecord {
 pub const WITH_OTHER_DEFAULTS: WithOtherDefaultsRecord = WithOtherDefaultsRecord;
 
 /// The members of [`WITH_OTHER_DEFAULTS`].
-#[derive(Clone, Copy, Debug)]
 pub struct WithOtherDefaultsRecord;
 
 impl WithOtherDefaultsRecord {
@@ -237,7 +233,7 @@ impl WithOtherDefaultsRecord {
     /// Address 0x2002:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x2002:00", "2002"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x2002, 0x00).with_default(2)
     }
@@ -246,7 +242,7 @@ impl WithOtherDefaultsRecord {
     /// Address 0x2002:01 · UNSIGNED16 · rw · default 1
     #[doc(alias("0x2002:01", "2002"))]
     pub const fn value_1(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2002, 0x01).with_default(1)
     }
@@ -255,7 +251,7 @@ impl WithOtherDefaultsRecord {
     /// Address 0x2002:02 · UNSIGNED16 · rw · default 2
     #[doc(alias("0x2002:02", "2002"))]
     pub const fn value_2(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2002, 0x02).with_default(2)
     }

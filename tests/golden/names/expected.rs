@@ -51,7 +51,6 @@ pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
 pub const IDENTITY_OBJECT: IdentityObjectRecord = IdentityObjectRecord;
 
 /// The members of [`IDENTITY_OBJECT`].
-#[derive(Clone, Copy, Debug)]
 pub struct IdentityObjectRecord;
 
 impl IdentityObjectRecord {
@@ -60,7 +59,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
@@ -69,7 +68,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
     pub const fn vendor_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
@@ -78,7 +77,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
     pub const fn product_code(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
@@ -87,7 +86,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
     pub const fn revision_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
@@ -96,7 +95,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
     pub const fn serial_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
@@ -190,7 +189,6 @@ pub const X: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::R
 pub const WORDS_OF_RUST: WordsOfRustRecord = WordsOfRustRecord;
 
 /// The members of [`WORDS_OF_RUST`].
-#[derive(Clone, Copy, Debug)]
 pub struct WordsOfRustRecord;
 
 impl WordsOfRustRecord {
@@ -199,7 +197,7 @@ impl WordsOfRustRecord {
     /// Address 0x2100:00 · UNSIGNED8 · ro · default 9
     #[doc(alias("0x2100:00", "2100"))]
     pub const fn number_of_entries(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x2100, 0x00).with_default(9)
     }
@@ -208,7 +206,7 @@ impl WordsOfRustRecord {
     /// Address 0x2100:01 · UNSIGNED16 · rw
     #[doc(alias("0x2100:01", "2100"))]
     pub const fn type_(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x01)
     }
@@ -217,7 +215,7 @@ impl WordsOfRustRecord {
     /// Address 0x2100:02 · UNSIGNED16 · rw
     #[doc(alias("0x2100:02", "2100"))]
     pub const fn gen_(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x02)
     }
@@ -226,7 +224,7 @@ impl WordsOfRustRecord {
     /// Address 0x2100:03 · UNSIGNED16 · rw
     #[doc(alias("0x2100:03", "2100"))]
     pub const fn self_(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x03)
     }
@@ -235,7 +233,7 @@ impl WordsOfRustRecord {
     /// Address 0x2100:04 · UNSIGNED16 · rw
     #[doc(alias("0x2100:04", "2100"))]
     pub const fn iter_2100_04(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x04)
     }
@@ -244,7 +242,7 @@ impl WordsOfRustRecord {
     /// Address 0x2100:05 · UNSIGNED16 · rw
     #[doc(alias("0x2100:05", "2100"))]
     pub const fn not_2100_05(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x05)
     }
@@ -253,7 +251,7 @@ impl WordsOfRustRecord {
     /// Address 0x2100:06 · UNSIGNED16 · rw
     #[doc(alias("0x2100:06", "2100"))]
     pub const fn gain_2100_06(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x06)
     }
@@ -262,7 +260,7 @@ impl WordsOfRustRecord {
     /// Address 0x2100:07 · UNSIGNED16 · rw
     #[doc(alias("0x2100:07", "2100"))]
     pub const fn gain_2100_07(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x07)
     }
@@ -271,7 +269,7 @@ impl WordsOfRustRecord {
     /// Address 0x2100:08 · UNSIGNED16 · rw
     #[doc(alias("0x2100:08", "2100"))]
     pub const fn object_2100_08(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x08)
     }
@@ -280,7 +278,7 @@ impl WordsOfRustRecord {
     /// Address 0x2100:09 · UNSIGNED16 · rw
     #[doc(alias("0x2100:09", "2100"))]
     pub const fn from_here(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x09)
     }

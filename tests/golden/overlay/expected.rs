@@ -1083,7 +1083,6 @@ pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
 pub const IDENTITY_OBJECT: IdentityObjectRecord = IdentityObjectRecord;
 
 /// The members of [`IDENTITY_OBJECT`].
-#[derive(Clone, Copy, Debug)]
 pub struct IdentityObjectRecord;
 
 impl IdentityObjectRecord {
@@ -1092,7 +1091,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
@@ -1101,7 +1100,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
     pub const fn vendor_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
@@ -1110,7 +1109,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
     pub const fn product_code(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
@@ -1119,7 +1118,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
     pub const fn revision_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
@@ -1128,7 +1127,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
     pub const fn serial_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
@@ -1141,7 +1140,6 @@ impl IdentityObjectRecord {
 pub const RPDO_1_PARAMETER: Rpdo1ParameterRecord = Rpdo1ParameterRecord;
 
 /// The members of [`RPDO_1_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Rpdo1ParameterRecord;
 
 impl Rpdo1ParameterRecord {
@@ -1150,7 +1148,7 @@ impl Rpdo1ParameterRecord {
     /// Address 0x1400:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1400:00", "1400"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1400, 0x00).with_default(2)
     }
@@ -1159,7 +1157,7 @@ impl Rpdo1ParameterRecord {
     /// Address 0x1400:01 · UNSIGNED32 · rw · default 0x200 + node-ID
     #[doc(alias("0x1400:01", "1400"))]
     pub const fn cob_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1400, 0x01)
             .with_default_node_id_plus(0x200)
@@ -1169,7 +1167,7 @@ impl Rpdo1ParameterRecord {
     /// Address 0x1400:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1400:02", "1400"))]
     pub const fn transmission_type(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1400, 0x02).with_default(255)
     }
@@ -1182,7 +1180,6 @@ impl Rpdo1ParameterRecord {
 pub const RPDO_1_MAPPING: Rpdo1MappingRecord = Rpdo1MappingRecord;
 
 /// The members of [`RPDO_1_MAPPING`].
-#[derive(Clone, Copy, Debug)]
 pub struct Rpdo1MappingRecord;
 
 impl Rpdo1MappingRecord {
@@ -1191,7 +1188,7 @@ impl Rpdo1MappingRecord {
     /// Address 0x1600:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1600:00", "1600"))]
     pub const fn number_of_mapped_objects(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1600, 0x00).with_default(2)
     }
@@ -1200,7 +1197,7 @@ impl Rpdo1MappingRecord {
     /// Address 0x1600:01 · UNSIGNED32 · ro · default 0x20040010
     #[doc(alias("0x1600:01", "1600"))]
     pub const fn entry_1(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1600, 0x01).with_default(0x20040010)
     }
@@ -1209,7 +1206,7 @@ impl Rpdo1MappingRecord {
     /// Address 0x1600:02 · UNSIGNED32 · ro · default 0x200C0020
     #[doc(alias("0x1600:02", "1600"))]
     pub const fn entry_2(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1600, 0x02).with_default(0x200C0020)
     }
@@ -1222,7 +1219,6 @@ impl Rpdo1MappingRecord {
 pub const TPDO_1_PARAMETER: Tpdo1ParameterRecord = Tpdo1ParameterRecord;
 
 /// The members of [`TPDO_1_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Tpdo1ParameterRecord;
 
 impl Tpdo1ParameterRecord {
@@ -1231,7 +1227,7 @@ impl Tpdo1ParameterRecord {
     /// Address 0x1800:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1800:00", "1800"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1800, 0x00).with_default(2)
     }
@@ -1240,7 +1236,7 @@ impl Tpdo1ParameterRecord {
     /// Address 0x1800:01 · UNSIGNED32 · rw · default 0x180 + node-ID
     #[doc(alias("0x1800:01", "1800"))]
     pub const fn cob_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1800, 0x01)
             .with_default_node_id_plus(0x180)
@@ -1250,7 +1246,7 @@ impl Tpdo1ParameterRecord {
     /// Address 0x1800:02 · UNSIGNED8 · rw · default 1
     #[doc(alias("0x1800:02", "1800"))]
     pub const fn transmission_type(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1800, 0x02).with_default(1)
     }
@@ -1263,7 +1259,6 @@ impl Tpdo1ParameterRecord {
 pub const TPDO_1_MAPPING: Tpdo1MappingRecord = Tpdo1MappingRecord;
 
 /// The members of [`TPDO_1_MAPPING`].
-#[derive(Clone, Copy, Debug)]
 pub struct Tpdo1MappingRecord;
 
 impl Tpdo1MappingRecord {
@@ -1272,7 +1267,7 @@ impl Tpdo1MappingRecord {
     /// Address 0x1A00:00 · UNSIGNED8 · ro · default 3
     #[doc(alias("0x1A00:00", "1A00"))]
     pub const fn number_of_mapped_objects(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x00).with_default(3)
     }
@@ -1281,7 +1276,7 @@ impl Tpdo1MappingRecord {
     /// Address 0x1A00:01 · UNSIGNED32 · ro · default 0x20010008
     #[doc(alias("0x1A00:01", "1A00"))]
     pub const fn entry_1(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x01).with_default(0x20010008)
     }
@@ -1290,7 +1285,7 @@ impl Tpdo1MappingRecord {
     /// Address 0x1A00:02 · UNSIGNED32 · ro · default 0x20080010
     #[doc(alias("0x1A00:02", "1A00"))]
     pub const fn entry_2(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x02).with_default(0x20080010)
     }
@@ -1299,7 +1294,7 @@ impl Tpdo1MappingRecord {
     /// Address 0x1A00:03 · UNSIGNED32 · ro · default 0x20090010
     #[doc(alias("0x1A00:03", "1A00"))]
     pub const fn entry_3(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x03).with_default(0x20090010)
     }

@@ -51,7 +51,6 @@ pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
 pub const IDENTITY_OBJECT: IdentityObjectRecord = IdentityObjectRecord;
 
 /// The members of [`IDENTITY_OBJECT`].
-#[derive(Clone, Copy, Debug)]
 pub struct IdentityObjectRecord;
 
 impl IdentityObjectRecord {
@@ -60,7 +59,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
@@ -69,7 +68,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
     pub const fn vendor_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
@@ -78,7 +77,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
     pub const fn product_code(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
@@ -87,7 +86,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
     pub const fn revision_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
@@ -96,7 +95,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
     pub const fn serial_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
@@ -109,7 +108,6 @@ impl IdentityObjectRecord {
 pub const RPDO_1_COMMUNICATION_PARAMETER: Rpdo1CommunicationParameterRecord = Rpdo1CommunicationParameterRecord;
 
 /// The members of [`RPDO_1_COMMUNICATION_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Rpdo1CommunicationParameterRecord;
 
 impl Rpdo1CommunicationParameterRecord {
@@ -118,7 +116,7 @@ impl Rpdo1CommunicationParameterRecord {
     /// Address 0x1400:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1400:00", "1400"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1400, 0x00).with_default(2)
     }
@@ -127,7 +125,7 @@ impl Rpdo1CommunicationParameterRecord {
     /// Address 0x1400:01 · UNSIGNED32 · rw · default 0x200 + node-ID
     #[doc(alias("0x1400:01", "1400"))]
     pub const fn cob_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1400, 0x01)
             .with_default_node_id_plus(0x200)
@@ -137,7 +135,7 @@ impl Rpdo1CommunicationParameterRecord {
     /// Address 0x1400:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1400:02", "1400"))]
     pub const fn transmission_type(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1400, 0x02).with_default(255)
     }
@@ -150,7 +148,6 @@ impl Rpdo1CommunicationParameterRecord {
 pub const RPDO_3_COMMUNICATION_PARAMETER: Rpdo3CommunicationParameterRecord = Rpdo3CommunicationParameterRecord;
 
 /// The members of [`RPDO_3_COMMUNICATION_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Rpdo3CommunicationParameterRecord;
 
 impl Rpdo3CommunicationParameterRecord {
@@ -159,7 +156,7 @@ impl Rpdo3CommunicationParameterRecord {
     /// Address 0x1402:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1402:00", "1402"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1402, 0x00).with_default(2)
     }
@@ -168,7 +165,7 @@ impl Rpdo3CommunicationParameterRecord {
     /// Address 0x1402:01 · UNSIGNED32 · rw · default 0x400 + node-ID
     #[doc(alias("0x1402:01", "1402"))]
     pub const fn cob_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1402, 0x01)
             .with_default_node_id_plus(0x400)
@@ -178,7 +175,7 @@ impl Rpdo3CommunicationParameterRecord {
     /// Address 0x1402:02 · UNSIGNED8 · rw · default 1
     #[doc(alias("0x1402:02", "1402"))]
     pub const fn transmission_type(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1402, 0x02).with_default(1)
     }
@@ -191,7 +188,6 @@ impl Rpdo3CommunicationParameterRecord {
 pub const RPDO_4_COMMUNICATION_PARAMETER: Rpdo4CommunicationParameterRecord = Rpdo4CommunicationParameterRecord;
 
 /// The members of [`RPDO_4_COMMUNICATION_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Rpdo4CommunicationParameterRecord;
 
 impl Rpdo4CommunicationParameterRecord {
@@ -200,7 +196,7 @@ impl Rpdo4CommunicationParameterRecord {
     /// Address 0x1403:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1403:00", "1403"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1403, 0x00).with_default(2)
     }
@@ -209,7 +205,7 @@ impl Rpdo4CommunicationParameterRecord {
     /// Address 0x1403:01 · UNSIGNED32 · rw · default 0x80000000
     #[doc(alias("0x1403:01", "1403"))]
     pub const fn cob_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1403, 0x01).with_default(0x80000000)
     }
@@ -218,7 +214,7 @@ impl Rpdo4CommunicationParameterRecord {
     /// Address 0x1403:02 · UNSIGNED8 · rw · default 254
     #[doc(alias("0x1403:02", "1403"))]
     pub const fn transmission_type(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1403, 0x02).with_default(254)
     }
@@ -231,7 +227,6 @@ impl Rpdo4CommunicationParameterRecord {
 pub const RPDO_1_MAPPING_PARAMETER: Rpdo1MappingParameterRecord = Rpdo1MappingParameterRecord;
 
 /// The members of [`RPDO_1_MAPPING_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Rpdo1MappingParameterRecord;
 
 impl Rpdo1MappingParameterRecord {
@@ -240,7 +235,7 @@ impl Rpdo1MappingParameterRecord {
     /// Address 0x1600:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1600:00", "1600"))]
     pub const fn number_of_mapped_objects(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1600, 0x00).with_default(2)
     }
@@ -249,7 +244,7 @@ impl Rpdo1MappingParameterRecord {
     /// Address 0x1600:01 · UNSIGNED32 · ro · default 0x20000010
     #[doc(alias("0x1600:01", "1600"))]
     pub const fn mapping_entry_1(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1600, 0x01).with_default(0x20000010)
     }
@@ -258,7 +253,7 @@ impl Rpdo1MappingParameterRecord {
     /// Address 0x1600:02 · UNSIGNED32 · ro · default 0x20010108
     #[doc(alias("0x1600:02", "1600"))]
     pub const fn mapping_entry_2(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1600, 0x02).with_default(0x20010108)
     }
@@ -271,7 +266,6 @@ impl Rpdo1MappingParameterRecord {
 pub const RPDO_3_MAPPING_PARAMETER: Rpdo3MappingParameterRecord = Rpdo3MappingParameterRecord;
 
 /// The members of [`RPDO_3_MAPPING_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Rpdo3MappingParameterRecord;
 
 impl Rpdo3MappingParameterRecord {
@@ -280,7 +274,7 @@ impl Rpdo3MappingParameterRecord {
     /// Address 0x1602:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1602:00", "1602"))]
     pub const fn number_of_mapped_objects(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1602, 0x00).with_default(4)
     }
@@ -289,7 +283,7 @@ impl Rpdo3MappingParameterRecord {
     /// Address 0x1602:01 · UNSIGNED32 · ro · default 0x20020101
     #[doc(alias("0x1602:01", "1602"))]
     pub const fn mapping_entry_1(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1602, 0x01).with_default(0x20020101)
     }
@@ -298,7 +292,7 @@ impl Rpdo3MappingParameterRecord {
     /// Address 0x1602:02 · UNSIGNED32 · ro · default 0x20020101
     #[doc(alias("0x1602:02", "1602"))]
     pub const fn mapping_entry_2(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1602, 0x02).with_default(0x20020101)
     }
@@ -307,7 +301,7 @@ impl Rpdo3MappingParameterRecord {
     /// Address 0x1602:03 · UNSIGNED32 · ro · default 0x50008
     #[doc(alias("0x1602:03", "1602"))]
     pub const fn mapping_entry_3(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1602, 0x03).with_default(0x00050008)
     }
@@ -316,7 +310,7 @@ impl Rpdo3MappingParameterRecord {
     /// Address 0x1602:04 · UNSIGNED32 · ro · default 0x20030020
     #[doc(alias("0x1602:04", "1602"))]
     pub const fn mapping_entry_4(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1602, 0x04).with_default(0x20030020)
     }
@@ -329,7 +323,6 @@ impl Rpdo3MappingParameterRecord {
 pub const RPDO_4_MAPPING_PARAMETER: Rpdo4MappingParameterRecord = Rpdo4MappingParameterRecord;
 
 /// The members of [`RPDO_4_MAPPING_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Rpdo4MappingParameterRecord;
 
 impl Rpdo4MappingParameterRecord {
@@ -338,7 +331,7 @@ impl Rpdo4MappingParameterRecord {
     /// Address 0x1603:00 · UNSIGNED8 · ro · default 1
     #[doc(alias("0x1603:00", "1603"))]
     pub const fn number_of_mapped_objects(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1603, 0x00).with_default(1)
     }
@@ -347,7 +340,7 @@ impl Rpdo4MappingParameterRecord {
     /// Address 0x1603:01 · UNSIGNED32 · ro · default 0x60010
     #[doc(alias("0x1603:01", "1603"))]
     pub const fn mapping_entry_1(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1603, 0x01).with_default(0x00060010)
     }
@@ -360,7 +353,6 @@ impl Rpdo4MappingParameterRecord {
 pub const TPDO_1_COMMUNICATION_PARAMETER: Tpdo1CommunicationParameterRecord = Tpdo1CommunicationParameterRecord;
 
 /// The members of [`TPDO_1_COMMUNICATION_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Tpdo1CommunicationParameterRecord;
 
 impl Tpdo1CommunicationParameterRecord {
@@ -369,7 +361,7 @@ impl Tpdo1CommunicationParameterRecord {
     /// Address 0x1800:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1800:00", "1800"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1800, 0x00).with_default(2)
     }
@@ -378,7 +370,7 @@ impl Tpdo1CommunicationParameterRecord {
     /// Address 0x1800:01 · UNSIGNED32 · rw · default 0x180 + node-ID
     #[doc(alias("0x1800:01", "1800"))]
     pub const fn cob_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1800, 0x01)
             .with_default_node_id_plus(0x180)
@@ -388,7 +380,7 @@ impl Tpdo1CommunicationParameterRecord {
     /// Address 0x1800:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1800:02", "1800"))]
     pub const fn transmission_type(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1800, 0x02).with_default(255)
     }
@@ -401,7 +393,6 @@ impl Tpdo1CommunicationParameterRecord {
 pub const TPDO_2_COMMUNICATION_PARAMETER: Tpdo2CommunicationParameterRecord = Tpdo2CommunicationParameterRecord;
 
 /// The members of [`TPDO_2_COMMUNICATION_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Tpdo2CommunicationParameterRecord;
 
 impl Tpdo2CommunicationParameterRecord {
@@ -410,7 +401,7 @@ impl Tpdo2CommunicationParameterRecord {
     /// Address 0x1801:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1801:00", "1801"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1801, 0x00).with_default(2)
     }
@@ -419,7 +410,7 @@ impl Tpdo2CommunicationParameterRecord {
     /// Address 0x1801:01 · UNSIGNED32 · rw · default 0x280 + node-ID
     #[doc(alias("0x1801:01", "1801"))]
     pub const fn cob_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1801, 0x01)
             .with_default_node_id_plus(0x280)
@@ -429,7 +420,7 @@ impl Tpdo2CommunicationParameterRecord {
     /// Address 0x1801:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1801:02", "1801"))]
     pub const fn transmission_type(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1801, 0x02).with_default(255)
     }
@@ -442,7 +433,6 @@ impl Tpdo2CommunicationParameterRecord {
 pub const TPDO_6_COMMUNICATION_PARAMETER: Tpdo6CommunicationParameterRecord = Tpdo6CommunicationParameterRecord;
 
 /// The members of [`TPDO_6_COMMUNICATION_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Tpdo6CommunicationParameterRecord;
 
 impl Tpdo6CommunicationParameterRecord {
@@ -451,7 +441,7 @@ impl Tpdo6CommunicationParameterRecord {
     /// Address 0x1805:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1805:00", "1805"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1805, 0x00).with_default(2)
     }
@@ -460,7 +450,7 @@ impl Tpdo6CommunicationParameterRecord {
     /// Address 0x1805:01 · UNSIGNED32 · rw · default 0x4A1
     #[doc(alias("0x1805:01", "1805"))]
     pub const fn cob_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1805, 0x01).with_default(0x000004A1)
     }
@@ -469,7 +459,7 @@ impl Tpdo6CommunicationParameterRecord {
     /// Address 0x1805:02 · UNSIGNED8 · rw · default 253
     #[doc(alias("0x1805:02", "1805"))]
     pub const fn transmission_type(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1805, 0x02).with_default(253)
     }
@@ -482,7 +472,6 @@ impl Tpdo6CommunicationParameterRecord {
 pub const TPDO_1_MAPPING_PARAMETER: Tpdo1MappingParameterRecord = Tpdo1MappingParameterRecord;
 
 /// The members of [`TPDO_1_MAPPING_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Tpdo1MappingParameterRecord;
 
 impl Tpdo1MappingParameterRecord {
@@ -491,7 +480,7 @@ impl Tpdo1MappingParameterRecord {
     /// Address 0x1A00:00 · UNSIGNED8 · ro · default 1
     #[doc(alias("0x1A00:00", "1A00"))]
     pub const fn number_of_mapped_objects(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x00).with_default(1)
     }
@@ -500,7 +489,7 @@ impl Tpdo1MappingParameterRecord {
     /// Address 0x1A00:01 · UNSIGNED32 · ro · default 0x20040040
     #[doc(alias("0x1A00:01", "1A00"))]
     pub const fn mapping_entry_1(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x01).with_default(0x20040040)
     }
@@ -513,7 +502,6 @@ impl Tpdo1MappingParameterRecord {
 pub const TPDO_2_MAPPING_PARAMETER: Tpdo2MappingParameterRecord = Tpdo2MappingParameterRecord;
 
 /// The members of [`TPDO_2_MAPPING_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Tpdo2MappingParameterRecord;
 
 impl Tpdo2MappingParameterRecord {
@@ -522,7 +510,7 @@ impl Tpdo2MappingParameterRecord {
     /// Address 0x1A01:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1A01:00", "1A01"))]
     pub const fn number_of_mapped_objects(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x00).with_default(2)
     }
@@ -531,7 +519,7 @@ impl Tpdo2MappingParameterRecord {
     /// Address 0x1A01:01 · UNSIGNED32 · ro · default 0x20040040
     #[doc(alias("0x1A01:01", "1A01"))]
     pub const fn mapping_entry_1(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x01).with_default(0x20040040)
     }
@@ -540,7 +528,7 @@ impl Tpdo2MappingParameterRecord {
     /// Address 0x1A01:02 · UNSIGNED32 · ro · default 0x20000010
     #[doc(alias("0x1A01:02", "1A01"))]
     pub const fn mapping_entry_2(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x02).with_default(0x20000010)
     }
@@ -553,7 +541,6 @@ impl Tpdo2MappingParameterRecord {
 pub const TPDO_6_MAPPING_PARAMETER: Tpdo6MappingParameterRecord = Tpdo6MappingParameterRecord;
 
 /// The members of [`TPDO_6_MAPPING_PARAMETER`].
-#[derive(Clone, Copy, Debug)]
 pub struct Tpdo6MappingParameterRecord;
 
 impl Tpdo6MappingParameterRecord {
@@ -562,7 +549,7 @@ impl Tpdo6MappingParameterRecord {
     /// Address 0x1A05:00 · UNSIGNED8 · ro · default 3
     #[doc(alias("0x1A05:00", "1A05"))]
     pub const fn number_of_mapped_objects(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A05, 0x00).with_default(3)
     }
@@ -571,7 +558,7 @@ impl Tpdo6MappingParameterRecord {
     /// Address 0x1A05:01 · UNSIGNED32 · ro · default 0x20050000
     #[doc(alias("0x1A05:01", "1A05"))]
     pub const fn mapping_entry_1(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A05, 0x01).with_default(0x20050000)
     }
@@ -580,7 +567,7 @@ impl Tpdo6MappingParameterRecord {
     /// Address 0x1A05:02 · UNSIGNED32 · ro · default 0x20990110
     #[doc(alias("0x1A05:02", "1A05"))]
     pub const fn mapping_entry_2(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A05, 0x02).with_default(0x20990110)
     }
@@ -589,7 +576,7 @@ impl Tpdo6MappingParameterRecord {
     /// Address 0x1A05:03 · UNSIGNED32 · ro · default 0x20030020
     #[doc(alias("0x1A05:03", "1A05"))]
     pub const fn mapping_entry_3(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A05, 0x03).with_default(0x20030020)
     }
@@ -625,7 +612,6 @@ pub const OUTPUTS: ::lexican_runtime::object::Array<
 pub const SWITCHES: SwitchesRecord = SwitchesRecord;
 
 /// The members of [`SWITCHES`].
-#[derive(Clone, Copy, Debug)]
 pub struct SwitchesRecord;
 
 impl SwitchesRecord {
@@ -634,7 +620,7 @@ impl SwitchesRecord {
     /// Address 0x2002:00 · UNSIGNED8 · ro · default 1
     #[doc(alias("0x2002:00", "2002"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x2002, 0x00).with_default(1)
     }
@@ -643,7 +629,7 @@ impl SwitchesRecord {
     /// Address 0x2002:01 · BOOLEAN · rw · mappable: RPDO
     #[doc(alias("0x2002:01", "2002"))]
     pub const fn light(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<
         bool,
         ::lexican_runtime::object::Rw,

@@ -33,7 +33,6 @@ pub const BIT_RATES_KBIT: &[u16] = &[125, 250, 500, 1000];
 pub const TRACE_SETTINGS: TraceSettingsRecord = TraceSettingsRecord;
 
 /// The members of [`TRACE_SETTINGS`].
-#[derive(Clone, Copy, Debug)]
 pub struct TraceSettingsRecord;
 
 impl TraceSettingsRecord {
@@ -42,7 +41,7 @@ impl TraceSettingsRecord {
     /// Address 0x0040:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x0040:00", "0040"))]
     pub const fn number_of_entries(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x0040, 0x00).with_default(2)
     }
@@ -51,7 +50,7 @@ impl TraceSettingsRecord {
     /// Address 0x0040:01 · UNSIGNED8 · ro · default 7
     #[doc(alias("0x0040:01", "0040"))]
     pub const fn type_of_the_trigger(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x0040, 0x01).with_default(7)
     }
@@ -60,7 +59,7 @@ impl TraceSettingsRecord {
     /// Address 0x0040:02 · UNSIGNED8 · ro · default 6
     #[doc(alias("0x0040:02", "0040"))]
     pub const fn type_of_the_period(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x0040, 0x02).with_default(6)
     }
@@ -91,7 +90,6 @@ pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
 pub const IDENTITY_OBJECT: IdentityObjectRecord = IdentityObjectRecord;
 
 /// The members of [`IDENTITY_OBJECT`].
-#[derive(Clone, Copy, Debug)]
 pub struct IdentityObjectRecord;
 
 impl IdentityObjectRecord {
@@ -100,7 +98,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
@@ -109,7 +107,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
     pub const fn vendor_id(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
@@ -118,7 +116,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
     pub const fn product_code(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
@@ -127,7 +125,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
     pub const fn revision_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
@@ -136,7 +134,7 @@ impl IdentityObjectRecord {
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
     pub const fn serial_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
@@ -149,7 +147,6 @@ impl IdentityObjectRecord {
 pub const MOTOR_PARAMETER_SET: MotorParameterSetRecord = MotorParameterSetRecord;
 
 /// The members of [`MOTOR_PARAMETER_SET`].
-#[derive(Clone, Copy, Debug)]
 pub struct MotorParameterSetRecord;
 
 impl MotorParameterSetRecord {
@@ -158,7 +155,7 @@ impl MotorParameterSetRecord {
     /// Address 0x2410:00 · UNSIGNED8 · ro · default 8
     #[doc(alias("0x2410:00", "2410"))]
     pub const fn highest_sub_index_supported(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x2410, 0x00).with_default(8)
     }
@@ -167,7 +164,7 @@ impl MotorParameterSetRecord {
     /// Address 0x2410:01 · UNSIGNED16 · rw · default 100 · limits 1…500
     #[doc(alias("0x2410:01", "2410"))]
     pub const fn controller_p(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2410, 0x01)
             .with_limits(1, 500)
@@ -178,7 +175,7 @@ impl MotorParameterSetRecord {
     /// Address 0x2410:02 · UNSIGNED16 · rw · default 5 · limits 0…500
     #[doc(alias("0x2410:02", "2410"))]
     pub const fn controller_i(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2410, 0x02)
             .with_limits(0, 500)
@@ -189,7 +186,7 @@ impl MotorParameterSetRecord {
     /// Address 0x2410:08 · VISIBLE\_STRING · const · default "A1"
     #[doc(alias("0x2410:08", "2410"))]
     pub const fn serial_number(
-        self,
+        &self,
     ) -> ::lexican_runtime::object::Object<
         ::lexican_runtime::object::VisibleString,
         ::lexican_runtime::object::Const,
