@@ -1,4 +1,33 @@
 //! The SIKO AG03/1 positioning drive: a typed driver, and a drive that exists only in software.
+//!
+//! ```
+//! use lexican_runtime::NodeId;
+//! use lexican_runtime::host::VirtualBus;
+//! use siko_ag03_1::driver::{Drive, Outcome};
+//! use siko_ag03_1::od;
+//! use siko_ag03_1::sim::SimulatedDrive;
+//!
+//! let node = NodeId::literal(5);
+//! let bus = VirtualBus::with_bit_rate(500);
+//! bus.attach(SimulatedDrive::new(node));
+//!
+//! // On a machine it is the link of an interface; everything else is the same.
+//! let mut drive = Drive::connect(bus.link(), node)?;
+//! drive.write(od::MOTOR_PARAMETER_SET.v_pos(), od::Speed(60))?;
+//! drive.enable()?;
+//! assert_eq!(drive.move_to(5000)?, Outcome::Reached { position: 5000 });
+//! drive.disable()?;
+//! # Ok::<(), siko_ag03_1::driver::Error>(())
+//! ```
+//!
+//! - [`od`]: the dictionary, generated from the data sheet;
+//! - [`driver`]: what the drive can do, in its own words;
+//! - [`sim`]: the simulated drive, with faults on demand, in virtual time;
+//! - [`state`], [`words`], [`fault`], [`parameter`], [`worked_examples`]: the manual's tables as data, which
+//!   driver and simulator share.
+//!
+//! Chapters, tables and figures are those of the English CANopen manual, firmware 4.01 or higher. Where it
+//! contradicts itself or is silent, the choice is said where it is made.
 
 mod direction;
 pub mod driver;

@@ -429,6 +429,20 @@ fn a_lost_supply_takes_the_torque_and_is_no_fault() {
 }
 
 #[test]
+fn a_load_that_is_too_high_is_a_lag_error_and_no_fault() {
+    let mut bench = Bench::enabled(Parameters::default());
+    bench.world(|inputs| inputs.attainable_rpm = Some(15));
+    bench.travel_to(5000);
+    bench.pass_ms(2000);
+    assert_eq!(bench.controller.velocity(bench.now), 15);
+    bench.system_shows("1100 1000 0001 0000");
+    assert!(bench.has(status::WARNING));
+    bench.pass_ms(60_000);
+    bench.system_shows("0000 0000 0000 1000");
+    assert_eq!(bench.codes(), []);
+}
+
+#[test]
 fn error_passive_at_rest_is_reported_and_no_fault() {
     let mut bench = Bench::new(Parameters::default());
     bench.world(|inputs| inputs.bus = BusState::Passive);

@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, Mutex};
 
-use lexican_runtime::host::{VirtualBus, VirtualLink};
+use lexican_runtime::host::{Fate, VirtualBus, VirtualLink};
 use lexican_runtime::service::sdo_client::SdoError;
-use lexican_runtime::{AbortCode, Duration, NodeId};
+use lexican_runtime::{AbortCode, Duration, Frame, NodeId};
 use siko_ag03_1::Direction;
 use siko_ag03_1::driver::{Drive, Error, Missing, Mode, Outcome, VelocityOutcome};
 use siko_ag03_1::fault::{Cause, Fault};
@@ -339,6 +339,19 @@ fn another_device_is_not_taken_for_the_drive() {
     let bus = VirtualBus::new();
     let nobody = Drive::connect(bus.link(), NODE);
     assert!(matches!(nobody, Err(Error::Sdo(SdoError::TimedOut { .. }))), "nobody answers");
+    // An AG02 has the same vendor and profile, but no device name.
+    let bus = VirtualBus::new();
+    bus.attach(SimulatedDrive::new(NODE));
+    bus.set_fate(|_, frame| match frame.data() {
+        [0x42, 0x08, 0x10, ..] => {
+            Fate::Replace(Frame::from_array(frame.id(), [0x80, 0x08, 0x10, 0, 0x00, 0x00, 0x02, 0x06]))
+        }
+        _ => Fate::Deliver,
+    });
+    match Drive::connect(bus.link(), NODE) {
+        Err(Error::NotThisDrive { vendor_id: 0x195, profile: 402, name: None, .. }) => {}
+        other => panic!("{:?}", other.err()),
+    }
 }
 
 #[test]

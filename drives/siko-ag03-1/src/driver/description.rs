@@ -18,6 +18,8 @@ pub struct Description {
     pub vendor_id: u32,
     /// The profile in the low half of 1000h.
     pub profile: u16,
+    /// 1008h, four characters: what tells the AG03/1 from the AG02, which does not have the object.
+    pub device_name: [u8; 4],
     /// The state machine.
     pub transitions: Transitions,
     /// What the control word holds beside a command while nothing is to move.
@@ -106,6 +108,7 @@ pub const AG03_1: Description = Description {
     name: "SIKO AG03/1",
     vendor_id: 0x195,
     profile: 402,
+    device_name: *b"AG03",
     transitions: TRANSITIONS,
     idle: control::STOP,
     control: ControlBits {

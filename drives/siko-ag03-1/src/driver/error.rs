@@ -112,7 +112,7 @@ pub enum Error {
     #[error("the status word {0:04X} tells no state of the state machine")]
     UnknownState(u16),
     /// The node is another device.
-    #[error("the node is not a {expected}: vendor {vendor_id:X}h, profile {profile}")]
+    #[error("the node is not a {expected}: vendor {vendor_id:X}h, profile {profile}, name {name:?}")]
     NotThisDrive {
         /// What was expected.
         expected: &'static str,
@@ -120,6 +120,8 @@ pub enum Error {
         vendor_id: u32,
         /// The low half of 1000h.
         profile: u16,
+        /// 1008h, when the device has it.
+        name: Option<[u8; 4]>,
     },
     /// The drive has booted in the middle of an operation: it was reset, or its power failed.
     #[error("the drive has restarted")]

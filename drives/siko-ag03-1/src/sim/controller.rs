@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use lexican_runtime::{Duration, Instant};
 
 use super::inputs::{BusState, Inputs, Shaft};
-use super::motion::{FULL_ACCELERATION, Job, Motion, RUN_OUT_DECELERATION};
+use super::motion::{FULL_ACCELERATION, Job, Motion, REVOLUTION_PER_MINUTE, RUN_OUT_DECELERATION};
 use super::parameters::{Mode, Parameters};
 use crate::Direction;
 use crate::fault::{ERROR_PASSIVE, Fault, NO_ERROR, RECOVERED_FROM_BUS_OFF};
@@ -179,6 +179,11 @@ impl Controller {
         }
         if before.key != inputs.key {
             self.inch_by_key(now);
+        }
+        if before.attainable_rpm != inputs.attainable_rpm {
+            let velocity =
+                inputs.attainable_rpm.map_or(f64::INFINITY, |rpm| f64::from(rpm.max(1)) * REVOLUTION_PER_MINUTE);
+            self.motion.set_ceiling(now, velocity, self.parameters.rotation());
         }
         self.settle(now);
     }

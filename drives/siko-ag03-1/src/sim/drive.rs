@@ -424,6 +424,8 @@ fn storage(setup: &Setup) -> od::Storage {
     let faults = od::PRE_DEFINED_ERROR_FIELD.iter().filter(|fault| storage.get(*fault).0 != 0).count();
     storage.set(od::PRE_DEFINED_ERROR_FIELD.len_object(), faults as u8);
     storage.set(od::NODE_ID, setup.node.get());
+    storage.set(od::MANUFACTURER_DEVICE_NAME, u32::from_le_bytes(*b"AG03"));
+    storage.set(od::MANUFACTURER_SOFTWARE_VERSION, u32::from_le_bytes(*b"4.01"));
     storage.set(od::IDENTITY_OBJECT.serial_number(), setup.serial_number);
     storage.set(
         od::GEAR_REDUCTION,

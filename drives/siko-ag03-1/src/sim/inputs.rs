@@ -18,6 +18,8 @@ pub struct Inputs {
     pub load_ma: u16,
     /// Whether something holds the shaft.
     pub shaft: Shaft,
+    /// The velocity that the load allows, in rev/min, when that is less than the drive is told: a lag error.
+    pub attainable_rpm: Option<u8>,
     /// Whether the sine and cosine of the position sensor fit together.
     pub sensor_fails: bool,
     /// Whether the drive finds something wrong with itself.
@@ -60,6 +62,7 @@ impl Default for Inputs {
             battery_10mv: 360,
             load_ma: 600,
             shaft: Shaft::Free,
+            attainable_rpm: None,
             sensor_fails: false,
             internal_error: false,
             bus: BusState::Active,

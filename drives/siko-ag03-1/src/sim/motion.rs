@@ -85,13 +85,15 @@ pub struct Motion {
     job: Job,
     /// The shaft cannot follow: the way is at rest, though the job is not finished.
     blocked: bool,
+    /// The velocity that the load allows, in increments/s.
+    ceiling: f64,
 }
 
 impl Motion {
     /// A shaft at rest.
     #[must_use]
     pub fn at_rest(now: Instant, position: f64) -> Self {
-        Motion { way: Trajectory::rest(now, position), job: Job::None, blocked: false }
+        Motion { way: Trajectory::rest(now, position), job: Job::None, blocked: false, ceiling: f64::INFINITY }
     }
 
     /// Position and velocity.
@@ -189,7 +191,7 @@ impl Motion {
     /// Inching operation 1: a step from here. It ends early behind a limit that lies ahead.
     pub fn step(&mut self, now: Instant, width: f64, profile: Profile, limits: Option<Limits>) {
         let state = self.state(now);
-        let target = state.position + width;
+        let (target, profile) = (state.position + width, self.within_ceiling(profile));
         let way = Trajectory::through(now, state, &[target], profile);
         let way = stopping_behind(way, limits, state, Direction::of(width), profile.deceleration);
         self.begin(Job::Step { target }, way);
@@ -197,7 +199,7 @@ impl Motion {
 
     /// Inching operation 2: moves until [`Motion::stop_inching`], or until a limit that lies ahead is passed.
     pub fn inch(&mut self, now: Instant, direction: Direction, profile: Profile, limits: Option<Limits>) {
-        let state = self.state(now);
+        let (state, profile) = (self.state(now), self.within_ceiling(profile));
         let way = Trajectory::ramp(now, state, profile.speed * direction.sign(), profile.acceleration);
         let way = stopping_behind(way, limits, state, direction, profile.deceleration);
         self.begin(Job::Inching(direction), way);
@@ -212,7 +214,8 @@ impl Motion {
 
     /// Velocity mode: speeds up or brakes to `velocity` from whatever the shaft does.
     pub fn run_at(&mut self, now: Instant, velocity: f64, acceleration: f64) {
-        self.begin(Job::Velocity(velocity), Trajectory::ramp(now, self.state(now), velocity, acceleration));
+        let attained = velocity.clamp(-self.ceiling, self.ceiling);
+        self.begin(Job::Velocity(velocity), Trajectory::ramp(now, self.state(now), attained, acceleration));
     }
 
     /// Brakes to a standstill and forgets the job.
@@ -246,9 +249,29 @@ impl Motion {
         }
     }
 
+    /// Lets the load allow no more than `velocity`, in increments/s. Travels and velocity mode follow at once,
+    /// inching when it is started again.
+    pub fn set_ceiling(&mut self, now: Instant, velocity: f64, acceleration: f64) {
+        self.ceiling = velocity;
+        if self.is_moving(now) && !self.blocked {
+            self.unblock(now, acceleration);
+        }
+    }
+
+    /// Whether the shaft turns more slowly than it is told to, because its load does not allow more.
+    #[must_use]
+    pub fn lags(&self, state: State) -> bool {
+        let told = match self.job {
+            Job::Positioning(travel) => travel.profile.speed,
+            Job::Velocity(velocity) => velocity.abs(),
+            Job::None | Job::Step { .. } | Job::Inching(_) => return false,
+        };
+        told > self.ceiling && state.velocity.abs() >= self.ceiling - TINY
+    }
+
     /// Takes another number for the position where the shaft is: calibration, or the other sense of rotation.
     pub fn renumber(&mut self, now: Instant, position: f64) {
-        *self = Motion::at_rest(now, position);
+        *self = Motion { ceiling: self.ceiling, ..Motion::at_rest(now, position) };
     }
 
     /// The first time after `now` at which an observation changes: [`Trajectory::next_change`] says which
@@ -265,9 +288,10 @@ impl Motion {
 
     fn travel(&mut self, now: Instant, travel: Travel) {
         let state = self.state(now);
+        let profile = self.within_ceiling(travel.profile);
         let way = match travel.turn {
-            Some(turn) => Trajectory::through(now, state, &[turn, travel.target], travel.profile),
-            None => Trajectory::through(now, state, &[travel.target], travel.profile),
+            Some(turn) => Trajectory::through(now, state, &[turn, travel.target], profile),
+            None => Trajectory::through(now, state, &[travel.target], profile),
         };
         self.begin(Job::Positioning(travel), way);
     }
@@ -276,10 +300,17 @@ impl Motion {
         self.begin(self.job, Trajectory::ramp(now, self.state(now), 0.0, deceleration));
     }
 
+    fn within_ceiling(&self, profile: Profile) -> Profile {
+        Profile { speed: profile.speed.min(self.ceiling), ..profile }
+    }
+
     fn begin(&mut self, job: Job, way: Trajectory) {
-        *self = Motion { way, job, blocked: false };
+        *self = Motion { way, job, blocked: false, ceiling: self.ceiling };
     }
 }
+
+/// In increments/s, far below what anybody sees.
+const TINY: f64 = 1e-6;
 
 /// Travelling back from beyond a limit is free; a limit that lies ahead ends the way.
 fn stopping_behind(
@@ -390,6 +421,18 @@ mod tests {
         let at = motion.next_change(ms(5000), reached).unwrap();
         assert_eq!(at.since(ms(5000)).as_micros(), 816_667);
         assert!(motion.is_active(ms(1_000_000)));
+    }
+
+    #[test]
+    fn a_heavy_load_slows_the_travel_down_and_lags_at_its_ceiling() {
+        let mut motion = drive();
+        motion.move_to(ms(0), 5000.0, PROFILE, None);
+        assert!(!motion.lags(motion.state(ms(3000))));
+        motion.set_ceiling(ms(3000), 400.0, FULL_ACCELERATION);
+        assert!(motion.lags(motion.state(ms(4000))) && motion.state(ms(4000)).velocity == 400.0);
+        assert_eq!(motion.rest_at().map(|end| motion.state(end).position), Some(5000.0));
+        motion.set_ceiling(ms(5000), f64::INFINITY, FULL_ACCELERATION);
+        assert!(!motion.lags(motion.state(ms(6000))) && motion.state(ms(6000)).velocity == 800.0);
     }
 
     #[test]

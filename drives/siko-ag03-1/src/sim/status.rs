@@ -16,6 +16,7 @@ use crate::words::{generic, status, system};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Observation {
     moving: bool,
+    lags: bool,
     reaches_window: bool,
     leaves_window: bool,
     above_upper_limit: bool,
@@ -64,7 +65,7 @@ impl Controller {
             (system::BATTERY_LOW, self.inputs.battery_is_low()),
             (system::OVERCURRENT, self.has_overcurrent(now)),
             (system::POSITIONING, self.motion.is_positioning(now)),
-            (system::LAG_ERROR, self.motion.is_blocked()),
+            (system::LAG_ERROR, seen.lags),
         ])
     }
 
@@ -76,7 +77,7 @@ impl Controller {
         let common = self.state.status_bits()
             | bits(&[
                 (status::VOLTAGE_ENABLED, self.inputs.supply_is_good()),
-                (status::WARNING, self.has_warning(now)),
+                (status::WARNING, self.has_warning(now, seen)),
                 (status::READY, ready),
                 (status::REMOTE, self.network != Network::PreOperational),
                 (status::INTERNAL_LIMIT, seen.beyond_limit()),
@@ -139,13 +140,14 @@ impl Controller {
     }
 
     /// Chapter 5.1.
-    fn has_warning(&self, now: Instant) -> bool {
-        self.inputs.battery_is_low() || self.has_overcurrent(now) || self.motion.is_blocked()
+    fn has_warning(&self, now: Instant, seen: Observation) -> bool {
+        self.inputs.battery_is_low() || self.has_overcurrent(now) || seen.lags
     }
 
     fn observe(&self, state: trajectory::State) -> Observation {
         let window = i32::from(self.parameters.window);
         let moving = state.velocity.abs() >= STANDSTILL;
+        let lags = self.motion.is_blocked() || self.motion.lags(state);
         match self.parameters.mode {
             Mode::Positioning => {
                 let position = self.parameters.position(state.position);
@@ -153,6 +155,7 @@ impl Controller {
                 let limits = self.parameters.position_limits();
                 Observation {
                     moving,
+                    lags,
                     reaches_window: position >= target.saturating_sub(window),
                     leaves_window: position > target.saturating_add(window),
                     above_upper_limit: limits.is_some_and(|(_, high)| position > high),
@@ -164,6 +167,7 @@ impl Controller {
                 let target = f64::from(self.parameters.target_velocity);
                 Observation {
                     moving,
+                    lags,
                     reaches_window: velocity >= target - f64::from(window) - ROUNDING,
                     leaves_window: velocity > target + f64::from(window) + ROUNDING,
                     above_upper_limit: false,

@@ -40,10 +40,14 @@ pub async fn identify(desk: &Desk) -> Result<(), Error> {
     let description = desk.description();
     let profile = (desk.read(od::DEVICE_TYPE).await? & 0xFFFF) as u16;
     let vendor_id = desk.read(od::IDENTITY_OBJECT.vendor_id()).await?;
-    if profile != description.profile || vendor_id != description.vendor_id {
-        return Err(Error::NotThisDrive { expected: description.name, vendor_id, profile });
-    }
-    Ok(())
+    let name = match desk.read(od::MANUFACTURER_DEVICE_NAME).await {
+        Ok(name) => Some(name.to_le_bytes()),
+        Err(Error::Sdo(SdoError::Aborted { .. })) => None,
+        Err(error) => return Err(error),
+    };
+    let same =
+        (profile, vendor_id, name) == (description.profile, description.vendor_id, Some(description.device_name));
+    if same { Ok(()) } else { Err(Error::NotThisDrive { expected: description.name, vendor_id, profile, name }) }
 }
 
 /// Changes the operating mode, unless it is set already.
