@@ -27,13 +27,14 @@ impl Frame {
     }
 
     /// A data frame of a length that the type carries, so that nothing can go wrong.
+    #[inline]
     #[must_use]
     pub const fn from_array<const N: usize>(id: CobId, data: [u8; N]) -> Self {
         const { assert!(N <= 8, "a classic CAN frame carries at most eight bytes") };
-        match Frame::new(id, &data) {
-            Some(frame) => frame,
-            None => panic!("N <= 8 was checked"),
-        }
+        let mut bytes = [0; 8];
+        let (head, _) = bytes.split_at_mut(N);
+        head.copy_from_slice(&data);
+        Frame { id, remote: false, len: N as u8, data: bytes }
     }
 
     /// A remote frame (RTR) that asks for `len` bytes; `None` above eight.
@@ -42,18 +43,21 @@ impl Frame {
     }
 
     /// The identifier.
+    #[inline]
     #[must_use]
     pub const fn id(&self) -> CobId {
         self.id
     }
 
     /// Whether this is a remote frame: it carries a length but no data.
+    #[inline]
     #[must_use]
     pub const fn is_remote(&self) -> bool {
         self.remote
     }
 
     /// The data; empty in a remote frame.
+    #[inline]
     #[must_use]
     pub fn data(&self) -> &[u8] {
         let len = if self.remote { 0 } else { usize::from(self.len) };

@@ -165,7 +165,7 @@ impl Channel {
 
     fn block_segment(&mut self, segment: &BlockSegment) -> Said {
         if let Some(transfer) = &mut self.transfer {
-            transfer.take(&segment.data);
+            transfer.take(segment.data());
             transfer.last = segment.last;
         }
         let last = if segment.last { ", the last" } else { "" };

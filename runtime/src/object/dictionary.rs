@@ -313,6 +313,11 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
             return Err(AbortCode::NO_DATA);
         }
         let rest = self.bytes(entry).get(offset as usize..).unwrap_or(&[]);
+        // Eight bytes are what an SDO server asks for: without a call, they take half the time.
+        if let (Some(rest), Ok(buffer)) = (rest.first_chunk::<8>(), <&mut [u8; 8]>::try_from(&mut *buffer)) {
+            *buffer = *rest;
+            return Ok(8);
+        }
         let n = rest.len().min(buffer.len());
         buffer.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
         Ok(n)

@@ -28,6 +28,7 @@ macro_rules! data_types {
             }
 
             /// The size in bits, as a PDO maps it; `None` for types of no fixed size.
+            #[inline]
             #[must_use]
             pub const fn bits(self) -> Option<u8> {
                 match self { $(DataType::$variant => $bits,)* }
@@ -66,6 +67,7 @@ data_types! {
 
 impl DataType {
     /// The size in bytes, as an SDO transfers it (a BOOLEAN takes one); `None` without a fixed size.
+    #[inline]
     #[must_use]
     pub const fn size(self) -> Option<usize> {
         match self.bits() {

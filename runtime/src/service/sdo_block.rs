@@ -8,7 +8,7 @@
 use crate::abort::AbortCode;
 use crate::time::Duration;
 use crate::wire::crc::Crc;
-use crate::wire::sdo::{BlockEnd, Confirmation};
+use crate::wire::sdo::{BlockEnd, Confirmation, Raw};
 use crate::wire::sdo_block::BlockSegment;
 
 /// How many blocks in a row may get lost as a whole.
@@ -91,9 +91,8 @@ impl Sender {
     pub(super) fn push(&mut self, buffer: [u8; 8], len: usize, last: bool) -> Option<BlockSegment> {
         let offset = self.offset()?;
         let end = offset.checked_add(len as u32)?;
-        let [data @ .., _] = buffer;
-        let segment = BlockSegment::new(self.sent + 1, data, last)?;
-        self.checksum.cover(offset, end, &data);
+        let segment = BlockSegment::of_buffer(self.sent + 1, buffer, last)?;
+        self.checksum.cover(offset, end, segment.data());
         self.sent += 1;
         self.waits = last || self.sent == self.block_size;
         if last {
@@ -211,9 +210,9 @@ impl Receiver {
 
     /// The frame as a segment, when one is awaited.
     #[inline]
-    pub(super) fn parse(&self, bytes: &[u8; 8]) -> Option<BlockSegment> {
+    pub(super) fn parse(&self, raw: Raw) -> Option<BlockSegment> {
         // When all is there, commands are awaited; but the last segment might be repeated.
-        let segment = BlockSegment::parse(bytes)?;
+        let segment = BlockSegment::from_raw(raw)?;
         if self.last.is_none() || self.last == Some(segment) { Some(segment) } else { None }
     }
 
@@ -248,7 +247,7 @@ impl Receiver {
         }
         let end = self.offset.checked_add(7).filter(|end| self.announced.is_none_or(|announced| *end <= announced));
         let end = end.ok_or(AbortCode::LENGTH_TOO_HIGH)?;
-        self.checksum.cover(self.offset, end, &segment.data);
+        self.checksum.cover(self.offset, end, segment.data());
         self.offset = end;
         Ok(Received { is_next: true, ends_block: is_at_end })
     }
@@ -291,7 +290,7 @@ impl Receiver {
 
     /// The last segment and how many of its bytes count, when everything is there and right.
     pub(super) fn finish(&mut self, block_end: BlockEnd) -> Result<([u8; 7], usize), AbortCode> {
-        let data = self.last.ok_or(AbortCode::UNKNOWN_COMMAND)?.data;
+        let data = *self.last.ok_or(AbortCode::UNKNOWN_COMMAND)?.data();
         let len = 7 - usize::from(block_end.unused());
         let end = self.offset.checked_add(len as u32).ok_or(AbortCode::LENGTH_TOO_HIGH)?;
         match self.announced {

@@ -119,29 +119,32 @@ impl ClientRequest {
     #[inline]
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
-        let bytes: &[u8; 8] = bytes.try_into().ok()?;
-        let [command, a, b, ..] = *bytes;
-        Some(match command >> 5 {
-            0 => ClientRequest::DownloadSegment(Segment::parse(bytes)),
-            1 => ClientRequest::InitiateDownload { address: address(bytes), content: Content::parse(bytes) },
-            2 => ClientRequest::InitiateUpload { address: address(bytes) },
-            3 => ClientRequest::UploadSegment { toggle: command & TOGGLE != 0 },
-            4 => ClientRequest::Abort(Abort::parse(bytes)),
-            5 => match command & 0b11 {
+        ClientRequest::from_raw(Raw::parse(bytes)?)
+    }
+
+    #[inline]
+    pub(crate) fn from_raw(raw: Raw) -> Option<Self> {
+        let address = raw.address();
+        Some(match raw.specifier() {
+            0 => ClientRequest::DownloadSegment(Segment::parse(raw)),
+            1 => ClientRequest::InitiateDownload { address, content: Content::parse(raw) },
+            2 => ClientRequest::InitiateUpload { address },
+            3 => ClientRequest::UploadSegment { toggle: raw.has(TOGGLE) },
+            4 => ClientRequest::Abort(Abort::parse(raw)),
+            5 => match raw.command() & 0b11 {
                 0 => {
-                    let [block_size, switch_threshold, ..] = data(bytes);
-                    let crc = command & CRC != 0;
-                    ClientRequest::InitiateBlockUpload { address: address(bytes), crc, block_size, switch_threshold }
+                    let [block_size, switch_threshold, ..] = raw.data().to_le_bytes();
+                    ClientRequest::InitiateBlockUpload { address, crc: raw.has(CRC), block_size, switch_threshold }
                 }
                 1 => ClientRequest::EndBlockUpload,
-                2 => ClientRequest::ConfirmBlockUpload(Confirmation { sequence: a, block_size: b }),
+                2 => ClientRequest::ConfirmBlockUpload(Confirmation::parse(raw)),
                 _ => ClientRequest::StartBlockUpload,
             },
-            6 if command & END == 0 => {
-                let size = (command & BLOCK_SIZED != 0).then(|| u32::from_le_bytes(data(bytes)));
-                ClientRequest::InitiateBlockDownload { address: address(bytes), crc: command & CRC != 0, size }
+            6 if raw.has(END) => ClientRequest::EndBlockDownload(BlockEnd::parse(raw)),
+            6 => {
+                let size = raw.has(BLOCK_SIZED).then(|| raw.data());
+                ClientRequest::InitiateBlockDownload { address, crc: raw.has(CRC), size }
             }
-            6 => ClientRequest::EndBlockDownload(BlockEnd::parse(bytes)),
             _ => return None,
         })
     }
@@ -150,34 +153,41 @@ impl ClientRequest {
     #[inline]
     #[must_use]
     pub fn to_bytes(&self) -> [u8; 8] {
-        match *self {
-            ClientRequest::DownloadSegment(segment) => segment.to_bytes(),
-            ClientRequest::InitiateDownload { address, content } => content.to_bytes(1 << 5, address),
-            ClientRequest::InitiateUpload { address } => compose(2 << 5, address, [0; 4]),
-            ClientRequest::UploadSegment { toggle } => [3 << 5 | flag(toggle, TOGGLE), 0, 0, 0, 0, 0, 0, 0],
-            ClientRequest::Abort(abort) => abort.to_bytes(),
+        self.to_raw().to_bytes()
+    }
+
+    // Always inlined: where it is called the variant is known, and hardly anything remains of it.
+    #[inline(always)]
+    pub(crate) fn to_raw(self) -> Raw {
+        match self {
+            ClientRequest::DownloadSegment(segment) => segment.to_raw(),
+            ClientRequest::InitiateDownload { address, content } => content.to_raw(1 << 5, address),
+            ClientRequest::InitiateUpload { address } => Raw::addressed(2 << 5, address, 0),
+            ClientRequest::UploadSegment { toggle } => Raw::bare(3 << 5 | flag(toggle, TOGGLE)),
+            ClientRequest::Abort(abort) => abort.to_raw(),
             ClientRequest::InitiateBlockUpload { address, crc, block_size, switch_threshold } => {
-                compose(5 << 5 | flag(crc, CRC), address, [block_size, switch_threshold, 0, 0])
+                let data = u16::from_le_bytes([block_size, switch_threshold]);
+                Raw::addressed(5 << 5 | flag(crc, CRC), address, u32::from(data))
             }
-            ClientRequest::EndBlockUpload => [5 << 5 | 1, 0, 0, 0, 0, 0, 0, 0],
-            ClientRequest::ConfirmBlockUpload(confirmation) => confirmation.to_bytes(),
-            ClientRequest::StartBlockUpload => [5 << 5 | 3, 0, 0, 0, 0, 0, 0, 0],
+            ClientRequest::EndBlockUpload => Raw::bare(5 << 5 | 1),
+            ClientRequest::ConfirmBlockUpload(confirmation) => confirmation.to_raw(),
+            ClientRequest::StartBlockUpload => Raw::bare(5 << 5 | 3),
             ClientRequest::InitiateBlockDownload { address, crc, size } => initiate_sized(address, crc, size),
-            ClientRequest::EndBlockDownload(end) => end.to_bytes(),
+            ClientRequest::EndBlockDownload(end) => end.to_raw(),
         }
     }
 
-    /// Whether this begins a transfer.
+    /// The entry whose transfer this begins; `None` when it begins none.
     #[inline]
     #[must_use]
-    pub const fn is_initiate(&self) -> bool {
-        matches!(
-            self,
-            ClientRequest::InitiateDownload { .. }
-                | ClientRequest::InitiateUpload { .. }
-                | ClientRequest::InitiateBlockUpload { .. }
-                | ClientRequest::InitiateBlockDownload { .. }
-        )
+    pub const fn initiates(&self) -> Option<Address> {
+        match *self {
+            ClientRequest::InitiateDownload { address, .. }
+            | ClientRequest::InitiateUpload { address }
+            | ClientRequest::InitiateBlockUpload { address, .. }
+            | ClientRequest::InitiateBlockDownload { address, .. } => Some(address),
+            _ => None,
+        }
     }
 }
 
@@ -186,29 +196,32 @@ impl ServerResponse {
     #[inline]
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
-        let bytes: &[u8; 8] = bytes.try_into().ok()?;
-        let [command, a, b, ..] = *bytes;
-        Some(match command >> 5 {
-            0 => ServerResponse::UploadSegment(Segment::parse(bytes)),
-            1 => ServerResponse::DownloadSegment { toggle: command & TOGGLE != 0 },
-            2 => ServerResponse::InitiateUpload { address: address(bytes), content: Content::parse(bytes) },
-            3 => ServerResponse::InitiateDownload { address: address(bytes) },
-            4 => ServerResponse::Abort(Abort::parse(bytes)),
-            5 => match command & 0b11 {
+        ServerResponse::from_raw(Raw::parse(bytes)?)
+    }
+
+    #[inline]
+    pub(crate) fn from_raw(raw: Raw) -> Option<Self> {
+        let address = raw.address();
+        Some(match raw.specifier() {
+            0 => ServerResponse::UploadSegment(Segment::parse(raw)),
+            1 => ServerResponse::DownloadSegment { toggle: raw.has(TOGGLE) },
+            2 => ServerResponse::InitiateUpload { address, content: Content::parse(raw) },
+            3 => ServerResponse::InitiateDownload { address },
+            4 => ServerResponse::Abort(Abort::parse(raw)),
+            5 => match raw.command() & 0b11 {
                 0 => {
-                    let [block_size, ..] = data(bytes);
-                    let crc = command & CRC != 0;
-                    ServerResponse::InitiateBlockDownload { address: address(bytes), crc, block_size }
+                    let [block_size, ..] = raw.data().to_le_bytes();
+                    ServerResponse::InitiateBlockDownload { address, crc: raw.has(CRC), block_size }
                 }
                 1 => ServerResponse::EndBlockDownload,
-                2 => ServerResponse::ConfirmBlockDownload(Confirmation { sequence: a, block_size: b }),
+                2 => ServerResponse::ConfirmBlockDownload(Confirmation::parse(raw)),
                 _ => return None,
             },
-            6 if command & END == 0 => {
-                let size = (command & BLOCK_SIZED != 0).then(|| u32::from_le_bytes(data(bytes)));
-                ServerResponse::InitiateBlockUpload { address: address(bytes), crc: command & CRC != 0, size }
+            6 if raw.has(END) => ServerResponse::EndBlockUpload(BlockEnd::parse(raw)),
+            6 => {
+                let size = raw.has(BLOCK_SIZED).then(|| raw.data());
+                ServerResponse::InitiateBlockUpload { address, crc: raw.has(CRC), size }
             }
-            6 => ServerResponse::EndBlockUpload(BlockEnd::parse(bytes)),
             _ => return None,
         })
     }
@@ -217,19 +230,25 @@ impl ServerResponse {
     #[inline]
     #[must_use]
     pub fn to_bytes(&self) -> [u8; 8] {
-        match *self {
-            ServerResponse::UploadSegment(segment) => segment.to_bytes(),
-            ServerResponse::DownloadSegment { toggle } => [1 << 5 | flag(toggle, TOGGLE), 0, 0, 0, 0, 0, 0, 0],
-            ServerResponse::InitiateUpload { address, content } => content.to_bytes(2 << 5, address),
-            ServerResponse::InitiateDownload { address } => compose(3 << 5, address, [0; 4]),
-            ServerResponse::Abort(abort) => abort.to_bytes(),
+        self.to_raw().to_bytes()
+    }
+
+    // Always inlined: where it is called the variant is known, and hardly anything remains of it.
+    #[inline(always)]
+    pub(crate) fn to_raw(self) -> Raw {
+        match self {
+            ServerResponse::UploadSegment(segment) => segment.to_raw(),
+            ServerResponse::DownloadSegment { toggle } => Raw::bare(1 << 5 | flag(toggle, TOGGLE)),
+            ServerResponse::InitiateUpload { address, content } => content.to_raw(2 << 5, address),
+            ServerResponse::InitiateDownload { address } => Raw::addressed(3 << 5, address, 0),
+            ServerResponse::Abort(abort) => abort.to_raw(),
             ServerResponse::InitiateBlockDownload { address, crc, block_size } => {
-                compose(5 << 5 | flag(crc, CRC), address, [block_size, 0, 0, 0])
+                Raw::addressed(5 << 5 | flag(crc, CRC), address, u32::from(block_size))
             }
-            ServerResponse::EndBlockDownload => [5 << 5 | 1, 0, 0, 0, 0, 0, 0, 0],
-            ServerResponse::ConfirmBlockDownload(confirmation) => confirmation.to_bytes(),
+            ServerResponse::EndBlockDownload => Raw::bare(5 << 5 | 1),
+            ServerResponse::ConfirmBlockDownload(confirmation) => confirmation.to_raw(),
             ServerResponse::InitiateBlockUpload { address, crc, size } => initiate_sized(address, crc, size),
-            ServerResponse::EndBlockUpload(end) => end.to_bytes(),
+            ServerResponse::EndBlockUpload(end) => end.to_raw(),
         }
     }
 }
@@ -247,25 +266,29 @@ pub enum Content {
 }
 
 impl Content {
-    fn parse(bytes: &[u8; 8]) -> Self {
-        let [command, ..] = *bytes;
-        let sized = command & SIZED != 0;
-        if command & EXPEDITED != 0 {
-            let len = if sized { 4 - (command >> 2 & 0b11) } else { 0 };
-            Content::Expedited(Expedited { len, data: masked(data(bytes), if sized { len } else { 4 }) })
-        } else {
-            Content::Segmented { size: sized.then(|| u32::from_le_bytes(data(bytes))) }
+    #[inline]
+    fn parse(raw: Raw) -> Self {
+        if !raw.has(EXPEDITED) {
+            return Content::Segmented { size: raw.has(SIZED).then(|| raw.data()) };
         }
+        if !raw.has(SIZED) {
+            return Content::Expedited(Expedited::of_unknown_len(raw.data().to_le_bytes()));
+        }
+        let unused = raw.command() >> 2 & 0b11;
+        let data = raw.data() << (8 * unused) >> (8 * unused);
+        Content::Expedited(Expedited { len: 4 - unused, data: data.to_le_bytes() })
     }
 
-    fn to_bytes(self, specifier: u8, address: Address) -> [u8; 8] {
+    #[inline]
+    fn to_raw(self, specifier: u8, address: Address) -> Raw {
         match self {
-            Content::Expedited(Expedited { len: 0, data }) => compose(specifier | EXPEDITED, address, data),
             Content::Expedited(Expedited { len, data }) => {
-                compose(specifier | (4 - len) << 2 | EXPEDITED | SIZED, address, data)
+                let length = if len == 0 { 0 } else { (4 - len) << 2 | SIZED };
+                Raw::addressed(specifier | EXPEDITED | length, address, u32::from_le_bytes(data))
             }
-            Content::Segmented { size: None } => compose(specifier, address, [0; 4]),
-            Content::Segmented { size: Some(size) } => compose(specifier | SIZED, address, size.to_le_bytes()),
+            Content::Segmented { size } => {
+                Raw::addressed(specifier | flag(size.is_some(), SIZED), address, size.unwrap_or(0))
+            }
         }
     }
 }
@@ -323,16 +346,16 @@ pub struct Segment {
     /// Whether no segment follows (c = 1).
     pub last: bool,
     len: u8,
-    // Bytes beyond `len` are zero.
-    data: [u8; 7],
+    // Seven bytes; those beyond `len` are zero, and so is the eighth, with which they are one number.
+    data: [u8; 8],
 }
 
 impl Segment {
     /// `None` when `data` is longer than seven bytes.
     #[must_use]
     pub fn new(toggle: bool, data: &[u8], last: bool) -> Option<Self> {
-        let mut bytes = [0; 7];
-        bytes.get_mut(..data.len())?.copy_from_slice(data);
+        let mut bytes = [0; 8];
+        bytes.get_mut(..data.len()).filter(|room| room.len() < 8)?.copy_from_slice(data);
         Some(Segment { toggle, last, len: data.len() as u8, data: bytes })
     }
 
@@ -340,8 +363,8 @@ impl Segment {
     #[inline]
     pub(crate) fn of_buffer(toggle: bool, buffer: [u8; 8], len: usize, last: bool) -> Self {
         let len = len.min(7) as u8;
-        let [data @ .., _] = (u64::from_le_bytes(buffer) & !(u64::MAX << (8 * len))).to_le_bytes();
-        Segment { toggle, last, len, data }
+        let data = u64::from_le_bytes(buffer) & !(u64::MAX << (8 * len));
+        Segment { toggle, last, len, data: data.to_le_bytes() }
     }
 
     /// The data.
@@ -352,18 +375,15 @@ impl Segment {
     }
 
     #[inline]
-    fn parse(bytes: &[u8; 8]) -> Self {
-        let [command, ..] = *bytes;
-        let shifted = (u64::from_le_bytes(*bytes) >> 8).to_le_bytes();
-        let len = usize::from(7 - (command >> 1 & 0b111));
-        Segment::of_buffer(command & TOGGLE != 0, shifted, len, command & LAST_SEGMENT != 0)
+    fn parse(raw: Raw) -> Self {
+        let len = usize::from(7 - (raw.command() >> 1 & 0b111));
+        Segment::of_buffer(raw.has(TOGGLE), (raw.0 >> 8).to_le_bytes(), len, raw.has(LAST_SEGMENT))
     }
 
     #[inline]
-    fn to_bytes(self) -> [u8; 8] {
+    fn to_raw(self) -> Raw {
         let command = flag(self.toggle, TOGGLE) | (7 - self.len) << 1 | flag(self.last, LAST_SEGMENT);
-        let [a, b, c, d, e, f, g] = self.data;
-        [command, a, b, c, d, e, f, g]
+        Raw(u64::from_le_bytes(self.data) << 8 | u64::from(command))
     }
 }
 
@@ -377,12 +397,12 @@ pub struct Abort {
 }
 
 impl Abort {
-    fn parse(bytes: &[u8; 8]) -> Self {
-        Abort { address: address(bytes), code: AbortCode(u32::from_le_bytes(data(bytes))) }
+    fn parse(raw: Raw) -> Self {
+        Abort { address: raw.address(), code: AbortCode(raw.data()) }
     }
 
-    fn to_bytes(self) -> [u8; 8] {
-        compose(4 << 5, self.address, self.code.0.to_le_bytes())
+    fn to_raw(self) -> Raw {
+        Raw::addressed(4 << 5, self.address, self.code.0)
     }
 }
 
@@ -396,8 +416,13 @@ pub struct Confirmation {
 }
 
 impl Confirmation {
-    fn to_bytes(self) -> [u8; 8] {
-        [5 << 5 | 2, self.sequence, self.block_size, 0, 0, 0, 0, 0]
+    fn parse(raw: Raw) -> Self {
+        let [_, sequence, block_size, ..] = raw.0.to_le_bytes();
+        Confirmation { sequence, block_size }
+    }
+
+    fn to_raw(self) -> Raw {
+        Raw(u64::from_le_bytes([5 << 5 | 2, self.sequence, self.block_size, 0, 0, 0, 0, 0]))
     }
 }
 
@@ -423,14 +448,12 @@ impl BlockEnd {
         self.unused
     }
 
-    fn parse(bytes: &[u8; 8]) -> Self {
-        let [command, low, high, ..] = *bytes;
-        BlockEnd { unused: command >> 2 & 0b111, crc: u16::from_le_bytes([low, high]) }
+    fn parse(raw: Raw) -> Self {
+        BlockEnd { unused: raw.command() >> 2 & 0b111, crc: (raw.0 >> 8) as u16 }
     }
 
-    fn to_bytes(self) -> [u8; 8] {
-        let [low, high] = self.crc.to_le_bytes();
-        [6 << 5 | self.unused << 2 | END, low, high, 0, 0, 0, 0, 0]
+    fn to_raw(self) -> Raw {
+        Raw(u64::from(self.crc) << 8 | u64::from(6 << 5 | self.unused << 2 | END))
     }
 }
 
@@ -448,30 +471,73 @@ const fn flag(set: bool, bit: u8) -> u8 {
 }
 
 /// The block commands with specifier 6 are the same in both directions.
-fn initiate_sized(address: Address, crc: bool, size: Option<u32>) -> [u8; 8] {
+fn initiate_sized(address: Address, crc: bool, size: Option<u32>) -> Raw {
     let command = 6 << 5 | flag(crc, CRC) | flag(size.is_some(), BLOCK_SIZED);
-    compose(command, address, size.unwrap_or(0).to_le_bytes())
+    Raw::addressed(command, address, size.unwrap_or(0))
 }
 
-#[inline]
-fn compose(command: u8, address: Address, [d, e, f, g]: [u8; 4]) -> [u8; 8] {
-    let [a, b] = address.index().to_le_bytes();
-    [command, a, b, address.sub(), d, e, f, g]
-}
+/// The eight bytes of a frame as one little-endian number: command, index, sub-index, data, from the lowest byte
+/// on. Composed, handed on and taken apart in a register, which is several times quicker than byte by byte.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Raw(pub(crate) u64);
 
-/// The entry that a frame names, where the command is one that names any.
-#[inline]
-pub(crate) fn address(&[_, low, high, sub, ..]: &[u8; 8]) -> Address {
-    Address::new(u16::from_le_bytes([low, high]), sub)
-}
+impl Raw {
+    #[inline]
+    pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
+        Some(Raw(u64::from_le_bytes(bytes.try_into().ok()?)))
+    }
 
-#[inline]
-fn data(&[.., d, e, f, g]: &[u8; 8]) -> [u8; 4] {
-    [d, e, f, g]
-}
+    #[inline]
+    pub(crate) fn to_bytes(self) -> [u8; 8] {
+        self.0.to_le_bytes()
+    }
 
-/// The first `len` bytes; the others become zero.
-fn masked(data: [u8; 4], len: u8) -> [u8; 4] {
-    let mask = (1_u64 << (8 * len)) - 1;
-    (u32::from_le_bytes(data) & mask as u32).to_le_bytes()
+    #[inline]
+    fn bare(command: u8) -> Self {
+        Raw(u64::from(command))
+    }
+
+    #[inline]
+    fn addressed(command: u8, address: Address, data: u32) -> Self {
+        let head = u32::from(command) | u32::from(address.index()) << 8 | u32::from(address.sub()) << 24;
+        Raw(u64::from(head) | u64::from(data) << 32)
+    }
+
+    #[inline]
+    fn command(self) -> u8 {
+        self.0 as u8
+    }
+
+    #[inline]
+    fn specifier(self) -> u8 {
+        self.command() >> 5
+    }
+
+    /// The toggle bit of a request for a segment, if this is one.
+    #[inline]
+    pub(crate) fn upload_segment(self) -> Option<bool> {
+        (self.specifier() == 3).then(|| self.has(TOGGLE))
+    }
+
+    /// The segment that goes in the direction of the data, if this is one.
+    #[inline]
+    pub(crate) fn segment(self) -> Option<Segment> {
+        (self.specifier() == 0).then(|| Segment::parse(self))
+    }
+
+    #[inline]
+    fn has(self, flag: u8) -> bool {
+        self.command() & flag != 0
+    }
+
+    /// The entry that the frame names, where the command is one that names any.
+    #[inline]
+    pub(crate) fn address(self) -> Address {
+        Address::new((self.0 >> 8) as u16, (self.0 >> 24) as u8)
+    }
+
+    #[inline]
+    fn data(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
 }

@@ -3,6 +3,8 @@
 //! They have no command specifier: only a side that expects them can tell them from commands. The
 //! sequence number 0 is free in them, so that an abort (80h) stays recognisable.
 
+use super::sdo::Raw;
+
 /// Seven bytes of a block. How many of the last segment's bytes count is told later, by
 /// [`super::sdo::BlockEnd`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,8 +13,8 @@ pub struct BlockSegment {
     sequence: u8,
     /// Whether no segment follows in the whole transfer.
     pub last: bool,
-    /// The data.
-    pub data: [u8; 7],
+    // Seven bytes; the eighth is zero, with which they are one number.
+    data: [u8; 8],
 }
 
 impl BlockSegment {
@@ -23,7 +25,26 @@ impl BlockSegment {
     #[inline]
     #[must_use]
     pub const fn new(sequence: u8, data: [u8; 7], last: bool) -> Option<Self> {
-        if sequence == 0 || sequence > Self::MAX_SEQUENCE { None } else { Some(BlockSegment { sequence, last, data }) }
+        let [a, b, c, d, e, f, g] = data;
+        BlockSegment::of_buffer(sequence, [a, b, c, d, e, f, g, 0], last)
+    }
+
+    /// The first seven of these bytes.
+    #[inline]
+    pub(crate) const fn of_buffer(sequence: u8, buffer: [u8; 8], last: bool) -> Option<Self> {
+        if sequence == 0 || sequence > Self::MAX_SEQUENCE {
+            return None;
+        }
+        let data = u64::from_le_bytes(buffer) << 8 >> 8;
+        Some(BlockSegment { sequence, last, data: data.to_le_bytes() })
+    }
+
+    /// The data.
+    #[inline]
+    #[must_use]
+    pub const fn data(&self) -> &[u8; 7] {
+        let [data @ .., _] = &self.data;
+        data
     }
 
     /// The place in its block, 1 to 127.
@@ -37,16 +58,26 @@ impl BlockSegment {
     #[inline]
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
-        let &[command, ref data @ ..] = <&[u8; 8]>::try_from(bytes).ok()?;
-        BlockSegment::new(command & 0x7F, *data, command & LAST != 0)
+        BlockSegment::from_raw(Raw::parse(bytes)?)
+    }
+
+    #[inline]
+    pub(crate) const fn from_raw(Raw(raw): Raw) -> Option<Self> {
+        let command = raw as u8;
+        BlockSegment::of_buffer(command & 0x7F, (raw >> 8).to_le_bytes(), command & LAST != 0)
     }
 
     /// The eight bytes of the frame.
     #[inline]
     #[must_use]
     pub fn to_bytes(&self) -> [u8; 8] {
-        let [a, b, c, d, e, f, g] = self.data;
-        [self.sequence | if self.last { LAST } else { 0 }, a, b, c, d, e, f, g]
+        self.to_raw().to_bytes()
+    }
+
+    #[inline]
+    pub(crate) fn to_raw(self) -> Raw {
+        let command = self.sequence | if self.last { LAST } else { 0 };
+        Raw(u64::from_le_bytes(self.data) << 8 | u64::from(command))
     }
 }
 

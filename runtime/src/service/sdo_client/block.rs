@@ -5,7 +5,7 @@ use super::{Failure, Payload, Progress, violation};
 use crate::abort::AbortCode;
 use crate::object::Address;
 use crate::service::sdo_block::{Confirmed, Receiver, Sender};
-use crate::wire::sdo::{ClientRequest, Confirmation, ServerResponse};
+use crate::wire::sdo::{ClientRequest, Confirmation, Raw, ServerResponse};
 use crate::wire::sdo_block::BlockSegment;
 
 /// Reads of up to this many bytes may be answered without blocks: those would take no fewer frames.
@@ -69,21 +69,21 @@ impl BlockDownload {
     }
 
     #[inline]
-    pub(super) fn request(&mut self, payload: &mut dyn Payload) -> Result<[u8; 8], Failure> {
+    pub(super) fn request(&mut self, payload: &mut dyn Payload) -> Result<Raw, Failure> {
         let request = match &mut self.phase {
             Sending::Initiating => {
                 ClientRequest::InitiateBlockDownload { address: self.address, crc: true, size: Some(self.len) }
             }
             Sending::Segments(sender) => {
                 let segment = next_segment(self.address, self.len, sender, payload)?;
-                return Ok(segment.to_bytes());
+                return Ok(segment.to_raw());
             }
             Sending::Ending(sender) => {
                 let block_end = sender.block_end().ok_or_else(|| violation(self.address, AbortCode::GENERAL))?;
                 ClientRequest::EndBlockDownload(block_end)
             }
         };
-        Ok(request.to_bytes())
+        Ok(request.to_raw())
     }
 
     pub(super) fn handle(&mut self, response: Option<ServerResponse>) -> Result<Progress, Failure> {
@@ -155,8 +155,8 @@ impl BlockUpload {
     }
 
     #[inline]
-    pub(super) fn request(&self) -> ClientRequest {
-        match &self.phase {
+    pub(super) fn request(&self) -> Raw {
+        let request = match &self.phase {
             Receiving::Initiating => ClientRequest::InitiateBlockUpload {
                 address: self.address,
                 crc: true,
@@ -167,15 +167,16 @@ impl BlockUpload {
             Receiving::Segments { confirmation: Some(confirmation), .. } => {
                 ClientRequest::ConfirmBlockUpload(*confirmation)
             }
-        }
+        };
+        request.to_raw()
     }
 
     /// The frame as a segment, when one is awaited.
     #[inline]
-    pub(super) fn parse(&self, bytes: &[u8; 8]) -> Option<BlockSegment> {
+    pub(super) fn parse(&self, raw: Raw) -> Option<BlockSegment> {
         match &self.phase {
             Receiving::Initiating => None,
-            Receiving::Segments { receiver, .. } => receiver.parse(bytes),
+            Receiving::Segments { receiver, .. } => receiver.parse(raw),
         }
     }
 
@@ -187,7 +188,7 @@ impl BlockUpload {
         let offset = receiver.offset();
         let received = receiver.take(segment).map_err(|code| violation(self.address, code))?;
         if received.is_next {
-            segmented::store(self.address, offset, &segment.data, payload)?;
+            segmented::store(self.address, offset, segment.data(), payload)?;
         }
         if received.ends_block {
             *confirmation = Some(receiver.confirm());

@@ -26,7 +26,7 @@ use crate::id::{CobId, NodeId};
 use crate::object::Address;
 use crate::service::sdo_block;
 use crate::time::{Duration, Instant};
-use crate::wire::sdo::{Abort, ClientRequest, ServerResponse};
+use crate::wire::sdo::{Abort, ClientRequest, Raw, ServerResponse};
 use crate::wire::sdo_block::BlockSegment;
 
 /// One SDO channel to a device, the side that reads and writes. One transfer at a time.
@@ -40,11 +40,11 @@ pub struct SdoClient {
     block_size: u8,
     state: State,
     /// The last frame of the transfer before, until it is pulled: an abort, or the end of a block upload.
-    parting: Option<[u8; 8]>,
+    parting: Option<Raw>,
     /// Whether the state has a frame to send.
     unsent: bool,
     /// The last response that was taken: a repetition of it is ignored.
-    taken: [u8; 8],
+    taken: Raw,
     /// When the server has been silent for too long; of no meaning in `Idle`.
     deadline: Instant,
 }
@@ -148,7 +148,7 @@ struct Failure {
 }
 
 /// No response begins with a specifier of 7.
-const NOTHING: [u8; 8] = [0xFF; 8];
+const NOTHING: Raw = Raw(u64::MAX);
 
 impl SdoClient {
     /// A client that sends to `request` and listens to `response`. It waits 1 s for each answer.
@@ -272,8 +272,7 @@ impl SdoClient {
         if frame.id() != self.response {
             return None;
         }
-        let bytes = frame.data().try_into().ok()?;
-        self.handle_response(now, bytes, payload)
+        self.handle_response(now, Raw::parse(frame.data())?, payload)
     }
 
     /// Gives up a transfer whose server has been silent for too long; in a block read, first asks it to go
@@ -299,27 +298,12 @@ impl SdoClient {
     /// The next frame to be sent.
     #[inline]
     pub fn poll_transmit(&mut self, now: Instant, payload: &mut dyn Payload) -> Option<Frame> {
-        if let Some(parting) = self.parting.take() {
-            return Some(Frame::from_array(self.request, parting));
-        }
-        if !self.unsent {
-            return None;
-        }
-        let bytes = match &mut self.state {
-            State::Upload(upload) => Ok(upload.request().to_bytes()),
-            State::Download(download) => {
-                download.request(self.always_four_bytes, payload).map(|request| request.to_bytes())
-            }
-            State::BlockUpload(upload) => Ok(upload.request().to_bytes()),
-            State::BlockDownload(download) => download.request(payload),
-            State::Idle | State::Failed(_) => return None,
+        let raw = match self.parting.take() {
+            Some(parting) => parting,
+            None if self.unsent => self.next_request(now, payload)?,
+            None => return None,
         };
-        self.unsent = matches!(&self.state, State::BlockDownload(download) if download.is_sending());
-        self.await_server(now);
-        match bytes {
-            Ok(bytes) => Some(Frame::from_array(self.request, bytes)),
-            Err(failure) => self.fail_later(now, failure),
-        }
+        Some(Frame::from_array(self.request, raw.to_bytes()))
     }
 
     /// When to call [`SdoClient::handle_timeout`]. Changes with every frame, in or out.
@@ -339,20 +323,36 @@ impl SdoClient {
         Ok(())
     }
 
-    fn handle_response(&mut self, now: Instant, bytes: &[u8; 8], payload: &mut dyn Payload) -> Option<Event> {
+    fn next_request(&mut self, now: Instant, payload: &mut dyn Payload) -> Option<Raw> {
+        let request = match &mut self.state {
+            State::Upload(upload) => Ok(upload.request()),
+            State::Download(download) => download.request(self.always_four_bytes, payload),
+            State::BlockUpload(upload) => Ok(upload.request()),
+            State::BlockDownload(download) => download.request(payload),
+            State::Idle | State::Failed(_) => return None,
+        };
+        self.unsent = matches!(&self.state, State::BlockDownload(download) if download.is_sending());
+        self.await_server(now);
+        match request {
+            Ok(request) => Some(request),
+            Err(failure) => self.fail_later(now, failure),
+        }
+    }
+
+    fn handle_response(&mut self, now: Instant, raw: Raw, payload: &mut dyn Payload) -> Option<Event> {
         let address = self.address()?;
         if let State::BlockUpload(upload) = &mut self.state
-            && let Some(segment) = upload.parse(bytes)
+            && let Some(segment) = upload.parse(raw)
         {
             let taken = upload.take(&segment, payload);
             return self.proceed(now, address, taken);
         }
-        let response = ServerResponse::parse(bytes);
+        let response = ServerResponse::from_raw(raw);
         if let Some(ServerResponse::Abort(abort)) = response {
             return self.handle_abort(now, address, abort);
         }
         // What comes before the request was sent is an answer to another one, or a repetition.
-        if self.unsent && !matches!(self.state, State::BlockDownload(_)) || *bytes == self.taken {
+        if self.unsent && !matches!(self.state, State::BlockDownload(_)) || raw == self.taken {
             return None;
         }
         let outcome = match &mut self.state {
@@ -364,7 +364,7 @@ impl SdoClient {
         };
         // Segments alternate, so the same answer twice is one answer. Blocks do not.
         if matches!(self.state, State::Upload(_) | State::Download(_)) && !matches!(outcome, Ok(Progress::Ignored)) {
-            self.taken = *bytes;
+            self.taken = raw;
         }
         self.proceed(now, address, outcome)
     }
@@ -384,7 +384,7 @@ impl SdoClient {
             }
             Ok(Progress::BlockUploadDone { len }) => {
                 self.end(None);
-                self.parting = Some(ClientRequest::EndBlockUpload.to_bytes());
+                self.parting = Some(ClientRequest::EndBlockUpload.to_raw());
                 return Some(Event::Done { address, len });
             }
             Err(failure) => return Some(self.fail(address, failure)),
@@ -439,18 +439,17 @@ impl SdoClient {
 
     /// Sending does not give events: the failure is reported by a deadline that has come.
     #[cold]
-    fn fail_later(&mut self, now: Instant, failure: Failure) -> Option<Frame> {
+    fn fail_later(&mut self, now: Instant, failure: Failure) -> Option<Raw> {
         let address = failure.error.address();
         self.state = State::Failed(failure.error);
         self.deadline = now;
-        let abort = ClientRequest::Abort(Abort { address, code: failure.told? });
-        Some(Frame::from_array(self.request, abort.to_bytes()))
+        Some(ClientRequest::Abort(Abort { address, code: failure.told? }).to_raw())
     }
 
     fn end(&mut self, abort: Option<Abort>) {
         self.state = State::Idle;
         self.unsent = false;
-        self.parting = abort.map(|abort| ClientRequest::Abort(abort).to_bytes());
+        self.parting = abort.map(|abort| ClientRequest::Abort(abort).to_raw());
     }
 
     /// The entry that is transferred.

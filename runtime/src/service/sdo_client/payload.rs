@@ -132,6 +132,11 @@ fn store(room: &mut [u8], offset: u32, data: &[u8]) -> usize {
 /// Copies as many bytes as there are, and there is room for.
 #[inline]
 fn copy(from: &[u8], to: &mut [u8]) -> usize {
+    // The common case without a call.
+    if let (Some(from), Ok(to)) = (from.first_chunk::<8>(), <&mut [u8; 8]>::try_from(&mut *to)) {
+        *to = *from;
+        return 8;
+    }
     let len = from.len().min(to.len());
     if let (Some(from), Some(to)) = (from.get(..len), to.get_mut(..len)) {
         to.copy_from_slice(from);

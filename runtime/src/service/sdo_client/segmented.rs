@@ -3,7 +3,7 @@
 use super::{Failure, Payload, Progress, SdoError, violation};
 use crate::abort::AbortCode;
 use crate::object::Address;
-use crate::wire::sdo::{ClientRequest, Content, Expedited, Segment, ServerResponse};
+use crate::wire::sdo::{ClientRequest, Content, Expedited, Raw, Segment, ServerResponse};
 
 /// A read under way.
 #[derive(Clone, Copy, Debug)]
@@ -46,10 +46,10 @@ impl Upload {
     }
 
     #[inline]
-    pub(super) fn request(&self) -> ClientRequest {
+    pub(super) fn request(&self) -> Raw {
         match self.segments {
-            None => ClientRequest::InitiateUpload { address: self.address },
-            Some(Segments { toggle, .. }) => ClientRequest::UploadSegment { toggle },
+            None => ClientRequest::InitiateUpload { address: self.address }.to_raw(),
+            Some(Segments { toggle, .. }) => ClientRequest::UploadSegment { toggle }.to_raw(),
         }
     }
 
@@ -135,33 +135,42 @@ impl Download {
     }
 
     #[inline]
-    pub(super) fn request(&self, always_four_bytes: bool, payload: &mut dyn Payload) -> Result<ClientRequest, Failure> {
-        match self.toggle {
-            None if (1..=4).contains(&self.len) => {
-                let len = self.len as usize;
-                let buffer = load(self.address, 0, len, false, payload)?;
-                let data = buffer.get(..if always_four_bytes { 4 } else { len }).and_then(Expedited::new);
-                let content = data.map_or(Content::Segmented { size: Some(self.len) }, Content::Expedited);
-                Ok(ClientRequest::InitiateDownload { address: self.address, content })
-            }
-            None => {
-                let content = Content::Segmented { size: Some(self.len) };
-                Ok(ClientRequest::InitiateDownload { address: self.address, content })
-            }
-            Some(toggle) => {
-                let left = self.len - self.offset;
-                let len = left.min(7) as usize;
-                let buffer = load(self.address, self.offset, len, true, payload)?;
-                Ok(ClientRequest::DownloadSegment(Segment::of_buffer(toggle, buffer, len, left <= 7)))
-            }
+    pub(super) fn request(&self, always_four_bytes: bool, payload: &mut dyn Payload) -> Result<Raw, Failure> {
+        let address = self.address;
+        if let Some(toggle) = self.toggle {
+            let left = self.len - self.offset;
+            let len = left.min(7) as usize;
+            let buffer = load(address, self.offset, len, true, payload)?;
+            let segment = Segment::of_buffer(toggle, buffer, len, left <= 7);
+            return Ok(ClientRequest::DownloadSegment(segment).to_raw());
         }
+        let content = match self.expedited(always_four_bytes, payload)? {
+            Some(expedited) => Content::Expedited(expedited),
+            None => Content::Segmented { size: Some(self.len) },
+        };
+        Ok(ClientRequest::InitiateDownload { address, content }.to_raw())
+    }
+
+    /// The data, when it fits into one frame.
+    #[inline]
+    fn expedited(&self, always_four_bytes: bool, payload: &mut dyn Payload) -> Result<Option<Expedited>, Failure> {
+        if !self.is_expedited() {
+            return Ok(None);
+        }
+        let len = self.len as usize;
+        let buffer = load(self.address, 0, len, false, payload)?;
+        Ok(buffer.get(..if always_four_bytes { 4 } else { len }).and_then(Expedited::new))
+    }
+
+    fn is_expedited(&self) -> bool {
+        (1..=4).contains(&self.len)
     }
 
     #[inline]
     pub(super) fn handle(&mut self, response: Option<ServerResponse>) -> Result<Progress, Failure> {
         match (self.toggle, response) {
             (None, Some(ServerResponse::InitiateDownload { address })) if address == self.address => {
-                if (1..=4).contains(&self.len) {
+                if self.is_expedited() {
                     return Ok(Progress::Done { len: self.len });
                 }
                 self.toggle = Some(false);
@@ -182,8 +191,8 @@ impl Download {
     }
 }
 
-/// The `len` bytes at `offset` of what is to be written. Before the first frame there is no transfer that
-/// the server could be told to abort.
+/// The `len` bytes at `offset` of what is to be written, at most seven; zeros follow. Before the first frame there
+/// is no transfer that the server could be told to abort.
 #[inline]
 pub(super) fn load(
     address: Address,
@@ -193,9 +202,11 @@ pub(super) fn load(
     payload: &mut dyn Payload,
 ) -> Result<[u8; 8], Failure> {
     let mut buffer = [0; 8];
-    let got = buffer.get_mut(..len).map_or(0, |buffer| payload.load(offset, buffer));
-    if got == len {
-        return Ok(buffer);
+    // Eight bytes are copied at once where seven are not.
+    let got = payload.load(offset, &mut buffer);
+    if got >= len {
+        let data = u64::from_le_bytes(buffer) & !(u64::MAX << (8 * len));
+        return Ok(data.to_le_bytes());
     }
     let error = SdoError::TooShort { address, len: offset.saturating_add(got as u32) };
     Err(Failure { told: is_begun.then_some(AbortCode::CANNOT_TRANSFER), error })

@@ -6,7 +6,7 @@ use super::{Event, SdoServer, State};
 use crate::abort::AbortCode;
 use crate::object::{Address, ObjectDictionary};
 use crate::service::sdo_block::{Confirmed, Receiver, Sender};
-use crate::wire::sdo::{BlockEnd, Confirmation, ServerResponse};
+use crate::wire::sdo::{BlockEnd, Confirmation, Raw, ServerResponse};
 use crate::wire::sdo_block::BlockSegment;
 
 /// A block upload under way.
@@ -62,8 +62,8 @@ impl BlockDownload {
     }
 
     #[inline]
-    pub(super) fn parse(&self, bytes: &[u8; 8]) -> Option<BlockSegment> {
-        self.receiver.parse(bytes)
+    pub(super) fn parse(&self, raw: Raw) -> Option<BlockSegment> {
+        self.receiver.parse(raw)
     }
 
     pub(super) fn confirm_after_silence(&mut self) -> Option<Confirmation> {
@@ -79,7 +79,7 @@ impl BlockDownload {
     ) -> Result<Option<Confirmation>, AbortCode> {
         let received = self.receiver.take(segment)?;
         if received.is_next {
-            self.sink.write(&segment.data, false, od)?;
+            self.sink.write(segment.data(), false, od)?;
         }
         Ok(received.ends_block.then(|| self.receiver.confirm()))
     }
@@ -167,6 +167,15 @@ impl SdoServer {
         self.state = State::BlockDownload(BlockDownload { sink, receiver });
         self.answer(ServerResponse::InitiateBlockDownload { address, crc: true, block_size });
         Ok(None)
+    }
+
+    /// Segments of a block are not answered but at its end.
+    #[inline]
+    pub(super) fn confirm_block_download(&mut self, confirmation: Option<Confirmation>) -> Option<Event> {
+        if let Some(confirmation) = confirmation {
+            self.answer(ServerResponse::ConfirmBlockDownload(confirmation));
+        }
+        None
     }
 
     pub(super) fn end_block_download(&mut self, block_end: BlockEnd, od: &mut dyn ObjectDictionary) -> Outcome {

@@ -18,14 +18,14 @@ mod entry;
 mod segmented;
 
 use self::block::{BlockDownload, BlockUpload};
-use self::segmented::{Download, Upload};
+use self::segmented::{Download, Outcome, Upload};
 use crate::abort::AbortCode;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, ObjectDictionary};
 use crate::service::sdo_block;
 use crate::time::{Duration, Instant};
-use crate::wire::sdo::{self, Abort, ClientRequest, Confirmation, ServerResponse};
+use crate::wire::sdo::{Abort, ClientRequest, Raw, ServerResponse};
 use crate::wire::sdo_block::BlockSegment;
 
 /// One SDO channel of a device, the side that serves.
@@ -39,7 +39,7 @@ pub struct SdoServer {
     block_size: u8,
     state: State,
     /// The answer to the last request, until it is pulled.
-    reply: Option<[u8; 8]>,
+    reply: Option<Raw>,
     /// When the client has waited too long; of no meaning in `Idle`.
     deadline: Instant,
 }
@@ -169,8 +169,7 @@ impl SdoServer {
         if frame.id() != self.request {
             return None;
         }
-        let bytes = frame.data().try_into().ok()?;
-        self.handle_request(now, bytes, od)
+        self.handle_request(now, Raw::parse(frame.data())?, od)
     }
 
     /// Gives up a transfer whose client has been silent for too long; in a block download, first asks it to
@@ -197,11 +196,11 @@ impl SdoServer {
     /// reported by the next [`SdoServer::handle_timeout`], whose time has come then.
     #[inline]
     pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
-        let bytes = match self.reply.take() {
+        let raw = match self.reply.take() {
             Some(reply) => reply,
             None => self.next_segment(now, od)?,
         };
-        Some(Frame::from_array(self.response, bytes))
+        Some(Frame::from_array(self.response, raw.to_bytes()))
     }
 
     /// When to call [`SdoServer::handle_timeout`]. Changes with every frame, in or out.
@@ -210,73 +209,100 @@ impl SdoServer {
         if self.is_busy() { Some(self.deadline) } else { None }
     }
 
-    fn handle_request(&mut self, now: Instant, bytes: &[u8; 8], od: &mut dyn ObjectDictionary) -> Option<Event> {
-        if let State::BlockDownload(download) = &mut self.state
-            && let Some(segment) = download.parse(bytes)
-        {
-            let taken = download.take(&segment, od);
-            return self.segment_taken(now, taken);
-        }
-        let before = self.is_busy().then(|| self.address());
-        let Some(request) = ClientRequest::parse(bytes) else {
-            return Some(self.abort(before.unwrap_or(sdo::address(bytes)), AbortCode::UNKNOWN_COMMAND));
-        };
-        let address = if request.is_initiate() { sdo::address(bytes) } else { self.address() };
-        let outcome = match request {
-            ClientRequest::InitiateUpload { address } => self.initiate_upload(address, od),
-            ClientRequest::InitiateDownload { address, content } => self.initiate_download(address, content, od),
-            ClientRequest::UploadSegment { toggle } => self.upload_segment(toggle, od),
-            ClientRequest::DownloadSegment(segment) => self.download_segment(segment, od),
-            ClientRequest::Abort(Abort { code, .. }) => return self.abandon(before?, code),
-            ClientRequest::InitiateBlockUpload { address, crc, block_size, switch_threshold } => {
-                self.initiate_block_upload(address, crc, block_size, switch_threshold, od)
-            }
-            ClientRequest::StartBlockUpload => self.start_block_upload(),
-            ClientRequest::ConfirmBlockUpload(confirmation) => self.confirm_block_upload(confirmation),
-            ClientRequest::EndBlockUpload => self.block_upload_ended(),
-            ClientRequest::InitiateBlockDownload { address, crc, size } => {
-                self.initiate_block_download(address, crc, size, od)
-            }
-            ClientRequest::EndBlockDownload(block_end) => self.end_block_download(block_end, od),
+    fn handle_request(&mut self, now: Instant, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        let event = match self.handle_segment(raw, od) {
+            Some(Ok(event)) => event,
+            Some(Err(code)) => Some(self.abort(self.address(), code)),
+            None => self.handle_command(raw, od),
         };
         self.await_client(now);
-        match (outcome, before) {
-            (Ok(None), Some(before)) if request.is_initiate() => {
-                Some(aborted(before, AbortCode::GENERAL, Side::Client))
+        event
+    }
+
+    /// Almost all frames of a long transfer are segments or requests for them, so these come first.
+    #[inline]
+    fn handle_segment(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Outcome> {
+        match &mut self.state {
+            State::BlockDownload(download) => {
+                let taken = download.take(&download.parse(raw)?, od);
+                Some(taken.map(|confirmation| self.confirm_block_download(confirmation)))
             }
-            (Ok(event), _) => event,
-            (Err(code), _) => Some(self.abort(address, code)),
+            State::Upload(_) => raw.upload_segment().map(|toggle| self.upload_segment(toggle, od)),
+            State::Download(_) => raw.segment().map(|segment| self.download_segment(segment, od)),
+            _ => None,
         }
     }
 
-    /// Segments of a block are not answered but at its end.
-    #[inline]
-    fn segment_taken(&mut self, now: Instant, taken: Result<Option<Confirmation>, AbortCode>) -> Option<Event> {
-        self.await_client(now);
-        match taken {
-            Ok(None) => {}
-            Ok(Some(confirmation)) => self.answer(ServerResponse::ConfirmBlockDownload(confirmation)),
-            Err(code) => return Some(self.abort(self.address(), code)),
+    fn handle_command(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        let Some(request) = ClientRequest::from_raw(raw) else {
+            let address = if self.is_busy() { self.address() } else { raw.address() };
+            return Some(self.abort(address, AbortCode::UNKNOWN_COMMAND));
+        };
+        match request.initiates() {
+            Some(address) => self.handle_initiate(address, request, od),
+            None => self.handle_next(request, od),
         }
-        None
+    }
+
+    /// Begins a transfer. A client that begins another one has given up the one under way.
+    #[inline]
+    fn handle_initiate(
+        &mut self,
+        address: Address,
+        request: ClientRequest,
+        od: &mut dyn ObjectDictionary,
+    ) -> Option<Event> {
+        let before = self.is_busy().then(|| self.address());
+        let outcome = match request {
+            ClientRequest::InitiateUpload { .. } => self.initiate_upload(address, od),
+            ClientRequest::InitiateDownload { content, .. } => self.initiate_download(address, content, od),
+            ClientRequest::InitiateBlockUpload { crc, block_size, switch_threshold, .. } => {
+                self.initiate_block_upload(address, crc, block_size, switch_threshold, od)
+            }
+            ClientRequest::InitiateBlockDownload { crc, size, .. } => {
+                self.initiate_block_download(address, crc, size, od)
+            }
+            _ => Err(AbortCode::UNKNOWN_COMMAND),
+        };
+        match outcome {
+            Ok(event) => event.or(before.map(|before| aborted(before, AbortCode::GENERAL, Side::Client))),
+            Err(code) => Some(self.abort(address, code)),
+        }
+    }
+
+    /// Goes on with the transfer under way.
+    #[inline]
+    fn handle_next(&mut self, request: ClientRequest, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        let outcome = match request {
+            ClientRequest::StartBlockUpload => self.start_block_upload(),
+            ClientRequest::ConfirmBlockUpload(confirmation) => self.confirm_block_upload(confirmation),
+            ClientRequest::EndBlockUpload => self.block_upload_ended(),
+            ClientRequest::EndBlockDownload(block_end) => self.end_block_download(block_end, od),
+            ClientRequest::Abort(Abort { code, .. }) => return self.abandon(code),
+            _ => Err(AbortCode::UNKNOWN_COMMAND),
+        };
+        match outcome {
+            Ok(event) => event,
+            Err(code) => Some(self.abort(self.address(), code)),
+        }
     }
 
     /// The next segment of a block upload.
     #[inline]
-    fn next_segment(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<[u8; 8]> {
+    fn next_segment(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Raw> {
         let State::BlockUpload(upload) = &mut self.state else {
             return None;
         };
         match upload.segment(od)? {
             Ok(segment) => {
                 self.await_client(now);
-                Some(segment.to_bytes())
+                Some(segment.to_raw())
             }
             Err(code) => {
                 let abort = Abort { address: upload.address(), code };
                 self.state = State::Failed(abort);
                 self.deadline = now;
-                Some(ServerResponse::Abort(abort).to_bytes())
+                Some(ServerResponse::Abort(abort).to_raw())
             }
         }
     }
@@ -290,8 +316,9 @@ impl SdoServer {
         self.deadline = now + patience;
     }
 
+    #[inline]
     fn answer(&mut self, response: ServerResponse) {
-        self.reply = Some(response.to_bytes());
+        self.reply = Some(response.to_raw());
     }
 
     /// Ends the transfer, and tells the client.
@@ -303,7 +330,9 @@ impl SdoServer {
     }
 
     /// The client has ended the transfer.
-    fn abandon(&mut self, address: Address, code: AbortCode) -> Option<Event> {
+    #[cold]
+    fn abandon(&mut self, code: AbortCode) -> Option<Event> {
+        let address = self.is_busy().then(|| self.address())?;
         self.reset();
         Some(aborted(address, code, Side::Client))
     }
