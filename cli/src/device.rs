@@ -25,6 +25,11 @@ impl DeviceArgs {
         with_overlays(input(&self.device)?, &self.overlay)
     }
 
+    /// What the device was called.
+    pub(crate) fn name(&self) -> &str {
+        &self.device
+    }
+
     /// The device, as far as its data sheet can be read.
     pub(crate) fn load(&self) -> Result<Loaded, Failure> {
         Loaded::new(self.input()?)

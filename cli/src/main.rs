@@ -3,14 +3,22 @@
 //! [`device`] finds the data sheet that a command is about, [`decode`] puts frames into words, [`output`]
 //! knows how a command ends; every other module is one command.
 
+mod bus;
 mod decode;
 mod demo;
 mod device;
 mod devices;
 mod eds;
 mod generate;
+mod monitor;
+mod nmt;
 mod output;
 mod print;
+mod read;
+mod scan;
+mod simulate;
+mod values;
+mod write;
 
 use std::process::ExitCode;
 
@@ -31,6 +39,12 @@ enum Command {
     #[command(subcommand)]
     Eds(eds::Command),
     Gen(generate::Args),
+    Scan(scan::Args),
+    Read(read::Args),
+    Write(write::Args),
+    Nmt(nmt::Args),
+    Monitor(monitor::Args),
+    Simulate(simulate::Args),
     /// List the devices that lexican brings along
     Devices,
 }
@@ -40,6 +54,12 @@ fn main() -> ExitCode {
         Command::Demo(args) => demo::run(&args),
         Command::Eds(command) => command.run(),
         Command::Gen(args) => generate::run(&args),
+        Command::Scan(args) => scan::run(&args),
+        Command::Read(args) => read::run(&args),
+        Command::Write(args) => write::run(&args),
+        Command::Nmt(args) => nmt::run(&args),
+        Command::Monitor(args) => monitor::run(&args),
+        Command::Simulate(args) => simulate::run(&args),
         Command::Devices => devices::run(),
     };
     match result {

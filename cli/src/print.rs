@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use anstyle::{AnsiColor, Style};
 use lexican_runtime::{Frame, Instant};
 
-use crate::decode::values::hex;
 use crate::decode::{Decoded, Service};
 use crate::output::styled;
+use crate::values::hex;
 
 /// `   0.012345  405  RPDO3 node 5         1F 00 88 13 00 00        Controlword = ...`, without newline.
 pub(crate) fn line(at: Instant, frame: &Frame, decoded: &Decoded) -> String {

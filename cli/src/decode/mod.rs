@@ -1,8 +1,6 @@
 //! Frames in words: which service, which node, and what it says by name and unit.
 
-mod profile402;
 mod sdo;
-pub(crate) mod values;
 
 use std::collections::BTreeMap;
 
@@ -15,8 +13,8 @@ use lexican_runtime::wire::pdo::PdoCobId;
 use lexican_runtime::wire::sync::Sync;
 use lexican_runtime::{CobId, Frame, NodeId};
 
+use crate::values::{self, Known};
 use sdo::{Channel, Side};
-use values::Known;
 
 /// Listens to a bus and says what it hears. What transfers have told about a device is remembered, so
 /// that segments, units that depend on settings, and reconfigured PDOs are understood.
@@ -273,7 +271,7 @@ fn content(known: &mut Known<'_>, mapping: &[Mapped], data: &[u8]) -> String {
             }
             continue;
         };
-        let value = values::of_bits(entry.data_type, mapped.bits, raw);
+        let value = values::wire::of_bits(entry.data_type, mapped.bits, raw);
         texts.push(format!("{} = {}", entry.name, known.describe(entry, &value)));
         known.learn(mapped.index, mapped.sub, &value);
     }

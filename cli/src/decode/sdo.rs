@@ -5,7 +5,8 @@ use lexican_runtime::object::Address;
 use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
 use lexican_runtime::wire::sdo_block::BlockSegment;
 
-use super::values::{Known, hex, parse, plain};
+use crate::values::wire::{fitting, parse};
+use crate::values::{Known, hex, plain};
 
 /// So many bytes of a transfer are kept; nobody reads more on a terminal.
 const MAX_KEPT: usize = 4096;
@@ -240,7 +241,7 @@ fn name(address: Address, known: Option<&Known<'_>>) -> String {
 fn value(address: Address, data: &[u8], known: Option<&Known<'_>>) -> String {
     let entry = known.and_then(|known| Some((known, known.device.entry(address.index(), address.sub())?)));
     match entry {
-        Some((known, entry)) => match parse(entry.data_type, fitting(entry.data_type.bits(), data)) {
+        Some((known, entry)) => match parse(entry.data_type, fitting(entry.data_type, data)) {
             Some(value) => known.describe(entry, &value),
             None => hex(data),
         },
@@ -255,16 +256,10 @@ fn text(data: &[u8]) -> lexican_eds::model::Value {
     lexican_eds::model::Value::Text(String::from_utf8_lossy(data).into_owned())
 }
 
-/// A server that does not tell the size (42h) sends four bytes of whatever it has.
-fn fitting(bits: Option<u8>, data: &[u8]) -> &[u8] {
-    let size = bits.map_or(data.len(), |bits| usize::from(bits.div_ceil(8)));
-    if data.len() == 4 { data.get(..size).unwrap_or(data) } else { data }
-}
-
 fn learn(address: Address, data: &[u8], known: Option<&mut Known<'_>>) {
     let Some(known) = known else { return };
     let Some(entry) = known.device.entry(address.index(), address.sub()) else { return };
-    if let Some(value) = parse(entry.data_type, fitting(entry.data_type.bits(), data)) {
+    if let Some(value) = parse(entry.data_type, fitting(entry.data_type, data)) {
         known.learn(address.index(), address.sub(), &value);
     }
 }

@@ -41,6 +41,7 @@ pub(crate) fn folder(name: &str) -> PathBuf {
 }
 
 /// The names of the files in a folder, sorted.
+#[allow(dead_code, reason = "not every test looks at files")]
 pub(crate) fn files(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("the folder exists");
     let mut names: Vec<_> =

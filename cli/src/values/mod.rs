@@ -1,11 +1,14 @@
-//! Values: bytes on the wire, numbers of the data sheet, and how people read them.
+//! Values: bytes on the [`wire`], numbers of the data sheet, and how people read and write them ([`text`]).
+
+pub(crate) mod text;
+pub(crate) mod wire;
 
 use std::collections::BTreeMap;
 
 use lexican_eds::model::{BitField, Device, Entry, Meaning, Unit, Value};
 use lexican_eds::types::{Class, DataType};
-
-use super::profile402;
+use lexican_runtime::object::Address;
+use lexican_runtime::profile::cia402::{Command, State};
 
 /// A device and what is known of its values: its defaults, and what was seen on the bus since.
 pub(crate) struct Known<'a> {
@@ -38,13 +41,24 @@ impl<'a> Known<'a> {
         })
     }
 
-    /// The unit of a quantity, of several the one whose condition holds.
-    fn unit(&self, quantity: &str) -> Option<&'a Unit> {
-        self.device.quantities.get(quantity)?.units.iter().find(|unit| {
+    /// The unit that an entry counts in, of several the one whose condition holds.
+    pub(crate) fn unit(&self, entry: &Entry) -> Option<&'a Unit> {
+        let Meaning::Quantity(name) = &entry.meaning else { return None };
+        self.device.quantities.get(name)?.units.iter().find(|unit| {
             unit.when.as_ref().is_none_or(|when| {
                 self.number(when.index, when.sub).is_some_and(|number| (number == when.value) == when.equal)
             })
         })
+    }
+
+    /// The entries on whose values the unit of an entry depends.
+    pub(crate) fn conditions(&self, entry: &Entry) -> Vec<Address> {
+        let Meaning::Quantity(name) = &entry.meaning else { return Vec::new() };
+        let units = self.device.quantities.get(name).map(|it| it.units.as_slice()).unwrap_or_default();
+        let when = units.iter().filter_map(|unit| unit.when.as_ref());
+        let mut addresses: Vec<_> = when.map(|when| Address::new(when.index, when.sub)).collect();
+        addresses.dedup();
+        addresses
     }
 
     /// A value as people read it: with its unit, the name of its enumeration, its bits by name.
@@ -55,7 +69,7 @@ impl<'a> Known<'a> {
         }
         match &entry.meaning {
             Meaning::Plain => plain(entry.data_type, value),
-            Meaning::Quantity(name) => match self.unit(name) {
+            Meaning::Quantity(_) => match self.unit(entry) {
                 Some(unit) => format!("{} {}", scaled(number, unit, is_signed(entry)), unit.symbol),
                 None => plain(entry.data_type, value),
             },
@@ -85,13 +99,14 @@ impl<'a> Known<'a> {
         };
         match (entry.index, entry.sub) {
             (0x6040, 0) if self.is_drive() => {
-                let enabled = self.seen(0x6041, 0).is_some_and(|status| profile402::is_enabled(status as u16));
-                let command = profile402::command(number as u16, enabled);
-                Some(join(command, field.map(|field| bits(field, number, profile402::COMMAND_BITS))))
+                const COMMAND_BITS: u16 = 0b1000_1111;
+                let rest = field.map(|field| bits(field, number, COMMAND_BITS));
+                Some(join(self.command(number as u16), rest))
             }
             (0x6041, 0) if self.is_drive() => {
-                let state = profile402::state(number as u16)?;
-                Some(join(state, field.map(|field| bits(field, number, profile402::STATE_BITS))))
+                const STATE_BITS: u16 = 0b0110_1111;
+                let state = State::from_status_word(number as u16)?;
+                Some(join(&state.to_string(), field.map(|field| bits(field, number, STATE_BITS))))
             }
             (0x1600..=0x17FF | 0x1A00..=0x1BFF, 1..) => {
                 let (index, sub, bits) = ((number >> 16) as u16, (number >> 8) as u8, number as u8);
@@ -103,6 +118,22 @@ impl<'a> Known<'a> {
                 Some(format!("{:03X}h{off}", number & 0x1FFF_FFFF))
             }
             _ => None,
+        }
+    }
+
+    /// The command that a control word gives. "Switch on" and "disable operation" are the same bits; which
+    /// is meant depends on the state.
+    fn command(&self, control_word: u16) -> &'static str {
+        let word = |index| self.seen(index, 0).map(|seen| seen as u16);
+        let enabled = word(0x6041).and_then(State::from_status_word) == Some(State::OperationEnabled);
+        match Command::parse(word(0x6040).unwrap_or(0), control_word) {
+            Command::Shutdown => "shutdown",
+            Command::SwitchOn if enabled => "disable operation",
+            Command::SwitchOn => "switch on",
+            Command::DisableVoltage => "disable voltage",
+            Command::QuickStop => "quick stop",
+            Command::EnableOperation => "enable operation",
+            Command::FaultReset => "fault reset",
         }
     }
 
@@ -192,54 +223,6 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
 }
 
-/// The value of these bytes; `None` when their number does not fit the type.
-pub(crate) fn parse(data_type: DataType, bytes: &[u8]) -> Option<Value> {
-    let size = data_type.bits().map(|bits| usize::from(bits.div_ceil(8)));
-    if size.is_some_and(|size| size != bytes.len()) {
-        return None;
-    }
-    Some(match data_type.class() {
-        Class::Boolean | Class::Unsigned | Class::Time => Value::Integer(unsigned(bytes)),
-        Class::Signed => Value::Integer(sign_extended(unsigned(bytes), bytes.len() as u32 * 8)),
-        Class::Real => match *bytes {
-            [a, b, c, d] => Value::Real(f32::from_le_bytes([a, b, c, d]).into()),
-            [a, b, c, d, e, f, g, h] => Value::Real(f64::from_le_bytes([a, b, c, d, e, f, g, h])),
-            _ => return None,
-        },
-        Class::Text => Value::Text(text(data_type, bytes)),
-        Class::Bytes | Class::Other => Value::Bytes(bytes.to_vec()),
-    })
-}
-
-/// The value of `bits` bits of a PDO.
-pub(crate) fn of_bits(data_type: DataType, bits: u8, raw: u64) -> Value {
-    let raw = i128::from(raw);
-    match data_type.class() {
-        Class::Signed => Value::Integer(sign_extended(raw, bits.into())),
-        Class::Real if bits == 32 => Value::Real(f32::from_bits(raw as u32).into()),
-        Class::Real if bits == 64 => Value::Real(f64::from_bits(raw as u64)),
-        _ => Value::Integer(raw),
-    }
-}
-
-fn unsigned(bytes: &[u8]) -> i128 {
-    bytes.iter().rev().fold(0, |number, byte| number << 8 | i128::from(*byte))
-}
-
-fn sign_extended(number: i128, bits: u32) -> i128 {
-    let up = 128 - bits.clamp(1, 128);
-    number << up >> up
-}
-
-fn text(data_type: DataType, bytes: &[u8]) -> String {
-    if data_type == DataType::UnicodeString {
-        let units = bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
-        return char::decode_utf16(units).map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
-    }
-    // ISO 646 by the standard, UTF-8 or code page 1252 in practice; some devices fill up with zeros.
-    String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -259,19 +242,6 @@ mod tests {
         check(7, 5, 1, false, "35");
         check(1, 1, 3, false, "0.3333");
         check(i128::from(i64::MIN), 1, 10, true, "-922337203685477580.8");
-    }
-
-    #[test]
-    fn bytes_are_values_of_their_type_or_nothing() {
-        let integer = |number| Some(Value::Integer(number));
-        assert_eq!(parse(DataType::Integer32, &[0x78, 0xEC, 0xFF, 0xFF]), integer(-5000));
-        assert_eq!(parse(DataType::Unsigned24, &[1, 2, 3]), integer(0x03_0201));
-        assert_eq!(parse(DataType::Integer8, &[0xFF]), integer(-1));
-        assert_eq!(parse(DataType::Unsigned64, &[0xFF; 8]), integer(u64::MAX.into()));
-        assert_eq!(parse(DataType::Unsigned16, &[0]), None);
-        assert_eq!(parse(DataType::Real32, &1.5_f32.to_le_bytes()), Some(Value::Real(1.5)));
-        assert_eq!(parse(DataType::VisibleString, b"AG03\0\0"), Some(Value::Text("AG03".to_owned())));
-        assert_eq!(parse(DataType::UnicodeString, &[0x41, 0, 0xFC, 0]), Some(Value::Text("Aü".to_owned())));
     }
 
     #[test]

@@ -1,0 +1,124 @@
+//! Objects on the command line: by address, or by the name that the data sheet gives them.
+
+use lexican_eds::model::{Device, Entry};
+use lexican_runtime::object::Address;
+
+use crate::output::Failure;
+
+/// The entry that is meant: `6064`, `2410:05`, `0x1018:1`, or a name such as "Position Actual Value".
+pub(crate) fn resolve(device: Option<&Device>, text: &str) -> Result<Address, Failure> {
+    if let Some(address) = address(text) {
+        return Ok(address);
+    }
+    let Some(device) = device else {
+        return Err(Failure::new(format_args!("{text:?} is not an address such as 6064 or 2410:05"))
+            .help("names are understood when --device says what the node is"));
+    };
+    let wanted = plain(text);
+    let found: Vec<_> = device.entries().filter(|entry| names(device, entry).contains(&wanted)).collect();
+    match found.as_slice() {
+        [entry] => Ok(Address::new(entry.index, entry.sub)),
+        [] => Err(Failure::new(format_args!("the data sheet names no object {text:?}")).help(advice(device, &wanted))),
+        several => {
+            let list: Vec<_> = several.iter().map(|entry| describe(device, entry)).collect();
+            Err(Failure::new(format_args!("{text:?} is the name of several entries")).help(list.join("; ")))
+        }
+    }
+}
+
+/// `2410:05 Motor Parameter Set, v-Pos`.
+pub(crate) fn describe(device: &Device, entry: &Entry) -> String {
+    let address = Address::new(entry.index, entry.sub);
+    match device.object(entry.index) {
+        Some(object) if object.entries.len() > 1 => format!("{address} {}, {}", object.name, entry.name),
+        _ => format!("{address} {}", entry.name),
+    }
+}
+
+fn address(text: &str) -> Option<Address> {
+    let (index, sub) = text.split_once(':').unwrap_or((text, "0"));
+    let hex = |text: &str, most: usize| {
+        let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).unwrap_or(text);
+        let digits = digits.strip_suffix(['h', 'H']).unwrap_or(digits);
+        let plain = (1..=most).contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+        u16::from_str_radix(digits, 16).ok().filter(|_| plain)
+    };
+    // A shorter number is not an index: 1000h is the lowest of an object.
+    let index = hex(index, 4).filter(|index| *index >= 0x1000)?;
+    Some(Address::new(index, u8::try_from(hex(sub, 2)?).ok()?))
+}
+
+/// The names that an entry answers to: its own, and with that of its object before it.
+fn names(device: &Device, entry: &Entry) -> Vec<String> {
+    let mut names = vec![plain(&entry.name)];
+    names.extend(device.object(entry.index).map(|object| plain(&object.name) + &plain(&entry.name)));
+    names
+}
+
+/// Letters and digits in lower case: `Position actual value`, `position-actual-value` and
+/// `POSITION_ACTUAL_VALUE` are the same name.
+fn plain(text: &str) -> String {
+    text.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
+fn advice(device: &Device, wanted: &str) -> String {
+    let mut near: Vec<_> = device
+        .entries()
+        .map(|entry| {
+            let nearness = names(device, entry).iter().map(|name| nearness(name, wanted)).fold(0.0, f64::max);
+            (nearness, describe(device, entry))
+        })
+        .filter(|(nearness, _)| *nearness > 0.8)
+        .collect();
+    near.sort_by(|one, two| two.0.total_cmp(&one.0));
+    let near: Vec<_> = near.into_iter().take(3).map(|(_, text)| text).collect();
+    match near.is_empty() {
+        true => "`lexican eds dump` lists the objects of a data sheet".to_owned(),
+        false => format!("did you mean {}?", near.join(" or ")),
+    }
+}
+
+fn nearness(name: &str, wanted: &str) -> f64 {
+    if wanted.len() > 3 && name.contains(wanted) { 0.99 } else { strsim::jaro_winkler(name, wanted) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn device() -> Device {
+        lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0
+    }
+
+    #[test]
+    fn addresses_and_names_are_understood() {
+        let device = device();
+        for (text, found) in [
+            ("6064", "6064:00"),
+            ("0x6064:0", "6064:00"),
+            ("2410:05", "2410:05"),
+            ("1018h:1", "1018:01"),
+            ("Position Actual Value", "6064:00"),
+            ("position-actual-value", "6064:00"),
+            ("controlword", "6040:00"),
+        ] {
+            let address = resolve(Some(&device), text).map(|address| address.to_string());
+            assert_eq!(address.ok().as_deref(), Some(found), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_object_is_refused() {
+        for text in ["", "60", "60640", "6064:100", "6064:", "no such thing", "6064:0:0"] {
+            assert!(resolve(Some(&device()), text).is_err(), "{text}");
+        }
+        assert!(resolve(None, "controlword").is_err());
+    }
+
+    #[test]
+    fn a_misspelt_name_finds_its_object() {
+        assert!(advice(&device(), "positionactualvalu").contains("6064:00"));
+        assert!(advice(&device(), "actualvalue").contains("606C:00"));
+        assert!(advice(&device(), "qqq").contains("eds dump"));
+    }
+}

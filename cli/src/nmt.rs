@@ -1,0 +1,74 @@
+//! `lexican nmt`: commands to the state machine of nodes.
+
+use std::io::Write;
+
+use lexican_runtime::Duration;
+use lexican_runtime::host::Pace;
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
+
+use crate::bus::{BusArgs, node_id};
+use crate::output::{Failure, Outcome};
+
+/// Sends an NMT command to a node, or to all
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    bus: BusArgs,
+
+    /// What to do
+    #[arg(value_enum)]
+    command: Command,
+
+    /// The node-ID, 1 to 127
+    #[arg(long, value_name = "ID", value_parser = node_id, required_unless_present = "all")]
+    node: Option<lexican_runtime::NodeId>,
+
+    /// All nodes
+    #[arg(long, conflicts_with = "node")]
+    all: bool,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum Command {
+    /// Enter OPERATIONAL: everything works
+    Start,
+    /// Enter STOPPED: only NMT and heartbeat work
+    Stop,
+    /// Enter PRE-OPERATIONAL: everything but PDOs works
+    PreOperational,
+    /// Begin anew, as after power-on
+    ResetNode,
+    /// Begin anew with the communication objects only
+    ResetCommunication,
+}
+
+impl From<Command> for NmtCommand {
+    fn from(command: Command) -> NmtCommand {
+        match command {
+            Command::Start => NmtCommand::Start,
+            Command::Stop => NmtCommand::Stop,
+            Command::PreOperational => NmtCommand::EnterPreOperational,
+            Command::ResetNode => NmtCommand::ResetNode,
+            Command::ResetCommunication => NmtCommand::ResetCommunication,
+        }
+    }
+}
+
+/// NMT has no answer; so long the frame may take to leave.
+const LEAVING: Duration = Duration::from_millis(20);
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let mut network = Network::new(args.bus.open(Pace::Virtual)?.settled()?.link);
+    let message = NmtMessage { command: args.command.into(), node: args.node };
+    network.command(message.command, message.node).map_err(Failure::new)?;
+    let until = network.now() + LEAVING;
+    while network.next_event(until).map_err(Failure::new)?.is_some() {}
+    let whom = message.node.map_or("all nodes".to_owned(), |node| format!("node {node}"));
+    let what = match message.command.target() {
+        NmtState::Initialising => message.command.to_string(),
+        state => format!("enter {state}"),
+    };
+    writeln!(anstream::stdout().lock(), "{whom}: {what}")?;
+    Ok(Outcome::Clean)
+}

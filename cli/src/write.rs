@@ -1,0 +1,83 @@
+//! `lexican write`: an object of a node, by name and unit.
+
+use std::io::Write;
+
+use lexican_eds::types::DataType;
+use lexican_runtime::host::blocking::{AccessError, Network};
+
+use crate::bus::object::{describe, resolve};
+use crate::bus::{Node, NodeArgs, access_failure};
+use crate::output::{Failure, Outcome, warn};
+use crate::read::{learn_conditions, refused};
+use crate::values::Known;
+use crate::values::text::untyped;
+use crate::values::wire::encode;
+
+/// Writes an object of a node by SDO
+///
+/// A value is a number (5000, 0x1F), a number with the unit of the data sheet ("24.0 V"), a name of its
+/// enumeration ("profile velocity") or names of its bits joined by +. raw:240 is the number as it is on the
+/// wire. Exit code 1 when the node refuses.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    node: NodeArgs,
+
+    /// The data type, where no data sheet tells it: UNSIGNED16, VISIBLE_STRING, DOMAIN
+    #[arg(long = "type", value_name = "TYPE", value_parser = data_type)]
+    data_type: Option<DataType>,
+
+    /// The object: 6064, 2410:05, "Target Position"
+    object: String,
+
+    /// The value
+    #[arg(allow_hyphen_values = true)]
+    value: String,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let Node { link, id, device } = args.node.open()?;
+    let device = device.as_ref().map(|loaded| &loaded.device);
+    let address = resolve(device, &args.object)?;
+    let mut network = Network::new(link);
+    let mut known = device.map(Known::new);
+    let entry = device.and_then(|device| device.entry(address.index(), address.sub()));
+
+    let (data_type, value) = match (args.data_type, &mut known, entry) {
+        (Some(data_type), _, _) => (data_type, untyped(data_type, &args.value)),
+        (None, Some(known), Some(entry)) => {
+            learn_conditions(&mut network, id, address, known);
+            (entry.data_type, known.understand(entry, &args.value))
+        }
+        _ => {
+            return Err(Failure::new(format_args!("nothing tells the data type of {address}"))
+                .help("name it with --type UNSIGNED16, or say with --device what the node is"));
+        }
+    };
+    let value = value.map_err(|error| Failure::new(format_args!("{address}: {error}")))?;
+    let data = encode(data_type, &value);
+    let data = data.ok_or_else(|| Failure::new(format_args!("{address}: the value is no {data_type}")))?;
+    match network.write_bytes(id, address, &data) {
+        Ok(()) => {}
+        Err(AccessError::Sdo { error, .. }) if refused(&error) => {
+            warn(error);
+            return Ok(Outcome::Found);
+        }
+        Err(error) => return Err(access_failure(error)),
+    }
+    let mut stdout = anstream::stdout().lock();
+    match (known, entry) {
+        (Some(known), Some(entry)) => {
+            writeln!(stdout, "{} = {}", describe(known.device, entry), known.describe(entry, &value))?;
+        }
+        _ => writeln!(stdout, "{address} written")?,
+    }
+    Ok(Outcome::Clean)
+}
+
+fn data_type(text: &str) -> Result<DataType, String> {
+    DataType::from_name(text).ok_or_else(|| {
+        let names: Vec<_> = DataType::ALL.iter().map(|data_type| data_type.name()).collect();
+        format!("there is no data type {text:?}; there is {}", names.join(", "))
+    })
+}
