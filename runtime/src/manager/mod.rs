@@ -4,6 +4,7 @@
 //! The bytes of SDO transfers are lent to the verbs ([`Payloads`]); for one transfer at a time a
 //! [`Payload`] is enough, and `&mut [0; 0]` when there is none.
 
+mod network;
 mod remote;
 
 use crate::frame::Frame;
@@ -21,6 +22,7 @@ use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::{NmtCommand, NmtState};
 use crate::wire::time;
 
+pub use network::{Assignment, Network, NetworkEvent, OnLoss};
 pub use remote::Remote;
 
 /// A manager of up to `NODES` nodes.

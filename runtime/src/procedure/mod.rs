@@ -4,11 +4,13 @@
 //! [`Runner`] takes one step at a time, and stops at the first that fails. It reads and writes through an
 //! [`SdoClient`](crate::service::sdo_client::SdoClient) of its own: no other client may use the same channel meanwhile.
 
+mod boot;
 mod concise;
 mod pdo;
 mod runner;
 mod step;
 
+pub use boot::{BootError, BootEvent, BootNode, BootPlan};
 pub use concise::{ConciseDcf, ConciseDcfError};
 pub use pdo::{PdoSettings, configure_pdo};
 pub use runner::{Event, Failure, Runner, StepError};

@@ -1,0 +1,250 @@
+//! Booting a network: all nodes that belong to it, in parallel, and again when one comes back
+//! (CiA 302-2, 6.3).
+
+use crate::frame::Frame;
+use crate::id::NodeId;
+use crate::procedure::{BootError, BootEvent, BootNode, BootPlan};
+use crate::service::heartbeat_consumer::{self, HeartbeatConsumer};
+use crate::service::nmt_manager::Outbox;
+use crate::service::sdo_client::SdoClient;
+use crate::time::{Duration, Instant};
+use crate::wire::nmt::NmtCommand;
+
+/// A node that belongs to the network (1F81h).
+#[derive(Clone, Debug)]
+pub struct Assignment<'a> {
+    /// SDO goes over this client.
+    pub client: SdoClient,
+    /// Without a mandatory node, the network does not start.
+    pub mandatory: bool,
+    /// The node is lost when no heartbeat comes within this time (1016h of the manager); zero: never.
+    pub heartbeat: Duration,
+    /// What the node is expected to be, and to be made.
+    pub plan: BootPlan<'a>,
+}
+
+/// What happens when a mandatory node is lost (1F80h, bits 4 and 6).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnLoss {
+    /// That node alone is reset, and booted again.
+    #[default]
+    ResetNode,
+    /// All nodes are reset, and booted again.
+    ResetAll,
+    /// All nodes are stopped.
+    StopAll,
+}
+
+/// What happened in the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NetworkEvent {
+    /// A node has booted.
+    Booted(NodeId),
+    /// A node does not boot. It is tried again with its next boot-up message.
+    Failed {
+        /// Which node.
+        node: NodeId,
+        /// Whether the network can do without it.
+        mandatory: bool,
+        /// Why.
+        error: BootError,
+    },
+    /// All mandatory nodes have booted, for the first time or again. Told by a call of `handle_timeout` that
+    /// is due at once.
+    Ready,
+    /// Not all mandatory nodes have booted within the boot time (1F89h).
+    BootTimeElapsed,
+    /// A node is lost; it is booted again, or what [`OnLoss`] says happens.
+    Lost {
+        /// Which node.
+        node: NodeId,
+        /// Whether the network can do without it.
+        mandatory: bool,
+    },
+}
+
+/// Boots and keeps up a network of up to `NODES` nodes.
+#[derive(Clone, Debug)]
+pub struct Network<'a, const NODES: usize> {
+    members: [Option<Member<'a>>; NODES],
+    on_loss: OnLoss,
+    outbox: Outbox,
+    deadline: Option<Instant>,
+    ready: bool,
+}
+
+#[derive(Clone, Debug)]
+struct Member<'a> {
+    node: NodeId,
+    assignment: Assignment<'a>,
+    consumer: HeartbeatConsumer,
+    /// From the start of the network on.
+    boot: Option<BootNode<'a>>,
+    booted: bool,
+    /// To be reset alone.
+    reset: bool,
+    /// Its heartbeat was lost, and it has not booted since.
+    lost: bool,
+}
+
+impl<'a> Member<'a> {
+    fn new(node: NodeId, assignment: Assignment<'a>) -> Self {
+        let consumer = HeartbeatConsumer::new(node, assignment.heartbeat);
+        Member { node, assignment, consumer, boot: None, booted: false, reset: false, lost: false }
+    }
+
+    /// Begins to boot, from the beginning.
+    fn boot(&mut self) {
+        self.booted = false;
+        self.boot = Some(BootNode::new(self.node, self.assignment.client.clone(), self.assignment.plan));
+    }
+
+    fn handle_boot(&mut self, event: BootEvent) -> NetworkEvent {
+        match event {
+            BootEvent::Booted => {
+                self.booted = true;
+                NetworkEvent::Booted(self.node)
+            }
+            BootEvent::Failed(error) => {
+                NetworkEvent::Failed { node: self.node, mandatory: self.assignment.mandatory, error }
+            }
+        }
+    }
+}
+
+impl<'a, const NODES: usize> Network<'a, NODES> {
+    /// A network without nodes.
+    #[must_use]
+    pub const fn new(on_loss: OnLoss) -> Self {
+        Network { members: [const { None }; NODES], on_loss, outbox: Outbox::new(), deadline: None, ready: false }
+    }
+
+    /// Adds a node.
+    ///
+    /// # Errors
+    ///
+    /// [`Full`](super::Full) when there is no room.
+    pub fn assign(&mut self, node: NodeId, assignment: Assignment<'a>) -> Result<(), super::Full> {
+        let known = self.members.iter().position(|place| place.as_ref().is_some_and(|known| known.node == node));
+        let free = || self.members.iter().position(Option::is_none);
+        let place = known.or_else(free).and_then(|at| self.members.get_mut(at));
+        *place.ok_or(super::Full { node, nodes: NODES })? = Some(Member::new(node, assignment));
+        Ok(())
+    }
+
+    /// Resets the communication of all nodes, and boots them. The mandatory ones must boot within `boot_time`;
+    /// zero: whenever they do.
+    pub fn start(&mut self, now: Instant, boot_time: Duration) {
+        self.outbox = Outbox::new();
+        // The outbox was just emptied.
+        let _ = self.outbox.command(NmtCommand::ResetCommunication, None);
+        self.ready = false;
+        self.deadline = if boot_time.is_zero() { None } else { Some(now + boot_time) };
+        self.members.iter_mut().flatten().for_each(Member::boot);
+    }
+
+    /// Whether all mandatory nodes have booted.
+    #[must_use]
+    pub fn is_ready(&self) -> bool {
+        self.members.iter().flatten().all(|member| member.booted || !member.assignment.mandatory)
+    }
+
+    /// Whether a node has booted.
+    #[must_use]
+    pub fn has_booted(&self, node: NodeId) -> bool {
+        self.members.iter().flatten().any(|member| member.node == node && member.booted)
+    }
+
+    /// Takes a frame.
+    pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<NetworkEvent> {
+        self.members.iter_mut().flatten().find_map(|member| {
+            let boot = member.boot.as_mut()?;
+            let event = boot.handle_frame(now, frame);
+            match member.consumer.handle_frame(now, frame) {
+                Some(heartbeat_consumer::Event::BootedUp) => {
+                    // Whatever it was before, it begins anew.
+                    let mandatory = member.assignment.mandatory;
+                    let was_up = member.booted;
+                    member.lost = false;
+                    member.boot();
+                    return was_up.then_some(NetworkEvent::Lost { node: member.node, mandatory });
+                }
+                // It was away, and did not notice: the reset did not reach it.
+                Some(heartbeat_consumer::Event::Started(_)) if member.lost => {
+                    member.reset = true;
+                }
+                _ => {}
+            }
+            Some(member.handle_boot(event?))
+        })
+    }
+
+    /// Does what is due. Several deadlines may be due at once: call it while `poll_timeout() <= now`.
+    pub fn handle_timeout(&mut self, now: Instant) -> Option<NetworkEvent> {
+        if self.is_ready() != self.ready {
+            self.ready = !self.ready;
+            if self.ready {
+                self.deadline = None;
+                return Some(NetworkEvent::Ready);
+            }
+        }
+        if self.deadline.take_if(|deadline| *deadline <= now).is_some() {
+            return Some(NetworkEvent::BootTimeElapsed);
+        }
+        let mut members = self.members.iter_mut().flatten();
+        let lost = members.find_map(|member| member.consumer.handle_timeout(now).map(|_| member.node));
+        if let Some(node) = lost {
+            return self.handle_loss(now, node);
+        }
+        self.members.iter_mut().flatten().find_map(|member| {
+            let event = member.boot.as_mut()?.handle_timeout(now)?;
+            Some(member.handle_boot(event))
+        })
+    }
+
+    fn handle_loss(&mut self, now: Instant, node: NodeId) -> Option<NetworkEvent> {
+        let member = self.members.iter_mut().flatten().find(|member| member.node == node)?;
+        let mandatory = member.assignment.mandatory;
+        member.lost = true;
+        member.booted = false;
+        match self.on_loss {
+            OnLoss::ResetAll if mandatory => self.start(now, Duration::ZERO),
+            OnLoss::StopAll if mandatory => {
+                // A command that was not sent yet is no longer wanted.
+                self.outbox = Outbox::new();
+                let _ = self.outbox.command(NmtCommand::Stop, None);
+            }
+            _ => {
+                member.reset = true;
+                member.boot();
+            }
+        }
+        Some(NetworkEvent::Lost { node, mandatory })
+    }
+
+    /// The next frame to send.
+    pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        if let Some(frame) = self.outbox.poll_transmit(now) {
+            return Some(frame);
+        }
+        self.members.iter_mut().flatten().find_map(|member| {
+            if core::mem::take(&mut member.reset) {
+                let command = crate::wire::nmt::NmtMessage { command: NmtCommand::ResetNode, node: Some(member.node) };
+                return Some(command.frame());
+            }
+            member.boot.as_mut()?.poll_transmit(now)
+        })
+    }
+
+    /// When to call [`Network::handle_timeout`].
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        if self.is_ready() != self.ready {
+            return Some(Instant::ZERO);
+        }
+        let members = self.members.iter().flatten();
+        let timeouts = members
+            .flat_map(|member| [member.consumer.poll_timeout(), member.boot.as_ref().and_then(BootNode::poll_timeout)]);
+        timeouts.flatten().chain(self.deadline).min()
+    }
+}

@@ -1,0 +1,304 @@
+//! Booting a network: identity, configuration, mandatory and optional nodes, and nodes that get lost.
+
+mod common;
+
+use common::FULL;
+use common::testing::TestOd;
+use lexican_runtime::device::{Behaviour, Device, Event};
+use lexican_runtime::manager::{Assignment, Network, NetworkEvent, OnLoss};
+use lexican_runtime::procedure::{BootError, BootPlan};
+use lexican_runtime::service::sdo_client::{SdoClient, SdoError};
+use lexican_runtime::wire::lss::Part;
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
+
+const FIVE: NodeId = NodeId::literal(5);
+const SIX: NodeId = NodeId::literal(6);
+
+/// 1017h = 100 ms.
+const HEARTBEAT: &[u8] = &[1, 0, 0, 0, 0x17, 0x10, 0, 2, 0, 0, 0, 100, 0];
+
+struct Node {
+    device: Device<3, 3, 1, 1>,
+    od: TestOd,
+    connected: bool,
+}
+
+struct Bus<'a> {
+    network: Network<'a, 4>,
+    nodes: Vec<Node>,
+    now: Instant,
+    events: Vec<NetworkEvent>,
+    log: Vec<String>,
+}
+
+fn dictionary(node: NodeId) -> TestOd {
+    let od = TestOd::new(FULL).with("1020:01 u32 rw - 0\n1020:02 u32 rw - 0\n1018:02 u32 ro - 7");
+    if node == FIVE { od } else { od.without(0x1200).without(0x1800).without(0x1802) }
+}
+
+fn assignment<'a>(node: NodeId, mandatory: bool, plan: BootPlan<'a>) -> Assignment<'a> {
+    Assignment { client: SdoClient::of_node(node), mandatory, heartbeat: Duration::from_millis(250), plan }
+}
+
+fn started<'a>() -> BootPlan<'a> {
+    BootPlan { device_type: Some(0x192), configuration: HEARTBEAT, start: true, ..BootPlan::default() }
+}
+
+impl<'a> Bus<'a> {
+    fn new(on_loss: OnLoss, members: &[(NodeId, bool, BootPlan<'a>)]) -> Self {
+        let mut bus = Bus {
+            network: Network::new(on_loss),
+            nodes: Vec::new(),
+            now: Instant::ZERO,
+            events: Vec::new(),
+            log: Vec::new(),
+        };
+        for &(node, mandatory, plan) in members {
+            bus.network.assign(node, assignment(node, mandatory, plan)).unwrap();
+            let mut od = dictionary(node);
+            let mut device = Device::new(node, Behaviour::CIA_301);
+            device.restart(bus.now, &mut od);
+            bus.nodes.push(Node { device, od, connected: true });
+        }
+        bus.pass_ms(0);
+        bus
+    }
+
+    fn start(&mut self) {
+        self.network.start(self.now, Duration::from_secs(5));
+    }
+
+    fn deliver(&mut self, frame: &Frame) {
+        self.log.push(frame.to_string());
+        for node in self.nodes.iter_mut().filter(|node| node.connected) {
+            if let Some(Event::Reset(_)) = node.device.handle_frame(self.now, frame, &mut node.od) {
+                node.od = dictionary(node.device.node());
+                node.device.restart(self.now, &mut node.od);
+            }
+        }
+    }
+
+    fn settle(&mut self) {
+        loop {
+            let mut quiet = true;
+            while let Some(frame) = self.network.poll_transmit(self.now) {
+                quiet = false;
+                self.deliver(&frame);
+            }
+            for at in 0..self.nodes.len() {
+                let node = &mut self.nodes[at];
+                while let Some(frame) = node.device.poll_transmit(self.now, &mut node.od) {
+                    quiet = false;
+                    if node.connected {
+                        self.events.extend(self.network.handle_frame(self.now, &frame));
+                    }
+                }
+            }
+            if quiet {
+                return;
+            }
+        }
+    }
+
+    fn pass_ms(&mut self, ms: u64) {
+        let end = self.now + Duration::from_millis(ms);
+        loop {
+            self.settle();
+            let devices = self.nodes.iter().filter_map(|node| node.device.poll_timeout());
+            let due = devices.chain(self.network.poll_timeout()).min();
+            let Some(due) = due.filter(|&due| due <= end) else { break };
+            self.now = due.max(self.now);
+            if self.network.poll_timeout().is_some_and(|due| due <= self.now) {
+                self.events.extend(self.network.handle_timeout(self.now));
+            }
+            for node in &mut self.nodes {
+                if node.device.poll_timeout().is_some_and(|due| due <= self.now) {
+                    node.device.handle_timeout(self.now, &mut node.od);
+                }
+            }
+        }
+        self.now = end;
+    }
+
+    fn take_events(&mut self) -> Vec<NetworkEvent> {
+        std::mem::take(&mut self.events)
+    }
+
+    fn states(&self) -> Vec<NmtState> {
+        self.nodes.iter().map(|node| node.device.nmt_state()).collect()
+    }
+}
+
+#[test]
+fn a_network_boots_is_configured_and_started() {
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started()), (SIX, false, started())]);
+    bus.start();
+    bus.pass_ms(10);
+    assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready, NetworkEvent::Booted(SIX)]);
+    assert_eq!(bus.states(), [NmtState::Operational; 2]);
+    assert_eq!(bus.nodes[1].od.get(0x1017, 0), 100);
+    assert_eq!(bus.log[0], "000#8200");
+}
+
+#[test]
+fn a_node_that_is_not_the_expected_one_is_not_started() {
+    let with = |change: fn(&mut BootPlan<'static>)| {
+        let mut plan = started();
+        change(&mut plan);
+        plan
+    };
+    let cases: [(BootPlan<'_>, BootError); 4] = [
+        (with(|plan| plan.device_type = Some(0x191)), BootError::DeviceType { got: 0x192 }),
+        (with(|plan| plan.vendor = Some(1)), BootError::Identity { part: Part::Vendor, got: 0x195 }),
+        (with(|plan| plan.product = Some(8)), BootError::Identity { part: Part::Product, got: 7 }),
+        (
+            with(|plan| plan.serial = Some(1)),
+            BootError::NoIdentity(SdoError::Aborted {
+                address: lexican_runtime::object::Address::new(0x1018, 4),
+                code: AbortCode::NO_SUCH_SUB_INDEX,
+            }),
+        ),
+    ];
+    for (plan, error) in cases {
+        let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan)]);
+        bus.start();
+        bus.pass_ms(10);
+        assert_eq!(bus.take_events(), [NetworkEvent::Failed { node: FIVE, mandatory: true, error }]);
+        assert_eq!(bus.states(), [NmtState::PreOperational]);
+        bus.pass_ms(10_000);
+        assert_eq!(bus.take_events(), [NetworkEvent::BootTimeElapsed]);
+    }
+}
+
+#[test]
+fn a_configuration_that_fails_names_its_entry() {
+    let dcf = [&[2, 0, 0, 0], &HEARTBEAT[4..], &[0x00, 0x10, 0, 1, 0, 0, 0, 1]].concat();
+    let plan = BootPlan { configuration: &dcf, ..started() };
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan)]);
+    bus.start();
+    bus.pass_ms(10);
+    let [NetworkEvent::Failed { error, .. }] = bus.take_events()[..] else { panic!() };
+    assert_eq!(
+        error.to_string(),
+        "entry 2 of the configuration failed: 1000:00: the device aborts: 0601 0002: attempt to write a read only object"
+    );
+    let cut = BootPlan { configuration: &dcf[..20], ..started() };
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, cut)]);
+    bus.start();
+    bus.pass_ms(10);
+    let [NetworkEvent::Failed { error, .. }] = bus.take_events()[..] else { panic!() };
+    assert!(matches!(error, BootError::BadConfiguration(_)));
+    assert_eq!(bus.nodes[0].od.get(0x1017, 0), 0, "nothing of it was written");
+}
+
+#[test]
+fn a_node_that_has_its_configuration_already_is_not_configured_again() {
+    // The configuration says its own date and time.
+    let date = [0x20, 0x10, 1, 4, 0, 0, 0, 9, 0, 0, 0];
+    let time = [0x20, 0x10, 2, 4, 0, 0, 0, 8, 0, 0, 0];
+    let dcf = [&[3, 0, 0, 0], &HEARTBEAT[4..], &date[..], &time[..]].concat();
+    let plan = BootPlan { configured: Some((9, 8)), configuration: &dcf, ..started() };
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan)]);
+    let writes = |bus: &mut Bus<'_>| {
+        bus.log.clear();
+        bus.network.start(bus.now, Duration::ZERO);
+        // The device keeps its values: they are stored.
+        let kept = bus.nodes[0].od.clone();
+        let reset = bus.network.poll_transmit(bus.now).unwrap();
+        bus.deliver(&reset);
+        bus.nodes[0].od = kept;
+        bus.pass_ms(10);
+        bus.log.iter().filter(|frame| frame.contains("#2")).count()
+    };
+    assert_eq!(writes(&mut bus), 3);
+    assert_eq!(writes(&mut bus), 0);
+    assert!(bus.network.has_booted(FIVE));
+}
+
+#[test]
+fn error_control_must_start_before_the_node_does() {
+    let plan = BootPlan { error_control: Duration::from_millis(500), ..started() };
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan)]);
+    bus.start();
+    bus.pass_ms(20);
+    assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
+
+    let silent = BootPlan { configuration: &[], ..plan };
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, silent)]);
+    bus.start();
+    bus.pass_ms(1000);
+    let error = BootError::NoErrorControl(Duration::from_millis(500));
+    assert_eq!(bus.take_events(), [NetworkEvent::Failed { node: FIVE, mandatory: true, error }]);
+}
+
+#[test]
+fn an_optional_node_may_be_missing_and_come_later() {
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started()), (SIX, false, started())]);
+    bus.nodes[1].connected = false;
+    bus.start();
+    bus.pass_ms(2000);
+    let events = bus.take_events();
+    assert_eq!(events[..2], [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
+    assert!(
+        matches!(events[2], NetworkEvent::Failed { node: SIX, mandatory: false, error: BootError::NoDeviceType(_) }),
+        "{events:?}"
+    );
+    bus.nodes[1].connected = true;
+    let node = &mut bus.nodes[1];
+    node.device.restart(bus.now, &mut node.od);
+    bus.pass_ms(10);
+    assert_eq!(bus.take_events(), [NetworkEvent::Booted(SIX)]);
+    assert_eq!(bus.states(), [NmtState::Operational; 2]);
+}
+
+/// Node 5 is unplugged while the network runs.
+fn unplugged(on_loss: OnLoss) -> Bus<'static> {
+    let mut bus = Bus::new(on_loss, &[(FIVE, true, started()), (SIX, true, started())]);
+    bus.start();
+    bus.pass_ms(1000);
+    bus.take_events();
+    bus.log.clear();
+    bus.nodes[0].connected = false;
+    bus.pass_ms(500);
+    assert_eq!(bus.take_events()[0], NetworkEvent::Lost { node: FIVE, mandatory: true });
+    bus
+}
+
+#[test]
+fn a_lost_node_is_reset_and_booted_again_when_it_is_back() {
+    let mut bus = unplugged(OnLoss::ResetNode);
+    assert_eq!(bus.log[0], "000#8105");
+    assert_eq!(bus.states()[1], NmtState::Operational);
+    bus.pass_ms(3000);
+    bus.take_events();
+    // It did not notice, and goes on with its heartbeat.
+    bus.nodes[0].connected = true;
+    bus.pass_ms(1000);
+    assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
+    assert_eq!(bus.states(), [NmtState::Operational; 2]);
+}
+
+#[test]
+fn the_loss_of_a_mandatory_node_resets_or_stops_all_when_it_shall() {
+    let bus = unplugged(OnLoss::ResetAll);
+    assert_eq!(bus.log[0], "000#8200");
+    let bus = unplugged(OnLoss::StopAll);
+    assert_eq!(bus.log[0], "000#0200");
+    assert_eq!(bus.states()[1], NmtState::Stopped);
+}
+
+#[test]
+fn a_node_that_resets_itself_is_booted_again() {
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started())]);
+    bus.start();
+    bus.pass_ms(1000);
+    bus.take_events();
+    let node = &mut bus.nodes[0];
+    node.device.restart(bus.now, &mut node.od);
+    bus.pass_ms(100);
+    assert_eq!(
+        bus.take_events(),
+        [NetworkEvent::Lost { node: FIVE, mandatory: true }, NetworkEvent::Booted(FIVE), NetworkEvent::Ready]
+    );
+}
