@@ -37,6 +37,7 @@ fn measure(name: &str, text: &str) {
     println!("{:>9}  {:>9}  {:>9}  {ratio:>6.2}  {name}", text.len(), ms(tokenizing), ms(reading));
 }
 
+#[expect(clippy::disallowed_methods, reason = "a benchmark measures real time")]
 fn best<T>(run: impl Fn() -> T) -> Duration {
     let once = || {
         let start = Instant::now();

@@ -3,7 +3,7 @@
 use crate::check;
 use crate::diagnostics::Diagnostics;
 use crate::lists::{List, natural_list};
-use crate::model::{Device, ObjectList};
+use crate::model::{Device, Module, ObjectList};
 use crate::object::ObjectFacts;
 use crate::read::Reader;
 use crate::section::{ModulePart, ObjectPart, SectionKind};
@@ -36,6 +36,7 @@ pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Diagnostics) -> (Device, Fa
     let mut device = Device::default();
     let mut lists = Vec::new();
     let mut objects = Vec::new();
+    let mut modules: Vec<Module> = Vec::new();
     for group in sections.chunk_by(|a, b| together(a.0, b.0)) {
         let (kind, section) = group[0];
         match kind {
@@ -47,9 +48,7 @@ pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Diagnostics) -> (Device, Fa
             }
             SectionKind::Module(number, _) => {
                 let parts: Vec<_> = group.iter().filter_map(|&(kind, section)| module_part(kind, section)).collect();
-                let module = reader.module(number, &parts);
-                device.modules.retain(|other| other.number != number);
-                device.modules.push(module);
+                modules.push(reader.module(number, &parts));
             }
             _ if reader.info(kind, section, &mut device) || reader.extras(kind, section, &mut device) => {}
             SectionKind::Unnamed => reader.out.push(check::keys_are_in_sections::found(&syntax, section)),
@@ -62,6 +61,10 @@ pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Diagnostics) -> (Device, Fa
             _ => lists.extend(reader.list(kind, section)),
         }
     }
+    // Those that are described stand for those that are only counted.
+    let described = |module: &Module| modules.binary_search_by_key(&module.number, |other| other.number).is_ok();
+    device.modules.retain(|module| !described(module));
+    device.modules.append(&mut modules);
     device.modules.sort_by_key(|module| module.number);
     reader.finish();
     let kinds = sections.iter().map(|&(kind, _)| kind).collect();

@@ -1,6 +1,18 @@
 //! Reads CANopen electronic data sheets (EDS and DCF, CiA 306-1) as a compiler reads programs: reading never
 //! fails, nothing is dropped in silence, and every finding names its place.
 //!
+//! ```
+//! use lexican_eds::{Input, Source, load};
+//!
+//! let input = Input::new(Source::new("drive.eds", "[1000]\nParameterName Device type\nDataType=7\n"));
+//! let (device, diagnostics) = load(&input);
+//! assert_eq!(device.objects[0].name, "Device type");
+//! assert!(diagnostics.render(&input).contains("drive.eds:2:1"));
+//! ```
+//!
+//! What comes of it: [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
+//! DCF of one; [`fmt`] brings a file into the form of the standard. [`library`] holds the data sheets that are shipped.
+//!
 //! From text to device: [`source`] (bytes, encodings, lines, places) → `syntax` (sections and keys) → `object`
 //! and `info` (what CiA 306 says) → [`overlay`] (corrections and meanings beside the data sheet) → [`model`] →
 //! [`check`] (the rules) → [`diagnostics`].

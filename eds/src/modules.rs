@@ -51,12 +51,9 @@ impl<'a, 's> Reader<'a, 's> {
             SectionKind::SupportedModules => {
                 let [count] = self.fields(section, &["NrOfEntries"]);
                 let said: Option<u16> = self.number(count);
-                for number in 1..=said.unwrap_or(0) {
-                    // A device of a thousand modules does not exist; a file that says so must not cost memory.
-                    if device.modules.len() < 1000 && device.modules.iter().all(|module| module.number != number) {
-                        device.modules.push(Module { number, ..Module::default() });
-                    }
-                }
+                let modules = (1..=said.unwrap_or(0)).map(|number| Module { number, ..Module::default() });
+                // A device of more modules does not exist; a file that says so must not cost memory.
+                device.modules.extend(modules.take(1000));
             }
             SectionKind::ConnectedModules => {
                 let ([count], lines) = self.numbered(section, "", 10, &["NrOfEntries"]);
@@ -90,11 +87,17 @@ impl<'a, 's> Reader<'a, 's> {
     /// Whether what a list of the module names is described by a section.
     fn described(&mut self, pair: &'s Pair<'a>, list: ModulePart, parts: &[(ModulePart, &'s Section<'a>)]) {
         let Some(index) = self.number::<u16>(Some(pair)) else { return };
-        let found = parts.iter().any(|&(part, _)| match (list, part) {
-            (ModulePart::FixedObjects, ModulePart::Fixed(found, _)) => found == index,
-            (ModulePart::SubExtends, ModulePart::SubExt(found)) => found == index,
+        // The parts are sorted, so the first that is not before the one that is looked for is it, or there is none.
+        let first = match list {
+            ModulePart::FixedObjects => ModulePart::Fixed(index, ObjectPart::Header),
+            _ => ModulePart::SubExt(index),
+        };
+        let at = parts.partition_point(|&(part, _)| part < first);
+        let found = match (list, parts.get(at)) {
+            (ModulePart::FixedObjects, Some((ModulePart::Fixed(found, _), _))) => *found == index,
+            (ModulePart::SubExtends, Some((ModulePart::SubExt(found), _))) => *found == index,
             _ => false,
-        });
+        };
         if !found {
             self.out.push(check::listed_objects_are_described::of_module(index, self.syntax.value_span(pair)));
         }

@@ -15,7 +15,7 @@ pub(crate) const RULE: Rule = Rule {
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let Some(section) = context.facts.section(SectionKind::ConnectedModules) else { return };
     for &number in &context.device.connected_modules {
-        if context.device.modules.iter().all(|module| module.number != number) {
+        if context.device.modules.binary_search_by_key(&number, |module| module.number).is_err() {
             let finding = RULE.finding(format!("there is no module {number}"));
             out.push(finding.at(context.facts.syntax.name_span(section), "plugged in here"));
         }

@@ -14,10 +14,9 @@ pub(crate) const RULE: Rule = Rule {
 };
 
 pub(crate) fn found(syntax: &Syntax<'_>, first: &Section<'_>, second: &Section<'_>) -> Diagnostic {
-    let pairs = |section: &Section<'_>| -> Vec<(String, String)> {
-        section.pairs.iter().map(|pair| (pair.key.to_ascii_lowercase(), pair.value.to_owned())).collect()
-    };
-    let same = if pairs(first) == pairs(second) { "with the same content" } else { "with other content" };
+    let equal = first.pairs.len() == second.pairs.len()
+        && first.pairs.iter().zip(&second.pairs).all(|(a, b)| a.key.eq_ignore_ascii_case(b.key) && a.value == b.value);
+    let same = if equal { "with the same content" } else { "with other content" };
     RULE.finding(format!("the section `{}` comes again {same}", second.name))
         .at(syntax.name_span(second), "ignored")
         .and(syntax.name_span(first), "this one counts")

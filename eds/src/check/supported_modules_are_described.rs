@@ -1,8 +1,8 @@
 //! Every supported module is described.
 
 use crate::diagnostics::{Diagnostics, Severity};
-use crate::section::SectionKind;
 use super::{Context, Rule};
+use crate::section::{ModulePart, SectionKind};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::module-without-section",
@@ -14,7 +14,9 @@ pub(crate) const RULE: Rule = Rule {
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let described = |number: u16| {
-        context.facts.kinds.iter().any(|kind| matches!(kind, SectionKind::Module(found, _) if *found == number))
+        let kinds = &context.facts.kinds;
+        let at = kinds.partition_point(|kind| *kind < SectionKind::Module(number, ModulePart::Info));
+        matches!(kinds.get(at), Some(SectionKind::Module(found, _)) if *found == number)
     };
     let Some(section) = context.facts.section(SectionKind::SupportedModules) else { return };
     for module in context.device.modules.iter().filter(|module| !described(module.number)) {

@@ -157,14 +157,9 @@ impl Diagnostics {
         self.set_severity(code, None);
     }
 
-    /// Takes back what was found at a place.
-    pub(crate) fn retract_at(&mut self, span: Span) {
-        self.list.retain(|diagnostic| diagnostic.span() != Some(span));
-    }
-
-    /// Takes back what was found at a place under a code.
-    pub(crate) fn retract(&mut self, code: &str, span: Span) {
-        self.list.retain(|diagnostic| diagnostic.code != code || diagnostic.span() != Some(span));
+    /// Takes back some findings.
+    pub(crate) fn retract(&mut self, mut some: impl FnMut(&Diagnostic) -> bool) {
+        self.list.retain(|diagnostic| !some(diagnostic));
     }
 
     /// Puts the findings in the order of their places, and says how many were only counted.

@@ -1,10 +1,10 @@
 //! Findings as text, with the lines they are about.
 
 use annotate_snippets::renderer::DecorStyle;
-use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 
 use super::{Diagnostic, Diagnostics, Label, Severity};
-use crate::Input;
+use crate::{Input, Source};
 
 /// Two places of one source are shown in one piece when at most so many lines lie between them.
 const MAX_GAP_LINES: usize = 12;
@@ -49,7 +49,11 @@ impl Diagnostic {
         };
         let mut group = Group::with_title(level.primary_title(self.message.as_str()).id(self.code));
         for piece in pieces(&self.labels, input) {
-            group = group.element(snippet(&piece, input));
+            group = if piece.bytes(input) > MAX_PIECE_BYTES {
+                group.elements(origin(&piece, input))
+            } else {
+                group.element(snippet(&piece, input))
+            };
         }
         if let Some(help) = &self.help {
             group = group.element(Level::HELP.message(help.as_str()));
@@ -58,12 +62,22 @@ impl Diagnostic {
     }
 }
 
+/// Longer pieces are not shown, only named.
+const MAX_PIECE_BYTES: usize = 4096;
+
 /// Neighbouring lines with the labels on them.
 struct Piece<'a> {
     source: u16,
     first: usize,
     last: usize,
     labels: Vec<&'a Label>,
+}
+
+impl Piece<'_> {
+    fn bytes(&self, input: &Input) -> usize {
+        let lines = |source: &Source| source.line_range(self.last).1 - source.line_range(self.first).0;
+        input.source(self.source).map_or(0, |source| lines(source) as usize)
+    }
 }
 
 fn pieces<'a>(labels: &'a [Label], input: &Input) -> Vec<Piece<'a>> {
@@ -86,6 +100,12 @@ fn pieces<'a>(labels: &'a [Label], input: &Input) -> Vec<Piece<'a>> {
         }
     }
     pieces
+}
+
+fn origin<'a>(piece: &Piece<'a>, input: &'a Input) -> Option<Origin<'a>> {
+    let source = input.source(piece.source)?;
+    let place = source.position(piece.labels.first()?.span.start);
+    Some(Origin::path(source.name()).line(place.line as usize).char_column(place.column as usize))
 }
 
 fn snippet<'a>(piece: &Piece<'a>, input: &'a Input) -> Snippet<'a, Annotation<'a>> {

@@ -49,7 +49,8 @@ mod object;
 mod pdo;
 mod value;
 
-pub(crate) use pdo::Extra;
+use std::collections::BTreeSet;
+
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -59,6 +60,8 @@ use crate::eds::Facts;
 use crate::model::{Condition, Device, Meaning};
 use crate::object::Key;
 use crate::source::{Source, Span};
+
+pub(crate) use pdo::Extra;
 
 /// The newest format that is known.
 const FORMAT: i128 = 1;
@@ -123,20 +126,24 @@ pub(crate) fn apply(source: &Source, number: u16, device: &mut Device, changes: 
 /// Takes back findings about keys that an overlay has corrected since.
 pub(crate) fn forget_what_was_corrected(device: &Device, facts: &Facts<'_>, changes: &Changes, out: &mut Diagnostics) {
     let syntax = &facts.syntax;
+    let mut places: BTreeSet<(Option<&str>, Span)> = BTreeSet::new();
     for correction in &changes.corrections {
         let Some(entry) = device.entry(correction.index, correction.sub) else { continue };
         let pair = syntax.section_at(entry.span).and_then(|section| section.get(correction.key.name()));
-        match pair.filter(|pair| !pair.value.is_empty()) {
-            Some(pair) => out.retract_at(syntax.value_span(pair)),
-            None if correction.key == Key::DataType => {
-                out.retract(check::entries_have_a_data_type::RULE.code, entry.span);
-            }
-            None if correction.key == Key::AccessType => {
-                out.retract(check::entries_have_an_access_type::RULE.code, entry.span);
-            }
-            None => {}
-        }
+        let missing = match correction.key {
+            Key::DataType => check::entries_have_a_data_type::RULE.code,
+            Key::AccessType => check::entries_have_an_access_type::RULE.code,
+            _ => "",
+        };
+        places.insert(match pair.filter(|pair| !pair.value.is_empty()) {
+            Some(pair) => (None, syntax.value_span(pair)),
+            None => (Some(missing), entry.span),
+        });
     }
+    out.retract(|finding| {
+        let Some(span) = finding.span() else { return false };
+        places.contains(&(None, span)) || places.contains(&(Some(finding.code), span))
+    });
 }
 
 /// The device profile: what an overlay says, else the low half of the default of 1000h.

@@ -17,7 +17,7 @@ impl Reader<'_> {
             self.out.push(check::overlay_values_are_of_their_kind::found("\"2410\" or \"2410:05\"", span));
             return;
         };
-        let Some(at) = self.device.objects.iter().position(|object| object.index == index) else {
+        let Ok(at) = self.device.objects.binary_search_by_key(&index, |object| object.index) else {
             self.out.push(check::overlay_objects_exist::found(name.get_ref(), span));
             return;
         };

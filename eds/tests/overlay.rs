@@ -1,0 +1,137 @@
+//! What overlays change, and that what they mend is no longer found.
+
+use lexican_eds::model::{AccessType, Direction, Mapped, Meaning, NmtState, Value};
+use lexican_eds::types::DataType;
+use lexican_eds::{Diagnostics, Input, Source, load, model::Device};
+
+const EDS: &str = "\
+[2000]
+ParameterName=Speed
+ObjectType=7
+DataType=6
+AccessType=UNKNOWN
+DefaultValue=twelve
+LowLimit=10
+HighLimit=1
+
+[2001]
+ParameterName=Table
+ObjectType=8
+SubNumber=3
+[2001sub0]
+ParameterName=Count
+DataType=5
+AccessType=ro
+DefaultValue=2
+[2001sub1]
+ParameterName=One
+DataType=6
+AccessType=rw
+[2001sub2]
+ParameterName=Two
+DataType=6
+AccessType=rw
+";
+
+fn read(overlays: &[&str]) -> (Device, Diagnostics) {
+    let mut input = Input::new(Source::new("x.eds", EDS));
+    for overlay in overlays {
+        input = input.overlay(Source::new("x.toml", format!("[overlay]\nformat = 1\n{overlay}")));
+    }
+    load(&input)
+}
+
+fn codes(diagnostics: &Diagnostics) -> Vec<&str> {
+    // A file of two objects lacks much that this is not about.
+    let general =
+        ["eds::missing-section", "cia301::missing-object", "cia301::no-error-control", "eds::object-not-listed"];
+    diagnostics.iter().map(|finding| finding.code).filter(|code| !general.contains(code)).collect()
+}
+
+#[test]
+fn corrections_mend_what_was_found() {
+    assert_eq!(codes(&read(&[]).1), ["eds::bad-access-type", "eds::bad-value", "eds::limits-reversed"]);
+    let (device, diagnostics) = read(&["
+        [object.\"2000\"]
+        reason = \"manual, page 12\"
+        name = \"Target speed\"
+        data_type = \"INTEGER16\"
+        access = \"rww\"
+        pdo_mapping = true
+        default = 12
+        low = -100
+        high = \"0x64\"
+    "]);
+    assert_eq!(codes(&diagnostics), [] as [&str; 0]);
+    let entry = device.entry(0x2000, 0).unwrap();
+    assert_eq!(
+        (entry.name.as_str(), entry.data_type, entry.access),
+        ("Target speed", DataType::Integer16, AccessType::Rww)
+    );
+    assert_eq!(device.object(0x2000).unwrap().name, "Target speed");
+    assert!(entry.pdo_mapping);
+    let values = [&entry.default, &entry.low, &entry.high].map(|value| value.as_ref().and_then(Value::as_integer));
+    assert_eq!(values, [Some(12), Some(-100), Some(100)]);
+}
+
+#[test]
+fn meanings_of_an_array_are_those_of_its_entries() {
+    let (device, diagnostics) = read(&["
+        [object.\"2001\"]
+        description = \"Two speeds.\"
+        quantity = \"Speed\"
+        persistent = true
+        writable_in = [\"pre-operational\"]
+        [object.\"2001:02\"]
+        name = \"Second\"
+        ranges = [{ when = \"2001:01 == 2\", low = 1, high = 200 }]
+        [quantity.Speed]
+        units = [{ symbol = \"rev/min\", method = \"revolutions_per_minute\", scale = \"1/2\" }]
+    "]);
+    assert_eq!(codes(&diagnostics), codes(&read(&[]).1));
+    let object = device.object(0x2001).unwrap();
+    assert_eq!(object.description.as_deref(), Some("Two speeds."));
+    assert_eq!(object.entries[0].meaning, Meaning::Plain);
+    for entry in &object.entries[1..] {
+        assert_eq!(entry.meaning, Meaning::Quantity("Speed".into()));
+        assert!(entry.persistent && entry.description.is_none());
+        assert_eq!(entry.writable_in, Some(vec![NmtState::PreOperational]));
+    }
+    assert_eq!((object.entries[1].name.as_str(), object.entries[2].name.as_str()), ("One", "Second"));
+    assert_eq!((object.entries[2].ranges[0].when.index, object.entries[2].ranges[0].high), (0x2001, 200));
+    assert_eq!((device.quantities["Speed"].units[0].num, device.quantities["Speed"].units[0].den), (1, 2));
+}
+
+#[test]
+fn pdos_are_added() {
+    let (device, _) = read(&["
+        profile = 402
+        [[pdo]]
+        direction = \"transmit\"
+        number = 2
+        cob_id = \"$NODEID+0x280\"
+        transmission_type = 255
+        mapping = [\"2000:00\", \"0005:00\", \"2001:02\"]
+    "]);
+    let pdo = &device.pdos[0];
+    assert_eq!((pdo.direction, pdo.number, pdo.transmission_type), (Direction::Transmit, 2, Some(255)));
+    assert_eq!(pdo.cob_id, Some(Value::NodeIdPlus(0x280)));
+    let mapped = |index, sub, bits| Mapped { index, sub, bits };
+    assert_eq!(pdo.mapping, [mapped(0x2000, 0, 16), mapped(5, 0, 8), mapped(0x2001, 2, 16)]);
+    assert_eq!(device.profile, Some(402));
+}
+
+#[test]
+fn the_last_overlay_wins() {
+    let name = |name: &str| format!("[object.\"2000\"]\nname = \"{name}\"\n");
+    let (device, _) = read(&[&name("first"), &name("second")]);
+    assert_eq!(device.object(0x2000).unwrap().name, "second");
+}
+
+#[test]
+fn findings_in_an_overlay_name_its_lines() {
+    let input = Input::new(Source::new("x.eds", EDS))
+        .overlay(Source::new("x.toml", "[overlay]\nformat = 1\n\n[object.\"2000\"]\nlow = true\n"));
+    let text = load(&input).1.render(&input);
+    assert!(text.contains("error[overlay::missing-reason]") && text.contains(" --> x.toml:4:9"), "{text}");
+}
