@@ -220,3 +220,41 @@ fn a_reader_that_leaves_early_is_no_error() {
     child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
     assert_eq!((child.wait().unwrap().code(), stderr.as_str()), (Some(0), ""));
 }
+
+#[test]
+fn two_data_sheets_are_compared_by_object() {
+    let folder = folder("diff");
+    std::fs::write(folder.join("a.eds"), SMALL).unwrap();
+    std::fs::write(folder.join("b.eds"), SMALL.replace("Device Type", "Type of Device").replace('\n', "\r\n")).unwrap();
+    let same = lexican_in(&folder, &["eds", "diff", "a.eds", "a.eds"]);
+    assert_eq!((same.code, same.stdout.as_str()), (Some(0), ""));
+    let run = lexican_in(&folder, &["eds", "diff", "a.eds", "b.eds"]);
+    assert_eq!(run.code, Some(1), "{}", run.stderr);
+    assert_eq!(run.stdout.lines().count(), 1, "{}", run.stdout);
+    assert!(run.stdout.contains("1000") && run.stdout.contains("Type of Device"), "{}", run.stdout);
+    assert_eq!(lexican_in(&folder, &["eds", "diff", "a.eds", "missing.eds"]).code, Some(2));
+}
+
+#[test]
+fn formatting_is_printed_checked_or_written_whole() {
+    let folder = folder("fmt");
+    let untidy = SMALL.replace("ParameterName=Device Type", "parametername = Ger\u{e4}tetyp");
+    let bytes: Vec<u8> = untidy.chars().map(|letter| letter as u8).collect();
+    std::fs::write(folder.join("x.eds"), &bytes).unwrap();
+    let printed = lexican_in(&folder, &["eds", "fmt", "x.eds"]);
+    assert!(printed.stdout.contains("ParameterName=Gerätetyp"), "{}", printed.stdout);
+    let check = lexican_in(&folder, &["eds", "fmt", "--check", "x.eds"]);
+    assert_eq!((check.code, check.stdout.as_str()), (Some(1), "x.eds\n"));
+    assert_eq!(std::fs::read(folder.join("x.eds")).unwrap(), bytes);
+
+    assert_eq!(lexican_in(&folder, &["eds", "fmt", "--write", "x.eds"]).code, Some(0));
+    assert_eq!(files(&folder), ["x.eds"]);
+    let written = std::fs::read(folder.join("x.eds")).unwrap();
+    let name = b"=Ger\xE4tetyp";
+    assert!(written.windows(name.len()).any(|bytes| bytes == name), "the file stays in code page 1252");
+    assert_eq!(lexican_in(&folder, &["eds", "fmt", "--check", "x.eds"]).code, Some(0));
+
+    std::fs::write(folder.join("empty.eds"), "").unwrap();
+    assert_eq!(lexican_in(&folder, &["eds", "fmt", "--write", "empty.eds"]).code, Some(2));
+    assert_eq!(std::fs::read(folder.join("empty.eds")).unwrap(), b"");
+}

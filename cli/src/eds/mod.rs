@@ -1,6 +1,8 @@
 //! `lexican eds`: data sheets shown, checked, compared and tidied.
 
+mod diff;
 mod dump;
+mod fmt;
 mod lint;
 
 use crate::output::{Failure, Outcome};
@@ -10,6 +12,8 @@ use crate::output::{Failure, Outcome};
 pub(crate) enum Command {
     Dump(dump::Args),
     Lint(lint::Args),
+    Diff(diff::Args),
+    Fmt(fmt::Args),
 }
 
 impl Command {
@@ -17,6 +21,8 @@ impl Command {
         match self {
             Command::Dump(args) => dump::run(&args),
             Command::Lint(args) => lint::run(&args),
+            Command::Diff(args) => diff::run(&args),
+            Command::Fmt(args) => fmt::run(&args),
         }
     }
 }

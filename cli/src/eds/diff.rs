@@ -1,0 +1,59 @@
+//! `lexican eds diff`: what differs between two devices, by object.
+
+use std::io::Write;
+
+use anstyle::{AnsiColor, Style};
+use lexican_eds::diff::{ChangeKind, diff, json};
+
+use crate::device::Loaded;
+use crate::output::{Failure, Outcome, styled};
+
+/// Compares two data sheets object by object, whatever their order and spelling
+///
+/// Exit code 0: they describe the same; 1: they differ; 2: one of them cannot be read.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// An EDS or DCF file, or a device that lexican knows
+    #[arg(value_name = "FILE|DEVICE")]
+    before: String,
+
+    /// What it is compared with
+    #[arg(value_name = "FILE|DEVICE")]
+    after: String,
+
+    /// How to print the differences
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum Format {
+    /// One line per difference: + added, - removed, ~ changed
+    Text,
+    /// A JSON array
+    Json,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let (before, after) = (Loaded::named(&args.before)?, Loaded::named(&args.after)?);
+    let changes = diff(&before.device, &after.device);
+    let mut stdout = anstream::stdout().lock();
+    match args.format {
+        Format::Json => writeln!(stdout, "{:#}", json(&changes))?,
+        Format::Text => {
+            for change in &changes {
+                writeln!(stdout, "{}", styled(style(&change.kind), change))?;
+            }
+        }
+    }
+    stdout.flush()?;
+    Ok(if changes.is_empty() { Outcome::Clean } else { Outcome::Found })
+}
+
+fn style(kind: &ChangeKind) -> Style {
+    match kind {
+        ChangeKind::Added => AnsiColor::Green.on_default(),
+        ChangeKind::Removed => AnsiColor::Red.on_default(),
+        ChangeKind::Changed { .. } => AnsiColor::Yellow.on_default(),
+    }
+}
