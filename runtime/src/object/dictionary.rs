@@ -4,6 +4,8 @@
 //! generated code brings: one row per entry, sorted by address, and the bytes of all defaults. So an
 //! entry is found in O(log n), and 5,000 objects are data and not code.
 
+use core::ops::{Range, RangeInclusive};
+
 use super::{Address, DataType, Object, Value};
 use crate::abort::AbortCode;
 use crate::id::NodeId;
@@ -207,6 +209,18 @@ impl<const N: usize> Dictionary<N> {
         self.table
     }
 
+    /// Gives all entries of these indices the defaults of the data sheet for this node-ID: `0x1000..=0x1FFF`
+    /// for a reset of the communication (CiA 301, 7.3.2.2), `0..=0xFFFF` for a reset of the node.
+    pub fn reset(&mut self, node: NodeId, indices: RangeInclusive<u16>) {
+        let new = Dictionary::<N>::new(self.table, node);
+        for entry in self.table.entries.iter().filter(|entry| indices.contains(&entry.address.index())) {
+            let range = slot_range(entry);
+            if let (Some(to), Some(from)) = (self.image.get_mut(range.clone()), new.image.get(range)) {
+                to.copy_from_slice(from);
+            }
+        }
+    }
+
     /// The value of an object. The device itself reads everything, also what its manager may not.
     ///
     /// # Panics
@@ -256,10 +270,9 @@ impl<const N: usize> Dictionary<N> {
 
     /// Length prefix (empty for a fixed size) and value, to be written.
     fn slot(&mut self, entry: &Entry) -> (&mut [u8], &mut [u8]) {
-        let start = entry.offset as usize;
-        let prefix = if entry.data_type.size().is_some() || entry.capacity == 0 { 0 } else { 2 };
-        let end = start + usize::from(entry.capacity);
-        match self.image.get_mut(start.saturating_sub(prefix)..end) {
+        let range = slot_range(entry);
+        let prefix = entry.offset as usize - range.start;
+        match self.image.get_mut(range) {
             Some(slot) => slot.split_at_mut(prefix),
             None => (&mut [], &mut []),
         }
@@ -280,6 +293,13 @@ impl<const N: usize> Dictionary<N> {
             Ok(())
         }
     }
+}
+
+/// Where length prefix and value of an entry lie in the image.
+fn slot_range(entry: &Entry) -> Range<usize> {
+    let start = entry.offset as usize;
+    let prefix = if entry.data_type.size().is_some() || entry.capacity == 0 { 0 } else { 2 };
+    start.saturating_sub(prefix)..start + usize::from(entry.capacity)
 }
 
 /// A number that orders wire forms as their values order.
@@ -424,6 +444,23 @@ mod tests {
     fn a_value_of_another_length_is_refused() {
         assert_eq!(write((0x2000, 1), &[1]), Err(AbortCode::LENGTH_TOO_LOW));
         assert_eq!(write((0x2000, 1), &[1, 0, 0]), Err(AbortCode::LENGTH_TOO_HIGH));
+    }
+
+    #[test]
+    fn a_reset_concerns_the_indices_that_it_names() {
+        let mut od = dictionary();
+        let mut write = |index, sub, data: &[u8]| {
+            let entry = od.entry(Address::new(index, sub)).unwrap();
+            od.write(&entry, 0, data, true).unwrap();
+        };
+        write(0x1014, 0, &[0x99, 0, 0, 0]);
+        write(0x2000, 1, &[1, 0]);
+        write(0x2000, 3, b"other");
+        od.reset(NodeId::literal(6), 0x1000..=0x1FFF);
+        assert_eq!(od.get(Object::<u32, Rw>::new(0x1014, 0)), 0x86);
+        assert_eq!(od.get(Object::<i16, Rw>::new(0x2000, 1)), 1);
+        od.reset(NodeId::literal(5), 0..=0xFFFF);
+        assert_eq!(od.image, dictionary().image);
     }
 
     #[test]
