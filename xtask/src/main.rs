@@ -2,6 +2,7 @@
 //!
 //! A task that fails says what to do about it, and the process exits with 1.
 
+mod bench;
 mod ci;
 mod tidy;
 mod vcan;
@@ -27,6 +28,8 @@ enum Task {
     },
     /// Check the habits that no compiler checks: arrows between crates, names, sizes of files
     Tidy,
+    /// Measure, side by side with our peers
+    Bench(bench::Bench),
     /// Write the expected files of all golden tests anew; review the difference before you commit it
     Bless,
     /// Run a command with the CAN interfaces vcan0 and vcan1 up, under a guest kernel where this one
@@ -39,6 +42,7 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().task {
         Task::Ci { job } => ci::run(&root, job),
         Task::Tidy => tidy::run(&root),
+        Task::Bench(bench) => bench::run(&root, &bench),
         Task::Bless => ci::bless(&root),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };

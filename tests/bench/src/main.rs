@@ -1,0 +1,29 @@
+//! Our figures and those of our peers, side by side in one run.
+//!
+//! `cargo xtask bench sdo` and `cargo xtask bench eds` are how to call it. What is compared is said where each
+//! contender is made, with what it does not do. No test asserts a time: the goals below the tables are read by
+//! people.
+
+mod eds;
+mod measure;
+mod report;
+mod sdo;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match *arguments {
+        ["sdo"] => sdo::run(),
+        ["eds"] => eds::run(None),
+        ["eds", path] => eds::run(Some(path)),
+        // What the benchmark calls to measure the memory of one reader alone.
+        ["peak", reader, path] => eds::peak::child(reader, path),
+        _ => {
+            eprintln!("usage: cargo xtask bench [sdo | eds [FILE]]");
+            return ExitCode::FAILURE;
+        }
+    }
+    ExitCode::SUCCESS
+}
