@@ -1,6 +1,7 @@
 //! How the communication objects of the dictionary configure the services.
 
 use super::checked::consumed_heartbeat;
+use super::filter::Filter;
 use super::{Device, RpdoSlot, TpdoSlot};
 use crate::id::CobId;
 use crate::object::{Address, Direction, ObjectDictionary};
@@ -11,6 +12,7 @@ use crate::service::rpdo::{self, Rpdo};
 use crate::service::sdo_server::SdoServer;
 use crate::service::tpdo::{self, Tpdo};
 use crate::time::{Duration, Instant};
+use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
@@ -32,6 +34,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         self.load_servers(od);
         self.load_rpdos(od);
         self.load_tpdos(now, od);
+        self.filter = self.listen();
     }
 
     /// Configures what a written entry concerns.
@@ -46,8 +49,21 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             0x1201..=0x127F => self.load_servers(od),
             index @ 0x1400..=0x17FF => self.reload_rpdo(1 + (index & 0x01FF), od),
             index @ 0x1800..=0x1BFF => self.reload_tpdo(1 + (index & 0x01FF), now, od),
-            _ => {}
+            _ => return,
         }
+        self.filter = self.listen();
+    }
+
+    /// All identifiers that concern the device.
+    fn listen(&self) -> Filter {
+        let fixed = [CobId::NMT, ErrorControl::cob_id(self.node), self.sync_consumer.id()];
+        let heartbeats = self.consumers.iter().flatten().map(|consumer| ErrorControl::cob_id(consumer.node()));
+        let requests = self.servers.iter().flatten().map(SdoServer::request_id);
+        let rpdos = self.rpdos.iter().map(|slot| &slot.pdo).filter(|pdo| pdo.is_active());
+        let tpdos = self.tpdos.iter().map(|slot| &slot.pdo).filter(|pdo| pdo.is_active());
+        let pdos = rpdos.map(|pdo| pdo.parameters().cob_id).chain(tpdos.map(|pdo| pdo.parameters().cob_id));
+        let messages = fixed.into_iter().chain(self.time_id).chain(requests);
+        messages.chain(heartbeats).chain(pdos.map(PdoCobId::id)).collect()
     }
 
     fn load_sync(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {

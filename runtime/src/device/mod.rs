@@ -17,8 +17,10 @@ mod behaviour;
 mod checked;
 mod configure;
 mod event;
+mod filter;
 
 use self::checked::Checked;
+use self::filter::Filter;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, ObjectDictionary};
@@ -50,6 +52,8 @@ pub use event::{Event, PdoSet};
 pub struct Device<const RPDOS: usize = 4, const TPDOS: usize = 4, const SERVERS: usize = 1, const MONITORED: usize = 4>
 {
     node: NodeId,
+    /// Which identifiers concern the device.
+    filter: Filter,
     behaviour: Behaviour,
     nmt: Nmt,
     sync_consumer: SyncConsumer,
@@ -111,6 +115,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     pub const fn new(node: NodeId, behaviour: Behaviour) -> Self {
         Device {
             node,
+            filter: Filter::NOTHING,
             behaviour,
             nmt: Nmt::new(node),
             sync_consumer: SyncConsumer::new(),
@@ -251,7 +256,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     /// Takes a frame. Frames that are not for this device cost little and do nothing.
+    #[inline]
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        if !self.filter.may_contain(frame.id()) {
+            return None;
+        }
         let event = self.dispatch(now, frame, od);
         self.end_communication_error(od);
         event
