@@ -221,6 +221,38 @@ fn outside_the_limits_only_inching_back_is_possible() {
 }
 
 #[test]
+fn windows_and_limits_are_inclusive() {
+    let mut bench = Bench::enabled(Parameters { limits: [-1000, 1000], ..Parameters::default() });
+    bench.travel_to(1000);
+    bench.pass_ms(60_000);
+    assert!(!bench.has(status::INTERNAL_LIMIT) && bench.has(status::READY), "at the limit, not beyond it");
+    bench.control(0x000F);
+    bench.control(0x400F);
+    bench.pass_ms(1000);
+    assert_eq!(bench.controller.position(bench.now), 1000, "no inching from the limit on");
+    bench.control(0x000F);
+    bench.set(|parameters| parameters.delta_inch = -10);
+    bench.control(0x200F);
+    bench.pass_ms(1000);
+    // Cancelling the job makes the programmed target count again: 1000, with a window of 10.
+    bench.controller.calibrate(bench.now, 990);
+    bench.system_shows("xxxx xxxx xxxx 1xxx");
+    bench.controller.calibrate(bench.now, 989);
+    bench.system_shows("xxxx xxxx xxxx 0xxx");
+}
+
+#[test]
+fn slower_than_2_rev_per_min_is_standstill() {
+    for (v_pos, moving) in [(1, false), (2, true)] {
+        let mut bench = Bench::enabled(Parameters { v_pos, ..Parameters::default() });
+        bench.travel_to(1000);
+        bench.pass_ms(2000);
+        assert_eq!(bench.has(status::MOVING), moving, "{v_pos} rev/min");
+        assert_ne!(bench.controller.position(bench.now), 0);
+    }
+}
+
+#[test]
 fn inching_1_is_a_step_and_inching_2_lasts_as_long_as_its_bit() {
     let mut bench = Bench::enabled(Parameters { delta_inch: -1600, ..Parameters::default() });
     bench.control(0x000F);
@@ -326,6 +358,18 @@ fn the_motor_is_released_at_the_target_when_asked_to() {
         bench.pass_ms(10_000);
         let shown = bench.controller.system_status(bench.now) & system::MOTOR_RELEASED != 0;
         assert_eq!(shown, released, "mode {in_position_mode}");
+    }
+}
+
+#[test]
+fn torque_deactivation_acts_above_its_threshold_and_not_at_125() {
+    for (torque_deactivation, load_ma, stops) in [(50, 1000, false), (50, 1020, true), (125, 4000, false)] {
+        let mut bench = Bench::enabled(Parameters { torque_deactivation, ..Parameters::default() });
+        bench.world(|inputs| inputs.load_ma = load_ma);
+        bench.travel_to(5000);
+        bench.pass_ms(2000);
+        assert_eq!(bench.controller.torque_deactivation_state() == 1, stops, "{load_ma} mA");
+        assert_eq!(bench.controller.velocity(bench.now) == 0, stops, "{load_ma} mA");
     }
 }
 

@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, Mutex};
 
-use lexican_runtime::host::{Fate, VirtualBus, VirtualLink};
+use lexican_runtime::host::{Fate, Link, VirtualBus, VirtualLink};
 use lexican_runtime::service::sdo_client::SdoError;
-use lexican_runtime::{AbortCode, Duration, Frame, NodeId};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, NodeId};
 use siko_ag03_1::Direction;
 use siko_ag03_1::driver::{Drive, Error, Missing, Mode, Outcome, VelocityOutcome};
 use siko_ag03_1::fault::{Cause, Fault};
@@ -52,6 +52,13 @@ impl Bench {
         self.simulated.lock().unwrap().set_inputs(self.bus.now(), change);
     }
 
+    /// Another manager sends a control word.
+    fn control(&mut self, word: u16) {
+        let frame = Frame::from_array(CobId::of_node(0x200, NODE), word.to_le_bytes());
+        self.bus.link().send(&frame).unwrap();
+        self.pass_ms(1);
+    }
+
     fn pass_ms(&mut self, ms: u64) {
         self.drive.pass(Duration::from_millis(ms)).unwrap();
     }
@@ -79,6 +86,30 @@ fn a_travel_reaches_its_target() {
     assert_eq!(bench.drive.move_to(5000).unwrap(), Outcome::Reached { position: 5000 });
     assert_eq!(bench.drive.move_to(-20).unwrap(), Outcome::Reached { position: -20 });
     assert_eq!(bench.drive.move_to(-20).unwrap(), Outcome::Reached { position: -20 }, "no way to go");
+}
+
+/// What another manager has left in the control word does not matter.
+#[test]
+fn every_edge_is_made_from_below() {
+    let mut bench = Bench::enabled();
+    bench.drive.move_to(100).unwrap();
+    assert_eq!(bench.simulated.lock().unwrap().storage().get(od::CONTROLWORD).0, 0x010F, "New Setpoint is cleared");
+    bench.control(0x001F);
+    bench.pass_ms(1000);
+    assert_eq!(bench.drive.move_to(200).unwrap(), Outcome::Reached { position: 200 });
+    bench.world(|inputs| inputs.internal_error = true);
+    bench.control(0x0080);
+    bench.pass_ms(1000);
+    bench.world(|inputs| inputs.internal_error = false);
+    assert_eq!(bench.drive.reset_fault().unwrap(), Some(Cause::Fault(Fault::INTERNAL)));
+    bench.drive.set_mode(Mode::Velocity).unwrap();
+    for word in [0x0000, 0x0006, 0x0007, 0x000F] {
+        bench.control(word);
+    }
+    assert_eq!(bench.drive.state().unwrap(), State::OperationEnabled);
+    assert!(matches!(bench.drive.run_at(20).unwrap(), VelocityOutcome::Reached { .. }));
+    bench.pass_ms(1000);
+    assert_eq!(bench.velocity(), 20);
 }
 
 #[test]
@@ -352,6 +383,19 @@ fn another_device_is_not_taken_for_the_drive() {
         Err(Error::NotThisDrive { vendor_id: 0x195, profile: 402, name: None, .. }) => {}
         other => panic!("{:?}", other.err()),
     }
+}
+
+#[test]
+fn a_value_of_another_length_is_no_value() {
+    let mut bench = Bench::new();
+    bench.bus.set_fate(|_, frame| match *frame.data() {
+        // Two bytes where the data sheet has four.
+        [0x42, 0x64, 0x60, sub, a, b, ..] => {
+            Fate::Replace(Frame::from_array(frame.id(), [0x4B, 0x64, 0x60, sub, a, b, 0, 0]))
+        }
+        _ => Fate::Deliver,
+    });
+    assert!(matches!(bench.drive.read(od::POSITION_ACTUAL_VALUE), Err(Error::DataSheet { .. })));
 }
 
 #[test]

@@ -8,6 +8,7 @@ use lexican_runtime::wire::emcy::CodeOrder;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use siko_ag03_1::od;
+use siko_ag03_1::sim::inputs::BusState;
 use siko_ag03_1::sim::{Setup, SimulatedDrive, StatusLed};
 use siko_ag03_1::state::State;
 
@@ -216,6 +217,8 @@ fn calibration_needs_a_value_within_the_limits() {
     assert_eq!(bench.write(0x607C, 0, &1001_i32.to_le_bytes()), Some(0x0609_0030));
     assert_eq!(bench.write(0x607C, 0, &1000_i32.to_le_bytes()), None);
     assert_eq!(bench.read(0x6064, 0), Ok(1000));
+    assert_eq!(bench.write(0x607D, 1, &1000_i32.to_le_bytes()), None);
+    assert_eq!(bench.write(0x607C, 0, &5000_i32.to_le_bytes()), None, "equal limits are none");
 }
 
 #[test]
@@ -396,7 +399,9 @@ fn node_guarding_disables_the_drive_when_nobody_asks_any_more() {
     bench.hear(299);
     assert_eq!(bench.see(|drive, _| drive.state()), State::OperationEnabled);
     bench.hear(1);
-    assert_eq!(bench.see(|drive, _| drive.state()), State::SwitchOnDisabled);
+    // Without 1029h, CiA 301 has the node in PRE-OPERATIONAL then, and that disables the drive.
+    let states = bench.see(|drive, _| (drive.nmt_state(), drive.state()));
+    assert_eq!(states, (NmtState::PreOperational, State::SwitchOnDisabled));
 }
 
 #[test]
@@ -409,15 +414,26 @@ fn the_switches_set_the_node_id_and_all_off_means_1() {
 }
 
 #[test]
+fn an_error_passive_controller_tells_so_and_nothing_else() {
+    let mut bench = Bench::operational();
+    bench.hear(0);
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Passive));
+    assert_eq!(bench.hear(1000), ["085#2081110000000000"]);
+    assert!(bench.ask("605#4000100000000000").is_empty());
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Active));
+    assert_eq!(bench.ask("605#4000100000000000"), ["085#0000000000000000", "585#4200100092010000"]);
+}
+
+#[test]
 fn a_silent_bus_stays_silent() {
     let mut bench = Bench::operational();
     bench.hear(0);
     bench.see(|drive, now| {
-        drive.set_inputs(now, |inputs| inputs.bus = siko_ag03_1::sim::inputs::BusState::Off);
+        drive.set_inputs(now, |inputs| inputs.bus = BusState::Off);
     });
     assert_eq!(bench.hear(1000), [""; 0]);
     bench.see(|drive, now| {
-        drive.set_inputs(now, |inputs| inputs.bus = siko_ag03_1::sim::inputs::BusState::Active);
+        drive.set_inputs(now, |inputs| inputs.bus = BusState::Active);
     });
     let heard = bench.hear(0);
     assert!(heard.contains(&"085#4081110000000000".into()), "{heard:?}");

@@ -108,11 +108,11 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// [`Error::Sdo`], or [`Error::Restarted`].
+    /// [`Error::Sdo`], [`Error::DataSheet`], or [`Error::Restarted`].
     pub async fn read<T: Value, A: Readable, M>(&self, object: Object<T, A, M>) -> Result<T, Error> {
-        let payload = self.transfer(object.address(), Scalar::room_for::<T>(), false).await?;
-        // The client has room for just the size of the type, and reports any other.
-        Ok(payload.get().unwrap_or_else(|_| T::from_raw(0)))
+        let address = object.address();
+        let payload = self.transfer(address, Scalar::room_for::<T>(), false).await?;
+        payload.get().map_err(|error| Error::DataSheet { address, error })
     }
 
     /// Writes an object.
@@ -132,9 +132,7 @@ impl Desk {
     ///
     /// As [`Desk::read`].
     pub async fn status(&self) -> Result<u16, Error> {
-        let word = self.read(od::STATUSWORD).await?.0;
-        self.lock().saw_status(word);
-        Ok(word)
+        Ok(self.read(od::STATUSWORD).await?.0)
     }
 
     /// The next status word that the drive sends; when it sends none, reads it.

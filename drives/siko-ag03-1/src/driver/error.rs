@@ -3,7 +3,7 @@
 use std::fmt;
 
 use lexican_runtime::host::LinkError;
-use lexican_runtime::object::OutOfRange;
+use lexican_runtime::object::{Address, LengthMismatch, OutOfRange};
 use lexican_runtime::service::sdo_client::SdoError;
 
 use crate::fault::Cause;
@@ -77,6 +77,14 @@ pub enum Error {
     /// Access to an object failed.
     #[error(transparent)]
     Sdo(#[from] SdoError),
+    /// The value of an object has another length than the data sheet says.
+    #[error("{address}: the drive and its data sheet differ: {error}")]
+    DataSheet {
+        /// The object.
+        address: Address,
+        /// The lengths.
+        error: LengthMismatch,
+    },
     /// A value is outside the limits of the data sheet; nothing was sent.
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),

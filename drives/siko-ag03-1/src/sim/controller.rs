@@ -9,7 +9,7 @@ use super::inputs::{BusState, Inputs, Shaft};
 use super::motion::{FULL_ACCELERATION, Job, Motion, REVOLUTION_PER_MINUTE, RUN_OUT_DECELERATION};
 use super::parameters::{Mode, Parameters};
 use crate::Direction;
-use crate::fault::{ERROR_PASSIVE, Fault, NO_ERROR, RECOVERED_FROM_BUS_OFF};
+use crate::fault::{ERROR_PASSIVE, Fault, NO_ERROR, RECOVERED_FROM_BUS_OFF, register};
 use crate::state::{State, Transition, commanded, has_torque};
 use crate::words::control;
 
@@ -197,8 +197,8 @@ impl Controller {
         self.settle(now);
     }
 
-    /// Goes to SWITCH ON DISABLED, as leaving OPERATIONAL and losing the manager do (7.2.11).
-    pub fn disable(&mut self, now: Instant) {
+    /// Goes to SWITCH ON DISABLED.
+    fn disable(&mut self, now: Instant) {
         self.control_word = 0;
         if self.state != State::Fault {
             self.state = State::SwitchOnDisabled;
@@ -432,7 +432,8 @@ impl Controller {
     }
 
     fn report(&mut self, code: u16) {
-        self.emergencies.push_back(Emergency { code, register: self.error_register(), stored: false });
+        let own = if code == NO_ERROR { 0 } else { register::GENERAL | register::COMMUNICATION };
+        self.emergencies.push_back(Emergency { code, register: self.error_register() | own, stored: false });
     }
 }
 

@@ -1,12 +1,8 @@
 //! The simulated drive as a node of a bus.
 
-use std::collections::BTreeMap;
-
-use lexican_runtime::device::{Behaviour, ChangeRule, Device, ErrorControlRule, Event};
+use lexican_runtime::device::{Device, Event};
 use lexican_runtime::host::Node;
-use lexican_runtime::object::{Address, ObjectDictionary};
-use lexican_runtime::service::guarding;
-use lexican_runtime::service::tpdo::Triggers;
+use lexican_runtime::object::ObjectDictionary;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::wire::pdo::TransmissionType;
@@ -16,96 +12,10 @@ use super::controller::{Controller, Network};
 use super::inputs::{BusState, Inputs};
 use super::objects::{self, Effect, Objects};
 use super::parameters::Parameters;
+use super::setup::{NonVolatile, Setup};
 use super::trajectory;
 use crate::od;
 use crate::state::State;
-
-/// In what the AG03/1 deviates from CiA 301, or fills in what it leaves open.
-pub const BEHAVIOUR: Behaviour = Behaviour {
-    // On change and by event timer (1800h:02); "sent with transition to OPERATIONAL" (7.2.2.4).
-    triggers_254: Triggers { start: true, change: true, timer: true, inhibit: true },
-    // By event timer only; the inhibit time is for type 254.
-    triggers_255: Triggers { start: false, change: false, timer: true, inhibit: false },
-    type_0_at_every_sync: true,
-    // 1400h:05 is a compatibility entry.
-    rpdo_deadlines: false,
-    changes: ChangeRule::InPreOperational,
-    dummies: 0,
-    empty_history_is_zero: true,
-    // Table 20 has no code for what a device notices by itself on the bus.
-    records_communication_errors: false,
-    unreported: &[
-        ErrorCode::LIFE_GUARD,
-        ErrorCode::PDO_LENGTH,
-        ErrorCode::PDO_TOO_LONG,
-        ErrorCode::SYNC_LENGTH,
-        ErrorCode::RPDO_TIMEOUT,
-    ],
-    error_control: ErrorControlRule::Exclusive,
-    // The worked example of 7.2.8 answers 42h; table 18 has 43h, 4Bh and 4Fh.
-    sdo_sizes_indicated: false,
-    ..Behaviour::CIA_301
-};
-
-/// The gear that is built in (2102h).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Gear {
-    /// 24:1, up to 200 rev/min.
-    #[default]
-    Reduction24,
-    /// 48:1, up to 100 rev/min.
-    Reduction48,
-}
-
-/// What the drive is made of, and how it differs from others.
-#[derive(Clone, Debug)]
-pub struct Setup {
-    /// The node-ID, as set by the DIP switches ([`Setup::node_of_switches`]).
-    pub node: NodeId,
-    /// The gear.
-    pub gear: Gear,
-    /// 1018h:04.
-    pub serial_number: u32,
-    /// The world around the drive.
-    pub inputs: Inputs,
-    /// What is kept from the last time that power was on; nothing in a new drive.
-    pub non_volatile: NonVolatile,
-    /// How the drive deviates from CiA 301.
-    pub behaviour: Behaviour,
-}
-
-impl Setup {
-    /// A new drive with the 24:1 gear.
-    #[must_use]
-    pub fn new(node: NodeId) -> Self {
-        Setup {
-            node,
-            gear: Gear::default(),
-            serial_number: 1,
-            inputs: Inputs::default(),
-            non_volatile: NonVolatile::default(),
-            behaviour: BEHAVIOUR,
-        }
-    }
-
-    /// The node-ID that the switches SW1 (bit 0) to SW7 (bit 6) set: all off means 1 (7.13).
-    #[must_use]
-    pub const fn node_of_switches(switches: u8) -> NodeId {
-        match NodeId::new(switches & 0x7F) {
-            Some(node) => node,
-            None => NodeId::literal(1),
-        }
-    }
-}
-
-/// What survives without power: the EEPROM, and the absolute encoder with its battery.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct NonVolatile {
-    /// The persistent entries, in wire form.
-    pub eeprom: BTreeMap<Address, u64>,
-    /// The position as 6064h shows it.
-    pub position: i32,
-}
 
 /// The green status LED (7.14).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,7 +50,7 @@ impl SimulatedDrive {
     /// A drive that is powered on at `now`.
     #[must_use]
     pub fn power_on(now: Instant, setup: Setup) -> Self {
-        let storage = storage(&setup);
+        let storage = setup.storage();
         let parameters = objects::parameters(&storage);
         let position = setup.non_volatile.position;
         let mut drive = SimulatedDrive {
@@ -281,7 +191,6 @@ impl SimulatedDrive {
         match event {
             Some(Event::StateChanged(state)) => self.controller.set_network(now, network(state)),
             Some(Event::Reset(_)) => self.restart(now),
-            Some(Event::LifeGuarding(guarding::Event::Lost)) => self.controller.disable(now),
             _ => {}
         }
         self.settle(now);
@@ -292,7 +201,7 @@ impl SimulatedDrive {
         let position = self.position(now);
         let inputs = *self.inputs();
         let setup = Setup { non_volatile: self.non_volatile(now), inputs, ..self.setup.clone() };
-        self.storage = storage(&setup);
+        self.storage = setup.storage();
         self.controller = Controller::new(now, objects::parameters(&self.storage), inputs, position);
         self.with_device(now, |device, od| device.restart(now, od));
     }
@@ -409,30 +318,4 @@ fn network(state: NmtState) -> Network {
         NmtState::Stopped => Network::Stopped,
         _ => Network::PreOperational,
     }
-}
-
-/// The dictionary after power-on: defaults, and over them what the EEPROM has kept.
-fn storage(setup: &Setup) -> od::Storage {
-    let mut storage = od::storage(setup.node);
-    for (&address, raw) in &setup.non_volatile.eeprom {
-        if let Ok(entry) = storage.entry(address) {
-            let bytes = raw.to_le_bytes();
-            // A value that the dictionary does not take is that of another firmware: the default stays.
-            let _ = storage.write(&entry, 0, bytes.get(..usize::from(entry.capacity)).unwrap_or(&bytes), true);
-        }
-    }
-    let faults = od::PRE_DEFINED_ERROR_FIELD.iter().filter(|fault| storage.get(*fault).0 != 0).count();
-    storage.set(od::PRE_DEFINED_ERROR_FIELD.len_object(), faults as u8);
-    storage.set(od::NODE_ID, setup.node.get());
-    storage.set(od::MANUFACTURER_DEVICE_NAME, u32::from_le_bytes(*b"AG03"));
-    storage.set(od::MANUFACTURER_SOFTWARE_VERSION, u32::from_le_bytes(*b"4.01"));
-    storage.set(od::IDENTITY_OBJECT.serial_number(), setup.serial_number);
-    storage.set(
-        od::GEAR_REDUCTION,
-        match setup.gear {
-            Gear::Reduction24 => od::GearReduction::GEAR_24_1,
-            Gear::Reduction48 => od::GearReduction::GEAR_48_1,
-        },
-    );
-    storage
 }

@@ -31,7 +31,9 @@ pub mod inputs;
 pub mod motion;
 mod objects;
 pub mod parameters;
+mod setup;
 mod status;
 pub mod trajectory;
 
-pub use drive::{BEHAVIOUR, Gear, NonVolatile, Setup, SimulatedDrive, StatusLed};
+pub use drive::{SimulatedDrive, StatusLed};
+pub use setup::{BEHAVIOUR, Gear, NonVolatile, NotNonVolatile, Setup};

@@ -193,7 +193,7 @@ impl Motion {
         let state = self.state(now);
         let (target, profile) = (state.position + width, self.within_ceiling(profile));
         let way = Trajectory::through(now, state, &[target], profile);
-        let way = stopping_behind(way, limits, state, Direction::of(width), profile.deceleration);
+        let way = stopping_behind(way, limits, Direction::of(width), profile.deceleration);
         self.begin(Job::Step { target }, way);
     }
 
@@ -201,7 +201,7 @@ impl Motion {
     pub fn inch(&mut self, now: Instant, direction: Direction, profile: Profile, limits: Option<Limits>) {
         let (state, profile) = (self.state(now), self.within_ceiling(profile));
         let way = Trajectory::ramp(now, state, profile.speed * direction.sign(), profile.acceleration);
-        let way = stopping_behind(way, limits, state, direction, profile.deceleration);
+        let way = stopping_behind(way, limits, direction, profile.deceleration);
         self.begin(Job::Inching(direction), way);
     }
 
@@ -312,19 +312,11 @@ impl Motion {
 /// In increments/s, far below what anybody sees.
 const TINY: f64 = 1e-6;
 
-/// Travelling back from beyond a limit is free; a limit that lies ahead ends the way.
-fn stopping_behind(
-    way: Trajectory,
-    limits: Option<Limits>,
-    from: State,
-    direction: Direction,
-    deceleration: f64,
-) -> Trajectory {
-    match limits.map(|limits| limits.ahead(direction)) {
-        Some(limit) if (limit - from.position) * direction.sign() >= 0.0 => {
-            way.stopping_behind(limit, direction.sign(), deceleration)
-        }
-        _ => way,
+/// A limit that lies ahead ends the way. Back from beyond the other one, the way is free.
+fn stopping_behind(way: Trajectory, limits: Option<Limits>, direction: Direction, deceleration: f64) -> Trajectory {
+    match limits {
+        Some(limits) => way.stopping_behind(limits.ahead(direction), direction.sign(), deceleration),
+        None => way,
     }
 }
 
@@ -387,6 +379,18 @@ mod tests {
         let turned = motion.next_change(ms(2000), |_| ()).unwrap();
         assert_eq!(motion.state(turned).position, -1800.0);
         assert_eq!(motion.rest_at().map(|end| motion.state(end).position), Some(-1000.0));
+    }
+
+    #[test]
+    fn a_loop_interrupted_after_its_turn_does_not_turn_again() {
+        let by_loop = Some(Loop { approach: Direction::Positive, length: 800.0 });
+        let mut motion = drive();
+        motion.move_to(ms(0), -1000.0, PROFILE, by_loop);
+        motion.interrupt(ms(2600));
+        assert!(!motion.is_before_turn(ms(3000)));
+        motion.resume(ms(3000));
+        let first = motion.next_change(ms(3000), |_| ()).unwrap();
+        assert_eq!(motion.state(first).position, -1000.0);
     }
 
     #[test]

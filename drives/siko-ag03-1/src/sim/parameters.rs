@@ -220,6 +220,14 @@ mod tests {
     }
 
     #[test]
+    fn the_loop_is_counted_behind_the_gear() {
+        let parameters = Parameters { numerator: 5, positioning_type: 2, spindle_pitch: 200, ..Parameters::default() };
+        let by_loop = parameters.by_loop().unwrap();
+        assert_eq!((by_loop.length, by_loop.approach), (4000.0, Direction::Negative));
+        assert_eq!(Parameters::default().by_loop(), None);
+    }
+
+    #[test]
     fn inching_stops_fully_or_as_programmed() {
         let with = |inching_stop| Parameters { inching_stop, ..Parameters::default() }.inching().deceleration;
         assert_eq!((with(0), with(1)), (6400.0, 3200.0));

@@ -67,7 +67,8 @@ impl Trajectory {
         plan.finish()
     }
 
-    /// The same way until it passes `limit` in the direction of `sign`; from there to a standstill.
+    /// The same way until it passes `limit` in the direction of `sign`; from there, or from where it starts beyond
+    /// it, to a standstill.
     #[must_use]
     pub fn stopping_behind(mut self, limit: f64, sign: f64, deceleration: f64) -> Self {
         let Some((from_s, state)) = self.passing(limit, sign) else { return self };
@@ -140,6 +141,10 @@ impl Trajectory {
 
     /// When and how fast the way passes `limit` in the direction of `sign`.
     fn passing(&self, limit: f64, sign: f64) -> Option<(f64, State)> {
+        let first = self.pieces.first()?;
+        if (limit - first.state.position) * sign <= 0.0 {
+            return Some((first.from_s, first.state));
+        }
         for (row, piece) in self.pieces.iter().enumerate() {
             let distance = (limit - piece.state.position) * sign;
             let speed = piece.state.velocity * sign;
@@ -289,8 +294,11 @@ mod tests {
         assert!((way.rest_position().unwrap() - 1100.0).abs() < 1e-6);
         let short = Trajectory::through(Instant::ZERO, State::default(), &[900.0], PROFILE);
         assert_eq!(short.clone().stopping_behind(1000.0, 1.0, 3200.0), short, "a limit beyond the way changes nothing");
-        let back = Trajectory::ramp(Instant::ZERO, State::default(), 800.0, 3200.0).stopping_behind(-1.0, 1.0, 3200.0);
-        assert_eq!(back.rest_position(), None, "a limit behind the axis is never passed");
+        for limit in [0.0, -0.3] {
+            let way = Trajectory::ramp(Instant::ZERO, State::default(), 800.0, 3200.0);
+            let way = way.stopping_behind(limit, 1.0, 3200.0);
+            assert_eq!(way.rest_position(), Some(0.0), "who stands at the limit does not move");
+        }
     }
 
     #[test]
