@@ -7,13 +7,15 @@ use std::boxed::Box;
 use std::collections::VecDeque;
 use std::vec::Vec;
 
+use super::access::{AccessError, LONGEST};
 use super::bytes::Bytes;
 use super::{Incoming, Link, LinkError};
+use crate::abort::AbortCode;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::manager::{BeginError, Event, Manager, Payloads, Remote};
-use crate::object::{Address, LengthMismatch, Object, OutOfRange, Pdo, Readable, Value, Writable};
-use crate::service::sdo_client::{self, Payload, Scalar, SdoError};
+use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
+use crate::service::sdo_client::{self, Payload, Scalar};
 use crate::time::{Duration, Instant};
 use crate::wire::nmt::NmtCommand;
 
@@ -25,41 +27,8 @@ pub struct Network<L> {
     missed: u64,
 }
 
-/// Why an object of a node could not be read or written.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum AccessError {
-    /// The value is outside the limits of the data sheet. Nothing was sent.
-    #[error(transparent)]
-    OutOfRange(#[from] OutOfRange),
-    /// The node refused, or did not answer.
-    #[error("node {node}: {error}")]
-    Sdo {
-        /// Which node.
-        node: NodeId,
-        /// What happened.
-        error: SdoError,
-    },
-    /// The node's value has another length than the data sheet says.
-    #[error("node {node}, {address}: the device and its data sheet differ: {error}")]
-    DataSheet {
-        /// Which node.
-        node: NodeId,
-        /// Which entry.
-        address: Address,
-        /// The lengths.
-        error: LengthMismatch,
-    },
-    /// The link is gone.
-    #[error(transparent)]
-    Link(#[from] LinkError),
-}
-
 /// How many events are kept until somebody asks for them.
 const KEPT: usize = 1024;
-
-/// The longest object that [`Network::read_bytes`] takes.
-const LONGEST: usize = 64 << 20;
 
 impl<L: Link> Network<L> {
     /// A network over `link`. Nothing is sent.
@@ -223,15 +192,24 @@ impl<L: Link> Network<L> {
             self.manager.add(now, Remote::new(node)).expect("there is room for all 127 nodes");
         }
         begin(&mut self.manager, now).expect("the shell runs one transfer at a time");
+        match self.finish(payload) {
+            Ok(sdo_client::Event::Done { len, .. }) => Ok(len),
+            Ok(sdo_client::Event::Failed(error)) => Err(AccessError::Sdo { node, error }),
+            Err(error) => {
+                let sdo = self.manager.sdo(node).expect("the node was added above");
+                sdo.abort(AbortCode::GENERAL);
+                Err(error.into())
+            }
+        }
+    }
+
+    fn finish(&mut self, payload: &mut impl Payload) -> Result<sdo_client::Event, LinkError> {
         loop {
             let until = self.manager.poll_timeout().expect("a transfer has a deadline");
             let Step::Sdo(event) = self.step(until, payload)? else { continue };
-            // The node may have to be told that the transfer is over.
-            self.transmit(payload)?;
-            return match event {
-                sdo_client::Event::Done { len, .. } => Ok(len),
-                sdo_client::Event::Failed(error) => Err(AccessError::Sdo { node, error }),
-            };
+            // The node may have to be told that the transfer is over. It need not hear it.
+            let _ = self.transmit(payload);
+            return Ok(event);
         }
     }
 
@@ -283,11 +261,14 @@ enum Step {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+    use std::rc::Rc;
+
     use super::*;
-    use crate::abort::AbortCode;
     use crate::device::{Behaviour, Device};
     use crate::host::{Node, VirtualBus};
     use crate::object::{Access, DataType, Dictionary, Entry, PdoMapping, Ro, Rw, Table};
+    use crate::service::sdo_client::SdoError;
     use crate::wire::nmt::NmtState;
 
     const NODE: NodeId = NodeId::literal(5);
@@ -364,5 +345,30 @@ mod tests {
         assert!(matches!(error, AccessError::Sdo { error, .. } if error == expected), "{error}");
         let error = network.read(NodeId::literal(6), DEVICE_TYPE).unwrap_err();
         assert_eq!(std::format!("{error}"), "node 6: 1000:00: no answer of the device in time");
+    }
+
+    /// A link that refuses what is sent while it is told to.
+    struct Ailing<L>(L, Rc<Cell<bool>>);
+
+    impl<L: Link> Link for Ailing<L> {
+        fn now(&self) -> Instant {
+            self.0.now()
+        }
+        fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+            if self.1.get() { Err(LinkError::Full) } else { self.0.send(frame) }
+        }
+        fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+            self.0.receive(until)
+        }
+    }
+
+    #[test]
+    fn a_transfer_that_the_link_refused_does_not_stand_in_the_way_of_the_next() {
+        let ails = Rc::new(Cell::new(true));
+        let mut network = Network::new(Ailing(network().into_link(), Rc::clone(&ails)));
+        assert!(matches!(network.read(NODE, DEVICE_TYPE), Err(AccessError::Link(LinkError::Full))));
+        assert!(matches!(network.read(NODE, DEVICE_TYPE), Err(AccessError::Link(LinkError::Full))));
+        ails.set(false);
+        assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);
     }
 }

@@ -1,6 +1,7 @@
 //! Where the core meets the world: links that carry frames, and shells that drive the state machines
 //! over them. No protocol logic is in here; the clocks and the sockets are.
 
+mod access;
 pub mod blocking;
 mod bytes;
 pub mod candump;
@@ -14,6 +15,7 @@ pub mod socketcan;
 pub mod url;
 mod virtual_bus;
 
+pub use access::AccessError;
 pub use bytes::Bytes;
 pub use link::{BusState, Incoming, Link, LinkError};
 pub use replay::{Replay, ReplayError};
