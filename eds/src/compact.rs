@@ -9,6 +9,9 @@ use crate::section::ObjectPart;
 use crate::syntax::Section;
 use crate::types::DataType;
 
+/// So many entries are written out in a file; see the rule.
+const MAX_COMPACT_ENTRIES: usize = 100_000;
+
 impl<'a, 's> Reader<'a, 's> {
     /// The entries that `CompactSubObj` stands for; without it, the header of an object has no use for some keys.
     pub(crate) fn compact_entries(&mut self, object: &mut Object, facts: &ObjectFacts, fields: &Fields<'a, 's>) {
@@ -27,6 +30,12 @@ impl<'a, 's> Reader<'a, 's> {
         count.default = Some(Value::Integer(facts.compact.into()));
         let template = self.entry(object.index, 0, object.span, fields, ObjectKind::Variable);
         object.entries.push(count);
+        self.compact_entries += usize::from(facts.compact);
+        if self.compact_entries > MAX_COMPACT_ENTRIES {
+            let found = check::compact_objects_stand_for_a_bounded_number_of_entries::found;
+            self.out.push(found(object.index, object.span));
+            return;
+        }
         for sub in 1..=facts.compact.min(0xFE) {
             let name = format!("{}{sub}", object.name);
             object.entries.push(Entry { sub, name, denotation: None, ..template.clone() });

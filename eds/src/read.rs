@@ -14,6 +14,8 @@ pub(crate) struct Reader<'a, 's> {
     pub(crate) syntax: &'s Syntax<'a>,
     pub(crate) out: &'s mut Diagnostics,
     grouped: BTreeMap<(&'static str, String), Group>,
+    /// How many entries `CompactSubObj` stood for so far.
+    pub(crate) compact_entries: usize,
 }
 
 /// Findings that are told once for all keys of a name.
@@ -32,7 +34,7 @@ pub(crate) struct Numbered<'a, 's> {
 
 impl<'a, 's> Reader<'a, 's> {
     pub(crate) fn new(syntax: &'s Syntax<'a>, out: &'s mut Diagnostics) -> Self {
-        Self { syntax, out, grouped: BTreeMap::new() }
+        Self { syntax, out, grouped: BTreeMap::new(), compact_entries: 0 }
     }
 
     /// The pairs of a section by the position of their keys in a table; unknown and repeated keys are reported.

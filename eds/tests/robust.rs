@@ -161,3 +161,13 @@ fn a_file_beyond_the_bounds_is_not_read() {
     assert!(device.objects.is_empty());
     assert_eq!(diagnostics.iter().map(|finding| finding.code).collect::<Vec<_>>(), ["eds::file-size"]);
 }
+
+#[test]
+fn compact_objects_cannot_exhaust_memory() {
+    let object = |index: u16| format!("[{index:04X}]\nObjectType=8\nCompactSubObj=254\nDataType=5\nAccessType=rw\n");
+    let text: String = (0x2000..0x4000).map(object).collect();
+    let (device, diagnostics) = load(&Input::new(Source::new("x.eds", text)));
+    assert_eq!(device.objects.len(), 0x2000);
+    assert!(device.entries().count() < 110_000);
+    assert!(diagnostics.iter().any(|finding| finding.code == "eds::too-many-entries"));
+}

@@ -133,6 +133,7 @@ rules! {
     compact_objects_have_at_most_254_subs,
     user_defined_types_are_described,
     links_lead_to_objects,
+    compact_objects_stand_for_a_bounded_number_of_entries,
     limits_are_in_order,
     limits_are_within_their_type,
     defaults_are_within_their_type,
