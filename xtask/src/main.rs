@@ -4,6 +4,9 @@
 
 mod bench;
 mod ci;
+mod corpus;
+mod outside;
+mod size;
 mod tidy;
 mod vcan;
 
@@ -32,6 +35,13 @@ enum Task {
     Bench(bench::Bench),
     /// Write the expected files of all golden tests anew; review the difference before you commit it
     Bless,
+    /// Generate from every data sheet below a folder, and compile and lint all of it
+    Corpus {
+        /// The folder; its files stay where they are
+        folder: PathBuf,
+    },
+    /// Measure what generated code costs: the compiler's time, lines, the instructions of one write
+    Size,
     /// Run a command with the CAN interfaces vcan0 and vcan1 up, under a guest kernel where this one
     /// has no CAN
     Vcan(vcan::Arguments),
@@ -44,6 +54,8 @@ fn main() -> ExitCode {
         Task::Tidy => tidy::run(&root),
         Task::Bench(bench) => bench::run(&root, &bench),
         Task::Bless => ci::bless(&root),
+        Task::Corpus { folder } => corpus::run(&root, &folder),
+        Task::Size => size::run(&root),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
     match outcome {

@@ -1,0 +1,63 @@
+//! Crates that tasks write below `target/`, outside of the workspace, to see what the compiler makes of
+//! generated code.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The command that users run, built as they run it.
+pub(crate) fn lexican(root: &Path) -> Result<PathBuf, String> {
+    run(Command::new(cargo()).args(["build", "--quiet", "--release", "-p", "lexican"]).current_dir(root))?;
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    Ok(target.join("release").join(format!("lexican{}", std::env::consts::EXE_SUFFIX)))
+}
+
+/// An empty folder `target/<name>`.
+pub(crate) fn empty_folder(root: &Path, name: &str) -> Result<PathBuf, String> {
+    let folder = root.join("target").join(name);
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
+    Ok(folder)
+}
+
+/// A library that depends on the runtime alone.
+pub(crate) fn write_crate(root: &Path, folder: &Path, edition: &str, lib: &str) -> Result<(), String> {
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    let runtime = root.join("runtime");
+    let manifest = format!(
+        "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"{edition}\"\n\n[dependencies]\n\
+         lexican-runtime = {{ path = {runtime:?} }}\n"
+    );
+    write(&folder.join("Cargo.toml"), &manifest)?;
+    write(&folder.join("src/lib.rs"), lib)
+}
+
+pub(crate) fn write(path: &Path, text: &str) -> Result<(), String> {
+    let parent = path.parent().unwrap_or(Path::new("."));
+    fs::create_dir_all(parent)
+        .and_then(|()| fs::write(path, text))
+        .map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Cargo in `folder`, with the versions that the workspace has and a target folder of its own.
+pub(crate) fn cargo_in(root: &Path, folder: &Path, arguments: &[&str]) -> Result<Output, String> {
+    let lock = folder.join("Cargo.lock");
+    if !lock.exists() {
+        fs::copy(root.join("Cargo.lock"), &lock).map_err(|error| format!("{}: {error}", lock.display()))?;
+    }
+    let target = folder.join("target");
+    run(Command::new(cargo()).args(arguments).current_dir(folder).env("CARGO_TARGET_DIR", target))
+}
+
+fn cargo() -> std::ffi::OsString {
+    std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
+}
+
+fn run(command: &mut Command) -> Result<Output, String> {
+    let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
+    if output.status.success() {
+        return Ok(output);
+    }
+    Err(format!("{command:?}: {}\n{}", output.status, String::from_utf8_lossy(&output.stderr)))
+}
