@@ -76,8 +76,8 @@ fn frame(id: CobId, data: &[u8]) -> Frame {
 }
 
 proptest! {
-    // 2,500 times 60 steps of each side are some 200,000 frames.
-    #![proptest_config(ProptestConfig::with_cases(2_500))]
+    // 1,500 times some 35 frames to each side are 100,000 frames.
+    #![proptest_config(ProptestConfig::with_cases(1_500))]
 
     #[test]
     fn a_server_withstands_any_frames(

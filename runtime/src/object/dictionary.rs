@@ -339,7 +339,12 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
             return Ok(8);
         }
         let n = rest.len().min(buffer.len());
-        buffer.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
+        if let (Some(buffer), Some(rest)) = (buffer.get_mut(..n), rest.get(..n)) {
+            match (<&mut [u8; 4]>::try_from(&mut *buffer), <&[u8; 4]>::try_from(rest)) {
+                (Ok(buffer), Ok(rest)) => *buffer = *rest,
+                _ => buffer.copy_from_slice(rest),
+            }
+        }
         Ok(n)
     }
 

@@ -199,7 +199,7 @@ impl ServerResponse {
         ServerResponse::from_raw(Raw::parse(bytes)?)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn from_raw(raw: Raw) -> Option<Self> {
         let address = raw.address();
         Some(match raw.specifier() {
@@ -311,7 +311,24 @@ impl Expedited {
         Some(Expedited { len, data: bytes })
     }
 
+    /// The first `len` of these bytes; `None` unless they are one to four.
+    #[inline]
+    pub(crate) fn of_buffer(buffer: [u8; 4], len: usize) -> Option<Self> {
+        if !(1..=4).contains(&len) {
+            return None;
+        }
+        let data = u32::from_le_bytes(buffer) & u32::MAX >> (8 * (4 - len));
+        Some(Expedited { len: len as u8, data: data.to_le_bytes() })
+    }
+
+    /// The same bytes without telling how many count.
+    #[inline]
+    pub(crate) const fn without_len(self) -> Self {
+        Expedited::of_unknown_len(self.data)
+    }
+
     /// Four bytes without telling how many count.
+    #[inline]
     #[must_use]
     pub const fn of_unknown_len(data: [u8; 4]) -> Self {
         Expedited { len: 0, data }
@@ -523,6 +540,12 @@ impl Raw {
     #[inline]
     pub(crate) fn segment(self) -> Option<Segment> {
         (self.specifier() == 0).then(|| Segment::parse(self))
+    }
+
+    /// The abort, if this is one.
+    #[inline]
+    pub(crate) fn abort(self) -> Option<Abort> {
+        (self.specifier() == 4).then(|| Abort::parse(self))
     }
 
     #[inline]

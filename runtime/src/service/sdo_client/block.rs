@@ -1,7 +1,7 @@
 //! Block transfers (CiA 301, 7.2.4.3.9 to 7.2.4.3.15), and what becomes of them with servers that know none.
 
 use super::segmented::{self, Download, Upload};
-use super::{Failure, Payload, Progress, violation};
+use super::{Failure, Payload, Progress};
 use crate::abort::AbortCode;
 use crate::object::Address;
 use crate::service::sdo_block::{Confirmed, Receiver, Sender};
@@ -68,6 +68,11 @@ impl BlockDownload {
         Download::new(self.address, self.len)
     }
 
+    /// The same write without blocks, which the server has agreed to.
+    pub(super) fn begun_without_blocks(&self) -> Download {
+        Download::begun(self.address, self.len)
+    }
+
     #[inline]
     pub(super) fn request(&mut self, payload: &mut dyn Payload) -> Result<Raw, Failure> {
         let request = match &mut self.phase {
@@ -75,33 +80,32 @@ impl BlockDownload {
                 ClientRequest::InitiateBlockDownload { address: self.address, crc: true, size: Some(self.len) }
             }
             Sending::Segments(sender) => {
-                let segment = next_segment(self.address, self.len, sender, payload)?;
+                let segment = next_segment(self.len, sender, payload)?;
                 return Ok(segment.to_raw());
             }
             Sending::Ending(sender) => {
-                let block_end = sender.block_end().ok_or_else(|| violation(self.address, AbortCode::GENERAL))?;
+                let block_end = sender.block_end().ok_or(Failure::Violation(AbortCode::GENERAL))?;
                 ClientRequest::EndBlockDownload(block_end)
             }
         };
         Ok(request.to_raw())
     }
 
-    pub(super) fn handle(&mut self, response: Option<ServerResponse>) -> Result<Progress, Failure> {
-        let violates = |code| violation(self.address, code);
-        match (&mut self.phase, response) {
+    pub(super) fn handle(&mut self, raw: Raw) -> Result<Progress, Failure> {
+        match (&mut self.phase, ServerResponse::from_raw(raw)) {
             (Sending::Initiating, Some(ServerResponse::InitiateBlockDownload { address, crc, block_size }))
                 if address == self.address =>
             {
-                self.phase = Sending::Segments(Sender::new(block_size, crc).map_err(violates)?);
+                self.phase = Sending::Segments(Sender::new(block_size, crc).map_err(Failure::Violation)?);
             }
             // A server that knows no blocks may take it for a segmented download.
             (Sending::Initiating, Some(ServerResponse::InitiateDownload { address })) if address == self.address => {
-                return Ok(Progress::SegmentedDownload(self.segmented().accepted()));
+                return Ok(Progress::Segmented { announced: Some(self.len) });
             }
             // Nothing else is an answer to what was asked.
             (Sending::Initiating, _) => return Ok(Progress::Ignored),
             (Sending::Segments(sender), Some(ServerResponse::ConfirmBlockDownload(confirmation))) => {
-                match sender.confirm(confirmation).map_err(violates)? {
+                match sender.confirm(confirmation).map_err(Failure::Violation)? {
                     Confirmed::Repeated => return Ok(Progress::Ignored),
                     Confirmed::More => {}
                     Confirmed::All => self.phase = Sending::Ending(*sender),
@@ -115,25 +119,22 @@ impl BlockDownload {
             (Sending::Ending(_), Some(ServerResponse::EndBlockDownload)) => {
                 return Ok(Progress::Done { len: self.len });
             }
-            (Sending::Segments(_) | Sending::Ending(_), _) => return Err(violates(AbortCode::UNKNOWN_COMMAND)),
+            (Sending::Segments(_) | Sending::Ending(_), _) => {
+                return Err(Failure::Violation(AbortCode::UNKNOWN_COMMAND));
+            }
         }
         Ok(Progress::Continue)
     }
 }
 
 #[inline]
-fn next_segment(
-    address: Address,
-    size: u32,
-    sender: &mut Sender,
-    payload: &mut dyn Payload,
-) -> Result<BlockSegment, Failure> {
-    let invalid = || violation(address, AbortCode::GENERAL);
-    let offset = sender.offset().ok_or_else(invalid)?;
+fn next_segment(size: u32, sender: &mut Sender, payload: &mut dyn Payload) -> Result<BlockSegment, Failure> {
+    const TOO_LONG: Failure = Failure::Violation(AbortCode::GENERAL);
+    let offset = sender.offset().ok_or(TOO_LONG)?;
     let left = size.saturating_sub(offset);
     let len = left.min(7) as usize;
-    let buffer = segmented::load(address, offset, len, true, payload)?;
-    sender.push(buffer, len, left <= 7).ok_or_else(invalid)
+    let buffer = segmented::load(offset, len, payload)?;
+    sender.push(buffer, len, left <= 7).ok_or(TOO_LONG)
 }
 
 impl BlockUpload {
@@ -186,9 +187,9 @@ impl BlockUpload {
             return Ok(Progress::Ignored);
         };
         let offset = receiver.offset();
-        let received = receiver.take(segment).map_err(|code| violation(self.address, code))?;
+        let received = receiver.take(segment).map_err(Failure::Violation)?;
         if received.is_next {
-            segmented::store(self.address, offset, segment.data(), payload)?;
+            segmented::store(offset, segment.data(), payload)?;
         }
         if received.ends_block {
             *confirmation = Some(receiver.confirm());
@@ -197,12 +198,8 @@ impl BlockUpload {
         Ok(Progress::Awaited)
     }
 
-    pub(super) fn handle(
-        &mut self,
-        response: Option<ServerResponse>,
-        payload: &mut dyn Payload,
-    ) -> Result<Progress, Failure> {
-        match (&mut self.phase, response) {
+    pub(super) fn handle(&mut self, raw: Raw, payload: &mut dyn Payload) -> Result<Progress, Failure> {
+        match (&mut self.phase, ServerResponse::from_raw(raw)) {
             (Receiving::Initiating, Some(ServerResponse::InitiateBlockUpload { address, crc, size }))
                 if address == self.address =>
             {
@@ -214,21 +211,17 @@ impl BlockUpload {
             (Receiving::Initiating, Some(ServerResponse::InitiateUpload { address, content }))
                 if address == self.address =>
             {
-                let mut upload = self.segmented();
-                match upload.begin(content, payload)? {
-                    Progress::Continue => Ok(Progress::SegmentedUpload(upload)),
-                    progress => Ok(progress),
-                }
+                segmented::initiated(content, payload)
             }
             // Nothing else is an answer to what was asked.
             (Receiving::Initiating, _) => Ok(Progress::Ignored),
             (Receiving::Segments { receiver, .. }, Some(ServerResponse::EndBlockUpload(block_end))) => {
                 let offset = receiver.offset();
-                let (data, len) = receiver.finish(block_end).map_err(|code| violation(self.address, code))?;
-                segmented::store(self.address, offset, data.get(..len).unwrap_or(&data), payload)?;
+                let (data, len) = receiver.finish(block_end).map_err(Failure::Violation)?;
+                segmented::store(offset, data.get(..len).unwrap_or(&data), payload)?;
                 Ok(Progress::BlockUploadDone { len: offset.saturating_add(len as u32) })
             }
-            (Receiving::Segments { .. }, _) => Err(violation(self.address, AbortCode::UNKNOWN_COMMAND)),
+            (Receiving::Segments { .. }, _) => Err(Failure::Violation(AbortCode::UNKNOWN_COMMAND)),
         }
     }
 

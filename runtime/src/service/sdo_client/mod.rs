@@ -26,7 +26,7 @@ use crate::id::{CobId, NodeId};
 use crate::object::Address;
 use crate::service::sdo_block;
 use crate::time::{Duration, Instant};
-use crate::wire::sdo::{Abort, ClientRequest, Raw, ServerResponse};
+use crate::wire::sdo::{Abort, ClientRequest, Raw};
 use crate::wire::sdo_block::BlockSegment;
 
 /// One SDO channel to a device, the side that reads and writes. One transfer at a time.
@@ -141,10 +141,13 @@ enum State {
     Failed(SdoError),
 }
 
-/// Why a transfer ends that is not at its end: what the server is told, and the user.
-struct Failure {
-    told: Option<AbortCode>,
-    error: SdoError,
+/// Why a transfer ends that is not at its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Failure {
+    TimedOut,
+    TooLong { capacity: u32 },
+    TooShort { len: u32 },
+    Violation(AbortCode),
 }
 
 /// No response begins with a specifier of 7.
@@ -291,18 +294,13 @@ impl SdoClient {
             self.await_server(now);
             return None;
         }
-        let failure = Failure { told: Some(AbortCode::TIMED_OUT), error: SdoError::TimedOut { address } };
-        Some(self.fail(address, failure))
+        Some(self.fail(address, Failure::TimedOut))
     }
 
     /// The next frame to be sent.
-    #[inline]
+    #[inline(always)]
     pub fn poll_transmit(&mut self, now: Instant, payload: &mut dyn Payload) -> Option<Frame> {
-        let raw = match self.parting.take() {
-            Some(parting) => parting,
-            None if self.unsent => self.next_request(now, payload)?,
-            None => return None,
-        };
+        let raw = self.next(now, payload)?;
         Some(Frame::from_array(self.request, raw.to_bytes()))
     }
 
@@ -323,6 +321,15 @@ impl SdoClient {
         Ok(())
     }
 
+    /// What is to be sent next. It comes in a register; the frame is put together where it is wanted.
+    fn next(&mut self, now: Instant, payload: &mut dyn Payload) -> Option<Raw> {
+        match self.parting.take() {
+            None if self.unsent => self.next_request(now, payload),
+            parting => parting,
+        }
+    }
+
+    #[inline]
     fn next_request(&mut self, now: Instant, payload: &mut dyn Payload) -> Option<Raw> {
         let request = match &mut self.state {
             State::Upload(upload) => Ok(upload.request()),
@@ -347,8 +354,7 @@ impl SdoClient {
             let taken = upload.take(&segment, payload);
             return self.proceed(now, address, taken);
         }
-        let response = ServerResponse::from_raw(raw);
-        if let Some(ServerResponse::Abort(abort)) = response {
+        if let Some(abort) = raw.abort() {
             return self.handle_abort(now, address, abort);
         }
         // What comes before the request was sent is an answer to another one, or a repetition.
@@ -356,10 +362,10 @@ impl SdoClient {
             return None;
         }
         let outcome = match &mut self.state {
-            State::Upload(upload) => upload.handle(response, payload),
-            State::Download(download) => download.handle(response),
-            State::BlockUpload(upload) => upload.handle(response, payload),
-            State::BlockDownload(download) => download.handle(response),
+            State::Upload(upload) => upload.handle(raw, payload),
+            State::Download(download) => download.handle(raw),
+            State::BlockUpload(upload) => upload.handle(raw, payload),
+            State::BlockDownload(download) => download.handle(raw),
             State::Idle | State::Failed(_) => return None,
         };
         // Segments alternate, so the same answer twice is one answer. Blocks do not.
@@ -376,8 +382,10 @@ impl SdoClient {
             Ok(Progress::Ignored) => return None,
             Ok(Progress::Awaited) => {}
             Ok(Progress::Continue) => self.unsent = true,
-            Ok(Progress::SegmentedUpload(upload)) => self.resume(State::Upload(upload)),
-            Ok(Progress::SegmentedDownload(download)) => self.resume(State::Download(download)),
+            Ok(Progress::Segmented { announced }) => match &self.state {
+                State::BlockDownload(download) => self.resume(State::Download(download.begun_without_blocks())),
+                _ => self.resume(State::Upload(Upload::begun(address, announced))),
+            },
             Ok(Progress::Done { len }) => {
                 self.end(None);
                 return Some(Event::Done { address, len });
@@ -411,17 +419,17 @@ impl SdoClient {
     /// An abort for another entry belongs to a transfer that is over here. A server that does not know
     /// what it aborts names `0000:00`; but it knows what it is asked to begin.
     fn handle_abort(&mut self, now: Instant, address: Address, abort: Abort) -> Option<Event> {
-        let (is_begun, without_blocks) = match &self.state {
-            State::Upload(upload) => (upload.is_begun(), None),
-            State::Download(download) => (download.is_begun(), None),
-            State::BlockUpload(upload) => (upload.is_begun(), Some(State::Upload(upload.segmented()))),
-            State::BlockDownload(download) => (download.is_begun(), Some(State::Download(download.segmented()))),
-            State::Idle | State::Failed(_) => return None,
-        };
+        let is_begun = self.is_begun();
         let concerns_us = abort.address == address || is_begun && abort.address == Address::new(0, 0);
         if !concerns_us || self.unsent && !is_begun {
             return None;
         }
+        let without_blocks = match &self.state {
+            State::Failed(_) => return None,
+            State::BlockUpload(upload) => Some(State::Upload(upload.segmented())),
+            State::BlockDownload(download) => Some(State::Download(download.segmented())),
+            _ => None,
+        };
         if let Some(state) = without_blocks.filter(|_| !is_begun && abort.code == AbortCode::UNKNOWN_COMMAND) {
             self.resume(state);
             self.await_server(now);
@@ -431,19 +439,50 @@ impl SdoClient {
         Some(Event::Failed(SdoError::Aborted { address, code: abort.code }))
     }
 
+    /// Ends the transfer, and tells the server.
     #[cold]
     fn fail(&mut self, address: Address, failure: Failure) -> Event {
-        self.end(failure.told.map(|code| Abort { address, code }));
-        Event::Failed(failure.error)
+        let (told, error) = self.explain(address, failure);
+        self.end(told);
+        Event::Failed(error)
     }
 
     /// Sending does not give events: the failure is reported by a deadline that has come.
     #[cold]
     fn fail_later(&mut self, now: Instant, failure: Failure) -> Option<Raw> {
-        let address = failure.error.address();
-        self.state = State::Failed(failure.error);
+        let (told, error) = self.explain(self.address()?, failure);
+        self.state = State::Failed(error);
+        self.unsent = false;
         self.deadline = now;
-        Some(ClientRequest::Abort(Abort { address, code: failure.told? }).to_raw())
+        Some(ClientRequest::Abort(told?).to_raw())
+    }
+
+    /// What the server is told, and what the user is.
+    fn explain(&self, address: Address, failure: Failure) -> (Option<Abort>, SdoError) {
+        let abort = |code| Some(Abort { address, code });
+        // Of an expedited transfer there is nothing that the server could abort.
+        let abort_segments = |code| abort(code).filter(|_| self.is_begun());
+        match failure {
+            Failure::TimedOut => (abort(AbortCode::TIMED_OUT), SdoError::TimedOut { address }),
+            Failure::Violation(code) => (abort(code), SdoError::Violation { address, code }),
+            Failure::TooLong { capacity } => {
+                (abort_segments(AbortCode::OUT_OF_MEMORY), SdoError::TooLong { address, capacity })
+            }
+            Failure::TooShort { len } => {
+                (abort_segments(AbortCode::CANNOT_TRANSFER), SdoError::TooShort { address, len })
+            }
+        }
+    }
+
+    /// Whether the server has answered to the beginning of the transfer.
+    fn is_begun(&self) -> bool {
+        match &self.state {
+            State::Upload(upload) => upload.is_begun(),
+            State::Download(download) => download.is_begun(),
+            State::BlockUpload(upload) => upload.is_begun(),
+            State::BlockDownload(download) => download.is_begun(),
+            State::Idle | State::Failed(_) => false,
+        }
     }
 
     fn end(&mut self, abort: Option<Abort>) {
@@ -466,6 +505,7 @@ impl SdoClient {
 }
 
 /// What a response did to a transfer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Progress {
     /// It does not belong to it.
     Ignored,
@@ -473,17 +513,10 @@ enum Progress {
     Awaited,
     /// The next request is to be sent.
     Continue,
-    /// The server goes on without blocks.
-    SegmentedUpload(Upload),
-    /// The server goes on without blocks.
-    SegmentedDownload(Download),
+    /// The server goes on with segments, and not with blocks.
+    Segmented { announced: Option<u32> },
     /// The transfer is complete.
     Done { len: u32 },
     /// The transfer is complete, and the server is to be told so.
     BlockUploadDone { len: u32 },
-}
-
-/// The server did what it must not.
-fn violation(address: Address, code: AbortCode) -> Failure {
-    Failure { told: Some(code), error: SdoError::Violation { address, code } }
 }

@@ -1,6 +1,6 @@
 //! Expedited and segmented transfers (CiA 301, 7.2.4.3.3 to 7.2.4.3.8).
 
-use super::{Failure, Payload, Progress, SdoError, violation};
+use super::{Failure, Payload, Progress};
 use crate::abort::AbortCode;
 use crate::object::Address;
 use crate::wire::sdo::{ClientRequest, Content, Expedited, Raw, Segment, ServerResponse};
@@ -37,6 +37,11 @@ impl Upload {
         Upload { address, segments: None }
     }
 
+    /// As after an answer of the server that announces segments.
+    pub(super) const fn begun(address: Address, announced: Option<u32>) -> Self {
+        Upload { address, segments: Some(Segments { toggle: false, offset: 0, announced }) }
+    }
+
     pub(super) fn address(&self) -> Address {
         self.address
     }
@@ -54,63 +59,65 @@ impl Upload {
     }
 
     #[inline]
-    pub(super) fn handle(
-        &mut self,
-        response: Option<ServerResponse>,
-        payload: &mut dyn Payload,
-    ) -> Result<Progress, Failure> {
-        match (&mut self.segments, response) {
-            (None, Some(ServerResponse::InitiateUpload { address, content })) if address == self.address => {
-                self.begin(content, payload)
-            }
-            // Nothing else is an answer to what was asked.
-            (None, _) => Ok(Progress::Ignored),
-            (Some(segments), Some(ServerResponse::UploadSegment(segment))) => {
-                segments.take(self.address, segment, payload)
-            }
-            (Some(_), _) => Err(violation(self.address, AbortCode::UNKNOWN_COMMAND)),
+    pub(super) fn handle(&mut self, raw: Raw, payload: &mut dyn Payload) -> Result<Progress, Failure> {
+        match &mut self.segments {
+            Some(segments) => match raw.segment() {
+                Some(segment) => segments.take(segment, payload),
+                None => Err(Failure::Violation(AbortCode::UNKNOWN_COMMAND)),
+            },
+            None => match ServerResponse::from_raw(raw) {
+                Some(ServerResponse::InitiateUpload { address, content }) if address == self.address => {
+                    self.begin(content, payload)
+                }
+                // Nothing else is an answer to what was asked.
+                _ => Ok(Progress::Ignored),
+            },
         }
     }
 
     #[inline]
-    pub(super) fn begin(&mut self, content: Content, payload: &mut dyn Payload) -> Result<Progress, Failure> {
-        match content {
-            Content::Expedited(expedited) => {
-                let taken = payload.store(0, expedited.data());
-                match expedited.len() {
-                    // Nothing is left that the server could be told to abort.
-                    Some(len) if taken < len => {
-                        let error = SdoError::TooLong { address: self.address, capacity: taken as u32 };
-                        Err(Failure { told: None, error })
-                    }
-                    _ => Ok(Progress::Done { len: taken as u32 }),
-                }
-            }
-            Content::Segmented { size } => {
-                self.segments = Some(Segments { toggle: false, offset: 0, announced: size });
-                Ok(Progress::Continue)
+    fn begin(&mut self, content: Content, payload: &mut dyn Payload) -> Result<Progress, Failure> {
+        let progress = initiated(content, payload)?;
+        if let Progress::Segmented { announced } = progress {
+            *self = Upload::begun(self.address, announced);
+            return Ok(Progress::Continue);
+        }
+        Ok(progress)
+    }
+}
+
+/// The answer to an initiation: the data, or notice of segments.
+#[inline]
+pub(super) fn initiated(content: Content, payload: &mut dyn Payload) -> Result<Progress, Failure> {
+    match content {
+        Content::Expedited(expedited) => {
+            let taken = payload.store(0, expedited.data());
+            match expedited.len() {
+                Some(len) if taken < len => Err(Failure::TooLong { capacity: taken as u32 }),
+                _ => Ok(Progress::Done { len: taken as u32 }),
             }
         }
+        Content::Segmented { size } => Ok(Progress::Segmented { announced: size }),
     }
 }
 
 impl Segments {
     #[inline]
-    fn take(&mut self, address: Address, segment: Segment, payload: &mut dyn Payload) -> Result<Progress, Failure> {
+    fn take(&mut self, segment: Segment, payload: &mut dyn Payload) -> Result<Progress, Failure> {
         if segment.toggle != self.toggle {
-            return Err(violation(address, AbortCode::TOGGLE_BIT));
+            return Err(Failure::Violation(AbortCode::TOGGLE_BIT));
         }
         let data = segment.data();
         let end = self.offset.checked_add(data.len() as u32);
         let Some(end) = end.filter(|end| self.announced.is_none_or(|announced| *end <= announced)) else {
-            return Err(violation(address, AbortCode::LENGTH_TOO_HIGH));
+            return Err(Failure::Violation(AbortCode::LENGTH_TOO_HIGH));
         };
-        store(address, self.offset, data, payload)?;
+        store(self.offset, data, payload)?;
         self.offset = end;
         self.toggle = !self.toggle;
         match self.announced {
             _ if !segment.last => Ok(Progress::Continue),
-            Some(announced) if end < announced => Err(violation(address, AbortCode::LENGTH_TOO_LOW)),
+            Some(announced) if end < announced => Err(Failure::Violation(AbortCode::LENGTH_TOO_LOW)),
             _ => Ok(Progress::Done { len: end }),
         }
     }
@@ -121,9 +128,9 @@ impl Download {
         Download { address, len, offset: 0, toggle: None }
     }
 
-    /// As after the answer of the server to the initiation.
-    pub(super) fn accepted(self) -> Self {
-        Download { toggle: Some(false), ..self }
+    /// As after an answer of the server that awaits segments.
+    pub(super) const fn begun(address: Address, len: u32) -> Self {
+        Download { address, len, offset: 0, toggle: Some(false) }
     }
 
     pub(super) fn address(&self) -> Address {
@@ -140,7 +147,7 @@ impl Download {
         if let Some(toggle) = self.toggle {
             let left = self.len - self.offset;
             let len = left.min(7) as usize;
-            let buffer = load(address, self.offset, len, true, payload)?;
+            let buffer = load(self.offset, len, payload)?;
             let segment = Segment::of_buffer(toggle, buffer, len, left <= 7);
             return Ok(ClientRequest::DownloadSegment(segment).to_raw());
         }
@@ -158,8 +165,8 @@ impl Download {
             return Ok(None);
         }
         let len = self.len as usize;
-        let buffer = load(self.address, 0, len, false, payload)?;
-        Ok(buffer.get(..if always_four_bytes { 4 } else { len }).and_then(Expedited::new))
+        let [a, b, c, d, ..] = load(0, len, payload)?;
+        Ok(Expedited::of_buffer([a, b, c, d], if always_four_bytes { 4 } else { len }))
     }
 
     fn is_expedited(&self) -> bool {
@@ -167,8 +174,8 @@ impl Download {
     }
 
     #[inline]
-    pub(super) fn handle(&mut self, response: Option<ServerResponse>) -> Result<Progress, Failure> {
-        match (self.toggle, response) {
+    pub(super) fn handle(&mut self, raw: Raw) -> Result<Progress, Failure> {
+        match (self.toggle, ServerResponse::from_raw(raw)) {
             (None, Some(ServerResponse::InitiateDownload { address })) if address == self.address => {
                 if self.is_expedited() {
                     return Ok(Progress::Done { len: self.len });
@@ -180,45 +187,36 @@ impl Download {
             (None, _) => Ok(Progress::Ignored),
             (Some(toggle), Some(ServerResponse::DownloadSegment { toggle: confirmed })) => {
                 if toggle != confirmed {
-                    return Err(violation(self.address, AbortCode::TOGGLE_BIT));
+                    return Err(Failure::Violation(AbortCode::TOGGLE_BIT));
                 }
                 self.offset = self.offset.saturating_add(7).min(self.len);
                 self.toggle = Some(!toggle);
                 if self.offset == self.len { Ok(Progress::Done { len: self.len }) } else { Ok(Progress::Continue) }
             }
-            (Some(_), _) => Err(violation(self.address, AbortCode::UNKNOWN_COMMAND)),
+            (Some(_), _) => Err(Failure::Violation(AbortCode::UNKNOWN_COMMAND)),
         }
     }
 }
 
-/// The `len` bytes at `offset` of what is to be written, at most seven; zeros follow. Before the first frame there
-/// is no transfer that the server could be told to abort.
+/// The `len` bytes at `offset` of what is to be written, at most seven; zeros follow.
 #[inline]
-pub(super) fn load(
-    address: Address,
-    offset: u32,
-    len: usize,
-    is_begun: bool,
-    payload: &mut dyn Payload,
-) -> Result<[u8; 8], Failure> {
+pub(super) fn load(offset: u32, len: usize, payload: &mut dyn Payload) -> Result<[u8; 8], Failure> {
     let mut buffer = [0; 8];
     // Eight bytes are copied at once where seven are not.
     let got = payload.load(offset, &mut buffer);
-    if got >= len {
-        let data = u64::from_le_bytes(buffer) & !(u64::MAX << (8 * len));
-        return Ok(data.to_le_bytes());
+    if got < len {
+        return Err(Failure::TooShort { len: offset.saturating_add(got as u32) });
     }
-    let error = SdoError::TooShort { address, len: offset.saturating_add(got as u32) };
-    Err(Failure { told: is_begun.then_some(AbortCode::CANNOT_TRANSFER), error })
+    let data = u64::from_le_bytes(buffer) & !(u64::MAX << (8 * len));
+    Ok(data.to_le_bytes())
 }
 
 /// Hands over what was read.
 #[inline]
-pub(super) fn store(address: Address, offset: u32, data: &[u8], payload: &mut dyn Payload) -> Result<(), Failure> {
+pub(super) fn store(offset: u32, data: &[u8], payload: &mut dyn Payload) -> Result<(), Failure> {
     let taken = payload.store(offset, data);
-    if taken >= data.len() {
-        return Ok(());
+    if taken < data.len() {
+        return Err(Failure::TooLong { capacity: offset.saturating_add(taken as u32) });
     }
-    let error = SdoError::TooLong { address, capacity: offset.saturating_add(taken as u32) };
-    Err(Failure { told: Some(AbortCode::OUT_OF_MEMORY), error })
+    Ok(())
 }

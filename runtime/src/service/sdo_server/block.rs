@@ -1,8 +1,7 @@
 //! Block transfers (CiA 301, 7.2.4.3.9 to 7.2.4.3.15).
 
 use super::entry::{Sink, Source, Value};
-use super::segmented::Outcome;
-use super::{Event, SdoServer, State};
+use super::{Outcome, Progress, SdoServer, State};
 use crate::abort::AbortCode;
 use crate::object::{Address, ObjectDictionary};
 use crate::service::sdo_block::{Confirmed, Receiver, Sender};
@@ -97,13 +96,13 @@ impl SdoServer {
         let source = Source::open(address, od)?;
         let size = source.size(od);
         if switch_threshold > 0 && size.is_some_and(|size| size <= u32::from(switch_threshold)) {
-            return self.begin_upload(source, od);
+            return Ok(self.begin_upload(source, od));
         }
         let sender = Sender::new(block_size, crc)?;
         self.state = State::BlockUpload(BlockUpload { source, sender, phase: Phase::Starting });
         let size = size.filter(|_| self.sizes_indicated);
         self.answer(ServerResponse::InitiateBlockUpload { address, crc: true, size });
-        Ok(None)
+        Ok(Progress::Continues)
     }
 
     pub(super) fn start_block_upload(&mut self) -> Outcome {
@@ -111,7 +110,7 @@ impl SdoServer {
             State::BlockUpload(upload) if upload.phase == Phase::Starting => upload.phase = Phase::Sending,
             _ => return Err(AbortCode::UNKNOWN_COMMAND),
         }
-        Ok(None)
+        Ok(Progress::Continues)
     }
 
     pub(super) fn confirm_block_upload(&mut self, confirmation: Confirmation) -> Outcome {
@@ -132,7 +131,7 @@ impl SdoServer {
             // The client awaits the end still: it got lost.
             Phase::Ending => return self.end_block_upload(),
         }
-        Ok(None)
+        Ok(Progress::Continues)
     }
 
     fn end_block_upload(&mut self) -> Outcome {
@@ -140,16 +139,12 @@ impl SdoServer {
             let block_end = upload.sender.block_end().ok_or(AbortCode::GENERAL)?;
             self.answer(ServerResponse::EndBlockUpload(block_end));
         }
-        Ok(None)
+        Ok(Progress::Continues)
     }
 
     pub(super) fn block_upload_ended(&mut self) -> Outcome {
         match &self.state {
-            State::BlockUpload(upload) if upload.phase == Phase::Ending => {
-                let address = upload.address();
-                self.state = State::Idle;
-                Ok(Some(Event::Read(address)))
-            }
+            State::BlockUpload(upload) if upload.phase == Phase::Ending => Ok(Progress::Read),
             _ => Err(AbortCode::UNKNOWN_COMMAND),
         }
     }
@@ -166,16 +161,16 @@ impl SdoServer {
         let receiver = Receiver::new(block_size, crc, size);
         self.state = State::BlockDownload(BlockDownload { sink, receiver });
         self.answer(ServerResponse::InitiateBlockDownload { address, crc: true, block_size });
-        Ok(None)
+        Ok(Progress::Continues)
     }
 
     /// Segments of a block are not answered but at its end.
     #[inline]
-    pub(super) fn confirm_block_download(&mut self, confirmation: Option<Confirmation>) -> Option<Event> {
+    pub(super) fn confirm_block_download(&mut self, confirmation: Option<Confirmation>) -> Progress {
         if let Some(confirmation) = confirmation {
             self.answer(ServerResponse::ConfirmBlockDownload(confirmation));
         }
-        None
+        Progress::Continues
     }
 
     pub(super) fn end_block_download(&mut self, block_end: BlockEnd, od: &mut dyn ObjectDictionary) -> Outcome {
@@ -184,9 +179,7 @@ impl SdoServer {
         };
         let (data, len) = download.receiver.finish(block_end)?;
         download.sink.write(data.get(..len).unwrap_or(&data), true, od)?;
-        let address = download.address();
-        self.state = State::Idle;
         self.answer(ServerResponse::EndBlockDownload);
-        Ok(Some(Event::Written(address)))
+        Ok(Progress::Written)
     }
 }

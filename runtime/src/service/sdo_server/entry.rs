@@ -22,24 +22,27 @@ pub(super) struct Value {
 impl Source {
     #[inline]
     pub(super) fn open(address: Address, od: &mut dyn ObjectDictionary) -> Result<Self, AbortCode> {
-        let entry = od.entry(address)?;
-        if !entry.access.is_readable() {
-            return Err(AbortCode::WRITE_ONLY);
-        }
+        let entry = readable(address, od)?;
         let mut bytes = [0; 8];
         let len = od.read(&entry, 0, &mut bytes)?;
+        Ok(Source::after(entry, len, &bytes))
+    }
+
+    /// The entry of which the first bytes have been read already.
+    #[inline]
+    pub(super) fn after(entry: Entry, len: usize, bytes: &[u8; 8]) -> Self {
         let is_whole = len < bytes.len() || entry.data_type.size().is_some();
-        Ok(Source { entry, value: is_whole.then_some(Value { len, bytes }) })
+        Source { entry, value: is_whole.then_some(Value { len, bytes: *bytes }) }
     }
 
     pub(super) fn address(&self) -> Address {
         self.entry.address
     }
 
-    /// The value, when it is small.
+    /// The value, when it fits into one frame.
     #[inline]
-    pub(super) fn value(&self) -> Option<&Value> {
-        self.value.as_ref()
+    pub(super) fn expedited(&self) -> Option<Expedited> {
+        self.value.and_then(|Value { len, bytes }| expedited(len, &bytes))
     }
 
     /// The number of bytes, if the dictionary knows it beforehand.
@@ -142,6 +145,20 @@ pub(super) fn write_expedited(
     bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
     let len = if may_be_padded && data.len() == 4 { size.min(4) } else { data.len() };
     write_value(&entry, &bytes, len, od)
+}
+
+/// The bytes that came from an entry, when they are all and fit into one frame.
+#[inline]
+pub(super) fn expedited(len: usize, bytes: &[u8; 8]) -> Option<Expedited> {
+    let [a, b, c, d, ..] = *bytes;
+    Expedited::of_buffer([a, b, c, d], len)
+}
+
+/// The facts of an entry that may be read.
+#[inline]
+pub(super) fn readable(address: Address, od: &mut dyn ObjectDictionary) -> Result<Entry, AbortCode> {
+    let entry = od.entry(address)?;
+    if entry.access.is_readable() { Ok(entry) } else { Err(AbortCode::WRITE_ONLY) }
 }
 
 fn writable(address: Address, od: &mut dyn ObjectDictionary) -> Result<Entry, AbortCode> {

@@ -18,7 +18,7 @@ mod entry;
 mod segmented;
 
 use self::block::{BlockDownload, BlockUpload};
-use self::segmented::{Download, Outcome, Upload};
+use self::segmented::{Download, Upload};
 use crate::abort::AbortCode;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
@@ -81,6 +81,19 @@ enum State {
     /// The dictionary failed while segments were pulled; what is left is to report it.
     Failed(Abort),
 }
+
+/// What a request did to a transfer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Progress {
+    /// It is under way.
+    Continues,
+    /// It was a read, and is complete.
+    Read,
+    /// It was a write, and is complete.
+    Written,
+}
+
+type Outcome = Result<Progress, AbortCode>;
 
 impl SdoServer {
     /// A server that listens to `request` and answers with `response`. A transfer times out after 1 s
@@ -194,12 +207,9 @@ impl SdoServer {
 
     /// The next frame to be sent. An error of the dictionary in the midst of a block is sent at once, and
     /// reported by the next [`SdoServer::handle_timeout`], whose time has come then.
-    #[inline]
+    #[inline(always)]
     pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
-        let raw = match self.reply.take() {
-            Some(reply) => reply,
-            None => self.next_segment(now, od)?,
-        };
+        let raw = self.next(now, od)?;
         Some(Frame::from_array(self.response, raw.to_bytes()))
     }
 
@@ -211,8 +221,8 @@ impl SdoServer {
 
     fn handle_request(&mut self, now: Instant, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Event> {
         let event = match self.handle_segment(raw, od) {
-            Some(Ok(event)) => event,
-            Some(Err(code)) => Some(self.abort(self.address(), code)),
+            Some(Ok(Progress::Continues)) => None,
+            Some(outcome) => self.conclude(self.address(), outcome),
             None => self.handle_command(raw, od),
         };
         self.await_client(now);
@@ -234,56 +244,53 @@ impl SdoServer {
     }
 
     fn handle_command(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Event> {
-        let Some(request) = ClientRequest::from_raw(raw) else {
-            let address = if self.is_busy() { self.address() } else { raw.address() };
-            return Some(self.abort(address, AbortCode::UNKNOWN_COMMAND));
-        };
-        match request.initiates() {
-            Some(address) => self.handle_initiate(address, request, od),
-            None => self.handle_next(request, od),
-        }
-    }
-
-    /// Begins a transfer. A client that begins another one has given up the one under way.
-    #[inline]
-    fn handle_initiate(
-        &mut self,
-        address: Address,
-        request: ClientRequest,
-        od: &mut dyn ObjectDictionary,
-    ) -> Option<Event> {
         let before = self.is_busy().then(|| self.address());
+        let Some(request) = ClientRequest::from_raw(raw) else {
+            return Some(self.abort(before.unwrap_or(raw.address()), AbortCode::UNKNOWN_COMMAND));
+        };
         let outcome = match request {
-            ClientRequest::InitiateUpload { .. } => self.initiate_upload(address, od),
-            ClientRequest::InitiateDownload { content, .. } => self.initiate_download(address, content, od),
-            ClientRequest::InitiateBlockUpload { crc, block_size, switch_threshold, .. } => {
+            ClientRequest::InitiateUpload { address } => self.initiate_upload(address, od),
+            ClientRequest::InitiateDownload { address, content } => self.initiate_download(address, content, od),
+            ClientRequest::InitiateBlockUpload { address, crc, block_size, switch_threshold } => {
                 self.initiate_block_upload(address, crc, block_size, switch_threshold, od)
             }
-            ClientRequest::InitiateBlockDownload { crc, size, .. } => {
+            ClientRequest::InitiateBlockDownload { address, crc, size } => {
                 self.initiate_block_download(address, crc, size, od)
             }
-            _ => Err(AbortCode::UNKNOWN_COMMAND),
-        };
-        match outcome {
-            Ok(event) => event.or(before.map(|before| aborted(before, AbortCode::GENERAL, Side::Client))),
-            Err(code) => Some(self.abort(address, code)),
-        }
-    }
-
-    /// Goes on with the transfer under way.
-    #[inline]
-    fn handle_next(&mut self, request: ClientRequest, od: &mut dyn ObjectDictionary) -> Option<Event> {
-        let outcome = match request {
             ClientRequest::StartBlockUpload => self.start_block_upload(),
             ClientRequest::ConfirmBlockUpload(confirmation) => self.confirm_block_upload(confirmation),
             ClientRequest::EndBlockUpload => self.block_upload_ended(),
             ClientRequest::EndBlockDownload(block_end) => self.end_block_download(block_end, od),
             ClientRequest::Abort(Abort { code, .. }) => return self.abandon(code),
-            _ => Err(AbortCode::UNKNOWN_COMMAND),
+            // A segment, but of nothing, or of a transfer that is not segmented.
+            ClientRequest::UploadSegment { .. } | ClientRequest::DownloadSegment(_) => Err(AbortCode::UNKNOWN_COMMAND),
         };
-        match outcome {
-            Ok(event) => event,
-            Err(code) => Some(self.abort(self.address(), code)),
+        if request.initiates().is_none() {
+            return self.conclude(self.address(), outcome);
+        }
+        // A client that begins another transfer has given up the one under way.
+        let event = self.conclude(raw.address(), outcome);
+        event.or_else(|| before.map(|before| aborted(before, AbortCode::GENERAL, Side::Client)))
+    }
+
+    /// Ends the transfer, if that is the outcome.
+    #[inline]
+    fn conclude(&mut self, address: Address, outcome: Outcome) -> Option<Event> {
+        let event = match outcome {
+            Ok(Progress::Continues) => return None,
+            Ok(Progress::Read) => Event::Read(address),
+            Ok(Progress::Written) => Event::Written(address),
+            Err(code) => return Some(self.abort(address, code)),
+        };
+        self.state = State::Idle;
+        Some(event)
+    }
+
+    /// What is to be sent next. It comes in a register; the frame is put together where it is wanted.
+    fn next(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Raw> {
+        match self.reply.take() {
+            None => self.next_segment(now, od),
+            reply => reply,
         }
     }
 

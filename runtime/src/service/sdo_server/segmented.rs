@@ -1,7 +1,7 @@
 //! Expedited and segmented transfers (CiA 301, 7.2.4.3.3 to 7.2.4.3.8).
 
 use super::entry::{self, Sink, Source, Value};
-use super::{Event, SdoServer, State};
+use super::{Outcome, Progress, SdoServer, State};
 use crate::abort::AbortCode;
 use crate::object::{Address, ObjectDictionary};
 use crate::wire::sdo::{Content, Expedited, Segment, ServerResponse};
@@ -33,35 +33,39 @@ impl Download {
     }
 }
 
-pub(super) type Outcome = Result<Option<Event>, AbortCode>;
-
 impl SdoServer {
     #[inline]
     pub(super) fn initiate_upload(&mut self, address: Address, od: &mut dyn ObjectDictionary) -> Outcome {
-        let source = Source::open(address, od)?;
-        self.begin_upload(source, od)
+        let entry = entry::readable(address, od)?;
+        let mut bytes = [0; 8];
+        let len = od.read(&entry, 0, &mut bytes)?;
+        match entry::expedited(len, &bytes) {
+            Some(data) => Ok(self.answer_upload(address, data)),
+            None => Ok(self.begin_segments(Source::after(entry, len, &bytes), od)),
+        }
     }
 
-    /// Answers a read with the data, when it fits into one frame, and else begins to send segments.
-    #[inline]
-    pub(super) fn begin_upload(&mut self, source: Source, od: &mut dyn ObjectDictionary) -> Outcome {
-        let address = source.address();
-        if let Some(data) = source.value().and_then(|value| self.expedited(value)) {
-            self.state = State::Idle;
-            self.answer(ServerResponse::InitiateUpload { address, content: Content::Expedited(data) });
-            return Ok(Some(Event::Read(address)));
+    /// Answers a read without blocks: with the data, when it fits into one frame, and else with segments.
+    pub(super) fn begin_upload(&mut self, source: Source, od: &mut dyn ObjectDictionary) -> Progress {
+        match source.expedited() {
+            Some(data) => self.answer_upload(source.address(), data),
+            None => self.begin_segments(source, od),
         }
+    }
+
+    #[inline]
+    fn answer_upload(&mut self, address: Address, data: Expedited) -> Progress {
+        let data = if self.sizes_indicated { data } else { data.without_len() };
+        self.answer(ServerResponse::InitiateUpload { address, content: Content::Expedited(data) });
+        Progress::Read
+    }
+
+    fn begin_segments(&mut self, source: Source, od: &mut dyn ObjectDictionary) -> Progress {
+        let address = source.address();
         let size = if self.sizes_indicated { source.size(od) } else { None };
         self.state = State::Upload(Upload { source, offset: 0, toggle: false });
         self.answer(ServerResponse::InitiateUpload { address, content: Content::Segmented { size } });
-        Ok(None)
-    }
-
-    #[inline]
-    fn expedited(&self, value: &Value) -> Option<Expedited> {
-        let [a, b, c, d, ..] = value.bytes;
-        let data = Expedited::new([a, b, c, d].get(..value.len)?)?;
-        if self.sizes_indicated { Some(data) } else { Some(Expedited::of_unknown_len([a, b, c, d])) }
+        Progress::Continues
     }
 
     #[inline]
@@ -76,13 +80,8 @@ impl SdoServer {
         // An entry longer than 4 GiB has no place in 301's size field either.
         upload.offset = upload.offset.checked_add(len as u32).ok_or(AbortCode::GENERAL)?;
         upload.toggle = !toggle;
-        let address = upload.address();
         self.answer(ServerResponse::UploadSegment(Segment::of_buffer(toggle, bytes, len, last)));
-        if !last {
-            return Ok(None);
-        }
-        self.state = State::Idle;
-        Ok(Some(Event::Read(address)))
+        Ok(if last { Progress::Read } else { Progress::Continues })
     }
 
     #[inline]
@@ -96,15 +95,14 @@ impl SdoServer {
             Content::Expedited(data) => {
                 let may_be_padded = self.padded_writes || data.len().is_none();
                 entry::write_expedited(address, data, may_be_padded, od)?;
-                self.state = State::Idle;
                 self.answer(ServerResponse::InitiateDownload { address });
-                Ok(Some(Event::Written(address)))
+                Ok(Progress::Written)
             }
             Content::Segmented { size } => {
                 let sink = Sink::open(address, size, od)?;
                 self.state = State::Download(Download { sink, toggle: false });
                 self.answer(ServerResponse::InitiateDownload { address });
-                Ok(None)
+                Ok(Progress::Continues)
             }
         }
     }
@@ -119,12 +117,7 @@ impl SdoServer {
         }
         download.sink.write(segment.data(), segment.last, od)?;
         download.toggle = !segment.toggle;
-        let address = download.address();
         self.answer(ServerResponse::DownloadSegment { toggle: segment.toggle });
-        if !segment.last {
-            return Ok(None);
-        }
-        self.state = State::Idle;
-        Ok(Some(Event::Written(address)))
+        Ok(if segment.last { Progress::Written } else { Progress::Continues })
     }
 }
