@@ -2,14 +2,25 @@
 
 use lexican_eds::model::{AccessType, Device, Entry, ObjectKind, ObjectList, Value};
 use lexican_eds::types::DataType;
-use lexican_eds::{Diagnostics, Input, Source, load};
+use lexican_eds::{Diagnostics, Input, Source, load, write};
 
 fn read(text: &str) -> (Device, Diagnostics) {
     read_bytes(text.as_bytes())
 }
 
 fn read_bytes(bytes: &[u8]) -> (Device, Diagnostics) {
-    load(&Input::new(Source::from_bytes("quirk.eds", bytes)))
+    let (device, diagnostics) = load(&Input::new(Source::from_bytes("quirk.eds", bytes)));
+    survives_writing(device.clone());
+    (device, diagnostics)
+}
+
+/// Whatever was read is written and read back.
+fn survives_writing(mut device: Device) {
+    let text = write::dcf(&device);
+    let (mut read, _) = load(&Input::new(Source::new("written.dcf", text.as_str())));
+    read.clear_spans();
+    device.clear_spans();
+    assert_eq!(read, device, "{text}");
 }
 
 /// A VAR 2000h with these keys added.

@@ -134,6 +134,7 @@ rules! {
     user_defined_types_are_described,
     links_lead_to_objects,
     compact_objects_stand_for_a_bounded_number_of_entries,
+    entries_are_described_one_by_one,
     limits_are_in_order,
     limits_are_within_their_type,
     defaults_are_within_their_type,

@@ -1,6 +1,7 @@
 //! Objects of CiA 301 and of the profile have the data type of the standard.
 
 use crate::diagnostics::{Diagnostics, Severity};
+use crate::model::Entry;
 use crate::object::Key;
 use super::{Context, Rule};
 use super::standard;
@@ -15,14 +16,22 @@ pub(crate) const RULE: Rule = Rule {
 };
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
-    for entry in context.device.entries() {
-        let Some(standard) = standard::object(entry.index, context.device.profile) else { continue };
-        let Some(expected) = standard.data_type(entry.sub) else { continue };
-        if entry.data_type != expected && !entry.data_type.is_unknown() {
-            let place = format!("{:04X}:{:02X}", entry.index, entry.sub);
-            let finding = RULE.finding(format!("{place} is {}, in {} {expected}", entry.data_type, standard.source));
-            let finding = finding.at(context.entry_span(entry, Key::DataType), "");
-            out.push(finding.help(format!("if the device follows the standard: `data_type = \"{expected}\"` with a reason")));
-        }
+    for (object, _) in context.objects() {
+        let Some(standard) = standard::object(object.index, context.device.profile) else { continue };
+        let differs = |entry: &&Entry| {
+            let expected = standard.data_type(entry.sub);
+            expected.is_some_and(|expected| entry.data_type != expected && !entry.data_type.is_unknown())
+        };
+        let different: Vec<&Entry> = object.entries.iter().filter(differs).collect();
+        let Some((&first, others)) = different.split_first() else { continue };
+        let Some(expected) = standard.data_type(first.sub) else { continue };
+        let place = format!("{:04X}:{:02X}", first.index, first.sub);
+        let finding = RULE.finding(format!("{place} is {}, in {} {expected}", first.data_type, standard.source));
+        let more = match others.len() {
+            0 => String::new(),
+            count => format!("and {} more", super::plural(count, "sub-index")),
+        };
+        let finding = finding.at(context.entry_span(first, Key::DataType), more);
+        out.push(finding.help(format!("if the device follows the standard: `data_type = \"{expected}\"` with a reason")));
     }
 }
