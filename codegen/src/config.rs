@@ -198,6 +198,10 @@ fn generate(input: &Input, options: &Options, rules: &[Rule]) -> Result<String, 
         );
         return Err(Error::Findings { summary, report: findings.render(input) });
     }
+    if device.objects.is_empty() {
+        let summary = format!("{}: there is no object in it; nothing was generated", input.eds.name());
+        return Err(Error::Findings { summary, report: findings.render(input) });
+    }
     warn(&findings, input);
     Ok(output.code)
 }

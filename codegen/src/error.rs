@@ -57,7 +57,7 @@ pub enum Error {
     /// Two data sheets would be written to one file.
     #[error("two data sheets would be written to `{0}.rs`: give one of them another file name")]
     SameName(String),
-    /// The data sheet or its overlay has errors.
+    /// The data sheet or its overlay has errors, or no object at all.
     #[error("{summary}")]
     Findings {
         /// One line.
