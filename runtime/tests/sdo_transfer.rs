@@ -193,3 +193,54 @@ fn an_abort_of_the_server_is_reported_with_entry_and_code() {
         "2001:00: the device aborts: 0601 0002: attempt to write a read only object"
     );
 }
+
+#[test]
+fn a_server_that_was_asked_for_nothing_yet_is_not_told_of_an_abort() {
+    let mut client = SdoClient::of_node(NODE);
+    client.read(Instant::ZERO, at(0x2003, 0)).unwrap();
+    client.abort(AbortCode::GENERAL);
+    assert_eq!(client.poll_transmit(Instant::ZERO, &mut [0_u8; 0]), None);
+    // What is still to be said of the transfer before is said nevertheless.
+    client.read(Instant::ZERO, at(0x2003, 0)).unwrap();
+    client.poll_transmit(Instant::ZERO, &mut [0_u8; 0]).unwrap();
+    client.abort(AbortCode::GENERAL);
+    client.read(Instant::ZERO, at(0x2000, 1)).unwrap();
+    client.abort(AbortCode::GENERAL);
+    let sent: Vec<_> = core::iter::from_fn(|| client.poll_transmit(Instant::ZERO, &mut [0_u8; 0])).collect();
+    assert_eq!(sent, [frame("605#8003200000000008")]);
+}
+
+#[test]
+fn one_transfer_at_a_time() {
+    let mut client = SdoClient::of_node(NODE);
+    client.read(Instant::ZERO, at(0x2003, 0)).unwrap();
+    let busy = client.write(Instant::ZERO, at(0x2000, 1), 1).unwrap_err();
+    assert_eq!(busy.to_string(), "2003:00: an SDO transfer is still under way");
+}
+
+#[test]
+fn values_are_padded_to_four_bytes_for_devices_that_take_no_fewer() {
+    let mut client = SdoClient::of_node(NODE).with_always_four_bytes(true);
+    let mut value = Scalar::of(0x0807_u16);
+    client.write(Instant::ZERO, at(0x2000, 2), value.len()).unwrap();
+    assert_eq!(client.poll_transmit(Instant::ZERO, &mut value), Some(frame("605#2300200207080000")));
+    let event = client.handle_frame(Instant::ZERO, &frame("585#6000200200000000"), &mut value);
+    assert_eq!(event, Some(Event::Done { address: at(0x2000, 2), len: 2 }));
+}
+
+#[test]
+fn a_value_that_has_another_size_than_the_device_sends_is_an_error() {
+    let mut client = SdoClient::of_node(NODE);
+    let mut value = Scalar::room_for::<u16>();
+    client.read(Instant::ZERO, at(0x607C, 0)).unwrap();
+    client.poll_transmit(Instant::ZERO, &mut value).unwrap();
+    let event = client.handle_frame(Instant::ZERO, &frame("585#437C6000C4090000"), &mut value);
+    let error = SdoError::TooLong { address: at(0x607C, 0), capacity: 2 };
+    assert_eq!(event, Some(Event::Failed(error)));
+    assert_eq!(client.poll_transmit(Instant::ZERO, &mut value), None, "there is nothing left to abort");
+
+    client.read(Instant::ZERO, at(0x2000, 1)).unwrap();
+    client.poll_transmit(Instant::ZERO, &mut value).unwrap();
+    client.handle_frame(Instant::ZERO, &frame("585#4F00200101000000"), &mut value).expect("it is done");
+    assert!(value.get::<u16>().is_err());
+}

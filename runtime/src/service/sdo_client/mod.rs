@@ -485,10 +485,14 @@ impl SdoClient {
         }
     }
 
+    /// Ends the transfer. A server that was asked for nothing yet need not be told.
     fn end(&mut self, abort: Option<Abort>) {
+        let is_known = self.is_begun() || !self.unsent;
+        if let Some(abort) = abort.filter(|_| is_known) {
+            self.parting = Some(ClientRequest::Abort(abort).to_raw());
+        }
         self.state = State::Idle;
         self.unsent = false;
-        self.parting = abort.map(|abort| ClientRequest::Abort(abort).to_raw());
     }
 
     /// The entry that is transferred.

@@ -6,7 +6,8 @@ use crate::object::{LengthMismatch, Value};
 /// memory can be one.
 pub trait Payload {
     /// Copies bytes to be written, from `offset` on, into `buffer`, and returns how many: less than the whole
-    /// buffer only when there are no more. May be asked again for bytes before, when they got lost.
+    /// buffer only when there are no more. May be asked again for bytes before, when they got lost, and for
+    /// bytes beyond the number that is written.
     fn load(&mut self, offset: u32, buffer: &mut [u8]) -> usize;
 
     /// Takes bytes that were read, at `offset`: ascending and without gaps. Returns how many of them there was
