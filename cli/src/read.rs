@@ -4,8 +4,9 @@ use std::io::Write;
 
 use lexican_eds::model::Value;
 use lexican_runtime::NodeId;
+use lexican_runtime::host::AccessError;
 use lexican_runtime::host::Link;
-use lexican_runtime::host::blocking::{AccessError, Network};
+use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 use serde_json::{Value as Json, json};

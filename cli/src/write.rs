@@ -3,7 +3,8 @@
 use std::io::Write;
 
 use lexican_eds::types::DataType;
-use lexican_runtime::host::blocking::{AccessError, Network};
+use lexican_runtime::host::AccessError;
+use lexican_runtime::host::blocking::Network;
 
 use crate::bus::object::{describe, resolve};
 use crate::bus::{Node, NodeArgs, access_failure};

@@ -4,8 +4,7 @@ pub(crate) mod object;
 pub(crate) mod simulation;
 pub(crate) mod virtual_device;
 
-use lexican_runtime::host::blocking::AccessError;
-use lexican_runtime::host::{BusUrl, Link, Pace};
+use lexican_runtime::host::{AccessError, BusUrl, Link, Pace};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, NodeId};
 

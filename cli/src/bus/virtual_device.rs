@@ -197,8 +197,8 @@ fn mapping(entry: &model::Entry) -> PdoMapping {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lexican_runtime::host::blocking::{AccessError, Network};
-    use lexican_runtime::host::{VirtualBus, VirtualLink};
+    use lexican_runtime::host::blocking::Network;
+    use lexican_runtime::host::{AccessError, VirtualBus, VirtualLink};
     use lexican_runtime::service::sdo_client::SdoError;
     use lexican_runtime::wire::nmt::NmtState;
     use lexican_runtime::{CobId, Duration, host::Link};
