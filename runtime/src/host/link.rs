@@ -31,6 +31,13 @@ pub trait Link {
     /// [`LinkError`] when the link is gone for good.
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError>;
 
+    /// What the operating system tells readable when there is something to receive, for shells that wait
+    /// for more than one thing; `None` when there is nothing of the kind.
+    #[cfg(unix)]
+    fn descriptor(&self) -> Option<std::os::fd::BorrowedFd<'_>> {
+        None
+    }
+
     /// Waits for a frame, no longer than `until`, whatever happens to the bus meanwhile.
     ///
     /// # Errors
@@ -56,6 +63,10 @@ impl<L: Link + ?Sized> Link for std::boxed::Box<L> {
     }
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
         (**self).receive(until)
+    }
+    #[cfg(unix)]
+    fn descriptor(&self) -> Option<std::os::fd::BorrowedFd<'_>> {
+        (**self).descriptor()
     }
 }
 

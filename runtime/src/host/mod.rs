@@ -7,11 +7,15 @@ mod bytes;
 pub mod candump;
 mod clock;
 mod link;
+#[cfg(feature = "tokio")]
+mod readiness;
 mod replay;
 #[cfg(feature = "slcan")]
 pub mod slcan;
 #[cfg(all(feature = "socketcan", target_os = "linux"))]
 pub mod socketcan;
+#[cfg(feature = "tokio")]
+pub mod tokio;
 pub mod url;
 mod virtual_bus;
 

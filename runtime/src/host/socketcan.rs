@@ -5,7 +5,7 @@
 //! link looks for it ten times a second, so nothing spins and nothing has to be restarted.
 
 use std::borrow::ToOwned;
-use std::os::fd::AsFd;
+use std::os::fd::{AsFd, BorrowedFd};
 use std::path::Path;
 use std::string::String;
 use std::vec::Vec;
@@ -127,6 +127,10 @@ impl SocketCan {
 }
 
 impl Link for SocketCan {
+    fn descriptor(&self) -> Option<BorrowedFd<'_>> {
+        Some(self.socket.as_fd())
+    }
+
     fn now(&self) -> Instant {
         self.clock.now()
     }
