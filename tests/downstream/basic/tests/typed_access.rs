@@ -1,79 +1,71 @@
-//! Typed reads and writes over SDO frames, against the same dictionary on the device's side.
+//! Typed reads and writes through the blocking shell, against a device that serves the same dictionary.
 
 use basic::od;
-use lexican_runtime::object::{Access, Object, ObjectDictionary, Pdo, Readable, Value, Writable};
-use lexican_runtime::service::sdo_client::{Event, Scalar, SdoClient, SdoError};
-use lexican_runtime::service::sdo_server::SdoServer;
-use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
+use lexican_runtime::device::{Behaviour, Device};
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{AccessError, Node, VirtualBus, VirtualLink};
+use lexican_runtime::object::{Access, ObjectDictionary, OutOfRange, Pdo};
+use lexican_runtime::{Frame, Instant, NodeId};
 
-/// A client and a server on one wire.
-struct Bus {
-    client: SdoClient,
-    server: SdoServer,
-    drive: od::Storage,
+const DRIVE: NodeId = NodeId::literal(5);
+
+/// A drive that only holds its values.
+struct Drive {
+    device: Device,
+    od: od::Storage,
 }
 
-impl Bus {
-    fn new() -> Self {
-        let node = NodeId::literal(5);
-        Bus { client: SdoClient::of_node(node), server: SdoServer::of_node(node), drive: od::storage(node) }
+impl Node for Drive {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        self.device.handle_frame(now, frame, &mut self.od);
     }
+    fn handle_timeout(&mut self, now: Instant) {
+        self.device.handle_timeout(now, &mut self.od);
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.device.poll_transmit(now, &mut self.od)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.device.poll_timeout()
+    }
+}
 
-    fn read<T: Value, A: Readable, M>(&mut self, object: Object<T, A, M>) -> Result<T, SdoError> {
-        let mut value = Scalar::room_for::<T>();
-        self.client.read(Instant::ZERO, object.address()).expect("the client is idle");
-        self.run(&mut value)?;
-        Ok(value.get().expect("the drive answers with the type of the data sheet"))
-    }
-
-    fn write<T: Value, A: Writable, M>(&mut self, object: Object<T, A, M>, value: T) -> Result<(), SdoError> {
-        let mut value = Scalar::of(value);
-        self.client.write(Instant::ZERO, object.address(), value.len()).expect("the client is idle");
-        self.run(&mut value)
-    }
-
-    fn run(&mut self, value: &mut Scalar) -> Result<(), SdoError> {
-        let now = Instant::ZERO + Duration::from_millis(1);
-        loop {
-            let request = self.client.poll_transmit(now, value).expect("the client asks");
-            self.server.handle_frame(now, &request, &mut self.drive);
-            let response = self.server.poll_transmit(now, &mut self.drive).expect("the server answers");
-            match self.client.handle_frame(now, &response, value) {
-                Some(Event::Done { .. }) => return Ok(()),
-                Some(Event::Failed(error)) => return Err(error),
-                None => {}
-            }
-        }
-    }
+/// A bus with one drive, as `set` has prepared it.
+fn network(set: impl FnOnce(&mut od::Storage)) -> Network<VirtualLink> {
+    let mut drive = Drive { device: Device::new(DRIVE, Behaviour::CIA_301), od: od::storage(DRIVE) };
+    set(&mut drive.od);
+    drive.device.restart(Instant::ZERO, &mut drive.od);
+    let bus = VirtualBus::new();
+    bus.attach(drive);
+    Network::new(bus.link())
 }
 
 #[test]
 fn values_have_the_types_of_the_data_sheet() {
-    let mut bus = Bus::new();
-    bus.write(od::MOTOR_PARAMETER_SET.controller_parameter_p(), 120).unwrap();
-    assert_eq!(bus.read(od::MOTOR_PARAMETER_SET.controller_parameter_p()), Ok(120_u16));
+    let mut network = network(|_| {});
+    network.write(DRIVE, od::MOTOR_PARAMETER_SET.controller_parameter_p(), 120).unwrap();
+    let p: u16 = network.read(DRIVE, od::MOTOR_PARAMETER_SET.controller_parameter_p()).unwrap();
+    assert_eq!(p, 120);
 
-    bus.write(od::MODES_OF_OPERATION, od::OperatingMode::PROFILE_VELOCITY).unwrap();
-    let mode = bus.read(od::MODES_OF_OPERATION).unwrap();
+    network.write(DRIVE, od::MODES_OF_OPERATION, od::OperatingMode::PROFILE_VELOCITY).unwrap();
+    let mode = network.read(DRIVE, od::MODES_OF_OPERATION).unwrap();
     assert_eq!((mode.0, mode.to_string()), (2, "profile velocity".to_owned()));
 }
 
 #[test]
 fn units_are_methods() {
-    let mut bus = Bus::new();
     let volts = od::SupplyVoltage::from_volts(24.3).unwrap();
-    bus.drive.set(od::POWER_SUPPLY_VOLTAGE.control(), volts);
-    let read = bus.read(od::POWER_SUPPLY_VOLTAGE.control()).unwrap();
+    let mut network = network(|od| od.set(od::POWER_SUPPLY_VOLTAGE.control(), volts));
+    let read = network.read(DRIVE, od::POWER_SUPPLY_VOLTAGE.control()).unwrap();
     assert_eq!((read.0, read.volts(), read.to_string()), (243, 24.3, "24.3 V".to_owned()));
 }
 
 #[test]
-fn the_device_keeps_to_its_limits() {
-    let mut bus = Bus::new();
+fn what_the_data_sheet_forbids_is_not_sent() {
     let object = od::MOTOR_PARAMETER_SET.controller_parameter_p();
-    assert!(object.check(501).is_err());
-    let error = bus.write(object, 501).unwrap_err();
-    assert_eq!(error, SdoError::Aborted { address: object.address(), code: AbortCode::VALUE_TOO_HIGH });
+    let error = network(|_| {}).write(DRIVE, object, 501).unwrap_err();
+    let expected = OutOfRange { address: object.address(), above: true };
+    assert!(matches!(error, AccessError::OutOfRange(error) if error == expected), "{error}");
 }
 
 #[test]
