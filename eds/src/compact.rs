@@ -6,7 +6,7 @@ use crate::model::{AccessType, Entry, Object, ObjectKind, Value};
 use crate::object::{Fields, Key, ObjectFacts, Parts};
 use crate::read::{Numbered, Reader};
 use crate::section::ObjectPart;
-use crate::syntax::Section;
+use crate::syntax::{Pair, Section};
 use crate::types::DataType;
 
 /// So many entries are written out in a file; see the rule.
@@ -43,7 +43,7 @@ impl<'a, 's> Reader<'a, 's> {
     }
 
     /// `[xxxxName]`, `[xxxxValue]`, `[xxxxDenotation]` and `[xxxxObjectLinks]`.
-    pub(crate) fn tables(&mut self, object: &mut Object, facts: &mut ObjectFacts, parts: &Parts<'a, 's>) {
+    pub(crate) fn tables(&mut self, object: &mut Object, parts: &Parts<'a, 's>) {
         for &(part, section) in parts {
             match part {
                 ObjectPart::Header | ObjectPart::Sub(_) => {}
@@ -59,7 +59,6 @@ impl<'a, 's> Reader<'a, 's> {
                 ObjectPart::Links => self.links(object, section),
             }
         }
-        debug_assert_eq!(facts.index, object.index);
     }
 
     fn table(
@@ -92,7 +91,7 @@ impl<'a, 's> Reader<'a, 's> {
     }
 
     /// Compares what `NrOfEntries` and the like say with what there is.
-    pub(crate) fn count(&mut self, said: Option<&'s crate::syntax::Pair<'a>>, found: usize) {
+    pub(crate) fn count(&mut self, said: Option<&'s Pair<'a>>, found: usize) {
         let Some(pair) = said else { return };
         if let Some(said) = self.number::<usize>(Some(pair)).filter(|&said| said != found) {
             self.out.push(check::tables_are_counted::found(said, found, self.syntax.value_span(pair)));

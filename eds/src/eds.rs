@@ -7,6 +7,7 @@ use crate::model::{Device, Module, ObjectList};
 use crate::object::ObjectFacts;
 use crate::read::Reader;
 use crate::section::{ModulePart, ObjectPart, SectionKind};
+use crate::source::Span;
 use crate::syntax::{Section, Syntax};
 
 /// What the rules want to know beyond the model.
@@ -23,6 +24,23 @@ impl<'a> Facts<'a> {
     /// The first section of a kind.
     pub(crate) fn section(&self, kind: SectionKind) -> Option<&Section<'a>> {
         self.syntax.sections.iter().find(|section| SectionKind::of(section.name) == kind)
+    }
+}
+
+impl Facts<'_> {
+    /// The object and the sub-index that a place in the data sheet is about.
+    pub(crate) fn address_of(&self, span: Span) -> Option<(u16, u8)> {
+        if span.source != 0 {
+            return None;
+        }
+        let sections = &self.syntax.sections;
+        let line = self.syntax.source.position(span.start).line - 1;
+        let after = sections.partition_point(|section| section.line <= line);
+        match SectionKind::of(sections.get(after.checked_sub(1)?)?.name) {
+            SectionKind::Object(index, ObjectPart::Sub(sub)) => Some((index, sub)),
+            SectionKind::Object(index, _) => Some((index, 0)),
+            _ => None,
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 use crate::object::KEYS;
 use crate::section::{ModulePart, ObjectPart, SectionKind};
 use crate::source::Source;
-use crate::syntax::{Line, Separator};
+use crate::syntax::Line;
 
 /// The data sheet with sections and keys in the spelling of the standard, indices and types as `0x1018`, flags as
 /// 0 and 1, one empty line before each section and no blanks around anything. Doing it twice changes nothing.
@@ -27,7 +27,7 @@ pub fn normalise(source: &Source) -> String {
                 }
                 writer.section(&section_name(section, name));
             }
-            Line::Pair { key, value, separator } => writer.pair(section, key, value, separator),
+            Line::Pair { key, value, .. } => writer.pair(section, key, value),
             Line::Other(other) => writer.pending.push(commented(other)),
         }
     }
@@ -58,15 +58,10 @@ impl Writer {
         self.line(&format!("[{name}]"));
     }
 
-    fn pair(&mut self, section: SectionKind, key: &str, value: &str, separator: Separator) {
+    fn pair(&mut self, section: SectionKind, key: &str, value: &str) {
         self.flush();
         let key = key_name(section, key);
-        // A colon in a key is part of it where an equals sign separates.
-        let value = if separator == Separator::Equals || !value.is_empty() {
-            value_text(section, &key, value)
-        } else {
-            String::new()
-        };
+        let value = value_text(section, &key, value);
         self.line(&format!("{key}={value}"));
     }
 

@@ -97,6 +97,7 @@ pub fn load(input: &Input) -> (model::Device, Diagnostics) {
         device.pdos = pdo::pdos(&device);
         overlay::merge_pdos(&mut device, &changes);
         check::all(&check::Context { device: &device, facts: &facts, changes: &changes }, &mut out);
+        overlay::forget_what_is_accepted(&facts, &changes, &mut out);
     }
     out.finish();
     (device, out)

@@ -66,7 +66,6 @@ pub(crate) type Fields<'a, 's> = [Option<&'s Pair<'a>>; KEYS.len()];
 /// What the rules want to know of an object beyond the model.
 #[derive(Clone, Debug)]
 pub(crate) struct ObjectFacts {
-    pub(crate) index: u16,
     /// `[1018]`, when there is such a section.
     pub(crate) header: Option<Span>,
     /// How many `[1018subN]` there are.
@@ -91,8 +90,7 @@ impl<'a, 's> Reader<'a, 's> {
         let subs = parts.iter().filter(|(part, _)| matches!(part, ObjectPart::Sub(_))).count();
         let place = parts.first().map_or(Span::default(), |(_, section)| self.syntax.name_span(section));
         let fields = header.map_or([None; KEYS.len()], |header| self.fields(header, &KEYS));
-        let mut facts = ObjectFacts {
-            index,
+        let facts = ObjectFacts {
             header: header.map(|_| place),
             subs,
             sub_number: self.sub_number(&fields),
@@ -120,7 +118,7 @@ impl<'a, 's> Reader<'a, 's> {
         } else if header.is_some() {
             object.entries.push(self.entry(index, 0, place, &fields, kind));
         }
-        self.tables(&mut object, &mut facts, parts);
+        self.tables(&mut object, parts);
         (object, facts)
     }
 

@@ -49,6 +49,24 @@ fn every_case_belongs_to_a_rule_and_shows_little_else() {
 }
 
 #[test]
+fn the_list_of_rules_is_up_to_date() {
+    let mut list = String::from(
+        "# What lexican finds in data sheets and overlays\n\n\
+         Made from the rules by `LEXICAN_BLESS=1 cargo test -p lexican-eds`; each has an example under `tests/golden/`.\n",
+    );
+    for rule in check::rules() {
+        let (code, severity) = (rule.code, rule.severity.name());
+        list += &format!("\n## `{code}` ({severity})\n\n**{}** {}\n", rule.holds, rule.explain);
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("RULES.md");
+    if env::var_os("LEXICAN_BLESS").is_some() {
+        fs::write(&path, &list).expect("the folder of the crate is writable");
+    }
+    let found = fs::read_to_string(&path).unwrap_or_default();
+    assert!(found == list, "RULES.md is out of date: run `LEXICAN_BLESS=1 cargo test -p lexican-eds`");
+}
+
+#[test]
 fn rules_explain_themselves() {
     for rule in check::rules() {
         let (family, words) = rule.code.split_once("::").expect("codes have two parts");

@@ -103,6 +103,21 @@ fn meanings_of_an_array_are_those_of_its_entries() {
 }
 
 #[test]
+fn what_is_accepted_is_not_found() {
+    let accept = |address: &str, code: &str| {
+        format!("[object.\"{address}\"]\nreason = \"the manual says so\"\naccept = [\"{code}\"]\n")
+    };
+    let (_, diagnostics) = read(&[&accept("2000", "eds::limits-reversed")]);
+    assert_eq!(codes(&diagnostics), ["eds::bad-access-type", "eds::bad-value"]);
+    let (_, diagnostics) = read(&[&accept("2001:02", "eds::limits-reversed")]);
+    assert!(codes(&diagnostics).contains(&"overlay::accepted-in-vain"));
+    let (_, diagnostics) = read(&[&accept("2000", "eds::no-such-rule")]);
+    assert!(codes(&diagnostics).contains(&"overlay::bad-value"));
+    let (_, diagnostics) = read(&["[object.\"2000\"]\naccept = [\"eds::limits-reversed\"]\n"]);
+    assert!(codes(&diagnostics).contains(&"overlay::missing-reason"));
+}
+
+#[test]
 fn pdos_are_added() {
     let (device, _) = read(&["
         profile = 402

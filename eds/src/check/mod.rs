@@ -100,6 +100,7 @@ rules! {
     users_of_a_name_share_a_data_type,
     meanings_fit_their_data_type,
     conditions_ask_for_existing_entries,
+    accepted_findings_are_found,
     required_sections_are_there,
     device_info_is_complete,
     a_bit_rate_is_supported,

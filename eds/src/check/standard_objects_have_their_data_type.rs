@@ -32,6 +32,9 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
             count => format!("and {} more", super::plural(count, "sub-index")),
         };
         let finding = finding.at(context.entry_span(first, Key::DataType), more);
-        out.push(finding.help(format!("if the device follows the standard: `data_type = \"{expected}\"` with a reason")));
+        out.push(finding.help(format!(
+            "if the device follows the standard: `data_type = \"{expected}\"` with a reason; else `accept = [\"{}\"]`",
+            RULE.code
+        )));
     }
 }

@@ -21,6 +21,7 @@
 //! ranges = [ { when = "2102:00 == 2", low = 1, high = 200 } ]
 //! persistent = true
 //! writable_in = ["pre-operational", "operational"]
+//! accept = ["cia301::data-type"]   # findings that are as they should be; takes a reason as well
 //!
 //! [enumeration.OperatingMode]
 //! description = "one sentence"
@@ -79,6 +80,18 @@ pub(crate) struct Changes {
     pub(crate) pdos: Vec<Extra>,
     /// `profile`.
     pub(crate) profile: Option<(u16, Span)>,
+    /// `accept`.
+    pub(crate) accepted: Vec<Accepted>,
+}
+
+/// Findings that are as they should be: the data sheet says what the device does.
+#[derive(Clone, Debug)]
+pub(crate) struct Accepted {
+    pub(crate) index: u16,
+    /// One entry; else the object with all its entries.
+    pub(crate) sub: Option<u8>,
+    pub(crate) code: String,
+    pub(crate) span: Span,
 }
 
 /// A key of an entry that an overlay gives another value.
@@ -144,6 +157,24 @@ pub(crate) fn forget_what_was_corrected(device: &Device, facts: &Facts<'_>, chan
         let Some(span) = finding.span() else { return false };
         places.contains(&(None, span)) || places.contains(&(Some(finding.code), span))
     });
+}
+
+/// Takes back the findings that overlays accept, and reports what is accepted in vain.
+pub(crate) fn forget_what_is_accepted(facts: &Facts<'_>, changes: &Changes, out: &mut Diagnostics) {
+    let mut used = vec![false; changes.accepted.len()];
+    out.retract(|finding| {
+        let place = finding.span().and_then(|span| facts.address_of(span));
+        let Some((index, sub)) = place else { return false };
+        let accepts = |accepted: &Accepted| {
+            let here = accepted.index == index && accepted.sub.is_none_or(|accepted| accepted == sub);
+            here && accepted.code == finding.code
+        };
+        let at = changes.accepted.iter().position(accepts);
+        at.inspect(|&at| used[at] = true).is_some()
+    });
+    for (accepted, _) in changes.accepted.iter().zip(used).filter(|(_, used)| !used) {
+        out.push(check::accepted_findings_are_found::found(&accepted.code, accepted.span));
+    }
 }
 
 /// The device profile: what an overlay says, else the low half of the default of 1000h.

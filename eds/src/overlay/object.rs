@@ -3,7 +3,7 @@
 use toml::de::DeTable;
 
 use super::value::address;
-use super::{Correction, Name, Node, Reader, Use};
+use super::{Accepted, Correction, Name, Node, Reader, Use};
 use crate::check;
 use crate::model::{AccessType, ConditionalRange, Entry, Meaning, NmtState, ObjectKind, Value};
 use crate::object::Key;
@@ -25,7 +25,11 @@ impl Reader<'_> {
         let mut entries = std::mem::take(&mut self.device.objects[at].entries);
         match sub {
             Some(sub) => match entries.iter_mut().find(|entry| entry.sub == sub) {
-                Some(entry) => self.entry(entry, table, name),
+                Some(entry) => {
+                    let accept = table.iter().find(|(key, _)| key.get_ref() == "accept");
+                    accept.into_iter().for_each(|(_, node)| self.accept(index, Some(sub), node));
+                    self.entry(entry, table, name);
+                }
                 None => self.out.push(check::overlay_objects_exist::found(name.get_ref(), span)),
             },
             None => self.whole(at, &mut entries, table, name),
@@ -36,8 +40,10 @@ impl Reader<'_> {
     /// The object itself, and the entries it stands for.
     fn whole(&mut self, at: usize, entries: &mut [Entry], table: &DeTable<'_>, name: &Name<'_>) {
         let kind = self.device.objects[at].kind;
+        let index = self.device.objects[at].index;
         for (key, node) in table {
             match key.get_ref().as_ref() {
+                "accept" => self.accept(index, None, node),
                 "name" => {
                     if let Some(name) = self.text(node) {
                         self.device.objects[at].name = name;
@@ -53,6 +59,11 @@ impl Reader<'_> {
             }
         }
         if kind == ObjectKind::Record {
+            let has = |key: &str| table.iter().any(|(name, _)| name.get_ref() == key);
+            if has("accept") && !has("reason") {
+                let span = self.span(name.span());
+                self.out.push(check::overlay_corrections_have_a_reason::found(name.get_ref(), span));
+            }
             return;
         }
         let mut told = None;
@@ -83,6 +94,8 @@ impl Reader<'_> {
         for (key, node) in table {
             match key.get_ref().as_ref() {
                 "data_type" => {}
+                // Read with the address; it takes a reason as well.
+                "accept" => corrected = true,
                 "reason" => reason = self.text(node).is_some_and(|reason| !reason.trim().is_empty()),
                 "name" => {
                     if let Some(name) = self.text(node) {
@@ -105,6 +118,17 @@ impl Reader<'_> {
         if corrected && !reason {
             let span = self.span(name.span());
             self.out.push(check::overlay_corrections_have_a_reason::found(name.get_ref(), span));
+        }
+    }
+
+    fn accept(&mut self, index: u16, sub: Option<u8>, node: &Node<'_>) {
+        let nodes = self.array(node).map(|nodes| nodes.iter().collect::<Vec<_>>()).unwrap_or_default();
+        for node in nodes {
+            let code = self.text(node).filter(|code| check::rule(code).is_some());
+            if let Some(code) = self.expect(node, code, "the code of a rule, such as \"cia301::data-type\"") {
+                let span = self.span(node.span());
+                self.changes.accepted.push(Accepted { index, sub, code, span });
+            }
         }
     }
 
