@@ -235,10 +235,12 @@ fn windows_and_limits_are_inclusive() {
     bench.control(0x200F);
     bench.pass_ms(1000);
     // Cancelling the job makes the programmed target count again: 1000, with a window of 10.
-    bench.controller.calibrate(bench.now, 990);
-    bench.system_shows("xxxx xxxx xxxx 1xxx");
-    bench.controller.calibrate(bench.now, 989);
-    bench.system_shows("xxxx xxxx xxxx 0xxx");
+    for (position, pattern) in [(989, "xxxx xxxx xxxx 0xxx"), (990, "xxxx xxxx xxxx 1xxx")] {
+        bench.controller.calibrate(bench.now, position);
+        bench.system_shows(pattern);
+        bench.controller.calibrate(bench.now, 2000 - position);
+        bench.system_shows(pattern);
+    }
 }
 
 #[test]

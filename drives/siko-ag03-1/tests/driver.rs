@@ -244,6 +244,24 @@ fn a_quick_stop_ends_a_travel() {
 }
 
 #[test]
+fn a_quick_stop_does_not_enable_a_drive_that_is_not() {
+    let mut bench = Bench::new();
+    refused(bench.drive.quick_stop(), &[Missing::Enabled(State::SwitchOnDisabled)]);
+    bench.drive.enable().unwrap();
+    bench.drive.disable().unwrap();
+    refused(bench.drive.quick_stop(), &[Missing::Enabled(State::SwitchOnDisabled)]);
+    assert_eq!(bench.drive.state().unwrap(), State::SwitchOnDisabled);
+}
+
+#[test]
+fn a_drive_that_does_not_stop_is_told_of() {
+    let mut bench = Bench::running();
+    bench.drive.run_at(50).unwrap();
+    bench.bus.set_fate(|_, frame| if frame.id().raw() == 0x205 { Fate::Lose } else { Fate::Deliver });
+    assert!(matches!(bench.drive.stop(), Err(Error::NotStopped { velocity: 50 })));
+}
+
+#[test]
 fn somebody_else_interrupts_a_travel() {
     let mut bench = Bench::enabled();
     bench.drive.start_moving_to(5000).unwrap();

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
+use lexican_runtime::host::{Link, Node, VirtualBus, VirtualLink};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::emcy::CodeOrder;
 use lexican_runtime::wire::nmt::NmtState;
@@ -362,6 +362,22 @@ fn a_tpdo_of_type_254_follows_every_change_within_its_inhibit_time() {
     // 100 increments in 353 ms, one frame in 10 ms at most.
     assert!((30..=40).contains(&travel.len()), "{travel:?}");
     assert_eq!(travel.last().map(String::as_str), Some("385#371764000000"));
+}
+
+#[test]
+fn a_change_is_not_forgotten_when_the_bus_asks_for_frames_first() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write(0x1800, 5, &[0, 0]), None);
+    assert_eq!(bench.write(0x1802, 2, &[254]), None);
+    assert_eq!(bench.write(0x1802, 3, &[0, 0]), None);
+    bench.enable();
+    bench.send("405#1F0088130000");
+    bench.hear(50);
+    bench.see(|drive, _| {
+        let due = drive.poll_timeout().unwrap();
+        assert_eq!(drive.poll_transmit(due), None);
+        assert_eq!(drive.poll_timeout(), Some(due));
+    });
 }
 
 #[test]

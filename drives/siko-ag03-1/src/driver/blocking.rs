@@ -103,7 +103,7 @@ impl<L: Link> Drive<L> {
     ///
     /// # Errors
     ///
-    /// [`Error::NoReaction`], and [`Error::NoWay`] outside OPERATION ENABLED.
+    /// [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NotStopped`].
     pub fn quick_stop(&mut self) -> Result<(), Error> {
         self.run(async |desk: Desk| sequence::quick_stop(&desk).await)
     }

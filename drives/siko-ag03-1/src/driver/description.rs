@@ -18,8 +18,9 @@ pub struct Description {
     pub vendor_id: u32,
     /// The profile in the low half of 1000h.
     pub profile: u16,
-    /// 1008h, four characters: what tells the AG03/1 from the AG02, which does not have the object.
-    pub device_name: [u8; 4],
+    /// 1008h, four characters; `None` for a drive that does not have the object. It tells the AG03/1 from the
+    /// AG02, which has the same vendor and profile.
+    pub device_name: Option<[u8; 4]>,
     /// The state machine.
     pub transitions: Transitions,
     /// What the control word holds beside a command while nothing is to move.
@@ -36,6 +37,8 @@ pub struct Description {
     pub reaction: Duration,
     /// How long to wait for a status word before asking for one.
     pub status_period: Duration,
+    /// How long it may take to stop, with the gentlest deceleration from the highest velocity.
+    pub braking: Duration,
     /// How long inching takes to show that it has begun.
     pub inching_begins: Duration,
 }
@@ -108,7 +111,7 @@ pub const AG03_1: Description = Description {
     name: "SIKO AG03/1",
     vendor_id: 0x195,
     profile: 402,
-    device_name: *b"AG03",
+    device_name: Some(*b"AG03"),
     transitions: TRANSITIONS,
     idle: control::STOP,
     control: ControlBits {
@@ -140,5 +143,7 @@ pub const AG03_1: Description = Description {
     cause_of,
     reaction: Duration::from_millis(500),
     status_period: Duration::from_millis(150),
+    // 200 rev/min with 0.04 rev/s² take 83 s.
+    braking: Duration::from_secs(100),
     inching_begins: Duration::from_millis(50),
 };

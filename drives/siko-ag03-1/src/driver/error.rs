@@ -116,6 +116,12 @@ pub enum Error {
         /// What it says instead.
         status_word: u16,
     },
+    /// The drive has been told to stop, and still moves after the time that braking takes.
+    #[error("the drive does not stop: it runs at {velocity} rev/min")]
+    NotStopped {
+        /// In rev/min.
+        velocity: i32,
+    },
     /// The status word tells no state.
     #[error("the status word {0:04X} tells no state of the state machine")]
     UnknownState(u16),

@@ -36,8 +36,8 @@ pub struct SimulatedDrive {
     storage: od::Storage,
     controller: Controller,
     effects: Vec<Effect>,
-    /// The last time that anything happened.
-    now: Instant,
+    /// Until when everything has been looked at: what changes by itself after it is still to be told.
+    settled: Instant,
 }
 
 impl SimulatedDrive {
@@ -59,7 +59,7 @@ impl SimulatedDrive {
             effects: Vec::new(),
             storage,
             setup,
-            now,
+            settled: now,
         };
         drive.with_device(now, |device, od| device.restart(now, od));
         drive.settle(now);
@@ -176,7 +176,6 @@ impl SimulatedDrive {
         now: Instant,
         call: impl FnOnce(&mut Device<4, 4, 1, 0>, &mut dyn ObjectDictionary) -> T,
     ) -> T {
-        self.now = now;
         let mut od = Objects {
             now,
             network: self.device.nmt_state(),
@@ -228,6 +227,7 @@ impl SimulatedDrive {
             });
         }
         self.with_device(now, |device, od| device.compare(od));
+        self.settled = now;
     }
 
     /// The drive has eight abort codes (table 19). For those of CiA 301 that it does not have, the nearest is sent:
@@ -251,9 +251,9 @@ impl SimulatedDrive {
             }
             let readings = [od::POSITION_ACTUAL_VALUE.address(), od::VELOCITY_ACTUAL_VALUE.address()];
             let change = if readings.into_iter().any(|address| tpdo.mapping().maps(address)) {
-                self.controller.next_reading(self.now)
+                self.controller.next_reading(self.settled)
             } else {
-                self.controller.next_change(self.now)
+                self.controller.next_change(self.settled)
             };
             next = [next, change].into_iter().flatten().min();
         }

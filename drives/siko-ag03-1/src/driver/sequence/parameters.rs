@@ -45,8 +45,7 @@ pub async fn identify(desk: &Desk) -> Result<(), Error> {
         Err(Error::Sdo(SdoError::Aborted { .. })) => None,
         Err(error) => return Err(error),
     };
-    let same =
-        (profile, vendor_id, name) == (description.profile, description.vendor_id, Some(description.device_name));
+    let same = (profile, vendor_id, name) == (description.profile, description.vendor_id, description.device_name);
     if same { Ok(()) } else { Err(Error::NotThisDrive { expected: description.name, vendor_id, profile, name }) }
 }
 

@@ -2,6 +2,7 @@
 
 use lexican_runtime::wire::nmt::NmtCommand;
 
+use super::travel::come_to_stand;
 use crate::driver::desk::Desk;
 use crate::driver::error::{Error, Missing, Refusal};
 use crate::fault::Cause;
@@ -79,12 +80,17 @@ pub async fn disable(desk: &Desk) -> Result<(), Error> {
 ///
 /// # Errors
 ///
-/// [`Error::NoReaction`], and [`Error::NoWay`] outside OPERATION ENABLED.
+/// [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NotStopped`].
 pub async fn quick_stop(desk: &Desk) -> Result<(), Error> {
-    reach(desk, State::QuickStopActive).await?;
-    let moving = desk.description().system.moving;
-    while desk.read(od::MANUFACTURER_STATUS_REGISTER).await?.0 & moving != 0 {
-        desk.next_status().await?;
+    // Before anything is asked: a drive in another state ignores it.
+    desk.control(desk.description().word(Command::QuickStop));
+    let stopping = |word| State::from_status_word(word) == Some(State::QuickStopActive);
+    if let Err(word) = desk.await_status(stopping).await? {
+        return Err(Error::Refused(Refusal(vec![Missing::Enabled(state_of(word)?)])));
+    }
+    let velocity = come_to_stand(desk, desk.now() + desk.description().braking).await?;
+    if velocity != 0 {
+        return Err(Error::NotStopped { velocity });
     }
     at_rest(desk);
     Ok(())

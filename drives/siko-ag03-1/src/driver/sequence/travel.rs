@@ -215,17 +215,27 @@ pub(super) async fn come_to_rest(desk: &Desk) -> Result<(), Error> {
 /// Sends a word that stops the drive, until it stands. The word means the same when it comes again, so that
 /// one that gets lost is sent again; and braking may take a minute with the gentlest deceleration.
 async fn stand_still(desk: &Desk, word: u16) -> Result<(), Error> {
+    let description = desk.description();
+    let end = desk.now() + description.braking;
     loop {
         desk.control(word);
-        let again = desk.now() + desk.description().reaction;
-        while desk.now() < again {
-            // Read after the word was sent, so that it has had its effect.
-            desk.status().await?;
-            if desk.read(od::VELOCITY_ACTUAL_VALUE).await?.0 == 0 {
-                return Ok(());
-            }
-            desk.next_status().await?;
+        match come_to_stand(desk, desk.now() + description.reaction).await? {
+            0 => return Ok(()),
+            velocity if desk.now() >= end => return Err(Error::NotStopped { velocity }),
+            _ => {}
         }
+    }
+}
+
+/// Waits until the drive stands, no longer than `until`; the last velocity in rev/min.
+pub(super) async fn come_to_stand(desk: &Desk, until: Instant) -> Result<i32, Error> {
+    loop {
+        // Read after the command was sent, so that it has had its effect.
+        let velocity = desk.read(od::VELOCITY_ACTUAL_VALUE).await?.0;
+        if velocity == 0 || desk.now() >= until {
+            return Ok(velocity);
+        }
+        desk.next_status().await?;
     }
 }
 
