@@ -21,6 +21,8 @@ pub(crate) enum Job {
     Test,
     /// the tests that want a kernel with CAN, in one
     Vcan,
+    /// lexican against python-canopen, both ways
+    Interop,
 }
 
 pub(crate) fn run(root: &Path, job: Option<Job>) -> Result<(), String> {
@@ -52,6 +54,7 @@ impl Job {
             Job::Tidy => crate::tidy::run(root),
             Job::Main => readme_command(root, "main job"),
             Job::Test => readme_command(root, "tests"),
+            Job::Interop => crate::interop::run(root),
             Job::Vcan => {
                 let tests = ["test", "-p", "lexican-tests", "--test", "link_socketcan"];
                 // Built here, where it is quick; in the guest it only runs.
@@ -74,7 +77,7 @@ fn readme_command(root: &Path, purpose: &str) -> Result<(), String> {
     cargo(root, &words, &[])
 }
 
-fn cargo(root: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
+pub(crate) fn cargo(root: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let line = format!("cargo {}", arguments.join(" "));
     println!("$ {line}");

@@ -5,6 +5,7 @@
 mod bench;
 mod ci;
 mod corpus;
+mod interop;
 mod outside;
 mod size;
 mod tidy;
@@ -42,6 +43,8 @@ enum Task {
     },
     /// Measure what generated code costs: the compiler's time, lines, the instructions of one write
     Size,
+    /// Run lexican against python-canopen, both ways, over slcan and vcan, and write the table of results
+    Interop,
     /// Run a command with the CAN interfaces vcan0 and vcan1 up, under a guest kernel where this one
     /// has no CAN
     Vcan(vcan::Arguments),
@@ -56,6 +59,7 @@ fn main() -> ExitCode {
         Task::Bless => ci::bless(&root),
         Task::Corpus { folder } => corpus::run(&root, &folder),
         Task::Size => size::run(&root),
+        Task::Interop => interop::run(&root),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
     match outcome {

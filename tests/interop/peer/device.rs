@@ -1,0 +1,190 @@
+//! The device: its dictionary, what the objects do, and the loop that drives it over a link.
+
+use std::io::Read;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use lexican_runtime::device::{Behaviour, Device, Event};
+use lexican_runtime::host::{Incoming, Link};
+use lexican_runtime::object::{Address, DataType, Entry, ObjectDictionary};
+use lexican_runtime::service::lss_device::{self, LssDevice, LssHost, StoreError};
+use lexican_runtime::service::nmt::Reset;
+use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
+use lexican_runtime::wire::lss::Identity;
+use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
+
+use crate::{Outcome, od};
+
+const SETPOINT: Address = Address::new(0x2000, 0);
+const ACTUAL: Address = Address::new(0x2001, 0);
+const RAISE_ERROR: Address = Address::new(0x2004, 0);
+
+/// How long the one domain of the dictionary may become.
+const STORE: usize = 1 << 20;
+
+/// What 1018h says.
+const IDENTITY: Identity = Identity { vendor: 0x4C58, product: 7, revision: 0x0001_0002, serial: 0x1234_5678 };
+
+/// Serves until standard input ends.
+pub(crate) fn run(mut link: impl Link, node: Option<NodeId>) -> Outcome<()> {
+    let ended = end_of_input();
+    let mut station = Station::new(link.now(), node);
+    println!("ready");
+    while !ended.load(Ordering::Relaxed) {
+        while let Some(frame) = station.poll_transmit(link.now()) {
+            match link.send(&frame) {
+                Err(error) if error.is_final() => return Err(error.into()),
+                _ => {}
+            }
+        }
+        let look = link.now() + Duration::from_millis(100);
+        let until = station.poll_timeout().map_or(look, |deadline| deadline.min(look));
+        if let Some(Incoming::Frame(frame)) = link.receive(until)? {
+            station.handle_frame(link.now(), &frame);
+        }
+        while station.poll_timeout().is_some_and(|deadline| deadline <= link.now()) {
+            station.handle_timeout(link.now());
+        }
+    }
+    Ok(())
+}
+
+fn end_of_input() -> Arc<AtomicBool> {
+    let ended = Arc::new(AtomicBool::new(false));
+    let tell = Arc::clone(&ended);
+    std::thread::spawn(move || {
+        // Whatever comes, or an error: the end is what counts.
+        let _ = std::io::stdin().read_to_end(&mut Vec::new());
+        tell.store(true, Ordering::Relaxed);
+    });
+    ended
+}
+
+/// A device with LSS. Without a node-ID there is nothing but LSS.
+struct Station {
+    device: Option<Device>,
+    od: Od,
+    lss: LssDevice,
+}
+
+impl Station {
+    fn new(now: Instant, node: Option<NodeId>) -> Self {
+        let any = node.unwrap_or(NodeId::MAX);
+        let mut station = Station { device: None, od: Od::new(any), lss: LssDevice::new(IDENTITY, node) };
+        if let Some(node) = node {
+            station.boot(now, node);
+        }
+        station
+    }
+
+    fn boot(&mut self, now: Instant, node: NodeId) {
+        self.od = Od { store: std::mem::take(&mut self.od.store), ..Od::new(node) };
+        let mut device = Device::new(node, Behaviour::CIA_301);
+        device.restart(now, &mut self.od);
+        self.device = Some(device);
+    }
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        if let Some(lss_device::Event::NodeIdGiven(node)) = self.lss.handle_frame(now, frame, &mut Host) {
+            self.boot(now, node);
+        }
+        if let Some(event) = self.device.as_mut().and_then(|device| device.handle_frame(now, frame, &mut self.od)) {
+            self.follow(now, event);
+        }
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        if let Some(event) = self.device.as_mut().and_then(|device| device.handle_timeout(now, &mut self.od)) {
+            self.follow(now, event);
+        }
+    }
+
+    /// What the objects do: the actual value follows the setpoint, and errors are raised on request.
+    fn follow(&mut self, now: Instant, event: Event) {
+        let Some(device) = &mut self.device else { return };
+        match event {
+            Event::Reset(Reset::Node | Reset::Communication) => {
+                if let Some(node) = self.lss.reset() {
+                    self.boot(now, node);
+                }
+            }
+            Event::RpdoReceived { .. } | Event::Written(SETPOINT) => {
+                let setpoint = self.od.image.get(od::SETPOINT);
+                self.od.image.set(od::ACTUAL_VALUE, setpoint);
+                device.changed(ACTUAL);
+            }
+            Event::Written(RAISE_ERROR) => match self.od.image.get(od::RAISE_ERROR) {
+                0 => device.clear(ErrorRegister(0xFF), &mut self.od),
+                code => device.emergency(ErrorCode(code), ErrorRegister::GENERIC, [1, 2, 3, 4, 5], &mut self.od),
+            },
+            _ => {}
+        }
+    }
+
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        let device = self.device.as_mut().and_then(|device| device.poll_transmit(now, &mut self.od));
+        device.or_else(|| self.lss.poll_transmit(now))
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.device.as_ref().and_then(Device::poll_timeout)
+    }
+}
+
+/// The generated dictionary, and the domain that its image does not hold.
+struct Od {
+    image: od::Storage,
+    store: Vec<u8>,
+}
+
+impl Od {
+    fn new(node: NodeId) -> Self {
+        Od { image: od::storage(node), store: Vec::new() }
+    }
+}
+
+impl ObjectDictionary for Od {
+    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
+        self.image.entry(address)
+    }
+
+    fn len(&self, entry: &Entry) -> Option<u32> {
+        match entry.data_type {
+            DataType::Domain => u32::try_from(self.store.len()).ok(),
+            _ => self.image.len(entry),
+        }
+    }
+
+    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
+        if entry.data_type != DataType::Domain {
+            return self.image.read(entry, offset, buffer);
+        }
+        let rest = self.store.get(offset as usize..).unwrap_or_default();
+        Ok(buffer.iter_mut().zip(rest).map(|(to, from)| *to = *from).count())
+    }
+
+    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+        if entry.data_type != DataType::Domain {
+            return self.image.write(entry, offset, data, last);
+        }
+        self.store.truncate(offset as usize);
+        if self.store.len() + data.len() > STORE {
+            return Err(AbortCode::OUT_OF_MEMORY);
+        }
+        self.store.extend_from_slice(data);
+        Ok(())
+    }
+}
+
+/// A device that stores nothing beyond its life, and has one bit rate.
+struct Host;
+
+impl LssHost for Host {
+    fn configure_bit_timing(&mut self, _table: u8, _index: u8) -> bool {
+        false
+    }
+
+    fn store(&mut self, _node: Option<NodeId>) -> Result<(), StoreError> {
+        Ok(())
+    }
+}

@@ -1,0 +1,47 @@
+//! lexican's part in the interoperability runs: a device, or the manager of one.
+//!
+//! `interop-peer device URL [NODE]` serves the dictionary of `peer.eds` until its standard input ends;
+//! without a node-ID it waits for LSS to give it one. `interop-peer manager URL NODE` tries every service
+//! on such a device, and prints a line per service: name, verdict, remark, between tabs.
+
+mod device;
+mod manager;
+
+use std::process::ExitCode;
+
+use lexican_runtime::NodeId;
+use lexican_runtime::host::{BusUrl, Link};
+
+/// The dictionary of `peer.eds`.
+#[expect(unreachable_pub, reason = "generated for any place")]
+mod od {
+    lexican_runtime::include_od!("peer");
+}
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let outcome = match words[..] {
+        ["device", url] => open(url).and_then(|link| device::run(link, None)),
+        ["device", url, node] => open(url).and_then(|link| device::run(link, Some(number(node)?))),
+        ["manager", url, node] => open(url).and_then(|link| manager::run(link, number(node)?)),
+        _ => Err("usage: interop-peer device URL [NODE] | interop-peer manager URL NODE".into()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("interop-peer: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+fn open(url: &str) -> Outcome<Box<dyn Link + Send>> {
+    Ok(url.parse::<BusUrl>()?.open()?)
+}
+
+fn number(node: &str) -> Outcome<NodeId> {
+    Ok(NodeId::try_from(node.parse::<u8>()?)?)
+}

@@ -1,0 +1,285 @@
+//! The manager: tries every service on a device with the dictionary of `peer.eds`.
+
+use std::time::Instant as WallClock;
+
+use lexican_runtime::host::blocking::{AccessError, Network};
+use lexican_runtime::host::{Bytes, Incoming, Link};
+use lexican_runtime::manager::{Event, Manager, Remote};
+use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::{self, SdoClient, SdoError};
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, NodeId};
+
+use crate::{Outcome, od};
+
+const STORE: Address = Address::new(0x2005, 0);
+const SECOND: Duration = Duration::from_secs(1);
+
+/// Prints a line per service; fails when one does.
+pub(crate) fn run(link: impl Link, node: NodeId) -> Outcome<()> {
+    let mut network = Network::new(link);
+    let now = network.now();
+    network.manager().add(now, Remote::new(node).with_heartbeat(Duration::from_millis(500)))?;
+    let mut run = Run { network: Some(network), node, failed: 0 };
+    run.tell("boot-up", Run::boot_up);
+    run.tell("heartbeat", Run::heartbeat);
+    run.tell("NMT", Run::nmt);
+    run.tell("SDO read expedited", Run::read_expedited);
+    run.tell("SDO write expedited", Run::write_expedited);
+    run.tell("SDO read segmented", Run::read_segmented);
+    run.tell("SDO write segmented", Run::write_segmented);
+    run.tell("SDO read block", Run::read_block);
+    run.tell("SDO write block", Run::write_block);
+    run.tell("SDO aborts", Run::aborts);
+    run.tell("PDO", Run::pdo);
+    run.tell("SYNC", Run::sync);
+    run.tell("EMCY", Run::emcy);
+    run.tell("SDO reads per second", Run::speed);
+    if run.failed == 0 { Ok(()) } else { Err(format!("{} services failed", run.failed).into()) }
+}
+
+struct Run<L> {
+    /// Always there, except while its link is used without it.
+    network: Option<Network<L>>,
+    node: NodeId,
+    failed: u32,
+}
+
+impl<L: Link> Run<L> {
+    fn tell(&mut self, service: &str, try_it: fn(&mut Self) -> Outcome<String>) {
+        match try_it(self) {
+            Ok(remark) => println!("{service}\tok\t{remark}"),
+            Err(error) => {
+                self.failed += 1;
+                println!("{service}\tfailed\t{error}");
+            }
+        }
+    }
+
+    fn network(&mut self) -> &mut Network<L> {
+        self.network.as_mut().expect("the link was given back")
+    }
+
+    fn expect(&mut self, what: &str, pick: impl Fn(&Event) -> bool) -> Outcome<()> {
+        let found = self.network().wait_for(SECOND.times(3), |event| pick(event).then_some(()))?;
+        found.ok_or_else(|| format!("no {what}").into())
+    }
+
+    fn boot_up(&mut self) -> Outcome<String> {
+        let node = self.node;
+        self.network().command(NmtCommand::ResetNode, Some(node))?;
+        self.expect("boot-up message", |event| *event == Event::BootedUp { node })?;
+        Ok(String::new())
+    }
+
+    fn heartbeat(&mut self) -> Outcome<String> {
+        let node = self.node;
+        self.network().write(node, od::PRODUCER_HEARTBEAT_TIME, 100)?;
+        self.expect("heartbeat", |event| matches!(event, Event::StateChanged { .. } | Event::Appeared { .. }))?;
+        self.network().write(node, od::PRODUCER_HEARTBEAT_TIME, 0)?;
+        self.expect("loss of the heartbeat", |event| *event == Event::Lost { node })?;
+        self.network().write(node, od::PRODUCER_HEARTBEAT_TIME, 100)?;
+        self.expect("return of the heartbeat", |event| matches!(event, Event::Appeared { .. }))?;
+        Ok("lost and back, too".to_owned())
+    }
+
+    fn nmt(&mut self) -> Outcome<String> {
+        let node = self.node;
+        for (command, state) in [
+            (NmtCommand::Start, NmtState::Operational),
+            (NmtCommand::Stop, NmtState::Stopped),
+            (NmtCommand::EnterPreOperational, NmtState::PreOperational),
+        ] {
+            self.network().command(command, Some(node))?;
+            self.expect("change of the state", |event| *event == Event::StateChanged { node, state })?;
+        }
+        Ok(String::new())
+    }
+
+    fn read_expedited(&mut self) -> Outcome<String> {
+        let node = self.node;
+        same(&self.network().read(node, od::DEVICE_TYPE)?, &0)?;
+        same(&self.network().read(node, od::IDENTITY_OBJECT.serial_number())?, &0x1234_5678)?;
+        Ok(String::new())
+    }
+
+    fn write_expedited(&mut self) -> Outcome<String> {
+        let node = self.node;
+        for value in [10, 1000] {
+            self.network().write(node, od::LIMITED_VALUE, value)?;
+            same(&self.network().read(node, od::LIMITED_VALUE)?, &value)?;
+        }
+        Ok(String::new())
+    }
+
+    fn read_segmented(&mut self) -> Outcome<String> {
+        let node = self.node;
+        let name = self.network().read_bytes(node, Address::new(0x1008, 0))?;
+        same(&name, &b"lexican interoperability peer".to_vec())?;
+        let counter = self.network().read(node, od::COUNTER)?;
+        same(&counter, &0x0123_4567_89AB_CDEF)?;
+        Ok(String::new())
+    }
+
+    fn write_segmented(&mut self) -> Outcome<String> {
+        let node = self.node;
+        for len in [5, 7, 8, 500] {
+            self.network().write_bytes(node, STORE, &pattern(len))?;
+            same(&self.network().read_bytes(node, STORE)?, &pattern(len))?;
+        }
+        Ok("5 to 500 bytes".to_owned())
+    }
+
+    fn read_block(&mut self) -> Outcome<String> {
+        let node = self.node;
+        self.network().write_bytes(node, STORE, &pattern(5000))?;
+        let network = self.network.take().expect("the link was given back");
+        let mut link = network.into_link();
+        let read = read_by_block(&mut link, node, STORE);
+        self.network = Some(Network::new(link));
+        let now = self.network().now();
+        self.network().manager().add(now, Remote::new(node).with_heartbeat(Duration::from_millis(500)))?;
+        let (data, blocks) = read?;
+        same(&data, &pattern(5000))?;
+        Ok(if blocks { "5000 bytes" } else { "the device knows no blocks; 5000 bytes in segments instead" }.to_owned())
+    }
+
+    fn write_block(&mut self) -> Outcome<String> {
+        let node = self.node;
+        let now = self.network().now();
+        let sdo = SdoClient::of_node(node).with_block_writes_from(1);
+        let remote = Remote::new(node).with_heartbeat(Duration::from_millis(500)).with_sdo(sdo);
+        self.network().manager().add(now, remote)?;
+        for len in [8, 889, 890, 5000] {
+            self.network().write_bytes(node, STORE, &pattern(len))?;
+            same(&self.network().read_bytes(node, STORE)?, &pattern(len))?;
+        }
+        Ok("8 to 5000 bytes".to_owned())
+    }
+
+    fn aborts(&mut self) -> Outcome<String> {
+        let node = self.node;
+        let read = |index, sub| Address::new(index, sub);
+        for (address, write, code) in [
+            (read(0x3000, 0), None, AbortCode::NO_SUCH_OBJECT),
+            (read(0x1018, 9), None, AbortCode::NO_SUCH_SUB_INDEX),
+            (read(0x1000, 0), Some(&[0u8; 4][..]), AbortCode::READ_ONLY),
+            (read(0x2003, 0), None, AbortCode::WRITE_ONLY),
+        ] {
+            let outcome = match write {
+                Some(data) => self.network().write_bytes(node, address, data),
+                None => self.network().read_bytes(node, address).map(drop),
+            };
+            match outcome {
+                Err(AccessError::Sdo { error: SdoError::Aborted { code: got, .. }, .. }) if got == code => {}
+                other => return Err(format!("{address}: {other:?} instead of {code:?}").into()),
+            }
+        }
+        Ok(String::new())
+    }
+
+    fn pdo(&mut self) -> Outcome<String> {
+        let node = self.node;
+        self.network().command(NmtCommand::Start, Some(node))?;
+        self.expect("OPERATIONAL", |event| *event == Event::StateChanged { node, state: NmtState::Operational })?;
+        for value in [1_i32, -2, 1_000_000] {
+            let data = value.to_le_bytes();
+            let frame = Frame::new(CobId::of_node(0x200, node), &data).expect("four bytes");
+            self.network().send(&frame)?;
+            let answer = |event: &Event| {
+                matches!(event, Event::Pdo { node: Some(from), frame }
+                    if *from == node && frame.id() == CobId::of_node(0x180, node) && frame.data() == data)
+            };
+            self.expect("PDO with the value", answer)?;
+        }
+        Ok("both ways".to_owned())
+    }
+
+    fn sync(&mut self) -> Outcome<String> {
+        let node = self.node;
+        let now = self.network().now();
+        self.network().manager().produce_sync(now, CobId::SYNC, Duration::from_millis(50), 0);
+        for _ in 0..10 {
+            let answer =
+                |event: &Event| matches!(event, Event::Pdo { frame, .. } if frame.id() == CobId::of_node(0x280, node));
+            self.expect("synchronous PDO", answer)?;
+        }
+        let now = self.network().now();
+        self.network().manager().produce_sync(now, CobId::SYNC, Duration::ZERO, 0);
+        Ok("10 synchronous PDOs".to_owned())
+    }
+
+    fn emcy(&mut self) -> Outcome<String> {
+        let node = self.node;
+        self.network().write(node, od::RAISE_ERROR, 0x2310)?;
+        let raised = |event: &Event| {
+            matches!(event, Event::Emergency { node: from, emergency }
+                if *from == node && emergency.code.0 == 0x2310 && emergency.vendor == [1, 2, 3, 4, 5])
+        };
+        self.expect("EMCY", raised)?;
+        self.network().write(node, od::RAISE_ERROR, 0)?;
+        let over = |event: &Event| matches!(event, Event::Emergency { emergency, .. } if emergency.code.0 == 0);
+        self.expect("end of the error", over)?;
+        Ok(String::new())
+    }
+
+    #[expect(clippy::disallowed_methods, reason = "the rate is one of real time")]
+    fn speed(&mut self) -> Outcome<String> {
+        const READS: u32 = 2_000;
+        let node = self.node;
+        let (begin, used) = (WallClock::now(), processor_us());
+        for _ in 0..READS {
+            self.network().read(node, od::DEVICE_TYPE)?;
+        }
+        let rate = f64::from(READS) / begin.elapsed().as_secs_f64();
+        let each = (processor_us() - used) / u64::from(READS);
+        Ok(format!("{rate:.0}/s, {each} us of processor time each"))
+    }
+}
+
+/// Reads an entry by block, with the core alone; and whether blocks were used.
+fn read_by_block(link: &mut impl Link, node: NodeId, address: Address) -> Outcome<(Vec<u8>, bool)> {
+    let mut manager = Manager::<1>::new();
+    manager.add(link.now(), Remote::new(node))?;
+    manager.sdo(node)?.read_block(link.now(), address)?;
+    let mut data = Bytes::room_for(1 << 20);
+    let mut blocks = true;
+    loop {
+        while let Some(frame) = manager.poll_transmit(link.now(), &mut data) {
+            // A0h to A7h are all that a client says in a block upload (CiA 301, 7.2.4.3.10).
+            blocks &= frame.data().first().is_some_and(|command| command >> 5 == 5);
+            link.send(&frame)?;
+        }
+        let until = manager.poll_timeout().ok_or("a transfer has a deadline")?;
+        let event = match link.receive(until)? {
+            Some(Incoming::Frame(frame)) => manager.handle_frame(link.now(), &frame, &mut data),
+            Some(Incoming::State(_)) => None,
+            None => manager.handle_timeout(link.now()),
+        };
+        match event {
+            Some(Event::Sdo { event: sdo_client::Event::Done { len, .. }, .. }) => {
+                while let Some(frame) = manager.poll_transmit(link.now(), &mut data) {
+                    link.send(&frame)?;
+                }
+                return Ok((data.into_vec(len), blocks));
+            }
+            Some(Event::Sdo { event: sdo_client::Event::Failed(error), .. }) => return Err(error.into()),
+            _ => {}
+        }
+    }
+}
+
+fn pattern(len: usize) -> Vec<u8> {
+    (0..len).map(|at| (at * 7 + len) as u8).collect()
+}
+
+fn same<T: PartialEq + std::fmt::Debug>(got: &T, expected: &T) -> Outcome<()> {
+    if got == expected { Ok(()) } else { Err(format!("{got:?} instead of {expected:?}").into()) }
+}
+
+/// What this process has used of a processor, where the system tells.
+fn processor_us() -> u64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = stat.rsplit(')').next().unwrap_or_default().split_ascii_whitespace();
+    fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<u64>().ok()).sum::<u64>() * 10_000
+}
