@@ -108,7 +108,7 @@ impl Checked<'_> {
     /// CiA 301, 7.5.2.17: bits 0 to 29 stay while EMCY exists (bit 31 clear).
     fn check_emcy_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
         let old = self.current(0x1014, 0);
-        require(!CobId::from_parameter(new).is_restricted(), AbortCode::INVALID_VALUE)?;
+        require(is_allowed(new), AbortCode::INVALID_VALUE)?;
         self.check_change(old, new, PdoCobId(old).is_valid() && PdoCobId(new).is_valid())
     }
 
@@ -167,7 +167,7 @@ impl Checked<'_> {
         if !matches!(sub, 1 | 2) {
             return Ok(());
         }
-        require(!CobId::from_parameter(new).is_restricted(), AbortCode::INVALID_VALUE)?;
+        require(is_allowed(new), AbortCode::INVALID_VALUE)?;
         let exists = PdoCobId(self.current(index, 1)).is_valid() && PdoCobId(self.current(index, 2)).is_valid();
         let same = CobId::from_parameter(self.current(index, sub)) == CobId::from_parameter(new);
         require(same || !exists || !PdoCobId(new).is_valid(), AbortCode::INVALID_VALUE)
@@ -196,7 +196,7 @@ impl Checked<'_> {
     fn check_pdo_cob_id(&mut self, index: u16, valid: bool, new: u32) -> Result<(), AbortCode> {
         let id = CobId::from_parameter(new);
         let will_be_valid = self.is_valid(PdoCobId(new));
-        require(!id.is_restricted(), AbortCode::INVALID_VALUE)?;
+        require(!(will_be_valid && id.is_restricted()), AbortCode::INVALID_VALUE)?;
         let old = self.current(index, 1);
         self.check_change(old, new, valid && will_be_valid)?;
         // Two PDOs of one device under one identifier: nobody could tell which is meant.
@@ -218,9 +218,12 @@ impl Checked<'_> {
     }
 
     /// CiA 301, 7.5.2.36 and 7.5.2.38: the mapping changes only while the PDO does not exist, and its
-    /// entries only while none of them counts.
+    /// entries only while none of them counts. To write what is there already is no change.
     fn check_mapping(&mut self, direction: Direction, address: Address, new: u32) -> Result<(), AbortCode> {
         let (index, sub) = (address.index(), address.sub());
+        if self.current(index, sub) == new {
+            return Ok(());
+        }
         match self.behaviour.changes {
             ChangeRule::InPreOperational => self.require_pre_operational()?,
             ChangeRule::WhileInvalid => {
@@ -238,9 +241,9 @@ impl Checked<'_> {
     }
 
     fn check_mapping_length(&mut self, direction: Direction, index: u16, len: u32) -> Result<(), AbortCode> {
+        let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= Mapping::MAX);
         let mut mapping = Mapping::EMPTY;
-        for sub in 1..=len {
-            let sub = u8::try_from(sub).map_err(|_| AbortCode::PDO_LENGTH_EXCEEDED)?;
+        for sub in 1..=len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {
             let entry = objects::read_u32(self.od, index, sub).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
             let mapped = Mapped::from_parameter(entry);
             mapping::check(mapped, direction, self.behaviour.dummies, self.od)?;
@@ -264,6 +267,11 @@ fn type_exists(direction: Direction, code: u32) -> bool {
         TransmissionType::Remote | TransmissionType::SynchronousRemote => direction == Direction::Transmit,
         _ => true,
     }
+}
+
+/// Whether a COB-ID is switched off (bit 31), when it may be any, or not restricted (CiA 301, 7.3.5).
+fn is_allowed(cob_id: u32) -> bool {
+    !PdoCobId(cob_id).is_valid() || !CobId::from_parameter(cob_id).is_restricted()
 }
 
 fn id_of(value: u64) -> CobId {
