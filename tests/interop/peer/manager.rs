@@ -2,8 +2,8 @@
 
 use std::time::Instant as WallClock;
 
-use lexican_runtime::host::blocking::{AccessError, Network};
-use lexican_runtime::host::{Bytes, Incoming, Link};
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{AccessError, Bytes, Incoming, Link};
 use lexican_runtime::manager::{Event, Manager, Remote};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::{self, SdoClient, SdoError};
