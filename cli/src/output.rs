@@ -97,29 +97,68 @@ pub(crate) fn styled(style: Style, text: impl Display) -> String {
 
 /// Writes a file wholly or not at all: under another name first, which then takes the file's place.
 pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
-    let unfinished = unfinished(path);
-    let written = std::fs::write(&unfinished, content).and_then(|()| std::fs::rename(&unfinished, path));
-    written.map_err(|error| {
-        let _ = std::fs::remove_file(&unfinished);
-        Failure::file("write", path, &error)
-    })
+    write_all_whole(&[(path.to_owned(), content.to_vec())])
 }
 
 /// Writes several files, none of which takes its place before all are written.
 pub(crate) fn write_all_whole(files: &[(PathBuf, Vec<u8>)]) -> Result<(), Failure> {
+    let failed = |path: &Path, error| {
+        files.iter().for_each(|(path, _)| drop(std::fs::remove_file(unfinished(path))));
+        Failure::file("write", path, &error)
+    };
     for (path, content) in files {
-        if let Err(error) = std::fs::write(unfinished(path), content) {
-            files.iter().for_each(|(path, _)| drop(std::fs::remove_file(unfinished(path))));
-            return Err(Failure::file("write", path, &error));
-        }
+        prepare(path, content).map_err(|error| failed(path, error))?;
     }
-    for (path, _) in files {
-        std::fs::rename(unfinished(path), path).map_err(|error| Failure::file("write", path, &error))?;
+    for (path, _) in files.iter().filter(|(path, _)| !is_special(path)) {
+        std::fs::rename(unfinished(path), path).map_err(|error| failed(path, error))?;
     }
     Ok(())
+}
+
+/// Writes what is to take the place of a file, with the rights that the file had.
+fn prepare(path: &Path, content: &[u8]) -> io::Result<()> {
+    if is_special(path) {
+        return std::fs::write(path, content);
+    }
+    std::fs::write(unfinished(path), content)?;
+    match std::fs::metadata(path) {
+        Ok(old) => std::fs::set_permissions(unfinished(path), old.permissions()),
+        Err(_) => Ok(()),
+    }
+}
+
+/// A terminal, a pipe, `/dev/null`: something that no file may take the place of.
+fn is_special(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir())
 }
 
 fn unfinished(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.{}.tmp", std::process::id()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_written_together_or_not_at_all() {
+        let folder = std::env::temp_dir().join(format!("lexican-output-{}", std::process::id()));
+        std::fs::create_dir_all(folder.join("in-the-way")).unwrap();
+        let files = |second: &str| [(folder.join("a"), b"1".to_vec()), (folder.join(second), b"2".to_vec())];
+        assert!(write_all_whole(&files("no/such/folder")).is_err());
+        assert!(write_all_whole(&files("in-the-way")).is_err());
+        let names = |folder: &Path| std::fs::read_dir(folder).unwrap().map(|it| it.unwrap().file_name()).count();
+        assert_eq!(names(&folder), 2, "the folder in the way, and the file that was whole before it failed");
+        write_all_whole(&files("b")).unwrap();
+        assert_eq!(std::fs::read(folder.join("b")).unwrap(), b"2");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_written_to_and_not_replaced() {
+        write_whole(Path::new("/dev/null"), b"nothing").unwrap();
+        assert!(!std::fs::metadata("/dev/null").unwrap().is_file());
+    }
 }

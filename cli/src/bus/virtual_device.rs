@@ -23,7 +23,9 @@ impl VirtualDevice {
     /// A device that is switched on at `now`.
     pub(crate) fn power_on(now: Instant, node: NodeId, sheet: &model::Device) -> Self {
         let mut dictionary = SheetDictionary::new(node, sheet);
-        let mut device = Box::new(Device::new(node, Behaviour::CIA_301));
+        let dummies =
+            sheet.dummies.iter().filter(|dummy| dummy.code() < 32).fold(0, |set, dummy| set | 1 << dummy.code());
+        let mut device = Box::new(Device::new(node, Behaviour { dummies, ..Behaviour::CIA_301 }));
         device.restart(now, &mut dictionary);
         VirtualDevice { device, dictionary }
     }

@@ -87,6 +87,12 @@ impl<'a> Bench<'a> {
         Bench { bus, link, drive, tap, decoder, console, heard, window: 0, recording }
     }
 
+    /// The bus itself, to tamper with.
+    #[cfg(test)]
+    pub(crate) fn bus(&self) -> &VirtualBus {
+        &self.bus
+    }
+
     pub(crate) fn now(&self) -> Instant {
         self.bus.now()
     }

@@ -24,6 +24,12 @@ impl Console {
         Console { progress, listened_to: true }
     }
 
+    /// A console that shows nothing.
+    #[cfg(test)]
+    pub(crate) fn silent() -> Self {
+        Console { progress: ProgressBar::hidden(), listened_to: false }
+    }
+
     pub(crate) fn line(&mut self, line: impl Display) {
         if self.listened_to {
             let written = self.progress.suspend(|| writeln!(anstream::stdout().lock(), "{line}"));

@@ -62,3 +62,57 @@ fn write_files(args: &Args, played: &[Played], recording: &bench::Recording) -> 
     let log: String = recording.frames.iter().map(line).collect();
     write_all_whole(&[(args.out.join("demo.svg"), picture.into_bytes()), (args.out.join("demo.log"), log.into_bytes())])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lexican_runtime::host::{Fate, VirtualBus};
+
+    /// The checks that fail when a run goes over a bus that was tampered with.
+    fn failures(tamper: impl FnOnce(&VirtualBus)) -> Vec<String> {
+        let device = Loaded::named(DEVICE).unwrap().device;
+        let mut bench = Bench::new(&device, Console::silent(), false);
+        tamper(bench.bus());
+        let played = play::all(&mut bench, &[&POSITIONING, &VELOCITY]).unwrap();
+        let checks = checks::all(&played, &bench.finish());
+        checks.into_iter().filter(|check| !check.passed).map(|check| check.what).collect()
+    }
+
+    /// The bus loses the n-th frame with this identifier.
+    fn lose(id: u32, n: u32) -> impl FnOnce(&VirtualBus) {
+        move |bus: &VirtualBus| {
+            let mut seen = 0;
+            bus.set_fate(move |_, frame| {
+                seen += u32::from(frame.id().raw() == id && !frame.is_remote());
+                if frame.id().raw() == id && seen == n && !frame.is_remote() { Fate::Lose } else { Fate::Deliver }
+            });
+        }
+    }
+
+    #[test]
+    fn an_undisturbed_run_fails_no_check() {
+        assert_eq!(failures(|_| {}), Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_lost_command_fails_the_checks_that_depend_on_it() {
+        let failed = failures(lose(0x405, 1));
+        assert!(failed.contains(&"table 25: position +5000 increments reached".to_owned()), "{failed:?}");
+        let failed = failures(lose(0x405, 2));
+        assert!(failed.contains(&"table 25: position -5000 increments reached".to_owned()), "{failed:?}");
+        let failed = failures(lose(0x505, 2));
+        assert!(failed.contains(&"table 26: velocity +30 rev/min reached".to_owned()), "{failed:?}");
+        // The last command of all.
+        let failed = failures(lose(0x000, 4));
+        assert!(failed.contains(&"table 26: node ends in PRE-OPERATIONAL".to_owned()), "{failed:?}");
+    }
+
+    #[test]
+    fn every_lost_command_is_noticed() {
+        for (id, frames) in [(0x000, 4), (0x205, 17), (0x405, 2), (0x505, 3)] {
+            for n in 1..=frames {
+                assert!(!failures(lose(id, n)).is_empty(), "frame {n} of {id:03X}");
+            }
+        }
+    }
+}
