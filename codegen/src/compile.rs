@@ -3,7 +3,7 @@
 use lexican_eds::model::Device;
 use lexican_eds::{Diagnostics, Severity};
 
-use crate::{emit, plan};
+use crate::{emit, plan, standard};
 
 /// What to generate.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,7 +81,8 @@ pub const FINDINGS: &[Finding] = &[
 #[must_use]
 pub fn compile(device: &Device, options: &Options) -> Output {
     let mut diagnostics = Diagnostics::default();
-    let plan = plan::Plan::new(device, &mut diagnostics);
+    let device = standard::complete(device);
+    let plan = plan::Plan::new(&device, &mut diagnostics);
     let code = emit::emit(&plan, options);
     diagnostics.finish();
     Output { code, diagnostics }

@@ -26,6 +26,7 @@ mod error;
 mod name;
 mod plan;
 mod scope;
+mod standard;
 
 pub use compile::{FINDINGS, Finding, Options, Output, compile};
 pub use config::Config;

@@ -1,6 +1,5 @@
 //! What the data sheet says of the device as a whole.
 
-use lexican_eds::model::{Device, Value};
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 
@@ -20,7 +19,7 @@ pub(super) fn facts(context: &Context<'_>) -> TokenStream {
         ("VENDOR_ID", "The vendor-ID, as in 1018:01.", info.vendor_number.map(|number| (number, 8))),
         ("PRODUCT_CODE", "The product code, as in 1018:02.", info.product_number.map(|number| (number, 8))),
         ("REVISION_NUMBER", "The revision number, as in 1018:03.", info.revision_number.map(|number| (number, 8))),
-        ("DEVICE_PROFILE", "The number of the device profile, the low word of 1000:00.", profile(device)),
+        ("DEVICE_PROFILE", "The number of the device profile.", device.profile.map(|profile| (profile.into(), 4))),
     ];
     let texts = texts.into_iter().filter_map(|(name, doc, text)| {
         let text = text.as_deref().filter(|text| !text.is_empty())?;
@@ -51,12 +50,4 @@ fn constant(name: &str, doc: &str, r#type: TokenStream, value: TokenStream) -> T
     let ident: Ident = format_ident!("{name}");
     let doc = docs::lines(&[doc.to_owned()]);
     quote!(#doc pub const #ident: #r#type = #value;)
-}
-
-fn profile(device: &Device) -> Option<(u32, usize)> {
-    let object = device.objects.iter().find(|object| object.index == 0x1000)?;
-    match object.entries.first()?.default {
-        Some(Value::Integer(device_type)) => Some(((device_type & 0xFFFF) as u32, 4)),
-        _ => None,
-    }
 }

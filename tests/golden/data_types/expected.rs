@@ -20,11 +20,126 @@ pub const PRODUCT_CODE: u32 = 0x00000001;
 /// The revision number, as in 1018:03.
 pub const REVISION_NUMBER: u32 = 0x00010002;
 
-/// The number of the device profile, the low word of 1000:00.
-pub const DEVICE_PROFILE: u16 = 0x0000;
-
 /// The bit rates that the device knows, in kbit/s.
 pub const BIT_RATES_KBIT: &[u16] = &[125, 250, 500, 1000];
+
+/// Error register
+///
+/// Which kinds of error are present (CiA 301, 7.5.2.2).
+#[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
+pub struct ErrorRegister(
+    /// The number on the wire.
+    pub u8,
+);
+
+impl ::lexican_runtime::object::Type for ErrorRegister {
+    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned8;
+}
+
+impl ::lexican_runtime::object::Value for ErrorRegister {
+    fn to_raw(self) -> u64 {
+        ::lexican_runtime::object::Value::to_raw(self.0)
+    }
+    fn from_raw(raw: u64) -> Self {
+        Self(::lexican_runtime::object::Value::from_raw(raw))
+    }
+}
+
+impl ::core::convert::From<u8> for ErrorRegister {
+    fn from(raw: u8) -> Self {
+        Self(raw)
+    }
+}
+
+impl ::core::convert::From<ErrorRegister> for u8 {
+    fn from(value: ErrorRegister) -> Self {
+        value.0
+    }
+}
+
+impl ErrorRegister {
+    /// Bit 0: generic error
+    pub const fn generic_error(self) -> bool {
+        ::lexican_runtime::object::take(self.0 as u64, 0, 1) != 0
+    }
+    /// With bit 0 changed: generic error
+    #[must_use]
+    pub const fn with_generic_error(self, value: bool) -> Self {
+        Self(::lexican_runtime::object::replace(self.0 as u64, 0, 1, value as u64) as u8)
+    }
+    /// Bit 1: current
+    pub const fn current(self) -> bool {
+        ::lexican_runtime::object::take(self.0 as u64, 1, 1) != 0
+    }
+    /// With bit 1 changed: current
+    #[must_use]
+    pub const fn with_current(self, value: bool) -> Self {
+        Self(::lexican_runtime::object::replace(self.0 as u64, 1, 1, value as u64) as u8)
+    }
+    /// Bit 2: voltage
+    pub const fn voltage(self) -> bool {
+        ::lexican_runtime::object::take(self.0 as u64, 2, 1) != 0
+    }
+    /// With bit 2 changed: voltage
+    #[must_use]
+    pub const fn with_voltage(self, value: bool) -> Self {
+        Self(::lexican_runtime::object::replace(self.0 as u64, 2, 1, value as u64) as u8)
+    }
+    /// Bit 3: temperature
+    pub const fn temperature(self) -> bool {
+        ::lexican_runtime::object::take(self.0 as u64, 3, 1) != 0
+    }
+    /// With bit 3 changed: temperature
+    #[must_use]
+    pub const fn with_temperature(self, value: bool) -> Self {
+        Self(::lexican_runtime::object::replace(self.0 as u64, 3, 1, value as u64) as u8)
+    }
+    /// Bit 4: communication error
+    pub const fn communication_error(self) -> bool {
+        ::lexican_runtime::object::take(self.0 as u64, 4, 1) != 0
+    }
+    /// With bit 4 changed: communication error
+    #[must_use]
+    pub const fn with_communication_error(self, value: bool) -> Self {
+        Self(::lexican_runtime::object::replace(self.0 as u64, 4, 1, value as u64) as u8)
+    }
+    /// Bit 5: device profile specific
+    pub const fn device_profile_specific(self) -> bool {
+        ::lexican_runtime::object::take(self.0 as u64, 5, 1) != 0
+    }
+    /// With bit 5 changed: device profile specific
+    #[must_use]
+    pub const fn with_device_profile_specific(self, value: bool) -> Self {
+        Self(::lexican_runtime::object::replace(self.0 as u64, 5, 1, value as u64) as u8)
+    }
+    /// Bit 7: manufacturer specific
+    pub const fn manufacturer_specific(self) -> bool {
+        ::lexican_runtime::object::take(self.0 as u64, 7, 1) != 0
+    }
+    /// With bit 7 changed: manufacturer specific
+    #[must_use]
+    pub const fn with_manufacturer_specific(self, value: bool) -> Self {
+        Self(::lexican_runtime::object::replace(self.0 as u64, 7, 1, value as u64) as u8)
+    }
+}
+
+impl ::lexican_runtime::object::BitField for ErrorRegister {
+    const BITS: &'static [::lexican_runtime::object::BitName] = &[
+        ::lexican_runtime::object::BitName::new(0, 1, "generic error"),
+        ::lexican_runtime::object::BitName::new(1, 1, "current"),
+        ::lexican_runtime::object::BitName::new(2, 1, "voltage"),
+        ::lexican_runtime::object::BitName::new(3, 1, "temperature"),
+        ::lexican_runtime::object::BitName::new(4, 1, "communication error"),
+        ::lexican_runtime::object::BitName::new(5, 1, "device profile specific"),
+        ::lexican_runtime::object::BitName::new(7, 1, "manufacturer specific"),
+    ];
+}
+
+impl ::core::fmt::Debug for ErrorRegister {
+    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+        ::lexican_runtime::object::debug_bits(f, "ErrorRegister", *self)
+    }
+}
 
 /// Device type
 ///
@@ -40,9 +155,10 @@ pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
 pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    u8,
+    ErrorRegister,
     ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(0x00);
+> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
+    .with_default(ErrorRegister(0x00));
 
 /// Identity object
 ///
@@ -633,7 +749,9 @@ pub static NAMES: &[::lexican_runtime::object::Name] = &[
         0x00,
         "Error register",
         ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
+        ::lexican_runtime::object::Meaning::BitField(
+            <ErrorRegister as ::lexican_runtime::object::BitField>::BITS,
+        ),
     ),
     ::lexican_runtime::object::Name::new(
         0x1018,

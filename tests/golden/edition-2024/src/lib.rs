@@ -40,3 +40,7 @@ pub mod pdos;
 /// `golden/records`.
 #[path = "../../records/expected.rs"]
 pub mod records;
+
+/// `golden/standards`.
+#[path = "../../standards/expected.rs"]
+pub mod standards;
