@@ -1,8 +1,9 @@
 //! Whatever is on the bus, a manager neither panics nor hangs, and its next transfer works.
 
-use lexican_runtime::manager::{Event, Manager, Remote};
+use lexican_runtime::manager::{Assignment, Event, Manager, Network, OnLoss, Remote};
 use lexican_runtime::object::Address;
-use lexican_runtime::service::sdo_client::{self, Scalar};
+use lexican_runtime::procedure::{BootPlan, Runner, Step};
+use lexican_runtime::service::sdo_client::{self, Scalar, SdoClient};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use proptest::prelude::*;
 
@@ -69,5 +70,56 @@ proptest! {
         let done = sdo_client::Event::Done { address: Address::new(0x1000, 0), len: 4 };
         prop_assert_eq!(event, Some(Event::Sdo { node: NODE, event: done }));
         prop_assert_eq!(value.bytes(), &[0x92, 1, 0, 0]);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
+
+    #[test]
+    fn any_frames_at_any_time_leave_a_network_and_a_procedure_that_end(
+        script in prop::collection::vec((any_frame(), 0..500_u64), 0..60)
+    ) {
+        let mut now = Instant::ZERO;
+        let dcf = [1, 0, 0, 0, 0x17, 0x10, 0, 2, 0, 0, 0, 100, 0];
+        let plan = BootPlan { configuration: &dcf, configured: Some((1, 1)), start: true, ..BootPlan::default() };
+        let heartbeat = Duration::from_millis(250);
+        let mut network = Network::<2>::new(OnLoss::ResetAll);
+        network.assign(NODE, Assignment { client: SdoClient::of_node(NODE), mandatory: true, heartbeat, plan }).unwrap();
+        network.start(now, Duration::from_secs(1));
+        let address = Address::new(0x6041, 0);
+        let (poll, timeout) = (Duration::from_millis(10), Duration::from_millis(500));
+        let steps = [
+            Step::Await { address, mask: 1, value: 1, poll, timeout },
+            Step::AwaitBootUp { timeout },
+            Step::value(address, 1_u16),
+        ];
+        let mut runner = Runner::new(NODE, SdoClient::of_node(NODE), steps.into_iter());
+        for (frame, pause_ms) in script {
+            network.handle_frame(now, &frame);
+            runner.handle_frame(now, &frame);
+            let end = now + Duration::from_millis(pause_ms);
+            let mut sent = 0;
+            loop {
+                while network.poll_transmit(now).or_else(|| runner.poll_transmit(now)).is_some() {
+                    sent += 1;
+                }
+                let due = [network.poll_timeout(), runner.poll_timeout()].into_iter().flatten().min();
+                let Some(due) = due.filter(|&due| due <= end) else { break };
+                now = due.max(now);
+                network.handle_timeout(now);
+                runner.handle_timeout(now);
+            }
+            prop_assert!(sent < 20 + pause_ms as usize, "a burst without end");
+            now = end;
+        }
+        // Nobody answers any more: within some seconds, the procedure has ended.
+        for _ in 0..1000 {
+            while runner.poll_transmit(now).is_some() {}
+            let Some(due) = runner.poll_timeout() else { break };
+            now = due.max(now);
+            runner.handle_timeout(now);
+        }
+        prop_assert!(runner.is_over(), "{:?}", runner.step());
     }
 }

@@ -135,3 +135,69 @@ fn push_history(error: u32, od: &mut dyn ObjectDictionary) {
     objects::write(od, 0x1003, 1, u64::from(error));
     objects::write(od, 0x1003, 0, u64::from(room));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::TestOd;
+    use std::string::String;
+    use std::vec::Vec;
+
+    fn od() -> TestOd {
+        TestOd::new(
+            "1001:00 u8  ro - 0
+             1003:00 u8  rw - 0
+             1003:01 u16 ro - 0
+             1003:02 u16 ro - 0",
+        )
+    }
+
+    fn sent(producer: &mut EmcyProducer, us: u64) -> Vec<String> {
+        let now = Instant::from_micros(us);
+        producer.handle_timeout(now);
+        core::iter::from_fn(|| producer.poll_transmit(now)).map(|frame| std::format!("{frame}")).collect()
+    }
+
+    fn raise(producer: &mut EmcyProducer, code: u16, od: &mut TestOd) {
+        producer.raise(ErrorCode(code), ErrorRegister::VOLTAGE, [0; 5], true, od);
+    }
+
+    fn producer() -> EmcyProducer {
+        let mut producer = EmcyProducer::new(CodeOrder::LowByteFirst);
+        producer.configure(CobId::standard(0x85), Duration::ZERO);
+        producer
+    }
+
+    #[test]
+    fn a_history_of_16_bits_holds_the_code_alone() {
+        let (mut producer, mut od) = (producer(), od());
+        for code in [0x1000, 0x2000, 0x3000] {
+            raise(&mut producer, code, &mut od);
+        }
+        assert_eq!([0, 1, 2].map(|sub| od.get(0x1003, sub)), [2, 0x3000, 0x2000]);
+        assert_eq!(sent(&mut producer, 0).len(), 3);
+    }
+
+    #[test]
+    fn more_than_can_wait_keep_the_oldest_and_the_newest() {
+        let (mut producer, mut od) = (producer(), od());
+        for code in 1..=12 {
+            raise(&mut producer, code, &mut od);
+        }
+        let sent = sent(&mut producer, 0);
+        assert_eq!(sent.len(), EmcyProducer::PENDING);
+        assert_eq!((sent[0].as_str(), sent[7].as_str()), ("085#0100050000000000", "085#0C00050000000000"));
+    }
+
+    #[test]
+    fn clearing_ends_what_was_raised_and_nothing_else() {
+        let (mut producer, mut od) = (producer(), od());
+        raise(&mut producer, 0x3120, &mut od);
+        sent(&mut producer, 0);
+        producer.clear(ErrorRegister::TEMPERATURE, [0; 5], &mut od);
+        assert_eq!(sent(&mut producer, 0), [""; 0]);
+        producer.clear(ErrorRegister::VOLTAGE, [0; 5], &mut od);
+        assert_eq!(sent(&mut producer, 0), ["085#0000000000000000"]);
+        assert_eq!(od.get(0x1001, 0), 0);
+    }
+}

@@ -154,3 +154,66 @@ fn length_fits(entry: &Entry, bits: u8) -> bool {
         None => (1..=64).contains(&bits) && bits.is_multiple_of(8) && u16::from(bits / 8) <= entry.capacity,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::TestOd;
+
+    fn od() -> TestOd {
+        TestOd::new(
+            "1A00:00 u8  rw - 3
+             1A00:01 u32 rw - 0x20000101
+             1A00:02 u32 rw - 0x20000208
+             1A00:03 u32 rw - 0x20000310
+             1A01:00 u8  rw - 2
+             1A01:01 u32 rw - 0x20000440
+             1A01:02 u32 rw - 0x20000101
+             1A02:00 u8  rw - 254
+             1A03:00 u8  rw - 2
+             1A03:01 u32 rw - 0x20000101
+             2000:01 u1  rw both 1
+             2000:02 u8  ro tpdo 0x81
+             2000:03 i16 rw rpdo -2
+             2000:04 u64 rw both 0
+             2001:00 text rw both abc",
+        )
+    }
+
+    #[test]
+    fn a_mapping_is_loaded_whole_or_not_at_all() {
+        let mapping = Mapping::load(0x1A00, &mut od());
+        assert_eq!((mapping.iter().count(), mapping.bytes()), (3, 4));
+        assert!(mapping.maps(Address::new(0x2000, 3)) && !mapping.maps(Address::new(0x2000, 4)));
+        // 65 bits, a multiplexed PDO, an entry that is missing, no mapping.
+        for index in [0x1A01, 0x1A02, 0x1A03, 0x1A04] {
+            assert_eq!(Mapping::load(index, &mut od()), Mapping::EMPTY, "{index:04X}");
+        }
+    }
+
+    #[test]
+    fn what_is_packed_is_unpacked() {
+        let mut od = od();
+        let mapping = Mapping::load(0x1A00, &mut od);
+        let data = mapping.pack(&mut od);
+        // 1 bit, 8 bits, 16 bits, from the lowest up.
+        assert_eq!(u64::from_le_bytes(data), 1 | 0x81 << 1 | 0xFFFE << 9);
+        [1, 2, 3].into_iter().for_each(|sub| od.set(0x2000, sub, 0));
+        assert_eq!(mapping.unpack(&data, &mut od), Ok(()));
+        assert_eq!([1, 2, 3].map(|sub| od.get(0x2000, sub)), [1, 0x81, 0xFFFE]);
+    }
+
+    #[test]
+    fn what_may_be_mapped_depends_on_direction_and_length() {
+        let check = |sub, bits, direction| check(Mapped::new(0x2000, sub, bits), direction, 0, &od());
+        assert_eq!(check(2, 8, Direction::Transmit), Ok(()));
+        assert_eq!(check(2, 8, Direction::Receive), Err(AbortCode::NOT_MAPPABLE));
+        assert_eq!(check(3, 16, Direction::Receive), Ok(()));
+        assert_eq!(check(3, 16, Direction::Transmit), Err(AbortCode::NOT_MAPPABLE));
+        assert_eq!(check(3, 8, Direction::Receive), Err(AbortCode::NOT_MAPPABLE));
+        assert_eq!(check(1, 1, Direction::Receive), Ok(()));
+        assert_eq!(check(9, 8, Direction::Receive), Err(AbortCode::NO_SUCH_SUB_INDEX));
+        let text = |bits| super::check(Mapped::new(0x2001, 0, bits), Direction::Receive, 0, &od());
+        assert_eq!((text(24), text(25)), (Ok(()), Err(AbortCode::NOT_MAPPABLE)));
+    }
+}

@@ -169,3 +169,59 @@ impl Rpdo {
         self.due
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::object::Mapped;
+    use crate::testing::TestOd;
+
+    fn rpdo(transmission: u8) -> Rpdo {
+        let mut mapping = Mapping::EMPTY;
+        assert!(mapping.push(Mapped::new(0x2000, 0, 16)));
+        let cob_id = PdoCobId(0x205);
+        let transmission = TransmissionType::from_code(transmission);
+        Rpdo::new(Parameters { cob_id, transmission, deadline: Duration::from_millis(10) }, mapping)
+    }
+
+    fn feed(pdo: &mut Rpdo, ms: u64, data: &[u8], od: &mut TestOd) -> Option<Event> {
+        let id = CobId::standard(0x205).unwrap();
+        pdo.handle_frame(Instant::ZERO + Duration::from_millis(ms), &Frame::new(id, data).unwrap(), od)
+    }
+
+    #[test]
+    fn length_and_deadline_are_watched() {
+        let mut od = TestOd::new("2000:00 u16 rw rpdo 0");
+        let mut pdo = rpdo(255);
+        assert_eq!(pdo.poll_timeout(), None);
+        assert_eq!(feed(&mut pdo, 0, &[1], &mut od), Some(Event::TooShort { expected: 2, got: 1 }));
+        assert_eq!((pdo.length_error(), pdo.poll_timeout()), (Some(LengthError::TooShort), None));
+        assert_eq!(feed(&mut pdo, 0, &[1, 2, 3], &mut od), Some(Event::Received));
+        assert_eq!((pdo.length_error(), od.get(0x2000, 0)), (Some(LengthError::TooLong), 0x0201));
+        let due = pdo.poll_timeout().unwrap();
+        assert_eq!((pdo.handle_timeout(due), pdo.has_timed_out()), (Some(Event::TimedOut), true));
+        assert_eq!(feed(&mut pdo, 20, &[1, 2], &mut od), Some(Event::Received));
+        assert_eq!((pdo.has_timed_out(), pdo.length_error()), (false, None));
+    }
+
+    #[test]
+    fn a_synchronous_one_waits_and_is_forgotten_when_suspended() {
+        let mut od = TestOd::new("2000:00 u16 rw rpdo 0");
+        let mut pdo = rpdo(1);
+        assert_eq!(feed(&mut pdo, 0, &[1, 2], &mut od), Some(Event::Waiting));
+        pdo.suspend();
+        assert_eq!(pdo.handle_sync(&mut od), None);
+        feed(&mut pdo, 0, &[3, 4], &mut od);
+        assert_eq!((pdo.handle_sync(&mut od), od.get(0x2000, 0)), (Some(Event::Received), 0x0403));
+    }
+
+    #[test]
+    fn remote_frames_and_a_pdo_that_is_switched_off_are_ignored() {
+        let mut od = TestOd::new("2000:00 u16 rw rpdo 0");
+        let mut pdo = rpdo(255);
+        let remote = Frame::remote(CobId::standard(0x205).unwrap(), 2).unwrap();
+        assert_eq!(pdo.handle_frame(Instant::ZERO, &remote, &mut od), None);
+        pdo.parameters.cob_id = pdo.parameters.cob_id.switched_off();
+        assert_eq!(feed(&mut pdo, 0, &[1, 2], &mut od), None);
+    }
+}

@@ -279,3 +279,65 @@ impl Tpdo {
         [inhibited, self.event].into_iter().flatten().min()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::object::Mapped;
+    use crate::testing::TestOd;
+    use std::string::String;
+    use std::vec::Vec;
+
+    fn tpdo(transmission: u8, triggers: Triggers) -> Tpdo {
+        let mut mapping = Mapping::EMPTY;
+        assert!(mapping.push(Mapped::new(0x2000, 0, 8)));
+        let parameters = Parameters {
+            cob_id: PdoCobId(0x185),
+            transmission: TransmissionType::from_code(transmission),
+            inhibit: Duration::from_millis(10),
+            event_timer: Duration::from_millis(25),
+            sync_start: 0,
+        };
+        let mut pdo = Tpdo::new(parameters, mapping, triggers);
+        pdo.start(Instant::ZERO);
+        pdo
+    }
+
+    /// What is sent from 0 to 60 ms, when the object changes at 3 and 5 ms.
+    fn run(mut pdo: Tpdo) -> Vec<String> {
+        let mut od = TestOd::new("2000:00 u8 ro tpdo 7");
+        let mut sent = Vec::new();
+        for ms in 0..=60 {
+            let now = Instant::ZERO + Duration::from_millis(ms);
+            if matches!(ms, 3 | 5) {
+                od.set(0x2000, 0, ms);
+                pdo.changed(Address::new(0x2000, 0));
+            }
+            if pdo.poll_timeout().is_some_and(|due| due <= now) {
+                pdo.handle_timeout(now);
+            }
+            sent.extend(pdo.poll_transmit(now, &mut od).map(|frame| std::format!("{ms} {frame}")));
+        }
+        sent
+    }
+
+    #[test]
+    fn triggers_say_what_is_an_event() {
+        let all = Triggers::ALL;
+        assert_eq!(run(tpdo(254, all)), ["0 185#07", "10 185#05", "35 185#05", "60 185#05"]);
+        let without_start = Triggers { start: false, ..all };
+        assert_eq!(run(tpdo(254, without_start)), ["3 185#03", "13 185#05", "38 185#05"]);
+        let timer_only = Triggers { timer: true, ..Triggers::NONE };
+        assert_eq!(run(tpdo(255, timer_only)), ["25 185#05", "50 185#05"]);
+        let not_inhibited = Triggers { inhibit: false, timer: false, ..all };
+        assert_eq!(run(tpdo(254, not_inhibited)), ["0 185#07", "3 185#03", "5 185#05"]);
+        assert_eq!(run(tpdo(253, Triggers::NONE)), [""; 0]);
+    }
+
+    #[test]
+    fn nothing_is_left_to_wait_for_when_suspended() {
+        let mut pdo = tpdo(254, Triggers::ALL);
+        pdo.suspend();
+        assert_eq!((pdo.poll_timeout(), pdo.is_due(Instant::ZERO)), (None, false));
+    }
+}
