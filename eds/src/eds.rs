@@ -28,8 +28,8 @@ impl<'a> Facts<'a> {
 }
 
 impl Facts<'_> {
-    /// The object and the sub-index that a place in the data sheet is about.
-    pub(crate) fn address_of(&self, span: Span) -> Option<(u16, u8)> {
+    /// The object that a place in the data sheet is about, and the sub-index when it has a section of its own.
+    pub(crate) fn address_of(&self, span: Span) -> Option<(u16, Option<u8>)> {
         if span.source != 0 {
             return None;
         }
@@ -37,8 +37,8 @@ impl Facts<'_> {
         let line = self.syntax.source.position(span.start).line - 1;
         let after = sections.partition_point(|section| section.line <= line);
         match SectionKind::of(sections.get(after.checked_sub(1)?)?.name) {
-            SectionKind::Object(index, ObjectPart::Sub(sub)) => Some((index, sub)),
-            SectionKind::Object(index, _) => Some((index, 0)),
+            SectionKind::Object(index, ObjectPart::Sub(sub)) => Some((index, Some(sub))),
+            SectionKind::Object(index, _) => Some((index, None)),
             _ => None,
         }
     }

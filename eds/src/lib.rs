@@ -98,6 +98,7 @@ pub fn load(input: &Input) -> (model::Device, Diagnostics) {
         overlay::merge_pdos(&mut device, &changes);
         check::all(&check::Context { device: &device, facts: &facts, changes: &changes }, &mut out);
         overlay::forget_what_is_accepted(&facts, &changes, &mut out);
+        overlay::help(&facts, &mut out);
     }
     out.finish();
     (device, out)

@@ -28,6 +28,19 @@ fn findings_are_what_they_were() {
 }
 
 #[test]
+fn every_finding_in_a_data_sheet_says_where_it_is_and_how_to_mend_it() {
+    for folder in folders() {
+        let (_, diagnostics) = findings(&folder);
+        for finding in
+            diagnostics.iter().filter(|finding| !finding.code.starts_with("overlay::") && finding.code != "eds::xml")
+        {
+            assert!(finding.span().is_some(), "{} has no place", finding.code);
+            assert!(finding.help.is_some(), "{} has no help", finding.code);
+        }
+    }
+}
+
+#[test]
 fn every_rule_has_a_case_that_it_finds_something_in() {
     for rule in check::rules().iter().filter(|rule| !WITHOUT_CASE.contains(&rule.code)) {
         let folder = root().join(rule.code.replace("::", "-"));
@@ -57,6 +70,9 @@ fn the_list_of_rules_is_up_to_date() {
     for rule in check::rules() {
         let (code, severity) = (rule.code, rule.severity.name());
         list += &format!("\n## `{code}` ({severity})\n\n**{}** {}\n", rule.holds, rule.explain);
+        if !rule.help.is_empty() {
+            list += &format!("\nHelp: {}.\n", rule.help);
+        }
     }
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("RULES.md");
     if env::var_os("LEXICAN_BLESS").is_some() {

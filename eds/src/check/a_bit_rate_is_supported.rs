@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The device supports at least one bit rate.",
     explain: "Every `BaudRate_` is 0 or missing, so no bus could have the device on it.",
+    help: "",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "What an overlay accepts is found without it.",
     explain: "`accept` says that a finding is as it should be. What is not found any more was mended, or the overlay \
               is for another version of the data sheet.",
+    help: "",
     check: None,
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Access types are ro, wo, rw, rwr, rww or const.",
     explain: "CiA 306-1 (6.5.2) knows six words, in any case. Others are read as what they seem to mean.",
+    help: "",
     check: None,
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The device has heartbeat or node guarding.",
     explain: "CiA 301 demands one of them: the heartbeat producer time 1017h, or guard time 100Ch and life time factor \
               100Dh. Without it nobody notices that the device is gone.",
+    help: "",
     check: Some(check),
 };
 

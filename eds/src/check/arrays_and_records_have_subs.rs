@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Arrays and records have sub-indices.",
     explain: "An array or record without sub-indices has nothing that could be read or written.",
+    help: "",
     check: Some(check),
 };
 

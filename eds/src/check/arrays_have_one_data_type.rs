@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The entries of an array have one data type.",
     explain: "What has several data types is a RECORD (CiA 301, table 42). Each entry keeps the data type that it \
               names.",
+    help: "an overlay can correct it: `data_type = \"UNSIGNED16\"` with a reason",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Error,
     holds: "The bits and the names of a bit field differ.",
     explain: "Every bit has one meaning, and every name becomes one method in generated code. The first field counts.",
+    help: "",
     check: None,
 };
 

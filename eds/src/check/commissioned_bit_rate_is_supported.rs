@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The bit rate of a DCF is one that the device supports.",
     explain: "The bit rate under `[DeviceComissioning]` must be one whose `BaudRate_` in `[DeviceInfo]` is 1.",
+    help: "",
     check: Some(check),
 };
 

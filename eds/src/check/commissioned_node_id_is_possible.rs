@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The node-ID of a DCF is 1 to 127.",
     explain: "CiA 301 has node-IDs from 1 to 127; 255 marks a device that waits for LSS.",
+    help: "",
     check: Some(check),
 };
 

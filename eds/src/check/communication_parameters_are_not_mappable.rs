@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Communication parameters are not mapped into PDOs.",
     explain: "Of the communication profile area only the error register 1001h and a few status words make sense in a \
               PDO.",
+    help: "an overlay can correct it: `pdo_mapping = false` with a reason",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "CompactSubObj is at most 254.",
     explain: "Sub-indices go from 0 to FEh (CiA 301, 7.4.3). What is beyond is not read.",
+    help: "",
     check: Some(check),
 };
 

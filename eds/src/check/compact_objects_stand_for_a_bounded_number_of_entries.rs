@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "CompactSubObj stands for at most 100 000 entries in a file.",
     explain: "A line of a few bytes can stand for 254 entries, so a small file could exhaust memory. The largest \
               devices known have some 5000 entries. Objects beyond the bound keep sub-index 0 only.",
+    help: "",
     check: None,
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "PDO parameters are written out.",
     explain: "`CompactPDO` (CiA 306-1, 6.4) lets a data sheet leave out PDO parameters that follow from their number. \
               Only what is written out is read; an overlay can describe the other PDOs.",
+    help: "",
     check: Some(check),
 };
 

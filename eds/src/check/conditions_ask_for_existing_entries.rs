@@ -8,6 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Error,
     holds: "A condition asks for an entry that exists and is a number.",
     explain: "Generated code and the tools read the entry to decide which unit or range applies.",
+    help: "",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The values of a DCF lie between the limits.",
     explain: "A device refuses a value outside its limits, and the download of the configuration fails with it.",
+    help: "",
     check: Some(check),
 };
 

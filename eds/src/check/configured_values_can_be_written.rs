@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Note,
     holds: "The values of a DCF can be written.",
     explain: "A value for what cannot be written is not downloaded; it tells what the device had.",
+    help: "an overlay can correct it: `access = \"rw\"` with a reason",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Every module that a DCF plugs in is one that the device supports.",
     explain: "`[ConnectedModules]` names modules by their number in `[SupportedModules]`.",
+    help: "",
     check: Some(check),
 };
 

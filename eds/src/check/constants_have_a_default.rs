@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Note,
     holds: "What is const has a default.",
     explain: "A constant never changes, so the data sheet can say its value (CiA 306-1, 6.5.2).",
+    help: "an overlay can correct it: `default = 1` with a reason",
     check: Some(check),
 };
 

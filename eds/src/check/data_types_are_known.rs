@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Data types are those of CiA 301 or of the device itself.",
     explain: "Data types have the indices 0001h to 025Fh (CiA 301, 7.4.1). Others are kept as a number, and nothing \
               can be generated for them.",
+    help: "",
     check: None,
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Note,
     holds: "Dates are mm-dd-yyyy and times hh:mmAM or hh:mmPM.",
     explain: "CiA 306-1 (6.3) has one form for dates and one for times. Others are kept as they are.",
+    help: "",
     check: Some(check),
 };
 

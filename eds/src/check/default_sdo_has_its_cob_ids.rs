@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The default SDO has the COB-IDs 600h and 580h plus the node-ID.",
     explain: "They are fixed (CiA 301, 7.5.2.33): a manager must reach every device before it knows anything of it.",
+    help: "an overlay can correct it: `default = \"$NODEID+0x600\"` with a reason",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Defaults lie between the limits.",
     explain: "A default outside its own limits could not be written back. One of the three numbers is wrong.",
+    help: "",
     check: Some(check),
 };
 

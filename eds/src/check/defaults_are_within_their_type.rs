@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Defaults are numbers of the data type.",
     explain: "A device cannot hold a default that its data type cannot have. Either the default or the data type is \
               wrong.",
+    help: "an overlay can correct it: `default`, `low`, `high` or `data_type` with a reason",
     check: Some(check),
 };
 

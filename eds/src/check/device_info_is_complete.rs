@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Note,
     holds: "DeviceInfo says who made what, and what it can do.",
     explain: "CiA 306-1 (6.4) requires these keys. What is missing is read as unknown, or as not supported.",
+    help: "",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Dummies are data types of a fixed size.",
     explain: "A dummy (CiA 301) is the index of a data type that a PDO maps to leave a gap, so it needs a size.",
+    help: "",
     check: None,
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "DynamicChannelsSupported and [DynamicChannels] agree.",
     explain: "A device either has segments for network variables (CiA 302-4) and says so, or neither.",
+    help: "",
     check: Some(check),
 };
 

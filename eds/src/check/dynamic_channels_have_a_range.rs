@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A segment of dynamic channels has a range of indices.",
     explain: "`RangeN` names the first and the last index: `0xA080-0xA0BF` (CiA 302-4). Without it the segment is of \
               no use.",
+    help: "",
     check: None,
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Note,
     holds: "The default COB-ID of EMCY is 80h plus the node-ID.",
     explain: "CiA 301 (7.5.2.17) fixes the default of 1014h; managers that do not read 1014h listen there.",
+    help: "an overlay can correct it: `default = \"$NODEID+0x80\"` with a reason",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Every entry has a section of its own.",
     explain: "`CompactSubObj` describes all entries of an object at once. They are written out here, so the device has \
               more entries than the file has sections; other readers may see none of them.",
+    help: "",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Every variable names its data type.",
     explain: "Without data type nobody can read or write the value but as raw bytes. A DOMAIN needs none.",
+    help: "",
     check: None,
 };
 

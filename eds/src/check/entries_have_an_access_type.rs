@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Every variable names its access type.",
     explain: "Without access type the entry is read as `rw`, and the device decides.",
+    help: "",
     check: None,
 };
 

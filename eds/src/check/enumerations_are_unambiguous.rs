@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The values and the names of an enumeration differ.",
     explain: "A number with two names, or a name for two numbers, cannot become an enumeration in code. The first one \
               counts.",
+    help: "",
     check: None,
 };
 

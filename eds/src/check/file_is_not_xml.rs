@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A data sheet is an EDS or DCF, not XML.",
     explain: "Files of CiA 311 (XDD, XDC, XPD) describe the same devices in XML. They are recognised, but only EDS and \
               DCF are read; most vendors offer both, and editors convert one into the other.",
+    help: "",
     check: None,
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A file has at most 64 MiB and a million lines.",
     explain: "Data sheets of the largest devices known have some 2 MB. A file beyond the bounds is something else, or \
               an attempt to exhaust memory; it is not read at all.",
+    help: "",
     check: None,
 };
 

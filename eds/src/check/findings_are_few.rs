@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "No rule finds more than a thousand things in a file.",
     explain: "The findings of a rule beyond the thousandth are counted, but not kept, so that a broken file cannot \
               exhaust memory.",
+    help: "",
     check: None,
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Flags are 0 or 1.",
     explain: "CiA 306 knows 0 for no and 1 for yes. Every other number is read as yes.",
+    help: "",
     check: None,
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The granularity is at most 64 bits.",
     explain: "Granularity (CiA 306-1, 6.4) is the smallest piece in bits that a PDO can map, from 1 to 64; 0 means \
               that mappings cannot be changed.",
+    help: "",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Guard time and life time factor come together.",
     explain: "The life time is the product of 100Ch and 100Dh (CiA 301, 7.5.2.11); one without the other means \
               nothing.",
+    help: "",
     check: Some(check),
 };
 

@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Heartbeat and node guarding are not both active by default.",
     explain: "A device uses one error control at a time (CiA 301); with a heartbeat time other than 0 it does not \
               answer guarding.",
+    help: "an overlay can correct the default: `default = 0` with a reason",
     check: Some(check),
 };
 

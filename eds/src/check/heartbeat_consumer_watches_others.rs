@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "A heartbeat consumer time names a node-ID up to 127.",
     explain: "Bits 16 to 23 of 1016h are the node-ID, bits 0 to 15 the time in ms; the rest is 0 (CiA 301, 7.5.2.19).",
+    help: "an overlay can correct it: `default = 1` with a reason",
     check: Some(check),
 };
 

@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The identity object and DeviceInfo name the same device.",
     explain: "Tools find the data sheet of a device by the numbers in 1018h, and look for them in `[DeviceInfo]`.",
+    help: "an overlay can correct 1018: `default = 0x195` with a reason",
     check: Some(check),
 };
 

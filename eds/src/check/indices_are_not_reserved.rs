@@ -8,6 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The index of an object is not reserved.",
     explain: "CiA 301 (7.4.1) reserves 0000h, 0260h to 0FFFh and C000h to FFFFh.",
+    help: "",
     check: Some(check),
 };
 

@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A key and its value are separated by an equals sign.",
     explain: "A colon or a blank instead is read as an equals sign where the line leaves no doubt. Other readers lose \
               the line, or take the next one for a part of it.",
+    help: "",
     check: None,
 };
 

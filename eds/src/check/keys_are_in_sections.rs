@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Every key is in a section.",
     explain: "What a key means depends on its section, so keys before the first section cannot be used.",
+    help: "",
     check: None,
 };
 

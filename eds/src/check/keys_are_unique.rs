@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "No key comes twice in a section.",
     explain: "Readers differ in which one they take. The first one counts here, as with the functions of Windows that \
               data sheets were made for.",
+    help: "",
     check: None,
 };
 

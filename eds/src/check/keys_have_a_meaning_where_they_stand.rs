@@ -10,5 +10,6 @@ pub(crate) const RULE: Rule = Rule {
     explain: "The data type, access type or value of an ARRAY or RECORD is that of its sub-indices; the same keys in \
               the section of the object mean nothing unless `CompactSubObj` is used, nor does `SubNumber` in the \
               section of a sub-index.",
+    help: "",
     check: None,
 };

@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The low limit is not above the high limit.",
     explain: "No value can lie between reversed limits. Often a limit of a signed type was written as an unsigned \
               number, or one line was lost.",
+    help: "",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Limits are numbers of the data type.",
     explain: "A limit that the data type cannot have limits nothing. Either the limit or the data type is wrong.",
+    help: "an overlay can correct it: `default`, `low`, `high` or `data_type` with a reason",
     check: Some(check),
 };
 

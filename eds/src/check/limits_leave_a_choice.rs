@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The limits of what can be written differ.",
     explain: "When both limits are the same, one value only can be written. Editors write 0 and 0 where nothing was \
               entered.",
+    help: "",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A line has at most 255 characters.",
     explain: "CiA 306-1 limits lines to 255 characters, and readers with a fixed buffer cut them there. Longer lines \
               are read whole here.",
+    help: "",
     check: None,
 };
 

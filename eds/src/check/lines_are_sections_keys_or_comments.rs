@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A line is empty, a comment, a section or a key with a value.",
     explain: "A line that is none of these says nothing that could be used. Often it is the rest of a text that an \
               editor has wrapped.",
+    help: "",
     check: None,
 };
 

@@ -8,6 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "ObjectLinks name objects that are there.",
     explain: "`[xxxxObjectLinks]` (CiA 306-1) lists objects that belong together.",
+    help: "",
     check: Some(check),
 };
 

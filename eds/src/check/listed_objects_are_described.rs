@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Every object that a list names is described by a section.",
     explain: "Of an object without section nothing is known but that it exists. Often the list was copied from another \
               device.",
+    help: "",
     check: Some(check),
 };
 

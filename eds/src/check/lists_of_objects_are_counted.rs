@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "SupportedObjects is the number of objects in its list.",
     explain: "Readers that trust the number lose the objects beyond it. All objects that are listed or described are \
               read.",
+    help: "",
     check: Some(check),
 };
 

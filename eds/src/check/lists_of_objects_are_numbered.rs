@@ -8,6 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The objects of a list are numbered from 1 without gap.",
     explain: "Readers that count up from 1 stop at the first gap and lose what comes after it.",
+    help: "",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The objects that CiA 301 demands of every device are there.",
     explain: "Every device has a device type (1000h), an error register (1001h) and an identity (1018h).",
+    help: "",
     check: Some(check),
 };
 

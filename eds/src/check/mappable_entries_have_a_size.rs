@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "What can be mapped into a PDO has a fixed size of at most 64 bits.",
     explain: "A PDO has eight bytes (CiA 301, 7.2.2). Strings and domains cannot be mapped.",
+    help: "an overlay can correct it: `pdo_mapping = false` with a reason",
     check: Some(check),
 };
 

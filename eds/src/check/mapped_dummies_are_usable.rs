@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Dummies that a PDO maps are in DummyUsage.",
     explain: "A data type can be mapped to leave a gap when `[DummyUsage]` says so (CiA 306-1), and only into receive \
               PDOs.",
+    help: "an overlay can describe the PDO: `[[pdo]]` with `direction`, `number` and `mapping`",
     check: Some(check),
 };
 

@@ -8,6 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Note,
     holds: "Mapped lengths are multiples of the granularity.",
     explain: "`Granularity` in `[DeviceInfo]` is the smallest piece in bits that a PDO of this device maps.",
+    help: "an overlay can describe the PDO: `[[pdo]]` with `direction`, `number` and `mapping`",
     check: Some(check),
 };
 

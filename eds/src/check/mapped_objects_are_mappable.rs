@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "What a PDO maps can be mapped.",
     explain: "`PDOMapping` of the entry is 0, so the device should refuse the mapping that it has by default.",
+    help: "",
     check: Some(check),
 };
 

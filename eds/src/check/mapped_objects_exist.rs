@@ -8,6 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "What a PDO maps is in the data sheet.",
     explain: "A mapping names entries by index, sub-index and length. What is not there cannot be decoded.",
+    help: "an overlay can describe the PDO: `[[pdo]]` with `direction`, `number` and `mapping`",
     check: Some(check),
 };
 

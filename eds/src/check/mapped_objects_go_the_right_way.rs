@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Receive PDOs write what can be written, transmit PDOs read what can be read.",
     explain: "An entry that is `ro` cannot be set by a receive PDO, and one that is `wo` cannot be sent; `rwr` is for \
               transmit PDOs and `rww` for receive PDOs.",
+    help: "an overlay can correct the access type: `access = \"rww\"` with a reason, or describe the PDO: `[[pdo]]`",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Sub-index 0 of a mapping is the number of objects that are mapped.",
     explain: "The default of sub-index 0 says how many of the words after it count (CiA 301, 7.5.2.36): at most 64, \
               and each must be there.",
+    help: "an overlay can describe the PDO: `[[pdo]]` with `direction`, `number` and `mapping`",
     check: Some(check),
 };
 

@@ -8,6 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "A PDO maps at most 64 bits.",
     explain: "A CAN frame has eight bytes (CiA 301, 7.2.2). A device refuses a longer mapping.",
+    help: "an overlay can describe the PDO: `[[pdo]]` with `direction`, `number` and `mapping`",
     check: Some(check),
 };
 

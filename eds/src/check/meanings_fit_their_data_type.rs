@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The values, bits and ranges that an overlay names fit the data type.",
     explain: "A value that the data type cannot have, or a bit beyond its last, is a slip in the overlay or a wrong \
               data type in the data sheet.",
+    help: "",
     check: Some(check),
 };
 

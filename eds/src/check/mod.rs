@@ -22,6 +22,8 @@ pub struct Rule {
     pub holds: &'static str,
     /// Why that matters, and what is done about it: one paragraph.
     pub explain: &'static str,
+    /// How an overlay mends what it finds; empty where that depends on the finding, or where no overlay can.
+    pub help: &'static str,
     /// Finds what breaks the rule in a finished model; `None` when that is done while reading.
     check: Option<fn(&Context<'_>, &mut Diagnostics)>,
 }
@@ -198,7 +200,8 @@ pub(crate) fn all(context: &Context<'_>, out: &mut Diagnostics) {
 
 impl Rule {
     fn finding(&self, message: impl Into<String>) -> Diagnostic {
-        Diagnostic::new(self.code, self.severity, message)
+        let finding = Diagnostic::new(self.code, self.severity, message);
+        if self.help.is_empty() { finding } else { finding.help(self.help) }
     }
 }
 

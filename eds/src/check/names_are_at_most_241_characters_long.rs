@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Note,
     holds: "A name has at most 241 characters.",
     explain: "CiA 306-1 (6.5.2) limits `ParameterName` to 241 characters; other readers may cut it there.",
+    help: "an overlay can give another name: `name = \"Speed\"`",
     check: Some(check),
 };
 

@@ -13,6 +13,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Names differ when blanks and signs are left out.",
     explain: "Generated code turns names into identifiers, and `Speed (max)` and `Speed max` become the same. Such \
               names get their address added; an overlay gives better ones.",
+    help: "",
     check: Some(check),
 };
 

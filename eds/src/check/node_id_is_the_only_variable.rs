@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The only variable in a value is $NODEID.",
     explain: "CiA 306-1 knows `$NODEID` and no other variable. Another name is read as if it were `$NODEID`, which it \
               usually means.",
+    help: "an overlay can correct it: `default = \"$NODEID+0x180\"` with a reason",
     check: None,
 };
 

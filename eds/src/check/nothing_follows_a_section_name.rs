@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Nothing but a comment follows a section name on its line.",
     explain: "Some readers refuse the file, others take the text for a key. It is ignored here.",
+    help: "",
     check: None,
 };
 

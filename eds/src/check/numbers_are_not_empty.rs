@@ -8,5 +8,6 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Note,
     holds: "Keys that hold numbers hold one.",
     explain: "Editors write keys without value where nothing was entered. They are read as absent keys.",
+    help: "",
     check: None,
 };

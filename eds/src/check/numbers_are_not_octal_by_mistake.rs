@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A decimal number has no leading zero.",
     explain: "CiA 306-1 follows C: a leading zero means octal, so 010 is eight. People who pad numbers with zeros mean \
               decimal. The standard is followed where all digits are octal; an overlay can say what was meant.",
+    help: "an overlay can say what is meant: `default = 10` with a reason",
     check: None,
 };
 
@@ -20,5 +21,5 @@ pub(crate) fn found(key: &str, text: &str, octal: bool, span: Span) -> Diagnosti
     } else {
         RULE.finding(format!("`{key}` has a leading zero, but is not octal"))
     };
-    finding.at(span, format!("read as decimal {value}")).help("write the number without leading zeros")
+    finding.at(span, format!("read as decimal {value}"))
 }

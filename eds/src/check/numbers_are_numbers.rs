@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Where a number belongs there is one.",
     explain: "Numbers are decimal, hexadecimal with `0x` or octal with a leading zero (CiA 306-1). The key is read as \
               absent.",
+    help: "an overlay can correct what belongs to an entry: `default`, `low` and `high` with a reason",
     check: None,
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Numbers are spelled as CiA 306 spells them.",
     explain: "`true`, `NULL`, `1.0f`, `1F80h` or the name of a data type mean one thing only and are read so, but \
               other readers refuse them.",
+    help: "",
     check: None,
 };
 

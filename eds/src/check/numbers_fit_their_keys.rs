@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A number is not larger than its key can hold.",
     explain: "Object codes, sub-index counts and versions have 8 bits, indices 16, identity numbers 32. The key is \
               read as absent.",
+    help: "",
     check: None,
 };
 

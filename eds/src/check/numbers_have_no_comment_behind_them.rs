@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "No comment follows a number on its line.",
     explain: "In CiA 306-1 a comment has a line of its own. Other readers refuse the number or take it for text.",
+    help: "",
     check: None,
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "ObjectType is one of the object codes of CiA 301.",
     explain: "NULL 0, DOMAIN 2, DEFTYPE 5, DEFSTRUCT 6, VAR 7, ARRAY 8, RECORD 9 (CiA 301, table 42). Another code is \
               read as if the key were absent.",
+    help: "",
     check: None,
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Objects are in the list that their index belongs to.",
     explain: "2000h to 5FFFh are the manufacturer's; mandatory are 1000h, 1001h and 1018h, and what a profile demands \
               (CiA 306-1).",
+    help: "",
     check: Some(check),
 };
 

@@ -8,6 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Every object that is described is in a list.",
     explain: "CiA 306-1 lets a reader ignore objects that no list names, and several do. They are read here.",
+    help: "",
     check: Some(check),
 };
 

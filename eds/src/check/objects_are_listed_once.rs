@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "An object is listed once.",
     explain: "Readers that build an object for each line of a list build two.",
+    help: "",
     check: Some(check),
 };
 

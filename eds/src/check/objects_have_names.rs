@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Every object and every entry has a name.",
     explain: "Without `ParameterName` tools have only the address to show, and generated code only the address to go \
               by.",
+    help: "",
     check: Some(check),
 };
 

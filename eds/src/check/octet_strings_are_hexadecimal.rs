@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Note,
     holds: "The value of an OCTET_STRING is in hexadecimal.",
     explain: "CiA 306-1 writes the octets as pairs of hexadecimal digits. Text is kept as text.",
+    help: "an overlay can correct it: `default = 1` with a reason",
     check: None,
 };
 

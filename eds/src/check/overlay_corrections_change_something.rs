@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A correction says something else than the data sheet.",
     explain: "A correction of what is right already was made for another version of the data sheet, or for another \
               device.",
+    help: "",
     check: None,
 };
 

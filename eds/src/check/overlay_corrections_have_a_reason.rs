@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A correction says why.",
     explain: "Whoever reads the overlay later wants to know whether the correction still holds: the page of the \
               manual, the firmware, the measurement.",
+    help: "",
     check: None,
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Error,
     holds: "An entry is a quantity, an enumeration or a bit field, but only one of them.",
     explain: "The meaning decides the type of the value in generated code, so there can be one only.",
+    help: "",
     check: None,
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Every key of an overlay is one that is known.",
     explain: "An overlay is written for this reader, so an unknown key is a slip that would otherwise lose what was \
               meant.",
+    help: "",
     check: None,
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Every quantity, enumeration and bit field that is used is defined.",
     explain: "The name must be that of a table `[quantity.…]`, `[enumeration.…]` or `[bit_field.…]` of the overlay, in \
               the same case.",
+    help: "",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Every quantity, enumeration and bit field that is defined is used.",
     explain: "An unused table is left over, or its name is misspelt where it should be used.",
+    help: "",
     check: Some(check),
 };
 

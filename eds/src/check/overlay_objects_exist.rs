@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Error,
     holds: "What an overlay speaks of is in the data sheet.",
     explain: "An overlay corrects and explains what is there; addresses are hexadecimal, `2410` or `2410:05`.",
+    help: "",
     check: None,
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Error,
     holds: "A range begins with its smaller end.",
     explain: "No value lies in a range whose low end is above its high end.",
+    help: "",
     check: None,
 };
 

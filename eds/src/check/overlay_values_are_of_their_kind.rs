@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Every value of an overlay is of the kind that its key takes.",
     explain: "What is of another kind is read as absent: a text where a number belongs, a word that is none of those \
               that are allowed, a table without what it must have.",
+    help: "",
     check: None,
 };
 

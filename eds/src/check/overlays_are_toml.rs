@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Error,
     holds: "An overlay is TOML.",
     explain: "What is broken is skipped; the rest of the overlay is applied.",
+    help: "",
     check: None,
 };
 

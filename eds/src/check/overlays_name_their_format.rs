@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "An overlay names a format that is known.",
     explain: "`format = 1` in `[overlay]` says how the overlay is meant, so that a later format cannot be taken for \
               this one.",
+    help: "",
     check: None,
 };
 

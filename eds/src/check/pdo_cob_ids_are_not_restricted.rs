@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "No PDO has a COB-ID that CiA 301 keeps for something else.",
     explain: "NMT, SDO, error control and LSS have fixed identifiers (CiA 301, 7.3.5) that no PDO may use: 000h to \
               07Fh, 101h to 180h, 581h to 5FFh, 601h to 67Fh, 6E0h to 6FFh and 701h to 7FFh.",
+    help: "an overlay can give another COB-ID: `[[pdo]]` with `cob_id = \"$NODEID+0x280\"`",
     check: Some(check),
 };
 

@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "No two PDOs have the same COB-ID.",
     explain: "Two devices, or two PDOs of one, that send with the same identifier disturb each other; two receive PDOs \
               with one COB-ID both take the frame.",
+    help: "an overlay can give another COB-ID: `[[pdo]]` with `cob_id = \"$NODEID+0x280\"`",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A COB-ID without bit 29 has 11 bits.",
     explain: "Bits 11 to 28 belong to identifiers of 29 bits, which bit 29 chooses (CiA 301, 7.5.2.35). A device \
               refuses the value or cuts it.",
+    help: "an overlay can give another COB-ID: `[[pdo]]` with `cob_id = \"$NODEID+0x280\"`",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "NrOfRXPDO and NrOfTXPDO are the numbers of PDOs.",
     explain: "Tools that trust the numbers in `[DeviceInfo]` offer fewer or more PDOs than there are parameters for.",
+    help: "",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A PDO has a communication and a mapping parameter.",
     explain: "1400h and 1600h belong together, and so do 1800h and 1A00h: one says when, the other what (CiA 301, \
               7.5.2.35).",
+    help: "an overlay can describe the PDO: `[[pdo]]` with `direction`, `number` and `mapping`",
     check: Some(check),
 };
 

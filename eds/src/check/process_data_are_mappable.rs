@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "What is rwr or rww can be mapped.",
     explain: "`rwr` and `rww` say into which PDOs an entry can be mapped (CiA 306-1, 6.5.2), which makes no sense when \
               it cannot.",
+    help: "an overlay can correct it: `pdo_mapping = true`, or `access = \"rw\"`, with a reason",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The objects that the device profile demands are there.",
     explain: "A drive of CiA 402 has a controlword (6040h) and a statusword (6041h).",
+    help: "an overlay can name another profile: `profile = 401` under `[overlay]`",
     check: Some(check),
 };
 

@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "FileInfo, DeviceInfo and MandatoryObjects are there.",
     explain: "CiA 306-1 requires the three sections; other readers refuse the file without them. What they say is \
               unknown then, and objects are read from their sections all the same.",
+    help: "",
     check: Some(check),
 };
 

@@ -8,6 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Note,
     holds: "The SDO client parameters name a server.",
     explain: "1280h to 12FFh without sub-index 3 leave open which device the client talks to (CiA 301, 7.5.2.34).",
+    help: "",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A section name ends with a bracket.",
     explain: "Without the closing bracket other readers take the section for a key or swallow the lines after it. The \
               rest of the line is taken for the name.",
+    help: "",
     check: None,
 };
 

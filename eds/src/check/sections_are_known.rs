@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Every section is one that CiA 306 knows.",
     explain: "Vendors add sections for their own tools; CiA 306-1 lets other readers ignore them. A misspelt name of \
               an object looks the same, so each is named.",
+    help: "",
     check: None,
 };
 

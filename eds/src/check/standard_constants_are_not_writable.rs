@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "What CiA 301 fixes cannot be written.",
     explain: "Device type, error register, identity and the entries of the error history are read-only in every device \
               (CiA 301, 7.5.2).",
+    help: "an overlay can correct it: `access = \"ro\"` with a reason",
     check: Some(check),
 };
 

@@ -12,6 +12,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Objects of CiA 301 and of the profile have the data type of the standard.",
     explain: "A tool that knows the standard transfers as many bytes as the standard says. Where the data sheet is \
               wrong and not the device, an overlay corrects it.",
+    help: "",
     check: Some(check),
 };
 

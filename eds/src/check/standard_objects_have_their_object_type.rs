@@ -12,6 +12,7 @@ pub(crate) const RULE: Rule = Rule {
     explain: "A tool that knows the standard reads 1018h as a RECORD, and 1003h as an ARRAY. Where the device really \
               differs nothing can be done; where only the data sheet does, an overlay cannot change it, but nothing is \
               lost.",
+    help: "",
     check: Some(check),
 };
 

@@ -12,6 +12,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Sub-index 0 of an array or record is an UNSIGNED8.",
     explain: "The highest sub-index has one byte (CiA 301, 7.4.3). A device answers with one byte whatever the data \
               sheet says.",
+    help: "an overlay can correct it: `data_type = \"UNSIGNED8\"` with a reason",
     check: Some(check),
 };
 

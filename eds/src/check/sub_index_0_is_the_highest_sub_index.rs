@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The default of sub-index 0 is the highest sub-index.",
     explain: "Sub-index 0 says how far to read (CiA 301, 7.4.3). The number of faults in 1003h and the number of \
               objects in a mapping are not meant.",
+    help: "an overlay can correct it: `default = 4` for sub-index 00, with a reason",
     check: Some(check),
 };
 

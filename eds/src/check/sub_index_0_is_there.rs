@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Arrays and records have a sub-index 0.",
     explain: "Sub-index 0 holds the highest sub-index (CiA 301, 7.4.3). Tools that read it first find nothing.",
+    help: "",
     check: Some(check),
 };
 

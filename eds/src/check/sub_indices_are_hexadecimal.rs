@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The sub-index in the name of a section is hexadecimal.",
     explain: "After `[2000sub9]` comes `[2000subA]`; `[2000sub10]` is sub-index 16. A gap from 0Ah to 0Fh looks as if \
               somebody had counted in decimal.",
+    help: "",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "SubNumber is the number of sub-indices.",
     explain: "SubNumber (CiA 306-1, 6.5.2) counts the sections of the sub-indices, 0 included. Readers that trust it \
               lose those beyond it.",
+    help: "",
     check: Some(check),
 };
 

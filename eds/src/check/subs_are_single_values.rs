@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "A sub-index is a VAR or a DOMAIN.",
     explain: "CANopen has two levels only, objects and sub-indices (CiA 301, 7.4.3). The entry is read as a VAR.",
+    help: "",
     check: None,
 };
 

@@ -8,6 +8,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Every sub-index belongs to an object with a section.",
     explain: "Without the section of the object its name and type are unknown. It is read as a RECORD without name.",
+    help: "",
     check: Some(check),
 };
 

@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Every supported module is described.",
     explain: "`[SupportedModules]` says how many modules there are; each has a section `[M1ModuleInfo]` and so on.",
+    help: "",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "The COB-ID of SYNC is not one that CiA 301 keeps for something else.",
     explain: "The default of 1005h is 80h (CiA 301, 7.5.2.5). Another one must not be among those that are restricted.",
+    help: "an overlay can correct it: `default = 0x80` with a reason",
     check: Some(check),
 };
 

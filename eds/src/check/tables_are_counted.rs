@@ -9,6 +9,7 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "NrOfEntries, Lines and the like are what there is.",
     explain: "Readers that trust the number lose what is beyond it. All entries that there are are read.",
+    help: "",
     check: None,
 };
 

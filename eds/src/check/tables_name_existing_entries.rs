@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Names and values are given to sub-indices that exist.",
     explain: "`[xxxxName]`, `[xxxxValue]` and `[xxxxDenotation]` belong to sub-indices of the object; the key is the \
               sub-index in decimal.",
+    help: "",
     check: None,
 };
 

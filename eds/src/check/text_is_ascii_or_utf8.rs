@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Text outside ASCII is UTF-8 without byte order mark.",
     explain: "CiA 306-1 knows ASCII only. Names with umlauts or degree signs come in code page 1252 or in UTF-8; bytes \
               that are not UTF-8 are read as code page 1252, and a byte order mark is dropped.",
+    help: "",
     check: None,
 };
 

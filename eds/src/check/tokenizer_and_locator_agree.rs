@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The tokeniser and the search for places see the same sections and keys.",
     explain: "Where they do not, the lines themselves are read. This is a mistake of the reader, not of the file; \
               please report it with the file.",
+    help: "",
     check: None,
 };
 

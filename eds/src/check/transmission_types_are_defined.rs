@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Transmission types are those of CiA 301.",
     explain: "0 to 240 are synchronous, 252 and 253 answer remote requests (transmit PDOs only), 254 and 255 are \
               event-driven (CiA 301, 7.5.2.35); the others are reserved.",
+    help: "an overlay can give another one: `[[pdo]]` with `transmission_type = 255`",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A quantity has one unit, or several of which each has a condition.",
     explain: "Where other objects decide the unit, as with increments or millimetres by the spindle pitch, every unit \
               says when it applies.",
+    help: "",
     check: None,
 };
 

@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Data types that the device defines are described.",
     explain: "From 0040h on data types are objects of the device itself (CiA 301, 7.4.1). Without their description \
               the size of a value is unknown.",
+    help: "",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "All users of a quantity, enumeration or bit field have the same data type.",
     explain: "Each becomes one type in generated code, with one size on the bus. Give the entries of another data type \
               a table of their own.",
+    help: "",
     check: Some(check),
 };
 

@@ -11,6 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Defaults and limits are values of the data type.",
     explain: "A value that its data type cannot have is read as absent. Either the value or the data type is wrong; an \
               overlay mends both.",
+    help: "",
     check: None,
 };
 

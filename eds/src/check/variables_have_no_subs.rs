@@ -10,6 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Only arrays and records have sub-indices.",
     explain: "An object with sub-indices whose `ObjectType` is missing, or is that of a single value, is read as a \
               RECORD.",
+    help: "",
     check: Some(check),
 };
 

@@ -157,6 +157,11 @@ impl Diagnostics {
         self.set_severity(code, None);
     }
 
+    /// All findings, to add to them.
+    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Diagnostic> {
+        self.list.iter_mut()
+    }
+
     /// Takes back some findings.
     pub(crate) fn retract(&mut self, mut some: impl FnMut(&Diagnostic) -> bool) {
         self.list.retain(|diagnostic| !some(diagnostic));

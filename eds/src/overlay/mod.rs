@@ -166,7 +166,7 @@ pub(crate) fn forget_what_is_accepted(facts: &Facts<'_>, changes: &Changes, out:
         let place = finding.span().and_then(|span| facts.address_of(span));
         let Some((index, sub)) = place else { return false };
         let accepts = |accepted: &Accepted| {
-            let here = accepted.index == index && accepted.sub.is_none_or(|accepted| accepted == sub);
+            let here = accepted.index == index && accepted.sub.is_none_or(|accepted| accepted == sub.unwrap_or(0));
             here && accepted.code == finding.code
         };
         let at = changes.accepted.iter().position(accepts);
@@ -174,6 +174,22 @@ pub(crate) fn forget_what_is_accepted(facts: &Facts<'_>, changes: &Changes, out:
     });
     for (accepted, _) in changes.accepted.iter().zip(used).filter(|(_, used)| !used) {
         out.push(check::accepted_findings_are_found::found(&accepted.code, accepted.span));
+    }
+}
+
+/// Says how to live with findings that no correction can mend: by accepting them, where they are about an object.
+pub(crate) fn help(facts: &Facts<'_>, out: &mut Diagnostics) {
+    for finding in out.iter_mut().filter(|finding| finding.help.is_none()) {
+        let Some(span) = finding.span().filter(|span| span.source == 0) else { continue };
+        let code = finding.code;
+        finding.help = Some(match facts.address_of(span) {
+            Some((index, sub)) => {
+                let sub = sub.map(|sub| format!(":{sub:02X}")).unwrap_or_default();
+                let accept = format!("`accept = [\"{code}\"]` with a reason");
+                format!("where it must be so, an overlay can accept it: `[object.\"{index:04X}{sub}\"]`, {accept}")
+            }
+            None => "no overlay is needed for it; mend the file for the sake of other readers".to_owned(),
+        });
     }
 }
 
