@@ -314,17 +314,22 @@ class Device:
             self.node.emcy.send(code, register, bytes([1, 2, 3, 4, 5]))
 
 
-# What its server does not have. lexican's client goes on in segments; that its blocks are right is shown by
-# lexican's own device, and by python-canopen's client against that.
-NO_BLOCKS = "its server has no block transfer; goes on in segments"
+# What its device does not have, whatever lexican's manager tries. That lexican's side is right is shown by
+# lexican's own device, and where its manager has the service, by that.
+MISSING = {
+    "LSS": "its device has no LSS",
+    "node guarding": "its device does not answer remote frames",
+    "SDO read block": "its server has no block transfer; lexican's client goes on in segments",
+    "SDO write block": "its server has no block transfer; lexican's client goes on in segments",
+}
 
 
 def run_peer(peer, url, python_canopen):
     lines = subprocess.run([peer, "manager", url, str(NODE)], stdout=subprocess.PIPE, text=True).stdout
     for line in lines.splitlines():
         service, verdict, remark = line.split("\t")
-        if python_canopen and verdict == "ok" and service in ("SDO read block", "SDO write block"):
-            verdict, remark = "fault", NO_BLOCKS
+        if python_canopen and service in MISSING and (verdict == "failed") != service.startswith("SDO"):
+            verdict, remark = "fault", MISSING[service]
         write(service, verdict, remark)
 
 
@@ -358,7 +363,7 @@ def main():
         run_peer(peer, url, True)
     else:
         far = f"slcan:{bus['channel']}" if kind == "slcan" else url
-        with Peer(peer, far, str(NODE)):
+        with Peer(peer, far):
             run_peer(peer, url, False)
     network.disconnect()
     sys.exit(1 if FAILED else 0)

@@ -6,7 +6,9 @@ use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Bytes, Incoming, Link};
 use lexican_runtime::manager::{Event, Manager, Remote};
 use lexican_runtime::object::Address;
+use lexican_runtime::service::lss_manager::{self, Busy, LssManager};
 use lexican_runtime::service::sdo_client::{self, SdoClient, SdoError};
+use lexican_runtime::wire::lss::{LssState, Part};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId, Duration, Frame, NodeId};
 
@@ -17,12 +19,13 @@ const SECOND: Duration = Duration::from_secs(1);
 
 /// Prints a line per service; fails when one does.
 pub(crate) fn run(link: impl Link, node: NodeId) -> Outcome<()> {
-    let mut network = Network::new(link);
-    let now = network.now();
-    network.manager().add(now, Remote::new(node).with_heartbeat(Duration::from_millis(500)))?;
+    let network = Network::new(link);
     let mut run = Run { network: Some(network), node, failed: 0 };
+    run.watch()?;
+    run.tell("LSS", Run::lss);
     run.tell("boot-up", Run::boot_up);
     run.tell("heartbeat", Run::heartbeat);
+    run.tell("node guarding", Run::guarding);
     run.tell("NMT", Run::nmt);
     run.tell("SDO read expedited", Run::read_expedited);
     run.tell("SDO write expedited", Run::write_expedited);
@@ -60,9 +63,75 @@ impl<L: Link> Run<L> {
         self.network.as_mut().expect("the link was given back")
     }
 
+    fn look_after(&mut self, remote: Remote) -> Outcome<()> {
+        let now = self.network().now();
+        Ok(self.network().manager().add(now, remote)?)
+    }
+
+    /// Follows the node's heartbeat.
+    fn watch(&mut self) -> Outcome<()> {
+        self.look_after(Remote::new(self.node).with_heartbeat(Duration::from_millis(500)))
+    }
+
+    /// Uses the link without the network.
+    fn with_link<R>(&mut self, work: impl FnOnce(&mut L) -> Outcome<R>) -> Outcome<R> {
+        let mut link = self.network.take().expect("the link was given back").into_link();
+        let outcome = work(&mut link);
+        self.network = Some(Network::new(link));
+        self.watch()?;
+        outcome
+    }
+
     fn expect(&mut self, what: &str, pick: impl Fn(&Event) -> bool) -> Outcome<()> {
         let found = self.network().wait_for(SECOND.times(3), |event| pick(event).then_some(()))?;
         found.ok_or_else(|| format!("no {what}").into())
+    }
+
+    /// A device without node-ID is found, gets one, and boots with it.
+    fn lss(&mut self) -> Outcome<String> {
+        let node = self.node;
+        let vendor = self.with_link(|link| {
+            let vendor = match operate(link, LssManager::fastscan)? {
+                lss_manager::Event::Found(identity) => identity.vendor,
+                other => return Err(format!("{other:?} instead of a device").into()),
+            };
+            same(&operate(link, |lss| lss.configure_node(Some(node)))?, &lss_manager::Event::Done)?;
+            same(&operate(link, LssManager::store)?, &lss_manager::Event::Done)?;
+            let inquired = operate(link, |lss| lss.inquire(Part::Serial))?;
+            same(&inquired, &lss_manager::Event::Inquired(Part::Serial, 0x1234_5678))?;
+            let mut lss = LssManager::new();
+            lss.switch_global(LssState::Waiting)?;
+            let frame = lss.poll_transmit(link.now()).ok_or("nothing to send")?;
+            link.send(&frame)?;
+            Ok(vendor)
+        })?;
+        same(&vendor, &0x4C58)?;
+        self.expect("boot-up message", |event| *event == Event::BootedUp { node })?;
+        Ok("fast scan, configure, store, inquire".to_owned())
+    }
+
+    /// A device without heartbeat answers remote frames.
+    fn guarding(&mut self) -> Outcome<String> {
+        let node = self.node;
+        self.network().write(node, od::PRODUCER_HEARTBEAT_TIME, 0)?;
+        self.look_after(Remote::new(node).with_guarding(Duration::from_millis(50), 3))?;
+        let outcome = self.follow_guarding();
+        self.watch()?;
+        self.network().write(node, od::PRODUCER_HEARTBEAT_TIME, 100)?;
+        self.expect("heartbeat", |event| matches!(event, Event::Appeared { .. }))?;
+        outcome
+    }
+
+    fn follow_guarding(&mut self) -> Outcome<String> {
+        let node = self.node;
+        self.expect("answer", |event| matches!(event, Event::Appeared { .. }))?;
+        for (command, state) in
+            [(NmtCommand::Stop, NmtState::Stopped), (NmtCommand::EnterPreOperational, NmtState::PreOperational)]
+        {
+            self.network().command(command, Some(node))?;
+            self.expect("change of the state", |event| *event == Event::StateChanged { node, state })?;
+        }
+        Ok(String::new())
     }
 
     fn boot_up(&mut self) -> Outcome<String> {
@@ -133,23 +202,15 @@ impl<L: Link> Run<L> {
     fn read_block(&mut self) -> Outcome<String> {
         let node = self.node;
         self.network().write_bytes(node, STORE, &pattern(5000))?;
-        let network = self.network.take().expect("the link was given back");
-        let mut link = network.into_link();
-        let read = read_by_block(&mut link, node, STORE);
-        self.network = Some(Network::new(link));
-        let now = self.network().now();
-        self.network().manager().add(now, Remote::new(node).with_heartbeat(Duration::from_millis(500)))?;
-        let (data, blocks) = read?;
+        let (data, blocks) = self.with_link(|link| read_by_block(link, node, STORE))?;
         same(&data, &pattern(5000))?;
         Ok(if blocks { "5000 bytes" } else { "the device knows no blocks; 5000 bytes in segments instead" }.to_owned())
     }
 
     fn write_block(&mut self) -> Outcome<String> {
         let node = self.node;
-        let now = self.network().now();
         let sdo = SdoClient::of_node(node).with_block_writes_from(1);
-        let remote = Remote::new(node).with_heartbeat(Duration::from_millis(500)).with_sdo(sdo);
-        self.network().manager().add(now, remote)?;
+        self.look_after(Remote::new(node).with_heartbeat(Duration::from_millis(500)).with_sdo(sdo))?;
         for len in [8, 889, 890, 5000] {
             self.network().write_bytes(node, STORE, &pattern(len))?;
             same(&self.network().read_bytes(node, STORE)?, &pattern(len))?;
@@ -234,6 +295,29 @@ impl<L: Link> Run<L> {
         let rate = f64::from(READS) / begin.elapsed().as_secs_f64();
         let each = (processor_us() - used) / u64::from(READS);
         Ok(format!("{rate:.0}/s, {each} us of processor time each"))
+    }
+}
+
+/// Runs an LSS operation to its end.
+fn operate(
+    link: &mut impl Link,
+    begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>,
+) -> Outcome<lss_manager::Event> {
+    let mut lss = LssManager::new();
+    begin(&mut lss)?;
+    loop {
+        while let Some(frame) = lss.poll_transmit(link.now()) {
+            link.send(&frame)?;
+        }
+        let until = lss.poll_timeout().ok_or("an operation has a deadline")?;
+        let event = match link.receive(until)? {
+            Some(Incoming::Frame(frame)) => lss.handle_frame(link.now(), &frame),
+            Some(Incoming::State(_)) => None,
+            None => lss.handle_timeout(link.now()),
+        };
+        if let Some(event) = event {
+            return Ok(event);
+        }
     }
 }
 
