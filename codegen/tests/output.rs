@@ -9,6 +9,7 @@ use lexican_eds::model::{
     Named, NmtState, Object, ObjectKind, ObjectList, Pdo, Quantity, Unit, Value,
 };
 use lexican_eds::types::DataType;
+use proptest::prelude::*;
 
 fn entry(index: u16, sub: u8, name: &str, data_type: DataType, access: AccessType) -> Entry {
     Entry {
@@ -190,5 +191,70 @@ fn findings_are_reported() {
     assert_eq!(codes, ["od::name-collision", "pdo::untyped"]);
     if let Ok(path) = std::env::var("LEXICAN_SHOW") {
         std::fs::write(path, output().code).unwrap();
+    }
+}
+
+/// The device with one of everything, in words and numbers that nobody has foreseen.
+fn strange(words: &[String], numbers: &[i64], sorts: &[u8]) -> Device {
+    let mut device = device();
+    let mut words = words.iter().cycle();
+    let mut word = || words.next().cloned().unwrap_or_default();
+    let mut numbers = numbers.iter().cycle();
+    let mut number = || Some(Value::Integer(i128::from(*numbers.next().unwrap_or(&0))));
+    let mut sorts = sorts.iter().cycle();
+    for object in &mut device.objects {
+        object.name = word();
+        object.description = Some(word());
+        for entry in &mut object.entries {
+            (entry.name, entry.description) = (word(), Some(word()));
+            (entry.default, entry.low, entry.high) = (number(), number(), number());
+            entry.data_type = DataType::from_code(u16::from(*sorts.next().unwrap_or(&0)));
+        }
+    }
+    let units: Vec<Unit> =
+        (0..3).map(|_| Unit { symbol: word(), method: word(), num: 7, den: -3, when: None }).collect();
+    device.quantities.values_mut().for_each(|quantity| quantity.units = units.clone());
+    for enumeration in device.enumerations.values_mut() {
+        enumeration.values.iter_mut().for_each(|value| value.name = word());
+    }
+    for field in device.bit_fields.values_mut() {
+        field.fields.iter_mut().for_each(|bits| (bits.name, bits.description) = (word(), Some(word())));
+    }
+    for pdo in &mut device.pdos {
+        pdo.cob_id = number();
+        pdo.mapping.iter_mut().zip(&mut sorts).for_each(|(mapped, &bits)| mapped.bits = bits);
+    }
+    device.info.product_name = Some(word());
+    device.file.name = Some(word());
+    device
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn no_data_sheet_makes_code_that_does_not_parse(
+        words in prop::collection::vec("\\PC{0,12}|[a-c_ ]{0,3}|(with|from|type|self|at|[0-9]) ?[a-b]?", 1..40),
+        numbers in prop::collection::vec(any::<i64>(), 1..20),
+        sorts in prop::collection::vec(0_u8..0x45, 1..20),
+    ) {
+        let device = strange(&words, &numbers, &sorts);
+        let code = compile(&device, &Options { storage: true, names: true, ..Options::default() }).code;
+        let file = syn::parse_file(&code).unwrap();
+        for item in &file.items {
+            let syn::Item::Impl(item) = item else { continue };
+            let mut names: Vec<String> = item.items.iter().filter_map(name_of).collect();
+            let all = names.len();
+            names.sort();
+            names.dedup();
+            prop_assert_eq!(names.len(), all, "two members have one name: {:?}", names);
+        }
+    }
+}
+
+fn name_of(item: &syn::ImplItem) -> Option<String> {
+    match item {
+        syn::ImplItem::Const(item) => Some(item.ident.to_string()),
+        syn::ImplItem::Fn(item) => Some(item.sig.ident.to_string()),
+        _ => None,
     }
 }

@@ -6,7 +6,7 @@ use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use super::{Context, docs, literal};
-use crate::plan::{Newtype, NewtypeKind, Number, raw};
+use crate::plan::{Newtype, NewtypeKind, Number, companion, raw};
 
 pub(super) fn newtype(context: &Context<'_>, newtype: &Newtype<'_>) -> TokenStream {
     let (what, members) = match &newtype.kind {
@@ -173,7 +173,7 @@ fn bit_accessors(
     let named = &field.fields[row];
     let (low, width) = (named.value.low, named.value.high - named.value.low + 1);
     let getter = format_ident!("{accessor}");
-    let setter = format_ident!("with_{}", accessor.trim_matches('_'));
+    let setter = format_ident!("{}", companion("with", accessor));
     let range = if width == 1 { format!("Bit {low}") } else { format!("Bits {low} to {}", named.value.high) };
     let text = docs::sentence(named.description.as_deref().unwrap_or(&named.name), &named.name);
     let get_docs = docs::lines(&[format!("{range}: {text}")]);
@@ -239,7 +239,7 @@ fn quantity_members(
     };
     let conversions = quantity.units.iter().zip(methods).map(|(unit, method)| {
         let getter = format_ident!("{method}");
-        let constructor = format_ident!("from_{}", method.trim_matches('_'));
+        let constructor = format_ident!("{}", companion("from", method));
         let unit_text = docs::unit(unit);
         let get_docs = docs::lines(&[format!("In {unit_text}.")]);
         let from_docs = docs::lines(&[format!(

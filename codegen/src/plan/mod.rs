@@ -11,7 +11,7 @@ use lexican_eds::model::{Device, Entry, Object};
 use lexican_eds::types::{Class, DataType};
 use lexican_eds::{Diagnostic, Diagnostics, Severity};
 
-pub(crate) use newtype::{Newtype, NewtypeKind};
+pub(crate) use newtype::{Newtype, NewtypeKind, companion};
 pub(crate) use object::{Access, Default, Handle, Item, Mapping, Shape};
 pub(crate) use pdo::{Field, PdoItem};
 pub(crate) use value::{Number, fitting, raw};
@@ -40,7 +40,7 @@ const RESERVED: &[&str] = &[
 #[derive(Debug)]
 pub(crate) struct Plan<'a> {
     pub(crate) device: &'a Device,
-    /// By name.
+    /// By kind and name.
     pub(crate) newtypes: Vec<Newtype<'a>>,
     /// By index.
     pub(crate) items: Vec<Item<'a>>,

@@ -157,11 +157,23 @@ fn fields(field: &BitField, data_type: DataType, findings: &mut Diagnostics) -> 
         Claim::new(&field.fields[row].name, Case::Snake, suffix, field.span)
     };
     let claims: Vec<Claim> = fit.iter().map(claim).collect();
-    scope::resolve("bit", RESERVED, &claims, findings).into_iter().zip(fit).collect()
+    resolve("bit", "with", &claims, findings).into_iter().zip(fit).collect()
 }
 
 fn methods(quantity: &Quantity, findings: &mut Diagnostics) -> Vec<String> {
     let claim = |unit: &lexican_eds::model::Unit| Claim::new(&unit.method, Case::Snake, "unit".into(), quantity.span);
     let claims: Vec<Claim> = quantity.units.iter().map(claim).collect();
-    scope::resolve("unit", RESERVED, &claims, findings)
+    resolve("unit", "from", &claims, findings)
+}
+
+/// Names that each have a companion: `with_mode` beside `mode`, whose names are taken as well.
+fn resolve(what: &str, companion: &str, claims: &[Claim], findings: &mut Diagnostics) -> Vec<String> {
+    let companions: Vec<String> = claims.iter().map(|claim| self::companion(companion, &claim.wanted)).collect();
+    let reserved: Vec<&str> = RESERVED.iter().copied().chain(companions.iter().map(String::as_str)).collect();
+    scope::resolve(what, &reserved, claims, findings)
+}
+
+/// The name of the companion of `name`: without the underscores that a keyword or a digit asked for.
+pub(crate) fn companion(prefix: &str, name: &str) -> String {
+    format!("{prefix}_{}", name.trim_matches('_'))
 }
