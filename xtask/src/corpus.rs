@@ -49,9 +49,10 @@ fn generate(lexican: &Path, file: &Path) -> Result<Result<String, String>, Strin
     if output.status.success() {
         return Ok(Ok(String::from_utf8_lossy(&output.stdout).into_owned()));
     }
-    if output.status.code() == Some(1) {
+    // 1: errors of the data sheet; 2: no data sheet. A panic would be 101.
+    if matches!(output.status.code(), Some(1 | 2)) {
         let said = String::from_utf8_lossy(&output.stderr);
-        let error = said.lines().find(|line| line.contains("error[")).unwrap_or("no reason given");
+        let error = said.lines().find(|line| line.contains("error")).unwrap_or("no reason given");
         return Ok(Err(error.to_owned()));
     }
     Err(format!("{}: lexican gen ends with {}", file.display(), output.status))
