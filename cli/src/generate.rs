@@ -9,7 +9,7 @@ use lexican_eds::Severity;
 use crate::device::DeviceArgs;
 use crate::output::{Failure, Outcome, warn, write_whole};
 
-/// Generates Rust code from a data sheet: what lexican-codegen does in a build script
+/// Generate Rust code from a data sheet: what lexican-codegen does in a build script
 ///
 /// Errors of the data sheet are shown in full, and nothing is written then (exit code 1); correct them with an
 /// overlay, or drop them with --allow.

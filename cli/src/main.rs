@@ -26,7 +26,7 @@ use clap::Parser;
 
 /// CANopen on the command line: check data sheets, generate code from them, simulate and move drives
 #[derive(Parser, Debug)]
-#[command(name = "lexican", version, propagate_version = true, arg_required_else_help = true)]
+#[command(name = "lexican", version, arg_required_else_help = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

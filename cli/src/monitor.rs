@@ -13,7 +13,7 @@ use crate::output::{Failure, Outcome};
 use crate::print;
 use crate::values::hex;
 
-/// Prints every frame of a bus, in words by name and unit
+/// Print every frame of a bus, in words by name and unit
 ///
 /// Runs until it is interrupted, or until a log ends.
 #[derive(clap::Args, Debug)]

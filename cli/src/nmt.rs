@@ -2,15 +2,15 @@
 
 use std::io::Write;
 
-use lexican_runtime::Duration;
 use lexican_runtime::host::Pace;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
+use lexican_runtime::{Duration, NodeId};
 
 use crate::bus::{BusArgs, node_id};
 use crate::output::{Failure, Outcome};
 
-/// Sends an NMT command to a node, or to all
+/// Send an NMT command to a node, or to all
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -22,11 +22,15 @@ pub(crate) struct Args {
 
     /// The node-ID, 1 to 127
     #[arg(long, value_name = "ID", value_parser = node_id, required_unless_present = "all")]
-    node: Option<lexican_runtime::NodeId>,
+    node: Option<NodeId>,
 
     /// All nodes
     #[arg(long, conflicts_with = "node")]
     all: bool,
+
+    /// Print a JSON object
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
@@ -69,6 +73,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         NmtState::Initialising => message.command.to_string(),
         state => format!("enter {state}"),
     };
-    writeln!(anstream::stdout().lock(), "{whom}: {what}")?;
+    let mut stdout = anstream::stdout().lock();
+    if args.json {
+        let node = message.node.map(NodeId::get);
+        writeln!(stdout, "{}", serde_json::json!({ "node": node, "command": message.command.to_string() }))?;
+    } else {
+        writeln!(stdout, "{whom}: {what}")?;
+    }
     Ok(Outcome::Clean)
 }

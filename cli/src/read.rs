@@ -17,7 +17,7 @@ use crate::output::{Failure, Outcome, warn};
 use crate::values::wire::{fitting, parse};
 use crate::values::{Known, hex};
 
-/// Reads objects of a node by SDO
+/// Read objects of a node by SDO
 ///
 /// Objects are named by address (6064, 2410:05) or, when the device is known, by the names of its data sheet.
 /// Exit code 1 when the node refuses any of them.
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             learn_conditions(&mut network, id, address, known);
         }
         match network.read_bytes(id, address) {
-            Ok(data) => print(args.json, &Read::new(address, &data, known.as_mut()))?,
+            Ok(data) => print(args.json, id, &Read::new(address, &data, known.as_mut()))?,
             Err(AccessError::Sdo { error, .. }) if refused(&error) => {
                 warn(error);
                 outcome = Outcome::Found;
@@ -109,7 +109,7 @@ impl<'a> Read<'a> {
     }
 }
 
-fn print(as_json: bool, read: &Read<'_>) -> Result<(), Failure> {
+fn print(as_json: bool, node: NodeId, read: &Read<'_>) -> Result<(), Failure> {
     let mut stdout = anstream::stdout().lock();
     let Read { address, data, told } = read;
     if as_json {
@@ -121,7 +121,7 @@ fn print(as_json: bool, read: &Read<'_>) -> Result<(), Failure> {
         writeln!(
             stdout,
             "{}",
-            json!({ "address": address.to_string(), "name": name, "value": value, "text": text, "raw": raw })
+            json!({ "node": node.get(), "address": address.to_string(), "name": name, "value": value, "text": text, "raw": raw })
         )?;
     } else {
         match told {

@@ -16,7 +16,7 @@ use serde_json::json;
 use crate::bus::BusArgs;
 use crate::output::{Failure, Outcome, styled};
 
-/// Finds the nodes of a bus
+/// Find the nodes of a bus
 ///
 /// Asks every node-ID for its device type by SDO, and those that answer for their identity. Nothing is changed.
 /// Exit code 1 when nobody answers.

@@ -12,7 +12,7 @@ use crate::bus::{BusArgs, node_id};
 use crate::device::DeviceArgs;
 use crate::output::{Failure, Outcome, warn};
 
-/// Simulates a device on a bus
+/// Simulate a device on a bus
 ///
 /// Any data sheet becomes a node: its defaults are the values, what is written is kept, access rights and limits
 /// are enforced, PDOs, heartbeat and EMCY are alive. The SIKO AG03/1 also moves. Runs until it is interrupted.

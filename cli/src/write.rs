@@ -5,16 +5,17 @@ use std::io::Write;
 use lexican_eds::types::DataType;
 use lexican_runtime::host::AccessError;
 use lexican_runtime::host::blocking::Network;
+use serde_json::json;
 
 use crate::bus::object::{describe, resolve};
 use crate::bus::{Node, NodeArgs, access_failure};
 use crate::output::{Failure, Outcome, warn};
 use crate::read::{learn_conditions, refused};
-use crate::values::Known;
 use crate::values::text::untyped;
 use crate::values::wire::encode;
+use crate::values::{Known, hex};
 
-/// Writes an object of a node by SDO
+/// Write an object of a node by SDO
 ///
 /// A value is a number (5000, 0x1F), a number with the unit of the data sheet ("24.0 V"), a name of its
 /// enumeration ("profile velocity") or names of its bits joined by +. raw:240 is the number as it is on the
@@ -27,6 +28,10 @@ pub(crate) struct Args {
     /// The data type, where no data sheet tells it: UNSIGNED16, VISIBLE_STRING, DOMAIN
     #[arg(long = "type", value_name = "TYPE", value_parser = data_type)]
     data_type: Option<DataType>,
+
+    /// Print a JSON object
+    #[arg(long)]
+    json: bool,
 
     /// The object: 6064, 2410:05, "Target Position"
     object: String,
@@ -67,6 +72,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         Err(error) => return Err(access_failure(error)),
     }
     let mut stdout = anstream::stdout().lock();
+    if args.json {
+        let text = known.zip(entry).map(|(known, entry)| known.describe(entry, &value));
+        let line = json!({ "node": id.get(), "address": address.to_string(), "text": text, "raw": hex(&data) });
+        writeln!(stdout, "{line}")?;
+        return Ok(Outcome::Clean);
+    }
     match (known, entry) {
         (Some(known), Some(entry)) => {
             writeln!(stdout, "{} = {}", describe(known.device, entry), known.describe(entry, &value))?;

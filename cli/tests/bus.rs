@@ -34,6 +34,7 @@ fn objects_are_written_by_name_and_unit() {
     check(&["write", "--bus", DRIVE, "2412", "2.5 mm"], 0, "Spindle Pitch = 2.50 mm");
     check(&["write", "--bus", DRIVE, "2412", "raw:250"], 0, "Spindle Pitch = 2.50 mm");
     check(&["write", "--bus", DRIVE, "--type", "UNSIGNED8", "6060", "2"], 0, "6060:00");
+    check(&["write", "--bus", DRIVE, "--json", "6060", "2"], 0, "\"text\":\"profile velocity (2)\"");
     check(&["write", "--bus", DRIVE, "607A", "-5000"], 0, "= -5000 increments");
     check(&["write", "--bus", DRIVE, "2412", "250"], 2, "raw:250");
     check(&["write", "--bus", DRIVE, "6060", "homing"], 2, "profile position, profile velocity");
@@ -47,6 +48,7 @@ fn a_scan_finds_and_recognises_the_drive() {
     check(&["scan", "--bus", DRIVE, "--json"], 0, "\"device\":\"siko/ag03-1\"");
     check(&["nmt", "--bus", DRIVE, "start", "--node", "5"], 0, "node 5: enter OPERATIONAL");
     check(&["nmt", "--bus", DRIVE, "reset-node", "--all"], 0, "all nodes: reset node");
+    check(&["nmt", "--bus", DRIVE, "stop", "--node", "5", "--json"], 0, "\"node\":5");
 }
 
 #[test]

@@ -402,4 +402,23 @@ mod tests {
             ("085#20", "EMCY 5: 1 bytes: an EMCY has 8"),
         ]);
     }
+
+    #[test]
+    fn no_frame_is_beyond_words() {
+        let device = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let mut decoder = Decoder::new();
+        decoder.introduce(NODE, &device);
+        let mut noise = 1_u64;
+        for round in 0..40 {
+            for id in (0..0x800).filter(|id| round < 2 || matches!(id & 0x7F, 0 | 5 | 6)) {
+                // Knuth's multiplicative generator: any bytes will do, as long as they are the same every time.
+                noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                let len = (noise >> 60) as usize % 9;
+                let data = noise.to_le_bytes();
+                let id = CobId::standard(id).unwrap();
+                decoder.decode(&Frame::new(id, &data[..len]).unwrap());
+                decoder.decode(&Frame::remote(id, len as u8).unwrap());
+            }
+        }
+    }
 }

@@ -17,7 +17,7 @@ use bench::Bench;
 use console::Console;
 use play::Played;
 
-/// Runs the two worked examples of the SIKO AG03/1's manual against a simulated drive
+/// Run the two worked examples of the SIKO AG03/1's manual against a simulated drive
 ///
 /// Every frame of the manual's tables 25 (positioning) and 26 (velocity) goes over a bus inside the process,
 /// byte for byte; every frame on the bus is printed with its time and in words. The run checks itself: exit

@@ -8,7 +8,7 @@ use lexican_eds::diff::{ChangeKind, diff, json};
 use crate::device::Loaded;
 use crate::output::{Failure, Outcome, styled};
 
-/// Compares two data sheets object by object, whatever their order and spelling
+/// Compare two data sheets object by object, whatever their order and spelling
 ///
 /// Exit code 0: they describe the same; 1: they differ; 2: one of them cannot be read.
 #[derive(clap::Args, Debug)]

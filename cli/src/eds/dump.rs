@@ -7,7 +7,7 @@ use lexican_eds::dump;
 use crate::device::DeviceArgs;
 use crate::output::{Failure, Outcome};
 
-/// Prints the object dictionary of a data sheet
+/// Print the object dictionary of a data sheet
 ///
 /// One row per entry that an SDO can address; the headers of arrays and records are no rows. Exit code 1
 /// when the data sheet has errors: what could be read of it is printed all the same.

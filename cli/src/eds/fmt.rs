@@ -10,7 +10,7 @@ use lexican_eds::{Input, Source};
 use crate::device::{Loaded, input};
 use crate::output::{Failure, Outcome, write_whole};
 
-/// Brings data sheets into the spelling and layout of CiA 306; comments stay where they are
+/// Bring data sheets into the spelling and layout of CiA 306; comments stay where they are
 ///
 /// Prints the result, unless --write or --check says otherwise. No value, object or order is changed.
 #[derive(clap::Args, Debug)]

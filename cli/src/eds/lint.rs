@@ -12,7 +12,7 @@ use lexican_eds::{Diagnostic, Diagnostics, Input, Severity};
 use crate::device::{input, no_object, with_overlays};
 use crate::output::{Failure, Outcome};
 
-/// Checks data sheets: every finding with its place, the line it is about, and how to mend it
+/// Check data sheets: every finding with its place, the line it is about, and how to mend it
 ///
 /// Files are read as leniently as can be; what was guessed is reported. Exit code 0: nothing found at or
 /// above --fail-on; 1: something found; 2: a file cannot be read or is no data sheet at all.
