@@ -350,3 +350,13 @@ fn an_object_that_refuses_its_value_does_not_hold_up_the_others() {
         [Event::RpdoRefused { number: 3, address: Address::new(0x2FFF, 0), reason: AbortCode::NO_SUCH_OBJECT }]
     );
 }
+
+#[test]
+fn a_tpdo_that_comes_to_exist_is_sent_and_one_that_changes_is_not() {
+    let mut bench = operational("1800:02 u8 rw - 254");
+    assert_eq!(bench.send("605#2B00180532000000"), ["585#6000180500000000"]);
+    assert_eq!(bench.pass_ms(50), ["50000 185#3412"], "the timer begins anew");
+    bench.write(0x1800, 1, 4, 0x8000_0185).unwrap();
+    assert_eq!(bench.pass_ms(200), NOTHING);
+    assert_eq!(bench.send("605#23001801A5010000"), ["1A5#3412", "585#6000180100000000"]);
+}

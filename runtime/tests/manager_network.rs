@@ -30,6 +30,9 @@ struct Bus<'a> {
     now: Instant,
     events: Vec<NetworkEvent>,
     log: Vec<String>,
+    /// Which frame gets lost, and how many there were.
+    lose: Option<usize>,
+    frames: usize,
 }
 
 fn dictionary(node: NodeId) -> TestOd {
@@ -53,6 +56,8 @@ impl<'a> Bus<'a> {
             now: Instant::ZERO,
             events: Vec::new(),
             log: Vec::new(),
+            lose: None,
+            frames: 0,
         };
         for &(node, mandatory, plan) in members {
             bus.network.assign(node, assignment(node, mandatory, plan)).unwrap();
@@ -71,12 +76,20 @@ impl<'a> Bus<'a> {
 
     fn deliver(&mut self, frame: &Frame) {
         self.log.push(frame.to_string());
+        if self.is_lost() {
+            return;
+        }
         for node in self.nodes.iter_mut().filter(|node| node.connected) {
             if let Some(Event::Reset(_)) = node.device.handle_frame(self.now, frame, &mut node.od) {
                 node.od = dictionary(node.device.node());
                 node.device.restart(self.now, &mut node.od);
             }
         }
+    }
+
+    fn is_lost(&mut self) -> bool {
+        self.frames += 1;
+        self.lose == Some(self.frames - 1)
     }
 
     fn settle(&mut self) {
@@ -90,7 +103,8 @@ impl<'a> Bus<'a> {
                 let node = &mut self.nodes[at];
                 while let Some(frame) = node.device.poll_transmit(self.now, &mut node.od) {
                     quiet = false;
-                    if node.connected {
+                    self.frames += 1;
+                    if node.connected && self.lose != Some(self.frames - 1) {
                         self.events.extend(self.network.handle_frame(self.now, &frame));
                     }
                 }
@@ -237,7 +251,7 @@ fn an_optional_node_may_be_missing_and_come_later() {
     let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started()), (SIX, false, started())]);
     bus.nodes[1].connected = false;
     bus.start();
-    bus.pass_ms(2000);
+    bus.pass_ms(4500);
     let events = bus.take_events();
     assert_eq!(events[..2], [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
     assert!(
@@ -301,4 +315,20 @@ fn a_node_that_resets_itself_is_booted_again() {
         bus.take_events(),
         [NetworkEvent::Lost { node: FIVE, mandatory: true }, NetworkEvent::Booted(FIVE), NetworkEvent::Ready]
     );
+}
+
+#[test]
+fn whichever_frame_gets_lost_the_network_boots_in_the_end() {
+    let identity = BootPlan { vendor: Some(0x195), product: Some(7), ..started() };
+    let plan = BootPlan { configured: Some((1, 1)), error_control: Duration::from_secs(1), ..identity };
+    for lost in 0..40 {
+        let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan), (SIX, true, plan)]);
+        (bus.frames, bus.lose) = (0, Some(lost));
+        bus.network.start(bus.now, Duration::ZERO);
+        bus.pass_ms(20_000);
+        assert!(bus.frames > 40, "there is a frame {lost}");
+        assert!(bus.network.is_ready(), "{lost}: {:?}", bus.take_events());
+        assert_eq!(bus.states(), [NmtState::Operational; 2], "{lost}");
+        assert!(bus.take_events().contains(&NetworkEvent::Ready));
+    }
 }

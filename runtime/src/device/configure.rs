@@ -33,7 +33,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         }
         self.load_servers(od);
         self.load_rpdos(od);
-        self.load_tpdos(now, od);
+        self.load_tpdos(od);
         self.filter = self.listen();
     }
 
@@ -135,11 +135,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         }
     }
 
-    fn load_tpdos(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
+    fn load_tpdos(&mut self, od: &mut dyn ObjectDictionary) {
         let mut numbers = 1..=512;
         for at in 0..TPDOS {
             let Some(number) = numbers.find(|&number| pdo_exists(Direction::Transmit, number, od)) else { break };
-            let slot = TpdoSlot { number, pdo: self.tpdo_of(number, now, od) };
+            let slot = TpdoSlot { number, pdo: self.tpdo_of(number, od) };
             self.tpdos.iter_mut().skip(at).take(1).for_each(|place| *place = slot);
         }
     }
@@ -149,9 +149,18 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         self.rpdos.iter_mut().filter(|slot| slot.number == number).for_each(|slot| slot.pdo = pdo);
     }
 
+    /// In OPERATIONAL, a TPDO that comes to exist begins as if the state had just been entered.
     fn reload_tpdo(&mut self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) {
-        let pdo = self.tpdo_of(number, now, od);
-        self.tpdos.iter_mut().filter(|slot| slot.number == number).for_each(|slot| slot.pdo = pdo);
+        let new = self.tpdo_of(number, od);
+        let operational = self.nmt.state() == NmtState::Operational;
+        for slot in self.tpdos.iter_mut().filter(|slot| slot.number == number) {
+            let existed = core::mem::replace(&mut slot.pdo, new).is_active();
+            match (operational, existed) {
+                (false, _) => {}
+                (true, false) => slot.pdo.start(now),
+                (true, true) => slot.pdo.resume(now),
+            }
+        }
     }
 
     fn rpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Rpdo {
@@ -165,7 +174,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         Rpdo::new(parameters, Mapping::load(index + 0x200, od))
     }
 
-    fn tpdo_of(&self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) -> Tpdo {
+    fn tpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Tpdo {
         let index = 0x17FF + number;
         let transmission = transmission(index, od);
         let parameters = tpdo::Parameters {
@@ -176,12 +185,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             sync_start: objects::read_u8(od, index, 6).unwrap_or(0),
         };
         let triggers = self.behaviour.triggers(transmission);
-        let mut pdo = Tpdo::new(parameters, Mapping::load(index + 0x200, od), triggers)
-            .with_acyclic_always(self.behaviour.type_0_at_every_sync);
-        if self.nmt.state() == NmtState::Operational {
-            pdo.start(now);
-        }
-        pdo
+        Tpdo::new(parameters, Mapping::load(index + 0x200, od), triggers)
+            .with_acyclic_always(self.behaviour.type_0_at_every_sync)
     }
 
     /// The COB-ID parameter, with the bits that the device knows.

@@ -12,6 +12,40 @@
 //! ```
 //!
 //! Frames leave in the order of their importance: boot-up, SYNC, EMCY, PDO, SDO, heartbeat.
+//!
+//! ```
+//! use lexican_runtime::device::{Behaviour, Device};
+//! use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, PdoMapping, Table};
+//! use lexican_runtime::{CobId, Frame, Instant, NodeId};
+//!
+//! // What `lexican-codegen` makes of a data sheet: here 1000h, the device type, and nothing else.
+//! static TABLE: Table = Table {
+//!     entries: &[Entry {
+//!         address: Address::new(0x1000, 0),
+//!         data_type: DataType::Unsigned32,
+//!         access: Access::Ro,
+//!         mapping: PdoMapping::None,
+//!         offset: 0,
+//!         capacity: 4,
+//!         limit: 0,
+//!     }],
+//!     limits: &[],
+//!     image: &[0x92, 0x01, 0x00, 0x00],
+//!     node_relative: &[],
+//! };
+//!
+//! let node = NodeId::literal(5);
+//! let mut od: Dictionary<4> = Dictionary::new(&TABLE, node);
+//! let mut device: Device = Device::new(node, Behaviour::CIA_301);
+//! let now = Instant::ZERO;
+//!
+//! device.restart(now, &mut od);
+//! assert_eq!(device.poll_transmit(now, &mut od).unwrap().to_string(), "705#00");
+//!
+//! let read = Frame::from_array(CobId::of_node(0x600, node), [0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0]);
+//! device.handle_frame(now, &read, &mut od);
+//! assert_eq!(device.poll_transmit(now, &mut od).unwrap().to_string(), "585#4300100092010000");
+//! ```
 
 mod behaviour;
 mod checked;
@@ -30,12 +64,12 @@ use crate::service::heartbeat_consumer::{Heartbeat, HeartbeatConsumer};
 use crate::service::heartbeat_producer::HeartbeatProducer;
 use crate::service::mapping::Mapping;
 use crate::service::nmt::{self, Nmt};
+use crate::service::objects;
 use crate::service::rpdo::{self, LengthError, Rpdo};
 use crate::service::sdo_server::{self, SdoServer};
 use crate::service::sync_consumer::SyncConsumer;
 use crate::service::sync_producer::SyncProducer;
 use crate::service::tpdo::{self, Tpdo, Triggers};
-use crate::service::{heartbeat_consumer, objects};
 use crate::time::Instant;
 use crate::wire::emcy::{ErrorCode, ErrorRegister};
 use crate::wire::heartbeat::ErrorControl;
@@ -276,7 +310,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             return None;
         }
         if let Some(node) = ErrorControl::node(id) {
-            return self.handle_error_control(now, node, frame, od);
+            return self.handle_error_control(now, node, frame);
         }
         if !state.allows_messages() {
             return None;
@@ -323,13 +357,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         }
     }
 
-    fn handle_error_control(
-        &mut self,
-        now: Instant,
-        node: NodeId,
-        frame: &Frame,
-        od: &mut dyn ObjectDictionary,
-    ) -> Option<Event> {
+    fn handle_error_control(&mut self, now: Instant, node: NodeId, frame: &Frame) -> Option<Event> {
         if node == self.node {
             // A device with a heartbeat is not guarded (CiA 301, 7.2.8.3.2.2).
             let guarded = self.heartbeat.period().is_zero();
@@ -337,10 +365,6 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         }
         let consumer = self.consumers.iter_mut().flatten().find(|consumer| consumer.node() == node)?;
         let event = consumer.handle_frame(now, frame)?;
-        if event == heartbeat_consumer::Event::BootedUp {
-            // A node that resets itself without being lost first has been away too.
-            self.end_communication_error(od);
-        }
         Some(Event::Heartbeat { node, event })
     }
 

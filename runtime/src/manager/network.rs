@@ -8,7 +8,8 @@ use crate::service::heartbeat_consumer::{self, HeartbeatConsumer};
 use crate::service::nmt_manager::Outbox;
 use crate::service::sdo_client::SdoClient;
 use crate::time::{Duration, Instant};
-use crate::wire::nmt::NmtCommand;
+use crate::wire::heartbeat::ErrorControl;
+use crate::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 
 /// A node that belongs to the network (1F81h).
 #[derive(Clone, Debug)]
@@ -81,8 +82,11 @@ struct Member<'a> {
     /// From the start of the network on.
     boot: Option<BootNode<'a>>,
     booted: bool,
-    /// To be reset alone.
-    reset: bool,
+    /// It was started, but has not told yet that it is OPERATIONAL.
+    starting: bool,
+    retries: u8,
+    /// What it is to be commanded.
+    command: Option<NmtCommand>,
     /// Its heartbeat was lost, and it has not booted since.
     lost: bool,
 }
@@ -90,23 +94,59 @@ struct Member<'a> {
 impl<'a> Member<'a> {
     fn new(node: NodeId, assignment: Assignment<'a>) -> Self {
         let consumer = HeartbeatConsumer::new(node, assignment.heartbeat);
-        Member { node, assignment, consumer, boot: None, booted: false, reset: false, lost: false }
+        Member {
+            node,
+            assignment,
+            consumer,
+            boot: None,
+            booted: false,
+            starting: false,
+            retries: 0,
+            command: None,
+            lost: false,
+        }
     }
+
+    /// How often a node that does not answer in time is asked again, before that is a failure.
+    const RETRIES: u8 = 3;
 
     /// Begins to boot, from the beginning.
     fn boot(&mut self) {
+        self.retries = Self::RETRIES;
+        self.boot_again();
+    }
+
+    fn boot_again(&mut self) {
         self.booted = false;
+        self.starting = false;
         self.boot = Some(BootNode::new(self.node, self.assignment.client.clone(), self.assignment.plan));
     }
 
-    fn handle_boot(&mut self, event: BootEvent) -> NetworkEvent {
+    fn handle_boot(&mut self, event: BootEvent) -> Option<NetworkEvent> {
         match event {
             BootEvent::Booted => {
                 self.booted = true;
-                NetworkEvent::Booted(self.node)
+                self.starting = self.assignment.plan.start;
+                Some(NetworkEvent::Booted(self.node))
+            }
+            BootEvent::Failed(error) if error.is_time_out() && self.retries > 0 => {
+                self.retries -= 1;
+                self.boot_again();
+                None
             }
             BootEvent::Failed(error) => {
-                NetworkEvent::Failed { node: self.node, mandatory: self.assignment.mandatory, error }
+                Some(NetworkEvent::Failed { node: self.node, mandatory: self.assignment.mandatory, error })
+            }
+        }
+    }
+
+    /// Looks in a heartbeat whether the command to start has reached the node.
+    fn check_start(&mut self, frame: &Frame) {
+        if self.starting && frame.id() == ErrorControl::cob_id(self.node) {
+            match ErrorControl::parse(frame.data()).map(|message| message.state) {
+                Some(NmtState::PreOperational) => self.command = Some(NmtCommand::Start),
+                Some(NmtState::Operational) => self.starting = false,
+                _ => {}
             }
         }
     }
@@ -160,6 +200,7 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
         self.members.iter_mut().flatten().find_map(|member| {
             let boot = member.boot.as_mut()?;
             let event = boot.handle_frame(now, frame);
+            member.check_start(frame);
             match member.consumer.handle_frame(now, frame) {
                 Some(heartbeat_consumer::Event::BootedUp) => {
                     // Whatever it was before, it begins anew.
@@ -171,11 +212,11 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
                 }
                 // It was away, and did not notice: the reset did not reach it.
                 Some(heartbeat_consumer::Event::Started(_)) if member.lost => {
-                    member.reset = true;
+                    member.command = Some(NmtCommand::ResetNode);
                 }
                 _ => {}
             }
-            Some(member.handle_boot(event?))
+            member.handle_boot(event?)
         })
     }
 
@@ -198,7 +239,7 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
         }
         self.members.iter_mut().flatten().find_map(|member| {
             let event = member.boot.as_mut()?.handle_timeout(now)?;
-            Some(member.handle_boot(event))
+            member.handle_boot(event)
         })
     }
 
@@ -215,7 +256,7 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
                 let _ = self.outbox.command(NmtCommand::Stop, None);
             }
             _ => {
-                member.reset = true;
+                member.command = Some(NmtCommand::ResetNode);
                 member.boot();
             }
         }
@@ -228,9 +269,8 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
             return Some(frame);
         }
         self.members.iter_mut().flatten().find_map(|member| {
-            if core::mem::take(&mut member.reset) {
-                let command = crate::wire::nmt::NmtMessage { command: NmtCommand::ResetNode, node: Some(member.node) };
-                return Some(command.frame());
+            if let Some(command) = member.command.take() {
+                return Some(NmtMessage { command, node: Some(member.node) }.frame());
             }
             member.boot.as_mut()?.poll_transmit(now)
         })

@@ -92,6 +92,19 @@ pub enum BootError {
     NoErrorControl(Duration),
 }
 
+impl BootError {
+    /// Whether the node did not answer in time. It may do so when it is asked again.
+    #[must_use]
+    pub const fn is_time_out(&self) -> bool {
+        matches!(
+            self,
+            BootError::NoDeviceType(SdoError::TimedOut { .. })
+                | BootError::NoIdentity(SdoError::TimedOut { .. })
+                | BootError::Configuration { error: SdoError::TimedOut { .. }, .. }
+        )
+    }
+}
+
 /// What became of the node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BootEvent {

@@ -140,6 +140,13 @@ impl Tpdo {
         self.changed = self.parameters.transmission == TransmissionType::SynchronousAcyclic;
     }
 
+    /// The parameters changed while the PDO existed: its timers begin anew, and nothing else happens.
+    pub fn resume(&mut self, now: Instant) {
+        self.start(now);
+        self.pending = None;
+        self.changed = false;
+    }
+
     /// The device left OPERATIONAL.
     pub const fn suspend(&mut self) {
         let fresh = Tpdo::new(self.parameters, self.mapping, self.triggers);
