@@ -60,3 +60,18 @@ fn two_drives_travel_at_once_from_one_thread() {
     // One travel takes 6.5 s.
     assert!(bus.now().since(before) < Duration::from_secs(7));
 }
+
+/// What an executor with several threads asks of a future.
+#[test]
+fn sequences_can_move_between_threads() {
+    fn check(_: impl Send) {}
+    let desk = Session::new(NodeId::literal(5), &AG03_1).desk();
+    check(visit(desk.clone(), 0));
+    check(async move {
+        sequence::interrupt(&desk).await?;
+        sequence::resume(&desk).await?;
+        sequence::step(&desk, Duration::ZERO).await?;
+        sequence::run_at(&desk, 0, Duration::ZERO).await?;
+        sequence::disable(&desk).await
+    });
+}

@@ -6,13 +6,16 @@
 //! blocking and asynchronous shells.
 
 use std::collections::VecDeque;
-use std::future::poll_fn;
+use std::future::{Future, poll_fn};
+use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::task::Poll;
+use std::task::{Context, Poll, Waker};
 
 use lexican_runtime::object::{Address, Object, Readable, Value, Writable};
 use lexican_runtime::service::sdo_client::{Scalar, SdoError};
-use lexican_runtime::wire::nmt::NmtCommand;
+use lexican_runtime::wire::emcy::{CodeOrder, Emergency};
+use lexican_runtime::wire::heartbeat::ErrorControl;
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use super::description::Description;
@@ -65,6 +68,60 @@ impl Desk {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Forgets what an operation before has left behind.
+    pub(super) fn begin(&self, now: Instant) {
+        let mut shared = self.lock();
+        shared.now = now;
+        shared.outbox.clear();
+        shared.access = None;
+        shared.answer = None;
+        shared.restarted = false;
+    }
+
+    /// Lets a sequence go on as far as it can.
+    pub(super) fn poll<F: Future>(&self, now: Instant, sequence: Pin<&mut F>) -> Poll<F::Output> {
+        {
+            let mut shared = self.lock();
+            shared.now = now;
+            shared.wake = None;
+        }
+        // Nobody needs to be woken: whoever calls this knows when something has happened.
+        sequence.poll(&mut Context::from_waker(Waker::noop()))
+    }
+
+    /// Takes note of what the drive says unasked; whether the frame was that.
+    pub(super) fn hear(&self, frame: &Frame) -> bool {
+        let of = |base| frame.id() == CobId::of_node(base, self.node);
+        if of(0x180) || of(0x380) || of(0x480) {
+            // All three carry the status word first.
+            if let Ok(pdo) = od::Tpdo1::unpack(frame.data()) {
+                self.lock().saw_status(pdo.statusword.0);
+            }
+        } else if of(0x080) {
+            if let Some(emergency) = Emergency::parse(frame.data(), CodeOrder::LowByteFirst) {
+                self.heard_emergency(emergency);
+            }
+        } else if of(0x700) {
+            if ErrorControl::parse(frame.data()).is_some_and(|control| control.state == NmtState::Initialising) {
+                self.heard_boot_up();
+            }
+        } else {
+            return false;
+        }
+        true
+    }
+
+    pub(super) fn heard_emergency(&self, emergency: Emergency) {
+        self.lock().emergency = Some(emergency.code.0);
+    }
+
+    pub(super) fn heard_boot_up(&self) {
+        let mut shared = self.lock();
+        shared.restarted = true;
+        shared.moving = false;
+        shared.running = false;
+    }
+
     /// What kind of drive it is.
     #[must_use]
     pub fn description(&self) -> &'static Description {
@@ -111,7 +168,7 @@ impl Desk {
     /// [`Error::Sdo`], [`Error::DataSheet`], or [`Error::Restarted`].
     pub async fn read<T: Value, A: Readable, M>(&self, object: Object<T, A, M>) -> Result<T, Error> {
         let address = object.address();
-        let payload = self.transfer(address, Scalar::room_for::<T>(), false).await?;
+        let payload = self.transfer(Access { address, payload: Scalar::room_for::<T>(), writes: false }).await?;
         payload.get().map_err(|error| Error::DataSheet { address, error })
     }
 
@@ -122,7 +179,8 @@ impl Desk {
     /// [`Error::OutOfRange`] before anything is sent; [`Error::Sdo`], or [`Error::Restarted`].
     pub async fn write<T: Value, A: Writable, M>(&self, object: Object<T, A, M>, value: T) -> Result<(), Error> {
         object.check(value)?;
-        self.transfer(object.address(), Scalar::of(value), true).await?;
+        let access = Access { address: object.address(), payload: Scalar::of(value), writes: true };
+        self.transfer(access).await?;
         Ok(())
     }
 
@@ -177,15 +235,15 @@ impl Desk {
         self.wait(until, |_| None::<()>).await.map(|_| ())
     }
 
-    pub(super) async fn transfer(&self, address: Address, payload: Scalar, writes: bool) -> Result<Scalar, Error> {
+    pub(super) async fn transfer(&self, access: Access) -> Result<Scalar, Error> {
         {
             let mut shared = self.lock();
             shared.answer = None;
-            shared.access = Some(Access { address, payload, writes });
+            shared.access = Some(access);
         }
         let answer = self.wait(Instant::from_micros(u64::MAX), |shared| shared.answer.take()).await?;
         // The SDO client gives up by itself long before the end of time.
-        Ok(answer.unwrap_or(Err(SdoError::TimedOut { address }))?)
+        Ok(answer.unwrap_or(Err(SdoError::TimedOut { address: access.address }))?)
     }
 
     /// Waits for something to be on the desk, no longer than `until`.

@@ -1,7 +1,7 @@
 //! The typed driver: what the drive can do, in its own words.
 //!
 //! ```text
-//! Drive               a thin blocking shell over a link
+//! Drive               a thin blocking shell over a link; `tokio::Drive` is the asynchronous one
 //!   Session           the four verbs: frames and deadlines in, frames and deadlines out
 //!     sequence::...   what to do, step by step, written once as async functions
 //!       Desk          where sequences and session meet
@@ -14,6 +14,8 @@ mod desk;
 mod error;
 pub mod sequence;
 mod session;
+#[cfg(feature = "tokio")]
+pub mod tokio;
 mod units;
 
 use std::fmt;

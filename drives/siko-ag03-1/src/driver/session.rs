@@ -2,17 +2,13 @@
 
 use std::future::Future;
 use std::pin::Pin;
-use std::task::{Context, Poll, Waker};
+use std::task::Poll;
 
 use lexican_runtime::service::sdo_client::{Event, Scalar, SdoClient};
-use lexican_runtime::wire::emcy::{CodeOrder, Emergency};
-use lexican_runtime::wire::heartbeat::ErrorControl;
-use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
+use lexican_runtime::{AbortCode, Frame, Instant, NodeId};
 
 use super::description::Description;
 use super::desk::Desk;
-use crate::od;
 
 /// What happens between a shell and one drive.
 #[derive(Debug)]
@@ -45,50 +41,18 @@ impl Session {
 
     /// Forgets what an operation before has left behind.
     pub fn begin(&mut self, now: Instant) {
-        let mut shared = self.desk.lock();
-        shared.now = now;
-        shared.access = None;
-        shared.answer = None;
-        shared.restarted = false;
-        drop(shared);
+        self.desk.begin(now);
         self.sdo.abort(AbortCode::GENERAL);
     }
 
     /// Lets a sequence go on as far as it can.
     pub fn poll<F: Future>(&mut self, now: Instant, sequence: Pin<&mut F>) -> Poll<F::Output> {
-        {
-            let mut shared = self.desk.lock();
-            shared.now = now;
-            shared.wake = None;
-        }
-        // Nobody needs to be woken: whoever calls this knows when something has happened.
-        sequence.poll(&mut Context::from_waker(Waker::noop()))
+        self.desk.poll(now, sequence)
     }
 
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        let id = frame.id();
-        let of = |base| id == CobId::of_node(base, self.node);
-        if frame.is_remote() {
-            return;
-        }
-        if of(0x180) || of(0x380) || of(0x480) {
-            // All three carry the status word first.
-            if let Ok(pdo) = od::Tpdo1::unpack(frame.data()) {
-                self.desk.lock().saw_status(pdo.statusword.0);
-            }
-        } else if of(0x080) {
-            if let Some(emergency) = Emergency::parse(frame.data(), CodeOrder::LowByteFirst) {
-                self.desk.lock().emergency = Some(emergency.code.0);
-            }
-        } else if of(0x700) {
-            if ErrorControl::parse(frame.data()).is_some_and(|control| control.state == NmtState::Initialising) {
-                let mut shared = self.desk.lock();
-                shared.restarted = true;
-                shared.moving = false;
-                shared.running = false;
-            }
-        } else {
+        if !self.desk.hear(frame) {
             let event = self.sdo.handle_frame(now, frame, &mut self.payload);
             self.follow(event);
         }

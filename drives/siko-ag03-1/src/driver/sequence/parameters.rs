@@ -6,7 +6,7 @@ use lexican_runtime::service::sdo_client::{Scalar, SdoError};
 
 use super::power::state;
 use crate::driver::Mode;
-use crate::driver::desk::Desk;
+use crate::driver::desk::{Access, Desk};
 use crate::driver::error::{Error, Missing, Refusal};
 use crate::od;
 use crate::parameter::{PARAMETERS, ParameterSet};
@@ -139,26 +139,25 @@ pub async fn write_parameters(desk: &Desk, settings: &[Setting]) -> Result<(), E
 }
 
 async fn read_raw(desk: &Desk, address: Address) -> Result<Setting, Error> {
-    // Room for a number of any size: what the drive sends is what it has.
-    let payload = desk.transfer(address, scalar(address, 0), false).await?;
+    let payload = desk.transfer(access(address, 0, false)).await?;
     let mut bytes = [0; 8];
     bytes.iter_mut().zip(payload.bytes()).for_each(|(to, from)| *to = *from);
     Ok(Setting { address, raw: u64::from_le_bytes(bytes) })
 }
 
 async fn write_raw(desk: &Desk, address: Address, raw: u64) -> Result<(), Error> {
-    desk.transfer(address, scalar(address, raw), true).await?;
+    desk.transfer(access(address, raw, true)).await?;
     Ok(())
 }
 
-/// A payload of the size that the object has.
-fn scalar(address: Address, raw: u64) -> Scalar {
-    let size = od::TABLE.entry(address).ok().and_then(|entry| entry.data_type.size());
-    match size {
+/// An access with a payload of the size that the object has.
+fn access(address: Address, raw: u64, writes: bool) -> Access {
+    let payload = match od::TABLE.entry(address).ok().and_then(|entry| entry.data_type.size()) {
         Some(1) => Scalar::of(raw as u8),
         Some(2) => Scalar::of(raw as u16),
         _ => Scalar::of(raw as u32),
-    }
+    };
+    Access { address, payload, writes }
 }
 
 /// Nothing may be under way.

@@ -1,0 +1,69 @@
+//! The driver over the tokio shell: what the blocking one does, for several drives at once.
+#![cfg(feature = "tokio")]
+
+use std::sync::{Arc, Mutex};
+
+use lexican_runtime::NodeId;
+use lexican_runtime::host::VirtualBus;
+use lexican_runtime::host::tokio::Network;
+use siko_ag03_1::driver::tokio::Drive;
+use siko_ag03_1::driver::{Error, Missing, Mode, Outcome, VelocityOutcome};
+use siko_ag03_1::fault::{Cause, Fault};
+use siko_ag03_1::od;
+use siko_ag03_1::sim::SimulatedDrive;
+use siko_ag03_1::state::State;
+
+/// A network with a simulated drive at each node.
+fn network(nodes: &[u8]) -> (VirtualBus, Network, Vec<Arc<Mutex<SimulatedDrive>>>) {
+    let bus = VirtualBus::with_bit_rate(500);
+    let simulated: Vec<_> =
+        nodes.iter().map(|node| Arc::new(Mutex::new(SimulatedDrive::new(NodeId::literal(*node))))).collect();
+    simulated.iter().for_each(|drive| bus.attach(Arc::clone(drive)));
+    let network = Network::spawn(bus.link()).unwrap();
+    (bus, network, simulated)
+}
+
+#[tokio::test]
+async fn a_drive_travels_and_runs() {
+    let (_, network, _) = network(&[5]);
+    let mut drive = Drive::connect(network, NodeId::literal(5)).await.unwrap();
+    match drive.move_to(5000).await {
+        Err(Error::Refused(refusal)) => assert_eq!(refusal.0, [Missing::Enabled(State::SwitchOnDisabled)]),
+        other => panic!("{other:?}"),
+    }
+    drive.enable().await.unwrap();
+    assert_eq!(drive.move_to(5000).await.unwrap(), Outcome::Reached { position: 5000 });
+    drive.start_moving_to(-5000).await.unwrap();
+    drive.interrupt().await.unwrap();
+    drive.resume().await.unwrap();
+    assert_eq!(drive.finish(|_| {}).await.unwrap(), Outcome::Reached { position: -5000 });
+    drive.set_mode(Mode::Velocity).await.unwrap();
+    assert!(matches!(drive.run_at(30).await.unwrap(), VelocityOutcome::Reached { .. }));
+    drive.stop().await.unwrap();
+    drive.disable().await.unwrap();
+    assert_eq!(drive.read(od::MODES_OF_OPERATION).await.unwrap(), od::OperatingMode::PROFILE_VELOCITY);
+}
+
+#[tokio::test]
+async fn two_drives_travel_at_once_on_one_network() {
+    let (_, network, _) = network(&[5, 6]);
+    let mut one = Drive::connect(network.clone(), NodeId::literal(5)).await.unwrap();
+    let mut other = Drive::connect(network, NodeId::literal(6)).await.unwrap();
+    let visit = async |drive: &mut Drive, target| {
+        drive.enable().await?;
+        drive.move_to(target).await
+    };
+    let (first, second) = tokio::join!(visit(&mut one, 3000), visit(&mut other, -3000));
+    assert_eq!(first.unwrap(), Outcome::Reached { position: 3000 });
+    assert_eq!(second.unwrap(), Outcome::Reached { position: -3000 });
+}
+
+#[tokio::test]
+async fn a_fault_is_told_with_its_cause() {
+    let (bus, network, simulated) = network(&[5]);
+    let mut drive = Drive::connect(network, NodeId::literal(5)).await.unwrap();
+    drive.enable().await.unwrap();
+    drive.start_moving_to(100_000).await.unwrap();
+    simulated[0].lock().unwrap().set_inputs(bus.now(), |inputs| inputs.sensor_fails = true);
+    assert_eq!(drive.finish(|_| {}).await.unwrap(), Outcome::Fault(Cause::Fault(Fault::SENSOR)));
+}
