@@ -35,6 +35,9 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let loaded = args.device.load()?;
+    if args.bus.is_log() {
+        return Err(Failure::new("a log takes no frames: nobody there would hear the device"));
+    }
     let mut link = args.bus.open(Pace::RealTime)?.link;
     let end = args.seconds.map(|seconds| link.now() + Duration::from_secs(seconds));
     let mut node: Box<dyn Node> = if has_simulator(args.device.name()) {
@@ -50,12 +53,18 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 
 /// Lets a node take part in the bus behind a link.
 fn serve(link: &mut dyn Link, node: &mut dyn Node, end: Option<Instant>) -> Result<(), Failure> {
+    // A bus that is down refuses every frame; once is enough to say so.
+    let mut trouble = None;
     loop {
         while let Some(frame) = node.poll_transmit(link.now()) {
-            match link.send(&frame) {
+            let refused = match link.send(&frame) {
                 Err(error) if error.is_final() => return Err(Failure::new(error)),
-                Err(error) => warn(error),
-                Ok(()) => {}
+                Err(error) => Some(error.to_string()),
+                Ok(()) => None,
+            };
+            if refused != trouble {
+                refused.iter().for_each(warn);
+                trouble = refused;
             }
         }
         let now = link.now();

@@ -45,6 +45,11 @@ pub(crate) struct Bus {
 }
 
 impl BusArgs {
+    /// Whether the bus can only be listened to.
+    pub(crate) fn is_log(&self) -> bool {
+        matches!(self.bus, BusUrl::Log { .. })
+    }
+
     /// Opens the bus; simulated time passes at `pace` unless the URL says otherwise.
     pub(crate) fn open(&self, pace: Pace) -> Result<Bus, Failure> {
         if let BusUrl::Simulation { device, parameters } = &self.bus {

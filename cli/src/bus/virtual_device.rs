@@ -1,8 +1,9 @@
 //! A device that is nothing but its data sheet: the defaults are its values, and what is written is kept.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use lexican_eds::model::{self, AccessType, Value};
+use lexican_eds::model::{self, AccessType, Condition, ConditionalRange, Value};
 use lexican_runtime::device::{Behaviour, Device, Event};
 use lexican_runtime::host::Node;
 use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary, PdoMapping};
@@ -72,6 +73,8 @@ struct Slot {
     coming: Vec<u8>,
     low: Option<i128>,
     high: Option<i128>,
+    /// Limits that depend on other entries.
+    ranges: Vec<ConditionalRange>,
     sheet_type: lexican_eds::types::DataType,
 }
 
@@ -79,6 +82,35 @@ impl SheetDictionary {
     fn new(node: NodeId, sheet: &model::Device) -> Self {
         let slots = sheet.entries().map(|entry| (Address::new(entry.index, entry.sub), Slot::new(node, entry)));
         SheetDictionary { slots: slots.collect() }
+    }
+
+    /// Whether an entry can have a value: by its size, its limits, and those that hold while another entry has
+    /// a certain value.
+    fn check(&self, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+        let slot = self.slots.get(&address).ok_or(AbortCode::NO_SUCH_OBJECT)?;
+        if let Some(size) = slot.entry.data_type.size() {
+            match data.len().cmp(&size) {
+                Ordering::Less => return Err(AbortCode::LENGTH_TOO_LOW),
+                Ordering::Greater => return Err(AbortCode::LENGTH_TOO_HIGH),
+                Ordering::Equal => {}
+            }
+        }
+        let Some(Value::Integer(number)) = parse(slot.sheet_type, data) else { return Ok(()) };
+        let holds = |when: &Condition| {
+            let other = self.slots.get(&Address::new(when.index, when.sub)).and_then(Slot::number);
+            other.is_some_and(|other| (other == when.value) == when.equal)
+        };
+        let conditional = slot.ranges.iter().filter(|range| holds(&range.when));
+        let limits = conditional.map(|range| (Some(range.low), Some(range.high))).chain([(slot.low, slot.high)]);
+        for (low, high) in limits {
+            if low.is_some_and(|low| number < low) {
+                return Err(AbortCode::VALUE_TOO_LOW);
+            }
+            if high.is_some_and(|high| number > high) {
+                return Err(AbortCode::VALUE_TOO_HIGH);
+            }
+        }
+        Ok(())
     }
 
     /// As after power-on.
@@ -110,24 +142,14 @@ impl Slot {
             coming: Vec::new(),
             low: number(&entry.low),
             high: number(&entry.high),
+            ranges: entry.ranges.clone(),
             sheet_type: entry.data_type,
         }
     }
 
-    fn check(&self, data: &[u8]) -> Result<(), AbortCode> {
-        if let Some(size) = self.entry.data_type.size() {
-            match data.len().cmp(&size) {
-                std::cmp::Ordering::Less => return Err(AbortCode::LENGTH_TOO_LOW),
-                std::cmp::Ordering::Greater => return Err(AbortCode::LENGTH_TOO_HIGH),
-                std::cmp::Ordering::Equal => {}
-            }
-        }
-        let Some(Value::Integer(number)) = parse(self.sheet_type, data) else { return Ok(()) };
-        match (self.low, self.high) {
-            (Some(low), _) if number < low => Err(AbortCode::VALUE_TOO_LOW),
-            (_, Some(high)) if number > high => Err(AbortCode::VALUE_TOO_HIGH),
-            _ => Ok(()),
-        }
+    /// The number that the entry holds.
+    fn number(&self) -> Option<i128> {
+        parse(self.sheet_type, &self.value)?.as_integer()
     }
 }
 
@@ -164,8 +186,10 @@ impl ObjectDictionary for SheetDictionary {
         slot.coming.extend(data);
         if last {
             let whole = std::mem::take(&mut slot.coming);
-            slot.check(&whole)?;
-            slot.value = whole;
+            self.check(entry.address, &whole)?;
+            if let Some(slot) = self.slots.get_mut(&entry.address) {
+                slot.value = whole;
+            }
         }
         Ok(())
     }
@@ -244,6 +268,21 @@ mod tests {
         assert_eq!(write(0x6060, 0, &[0]), Some(AbortCode::VALUE_TOO_LOW));
         assert_eq!(write(0x1018, 9, &[0]), Some(AbortCode::NO_SUCH_SUB_INDEX));
         assert_eq!(write(0x7000, 0, &[0]), Some(AbortCode::NO_SUCH_OBJECT));
+    }
+
+    #[test]
+    fn limits_follow_the_entry_that_decides_them() {
+        let sheet = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let mut dictionary = SheetDictionary::new(NODE, &sheet);
+        let mut with_gear = |gear: u8, velocity: i32| {
+            dictionary.slots.get_mut(&Address::new(0x2102, 0)).unwrap().value = vec![gear];
+            dictionary.check(Address::new(0x60FF, 0), &velocity.to_le_bytes())
+        };
+        assert_eq!(with_gear(2, 150), Ok(()));
+        assert_eq!(with_gear(2, 201), Err(AbortCode::VALUE_TOO_HIGH));
+        assert_eq!(with_gear(3, 100), Ok(()));
+        assert_eq!(with_gear(3, 150), Err(AbortCode::VALUE_TOO_HIGH));
+        assert_eq!(with_gear(3, -150), Err(AbortCode::VALUE_TOO_LOW));
     }
 
     #[test]
