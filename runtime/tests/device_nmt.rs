@@ -147,3 +147,20 @@ fn a_node_is_consumed_once_only() {
     bench.write(0x1016, 2, 4, 0x0010_0000).unwrap();
     bench.write(0x1016, 3, 4, 0x0080_00C8).unwrap();
 }
+
+#[test]
+fn what_the_device_has_no_room_for_is_refused() {
+    let od = common::testing::TestOd::new(common::FULL).with(
+        "1016:04 u32 rw - 0
+         1403:01 u32 rw - 0x80000505
+         1404:01 u32 rw - 0x80000506
+         1603:00 u8 rw - 0
+         1604:00 u8 rw - 0",
+    );
+    let mut bench = Bench::new(od, Behaviour::CIA_301);
+    let refused = Err(AbortCode::DEVICE_INCOMPATIBLE.0);
+    assert_eq!(bench.write(0x1016, 4, 4, 0x0010_0064), refused);
+    bench.write(0x1016, 4, 4, 0).unwrap();
+    bench.write(0x1403, 1, 4, 0x505).unwrap();
+    assert_eq!(bench.write(0x1404, 1, 4, 0x506), refused);
+}

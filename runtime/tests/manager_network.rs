@@ -332,3 +332,29 @@ fn whichever_frame_gets_lost_the_network_boots_in_the_end() {
         assert!(bus.take_events().contains(&NetworkEvent::Ready));
     }
 }
+
+#[test]
+fn the_network_is_what_the_manager_s_dictionary_says() {
+    let mut od = TestOd::new(
+        "1016:00 u8  const - 1
+         1016:01 u32 rw - 0x000500FA
+         1F26:05 u32 rw - 9
+         1F27:05 u32 rw - 8
+         1F80:00 u32 rw - 0x11
+         1F81:05 u32 rw - 0x09
+         1F81:06 u32 rw - 0x01
+         1F81:07 u32 rw - 0x08
+         1F84:05 u32 rw - 0x192
+         1F84:06 u32 rw - 0
+         1F85:05 u32 rw - 0x195",
+    );
+    let mut load = |node| Assignment::load(node, SdoClient::of_node(node), HEARTBEAT, &mut od);
+    let five = load(FIVE).unwrap();
+    assert_eq!((five.mandatory, five.heartbeat), (true, Duration::from_millis(250)));
+    assert_eq!((five.plan.device_type, five.plan.vendor, five.plan.product), (Some(0x192), Some(0x195), None));
+    assert_eq!((five.plan.configured, five.plan.start), (Some((9, 8)), true));
+    let six = load(SIX).unwrap();
+    assert_eq!((six.mandatory, six.heartbeat, six.plan.device_type), (false, Duration::ZERO, None));
+    assert!(load(NodeId::literal(7)).is_none(), "it is not a member");
+    assert_eq!(OnLoss::from_startup(od.get(0x1F80, 0) as u32), OnLoss::ResetAll);
+}

@@ -18,6 +18,8 @@ pub(super) struct Checked<'a> {
     pub(super) behaviour: &'a Behaviour,
     pub(super) rpdos: &'a [RpdoSlot],
     pub(super) tpdos: &'a [TpdoSlot],
+    /// How many heartbeats the device has room to consume.
+    pub(super) monitored: usize,
 }
 
 impl ObjectDictionary for Checked<'_> {
@@ -147,6 +149,7 @@ impl Checked<'_> {
     /// CiA 301, 7.5.2.19: a node is consumed once only.
     fn check_consumed_heartbeat(&mut self, sub: u8, new: u32) -> Result<(), AbortCode> {
         let Some((node, _)) = consumed_heartbeat(new) else { return Ok(()) };
+        require(usize::from(sub) <= self.monitored, AbortCode::DEVICE_INCOMPATIBLE)?;
         let others = self.current(0x1016, 0) as u8;
         for other in (1..=others).filter(|&other| other != sub) {
             let twice = consumed_heartbeat(self.current(0x1016, other)).is_some_and(|(same, _)| same == node);
@@ -199,6 +202,9 @@ impl Checked<'_> {
         require(!(will_be_valid && id.is_restricted()), AbortCode::INVALID_VALUE)?;
         let old = self.current(index, 1);
         self.check_change(old, new, valid && will_be_valid)?;
+        let served = self.rpdos.iter().any(|slot| slot.parameter_index() == index)
+            || self.tpdos.iter().any(|slot| slot.parameter_index() == index);
+        require(!will_be_valid || valid || served, AbortCode::DEVICE_INCOMPATIBLE)?;
         // Two PDOs of one device under one identifier: nobody could tell which is meant.
         require(!will_be_valid || !self.is_taken(index, id), AbortCode::PARAMETER_INCOMPATIBLE)
     }

@@ -400,8 +400,14 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     fn handle_sdo(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
         let id = frame.id();
         let server = self.servers.iter_mut().flatten().find(|server| server.request_id() == id)?;
-        let mut checked =
-            Checked { od, state: self.nmt.state(), behaviour: &self.behaviour, rpdos: &self.rpdos, tpdos: &self.tpdos };
+        let mut checked = Checked {
+            od,
+            state: self.nmt.state(),
+            behaviour: &self.behaviour,
+            rpdos: &self.rpdos,
+            tpdos: &self.tpdos,
+            monitored: MONITORED,
+        };
         let event = server.handle_frame(now, frame, &mut checked)?;
         self.follow_sdo(now, event, od)
     }
@@ -506,8 +512,14 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         if let Some(frame) = self.tpdos.iter_mut().find_map(|slot| slot.pdo.poll_transmit(now, od)) {
             return Some(frame);
         }
-        let mut checked =
-            Checked { od, state: self.nmt.state(), behaviour: &self.behaviour, rpdos: &self.rpdos, tpdos: &self.tpdos };
+        let mut checked = Checked {
+            od,
+            state: self.nmt.state(),
+            behaviour: &self.behaviour,
+            rpdos: &self.rpdos,
+            tpdos: &self.tpdos,
+            monitored: MONITORED,
+        };
         self.servers.iter_mut().flatten().find_map(|server| server.poll_transmit(now, &mut checked))
     }
 

@@ -3,6 +3,32 @@
 //!
 //! The bytes of SDO transfers are lent to the verbs ([`Payloads`]); for one transfer at a time a
 //! [`Payload`] is enough, and `&mut [0; 0]` when there is none.
+//!
+//! ```
+//! use lexican_runtime::manager::{Event, Manager, Remote};
+//! use lexican_runtime::object::Address;
+//! use lexican_runtime::service::sdo_client::{self, Scalar};
+//! use lexican_runtime::wire::nmt::NmtCommand;
+//! use lexican_runtime::{CobId, Frame, Instant, NodeId};
+//!
+//! let now = Instant::ZERO;
+//! let node = NodeId::literal(5);
+//! let mut manager = Manager::<4>::new();
+//! manager.add(now, Remote::new(node))?;
+//!
+//! manager.command(NmtCommand::Start, Some(node))?;
+//! assert_eq!(manager.poll_transmit(now, &mut [0; 0]).unwrap().to_string(), "000#0105");
+//!
+//! let mut value = Scalar::room_for::<u32>();
+//! manager.read(now, node, Address::new(0x1000, 0))?;
+//! assert_eq!(manager.poll_transmit(now, &mut value).unwrap().to_string(), "605#4000100000000000");
+//!
+//! let answer = Frame::from_array(CobId::of_node(0x580, node), [0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0, 0]);
+//! let event = manager.handle_frame(now, &answer, &mut value);
+//! assert!(matches!(event, Some(Event::Sdo { event: sdo_client::Event::Done { len: 4, .. }, .. })));
+//! assert_eq!(value.get::<u32>()?, 0x192);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod network;
 mod remote;

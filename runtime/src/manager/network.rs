@@ -3,9 +3,11 @@
 
 use crate::frame::Frame;
 use crate::id::NodeId;
+use crate::object::ObjectDictionary;
 use crate::procedure::{BootError, BootEvent, BootNode, BootPlan};
 use crate::service::heartbeat_consumer::{self, HeartbeatConsumer};
 use crate::service::nmt_manager::Outbox;
+use crate::service::objects;
 use crate::service::sdo_client::SdoClient;
 use crate::time::{Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
@@ -34,6 +36,47 @@ pub enum OnLoss {
     ResetAll,
     /// All nodes are stopped.
     StopAll,
+}
+
+impl<'a> Assignment<'a> {
+    /// What the dictionary of the manager says of a node: 1F81h, with the node-ID as its sub-index, the node's
+    /// entry in 1016h, and [`BootPlan::load`]. `None` when the node does not belong to the network.
+    #[must_use]
+    pub fn load(
+        node: NodeId,
+        client: SdoClient,
+        configuration: &'a [u8],
+        od: &mut dyn ObjectDictionary,
+    ) -> Option<Self> {
+        const MEMBER: u32 = 1 << 0;
+        const MANDATORY: u32 = 1 << 3;
+        let assignment = objects::read_u32(od, 0x1F81, node.get()).filter(|bits| bits & MEMBER != 0)?;
+        let entries = objects::read_u8(od, 0x1016, 0).unwrap_or(0);
+        let heartbeat_ms = (1..=entries).find_map(|sub| {
+            let entry = objects::read_u32(od, 0x1016, sub)?;
+            (entry >> 16 == u32::from(node.get())).then_some(entry & 0xFFFF)
+        });
+        let heartbeat = Duration::from_millis(heartbeat_ms.unwrap_or(0).into());
+        // A node whose heartbeat is consumed must have one before it is started.
+        let plan = BootPlan { error_control: heartbeat, ..BootPlan::load(node, configuration, od) };
+        Some(Assignment { client, mandatory: assignment & MANDATORY != 0, heartbeat, plan })
+    }
+}
+
+impl OnLoss {
+    /// What 1F80h says: bit 4 resets all nodes, bit 6 stops all.
+    #[must_use]
+    pub const fn from_startup(nmt_startup: u32) -> Self {
+        const RESET_ALL: u32 = 1 << 4;
+        const STOP_ALL: u32 = 1 << 6;
+        if nmt_startup & STOP_ALL != 0 {
+            OnLoss::StopAll
+        } else if nmt_startup & RESET_ALL != 0 {
+            OnLoss::ResetAll
+        } else {
+            OnLoss::ResetNode
+        }
+    }
 }
 
 /// What happened in the network.

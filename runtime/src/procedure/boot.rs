@@ -10,7 +10,8 @@ use super::runner::{self, Runner, StepError};
 use super::step::Step;
 use crate::frame::Frame;
 use crate::id::NodeId;
-use crate::object::Address;
+use crate::object::{Address, ObjectDictionary};
+use crate::service::objects;
 use crate::service::sdo_client::{SdoClient, SdoError};
 use crate::time::{Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
@@ -40,6 +41,31 @@ pub struct BootPlan<'a> {
     /// Whether the node is started at the end.
     pub start: bool,
 }
+
+impl<'a> BootPlan<'a> {
+    /// The plan that the dictionary of the manager has for a node: 1F84h to 1F88h, 1F26h and 1F27h, each
+    /// with the node-ID as its sub-index, where 0 means "whatever it is"; and 1F80h bit 3, which leaves
+    /// starting the node to the application. `configuration` is what 1F22h holds for the node.
+    #[must_use]
+    pub fn load(node: NodeId, configuration: &'a [u8], od: &mut dyn ObjectDictionary) -> Self {
+        let mut expected = |index| objects::read_u32(od, index, node.get()).filter(|&value| value != 0);
+        let configured = expected(0x1F26).zip(expected(0x1F27));
+        BootPlan {
+            device_type: expected(0x1F84),
+            vendor: expected(0x1F85),
+            product: expected(0x1F86),
+            revision: expected(0x1F87),
+            serial: expected(0x1F88),
+            configured,
+            configuration,
+            error_control: Duration::ZERO,
+            start: objects::read_u32(od, 0x1F80, 0).unwrap_or(0) & START_BY_APPLICATION == 0,
+        }
+    }
+}
+
+/// 1F80h: the application starts the nodes.
+const START_BY_APPLICATION: u32 = 1 << 3;
 
 /// Boots one node.
 #[derive(Clone, Debug)]
