@@ -295,10 +295,13 @@ impl Content {
 
 /// One to four bytes, or four of which nobody says how many count (e = 1, s = 0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+// The data is aligned as a number is: what is written as one and read as half of two waits in the processor.
+#[repr(C, align(4))]
 pub struct Expedited {
-    // 0: the number is not told. Bytes beyond `len` are zero.
-    len: u8,
+    // Bytes beyond `len` are zero.
     data: [u8; 4],
+    // 0: the number is not told.
+    len: u8,
 }
 
 impl Expedited {
