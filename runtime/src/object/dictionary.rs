@@ -364,7 +364,11 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
         let Some(to) = start.checked_add(data.len()).and_then(|end| value.get_mut(start..end)) else {
             return Err(AbortCode::LENGTH_TOO_HIGH);
         };
-        to.copy_from_slice(data);
+        // Seven bytes are what most segments of an SDO have; so they are copied without a call.
+        match (<&mut [u8; 7]>::try_from(&mut *to), <&[u8; 7]>::try_from(data)) {
+            (Ok(to), Ok(data)) => *to = *data,
+            _ => to.copy_from_slice(data),
+        }
         if last {
             let len = u16::try_from(start + data.len()).unwrap_or(u16::MAX).to_le_bytes();
             prefix.iter_mut().zip(len).for_each(|(to, from)| *to = from);

@@ -31,7 +31,13 @@ macro_rules! data_types {
             #[inline]
             #[must_use]
             pub const fn bits(self) -> Option<u8> {
-                match self { $(DataType::$variant => $bits,)* }
+                // A table, because as a match this becomes a jump, at several places of each SDO segment.
+                const BITS: [Option<u8>; 32] = {
+                    let mut bits = [None; 32];
+                    $(bits[$code] = $bits;)*
+                    bits
+                };
+                BITS[self as usize & 31]
             }
         }
     };
