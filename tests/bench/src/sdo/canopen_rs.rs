@@ -87,9 +87,9 @@ impl<const N: usize> Channel<N> {
 
     fn exchange(&mut self, mut request: [u8; 8]) -> Option<Value> {
         loop {
-            let response = self.server.handle(&mut self.od, &black_box(request)).expect("every request is answered");
+            let response = self.server.handle(&mut self.od, black_box(&request)).expect("every request is answered");
             self.frames += 2;
-            match self.client.on_response(&black_box(response)) {
+            match self.client.on_response(black_box(&response)) {
                 SdoEvent::Send(next) => request = next,
                 SdoEvent::Complete(value) => return value,
                 SdoEvent::Aborted(code) => panic!("aborted: {code:08X}"),

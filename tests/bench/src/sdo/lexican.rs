@@ -4,10 +4,10 @@
 use std::hint::black_box;
 
 use lexican_runtime::abort::AbortCode;
-use lexican_runtime::device::{Behaviour, Device};
+use lexican_runtime::device::{self, Behaviour, Device};
 use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, ObjectDictionary, PdoMapping, Table};
 use lexican_runtime::service::sdo_client::{Event, Payload, Scalar, SdoClient};
-use lexican_runtime::service::sdo_server::SdoServer;
+use lexican_runtime::service::sdo_server::{self, SdoServer};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 
 use super::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
@@ -73,7 +73,8 @@ trait Side {
 
 impl Side for SdoServer {
     fn handle(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) {
-        black_box(self.handle_frame(now, frame, od));
+        let event = self.handle_frame(now, frame, od);
+        assert!(!matches!(event, Some(sdo_server::Event::Aborted { .. })), "the server aborts nothing");
     }
 
     fn next(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
@@ -83,7 +84,8 @@ impl Side for SdoServer {
 
 impl Side for Device<4, 4, 1, 4> {
     fn handle(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) {
-        black_box(self.handle_frame(now, frame, od));
+        let event = self.handle_frame(now, frame, od);
+        assert!(!matches!(event, Some(device::Event::SdoAborted { .. })), "the server aborts nothing");
     }
 
     fn next(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
@@ -128,14 +130,14 @@ impl<S: Side> Channel<S> {
         loop {
             while let Some(frame) = self.client.poll_transmit(self.now, payload) {
                 self.frames += 1;
-                self.side.handle(self.now, &black_box(frame), &mut *self.od);
+                self.side.handle(self.now, black_box(&frame), &mut *self.od);
             }
             if is_over {
                 return;
             }
             while let Some(frame) = self.side.next(self.now, &mut *self.od) {
                 self.frames += 1;
-                match self.client.handle_frame(self.now, &black_box(frame), payload) {
+                match self.client.handle_frame(self.now, black_box(&frame), payload) {
                     None => {}
                     Some(Event::Done { .. }) => is_over = true,
                     Some(Event::Failed(error)) => panic!("{error}"),

@@ -185,7 +185,7 @@ impl AsyncCanSender for Wire {
 
     async fn send(&mut self, message: CanMessage) -> Result<(), Lost> {
         FRAMES.set(FRAMES.get() + 1);
-        self.mbox.store_message(black_box(message)).map_err(Lost)
+        self.mbox.store_message(*black_box(&message)).map_err(Lost)
     }
 }
 
@@ -198,7 +198,7 @@ impl AsyncCanReceiver for Wire {
             self.mbox.next_transmit_message()
         })?;
         FRAMES.set(FRAMES.get() + 1);
-        Some(black_box(message))
+        Some(*black_box(&message))
     }
 
     async fn recv(&mut self) -> Result<CanMessage, Lost> {
