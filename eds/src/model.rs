@@ -485,6 +485,15 @@ impl Device {
         self.object(index)?.entry(sub)
     }
 
+    /// The size of a data type in bits; of one that the device defines itself, what its DEFTYPE says.
+    #[must_use]
+    pub fn bits(&self, data_type: DataType) -> Option<u8> {
+        let DataType::Other(code @ 0x40..=0x25F) = data_type else { return data_type.bits() };
+        let definition = self.object(code).filter(|object| object.kind == ObjectKind::DefType)?;
+        let size = definition.entry(0)?.default.as_ref()?.as_integer()?;
+        u8::try_from(size).ok().filter(|bits| (1..=64).contains(bits))
+    }
+
     /// All entries, by index and sub-index.
     pub fn entries(&self) -> impl Iterator<Item = &Entry> {
         self.objects.iter().flat_map(|object| &object.entries)

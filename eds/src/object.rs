@@ -262,7 +262,8 @@ pub(crate) fn nonempty<'a, 's>(pair: Option<&'s Pair<'a>>) -> Option<&'s Pair<'a
 
 /// What the object is, whatever its type says: with sub-indices it cannot be a variable.
 fn kind(facts: &ObjectFacts) -> ObjectKind {
-    let several = facts.subs > 0 || facts.compact > 0;
+    // What is known of an object without a section of its own are its sub-indices.
+    let several = facts.subs > 0 || facts.compact > 0 || facts.header.is_none();
     match facts.declared {
         Some(kind) if kind.has_subs() || !several => kind,
         _ if facts.compact > 0 && facts.subs == 0 => ObjectKind::Array,

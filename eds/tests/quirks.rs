@@ -235,11 +235,12 @@ fn odd_defaults_are_read_where_they_mean_one_thing() {
 
 #[test]
 fn types_of_the_device_itself_are_kept() {
-    let text = "[40]\nParameterName=Own type\nObjectType=5\nDataType=0x40\n\
+    let text = "[40]\nParameterName=Own type\nObjectType=5\nDataType=7\nDefaultValue=48\n\
                 [200B]\nParameterName=x\nObjectType=9\nSubNumber=1\n[200Bsub1]\nParameterName=y\nDataType=0x40\nAccessType=ro\n";
     let (device, diagnostics) = read(text);
     assert_eq!(device.object(0x40).unwrap().kind, ObjectKind::DefType);
     assert_eq!(device.entry(0x200B, 1).unwrap().data_type, DataType::Other(0x40));
+    assert_eq!(device.bits(DataType::Other(0x40)), Some(48));
     assert!(!has(&diagnostics, "eds::undescribed-type") && !has(&diagnostics, "eds::unknown-data-type"));
 }
 
@@ -344,6 +345,13 @@ fn sub_indices_are_hexadecimal() {
     let text =
         "[2000]\nParameterName=x\nObjectType=9\nSubNumber=1\n[2000sub10]\nParameterName=y\nDataType=5\nAccessType=ro\n";
     assert!(read(text).0.entry(0x2000, 0x10).is_some());
+}
+
+#[test]
+fn tables_without_object_are_an_object_without_entries() {
+    let (device, diagnostics) = read("[3004Name]\nNrOfEntries=1\n1=x\n");
+    assert_eq!(device.object(0x3004).map(|object| object.entries.len()), Some(0));
+    assert!(has(&diagnostics, "eds::sub-without-object") && has(&diagnostics, "eds::value-without-entry"));
 }
 
 #[test]

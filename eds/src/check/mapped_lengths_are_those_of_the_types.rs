@@ -22,7 +22,7 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
             Some(entry) => entry.data_type,
             None => DataType::from_code(mapped.index),
         };
-        let Some(bits) = data_type.bits().filter(|&bits| bits != mapped.bits) else { continue };
+        let Some(bits) = context.device.bits(data_type).filter(|&bits| bits != mapped.bits) else { continue };
         // A BOOLEAN in a byte of its own is common and harmless.
         if data_type == DataType::Boolean && mapped.bits == 8 {
             continue;
