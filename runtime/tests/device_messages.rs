@@ -194,3 +194,19 @@ fn an_additional_server_serves_once_it_is_switched_on() {
     bench.write(0x1201, 1, 4, 0x8000_06D0).unwrap();
     assert_eq!(bench.send("6D0#4000100000000000"), NOTHING);
 }
+
+#[test]
+fn stopping_forgets_a_transfer_and_begins_to_count_sync_anew() {
+    let mut bench = Bench::full();
+    bench.write(0x1019, 0, 1, 10).unwrap();
+    bench.write(0x1006, 0, 4, 10_000).unwrap();
+    bench.write(0x1005, 0, 4, 0x4000_0080).unwrap();
+    assert_eq!(bench.pass_ms(20), ["10000 080#01", "20000 080#02"]);
+    assert_eq!(bench.send("605#4008100000000000"), ["585#410810000B000000"]);
+    bench.send("000#0205");
+    assert_eq!(bench.pass_ms(35), NOTHING);
+    assert_eq!(bench.send("000#8005"), NOTHING, "what was due meanwhile is not sent later");
+    let answer = bench.send("605#6000000000000000").concat();
+    assert!(answer.starts_with("585#80"), "{answer}");
+    assert_eq!(bench.pass_ms(10), ["5000 080#01"]);
+}

@@ -164,3 +164,13 @@ fn what_the_device_has_no_room_for_is_refused() {
     bench.write(0x1403, 1, 4, 0x505).unwrap();
     assert_eq!(bench.write(0x1404, 1, 4, 0x506), refused);
 }
+
+#[test]
+fn error_behaviour_0_leads_out_of_operational_only() {
+    let mut bench = Bench::full();
+    bench.send("000#0205");
+    bench.take_events();
+    bench.device.communication_failed(bench.now);
+    bench.sent();
+    assert_eq!((bench.state(), bench.take_events()), (NmtState::Stopped, vec![]));
+}

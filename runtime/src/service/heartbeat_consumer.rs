@@ -131,6 +131,15 @@ mod tests {
     }
 
     #[test]
+    fn a_boot_up_message_disarms_the_watch() {
+        let mut consumer = HeartbeatConsumer::new(NodeId::literal(5), Duration::from_millis(100));
+        feed(&mut consumer, 0, 0x05);
+        assert_eq!(feed(&mut consumer, 50, 0x00), Some(Event::BootedUp));
+        assert_eq!((consumer.poll_timeout(), consumer.handle_timeout(at(1000))), (None, None));
+        assert_eq!(consumer.heartbeat(), Heartbeat::Unknown);
+    }
+
+    #[test]
     fn other_nodes_remote_frames_and_nonsense_are_no_heartbeat() {
         let mut consumer = HeartbeatConsumer::new(NodeId::literal(5), Duration::from_millis(100));
         assert_eq!(feed(&mut consumer, 0, 0x06), None);
