@@ -1,8 +1,8 @@
 //! The device supports at least one bit rate.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::no-bit-rate",

@@ -1,8 +1,8 @@
 //! What an overlay accepts is found without it.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::accepted-in-vain",

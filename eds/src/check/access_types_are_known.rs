@@ -1,9 +1,9 @@
 //! Access types are ro, wo, rw, rwr, rww or const.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::model::AccessType;
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::bad-access-type",
@@ -15,6 +15,7 @@ pub(crate) const RULE: Rule = Rule {
 };
 
 pub(crate) fn found(word: &str, access: AccessType, sure: bool, span: Span) -> Diagnostic {
-    let finding = RULE.finding(format!("there is no access type `{word}`")).at(span, format!("read as {}", access.name()));
+    let finding =
+        RULE.finding(format!("there is no access type `{word}`")).at(span, format!("read as {}", access.name()));
     if sure { finding } else { finding.help("an overlay can name the right one: `access = \"ro\"` with a reason") }
 }

@@ -1,8 +1,8 @@
 //! The device has heartbeat or node guarding.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::source::Span;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::no-error-control",

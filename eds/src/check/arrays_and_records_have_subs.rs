@@ -1,8 +1,8 @@
 //! Arrays and records have sub-indices.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::no-subs",

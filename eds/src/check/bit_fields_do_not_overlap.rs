@@ -1,8 +1,8 @@
 //! The bits and the names of a bit field differ.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::overlapping-bits",

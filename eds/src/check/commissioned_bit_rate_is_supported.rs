@@ -1,8 +1,8 @@
 //! The bit rate of a DCF is one that the device supports.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::unsupported-bit-rate",

@@ -1,8 +1,8 @@
 //! The node-ID of a DCF is 1 to 127.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::bad-node-id",

@@ -1,8 +1,8 @@
 //! Communication parameters are not mapped into PDOs.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::mappable-parameter",

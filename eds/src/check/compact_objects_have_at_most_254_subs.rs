@@ -1,8 +1,8 @@
 //! CompactSubObj is at most 254.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::compact-count",

@@ -1,8 +1,8 @@
 //! CompactSubObj stands for at most 100 000 entries in a file.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::too-many-entries",

@@ -1,8 +1,8 @@
 //! PDO parameters are written out.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::compact-pdo",
@@ -21,5 +21,7 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let section = context.facts.section(SectionKind::DeviceInfo);
     let Some(pair) = section.and_then(|section| section.get("CompactPDO")) else { return };
     let span = context.facts.syntax.value_span(pair);
-    out.push(RULE.finding("PDO parameters may be left out of this data sheet").at(span, "only those written out are read"));
+    out.push(
+        RULE.finding("PDO parameters may be left out of this data sheet").at(span, "only those written out are read"),
+    );
 }

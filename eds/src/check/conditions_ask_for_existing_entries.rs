@@ -1,7 +1,7 @@
 //! A condition asks for an entry that exists and is a number.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::unknown-condition",

@@ -1,8 +1,8 @@
 //! The values of a DCF lie between the limits.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::value-outside-limits",

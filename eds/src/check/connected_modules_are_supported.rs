@@ -1,8 +1,8 @@
 //! Every module that a DCF plugs in is one that the device supports.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::unsupported-module",

@@ -1,9 +1,9 @@
 //! Data types are those of CiA 301 or of the device itself.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
 use crate::types::DataType;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::unknown-data-type",

@@ -1,8 +1,8 @@
 //! Dates are mm-dd-yyyy and times hh:mmAM or hh:mmPM.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::bad-date",
@@ -15,13 +15,16 @@ pub(crate) const RULE: Rule = Rule {
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let Some(section) = context.facts.section(SectionKind::FileInfo) else { return };
-    let keys = [("CreationDate", true), ("ModificationDate", true), ("CreationTime", false), ("ModificationTime", false)];
+    let keys =
+        [("CreationDate", true), ("ModificationDate", true), ("CreationTime", false), ("ModificationTime", false)];
     for (key, date) in keys {
         let Some(pair) = section.get(key).filter(|pair| !pair.value.is_empty()) else { continue };
         let (good, form) = if date { (is_date(pair.value), "mm-dd-yyyy") } else { (is_time(pair.value), "hh:mmAM") };
         if !good {
             let span = context.facts.syntax.value_span(pair);
-            out.push(RULE.finding(format!("`{key}` is not in the form of CiA 306")).at(span, format!("expected {form}")));
+            out.push(
+                RULE.finding(format!("`{key}` is not in the form of CiA 306")).at(span, format!("expected {form}")),
+            );
         }
     }
 }
@@ -29,7 +32,9 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
 fn is_date(text: &str) -> bool {
     let parts: Vec<&str> = text.split('-').collect();
     let number = |at: usize, digits: usize, max: u16| {
-        parts.get(at).is_some_and(|part| part.len() == digits && part.parse().is_ok_and(|n: u16| (1..=max).contains(&n)))
+        parts
+            .get(at)
+            .is_some_and(|part| part.len() == digits && part.parse().is_ok_and(|n: u16| (1..=max).contains(&n)))
     };
     parts.len() == 3 && number(0, 2, 12) && number(1, 2, 31) && number(2, 4, 9999)
 }

@@ -1,9 +1,9 @@
 //! The default SDO has the COB-IDs 600h and 580h plus the node-ID.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Value;
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::sdo-cob-id",

@@ -1,8 +1,8 @@
 //! DeviceInfo says who made what, and what it can do.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::missing-device-info",

@@ -1,13 +1,13 @@
-//! DynamicChannelsSupported and [DynamicChannels] agree.
+//! `DynamicChannelsSupported` and `[DynamicChannels]` agree.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::dynamic-channels",
     severity: Severity::Warning,
-    holds: "DynamicChannelsSupported and [DynamicChannels] agree.",
+    holds: "`DynamicChannelsSupported` and `[DynamicChannels]` agree.",
     explain: "A device either has segments for network variables (CiA 302-4) and says so, or neither.",
     help: "",
     check: Some(check),

@@ -1,8 +1,8 @@
 //! A segment of dynamic channels has a range of indices.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::bad-channel",

@@ -1,8 +1,8 @@
 //! The values and the names of an enumeration differ.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::duplicate-value",

@@ -1,8 +1,8 @@
 //! A data sheet is an EDS or DCF, not XML.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::xml",

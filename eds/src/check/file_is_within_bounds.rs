@@ -1,7 +1,7 @@
 //! A file has at most 64 MiB and a million lines.
 
-use crate::diagnostics::{Diagnostic, Severity};
 use super::Rule;
+use crate::diagnostics::{Diagnostic, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::file-size",

@@ -1,7 +1,7 @@
 //! No rule finds more than a thousand things in a file.
 
-use crate::diagnostics::{Diagnostic, Severity};
 use super::Rule;
+use crate::diagnostics::{Diagnostic, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::more-findings",

@@ -1,8 +1,8 @@
 //! The granularity is at most 64 bits.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::bad-granularity",

@@ -1,7 +1,7 @@
 //! Guard time and life time factor come together.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::half-guarding",

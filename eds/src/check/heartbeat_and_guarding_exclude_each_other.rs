@@ -1,9 +1,9 @@
 //! Heartbeat and node guarding are not both active by default.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Value;
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::two-error-controls",

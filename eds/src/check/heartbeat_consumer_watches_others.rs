@@ -1,9 +1,9 @@
 //! A heartbeat consumer time names a node-ID up to 127.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Value;
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::heartbeat-consumer",

@@ -1,10 +1,10 @@
 //! The identity object and DeviceInfo name the same device.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Value;
 use crate::object::Key;
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::identity",

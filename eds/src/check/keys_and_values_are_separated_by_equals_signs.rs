@@ -1,9 +1,9 @@
 //! A key and its value are separated by an equals sign.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
 use crate::syntax::Separator;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::no-equals-sign",

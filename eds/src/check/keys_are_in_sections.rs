@@ -1,9 +1,9 @@
 //! Every key is in a section.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
 use crate::syntax::{Section, Syntax};
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::key-outside-section",
@@ -16,6 +16,9 @@ pub(crate) const RULE: Rule = Rule {
 
 pub(crate) fn found(syntax: &Syntax<'_>, section: &Section<'_>) -> Diagnostic {
     let span = section.pairs.first().map_or(Span::default(), |pair| syntax.key_span(pair));
-    RULE.finding(format!("{} before the first section or in one without name", super::plural(section.pairs.len(), "key")))
-        .at(span, "ignored")
+    RULE.finding(format!(
+        "{} before the first section or in one without name",
+        super::plural(section.pairs.len(), "key")
+    ))
+    .at(span, "ignored")
 }

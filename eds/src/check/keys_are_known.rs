@@ -1,7 +1,7 @@
 //! Every key is one that CiA 306 knows for its section.
 
-use crate::diagnostics::Severity;
 use super::Rule;
+use crate::diagnostics::Severity;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::unknown-key",

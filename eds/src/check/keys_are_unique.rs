@@ -1,8 +1,8 @@
 //! No key comes twice in a section.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::duplicate-key",

@@ -1,7 +1,7 @@
 //! A key stands where it means something.
 
-use crate::diagnostics::Severity;
 use super::Rule;
+use crate::diagnostics::Severity;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::key-without-effect",

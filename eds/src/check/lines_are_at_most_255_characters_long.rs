@@ -1,8 +1,8 @@
 //! A line has at most 255 characters.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::long-line",

@@ -1,8 +1,8 @@
 //! A line is empty, a comment, a section or a key with a value.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::stray-text",

@@ -1,7 +1,7 @@
 //! ObjectLinks name objects that are there.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::broken-link",

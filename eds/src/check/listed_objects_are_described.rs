@@ -1,8 +1,8 @@
 //! Every object that a list names is described by a section.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostic, Diagnostics, Severity};
 use crate::source::Span;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::object-without-section",

@@ -1,7 +1,7 @@
 //! SupportedObjects is the number of objects in its list.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::list-count",

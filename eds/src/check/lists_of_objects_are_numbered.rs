@@ -1,7 +1,7 @@
 //! The objects of a list are numbered from 1 without gap.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::list-gap",

@@ -1,9 +1,9 @@
 //! The objects that CiA 301 demands of every device are there.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::ObjectList;
 use crate::source::Span;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::missing-object",

@@ -1,9 +1,9 @@
 //! What can be mapped into a PDO has a fixed size of at most 64 bits.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
 use crate::types::DataType;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::unmappable-type",

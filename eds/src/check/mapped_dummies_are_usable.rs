@@ -1,8 +1,8 @@
 //! Dummies that a PDO maps are in DummyUsage.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::types::DataType;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::unusable-dummy",

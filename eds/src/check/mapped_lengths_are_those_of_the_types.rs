@@ -1,9 +1,9 @@
 //! A mapping takes as many bits as the data type has.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
 use crate::types::DataType;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::wrong-length",

@@ -1,7 +1,7 @@
 //! Mapped lengths are multiples of the granularity.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::granularity",
@@ -16,7 +16,8 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let Some(granularity) = context.device.info.granularity.filter(|&granularity| granularity > 1) else { return };
     for (pdo, number, mapped) in context.mapped() {
         if mapped.bits % granularity != 0 {
-            let finding = RULE.finding(format!("{} bits are no multiple of the granularity of {granularity}", mapped.bits));
+            let finding =
+                RULE.finding(format!("{} bits are no multiple of the granularity of {granularity}", mapped.bits));
             out.push(finding.at(context.mapping_span(pdo, number), ""));
         }
     }

@@ -1,8 +1,8 @@
 //! What a PDO maps can be mapped.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::not-mappable",

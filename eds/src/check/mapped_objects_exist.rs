@@ -1,7 +1,7 @@
 //! What a PDO maps is in the data sheet.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::missing-object",

@@ -1,9 +1,9 @@
 //! Receive PDOs write what can be written, transmit PDOs read what can be read.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::{AccessType, Direction};
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::wrong-direction",
@@ -24,7 +24,8 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
         };
         if wrong {
             let access = entry.access.name();
-            let message = format!("{} maps {:04X}:{:02X}, which is {access}", super::pdo_name(pdo), entry.index, entry.sub);
+            let message =
+                format!("{} maps {:04X}:{:02X}, which is {access}", super::pdo_name(pdo), entry.index, entry.sub);
             let finding = RULE.finding(message).at(context.mapping_span(pdo, number), "mapped here");
             out.push(finding.and(context.entry_span(entry, Key::AccessType), "the access type"));
         }

@@ -1,8 +1,8 @@
 //! Sub-index 0 of a mapping is the number of objects that are mapped.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Value;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::mapping-count",
@@ -16,14 +16,21 @@ pub(crate) const RULE: Rule = Rule {
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     for pdo in &context.device.pdos {
-        let Some(object) = context.device.object(crate::pdo::mapping_parameter(pdo.direction, pdo.number)) else { continue };
+        let Some(object) = context.device.object(crate::pdo::mapping_parameter(pdo.direction, pdo.number)) else {
+            continue;
+        };
         let count = object.entry(0).and_then(|entry| crate::pdo::held(entry));
         let Some(Value::Integer(count)) = count else { continue };
         // 254 and 255 mark multiplexed PDOs.
         if matches!(count, 254 | 255) || *count == pdo.mapping.len() as i128 {
             continue;
         }
-        if context.changes.pdos.iter().any(|extra| (extra.pdo.direction, extra.pdo.number) == (pdo.direction, pdo.number)) {
+        if context
+            .changes
+            .pdos
+            .iter()
+            .any(|extra| (extra.pdo.direction, extra.pdo.number) == (pdo.direction, pdo.number))
+        {
             continue;
         }
         let found = super::plural(pdo.mapping.len(), "object");

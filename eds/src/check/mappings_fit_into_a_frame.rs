@@ -1,7 +1,7 @@
 //! A PDO maps at most 64 bits.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::too-long",

@@ -1,9 +1,9 @@
 //! The values, bits and ranges that an overlay names fit the data type.
 
-use crate::diagnostics::{Diagnostics, Severity};
-use crate::types::DataType;
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::{Bits, Meaning, Named};
+use crate::types::DataType;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::meaning-outside-type",
@@ -27,7 +27,11 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
         let what = match &used.meaning {
             Meaning::Enumeration(name) => context.device.enumerations.get(name).and_then(|enumeration| {
                 let outside = |value: &&Named<i128>| !(low..=high).contains(&value.value);
-                enumeration.values.iter().find(outside).map(|value| (format!("the value {}", value.value), enumeration.span))
+                enumeration
+                    .values
+                    .iter()
+                    .find(outside)
+                    .map(|value| (format!("the value {}", value.value), enumeration.span))
             }),
             Meaning::BitField(name) => context.device.bit_fields.get(name).and_then(|bit_field| {
                 let bits = entry.data_type.bits()?;

@@ -3,13 +3,146 @@
 //! Some rules are applied while reading, where the odd text is at hand (`check: None`); the others to the
 //! finished model. Each has a stable code, and a golden case under `tests/golden/` that shows what it finds.
 
+pub(crate) use context::Context;
+
 use crate::diagnostics::{Diagnostic, Diagnostics, Severity};
-use crate::eds::Facts;
-use crate::model::{Device, Direction, Entry, Mapped, Object, Pdo, Value};
+use crate::model::{Direction, Entry, Mapped, Pdo, Value};
 use crate::number::Oddity;
-use crate::object::{Key, ObjectFacts};
-use crate::overlay::{Changes, Extra};
+use crate::object::Key;
 use crate::source::Span;
+
+mod context;
+mod standard;
+
+// The rules, by name.
+pub(crate) mod a_bit_rate_is_supported;
+pub(crate) mod accepted_findings_are_found;
+pub(crate) mod access_types_are_known;
+pub(crate) mod an_error_control_is_there;
+pub(crate) mod arrays_and_records_have_subs;
+pub(crate) mod arrays_have_one_data_type;
+pub(crate) mod bit_fields_do_not_overlap;
+pub(crate) mod commissioned_bit_rate_is_supported;
+pub(crate) mod commissioned_node_id_is_possible;
+pub(crate) mod communication_parameters_are_not_mappable;
+pub(crate) mod compact_objects_have_at_most_254_subs;
+pub(crate) mod compact_objects_stand_for_a_bounded_number_of_entries;
+pub(crate) mod compact_pdos_are_written_out;
+pub(crate) mod conditions_ask_for_existing_entries;
+pub(crate) mod configured_values_are_within_their_limits;
+pub(crate) mod configured_values_can_be_written;
+pub(crate) mod connected_modules_are_supported;
+pub(crate) mod constants_have_a_default;
+pub(crate) mod data_types_are_known;
+pub(crate) mod dates_and_times_have_their_form;
+pub(crate) mod default_sdo_has_its_cob_ids;
+pub(crate) mod defaults_are_within_their_limits;
+pub(crate) mod defaults_are_within_their_type;
+pub(crate) mod device_info_is_complete;
+pub(crate) mod dummies_are_data_types;
+pub(crate) mod dynamic_channels_are_announced;
+pub(crate) mod dynamic_channels_have_a_range;
+pub(crate) mod emergency_has_its_cob_id;
+pub(crate) mod entries_are_described_one_by_one;
+pub(crate) mod entries_have_a_data_type;
+pub(crate) mod entries_have_an_access_type;
+pub(crate) mod enumerations_are_unambiguous;
+pub(crate) mod file_is_not_xml;
+pub(crate) mod file_is_within_bounds;
+pub(crate) mod findings_are_few;
+pub(crate) mod flags_are_zero_or_one;
+pub(crate) mod granularity_is_possible;
+pub(crate) mod guarding_has_both_parameters;
+pub(crate) mod heartbeat_and_guarding_exclude_each_other;
+pub(crate) mod heartbeat_consumer_watches_others;
+pub(crate) mod identity_agrees_with_device_info;
+pub(crate) mod indices_are_not_reserved;
+pub(crate) mod keys_and_values_are_separated_by_equals_signs;
+pub(crate) mod keys_are_in_sections;
+pub(crate) mod keys_are_known;
+pub(crate) mod keys_are_unique;
+pub(crate) mod keys_have_a_meaning_where_they_stand;
+pub(crate) mod limits_are_in_order;
+pub(crate) mod limits_are_within_their_type;
+pub(crate) mod limits_leave_a_choice;
+pub(crate) mod lines_are_at_most_255_characters_long;
+pub(crate) mod lines_are_sections_keys_or_comments;
+pub(crate) mod links_lead_to_objects;
+pub(crate) mod listed_objects_are_described;
+pub(crate) mod lists_of_objects_are_counted;
+pub(crate) mod lists_of_objects_are_numbered;
+pub(crate) mod mandatory_objects_are_there;
+pub(crate) mod mappable_entries_have_a_size;
+pub(crate) mod mapped_dummies_are_usable;
+pub(crate) mod mapped_lengths_are_those_of_the_types;
+pub(crate) mod mapped_lengths_respect_the_granularity;
+pub(crate) mod mapped_objects_are_mappable;
+pub(crate) mod mapped_objects_exist;
+pub(crate) mod mapped_objects_go_the_right_way;
+pub(crate) mod mappings_are_counted;
+pub(crate) mod mappings_fit_into_a_frame;
+pub(crate) mod meanings_fit_their_data_type;
+pub(crate) mod names_are_at_most_241_characters_long;
+pub(crate) mod names_differ_as_identifiers;
+pub(crate) mod node_id_is_the_only_variable;
+pub(crate) mod nothing_follows_a_section_name;
+pub(crate) mod numbers_are_not_empty;
+pub(crate) mod numbers_are_not_octal_by_mistake;
+pub(crate) mod numbers_are_numbers;
+pub(crate) mod numbers_are_spelled_as_in_c;
+pub(crate) mod numbers_fit_their_keys;
+pub(crate) mod numbers_have_no_comment_behind_them;
+pub(crate) mod object_types_are_known;
+pub(crate) mod objects_are_in_their_list;
+pub(crate) mod objects_are_listed;
+pub(crate) mod objects_are_listed_once;
+pub(crate) mod objects_have_names;
+pub(crate) mod octet_strings_are_hexadecimal;
+pub(crate) mod overlay_corrections_change_something;
+pub(crate) mod overlay_corrections_have_a_reason;
+pub(crate) mod overlay_entries_have_one_meaning;
+pub(crate) mod overlay_keys_are_known;
+pub(crate) mod overlay_names_are_defined;
+pub(crate) mod overlay_names_are_used;
+pub(crate) mod overlay_objects_exist;
+pub(crate) mod overlay_ranges_are_in_order;
+pub(crate) mod overlay_values_are_of_their_kind;
+pub(crate) mod overlays_are_toml;
+pub(crate) mod overlays_name_their_format;
+pub(crate) mod pdo_cob_ids_are_not_restricted;
+pub(crate) mod pdo_cob_ids_differ;
+pub(crate) mod pdo_cob_ids_have_11_bits;
+pub(crate) mod pdos_are_counted;
+pub(crate) mod pdos_have_both_parameters;
+pub(crate) mod process_data_are_mappable;
+pub(crate) mod profile_objects_are_there;
+pub(crate) mod required_sections_are_there;
+pub(crate) mod sdo_parameters_can_be_switched_off;
+pub(crate) mod section_names_are_closed;
+pub(crate) mod sections_are_known;
+pub(crate) mod sections_are_unique;
+pub(crate) mod standard_constants_are_not_writable;
+pub(crate) mod standard_objects_have_their_data_type;
+pub(crate) mod standard_objects_have_their_object_type;
+pub(crate) mod sub_index_0_is_an_unsigned8;
+pub(crate) mod sub_index_0_is_the_highest_sub_index;
+pub(crate) mod sub_index_0_is_there;
+pub(crate) mod sub_indices_are_hexadecimal;
+pub(crate) mod subs_are_counted;
+pub(crate) mod subs_are_single_values;
+pub(crate) mod subs_have_an_object;
+pub(crate) mod supported_modules_are_described;
+pub(crate) mod sync_cob_id_is_free;
+pub(crate) mod tables_are_counted;
+pub(crate) mod tables_name_existing_entries;
+pub(crate) mod text_is_ascii_or_utf8;
+pub(crate) mod tokenizer_and_locator_agree;
+pub(crate) mod transmission_types_are_defined;
+pub(crate) mod units_are_decided_by_conditions;
+pub(crate) mod user_defined_types_are_described;
+pub(crate) mod users_of_a_name_share_a_data_type;
+pub(crate) mod values_are_values_of_their_type;
+pub(crate) mod variables_have_no_subs;
 
 /// A rule.
 #[derive(Clone, Copy, Debug)]
@@ -28,156 +161,140 @@ pub struct Rule {
     check: Option<fn(&Context<'_>, &mut Diagnostics)>,
 }
 
-/// What a rule looks at.
-pub(crate) struct Context<'a> {
-    pub(crate) device: &'a Device,
-    pub(crate) facts: &'a Facts<'a>,
-    pub(crate) changes: &'a Changes,
-}
-
 /// How to mend a limit.
 const OVERLAY_LIMITS: &str = "an overlay can give the right ones: `low` and `high` with a reason";
 
-mod standard;
-
-macro_rules! rules {
-    ($($name:ident,)*) => {
-        $(pub(crate) mod $name;)*
-
-        const RULES: &[&Rule] = &[$(&$name::RULE),*];
-    };
-}
-
-rules! {
-    file_is_within_bounds,
-    file_is_not_xml,
-    text_is_ascii_or_utf8,
-    lines_are_at_most_255_characters_long,
-    section_names_are_closed,
-    nothing_follows_a_section_name,
-    keys_and_values_are_separated_by_equals_signs,
-    lines_are_sections_keys_or_comments,
-    tokenizer_and_locator_agree,
-    keys_are_in_sections,
-    sections_are_known,
-    sections_are_unique,
-    keys_are_known,
-    keys_have_a_meaning_where_they_stand,
-    keys_are_unique,
-    numbers_are_not_empty,
-    numbers_are_numbers,
-    numbers_fit_their_keys,
-    flags_are_zero_or_one,
-    numbers_are_not_octal_by_mistake,
-    numbers_have_no_comment_behind_them,
-    numbers_are_spelled_as_in_c,
-    node_id_is_the_only_variable,
-    octet_strings_are_hexadecimal,
-    values_are_values_of_their_type,
-    tables_are_counted,
-    tables_name_existing_entries,
-    subs_are_single_values,
-    object_types_are_known,
-    entries_have_a_data_type,
-    data_types_are_known,
-    entries_have_an_access_type,
-    access_types_are_known,
-    dummies_are_data_types,
-    dynamic_channels_have_a_range,
-    listed_objects_are_described,
-    overlays_are_toml,
-    overlays_name_their_format,
-    overlay_keys_are_known,
-    overlay_values_are_of_their_kind,
-    overlay_objects_exist,
-    overlay_corrections_have_a_reason,
-    overlay_corrections_change_something,
-    overlay_entries_have_one_meaning,
-    overlay_ranges_are_in_order,
-    enumerations_are_unambiguous,
-    bit_fields_do_not_overlap,
-    units_are_decided_by_conditions,
-    overlay_names_are_defined,
-    overlay_names_are_used,
-    users_of_a_name_share_a_data_type,
-    meanings_fit_their_data_type,
-    conditions_ask_for_existing_entries,
-    accepted_findings_are_found,
-    required_sections_are_there,
-    device_info_is_complete,
-    a_bit_rate_is_supported,
-    dates_and_times_have_their_form,
-    granularity_is_possible,
-    dynamic_channels_are_announced,
-    compact_pdos_are_written_out,
-    commissioned_node_id_is_possible,
-    commissioned_bit_rate_is_supported,
-    supported_modules_are_described,
-    connected_modules_are_supported,
-    lists_of_objects_are_counted,
-    lists_of_objects_are_numbered,
-    objects_are_listed,
-    objects_are_listed_once,
-    objects_are_in_their_list,
-    mandatory_objects_are_there,
-    indices_are_not_reserved,
-    objects_have_names,
-    names_are_at_most_241_characters_long,
-    names_differ_as_identifiers,
-    subs_have_an_object,
-    subs_are_counted,
-    variables_have_no_subs,
-    arrays_and_records_have_subs,
-    sub_index_0_is_there,
-    sub_index_0_is_an_unsigned8,
-    sub_index_0_is_the_highest_sub_index,
-    arrays_have_one_data_type,
-    sub_indices_are_hexadecimal,
-    compact_objects_have_at_most_254_subs,
-    user_defined_types_are_described,
-    links_lead_to_objects,
-    compact_objects_stand_for_a_bounded_number_of_entries,
-    entries_are_described_one_by_one,
-    limits_are_in_order,
-    limits_are_within_their_type,
-    defaults_are_within_their_type,
-    defaults_are_within_their_limits,
-    configured_values_are_within_their_limits,
-    limits_leave_a_choice,
-    configured_values_can_be_written,
-    constants_have_a_default,
-    mappable_entries_have_a_size,
-    process_data_are_mappable,
-    communication_parameters_are_not_mappable,
-    mapped_objects_exist,
-    mapped_objects_are_mappable,
-    mapped_lengths_are_those_of_the_types,
-    mappings_fit_into_a_frame,
-    mappings_are_counted,
-    mapped_objects_go_the_right_way,
-    mapped_dummies_are_usable,
-    pdos_have_both_parameters,
-    pdos_are_counted,
-    pdo_cob_ids_differ,
-    pdo_cob_ids_are_not_restricted,
-    pdo_cob_ids_have_11_bits,
-    transmission_types_are_defined,
-    mapped_lengths_respect_the_granularity,
-    standard_objects_have_their_object_type,
-    standard_objects_have_their_data_type,
-    standard_constants_are_not_writable,
-    profile_objects_are_there,
-    an_error_control_is_there,
-    guarding_has_both_parameters,
-    heartbeat_and_guarding_exclude_each_other,
-    identity_agrees_with_device_info,
-    emergency_has_its_cob_id,
-    sync_cob_id_is_free,
-    default_sdo_has_its_cob_ids,
-    sdo_parameters_can_be_switched_off,
-    heartbeat_consumer_watches_others,
-    findings_are_few,
-}
+/// In the order in which they are applied.
+const RULES: &[&Rule] = &[
+    &file_is_within_bounds::RULE,
+    &file_is_not_xml::RULE,
+    &text_is_ascii_or_utf8::RULE,
+    &lines_are_at_most_255_characters_long::RULE,
+    &section_names_are_closed::RULE,
+    &nothing_follows_a_section_name::RULE,
+    &keys_and_values_are_separated_by_equals_signs::RULE,
+    &lines_are_sections_keys_or_comments::RULE,
+    &tokenizer_and_locator_agree::RULE,
+    &keys_are_in_sections::RULE,
+    &sections_are_known::RULE,
+    &sections_are_unique::RULE,
+    &keys_are_known::RULE,
+    &keys_have_a_meaning_where_they_stand::RULE,
+    &keys_are_unique::RULE,
+    &numbers_are_not_empty::RULE,
+    &numbers_are_numbers::RULE,
+    &numbers_fit_their_keys::RULE,
+    &flags_are_zero_or_one::RULE,
+    &numbers_are_not_octal_by_mistake::RULE,
+    &numbers_have_no_comment_behind_them::RULE,
+    &numbers_are_spelled_as_in_c::RULE,
+    &node_id_is_the_only_variable::RULE,
+    &octet_strings_are_hexadecimal::RULE,
+    &values_are_values_of_their_type::RULE,
+    &tables_are_counted::RULE,
+    &tables_name_existing_entries::RULE,
+    &subs_are_single_values::RULE,
+    &object_types_are_known::RULE,
+    &entries_have_a_data_type::RULE,
+    &data_types_are_known::RULE,
+    &entries_have_an_access_type::RULE,
+    &access_types_are_known::RULE,
+    &dummies_are_data_types::RULE,
+    &dynamic_channels_have_a_range::RULE,
+    &listed_objects_are_described::RULE,
+    &overlays_are_toml::RULE,
+    &overlays_name_their_format::RULE,
+    &overlay_keys_are_known::RULE,
+    &overlay_values_are_of_their_kind::RULE,
+    &overlay_objects_exist::RULE,
+    &overlay_corrections_have_a_reason::RULE,
+    &overlay_corrections_change_something::RULE,
+    &overlay_entries_have_one_meaning::RULE,
+    &overlay_ranges_are_in_order::RULE,
+    &enumerations_are_unambiguous::RULE,
+    &bit_fields_do_not_overlap::RULE,
+    &units_are_decided_by_conditions::RULE,
+    &overlay_names_are_defined::RULE,
+    &overlay_names_are_used::RULE,
+    &users_of_a_name_share_a_data_type::RULE,
+    &meanings_fit_their_data_type::RULE,
+    &conditions_ask_for_existing_entries::RULE,
+    &accepted_findings_are_found::RULE,
+    &required_sections_are_there::RULE,
+    &device_info_is_complete::RULE,
+    &a_bit_rate_is_supported::RULE,
+    &dates_and_times_have_their_form::RULE,
+    &granularity_is_possible::RULE,
+    &dynamic_channels_are_announced::RULE,
+    &compact_pdos_are_written_out::RULE,
+    &commissioned_node_id_is_possible::RULE,
+    &commissioned_bit_rate_is_supported::RULE,
+    &supported_modules_are_described::RULE,
+    &connected_modules_are_supported::RULE,
+    &lists_of_objects_are_counted::RULE,
+    &lists_of_objects_are_numbered::RULE,
+    &objects_are_listed::RULE,
+    &objects_are_listed_once::RULE,
+    &objects_are_in_their_list::RULE,
+    &mandatory_objects_are_there::RULE,
+    &indices_are_not_reserved::RULE,
+    &objects_have_names::RULE,
+    &names_are_at_most_241_characters_long::RULE,
+    &names_differ_as_identifiers::RULE,
+    &subs_have_an_object::RULE,
+    &subs_are_counted::RULE,
+    &variables_have_no_subs::RULE,
+    &arrays_and_records_have_subs::RULE,
+    &sub_index_0_is_there::RULE,
+    &sub_index_0_is_an_unsigned8::RULE,
+    &sub_index_0_is_the_highest_sub_index::RULE,
+    &arrays_have_one_data_type::RULE,
+    &sub_indices_are_hexadecimal::RULE,
+    &compact_objects_have_at_most_254_subs::RULE,
+    &user_defined_types_are_described::RULE,
+    &links_lead_to_objects::RULE,
+    &compact_objects_stand_for_a_bounded_number_of_entries::RULE,
+    &entries_are_described_one_by_one::RULE,
+    &limits_are_in_order::RULE,
+    &limits_are_within_their_type::RULE,
+    &defaults_are_within_their_type::RULE,
+    &defaults_are_within_their_limits::RULE,
+    &configured_values_are_within_their_limits::RULE,
+    &limits_leave_a_choice::RULE,
+    &configured_values_can_be_written::RULE,
+    &constants_have_a_default::RULE,
+    &mappable_entries_have_a_size::RULE,
+    &process_data_are_mappable::RULE,
+    &communication_parameters_are_not_mappable::RULE,
+    &mapped_objects_exist::RULE,
+    &mapped_objects_are_mappable::RULE,
+    &mapped_lengths_are_those_of_the_types::RULE,
+    &mappings_fit_into_a_frame::RULE,
+    &mappings_are_counted::RULE,
+    &mapped_objects_go_the_right_way::RULE,
+    &mapped_dummies_are_usable::RULE,
+    &pdos_have_both_parameters::RULE,
+    &pdos_are_counted::RULE,
+    &pdo_cob_ids_differ::RULE,
+    &pdo_cob_ids_are_not_restricted::RULE,
+    &pdo_cob_ids_have_11_bits::RULE,
+    &transmission_types_are_defined::RULE,
+    &mapped_lengths_respect_the_granularity::RULE,
+    &standard_objects_have_their_object_type::RULE,
+    &standard_objects_have_their_data_type::RULE,
+    &standard_constants_are_not_writable::RULE,
+    &profile_objects_are_there::RULE,
+    &an_error_control_is_there::RULE,
+    &guarding_has_both_parameters::RULE,
+    &heartbeat_and_guarding_exclude_each_other::RULE,
+    &identity_agrees_with_device_info::RULE,
+    &emergency_has_its_cob_id::RULE,
+    &sync_cob_id_is_free::RULE,
+    &default_sdo_has_its_cob_ids::RULE,
+    &sdo_parameters_can_be_switched_off::RULE,
+    &heartbeat_consumer_watches_others::RULE,
+    &findings_are_few::RULE,
+];
 
 /// All rules, in the order in which they are applied.
 #[must_use]
@@ -202,59 +319,6 @@ impl Rule {
     fn finding(&self, message: impl Into<String>) -> Diagnostic {
         let finding = Diagnostic::new(self.code, self.severity, message);
         if self.help.is_empty() { finding } else { finding.help(self.help) }
-    }
-}
-
-impl<'a> Context<'a> {
-    /// The objects with what is known of them beyond the model.
-    fn objects(&self) -> impl Iterator<Item = (&'a Object, &'a ObjectFacts)> {
-        self.device.objects.iter().zip(&self.facts.objects)
-    }
-
-    /// All mappings: the PDO, the number of the mapping from 1, and what is mapped.
-    fn mapped(&self) -> impl Iterator<Item = (&'a Pdo, u8, Mapped)> {
-        let of_pdo = |pdo: &'a Pdo| pdo.mapping.iter().zip(1..).map(move |(&mapped, number)| (pdo, number, mapped));
-        self.device.pdos.iter().flat_map(of_pdo)
-    }
-
-    /// The place of a mapping; that of the number of mappings for 0.
-    fn mapping_span(&self, pdo: &Pdo, number: u8) -> Span {
-        let object = self.device.object(crate::pdo::mapping_parameter(pdo.direction, pdo.number));
-        self.parameter_span(pdo, object, number, |pdo| !pdo.mapping.is_empty())
-    }
-
-    /// The place of an entry of the communication parameter.
-    fn pdo_span(&self, pdo: &Pdo, sub: u8) -> Span {
-        let object = self.device.object(crate::pdo::communication_parameter(pdo.direction, pdo.number));
-        self.parameter_span(pdo, object, sub, |pdo| pdo.transmission_type.is_some() || pdo.cob_id.is_some())
-    }
-
-    fn cob_id_span(&self, pdo: &Pdo) -> Span {
-        self.pdo_span(pdo, 1)
-    }
-
-    fn parameter_span(&self, pdo: &Pdo, object: Option<&Object>, sub: u8, says: impl Fn(&Pdo) -> bool) -> Span {
-        let same = |extra: &&Extra| (extra.pdo.direction, extra.pdo.number) == (pdo.direction, pdo.number);
-        if let Some(extra) = self.changes.pdos.iter().rev().find(|extra| same(extra) && says(&extra.pdo)) {
-            return extra.span;
-        }
-        let Some(object) = object else { return Span::default() };
-        let Some(entry) = object.entry(sub) else { return object.span };
-        let key = if entry.configured.is_some() { Key::ParameterValue } else { Key::DefaultValue };
-        self.entry_span(entry, key)
-    }
-
-    /// The place of a key's value in the section of an object or entry; the name of the section without that key.
-    fn value_span(&self, of: Span, key: Key) -> Span {
-        let syntax = &self.facts.syntax;
-        let pair = syntax.section_at(of).and_then(|section| section.get(key.name()));
-        pair.map_or(of, |pair| syntax.value_span(pair))
-    }
-
-    /// The place of a key's value of an entry; in the overlay when that corrects it.
-    fn entry_span(&self, entry: &Entry, key: Key) -> Span {
-        let corrected = self.changes.correction(entry.index, entry.sub, key);
-        corrected.unwrap_or_else(|| self.value_span(entry.span, key))
     }
 }
 

@@ -1,11 +1,12 @@
 //! Names differ when blanks and signs are left out.
 
 use std::collections::BTreeMap;
+
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::ObjectKind;
 use crate::object::Key;
 use crate::source::Span;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::same-name",

@@ -1,8 +1,8 @@
 //! The only variable in a value is $NODEID.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::unknown-variable",

@@ -1,8 +1,8 @@
 //! Nothing but a comment follows a section name on its line.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::text-after-section",

@@ -1,7 +1,7 @@
 //! Keys that hold numbers hold one.
 
-use crate::diagnostics::Severity;
 use super::Rule;
+use crate::diagnostics::Severity;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::empty-number",

@@ -1,8 +1,8 @@
 //! Numbers are spelled as CiA 306 spells them.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::odd-number",

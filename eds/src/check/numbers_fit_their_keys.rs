@@ -1,8 +1,8 @@
 //! A number is not larger than its key can hold.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::number-too-large",

@@ -1,8 +1,8 @@
 //! ObjectType is one of the object codes of CiA 301.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::bad-object-type",

@@ -1,8 +1,8 @@
 //! Objects are in the list that their index belongs to.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::ObjectList;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::wrong-list",

@@ -1,9 +1,10 @@
 //! An object is listed once.
 
 use std::collections::BTreeMap;
+
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::source::Span;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::listed-twice",

@@ -1,8 +1,8 @@
 //! The value of an OCTET_STRING is in hexadecimal.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::octet-string",

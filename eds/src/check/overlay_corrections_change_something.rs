@@ -1,8 +1,8 @@
 //! A correction says something else than the data sheet.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::no-effect",

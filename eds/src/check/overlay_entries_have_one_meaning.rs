@@ -1,8 +1,8 @@
 //! An entry is a quantity, an enumeration or a bit field, but only one of them.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::two-meanings",

@@ -1,8 +1,8 @@
 //! Every key of an overlay is one that is known.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::unknown-key",

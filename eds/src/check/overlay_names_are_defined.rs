@@ -1,7 +1,7 @@
 //! Every quantity, enumeration and bit field that is used is defined.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Meaning;
 
 pub(crate) const RULE: Rule = Rule {

@@ -1,9 +1,9 @@
 //! Every quantity, enumeration and bit field that is defined is used.
 
-use crate::diagnostics::{Diagnostics, Severity};
-use crate::source::Span;
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Meaning;
+use crate::source::Span;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::unused-name",

@@ -1,8 +1,8 @@
 //! What an overlay speaks of is in the data sheet.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::unknown-object",

@@ -1,8 +1,8 @@
 //! A range begins with its smaller end.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::range-reversed",

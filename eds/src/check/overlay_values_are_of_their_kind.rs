@@ -1,8 +1,8 @@
 //! Every value of an overlay is of the kind that its key takes.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::bad-value",

@@ -1,8 +1,8 @@
 //! An overlay is TOML.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::syntax",

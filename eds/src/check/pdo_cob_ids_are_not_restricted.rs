@@ -1,8 +1,8 @@
 //! No PDO has a COB-ID that CiA 301 keeps for something else.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Value;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::restricted-cob-id",

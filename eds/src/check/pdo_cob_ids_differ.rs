@@ -1,9 +1,10 @@
 //! No two PDOs have the same COB-ID.
 
 use std::collections::BTreeMap;
+
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::{Pdo, Value};
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::cob-id-collision",

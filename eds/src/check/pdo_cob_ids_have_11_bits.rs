@@ -1,8 +1,8 @@
 //! A COB-ID without bit 29 has 11 bits.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Value;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::cob-id-bits",

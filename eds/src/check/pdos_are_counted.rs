@@ -1,9 +1,9 @@
 //! NrOfRXPDO and NrOfTXPDO are the numbers of PDOs.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Direction;
 use crate::section::SectionKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::count",
@@ -16,10 +16,8 @@ pub(crate) const RULE: Rule = Rule {
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let info = &context.device.info;
-    let counts = [
-        (Direction::Receive, "NrOfRXPDO", info.receive_pdos),
-        (Direction::Transmit, "NrOfTXPDO", info.transmit_pdos),
-    ];
+    let counts =
+        [(Direction::Receive, "NrOfRXPDO", info.receive_pdos), (Direction::Transmit, "NrOfTXPDO", info.transmit_pdos)];
     for (direction, key, said) in counts {
         let first = crate::pdo::communication_parameter(direction, 1);
         let parameters = context.device.objects.iter().filter(|object| (first..first + 0x200).contains(&object.index));

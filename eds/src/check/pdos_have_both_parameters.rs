@@ -1,7 +1,7 @@
 //! A PDO has a communication and a mapping parameter.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::half-described",

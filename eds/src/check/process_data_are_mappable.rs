@@ -1,9 +1,9 @@
 //! What is rwr or rww can be mapped.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::AccessType;
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::rwr-not-mappable",

@@ -1,8 +1,8 @@
 //! The objects that the device profile demands are there.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::source::Span;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia402::missing-object",

@@ -1,9 +1,9 @@
 //! FileInfo, DeviceInfo and MandatoryObjects are there.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::SectionKind;
 use crate::source::Span;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::missing-section",

@@ -1,7 +1,7 @@
 //! The SDO client parameters name a server.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::sdo-client",
@@ -16,7 +16,9 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let clients = context.objects().filter(|(object, _)| matches!(object.index, 0x1280..=0x12FF));
     for (object, _) in clients {
         if object.kind.has_subs() && object.entry(3).is_none() {
-            out.push(RULE.finding(format!("{:04X} has no node-ID of the server (03)", object.index)).at(object.span, ""));
+            out.push(
+                RULE.finding(format!("{:04X} has no node-ID of the server (03)", object.index)).at(object.span, ""),
+            );
         }
     }
 }

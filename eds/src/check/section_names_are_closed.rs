@@ -1,8 +1,8 @@
 //! A section name ends with a bracket.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::unclosed-section",

@@ -1,8 +1,8 @@
 //! Every section is one that CiA 306 knows.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::unknown-section",

@@ -1,8 +1,8 @@
 //! No two sections have the same name.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::syntax::{Section, Syntax};
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::duplicate-section",

@@ -1,8 +1,8 @@
 //! What CiA 301 fixes cannot be written.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::writable",

@@ -1,10 +1,10 @@
 //! Objects of CiA 301 and of the profile have the data type of the standard.
 
+use super::standard;
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Entry;
 use crate::object::Key;
-use super::{Context, Rule};
-use super::standard;
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::data-type",

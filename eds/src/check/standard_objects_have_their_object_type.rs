@@ -1,9 +1,9 @@
 //! Objects of CiA 301 and of the profile have the object type of the standard.
 
+use super::standard;
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
-use super::{Context, Rule};
-use super::standard;
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::object-type",
@@ -24,7 +24,12 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
         let alike = object.kind.has_subs() && standard.kind.has_subs() && standard.loose;
         if !same && !alike {
             let found = object.kind.name();
-            let finding = RULE.finding(format!("{:04X} is a {found}, in {} a {}", object.index, standard.source, standard.kind.name()));
+            let finding = RULE.finding(format!(
+                "{:04X} is a {found}, in {} a {}",
+                object.index,
+                standard.source,
+                standard.kind.name()
+            ));
             out.push(finding.at(context.value_span(object.span, Key::ObjectType), ""));
         }
     }

@@ -1,10 +1,10 @@
 //! Sub-index 0 of an array or record is an UNSIGNED8.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::ObjectKind;
 use crate::object::Key;
 use crate::types::DataType;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::sub-0-type",
@@ -17,7 +17,8 @@ pub(crate) const RULE: Rule = Rule {
 };
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
-    let with_subs = context.objects().filter(|(object, _)| matches!(object.kind, ObjectKind::Array | ObjectKind::Record));
+    let with_subs =
+        context.objects().filter(|(object, _)| matches!(object.kind, ObjectKind::Array | ObjectKind::Record));
     for entry in with_subs.filter_map(|(object, _)| object.entry(0)) {
         if entry.data_type != DataType::Unsigned8 && !entry.data_type.is_unknown() {
             let finding = RULE.finding(format!("{:04X}:00 is {}", entry.index, entry.data_type));

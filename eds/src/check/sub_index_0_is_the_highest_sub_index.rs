@@ -1,9 +1,9 @@
 //! The default of sub-index 0 is the highest sub-index.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::{ObjectKind, Value};
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::highest-sub",

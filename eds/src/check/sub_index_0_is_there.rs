@@ -1,8 +1,8 @@
 //! Arrays and records have a sub-index 0.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::ObjectKind;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::missing-sub-0",

@@ -1,7 +1,7 @@
 //! The sub-index in the name of a section is hexadecimal.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::decimal-sub-index",

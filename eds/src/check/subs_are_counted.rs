@@ -1,7 +1,7 @@
 //! SubNumber is the number of sub-indices.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::sub-count",

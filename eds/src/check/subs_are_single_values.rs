@@ -1,9 +1,9 @@
 //! A sub-index is a VAR or a DOMAIN.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::model::ObjectKind;
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::nested-object",

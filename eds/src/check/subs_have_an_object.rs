@@ -1,7 +1,7 @@
 //! Every sub-index belongs to an object with a section.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::sub-without-object",

@@ -1,7 +1,7 @@
 //! Every supported module is described.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 use crate::section::{ModulePart, SectionKind};
 
 pub(crate) const RULE: Rule = Rule {

@@ -1,9 +1,9 @@
 //! The COB-ID of SYNC is not one that CiA 301 keeps for something else.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Value;
 use crate::object::Key;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::sync-cob-id",

@@ -1,8 +1,8 @@
 //! NrOfEntries, Lines and the like are what there is.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::entry-count",

@@ -1,8 +1,8 @@
 //! Names and values are given to sub-indices that exist.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::value-without-entry",

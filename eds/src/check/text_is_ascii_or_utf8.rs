@@ -1,7 +1,7 @@
 //! Text outside ASCII is UTF-8 without byte order mark.
 
-use crate::diagnostics::{Diagnostic, Severity};
 use super::Rule;
+use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::{Encoding, Source, Span};
 
 pub(crate) const RULE: Rule = Rule {

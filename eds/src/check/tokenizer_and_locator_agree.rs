@@ -1,8 +1,8 @@
 //! The tokeniser and the search for places see the same sections and keys.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::tokenizer",

@@ -1,8 +1,8 @@
 //! Transmission types are those of CiA 301.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Direction;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::transmission-type",
@@ -22,7 +22,8 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
             Direction::Transmit => matches!(transmission_type, 241..=251),
         };
         if reserved {
-            let finding = RULE.finding(format!("{} has the transmission type {transmission_type}", super::pdo_name(pdo)));
+            let finding =
+                RULE.finding(format!("{} has the transmission type {transmission_type}", super::pdo_name(pdo)));
             out.push(finding.at(context.pdo_span(pdo, 2), "reserved"));
         }
     }

@@ -1,8 +1,8 @@
 //! A quantity has one unit, or several of which each has a condition.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "overlay::units",

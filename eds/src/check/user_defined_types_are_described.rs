@@ -1,9 +1,9 @@
 //! Data types that the device defines are described.
 
+use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
 use crate::types::DataType;
-use super::{Context, Rule};
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::undescribed-type",

@@ -1,7 +1,7 @@
 //! All users of a quantity, enumeration or bit field have the same data type.
 
-use crate::diagnostics::{Diagnostics, Severity};
 use super::{Context, Rule};
+use crate::diagnostics::{Diagnostics, Severity};
 use crate::overlay::Use;
 
 pub(crate) const RULE: Rule = Rule {
@@ -22,10 +22,14 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
             first.push(used);
             continue;
         };
-        if let (Some(a), Some(b)) = (data_type(earlier), data_type(used)) && a != b {
-            out.push(RULE.finding("entries of different data types share a meaning")
-                .at(used.span, format!("{:04X}:{:02X} is {b}", used.index, used.sub))
-                .and(earlier.span, format!("{:04X}:{:02X} is {a}", earlier.index, earlier.sub)));
+        if let (Some(a), Some(b)) = (data_type(earlier), data_type(used))
+            && a != b
+        {
+            out.push(
+                RULE.finding("entries of different data types share a meaning")
+                    .at(used.span, format!("{:04X}:{:02X} is {b}", used.index, used.sub))
+                    .and(earlier.span, format!("{:04X}:{:02X} is {a}", earlier.index, earlier.sub)),
+            );
         }
     }
 }

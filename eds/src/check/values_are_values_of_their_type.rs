@@ -1,9 +1,9 @@
 //! Defaults and limits are values of the data type.
 
+use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::Span;
 use crate::types::DataType;
-use super::Rule;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::bad-value",
