@@ -11,9 +11,9 @@ use crate::plan::{Newtype, NewtypeKind, Number, companion, raw};
 pub(super) fn newtype(context: &Context<'_>, newtype: &Newtype<'_>) -> TokenStream {
     let (what, members) = match &newtype.kind {
         NewtypeKind::Enumeration { enumeration, values } => {
-            ("values", enumeration_members(context, newtype, enumeration, values))
+            ("enumeration", enumeration_members(context, newtype, enumeration, values))
         }
-        NewtypeKind::BitField { field, fields } => ("bits", bit_field_members(context, newtype, field, fields)),
+        NewtypeKind::BitField { field, fields } => ("bit_field", bit_field_members(context, newtype, field, fields)),
         NewtypeKind::Quantity { quantity, methods } => {
             ("quantity", quantity_members(context, newtype, quantity, methods))
         }
@@ -22,13 +22,14 @@ pub(super) fn newtype(context: &Context<'_>, newtype: &Newtype<'_>) -> TokenStre
     quote!(#base #members)
 }
 
-/// The struct with what all newtypes have.
+/// The struct, and by a macro of the runtime the traits that it has for being what it is.
 fn base(context: &Context<'_>, newtype: &Newtype<'_>, what: &str) -> TokenStream {
-    let object = &context.object;
+    let (object, runtime) = (&context.object, &context.runtime);
     let ident = format_ident!("{}", newtype.ident);
     let inner = literal::rust_type(object, newtype.data_type);
-    let data_type = literal::data_type(object, newtype.data_type);
+    let data_type = format_ident!("{}", format!("{:?}", newtype.data_type));
     let mut text = vec![docs::sentence(newtype.name, what)];
+    let what = format_ident!("{what}");
     text.extend(docs::paragraph(newtype.description));
     let docs = docs::lines(&text);
     let total = match newtype.data_type.class() {
@@ -43,30 +44,7 @@ fn base(context: &Context<'_>, newtype: &Newtype<'_>, what: &str) -> TokenStream
             pub #inner,
         );
 
-        impl #object::Type for #ident {
-            const DATA_TYPE: #object::DataType = #data_type;
-        }
-
-        impl #object::Value for #ident {
-            fn to_raw(self) -> u64 {
-                #object::Value::to_raw(self.0)
-            }
-            fn from_raw(raw: u64) -> Self {
-                Self(#object::Value::from_raw(raw))
-            }
-        }
-
-        impl ::core::convert::From<#inner> for #ident {
-            fn from(raw: #inner) -> Self {
-                Self(raw)
-            }
-        }
-
-        impl ::core::convert::From<#ident> for #inner {
-            fn from(value: #ident) -> Self {
-                value.0
-            }
-        }
+        #runtime::#what!(#ident(#inner), #data_type);
     }
 }
 
@@ -78,7 +56,6 @@ fn enumeration_members(
 ) -> TokenStream {
     let object = &context.object;
     let ident = format_ident!("{}", newtype.ident);
-    let name = Literal::string(&newtype.ident);
     let constants = values.iter().map(|(constant, row, number)| {
         let named = &enumeration.values[*row];
         let mut text = vec![docs::sentence(&named.name, "A value.")];
@@ -100,30 +77,10 @@ fn enumeration_members(
     quote! {
         impl #ident {
             #(#constants)*
-
-            /// The name, when the data sheet has one for this value.
-            pub fn name(self) -> ::core::option::Option<&'static str> {
-                #object::name_of(self)
-            }
         }
 
         impl #object::Enumeration for #ident {
             const NAMES: &'static [#object::ValueName] = &[#(#rows),*];
-        }
-
-        impl ::core::fmt::Debug for #ident {
-            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-                #object::debug_enumeration(f, #name, *self, self.0)
-            }
-        }
-
-        impl ::core::fmt::Display for #ident {
-            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-                match self.name() {
-                    ::core::option::Option::Some(name) => f.pad(name),
-                    ::core::option::Option::None => ::core::fmt::Display::fmt(&self.0, f),
-                }
-            }
         }
     }
 }
@@ -136,7 +93,6 @@ fn bit_field_members(
 ) -> TokenStream {
     let object = &context.object;
     let ident = format_ident!("{}", newtype.ident);
-    let name = Literal::string(&newtype.ident);
     let accessors =
         fields.iter().map(|(accessor, row)| bit_accessors(newtype.data_type, field, accessor, *row, context));
     let rows = fields.iter().map(|(_, row)| {
@@ -152,12 +108,6 @@ fn bit_field_members(
 
         impl #object::BitField for #ident {
             const BITS: &'static [#object::BitName] = &[#(#rows),*];
-        }
-
-        impl ::core::fmt::Debug for #ident {
-            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-                #object::debug_bits(f, #name, *self)
-            }
         }
     }
 }
@@ -231,7 +181,6 @@ fn quantity_members(
 ) -> TokenStream {
     let object = &context.object;
     let ident = format_ident!("{}", newtype.ident);
-    let name = Literal::string(&newtype.ident);
     let counts = match newtype.data_type {
         DataType::Real64 => quote!(self.0),
         data_type if literal::is_wrapped(data_type) => quote!(self.0.get() as f64),
@@ -267,18 +216,6 @@ fn quantity_members(
 
         impl #object::Quantity for #ident {
             const UNITS: &'static [#object::Unit] = &[#(#units),*];
-        }
-
-        impl ::core::fmt::Debug for #ident {
-            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-                f.debug_tuple(#name).field(&self.0).finish()
-            }
-        }
-
-        impl ::core::fmt::Display for #ident {
-            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-                #object::display_quantity::<Self>(f, #counts)
-            }
         }
     }
 }

@@ -179,6 +179,17 @@ fn power_of_two(exponent: u8) -> f64 {
     f64::from_bits((1023 + u64::from(exponent)) << 52)
 }
 
+/// A number in wire form as its value.
+fn counts(data_type: DataType, raw: u64) -> f64 {
+    let up = 64 - u32::from(data_type.bits().unwrap_or(64));
+    match data_type {
+        DataType::Real32 => f64::from(f32::from_bits(raw as u32)),
+        DataType::Real64 => f64::from_bits(raw),
+        signed if signed.is_signed() => (((raw << up) as i64) >> up) as f64,
+        _ => raw as f64,
+    }
+}
+
 /// Prints a value of an enumeration: `Mode(1 velocity)`.
 ///
 /// # Errors
@@ -221,7 +232,8 @@ pub fn debug_bits<T: BitField>(f: &mut fmt::Formatter<'_>, type_name: &str, valu
 /// # Errors
 ///
 /// Those of the formatter.
-pub fn display_quantity<T: Quantity>(f: &mut fmt::Formatter<'_>, counts: f64) -> fmt::Result {
+pub fn display_quantity<T: Quantity>(f: &mut fmt::Formatter<'_>, value: T) -> fmt::Result {
+    let counts = counts(T::DATA_TYPE, value.to_raw());
     match T::UNITS {
         [unit] => {
             fmt::Display::fmt(&unit.scale(counts), f)?;
@@ -272,6 +284,13 @@ mod tests {
     }
 
     #[test]
+    fn a_wire_form_is_read_as_its_type() {
+        assert_eq!(counts(DataType::Integer24, 0xFF_FFFE), -2.0);
+        assert_eq!(counts(DataType::Unsigned64, u64::MAX), 18_446_744_073_709_551_615.0);
+        assert_eq!(counts(DataType::Real32, 0x3FC0_0000), 1.5);
+    }
+
+    #[test]
     fn powers_of_two_are_exact() {
         assert_eq!(power_of_two(0), 1.0);
         assert_eq!(power_of_two(63), 9_223_372_036_854_775_808.0);
@@ -311,8 +330,8 @@ mod tests {
     fn values_print_in_the_words_of_the_data_sheet() {
         assert_eq!(format!("{}", With(|f| debug_bits(f, "Word", Word(0x0201)))), "Word(0x0201 ready | mode=2)");
         assert_eq!(format!("{}", With(|f| debug_bits(f, "Word", Word(0)))), "Word(0x0000)");
-        assert_eq!(format!("{}", With(|f| display_quantity::<Word>(f, 243.0))), "24.3 V");
-        assert_eq!(format!("{:.2}", With(|f| display_quantity::<Word>(f, 243.0))), "24.30 V");
+        assert_eq!(format!("{}", With(|f| display_quantity(f, Word(243)))), "24.3 V");
+        assert_eq!(format!("{:.2}", With(|f| display_quantity(f, Word(243)))), "24.30 V");
         assert_eq!(format!("{}", With(|f| debug_enumeration(f, "Mode", Word(2), 2))), "Mode(2 velocity)");
         assert_eq!(format!("{}", With(|f| debug_enumeration(f, "Mode", Word(7), 7))), "Mode(7)");
     }

@@ -10,6 +10,7 @@ mod address;
 mod dictionary;
 mod handle;
 mod meaning;
+mod newtype;
 mod pdo;
 mod rule;
 mod types;

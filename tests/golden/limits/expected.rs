@@ -32,30 +32,7 @@ pub struct ErrorRegister(
     pub u8,
 );
 
-impl ::lexican_runtime::object::Type for ErrorRegister {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned8;
-}
-
-impl ::lexican_runtime::object::Value for ErrorRegister {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u8> for ErrorRegister {
-    fn from(raw: u8) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<ErrorRegister> for u8 {
-    fn from(value: ErrorRegister) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::bit_field!(ErrorRegister(u8), Unsigned8);
 
 impl ErrorRegister {
     /// Bit 0: generic error
@@ -133,12 +110,6 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
         ::lexican_runtime::object::BitName::new(5, 1, "device profile specific"),
         ::lexican_runtime::object::BitName::new(7, 1, "manufacturer specific"),
     ];
-}
-
-impl ::core::fmt::Debug for ErrorRegister {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_bits(f, "ErrorRegister", *self)
-    }
 }
 
 /// Device type

@@ -30,40 +30,13 @@ pub struct Direction(
     pub ::lexican_runtime::object::U24,
 );
 
-impl ::lexican_runtime::object::Type for Direction {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned24;
-}
-
-impl ::lexican_runtime::object::Value for Direction {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<::lexican_runtime::object::U24> for Direction {
-    fn from(raw: ::lexican_runtime::object::U24) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Direction> for ::lexican_runtime::object::U24 {
-    fn from(value: Direction) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::enumeration!(Direction(::lexican_runtime::object::U24), Unsigned24);
 
 impl Direction {
     /// up
     pub const UP: Self = Self(::lexican_runtime::object::U24::literal(1));
     /// down
     pub const DOWN: Self = Self(::lexican_runtime::object::U24::literal(2));
-    /// The name, when the data sheet has one for this value.
-    pub fn name(self) -> ::core::option::Option<&'static str> {
-        ::lexican_runtime::object::name_of(self)
-    }
 }
 
 impl ::lexican_runtime::object::Enumeration for Direction {
@@ -73,21 +46,6 @@ impl ::lexican_runtime::object::Enumeration for Direction {
     ];
 }
 
-impl ::core::fmt::Debug for Direction {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_enumeration(f, "Direction", *self, self.0)
-    }
-}
-
-impl ::core::fmt::Display for Direction {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        match self.name() {
-            ::core::option::Option::Some(name) => f.pad(name),
-            ::core::option::Option::None => ::core::fmt::Display::fmt(&self.0, f),
-        }
-    }
-}
-
 /// Gear
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Gear(
@@ -95,40 +53,13 @@ pub struct Gear(
     pub bool,
 );
 
-impl ::lexican_runtime::object::Type for Gear {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Boolean;
-}
-
-impl ::lexican_runtime::object::Value for Gear {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<bool> for Gear {
-    fn from(raw: bool) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Gear> for bool {
-    fn from(value: Gear) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::enumeration!(Gear(bool), Boolean);
 
 impl Gear {
     /// 24:1
     pub const _24_1: Self = Self(false);
     /// 48:1
     pub const _48_1: Self = Self(true);
-    /// The name, when the data sheet has one for this value.
-    pub fn name(self) -> ::core::option::Option<&'static str> {
-        ::lexican_runtime::object::name_of(self)
-    }
 }
 
 impl ::lexican_runtime::object::Enumeration for Gear {
@@ -136,21 +67,6 @@ impl ::lexican_runtime::object::Enumeration for Gear {
         ::lexican_runtime::object::ValueName::new(0x00, "24:1"),
         ::lexican_runtime::object::ValueName::new(0x01, "48:1"),
     ];
-}
-
-impl ::core::fmt::Debug for Gear {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_enumeration(f, "Gear", *self, self.0)
-    }
-}
-
-impl ::core::fmt::Display for Gear {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        match self.name() {
-            ::core::option::Option::Some(name) => f.pad(name),
-            ::core::option::Option::None => ::core::fmt::Display::fmt(&self.0, f),
-        }
-    }
 }
 
 /// OperatingMode
@@ -162,30 +78,7 @@ pub struct OperatingMode(
     pub i8,
 );
 
-impl ::lexican_runtime::object::Type for OperatingMode {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Integer8;
-}
-
-impl ::lexican_runtime::object::Value for OperatingMode {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<i8> for OperatingMode {
-    fn from(raw: i8) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<OperatingMode> for i8 {
-    fn from(value: OperatingMode) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::enumeration!(OperatingMode(i8), Integer8);
 
 impl OperatingMode {
     /// homing
@@ -198,10 +91,6 @@ impl OperatingMode {
     pub const VELOCITY_2: Self = Self(2);
     /// Velocity
     pub const VELOCITY_7: Self = Self(7);
-    /// The name, when the data sheet has one for this value.
-    pub fn name(self) -> ::core::option::Option<&'static str> {
-        ::lexican_runtime::object::name_of(self)
-    }
 }
 
 impl ::lexican_runtime::object::Enumeration for OperatingMode {
@@ -213,21 +102,6 @@ impl ::lexican_runtime::object::Enumeration for OperatingMode {
     ];
 }
 
-impl ::core::fmt::Debug for OperatingMode {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_enumeration(f, "OperatingMode", *self, self.0)
-    }
-}
-
-impl ::core::fmt::Display for OperatingMode {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        match self.name() {
-            ::core::option::Option::Some(name) => f.pad(name),
-            ::core::option::Option::None => ::core::fmt::Display::fmt(&self.0, f),
-        }
-    }
-}
-
 /// ControlWord
 ///
 /// Commands to the drive.
@@ -237,30 +111,7 @@ pub struct ControlWord(
     pub u16,
 );
 
-impl ::lexican_runtime::object::Type for ControlWord {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned16;
-}
-
-impl ::lexican_runtime::object::Value for ControlWord {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u16> for ControlWord {
-    fn from(raw: u16) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<ControlWord> for u16 {
-    fn from(value: ControlWord) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::bit_field!(ControlWord(u16), Unsigned16);
 
 impl ControlWord {
     /// Bit 0: 1: switch on.
@@ -318,12 +169,6 @@ impl ::lexican_runtime::object::BitField for ControlWord {
     ];
 }
 
-impl ::core::fmt::Debug for ControlWord {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_bits(f, "ControlWord", *self)
-    }
-}
-
 /// Error register
 ///
 /// Which kinds of error are present (CiA 301, 7.5.2.2).
@@ -333,30 +178,7 @@ pub struct ErrorRegister(
     pub u8,
 );
 
-impl ::lexican_runtime::object::Type for ErrorRegister {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned8;
-}
-
-impl ::lexican_runtime::object::Value for ErrorRegister {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u8> for ErrorRegister {
-    fn from(raw: u8) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<ErrorRegister> for u8 {
-    fn from(value: ErrorRegister) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::bit_field!(ErrorRegister(u8), Unsigned8);
 
 impl ErrorRegister {
     /// Bit 0: generic error
@@ -436,12 +258,6 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
     ];
 }
 
-impl ::core::fmt::Debug for ErrorRegister {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_bits(f, "ErrorRegister", *self)
-    }
-}
-
 /// OddFlags
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct OddFlags(
@@ -449,30 +265,7 @@ pub struct OddFlags(
     pub ::lexican_runtime::object::I24,
 );
 
-impl ::lexican_runtime::object::Type for OddFlags {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Integer24;
-}
-
-impl ::lexican_runtime::object::Value for OddFlags {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<::lexican_runtime::object::I24> for OddFlags {
-    fn from(raw: ::lexican_runtime::object::I24) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<OddFlags> for ::lexican_runtime::object::I24 {
-    fn from(value: OddFlags) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::bit_field!(OddFlags(::lexican_runtime::object::I24), Integer24);
 
 impl OddFlags {
     /// Bits 0 to 22: rest
@@ -520,12 +313,6 @@ impl ::lexican_runtime::object::BitField for OddFlags {
     ];
 }
 
-impl ::core::fmt::Debug for OddFlags {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_bits(f, "OddFlags", *self)
-    }
-}
-
 /// SignedFlags
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct SignedFlags(
@@ -533,30 +320,7 @@ pub struct SignedFlags(
     pub i16,
 );
 
-impl ::lexican_runtime::object::Type for SignedFlags {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Integer16;
-}
-
-impl ::lexican_runtime::object::Value for SignedFlags {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<i16> for SignedFlags {
-    fn from(raw: i16) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<SignedFlags> for i16 {
-    fn from(value: SignedFlags) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::bit_field!(SignedFlags(i16), Integer16);
 
 impl SignedFlags {
     /// Bit 0: first
@@ -590,12 +354,6 @@ impl ::lexican_runtime::object::BitField for SignedFlags {
     ];
 }
 
-impl ::core::fmt::Debug for SignedFlags {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_bits(f, "SignedFlags", *self)
-    }
-}
-
 /// WideFlags
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct WideFlags(
@@ -603,30 +361,7 @@ pub struct WideFlags(
     pub u64,
 );
 
-impl ::lexican_runtime::object::Type for WideFlags {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned64;
-}
-
-impl ::lexican_runtime::object::Value for WideFlags {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u64> for WideFlags {
-    fn from(raw: u64) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<WideFlags> for u64 {
-    fn from(value: WideFlags) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::bit_field!(WideFlags(u64), Unsigned64);
 
 impl WideFlags {
     /// Bits 0 to 11: low
@@ -666,12 +401,6 @@ impl ::lexican_runtime::object::BitField for WideFlags {
     ];
 }
 
-impl ::core::fmt::Debug for WideFlags {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_bits(f, "WideFlags", *self)
-    }
-}
-
 /// Energy
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Energy(
@@ -679,30 +408,7 @@ pub struct Energy(
     pub u64,
 );
 
-impl ::lexican_runtime::object::Type for Energy {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned64;
-}
-
-impl ::lexican_runtime::object::Value for Energy {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u64> for Energy {
-    fn from(raw: u64) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Energy> for u64 {
-    fn from(value: Energy) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::quantity!(Energy(u64), Unsigned64);
 
 impl Energy {
     /// In J, 3600/1000 per count.
@@ -721,18 +427,6 @@ impl ::lexican_runtime::object::Quantity for Energy {
     ];
 }
 
-impl ::core::fmt::Debug for Energy {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        f.debug_tuple("Energy").field(&self.0).finish()
-    }
-}
-
-impl ::core::fmt::Display for Energy {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::display_quantity::<Self>(f, self.0 as f64)
-    }
-}
-
 /// Position
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Position(
@@ -740,30 +434,7 @@ pub struct Position(
     pub i32,
 );
 
-impl ::lexican_runtime::object::Type for Position {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Integer32;
-}
-
-impl ::lexican_runtime::object::Value for Position {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<i32> for Position {
-    fn from(raw: i32) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Position> for i32 {
-    fn from(value: Position) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::quantity!(Position(i32), Integer32);
 
 impl Position {
     /// In increments while 200E:00 is 0.
@@ -793,18 +464,6 @@ impl ::lexican_runtime::object::Quantity for Position {
     ];
 }
 
-impl ::core::fmt::Debug for Position {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        f.debug_tuple("Position").field(&self.0).finish()
-    }
-}
-
-impl ::core::fmt::Display for Position {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::display_quantity::<Self>(f, self.0 as f64)
-    }
-}
-
 /// Ratio
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 pub struct Ratio(
@@ -812,30 +471,7 @@ pub struct Ratio(
     pub f32,
 );
 
-impl ::lexican_runtime::object::Type for Ratio {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Real32;
-}
-
-impl ::lexican_runtime::object::Value for Ratio {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<f32> for Ratio {
-    fn from(raw: f32) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Ratio> for f32 {
-    fn from(value: Ratio) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::quantity!(Ratio(f32), Real32);
 
 impl Ratio {
     /// In %, -100 per count.
@@ -854,18 +490,6 @@ impl ::lexican_runtime::object::Quantity for Ratio {
     ];
 }
 
-impl ::core::fmt::Debug for Ratio {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        f.debug_tuple("Ratio").field(&self.0).finish()
-    }
-}
-
-impl ::core::fmt::Display for Ratio {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::display_quantity::<Self>(f, self.0 as f64)
-    }
-}
-
 /// Temperature
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Temperature(
@@ -873,30 +497,7 @@ pub struct Temperature(
     pub i16,
 );
 
-impl ::lexican_runtime::object::Type for Temperature {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Integer16;
-}
-
-impl ::lexican_runtime::object::Value for Temperature {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<i16> for Temperature {
-    fn from(raw: i16) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Temperature> for i16 {
-    fn from(value: Temperature) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::quantity!(Temperature(i16), Integer16);
 
 impl Temperature {
     /// In °C, 1/10 per count.
@@ -915,18 +516,6 @@ impl ::lexican_runtime::object::Quantity for Temperature {
     ];
 }
 
-impl ::core::fmt::Debug for Temperature {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        f.debug_tuple("Temperature").field(&self.0).finish()
-    }
-}
-
-impl ::core::fmt::Display for Temperature {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::display_quantity::<Self>(f, self.0 as f64)
-    }
-}
-
 /// Torque
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 pub struct Torque(
@@ -934,30 +523,7 @@ pub struct Torque(
     pub f32,
 );
 
-impl ::lexican_runtime::object::Type for Torque {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Real32;
-}
-
-impl ::lexican_runtime::object::Value for Torque {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<f32> for Torque {
-    fn from(raw: f32) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Torque> for f32 {
-    fn from(value: Torque) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::quantity!(Torque(f32), Real32);
 
 impl Torque {
     /// In Nm.
@@ -976,18 +542,6 @@ impl ::lexican_runtime::object::Quantity for Torque {
     ];
 }
 
-impl ::core::fmt::Debug for Torque {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        f.debug_tuple("Torque").field(&self.0).finish()
-    }
-}
-
-impl ::core::fmt::Display for Torque {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::display_quantity::<Self>(f, self.0 as f64)
-    }
-}
-
 /// Turns
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Turns(
@@ -995,30 +549,7 @@ pub struct Turns(
     pub ::lexican_runtime::object::I24,
 );
 
-impl ::lexican_runtime::object::Type for Turns {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Integer24;
-}
-
-impl ::lexican_runtime::object::Value for Turns {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<::lexican_runtime::object::I24> for Turns {
-    fn from(raw: ::lexican_runtime::object::I24) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Turns> for ::lexican_runtime::object::I24 {
-    fn from(value: Turns) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::quantity!(Turns(::lexican_runtime::object::I24), Integer24);
 
 impl Turns {
     /// In rev, 1/1600 per count.
@@ -1037,18 +568,6 @@ impl ::lexican_runtime::object::Quantity for Turns {
     ];
 }
 
-impl ::core::fmt::Debug for Turns {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        f.debug_tuple("Turns").field(&self.0).finish()
-    }
-}
-
-impl ::core::fmt::Display for Turns {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::display_quantity::<Self>(f, self.0.get() as f64)
-    }
-}
-
 /// Voltage
 ///
 /// A voltage.
@@ -1058,30 +577,7 @@ pub struct Voltage(
     pub u16,
 );
 
-impl ::lexican_runtime::object::Type for Voltage {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned16;
-}
-
-impl ::lexican_runtime::object::Value for Voltage {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u16> for Voltage {
-    fn from(raw: u16) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Voltage> for u16 {
-    fn from(value: Voltage) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::quantity!(Voltage(u16), Unsigned16);
 
 impl Voltage {
     /// In V, 1/10 per count.
@@ -1100,18 +596,6 @@ impl ::lexican_runtime::object::Quantity for Voltage {
     ];
 }
 
-impl ::core::fmt::Debug for Voltage {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        f.debug_tuple("Voltage").field(&self.0).finish()
-    }
-}
-
-impl ::core::fmt::Display for Voltage {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::display_quantity::<Self>(f, self.0 as f64)
-    }
-}
-
 /// Window
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Window(
@@ -1119,30 +603,7 @@ pub struct Window(
     pub u32,
 );
 
-impl ::lexican_runtime::object::Type for Window {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned32;
-}
-
-impl ::lexican_runtime::object::Value for Window {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u32> for Window {
-    fn from(raw: u32) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Window> for u32 {
-    fn from(value: Window) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::quantity!(Window(u32), Unsigned32);
 
 impl Window {
     /// In increments.
@@ -1159,18 +620,6 @@ impl ::lexican_runtime::object::Quantity for Window {
     const UNITS: &'static [::lexican_runtime::object::Unit] = &[
         ::lexican_runtime::object::Unit::new("increments", 1, 1),
     ];
-}
-
-impl ::core::fmt::Debug for Window {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        f.debug_tuple("Window").field(&self.0).finish()
-    }
-}
-
-impl ::core::fmt::Display for Window {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::display_quantity::<Self>(f, self.0 as f64)
-    }
 }
 
 /// Device type

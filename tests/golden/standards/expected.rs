@@ -35,30 +35,7 @@ pub struct ErrorBehaviour(
     pub u8,
 );
 
-impl ::lexican_runtime::object::Type for ErrorBehaviour {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned8;
-}
-
-impl ::lexican_runtime::object::Value for ErrorBehaviour {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u8> for ErrorBehaviour {
-    fn from(raw: u8) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<ErrorBehaviour> for u8 {
-    fn from(value: ErrorBehaviour) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::enumeration!(ErrorBehaviour(u8), Unsigned8);
 
 impl ErrorBehaviour {
     /// pre-operational
@@ -67,10 +44,6 @@ impl ErrorBehaviour {
     pub const NO_CHANGE: Self = Self(1);
     /// stopped
     pub const STOPPED: Self = Self(2);
-    /// The name, when the data sheet has one for this value.
-    pub fn name(self) -> ::core::option::Option<&'static str> {
-        ::lexican_runtime::object::name_of(self)
-    }
 }
 
 impl ::lexican_runtime::object::Enumeration for ErrorBehaviour {
@@ -79,21 +52,6 @@ impl ::lexican_runtime::object::Enumeration for ErrorBehaviour {
         ::lexican_runtime::object::ValueName::new(0x01, "no change"),
         ::lexican_runtime::object::ValueName::new(0x02, "stopped"),
     ];
-}
-
-impl ::core::fmt::Debug for ErrorBehaviour {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_enumeration(f, "ErrorBehaviour", *self, self.0)
-    }
-}
-
-impl ::core::fmt::Display for ErrorBehaviour {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        match self.name() {
-            ::core::option::Option::Some(name) => f.pad(name),
-            ::core::option::Option::None => ::core::fmt::Display::fmt(&self.0, f),
-        }
-    }
 }
 
 /// Mode of operation
@@ -105,30 +63,7 @@ pub struct ModeOfOperation(
     pub i8,
 );
 
-impl ::lexican_runtime::object::Type for ModeOfOperation {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Integer8;
-}
-
-impl ::lexican_runtime::object::Value for ModeOfOperation {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<i8> for ModeOfOperation {
-    fn from(raw: i8) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<ModeOfOperation> for i8 {
-    fn from(value: ModeOfOperation) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::enumeration!(ModeOfOperation(i8), Integer8);
 
 impl ModeOfOperation {
     /// none
@@ -151,10 +86,6 @@ impl ModeOfOperation {
     pub const CYCLIC_SYNCHRONOUS_VELOCITY: Self = Self(9);
     /// cyclic synchronous torque
     pub const CYCLIC_SYNCHRONOUS_TORQUE: Self = Self(10);
-    /// The name, when the data sheet has one for this value.
-    pub fn name(self) -> ::core::option::Option<&'static str> {
-        ::lexican_runtime::object::name_of(self)
-    }
 }
 
 impl ::lexican_runtime::object::Enumeration for ModeOfOperation {
@@ -172,21 +103,6 @@ impl ::lexican_runtime::object::Enumeration for ModeOfOperation {
     ];
 }
 
-impl ::core::fmt::Debug for ModeOfOperation {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_enumeration(f, "ModeOfOperation", *self, self.0)
-    }
-}
-
-impl ::core::fmt::Display for ModeOfOperation {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        match self.name() {
-            ::core::option::Option::Some(name) => f.pad(name),
-            ::core::option::Option::None => ::core::fmt::Display::fmt(&self.0, f),
-        }
-    }
-}
-
 /// Quick stop option
 ///
 /// How the drive stops in a quick stop, and where it stays (CiA 402).
@@ -196,30 +112,7 @@ pub struct QuickStopOption(
     pub i16,
 );
 
-impl ::lexican_runtime::object::Type for QuickStopOption {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Integer16;
-}
-
-impl ::lexican_runtime::object::Value for QuickStopOption {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<i16> for QuickStopOption {
-    fn from(raw: i16) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<QuickStopOption> for i16 {
-    fn from(value: QuickStopOption) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::enumeration!(QuickStopOption(i16), Integer16);
 
 impl QuickStopOption {
     /// disable drive function
@@ -240,10 +133,6 @@ impl QuickStopOption {
     pub const CURRENT_LIMIT_AND_STAY: Self = Self(7);
     /// voltage limit and stay
     pub const VOLTAGE_LIMIT_AND_STAY: Self = Self(8);
-    /// The name, when the data sheet has one for this value.
-    pub fn name(self) -> ::core::option::Option<&'static str> {
-        ::lexican_runtime::object::name_of(self)
-    }
 }
 
 impl ::lexican_runtime::object::Enumeration for QuickStopOption {
@@ -260,21 +149,6 @@ impl ::lexican_runtime::object::Enumeration for QuickStopOption {
     ];
 }
 
-impl ::core::fmt::Debug for QuickStopOption {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_enumeration(f, "QuickStopOption", *self, self.0)
-    }
-}
-
-impl ::core::fmt::Display for QuickStopOption {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        match self.name() {
-            ::core::option::Option::Some(name) => f.pad(name),
-            ::core::option::Option::None => ::core::fmt::Display::fmt(&self.0, f),
-        }
-    }
-}
-
 /// Controlword
 ///
 /// Commands to the drive (CiA 402).
@@ -284,30 +158,7 @@ pub struct Controlword(
     pub u16,
 );
 
-impl ::lexican_runtime::object::Type for Controlword {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned16;
-}
-
-impl ::lexican_runtime::object::Value for Controlword {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u16> for Controlword {
-    fn from(raw: u16) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Controlword> for u16 {
-    fn from(value: Controlword) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::bit_field!(Controlword(u16), Unsigned16);
 
 impl Controlword {
     /// Bit 0: switch on
@@ -425,12 +276,6 @@ impl ::lexican_runtime::object::BitField for Controlword {
     ];
 }
 
-impl ::core::fmt::Debug for Controlword {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_bits(f, "Controlword", *self)
-    }
-}
-
 /// Error register
 ///
 /// Which kinds of error are present (CiA 301, 7.5.2.2).
@@ -440,30 +285,7 @@ pub struct ErrorRegister(
     pub u8,
 );
 
-impl ::lexican_runtime::object::Type for ErrorRegister {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned8;
-}
-
-impl ::lexican_runtime::object::Value for ErrorRegister {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u8> for ErrorRegister {
-    fn from(raw: u8) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<ErrorRegister> for u8 {
-    fn from(value: ErrorRegister) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::bit_field!(ErrorRegister(u8), Unsigned8);
 
 impl ErrorRegister {
     /// Bit 0: generic error
@@ -543,12 +365,6 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
     ];
 }
 
-impl ::core::fmt::Debug for ErrorRegister {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_bits(f, "ErrorRegister", *self)
-    }
-}
-
 /// Statusword
 ///
 /// The state of the drive (CiA 402).
@@ -558,30 +374,7 @@ pub struct Statusword(
     pub u16,
 );
 
-impl ::lexican_runtime::object::Type for Statusword {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned16;
-}
-
-impl ::lexican_runtime::object::Value for Statusword {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u16> for Statusword {
-    fn from(raw: u16) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<Statusword> for u16 {
-    fn from(value: Statusword) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::bit_field!(Statusword(u16), Unsigned16);
 
 impl Statusword {
     /// Bit 0: ready to switch on
@@ -759,12 +552,6 @@ impl ::lexican_runtime::object::BitField for Statusword {
     ];
 }
 
-impl ::core::fmt::Debug for Statusword {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_bits(f, "Statusword", *self)
-    }
-}
-
 /// Supported drive modes
 ///
 /// Which modes of operation the drive has (CiA 402).
@@ -774,30 +561,7 @@ pub struct SupportedDriveModes(
     pub u32,
 );
 
-impl ::lexican_runtime::object::Type for SupportedDriveModes {
-    const DATA_TYPE: ::lexican_runtime::object::DataType = ::lexican_runtime::object::DataType::Unsigned32;
-}
-
-impl ::lexican_runtime::object::Value for SupportedDriveModes {
-    fn to_raw(self) -> u64 {
-        ::lexican_runtime::object::Value::to_raw(self.0)
-    }
-    fn from_raw(raw: u64) -> Self {
-        Self(::lexican_runtime::object::Value::from_raw(raw))
-    }
-}
-
-impl ::core::convert::From<u32> for SupportedDriveModes {
-    fn from(raw: u32) -> Self {
-        Self(raw)
-    }
-}
-
-impl ::core::convert::From<SupportedDriveModes> for u32 {
-    fn from(value: SupportedDriveModes) -> Self {
-        value.0
-    }
-}
+::lexican_runtime::bit_field!(SupportedDriveModes(u32), Unsigned32);
 
 impl SupportedDriveModes {
     /// Bit 0: profile position
@@ -926,12 +690,6 @@ impl ::lexican_runtime::object::BitField for SupportedDriveModes {
         ::lexican_runtime::object::BitName::new(9, 1, "cyclic synchronous torque"),
         ::lexican_runtime::object::BitName::new(16, 16, "manufacturer specific"),
     ];
-}
-
-impl ::core::fmt::Debug for SupportedDriveModes {
-    fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
-        ::lexican_runtime::object::debug_bits(f, "SupportedDriveModes", *self)
-    }
 }
 
 /// Device type
