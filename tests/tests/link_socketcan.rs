@@ -86,6 +86,23 @@ fn frames_of_every_kind_reach_the_others_and_not_their_sender() {
 }
 
 #[test]
+fn a_link_hears_only_what_it_listens_to() {
+    let Some(interface) = Interface::new("lxfilter") else { return };
+    let (mut a, mut b) = (interface.link(), interface.link());
+    let extended = Frame::new(CobId::extended(0x605).unwrap(), &[]).unwrap();
+    let guarding = Frame::remote(CobId::standard(0x705).unwrap(), 1).unwrap();
+    b.listen_to(&[CobId::standard(0x605).unwrap(), guarding.id()]).unwrap();
+    for frame in [frame(0x604, &[]), extended, frame(0x605, &[1]), guarding] {
+        a.send(&frame).unwrap();
+    }
+    hears(&mut b, Incoming::Frame(frame(0x605, &[1])));
+    hears(&mut b, Incoming::Frame(guarding));
+    b.listen_to(&[]).unwrap();
+    a.send(&extended).unwrap();
+    hears(&mut b, Incoming::Frame(extended));
+}
+
+#[test]
 fn a_link_waits_to_the_microsecond_of_its_deadline() {
     let Some(interface) = Interface::new("lxwait") else { return };
     let mut link = interface.link();

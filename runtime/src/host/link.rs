@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{Frame, Instant};
+use crate::{CobId, Frame, Instant};
 
 /// A way onto a bus. The link's clock is the time of everything that runs over it: a link of a real
 /// interface tells the machine's time, a link of the [virtual bus](super::VirtualBus) tells virtual
@@ -38,6 +38,17 @@ pub trait Link {
         None
     }
 
+    /// Says that only frames with these identifiers matter: a link that can leave out others does, so
+    /// that a crowded bus costs nothing. No identifiers mean all frames, as in the beginning.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`] when the link can, and the operating system refuses.
+    fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
+        let _ = ids;
+        Ok(())
+    }
+
     /// Waits for a frame, no longer than `until`, whatever happens to the bus meanwhile.
     ///
     /// # Errors
@@ -63,6 +74,9 @@ impl<L: Link + ?Sized> Link for std::boxed::Box<L> {
     }
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
         (**self).receive(until)
+    }
+    fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
+        (**self).listen_to(ids)
     }
     #[cfg(unix)]
     fn descriptor(&self) -> Option<std::os::fd::BorrowedFd<'_>> {

@@ -14,7 +14,7 @@ use std::{fs, io};
 use nix::errno::Errno;
 use nix::poll::{PollFd, PollFlags, ppoll};
 use socketcan::errors::{CAN_ERR_BUSOFF, CAN_ERR_CRTL, CAN_ERR_RESTARTED};
-use socketcan::{CanFrame, CanSocket, EmbeddedFrame, ExtendedId, Id, Socket, SocketOptions, StandardId};
+use socketcan::{CanFilter, CanFrame, CanSocket, EmbeddedFrame, ExtendedId, Id, Socket, SocketOptions, StandardId};
 
 use super::clock::{Clock, pause};
 use super::{BusState, Incoming, Link, LinkError};
@@ -36,6 +36,8 @@ const RECEIVE_BUFFER: usize = 1 << 20;
 pub struct SocketCan {
     interface: String,
     socket: CanSocket,
+    /// What the kernel passes on; empty for everything.
+    filters: Vec<CanFilter>,
     clock: Clock,
     state: BusState,
     /// The state that [`Link::receive`] last told.
@@ -59,6 +61,7 @@ impl SocketCan {
                 Ok(SocketCan {
                     interface: interface.to_owned(),
                     socket,
+                    filters: Vec::new(),
                     clock: Clock::new(),
                     state: BusState::Active,
                     told: BusState::Active,
@@ -121,7 +124,17 @@ impl SocketCan {
     fn reconnect(&mut self, state: BusState) {
         if let Ok(socket) = connect(&self.interface) {
             self.socket = socket;
+            // Hearing too much is no harm, so that a refusal is none either.
+            let _ = self.filter();
             self.state = state;
+        }
+    }
+
+    fn filter(&self) -> io::Result<()> {
+        if self.filters.is_empty() {
+            self.socket.set_filter_accept_all()
+        } else {
+            self.socket.set_filters(&self.filters)
         }
     }
 }
@@ -188,6 +201,19 @@ impl Link for SocketCan {
             }
         }
     }
+
+    fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
+        self.filters = ids.iter().map(|id| filter_of(*id)).collect();
+        Ok(self.filter()?)
+    }
+}
+
+/// Passes frames of exactly this identifier and format, data and remote.
+fn filter_of(id: CobId) -> CanFilter {
+    // `CAN_EFF_FLAG` of Linux's `can.h`.
+    const EXTENDED: u32 = 1 << 31;
+    let (format, mask) = if id.is_extended() { (EXTENDED, 0x1FFF_FFFF) } else { (0, 0x7FF) };
+    CanFilter::new(format | id.raw(), EXTENDED | mask)
 }
 
 /// Why an interface cannot be opened, and what to do about it.

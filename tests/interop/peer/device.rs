@@ -10,8 +10,8 @@ use lexican_runtime::object::{Address, DataType, Entry, ObjectDictionary};
 use lexican_runtime::service::lss_device::{self, LssDevice, LssHost, StoreError};
 use lexican_runtime::service::nmt::Reset;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
-use lexican_runtime::wire::lss::Identity;
-use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
+use lexican_runtime::wire::lss::{self, Identity};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
 use crate::{Outcome, od};
 
@@ -28,6 +28,7 @@ const IDENTITY: Identity = Identity { vendor: 0x4C58, product: 7, revision: 0x00
 /// Serves until standard input ends.
 pub(crate) fn run(mut link: impl Link, node: Option<NodeId>) -> Outcome<()> {
     let ended = end_of_input();
+    link.listen_to(&node.map(concerns).unwrap_or_default())?;
     let mut station = Station::new(link.now(), node);
     println!("ready");
     while !ended.load(Ordering::Relaxed) {
@@ -47,6 +48,12 @@ pub(crate) fn run(mut link: impl Link, node: Option<NodeId>) -> Outcome<()> {
         }
     }
     Ok(())
+}
+
+/// The identifiers that concern a device with the PDOs of its data sheet.
+fn concerns(node: NodeId) -> Vec<CobId> {
+    let own = [0x200, 0x600, 0x700].map(|base| CobId::of_node(base, node));
+    [&[CobId::NMT, CobId::SYNC, CobId::TIME, lss::REQUEST], &own[..]].concat()
 }
 
 fn end_of_input() -> Arc<AtomicBool> {

@@ -2,7 +2,8 @@
 //!
 //! `interop-peer device URL [NODE]` serves the dictionary of `peer.eds` until its standard input ends;
 //! without a node-ID it waits for LSS to give it one. `interop-peer manager URL NODE` tries every service
-//! on such a device, and prints a line per service: name, verdict, remark, between tabs.
+//! on such a device, and prints a line per service: name, verdict, remark, between tabs. `interop-peer reads URL
+//! NODE SECONDS` reads one object over and over.
 
 mod device;
 mod manager;
@@ -25,7 +26,10 @@ fn main() -> ExitCode {
         ["device", url] => open(url).and_then(|link| device::run(link, None)),
         ["device", url, node] => open(url).and_then(|link| device::run(link, Some(number(node)?))),
         ["manager", url, node] => open(url).and_then(|link| manager::run(link, number(node)?)),
-        _ => Err("usage: interop-peer device URL [NODE] | interop-peer manager URL NODE".into()),
+        ["reads", url, node, seconds] => {
+            open(url).and_then(|link| manager::read_on(link, number(node)?, seconds.parse()?))
+        }
+        _ => Err("usage: interop-peer device URL [NODE] | manager URL NODE | reads URL NODE SECONDS".into()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -41,6 +41,26 @@ pub(crate) fn run(link: impl Link, node: NodeId) -> Outcome<()> {
     if run.failed == 0 { Ok(()) } else { Err(format!("{} services failed", run.failed).into()) }
 }
 
+/// Reads one object after the other for `seconds`; fails when an answer is lost.
+#[expect(clippy::disallowed_methods, reason = "the rate is one of real time")]
+pub(crate) fn read_on(mut link: impl Link, node: NodeId, seconds: u64) -> Outcome<()> {
+    link.listen_to(&[0x080, 0x580, 0x700].map(|base| CobId::of_node(base, node)))?;
+    let mut network = Network::new(link);
+    let begin = WallClock::now();
+    let (mut answered, mut lost) = (0_u32, 0_u32);
+    while begin.elapsed().as_secs() < seconds {
+        match network.read(node, od::DEVICE_TYPE) {
+            Ok(_) => answered += 1,
+            Err(AccessError::Sdo { .. }) => lost += 1,
+            Err(error) => return Err(error.into()),
+        }
+    }
+    let rate = f64::from(answered) / begin.elapsed().as_secs_f64();
+    let verdict = if lost == 0 { "ok" } else { "failed" };
+    println!("answers beside a full bus\t{verdict}\t{rate:.0}/s, {lost} of {} lost", answered + lost);
+    if lost == 0 { Ok(()) } else { Err(format!("{lost} answers were lost").into()) }
+}
+
 struct Run<L> {
     /// Always there, except while its link is used without it.
     network: Option<Network<L>>,
