@@ -302,6 +302,22 @@ fn slot_range(entry: &Entry) -> Range<usize> {
     start.saturating_sub(prefix)..start + usize::from(entry.capacity)
 }
 
+/// Copies between slices of one length. What a frame holds is copied without a call, as two pieces of four bytes
+/// that may overlap.
+#[inline]
+fn copy(to: &mut [u8], from: &[u8]) {
+    let (head, tail) = (from.first_chunk::<4>(), from.last_chunk::<4>());
+    match (to.len(), to.first_chunk_mut::<4>(), head, tail) {
+        (4..=8, Some(first), Some(head), Some(tail)) => {
+            *first = *head;
+            if let Some(last) = to.last_chunk_mut() {
+                *last = *tail;
+            }
+        }
+        _ => to.copy_from_slice(from),
+    }
+}
+
 /// A number that orders wire forms as their values order.
 fn order_key(data_type: DataType, bits: u8, raw: u64) -> i128 {
     let up = 64 - u32::from(bits);
@@ -364,11 +380,7 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
         let Some(to) = start.checked_add(data.len()).and_then(|end| value.get_mut(start..end)) else {
             return Err(AbortCode::LENGTH_TOO_HIGH);
         };
-        // Seven bytes are what most segments of an SDO have; so they are copied without a call.
-        match (<&mut [u8; 7]>::try_from(&mut *to), <&[u8; 7]>::try_from(data)) {
-            (Ok(to), Ok(data)) => *to = *data,
-            _ => to.copy_from_slice(data),
-        }
+        copy(to, data);
         if last {
             let len = u16::try_from(start + data.len()).unwrap_or(u16::MAX).to_le_bytes();
             prefix.iter_mut().zip(len).for_each(|(to, from)| *to = from);
