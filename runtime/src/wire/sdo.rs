@@ -539,6 +539,12 @@ impl Raw {
         (self.specifier() == 3).then(|| self.has(TOGGLE))
     }
 
+    /// The toggle bit of the confirmation of a segment, if this is one.
+    #[inline]
+    pub(crate) fn download_segment(self) -> Option<bool> {
+        (self.specifier() == 1).then(|| self.has(TOGGLE))
+    }
+
     /// The segment that goes in the direction of the data, if this is one.
     #[inline]
     pub(crate) fn segment(self) -> Option<Segment> {

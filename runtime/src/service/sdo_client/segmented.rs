@@ -175,25 +175,27 @@ impl Download {
 
     #[inline]
     pub(super) fn handle(&mut self, raw: Raw) -> Result<Progress, Failure> {
-        match (self.toggle, ServerResponse::from_raw(raw)) {
-            (None, Some(ServerResponse::InitiateDownload { address })) if address == self.address => {
-                if self.is_expedited() {
-                    return Ok(Progress::Done { len: self.len });
+        match self.toggle {
+            Some(toggle) => match raw.download_segment() {
+                Some(confirmed) if confirmed != toggle => Err(Failure::Violation(AbortCode::TOGGLE_BIT)),
+                Some(_) => {
+                    self.offset = self.offset.saturating_add(7).min(self.len);
+                    self.toggle = Some(!toggle);
+                    if self.offset == self.len { Ok(Progress::Done { len: self.len }) } else { Ok(Progress::Continue) }
                 }
-                self.toggle = Some(false);
-                Ok(Progress::Continue)
-            }
-            // Nothing else is an answer to what was asked.
-            (None, _) => Ok(Progress::Ignored),
-            (Some(toggle), Some(ServerResponse::DownloadSegment { toggle: confirmed })) => {
-                if toggle != confirmed {
-                    return Err(Failure::Violation(AbortCode::TOGGLE_BIT));
+                None => Err(Failure::Violation(AbortCode::UNKNOWN_COMMAND)),
+            },
+            None => match ServerResponse::from_raw(raw) {
+                Some(ServerResponse::InitiateDownload { address }) if address == self.address => {
+                    if self.is_expedited() {
+                        return Ok(Progress::Done { len: self.len });
+                    }
+                    self.toggle = Some(false);
+                    Ok(Progress::Continue)
                 }
-                self.offset = self.offset.saturating_add(7).min(self.len);
-                self.toggle = Some(!toggle);
-                if self.offset == self.len { Ok(Progress::Done { len: self.len }) } else { Ok(Progress::Continue) }
-            }
-            (Some(_), _) => Err(Failure::Violation(AbortCode::UNKNOWN_COMMAND)),
+                // Nothing else is an answer to what was asked.
+                _ => Ok(Progress::Ignored),
+            },
         }
     }
 }
