@@ -8,24 +8,11 @@ use lexican_runtime::service::storage::{Storage, Storing};
 use lexican_runtime::wire::crc;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{AbortCode, Duration, Instant};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
-use crate::common::testing::TestOd;
-use crate::common::{FULL, NODE, frame};
+use crate::od;
 
-/// What FULL lacks.
-const MORE: &str = "
-    1010:00 u8  const - 2
-    1010:01 u32 rw - 0
-    1010:02 u32 rw - 0
-    1011:00 u8  const - 2
-    1011:01 u32 rw - 0
-    1011:02 u32 rw - 0
-    1020:00 u8  const - 2
-    1020:01 u32 rw - 0
-    1020:02 u32 rw - 0
-    2002:00 u16 rw - 100
-";
+pub const NODE: NodeId = NodeId::literal(5);
 
 /// What survives a reset.
 #[derive(Default)]
@@ -42,9 +29,9 @@ impl Memory {
 impl Storage for Memory {
     fn store(&mut self, group: u8, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
         let range = Memory::range(group);
-        for entry in dictionary().iter().filter(|entry| range.contains(&entry.address.index())) {
+        for entry in od::TABLE.entries.iter().filter(|entry| range.contains(&entry.address.index())) {
             let mut buffer = [0; 32];
-            let len = od.read(&entry, 0, &mut buffer)?;
+            let len = od.read(entry, 0, &mut buffer)?;
             self.stored.insert(entry.address, buffer[..len].to_vec());
         }
         Ok(())
@@ -56,14 +43,10 @@ impl Storage for Memory {
     }
 }
 
-pub fn dictionary() -> TestOd {
-    TestOd::new(FULL).with(MORE).with_limits(0x2002, 0, 10, 200)
-}
-
 /// The device under test, just booted.
 pub struct Dut {
     pub device: Device<3, 3, 2, 3>,
-    pub od: TestOd,
+    pub od: od::Storage,
     memory: Memory,
     now: Instant,
     pub events: Vec<Event>,
@@ -74,14 +57,14 @@ impl Dut {
     pub fn new() -> Self {
         let device = Device::new(NODE, Behaviour::CIA_301);
         let (memory, now) = (Memory::default(), Instant::ZERO);
-        let mut dut = Dut { device, od: dictionary(), memory, now, events: Vec::new(), sent: Vec::new() };
+        let mut dut = Dut { device, od: od::storage(NODE), memory, now, events: Vec::new(), sent: Vec::new() };
         dut.boot();
         assert_eq!(dut.take_sent(), ["705#00"]);
         dut
     }
 
     pub fn boot(&mut self) {
-        self.od = dictionary();
+        self.od = od::storage(NODE);
         for (address, bytes) in &self.memory.stored {
             let entry = self.od.entry(*address).unwrap();
             self.od.write(&entry, 0, bytes, true).unwrap();
@@ -237,7 +220,7 @@ impl Dut {
     }
 
     pub fn entries(&self, wanted: fn(&Entry) -> bool) -> Vec<Entry> {
-        self.od.iter().filter(wanted).collect()
+        od::TABLE.entries.iter().filter(|entry| wanted(entry)).copied().collect()
     }
 
     pub fn scan(&mut self, indices: std::ops::RangeInclusive<u16>, at_least: usize) {
@@ -302,7 +285,7 @@ impl Dut {
         assert_eq!(self.send("605#4000100000000000").len(), usize::from(sdo));
         assert_eq!(self.send("385#R6").len(), usize::from(pdo));
         self.send("405#1F0088130000");
-        assert_eq!(self.od.get(0x607A, 0), if pdo { 5000 } else { 0 });
+        assert_eq!(self.od.get(od::TARGET_POSITION), if pdo { 5000 } else { 0 });
         assert_eq!(self.send("705#R1").len(), 1);
     }
 }
@@ -315,4 +298,16 @@ fn crc_of(bytes: &[u8]) -> u16 {
     let mut crc = crc::Crc::new();
     crc.update(bytes);
     crc.get()
+}
+
+/// A frame as candump writes it: `605#4000100000000000`, `705#R1`.
+fn frame(text: &str) -> Frame {
+    let (id, data) = text.split_once('#').unwrap();
+    let id = CobId::standard(u16::from_str_radix(id, 16).unwrap()).unwrap();
+    if let Some(len) = data.strip_prefix('R') {
+        return Frame::remote(id, len.parse().unwrap()).unwrap();
+    }
+    let bytes: Vec<u8> =
+        (0..data.len()).step_by(2).map(|at| u8::from_str_radix(&data[at..at + 2], 16).unwrap()).collect();
+    Frame::new(id, &bytes).unwrap()
 }
