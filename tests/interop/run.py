@@ -349,9 +349,37 @@ class Peer:
         self.process.wait(3)
 
 
+class Recording:
+    """A log of the bus, beside the results: `candump -L`."""
+
+    def __init__(self, path):
+        self.process = subprocess.Popen(["candump", "-L", "vcan0"], stdout=open(path, "w", encoding="ascii"))
+        time.sleep(0.2)  # until it listens
+
+    def end(self):
+        time.sleep(0.2)  # until it has written
+        self.process.kill()
+        self.process.wait()
+
+
+def flood(peer, seconds):
+    """Frames that concern nobody, as fast as cangen can; meanwhile no answer may be lost."""
+    with Peer(peer, "socketcan:vcan0", str(NODE)):
+        noise = subprocess.Popen(["cangen", "vcan0", "-g", "0", "-i", "-I", "2A7", "-L", "8"], stderr=subprocess.DEVNULL)
+        packets = "/sys/class/net/vcan0/statistics/tx_packets"
+        before = int(open(packets, encoding="ascii").read())
+        line = subprocess.run([peer, "reads", "socketcan:vcan0", str(NODE), str(seconds)], stdout=subprocess.PIPE, text=True)
+        frames = (int(open(packets, encoding="ascii").read()) - before) // seconds
+        noise.kill()
+        noise.wait()
+    service, verdict, remark = line.stdout.strip().split("\t")
+    write(service, verdict, f"{remark}, with {frames} frames per second on the bus for {seconds} s")
+
+
 def main():
     peer, direction, kind = sys.argv[1:4]
     url, bus = links(kind)
+    recording = Recording(sys.argv[4].replace(".txt", ".log")) if kind == "vcan" else None
     network = canopen.Network()
     if direction == "device":
         with Peer(peer, url):
@@ -365,7 +393,11 @@ def main():
         far = f"slcan:{bus['channel']}" if kind == "slcan" else url
         with Peer(peer, far):
             run_peer(peer, url, False)
+    if recording:
+        recording.end()
     network.disconnect()
+    if direction == "both" and kind == "vcan":
+        flood(peer, 60)
     sys.exit(1 if FAILED else 0)
 
 

@@ -30,7 +30,12 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     let folder = vcan::target_folder(root).join("interop");
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let python = environment(&folder)?;
-    crate::ci::cargo(root, &["build", "--release", "-p", "lexican-tests", "--bin", "interop-peer"], &[])?;
+    for (program, package) in [("candump", "can-utils"), ("tshark", "tshark")] {
+        if Command::new(program).arg("-h").output().is_err() {
+            return Err(format!("there is no {program}\ninstall it: apt-get install {package}"));
+        }
+    }
+    crate::ci::cargo(root, &["build", "--release", "-p", "lexican", "-p", "lexican-tests", "--bins"], &[])?;
     let peer = vcan::target_folder(root).join("release/interop-peer");
     let mut columns = Vec::new();
     for (direction, _) in DIRECTIONS {
@@ -42,10 +47,14 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
             let line: Vec<&str> = words.iter().map(String::as_str).chain([direction, link, &results_word]).collect();
             // A service that failed is in the results, too: the table tells it.
             let outcome = if link == "vcan" { vcan::run_command(root, &line, &[&folder]) } else { directly(&line) };
-            columns.push(Column::read(&results).map_err(|error| match outcome {
+            let mut column = Column::read(&results).map_err(|error| match outcome {
                 Err(reason) => reason,
                 Ok(()) => error,
-            })?);
+            })?;
+            if link == "vcan" {
+                column.add(&compare(root, &results.with_extension("log"))?);
+            }
+            columns.push(column);
         }
     }
     let table = table(&columns);
@@ -53,6 +62,19 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     println!("{table}");
     let failed: usize = columns.iter().map(|column| column.count("failed")).sum();
     if failed == 0 { Ok(()) } else { Err(format!("{failed} services failed: see {}", folder.display())) }
+}
+
+/// What tshark and lexican make of a recorded bus: a line of results.
+fn compare(root: &Path, log: &Path) -> Result<String, String> {
+    let lexican = vcan::target_folder(root).join("release/lexican");
+    let output = Command::new("python3").arg(root.join("tests/interop/compare.py")).arg(lexican).arg(log).output();
+    let output = output.map_err(|error| format!("python3: {error}"))?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    println!("{}", text.trim_end());
+    match text.lines().last() {
+        Some(line) if line.contains('\t') => Ok(line.to_owned()),
+        _ => Err(format!("compare.py: {}", String::from_utf8_lossy(&output.stderr))),
+    }
 }
 
 /// A virtual environment with python-canopen, made when it is not there yet.
@@ -90,13 +112,16 @@ impl Column {
     fn read(path: &Path) -> Result<Self, String> {
         let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
         let mut column = Column { services: Vec::new(), results: BTreeMap::new() };
-        for line in text.lines() {
-            let mut parts = line.split('\t').map(str::to_owned);
-            let (Some(service), Some(verdict)) = (parts.next(), parts.next()) else { continue };
-            column.services.push(service.clone());
-            column.results.insert(service, (verdict, parts.next().unwrap_or_default()));
-        }
+        text.lines().for_each(|line| column.add(line));
         if column.services.is_empty() { Err(format!("{}: no results", path.display())) } else { Ok(column) }
+    }
+
+    /// Service, verdict and remark, between tabs.
+    fn add(&mut self, line: &str) {
+        let mut parts = line.split('\t').map(str::to_owned);
+        let (Some(service), Some(verdict)) = (parts.next(), parts.next()) else { return };
+        self.services.push(service.clone());
+        self.results.insert(service, (verdict, parts.next().unwrap_or_default()));
     }
 
     fn count(&self, verdict: &str) -> usize {
@@ -112,7 +137,8 @@ fn table(columns: &[Column]) -> String {
         }
     }
     let mut text = format!(
-        "# Interoperability\n\nMade by `cargo xtask interop`; python-canopen is {}.\n\n| service |",
+        "# Interoperability\n\nMade by `cargo xtask interop`; python-canopen is {}. A fault is one of python-canopen: the \
+         note says which.\n\n| service |",
         PACKAGES.join(", ")
     );
     for (_, head) in DIRECTIONS {
@@ -139,8 +165,9 @@ fn table(columns: &[Column]) -> String {
 /// Verdict or figures; a remark on what is not well becomes a note.
 fn cell<'a>(result: Option<&'a (String, String)>, notes: &mut Vec<&'a str>) -> String {
     match result.map(|(verdict, remark)| (verdict.as_str(), remark.as_str())) {
-        None => "not there".to_owned(),
-        Some(("ok", remark)) if remark.contains("/s, ") => remark.to_owned(),
+        None => "-".to_owned(),
+        // Figures are the result.
+        Some(("ok", remark)) if remark.contains("/s, ") || remark.contains(" agree") => remark.to_owned(),
         Some(("ok", _)) => "ok".to_owned(),
         Some((verdict, remark)) => {
             let known = notes.iter().position(|note| *note == remark);
@@ -168,7 +195,7 @@ mod tests {
         let (well, rate) = (result("ok", "500 bytes"), result("ok", "700/s, 5 us"));
         assert_eq!(cell(Some(&well), &mut notes), "ok");
         assert_eq!(cell(Some(&rate), &mut notes), "700/s, 5 us");
-        assert_eq!(cell(None, &mut notes), "not there");
+        assert_eq!(cell(None, &mut notes), "-");
         assert_eq!(notes, ["no blocks", "no answer"]);
     }
 }

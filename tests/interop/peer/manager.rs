@@ -262,7 +262,12 @@ impl<L: Link> Run<L> {
     fn pdo(&mut self) -> Outcome<String> {
         let node = self.node;
         self.network().command(NmtCommand::Start, Some(node))?;
-        self.expect("OPERATIONAL", |event| *event == Event::StateChanged { node, state: NmtState::Operational })?;
+        let operational = |event: &Event| {
+            // The first heartbeat that is heard of it, or one after others.
+            matches!(event, Event::StateChanged { state, .. } | Event::Appeared { state, .. }
+                if *state == NmtState::Operational)
+        };
+        self.expect("OPERATIONAL", operational)?;
         for value in [1_i32, -2, 1_000_000] {
             let data = value.to_le_bytes();
             let frame = Frame::new(CobId::of_node(0x200, node), &data).expect("four bytes");
@@ -323,7 +328,8 @@ fn operate(
     link: &mut impl Link,
     begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>,
 ) -> Outcome<lss_manager::Event> {
-    let mut lss = LssManager::new();
+    // Longer than it need be on a bus: no answer must mean no, also beside a busy build.
+    let mut lss = LssManager::new().with_timeouts(SECOND, Duration::from_millis(100));
     begin(&mut lss)?;
     loop {
         while let Some(frame) = lss.poll_transmit(link.now()) {
