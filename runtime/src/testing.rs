@@ -11,7 +11,6 @@ use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary
 #[derive(Clone, Debug, Default)]
 pub struct TestOd {
     entries: BTreeMap<Address, (Entry, Vec<u8>)>,
-    limits: BTreeMap<Address, (u64, u64)>,
 }
 
 impl TestOd {
@@ -27,17 +26,6 @@ impl TestOd {
     pub fn with(mut self, table: &str) -> Self {
         self.entries.extend(TestOd::new(table).entries);
         self
-    }
-
-    /// With limits for what is written.
-    pub fn with_limits(mut self, index: u16, sub: u8, low: u64, high: u64) -> Self {
-        self.limits.insert(Address::new(index, sub), (low, high));
-        self
-    }
-
-    /// All entries.
-    pub fn iter(&self) -> impl Iterator<Item = Entry> + '_ {
-        self.entries.values().map(|(entry, _)| *entry)
     }
 
     /// Without the entries of an index.
@@ -134,14 +122,6 @@ impl ObjectDictionary for TestOd {
             Some(size) if data.len() < size => return Err(AbortCode::LENGTH_TOO_LOW),
             Some(size) if data.len() > size => return Err(AbortCode::LENGTH_TOO_HIGH),
             _ => {}
-        }
-        if let Some(&(low, high)) = self.limits.get(&entry.address) {
-            let value = data.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte));
-            if value < low {
-                return Err(AbortCode::VALUE_TOO_LOW);
-            } else if value > high {
-                return Err(AbortCode::VALUE_TOO_HIGH);
-            }
         }
         let (_, bytes) = self.entries.get_mut(&entry.address).expect("the entry came from here");
         bytes.truncate(offset as usize);
