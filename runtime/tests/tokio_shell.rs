@@ -1,13 +1,17 @@
 //! The tokio shell, over the virtual bus.
 #![cfg(feature = "tokio")]
 
+#[cfg(unix)]
+use std::os::{fd::AsFd, unix::net::UnixDatagram};
+
 use lexican_runtime::device::{Behaviour, Device};
 use lexican_runtime::host::tokio::{Event, Network};
-use lexican_runtime::host::{AccessError, Node, VirtualBus};
+use lexican_runtime::host::{AccessError, Incoming, Link, LinkError, Node, VirtualBus};
+use lexican_runtime::manager::Remote;
 use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, Object, PdoMapping, Ro, Rw, Table};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
-use lexican_runtime::{Frame, Instant, NodeId, manager};
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId, manager};
 
 const DEVICE_TYPE: Object<u32, Ro> = Object::new(0x1000, 0);
 const HEARTBEAT: Object<u16, Rw> = Object::new(0x1017, 0).with_limits(0, 1000);
@@ -136,6 +140,94 @@ async fn the_task_ends_with_the_last_handle() {
     let mut events = network.events();
     drop(network);
     while events.recv().await.is_ok() {}
+}
+
+#[tokio::test]
+async fn a_transfer_survives_that_its_node_is_added_anew() {
+    let (_, network) = network();
+    let reader = tokio::spawn({
+        let network = network.clone();
+        async move { network.read(SILENT, DEVICE_TYPE).await }
+    });
+    tokio::task::yield_now().await;
+    let watched = Remote::new(SILENT).with_heartbeat(Duration::from_millis(500));
+    network.tell(move |manager, now| manager.add(now, watched).unwrap()).await.unwrap();
+    let error = reader.await.unwrap().unwrap_err();
+    assert!(matches!(error, AccessError::Sdo { error: SdoError::TimedOut { .. }, .. }), "{error}");
+}
+
+#[tokio::test]
+async fn a_read_of_the_applications_own_is_not_taken_for_one_of_a_handle() {
+    let (_, network) = network();
+    let node = NodeId::literal(1);
+    network.read(node, DEVICE_TYPE).await.unwrap();
+    network.tell(move |manager, now| manager.read(now, node, HEARTBEAT.address()).unwrap()).await.unwrap();
+    assert_eq!(network.read(node, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
+}
+
+#[test]
+fn a_frame_handed_over_is_sent_though_the_runtime_shuts_down() {
+    let bus = VirtualBus::new();
+    let mut witness = bus.link();
+    let frame = Frame::from_array(CobId::NMT, [2, 0]);
+    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    runtime.block_on(async { Network::spawn(bus.link()).unwrap().post(frame).unwrap() });
+    drop(runtime);
+    assert_eq!(witness.receive_frame(Instant::from_micros(1000)).unwrap(), Some(frame));
+}
+
+/// A link over sockets, of which it takes the second when told to: a link that reconnects.
+#[cfg(unix)]
+struct Reconnecting {
+    sockets: [UnixDatagram; 2],
+    at: usize,
+}
+
+#[cfg(unix)]
+impl Link for Reconnecting {
+    fn now(&self) -> Instant {
+        Instant::ZERO
+    }
+    fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+        Ok(())
+    }
+    fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
+        let mut byte = [0];
+        match self.sockets[self.at].recv(&mut byte) {
+            Ok(_) if byte == *b"r" => {
+                self.at = 1;
+                Ok(None)
+            }
+            Ok(_) => Ok(Some(Incoming::Frame(Frame::from_array(CobId::of_node(0x700, SILENT), byte)))),
+            Err(_) => Ok(None),
+        }
+    }
+    fn descriptor(&self) -> Option<std::os::fd::BorrowedFd<'_>> {
+        Some(self.sockets[self.at].as_fd())
+    }
+}
+
+#[cfg(unix)]
+#[tokio::test]
+async fn a_link_that_has_reconnected_is_waited_for() {
+    let (first, first_end) = UnixDatagram::pair().unwrap();
+    let (second, second_end) = UnixDatagram::pair().unwrap();
+    first.set_nonblocking(true).unwrap();
+    second.set_nonblocking(true).unwrap();
+    let network = Network::spawn(Reconnecting { sockets: [first, second], at: 0 }).unwrap();
+    let mut events = network.events();
+    first_end.send(&[5]).unwrap();
+    events.recv().await.unwrap();
+    first_end.send(b"r").unwrap();
+    // Were the old socket still the one that is waited for, each frame would wait for the next inspection:
+    // ten seconds in all.
+    let heard = async {
+        for state in [127, 5].repeat(20) {
+            second_end.send(&[state]).unwrap();
+            events.recv().await.unwrap();
+        }
+    };
+    tokio::time::timeout(std::time::Duration::from_secs(5), heard).await.expect("frames are heard when they come");
 }
 
 #[test]

@@ -1,5 +1,11 @@
 //! How the tokio shell waits for a link.
 
+#[cfg(unix)]
+use std::os::fd::{AsRawFd, OwnedFd, RawFd};
+
+#[cfg(unix)]
+use tokio::io::unix::AsyncFd;
+
 use super::Link;
 use crate::time::{Duration, Instant};
 
@@ -13,7 +19,11 @@ const INSPECTION: Duration = Duration::from_millis(250);
 pub(super) enum Readiness {
     /// The operating system says when there is something to receive.
     #[cfg(unix)]
-    Descriptor(tokio::io::unix::AsyncFd<std::os::fd::OwnedFd>),
+    Descriptor {
+        /// Whose readiness it is: a link that reconnects has another one.
+        of: RawFd,
+        own: AsyncFd<OwnedFd>,
+    },
     /// Nobody says: time on the link passes while one waits in it.
     Look,
 }
@@ -26,20 +36,32 @@ impl Readiness {
     pub(super) fn of(link: &impl Link) -> std::io::Result<Self> {
         #[cfg(unix)]
         if let Some(descriptor) = link.descriptor() {
-            let own = descriptor.try_clone_to_owned()?;
-            let fd = tokio::io::unix::AsyncFd::with_interest(own, tokio::io::Interest::READABLE)?;
-            return Ok(Readiness::Descriptor(fd));
+            let own = AsyncFd::with_interest(descriptor.try_clone_to_owned()?, tokio::io::Interest::READABLE)?;
+            return Ok(Readiness::Descriptor { of: descriptor.as_raw_fd(), own });
         }
         #[cfg(not(unix))]
         let _ = link;
         Ok(Readiness::Look)
     }
 
+    /// Sees to it that a link that has reconnected is waited for.
+    pub(super) fn follow(&mut self, link: &impl Link) -> std::io::Result<()> {
+        #[cfg(unix)]
+        if let Readiness::Descriptor { of, .. } = self
+            && link.descriptor().is_none_or(|descriptor| descriptor.as_raw_fd() != *of)
+        {
+            *self = Readiness::of(link)?;
+        }
+        #[cfg(not(unix))]
+        let _ = link;
+        Ok(())
+    }
+
     /// Waits until there may be something to receive, or to do: `deadline` has come.
     pub(super) async fn wait(&self, now: Instant, deadline: Option<Instant>) {
         match self {
             #[cfg(unix)]
-            Readiness::Descriptor(descriptor) => {
+            Readiness::Descriptor { own: descriptor, .. } => {
                 let left = deadline.map_or(INSPECTION, |deadline| deadline.since(now).min(INSPECTION));
                 let readable = async {
                     if let Ok(mut ready) = descriptor.readable().await {
@@ -58,7 +80,7 @@ impl Readiness {
     pub(super) fn patience(&self) -> Duration {
         match self {
             #[cfg(unix)]
-            Readiness::Descriptor(_) => Duration::ZERO,
+            Readiness::Descriptor { .. } => Duration::ZERO,
             Readiness::Look => LOOK,
         }
     }

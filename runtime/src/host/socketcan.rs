@@ -185,6 +185,10 @@ impl Link for SocketCan {
                         self.state = state_after(error.error_bits(), error.data()).unwrap_or(self.state);
                     }
                     Ok(frame) => {
+                        // Traffic proves that the bus is back, and may leave no pause in which to look.
+                        if !self.state.carries_frames() {
+                            self.look();
+                        }
                         if let Some(frame) = from_kernel(&frame) {
                             return Ok(Some(Incoming::Frame(frame)));
                         }

@@ -43,6 +43,9 @@ pub enum Event {
     Bus(BusState),
 }
 
+/// How many frames the task takes before it looks at deadlines and commands again.
+const MOST_AT_ONCE: usize = 256;
+
 enum Command {
     Transfer(Transfer),
     Send(Frame, oneshot::Sender<Result<(), LinkError>>),
@@ -57,6 +60,7 @@ struct Transfer {
     /// The number of bytes to write; `None` to read.
     write: Option<u32>,
     payload: Bytes,
+    begun: bool,
     reply: oneshot::Sender<Result<Vec<u8>, AccessError>>,
 }
 
@@ -79,8 +83,10 @@ impl Network {
             manager: Box::default(),
             transfers: Transfers::default(),
             events: events.clone(),
+            inbox,
+            more: false,
         };
-        tokio::spawn(owner.run(inbox));
+        tokio::spawn(owner.run());
         Ok(Network { commands, events })
     }
 
@@ -168,6 +174,17 @@ impl Network {
         answer.await.map_err(|_| LinkError::Closed)?
     }
 
+    /// Hands over a frame without waiting, for those who cannot wait, such as a destructor. Once taken it
+    /// reaches the link even when the runtime shuts down before the task runs again.
+    ///
+    /// # Errors
+    ///
+    /// The frame, when the task is gone or has 64 commands before it.
+    pub fn post(&self, frame: Frame) -> Result<(), Frame> {
+        let (reply, _) = oneshot::channel();
+        self.commands.try_send(Command::Send(frame, reply)).map_err(|_| frame)
+    }
+
     /// Tells the manager something, such as whose heartbeat it is to watch.
     ///
     /// # Errors
@@ -191,19 +208,33 @@ impl Network {
         payload: Bytes,
     ) -> Result<Vec<u8>, AccessError> {
         let (reply, answer) = oneshot::channel();
-        let transfer = Transfer { node, address, write, payload, reply };
+        let transfer = Transfer { node, address, write, payload, begun: false, reply };
         self.commands.send(Command::Transfer(transfer)).await.map_err(|_| LinkError::Closed)?;
         answer.await.map_err(|_| LinkError::Closed)?
     }
 }
 
 /// Whoever runs the task.
-struct Owner<L> {
+struct Owner<L: Link> {
     link: L,
     readiness: Readiness,
     manager: Box<Manager<127>>,
     transfers: Transfers,
     events: broadcast::Sender<Event>,
+    inbox: mpsc::Receiver<Command>,
+    /// The link may have more than was taken at once.
+    more: bool,
+}
+
+/// What was taken is sent, however the task ends: it may be what stops a machine.
+impl<L: Link> Drop for Owner<L> {
+    fn drop(&mut self) {
+        while let Ok(command) = self.inbox.try_recv() {
+            if let Command::Send(frame, reply) = command {
+                drop(reply.send(self.link.send(&frame)));
+            }
+        }
+    }
 }
 
 /// The transfers of each node: the first is under way, the others wait.
@@ -224,18 +255,19 @@ impl Payloads for Transfers {
 }
 
 impl<L: Link> Owner<L> {
-    async fn run(mut self, mut inbox: mpsc::Receiver<Command>) {
+    async fn run(mut self) {
         loop {
             self.transmit();
             let deadline = self.manager.poll_timeout();
             tokio::select! {
-                command = inbox.recv() => match command {
+                command = self.inbox.recv() => match command {
                     Some(command) => self.obey(command),
                     None => return,
                 },
-                () = self.readiness.wait(self.link.now(), deadline) => {}
+                () = self.readiness.wait(self.link.now(), deadline), if !self.more => {}
+                () = tokio::task::yield_now(), if self.more => {}
             }
-            if self.listen().is_err() {
+            if self.listen().and_then(|()| Ok(self.readiness.follow(&self.link)?)).is_err() {
                 return;
             }
         }
@@ -243,7 +275,10 @@ impl<L: Link> Owner<L> {
 
     fn obey(&mut self, command: Command) {
         match command {
-            Command::Tell(what) => what(&mut self.manager, self.link.now()),
+            Command::Tell(what) => {
+                what(&mut self.manager, self.link.now());
+                self.restart_lost_transfers();
+            }
             Command::Send(frame, reply) => drop(reply.send(self.link.send(&frame))),
             Command::Transfer(transfer) => {
                 let node = transfer.node;
@@ -271,12 +306,28 @@ impl<L: Link> Owner<L> {
             Some(len) => self.manager.write(now, node, address, len),
             None => self.manager.read(now, node, address),
         };
-        begun.expect("transfers with a node wait for each other");
+        // When the application has a transfer of its own under way, its end brings the next attempt.
+        if let Some(transfer) = self.transfers.of.get_mut(&node).and_then(VecDeque::front_mut) {
+            transfer.begun = begun.is_ok();
+        }
+    }
+
+    /// Begins transfers anew whose SDO client the application has replaced under them.
+    fn restart_lost_transfers(&mut self) {
+        for node in NodeId::all() {
+            let begun = self.transfers.of.get(&node).and_then(VecDeque::front).is_some_and(|transfer| transfer.begun);
+            if begun && self.manager.sdo(node).is_ok_and(|sdo| sdo.is_busy()) {
+                continue;
+            }
+            self.begin(node);
+        }
     }
 
     /// A transfer ended: whoever asked for it is told, and the next one begins.
     fn end(&mut self, node: NodeId, event: sdo_client::Event) {
-        let Some(transfer) = self.transfers.of.get_mut(&node).and_then(VecDeque::pop_front) else { return };
+        let ended =
+            self.transfers.of.get_mut(&node).and_then(|all| if all.front()?.begun { all.pop_front() } else { None });
+        let Some(transfer) = ended else { return self.begin(node) };
         let result = match event {
             sdo_client::Event::Done { len, .. } => Ok(transfer.payload.into_vec(len)),
             sdo_client::Event::Failed(error) => Err(AccessError::Sdo { node, error }),
@@ -294,18 +345,23 @@ impl<L: Link> Owner<L> {
         }
     }
 
-    /// Takes what has come by now, and what is due.
+    /// Takes what has come by now, but not so much that a flood holds up the rest; and what is due.
     fn listen(&mut self) -> Result<(), LinkError> {
         let until = self.link.now() + self.readiness.patience();
-        while let Some(incoming) = self.link.receive(until)? {
-            match incoming {
-                Incoming::Frame(frame) => {
+        self.more = true;
+        for _ in 0..MOST_AT_ONCE {
+            match self.link.receive(until)? {
+                Some(Incoming::Frame(frame)) => {
                     let event = self.manager.handle_frame(self.link.now(), &frame, &mut self.transfers);
                     self.tell(event);
                     self.transmit();
                 }
                 // Nobody may be listening.
-                Incoming::State(state) => drop(self.events.send(Event::Bus(state))),
+                Some(Incoming::State(state)) => drop(self.events.send(Event::Bus(state))),
+                None => {
+                    self.more = false;
+                    break;
+                }
             }
         }
         while self.manager.poll_timeout().is_some_and(|deadline| deadline <= self.link.now()) {
