@@ -95,6 +95,8 @@ impl Objects<'_> {
         match (address.index(), address.sub()) {
             // "The states can be set in OPERATIONAL only" (7.3).
             (0x6040, _) => require(self.network == NmtState::Operational, AbortCode::DEVICE_STATE),
+            // Reserved here; CiA 301 has it for "on request after a SYNC".
+            (0x1800..=0x1803, 2) => require(value.raw != 252, AbortCode::INVALID_VALUE),
             (0x2410, 0x0A) => require(!travelling, AbortCode::DEVICE_STATE),
             // What renumbers the positions under a running job is refused too; the manual says so of the
             // calibration only.
