@@ -19,6 +19,8 @@ pub(crate) enum Job {
     Main,
     /// the README's command that passes the tests
     Test,
+    /// the AG03/1 against every table of its manual
+    Verify,
     /// the tests that want a kernel with CAN, in one
     Vcan,
     /// lexican against python-canopen, both ways
@@ -54,6 +56,7 @@ impl Job {
             Job::Tidy => crate::tidy::run(root),
             Job::Main => readme_command(root, "main job"),
             Job::Test => readme_command(root, "tests"),
+            Job::Verify => crate::verify::run(root, true),
             Job::Interop => crate::interop::run(root),
             Job::Vcan => {
                 let tests = ["test", "-p", "lexican-tests", "--test", "link_socketcan"];

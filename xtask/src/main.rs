@@ -10,6 +10,7 @@ mod outside;
 mod size;
 mod tidy;
 mod vcan;
+mod verify;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -45,6 +46,12 @@ enum Task {
     Size,
     /// Run lexican against python-canopen, both ways, over slcan and vcan, and write the table of results
     Interop,
+    /// Compare the AG03/1 with every table of its manual, and write the report
+    Verify {
+        /// Only check that the report is right
+        #[arg(long)]
+        check: bool,
+    },
     /// Run a command with the CAN interfaces vcan0 and vcan1 up, under a guest kernel where this one
     /// has no CAN
     Vcan(vcan::Arguments),
@@ -60,6 +67,7 @@ fn main() -> ExitCode {
         Task::Corpus { folder } => corpus::run(&root, &folder),
         Task::Size => size::run(&root),
         Task::Interop => interop::run(&root),
+        Task::Verify { check } => verify::run(&root, check),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
     match outcome {

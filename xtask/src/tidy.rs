@@ -12,6 +12,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-siko-ag03-1", &["lexican-runtime", "lexican-codegen"]),
     ("lexican", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1"]),
     ("lexican-tests", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1", "lexican"]),
+    ("lexican-verify", &["lexican-eds", "lexican-runtime", "lexican-siko-ag03-1"]),
     ("xtask", &[]),
 ];
 
@@ -70,7 +71,7 @@ fn arrows(root: &Path) -> Result<Vec<String>, String> {
 
 fn manifests(root: &Path) -> Result<Vec<PathBuf>, String> {
     let mut manifests = Vec::new();
-    for package in ["eds", "codegen", "runtime", "cli", "tests", "xtask"] {
+    for package in ["eds", "codegen", "runtime", "cli", "tests", "tests/verify", "xtask"] {
         manifests.push(root.join(package).join("Cargo.toml"));
     }
     for drive in entries(&root.join("drives"))? {

@@ -1,0 +1,138 @@
+//! Keeps account of which cell was compared with what, and which of them disagree.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
+
+use crate::exempt;
+use crate::manual::{Manual, Row, key_columns};
+
+/// What a cell is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Against {
+    /// The data sheet and its overlay.
+    Sheet,
+    /// The generated code and the tables of the drive's crate, compiled in.
+    Code,
+    /// The simulated drive, asked over the virtual bus.
+    Drive,
+    /// Another place of the manual.
+    Manual,
+}
+
+impl Against {
+    /// All, in the order of the report.
+    pub const ALL: [Against; 4] = [Against::Sheet, Against::Code, Against::Drive, Against::Manual];
+
+    fn name(self) -> &'static str {
+        match self {
+            Against::Sheet => "data sheet and overlay",
+            Against::Code => "generated code",
+            Against::Drive => "simulated drive",
+            Against::Manual => "another place of the manual",
+        }
+    }
+}
+
+pub(crate) struct Checker<'m> {
+    manual: &'m Manual,
+    /// Cells that were compared.
+    compared: BTreeSet<String>,
+    /// Cells that disagree, or rows that are missing: what was found instead.
+    pub(crate) disagreements: BTreeMap<String, Vec<String>>,
+    /// Of each row, whether it agrees with what it was compared with.
+    pub(crate) rows: BTreeMap<(&'static str, String), BTreeMap<Against, bool>>,
+    /// What is wrong beyond cells.
+    pub(crate) findings: Vec<String>,
+}
+
+impl<'m> Checker<'m> {
+    pub(crate) fn new(manual: &'m Manual) -> Self {
+        let findings = manual.findings.clone();
+        Checker { manual, compared: BTreeSet::new(), disagreements: BTreeMap::new(), rows: BTreeMap::new(), findings }
+    }
+
+    /// The row that must be there. Its key is compared by finding it.
+    pub(crate) fn row(&mut self, file: &'static str, key: &str) -> Option<&'m Row> {
+        let row = self.manual.row(file, key);
+        match row {
+            Some(row) => self.key(row),
+            None => {
+                self.disagreements.entry(format!("{file}/{key}")).or_default().push("the row is missing".into());
+            }
+        }
+        row
+    }
+
+    /// Counts a row's key as compared.
+    pub(crate) fn key(&mut self, row: &Row) {
+        for column in key_columns(row.file) {
+            self.compared.insert(cell(row, column));
+        }
+    }
+
+    /// Compares a cell with what was found in its place.
+    pub(crate) fn cell(&mut self, row: &Row, column: &str, against: Against, found: impl Display) {
+        let found = found.to_string();
+        self.that(row, column, against, row.get(column) == found, found);
+    }
+
+    /// Compares a cell that is not simply text: it agrees when `agrees`.
+    pub(crate) fn that(&mut self, row: &Row, column: &str, against: Against, agrees: bool, found: impl Display) {
+        self.compared.insert(cell(row, column));
+        if !row.cells.iter().any(|(name, _)| name == column) {
+            self.finding(format!("{}: no column {column}", row.file));
+        }
+        if !agrees {
+            let found = format!("{}: {found} instead of {:?}", against.name(), row.get(column));
+            self.disagreements.entry(cell(row, column)).or_default().push(found);
+        }
+        *self.rows.entry((row.file, row.key.clone())).or_default().entry(against).or_insert(true) &= agrees;
+    }
+
+    /// Compares the columns that say where a row stands.
+    pub(crate) fn place(&mut self, row: &Row, chapter: impl Display, table: impl Display) {
+        self.cell(row, "chapter", Against::Manual, chapter);
+        if row.cells.iter().any(|(name, _)| name == "table") {
+            self.cell(row, "table", Against::Manual, table);
+        }
+    }
+
+    /// Says that something is wrong that is no cell.
+    pub(crate) fn finding(&mut self, finding: String) {
+        if !self.findings.contains(&finding) {
+            self.findings.push(finding);
+        }
+    }
+
+    /// A finding unless `agrees`.
+    pub(crate) fn require(&mut self, agrees: bool, finding: impl FnOnce() -> String) {
+        if !agrees {
+            self.finding(finding());
+        }
+    }
+
+    /// Finds what was not compared although it could have been.
+    pub(crate) fn finish(&mut self) {
+        for (file, rows) in self.manual.tables().filter(|(file, _)| *file != "errata.csv") {
+            for row in rows {
+                let checked = self.rows.get(&(file, row.key.clone()));
+                let by_us = checked.is_some_and(|by| by.keys().any(|against| *against != Against::Manual));
+                if !by_us && exempt::row(file, &row.key).is_none() {
+                    self.finding(format!("{file}/{}: the row is unchecked", row.key));
+                }
+                if exempt::row(file, &row.key).is_some() {
+                    continue;
+                }
+                for (column, _) in &row.cells {
+                    if !self.compared.contains(&cell(row, column)) && !exempt::column(file, column) {
+                        self.finding(format!("{}: the cell is unchecked", cell(row, column)));
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn cell(row: &Row, column: &str) -> String {
+    format!("{}/{}/{column}", row.file, row.key)
+}

@@ -1,0 +1,188 @@
+//! What came of the comparison, and `VERIFICATION.md`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use crate::checker::{Against, Checker};
+use crate::manual::{Manual, Row};
+use crate::{COLUMNS, KEYS, ROWS};
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// One for each table of the manual, by file name.
+    pub tables: Vec<TableReport>,
+    /// Where the manual contradicts itself or CiA.
+    pub errata: Vec<Erratum>,
+    /// What is wrong: none when everything is verified.
+    pub findings: Vec<String>,
+}
+
+/// How many rows of a table agree.
+#[derive(Clone, Debug)]
+pub struct TableReport {
+    /// The file.
+    pub file: &'static str,
+    /// All rows.
+    pub rows: usize,
+    /// Rows that were compared with anything but the manual itself.
+    pub checked: usize,
+    /// Rows of which every compared cell agrees.
+    pub agreeing: usize,
+    /// Rows compared and rows agreeing, for each thing they were compared with.
+    pub against: BTreeMap<Against, (usize, usize)>,
+}
+
+/// A row of `errata.csv`.
+#[derive(Clone, Debug)]
+pub struct Erratum {
+    /// `E01`.
+    pub id: String,
+    /// The columns `place`, `reading_a`, `reading_b`, `chosen`, `why`.
+    pub cells: [String; 5],
+    /// The cells of the manual that cannot agree because of it, and what was found in their place.
+    pub disagreeing: Vec<(String, String)>,
+}
+
+impl Report {
+    /// Rows of all tables, rows checked, rows agreeing.
+    #[must_use]
+    pub fn totals(&self) -> (usize, usize, usize) {
+        self.tables.iter().fold((0, 0, 0), |(rows, checked, agreeing), table| {
+            (rows + table.rows, checked + table.checked, agreeing + table.agreeing)
+        })
+    }
+
+    /// The text of `VERIFICATION.md`.
+    #[must_use]
+    pub fn to_markdown(&self) -> String {
+        let (rows, checked, agreeing) = self.totals();
+        let mut out = String::from(HEAD);
+        let _ = writeln!(out, "{rows} rows: {checked} checked, {agreeing} agree in every cell.\n");
+        self.write_tables(&mut out);
+        self.write_errata(&mut out);
+        write_exempt(&mut out);
+        out
+    }
+
+    fn write_tables(&self, out: &mut String) {
+        out.push_str(
+            "| Table | Rows | Checked | Agree | Sheet | Code | Drive | Manual |\n|---|---|---|---|---|---|---|---|\n",
+        );
+        for table in &self.tables {
+            let _ = write!(out, "| `{}` | {} | {} | {} |", table.file, table.rows, table.checked, table.agreeing);
+            for against in Against::ALL {
+                match table.against.get(&against) {
+                    Some((checked, agreeing)) => write!(out, " {agreeing}/{checked} |"),
+                    None => write!(out, " |"),
+                }
+                .unwrap_or_default();
+            }
+            out.push('\n');
+        }
+    }
+
+    fn write_errata(&self, out: &mut String) {
+        out.push_str(ERRATA);
+        for Erratum { id, cells: [place, a, b, chosen, why], disagreeing } in &self.errata {
+            let cells = if disagreeing.is_empty() { String::new() } else { disagreeing.len().to_string() };
+            let _ = writeln!(out, "| {id} | {place} | {a} | {b} | {chosen} | {why} | {cells} |");
+        }
+        out.push_str("\n### The cells\n\nAs printed in the manual, and what stands in its place:\n\n");
+        for erratum in &self.errata {
+            for (cell, found) in &erratum.disagreeing {
+                let _ = writeln!(out, "- {}: `{cell}`: {found}", erratum.id);
+            }
+        }
+    }
+}
+
+fn write_exempt(out: &mut String) {
+    out.push_str("\n## What is not compared\n\nRows about which none of the three can speak:\n\n");
+    for (file, key, why) in ROWS {
+        let _ = writeln!(out, "- `{file}/{key}`: {why}");
+    }
+    out.push_str("\nColumns of prose; those of their cells that can be compared are:\n\n");
+    for (file, column, why) in COLUMNS {
+        let _ = writeln!(out, "- `{file}`, `{column}`: {why}");
+    }
+    out.push_str("\nKeys of the data sheet and of the overlay that are prose or history:\n\n");
+    for (key, why) in KEYS {
+        let _ = writeln!(out, "- `{key}`: {why}");
+    }
+}
+
+const HEAD: &str = "# The AG03/1 against its manual
+
+Written by `cargo xtask verify`; `cargo xtask verify --check` fails when it is stale. Every row of the tables in
+`tests/manual/ag03-1` is compared with the data sheet and its overlay (Sheet), with the generated code and the tables
+of the driver, compiled in (Code), and with what the simulated drive does on a virtual bus (Drive); some cells
+also with another place of the manual (Manual). The columns below give rows agreeing of rows compared.
+
+";
+
+const ERRATA: &str = "
+## Where the manual contradicts itself or CiA
+
+Both readings, the one chosen (`A` as at the place, `B` the other, `both`, `none`), why, and how many cells of the
+tables cannot agree because of it.
+
+| Id | Place | Reading A | Reading B | Chosen | Why | Cells |
+|---|---|---|---|---|---|---|
+";
+
+pub(crate) fn report(manual: &Manual, checker: Checker<'_>) -> Report {
+    let Checker { disagreements, rows, mut findings, .. } = checker;
+    let mut explained = BTreeSet::new();
+    let mut errata = Vec::new();
+    for row in manual.rows("errata.csv") {
+        let mut disagreeing = Vec::new();
+        for cell in row.get("cells").split(';').filter(|cell| !cell.is_empty()) {
+            match disagreements.get(cell) {
+                Some(found) => disagreeing.push((cell.to_owned(), found.join("; "))),
+                None => findings.push(format!("{}: no erratum is needed for {cell}", row.key)),
+            }
+            if !explained.insert(cell.to_owned()) {
+                findings.push(format!("{}: {cell} has an erratum already", row.key));
+            }
+        }
+        errata.push(erratum(row, disagreeing, &mut findings));
+    }
+    for (cell, found) in disagreements.iter().filter(|(cell, _)| !explained.contains(*cell)) {
+        findings.push(format!("{cell}: {}", found.join("; ")));
+    }
+    let tables = manual.tables().filter(|(file, _)| *file != "errata.csv");
+    let tables = tables.map(|(file, all)| table(file, all, &rows, &disagreements)).collect();
+    Report { tables, errata, findings }
+}
+
+fn erratum(row: &Row, disagreeing: Vec<(String, String)>, findings: &mut Vec<String>) -> Erratum {
+    let cells = ["place", "reading_a", "reading_b", "chosen", "why"].map(|column| row.get(column).to_owned());
+    if !matches!(row.get("chosen"), "A" | "B" | "both" | "none") {
+        findings.push(format!("errata.csv/{}/chosen: {:?} is no choice", row.key, row.get("chosen")));
+    }
+    Erratum { id: row.key.clone(), cells, disagreeing }
+}
+
+fn table(
+    file: &'static str,
+    all: &[Row],
+    rows: &BTreeMap<(&'static str, String), BTreeMap<Against, bool>>,
+    disagreements: &BTreeMap<String, Vec<String>>,
+) -> TableReport {
+    let mut report = TableReport { file, rows: all.len(), checked: 0, agreeing: 0, against: BTreeMap::new() };
+    for row in all {
+        let Some(by) = rows.get(&(file, row.key.clone())) else { continue };
+        if by.keys().all(|against| *against == Against::Manual) {
+            continue;
+        }
+        report.checked += 1;
+        let prefix = format!("{file}/{}/", row.key);
+        report.agreeing += usize::from(!disagreements.keys().any(|cell| cell.starts_with(&prefix)));
+        for (against, agrees) in by {
+            let count = report.against.entry(*against).or_default();
+            *count = (count.0 + 1, count.1 + usize::from(*agrees));
+        }
+    }
+    report
+}

@@ -1,0 +1,94 @@
+//! The worked examples, tables 25 and 26, replayed from the tables themselves.
+
+use siko_ag03_1::worked_examples::{Action, Example, POSITIONING, VELOCITY};
+
+use super::states::{name_of, state_of};
+use crate::bench::Bench;
+use crate::checker::{Against, Checker};
+use crate::manual::{Manual, Row};
+use crate::notation::{bytes, hex};
+
+pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual) {
+    example(checker, manual, "example_position.csv", "7.8.1", &POSITIONING);
+    example(checker, manual, "example_velocity.csv", "7.8.2", &VELOCITY);
+}
+
+fn example(checker: &mut Checker<'_>, manual: &Manual, file: &'static str, chapter: &str, example: &Example) {
+    let mut bench = Bench::new();
+    let set = bench.write(0x6060, 0, example.operating_mode.into(), 1);
+    checker.require(set.is_ok(), || format!("6060:00: {set:08X?}"));
+    let in_code: Vec<_> = example.rows.iter().filter(|row| row.in_table).map(|row| row.action).collect();
+    let rows = manual.rows(file);
+    checker.require(rows.len() == in_code.len(), || format!("{file}: {} rows in the code", in_code.len()));
+    for (number, (row, action)) in (1..).zip(rows.iter().zip(in_code)) {
+        checker.key(row);
+        checker.place(row, chapter, example.table);
+        checker.cell(row, "step", Against::Manual, number);
+        let kind = match row.get("cob_id") {
+            "000" => "NMT",
+            "205" => "RPDO1",
+            "405" => "RPDO3",
+            "505" => "RPDO4",
+            "" => "wait",
+            _ => "?",
+        };
+        checker.cell(row, "kind", Against::Manual, kind);
+        let (id, data) = match action {
+            Action::Send(frame) => (format!("{:03X}", frame.id().raw()), crate::notation::print(frame.data())),
+            Action::Wait(_) => (String::new(), String::new()),
+        };
+        checker.cell(row, "cob_id", Against::Code, id);
+        checker.cell(row, "data", Against::Code, data);
+        step(checker, &mut bench, rows, row);
+    }
+}
+
+/// Does what the row says, and looks whether the drive does too.
+fn step(checker: &mut Checker<'_>, bench: &mut Bench, rows: &[Row], row: &Row) {
+    let meaning = row.get("meaning");
+    let Some(id) = hex(row.get("cob_id")) else {
+        bench.hear(30_000);
+        let target = rows.iter().take_while(|other| other.key != row.key).filter_map(target).last();
+        let (position, velocity) = bench.see(|drive, now| (drive.position(now), drive.velocity(now)));
+        let reached = bench.status() >> 10 & 1 == 1;
+        let (found, expected) = match meaning {
+            "target position reached" => (position, target),
+            "target speed reached" => (velocity, target),
+            _ => (0, None),
+        };
+        checker.that(row, "meaning", Against::Drive, reached && expected == Some(found), found);
+        return;
+    };
+    // The table sends the next command while the drive is still on its way.
+    bench.hear(500);
+    bench.send(id as u16, &bytes(row.get("data")).unwrap_or_default());
+    bench.hear(100);
+    let (position, velocity) = bench.see(|drive, now| (drive.position(now), drive.velocity(now)));
+    let (state, moving) = (name_of(state_of(bench)), velocity != 0);
+    let expected = match meaning {
+        "enter OPERATIONAL" | "enter PRE-OPERATIONAL" | "Disable Voltage" => state == "Switch On Disabled",
+        "Shutdown" => state == "Ready to Switch On",
+        "Switch On" | "Disable Operation" => state == "Switched On",
+        "Enable Operation" | "clear New Setpoint" => state == "Operation Enabled" && !moving,
+        "intermediate stop" | "stop" => {
+            bench.hear(20_000);
+            let stands = bench.see(|drive, now| drive.velocity(now)) == 0;
+            state == "Operation Enabled" && stands && target(row).is_none()
+        }
+        "continue positioning" => moving,
+        _ => match target(row) {
+            Some(target) if row.get("kind") == "RPDO3" => moving && (target > position) == (velocity > 0),
+            Some(target) => bench.read(0x60FF, 0) == Ok(target as u32),
+            None => false,
+        },
+    };
+    let remote = bench.see(|drive, _| drive.nmt_state().code());
+    let operational = (remote == 5) == (meaning != "enter PRE-OPERATIONAL");
+    checker.that(row, "meaning", Against::Drive, expected && operational, format!("{state}, {velocity} rev/min"));
+}
+
+/// The number in `travel to +5000` or `start at -72 rev/min`.
+fn target(row: &Row) -> Option<i32> {
+    let number = row.get("meaning").split(' ').find(|word| word.starts_with(['+', '-']))?;
+    number.parse().ok()
+}

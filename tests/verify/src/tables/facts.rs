@@ -1,0 +1,239 @@
+//! Numbers that stand in running text.
+
+use lexican_eds::model::Value;
+use siko_ag03_1::od;
+use siko_ag03_1::parameter::PARAMETERS;
+
+use super::sheet::Sheet;
+use crate::bench::{Bench, NODE};
+use crate::checker::{Against, Checker};
+use crate::manual::Manual;
+
+pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
+    for row in manual.rows("facts.csv") {
+        let Some((found, unit, against)) = fact(&row.key, sheet) else { continue };
+        checker.key(row);
+        checker.cell(row, "value", against, found);
+        checker.cell(row, "unit", Against::Manual, unit);
+    }
+}
+
+/// What is found in the place of a fact, and its unit.
+fn fact(key: &str, sheet: &Sheet) -> Option<(String, &'static str, Against)> {
+    by_sheet(key, sheet).or_else(|| by_code(key)).or_else(|| by_drive(key))
+}
+
+fn by_sheet(key: &str, sheet: &Sheet) -> Option<(String, &'static str, Against)> {
+    let device = &sheet.device;
+    let base = |index, sub| match device.entry(index, sub)?.default {
+        Some(Value::NodeIdPlus(base)) => Some(base),
+        _ => None,
+    };
+    let number = |index, sub| device.entry(index, sub)?.default.as_ref()?.as_integer();
+    let pdo = |base: i64| {
+        let pdo = device.pdos.iter().find(|pdo| pdo.cob_id == Some(Value::NodeIdPlus(base)))?;
+        Some(format!(
+            "{}PDO{}",
+            if pdo.direction == lexican_eds::model::Direction::Receive { 'R' } else { 'T' },
+            pdo.number
+        ))
+    };
+    let mapping = |direction| {
+        let pdo = device.pdos.iter().find(|pdo| pdo.direction == direction && pdo.number == 1)?;
+        Some(device.object(pdo.mapping.first()?.index)?.name.to_ascii_lowercase().replace("word", " word"))
+    };
+    let count = |direction| {
+        let mapped = device.pdos.iter().filter(|pdo| pdo.direction == direction && !pdo.mapping.is_empty());
+        mapped.count().to_string()
+    };
+    let described = |part: &str| device.file.description.as_deref().is_some_and(|text| text.contains(part));
+    use lexican_eds::model::Direction::{Receive, Transmit};
+    let (found, unit) = match key {
+        "1:firmware at least" => (if described("firmware 4.01 or higher") { "4.01" } else { "" }.into(), ""),
+        "2.3:torque deactivation off at" => (device.entry(0x2421, 0)?.high.as_ref()?.as_integer()?.to_string(), "%"),
+        "5.2:faults kept" => (device.object(0x1003)?.entries.last()?.sub.to_string(), ""),
+        "6:acceleration at 100 %" => {
+            let text = device.quantities.get("Acceleration")?.description.as_deref()?;
+            (text.trim_start_matches("A share of ").split(' ').next()?.to_owned(), "rev/s2")
+        }
+        "6:parameters not stored" => {
+            let unstored = PARAMETERS.iter().filter(|parameter| {
+                let entry = device.entry(parameter.address.index(), parameter.address.sub());
+                entry.is_some_and(|entry| !entry.persistent)
+            });
+            let mut numbers: Vec<_> = unstored.map(|parameter| parameter.number.to_string()).collect();
+            numbers.dedup();
+            (numbers.join(", "), "")
+        }
+        "7.2.4:transmit PDOs" => (count(Transmit), ""),
+        "7.2.4:receive PDOs" => (count(Receive), ""),
+        "7.2.5.1:TPDO1 carries" | "7.2.6.1:TPDO1 carries" => (mapping(Transmit)?, ""),
+        "7.2.5.1:RPDO1 carries" | "7.2.6.1:RPDO1 carries" => (mapping(Receive)?, ""),
+        "7.2.6.2:400h belongs to" => (pdo(0x400)?, ""),
+        "7.2.6.3:500h belongs to" => (pdo(0x500)?, ""),
+        "7.2.7:SDO to the drive" => (format!("{:X}", base(0x1200, 1)?), "hex"),
+        "7.2.7:SDO from the drive" => (format!("{:X}", base(0x1200, 2)?), "hex"),
+        "7.2.9:emergency identifier plus node-ID" => (base(0x1014, 0)?.to_string(), ""),
+        "7.11:data sheet" => (device.file.name.clone()?, ""),
+        "7.12.2.1:device profile" => (number(0x1000, 0)?.to_string(), ""),
+        "7.12.2.10:load to sub-indices" => {
+            let subs = device.object(0x1011)?.entries.iter().filter(|entry| entry.access.writable() && entry.sub < 4);
+            let subs: Vec<_> = subs.map(|entry| entry.sub).collect();
+            (format!("{}..{}", subs.first()?, subs.last()?), "")
+        }
+        "7.12.2.13:vendor" => (format!("{:X}", number(0x1018, 1)?), "hex"),
+        _ => return None,
+    };
+    Some((found, unit, Against::Sheet))
+}
+
+fn by_code(key: &str) -> Option<(String, &'static str, Against)> {
+    let (found, unit) = match key {
+        "2.1:example word" => {
+            // Positioning at a standstill, not ready, fault: the bits that the manual lists.
+            let word = od::SystemStatus(0).with_in_position(true).with_below_lower_limit(true);
+            let word = word.with_fault(true).with_not_ready_to_travel(true).with_overcurrent(true);
+            (format!("{:X}", word.0), "hex")
+        }
+        "7.2:device profile" => (format!("DSP-{} V2.0", od::DEVICE_PROFILE), ""),
+        "7.10:factory bit rate" => {
+            (od::CanBitRate(od::CAN_BAUD_RATE.default(NODE)?.0).name()?.split(' ').nth(1)?.to_owned(), "kbit/s")
+        }
+        _ => return None,
+    };
+    Some((found, unit, Against::Code))
+}
+
+fn by_drive(key: &str) -> Option<(String, &'static str, Against)> {
+    let mut bench = Bench::new();
+    let boot_up = bench.hear(0).first().copied();
+    let (found, unit) = match key {
+        "2.1:standstill below" => (standstill()?.to_string(), "rev/min"),
+        "2.1:overcurrent becomes a fault after" => (overcurrent()?.to_string(), "s"),
+        "3:calibration by" => (if calibrates(&mut bench, 0x1011, 4, 0x6461_6F6C) { "1011:04" } else { "" }.into(), ""),
+        "6:calibration by" => (if calibrates(&mut bench, 0x607C, 0, 500) { "607C" } else { "" }.into(), ""),
+        "4:gear ratio 5:1" => (ratio(5, 1), ""),
+        "4:gear ratio 3.78:1" => (ratio(378, 100), ""),
+        "6:increments per revolution" => (per_revolution(&mut bench, 0).to_string(), ""),
+        "6:spindle pitch of 2 mm" => (per_revolution(&mut bench, 200).to_string(), ""),
+        "7.2.2.2:INITIALISATION by" => {
+            let resets = ["81", "82"].into_iter().filter(|code| {
+                let mut bench = Bench::operational();
+                bench.nmt(u8::from_str_radix(code, 16).unwrap_or(0));
+                bench.hear_from(0x705, 0) == [[0]]
+            });
+            (resets.collect::<Vec<_>>().join(", "), "hex")
+        }
+        "7.2.2.2:boot-up identifier plus node-ID" => ((boot_up?.id().raw() - 5).to_string(), ""),
+        "7.2.2.2:boot-up data" => (boot_up?.data().first()?.to_string(), ""),
+        "7.2.2.4:entering OPERATIONAL sends TPDOs of type" => (sent_at_start(), ""),
+        "7.2.9:emergency length" => {
+            bench.world(|inputs| inputs.internal_error = true);
+            (bench.hear_from(0x085, 0).first()?.len().to_string(), "bytes")
+        }
+        "7.2.10:heartbeat identifier plus node-ID" => {
+            bench.write(0x1017, 0, 100, 2).ok()?;
+            ((bench.hear(100).first()?.id().raw() - 5).to_string(), "")
+        }
+        "7.2.11:node guarding identifier plus node-ID" => {
+            bench.request(0x705);
+            ((bench.hear(0).first()?.id().raw() - 5).to_string(), "")
+        }
+        "7.2.11:first toggle bit" => {
+            bench.request(0x705);
+            ((bench.hear_from(0x705, 0).first()?.first()? >> 7).to_string(), "")
+        }
+        "7.2.11:expired life time leads to" => (expired(), ""),
+        "7.12.2.23:inhibit time only with" => (inhibited().join(", "), ""),
+        _ => return None,
+    };
+    Some((found, unit, Against::Drive))
+}
+
+/// The least whole velocity at which the drive says that it moves.
+fn standstill() -> Option<i32> {
+    (1..5).find(|velocity| super::states::running_at(*velocity, 5000).system() >> 4 & 1 == 1)
+}
+
+fn overcurrent() -> Option<u64> {
+    let mut bench = Bench::enabled();
+    bench.command(0x405, 0x001F, 900_000);
+    bench.hear(1000);
+    bench.world(|inputs| inputs.load_ma = 2500);
+    (1..10).find(|_| {
+        bench.hear(1000);
+        bench.status() & 0x0F == 0x08
+    })
+}
+
+fn calibrates(bench: &mut Bench, index: u16, sub: u8, value: i64) -> bool {
+    let set = bench.write(0x607C, 0, 500, 4).is_ok();
+    let done = bench.write(index, sub, value, 4).is_ok();
+    set && done && bench.read(0x6064, 0) == Ok(500)
+}
+
+/// The ratio with which so many revolutions outside are so many inside.
+fn ratio(numerator: i64, denominator: i64) -> String {
+    let mut bench = Bench::new();
+    let set = bench.write(0x6091, 1, numerator, 2).is_ok() && bench.write(0x6091, 2, denominator, 2).is_ok();
+    bench.nmt(0x01);
+    bench.enable();
+    bench.command(0x405, 0x001F, 1600);
+    bench.hear(60_000);
+    let shaft = bench.see(|drive, now| drive.shaft(now).position);
+    let expected = 1600.0 * numerator as f64 / denominator as f64;
+    if set && (shaft - expected).abs() < 1.0 { format!("{numerator}/{denominator}") } else { format!("{shaft}") }
+}
+
+/// What a revolution of the shaft changes the position by.
+fn per_revolution(bench: &mut Bench, spindle_pitch: i64) -> i32 {
+    let set = bench.write(0x2412, 0, spindle_pitch, 2);
+    bench.nmt(0x01);
+    bench.enable();
+    bench.command(0x405, 0x001F, 5000);
+    bench.hear(100_000);
+    let (position, shaft) = bench.see(|drive, now| (drive.position(now), drive.shaft(now).position));
+    // 1600 steps are one revolution of the model's shaft.
+    let revolutions = shaft / 1600.0;
+    if set.is_ok() { (f64::from(position) / revolutions).round() as i32 } else { 0 }
+}
+
+fn sent_at_start() -> String {
+    let types = [0, 1, 253, 254, 255].into_iter().filter(|code| {
+        let mut bench = Bench::new();
+        let set = bench.write(0x1800, 2, *code, 1);
+        bench.nmt(0x01);
+        set.is_ok() && !bench.hear_from(0x185, 0).is_empty()
+    });
+    types.map(|code: i64| code.to_string()).collect::<Vec<_>>().join(", ")
+}
+
+fn expired() -> String {
+    let mut bench = Bench::new();
+    let set = bench.write(0x100C, 0, 100, 2).is_ok() && bench.write(0x100D, 0, 3, 1).is_ok();
+    bench.nmt(0x01);
+    bench.enable();
+    bench.request(0x705);
+    bench.hear(1000);
+    let name = super::states::name_of(super::states::state_of(&bench)).to_ascii_uppercase();
+    if set { name } else { String::new() }
+}
+
+/// The transmission types with which two changes in a row are kept apart.
+fn inhibited() -> Vec<String> {
+    let kept = |code: &i64, inhibit: i64| {
+        let mut bench = Bench::new();
+        let set = bench.write(0x1800, 2, *code, 1).is_ok()
+            && bench.write(0x1800, 5, 100, 2).is_ok()
+            && bench.write(0x1800, 3, inhibit, 2).is_ok();
+        bench.nmt(0x01);
+        bench.hear(450);
+        for word in [0x06, 0x07] {
+            bench.send(0x205, &[word, 0x01]);
+        }
+        if set { bench.hear_from(0x185, 1000).len() } else { 0 }
+    };
+    // 300 ms: longer than the event timer.
+    let types = [254_i64, 255].into_iter().filter(|code| kept(code, 3000) < kept(code, 0));
+    types.map(|code| code.to_string()).collect()
+}

@@ -1,0 +1,168 @@
+//! Table 6: the 31 parameters.
+
+use siko_ag03_1::parameter::PARAMETERS;
+
+use super::objects::{by_gear, set_name};
+use super::sheet::Sheet;
+use crate::bench::Bench;
+use crate::checker::{Against, Checker};
+use crate::manual::{Manual, Row};
+use crate::notation::hex;
+
+pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
+    for number in 1..=31 {
+        let Some(row) = checker.row("parameters.csv", &number.to_string()) else { continue };
+        checker.place(row, "6", "6");
+        let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.number == number) else {
+            checker.cell(row, "kind", Against::Code, "reserved");
+            for column in ["name", "range", "default", "unit", "reference", "object", "eeprom"] {
+                checker.cell(row, column, Against::Code, "");
+            }
+            continue;
+        };
+        checker.cell(row, "kind", Against::Code, set_name(parameter.set));
+        checker.cell(row, "reference", Against::Manual, if number == 24 { "7.2.6" } else { "7.12.2" });
+        if number == 24 {
+            setpoint(checker, manual, row);
+            continue;
+        }
+        let address = parameter.address;
+        let single = sheet.device.object(address.index()).is_some_and(|object| !object.kind.has_subs());
+        let printed = if single { format!("{:04X}", address.index()) } else { address.to_string() };
+        checker.cell(row, "object", Against::Code, printed);
+        let Some(object) = manual.row("objects.csv", &address.to_string()) else { continue };
+        let by_name = row.get("name").eq_ignore_ascii_case(object.get("description"));
+        checker.that(row, "name", Against::Manual, by_name || named(row), object.get("description"));
+        checker.cell(row, "eeprom", Against::Sheet, object.get("eeprom"));
+        range_and_default(checker, manual, sheet, row, object);
+        unit(checker, sheet, row, address);
+    }
+    restored(checker, manual);
+}
+
+/// Names that table 6 has and chapter 7.12.2 writes in another way.
+fn named(row: &Row) -> bool {
+    NAMES.contains(&(row.get("number"), row.get("name")))
+}
+
+const NAMES: &[(&str, &str)] = &[
+    ("11", "Numerator"),
+    ("12", "Denominator"),
+    ("17", "Delta Inch"),
+    ("19", "Pos Type"),
+    ("25", "Stop mode Inching mode 2"),
+    ("30", "Offset Inching 2"),
+];
+
+/// Number 24 is two objects: one for each operating mode.
+fn setpoint(checker: &mut Checker<'_>, manual: &Manual, row: &Row) {
+    let velocity = manual.row("objects.csv", "60FF:00").map_or("", |object| object.get("range"));
+    checker.cell(row, "name", Against::Manual, "Setpoint");
+    let range = format!("positioning: parameters 15/16; velocity: {velocity}");
+    checker.cell(row, "range", Against::Sheet, range);
+    checker.cell(row, "unit", Against::Sheet, "positioning: increments; 1/100 mm; velocity: rev/min");
+    checker.cell(row, "object", Against::Manual, "");
+    let mut bench = Bench::new();
+    for index in [0x607A, 0x60FF] {
+        let found = bench.read(index, 0);
+        let agrees = row.number::<u32>("default").is_some_and(|default| found == Ok(default));
+        checker.that(row, "default", Against::Drive, agrees, format!("{found:?}"));
+    }
+    let eeprom = ["607A:00", "60FF:00"].map(|key| manual.row("objects.csv", key).map_or("", |row| row.get("eeprom")));
+    checker.that(row, "eeprom", Against::Sheet, eeprom == [row.get("eeprom"); 2], eeprom.join("; "));
+}
+
+fn range_and_default(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, row: &Row, object: &Row) {
+    let Some(entry) = super::objects::entry_of(sheet, object) else { return };
+    let limits = match (&entry.low, &entry.high) {
+        (Some(low), Some(high)) => low.as_integer().zip(high.as_integer()),
+        _ => None,
+    };
+    let range = row.get("range");
+    let values: Vec<&str> = words_of(manual, &object.key).into_iter().map(|row| row.get("meaning")).collect();
+    let (agrees, found) = if range.contains("..") && range.contains(';') {
+        let printed: Vec<_> = by_gear(range).into_iter().map(|(_, range)| range).collect();
+        let found: Vec<_> = entry.ranges.iter().map(|range| (range.low, range.high)).collect();
+        (printed == found, format!("{found:?}"))
+    } else if range.contains("..") {
+        (crate::notation::range(range) == limits, format!("{limits:?}"))
+    } else {
+        let printed: Vec<&str> = range.split("; ").collect();
+        let found = values.iter().map(|value| in_words(value)).collect::<Vec<_>>();
+        (printed == found, found.join("; "))
+    };
+    checker.that(row, "range", Against::Sheet, agrees, found);
+    let default = object.get("default");
+    let named = words_of(manual, &object.key).into_iter().find(|row| row.get("value") == default);
+    let found = if range.contains("..") { default } else { named.map_or("", |row| in_words(row.get("meaning"))) };
+    checker.cell(row, "default", Against::Sheet, found);
+}
+
+/// The rows of values.csv that name the values of a data description.
+fn words_of<'m>(manual: &'m Manual, key: &str) -> Vec<&'m Row> {
+    let of = |row: &&Row| row.get("address") == key && row.get("chapter").starts_with("7.12.2");
+    manual.rows("values.csv").iter().filter(of).collect()
+}
+
+/// How table 6 calls what the data description calls otherwise.
+fn in_words(meaning: &str) -> &str {
+    match meaning {
+        "profile position" => "positioning mode",
+        "profile velocity" => "speed mode",
+        "sense of rotation i" => "i",
+        "sense of rotation e" => "e",
+        other => other,
+    }
+}
+
+fn unit(checker: &mut Checker<'_>, sheet: &Sheet, row: &Row, address: lexican_runtime::object::Address) {
+    let entry = sheet.device.entry(address.index(), address.sub());
+    let quantity = entry.and_then(|entry| match &entry.meaning {
+        lexican_eds::model::Meaning::Quantity(name) => sheet.device.quantities.get(name),
+        _ => None,
+    });
+    let units = quantity.map_or(Vec::new(), |quantity| {
+        let unit = |unit: &lexican_eds::model::Unit| match (unit.num, unit.den) {
+            (1, 1) => unit.symbol.clone(),
+            (num, den) => format!("{num}/{den} {}", unit.symbol),
+        };
+        quantity.units.iter().map(unit).collect()
+    });
+    let printed = row.get("unit");
+    // A share of parameter 9 is a share; the calibration value is a position, but printed without a unit.
+    let agrees = printed == units.join("; ") || printed.split(" of ").next() == Some(&units.join("; "));
+    let silent = printed.is_empty() && row.get("number") == "14";
+    checker.that(row, "unit", Against::Sheet, agrees || silent, units.join("; "));
+}
+
+/// 1011h:02 restores the standard parameters, 1011h:03 those of the controller, and neither touches the other's.
+fn restored(checker: &mut Checker<'_>, manual: &Manual) {
+    for (sub, kind) in [(2, "standard"), (3, "controller")] {
+        let mut bench = Bench::new();
+        let mut changed = Vec::new();
+        for row in manual.rows("parameters.csv") {
+            let Some((index, sub, size)) = object_of(row) else { continue };
+            let Ok(before) = bench.read(index, sub) else { continue };
+            let tried = [before.wrapping_add(1), before.wrapping_sub(1)];
+            let written = tried.into_iter().find(|value| bench.write(index, sub, i64::from(*value), size).is_ok());
+            changed.extend(written.map(|_| (row, index, sub, before)));
+        }
+        let done = bench.write(0x1011, sub, i64::from(u32::from_le_bytes(*b"load")), 4);
+        checker.require(done.is_ok(), || format!("1011:{sub:02X}: {done:08X?}"));
+        for (row, index, sub, before) in changed {
+            let restored = bench.read(index, sub) == Ok(before);
+            let agrees = restored == (row.get("kind") == kind);
+            checker.that(row, "kind", Against::Drive, agrees, if restored { "restored" } else { "not restored" });
+        }
+    }
+}
+
+/// Index, sub-index and size of a parameter's object.
+fn object_of(row: &Row) -> Option<(u16, u8, u8)> {
+    let number = row.number::<u8>("number")?;
+    let parameter = PARAMETERS.iter().find(|parameter| parameter.number == number)?;
+    let address = parameter.address;
+    let entry = siko_ag03_1::od::TABLE.entry(address).ok()?;
+    hex(row.get("object").split(':').next()?)?;
+    Some((address.index(), address.sub(), entry.data_type.bits()? / 8))
+}

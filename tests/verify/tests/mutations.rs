@@ -1,0 +1,213 @@
+//! Altering any single cell of the data sheet, of the overlay or of the tables makes the verification fail.
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use lexican_verify::{COLUMNS, Inputs, KEYS, ROWS, verify};
+
+/// So many cells of each kind.
+const SAMPLES: usize = 100;
+
+fn inputs() -> Inputs {
+    Inputs::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")).unwrap()
+}
+
+#[test]
+fn the_report_is_current() {
+    let report = verify(&inputs());
+    assert_eq!(report.findings, [""; 0]);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../drives/siko-ag03-1/VERIFICATION.md");
+    let same = std::fs::read_to_string(path).is_ok_and(|text| text == report.to_markdown());
+    assert!(same, "drives/siko-ag03-1/VERIFICATION.md is stale: cargo xtask verify");
+}
+
+#[test]
+fn altered_cells_of_the_data_sheet_are_found() {
+    check("eds", eds_cells(&inputs().eds), |inputs, range, text| inputs.eds.replace_range(range, text));
+}
+
+#[test]
+fn altered_cells_of_the_overlay_are_found() {
+    check("overlay", overlay_cells(&inputs().overlay), |inputs, range, text| inputs.overlay.replace_range(range, text));
+}
+
+#[test]
+fn altered_cells_of_the_tables_are_found() {
+    let original = inputs();
+    let cells: Vec<_> = original.tables.iter().flat_map(|(file, text)| table_cells(file, text)).collect();
+    let files: Vec<String> = cells.iter().map(|cell| cell.name.split('/').next().unwrap().to_owned()).collect();
+    let find = |name: &str| files.iter().find(|file| name.starts_with(file.as_str())).unwrap().clone();
+    check_with("tables", &cells, |inputs, cell, text| {
+        inputs.tables.get_mut(&find(&cell.name)).unwrap().replace_range(cell.range.clone(), text);
+    });
+}
+
+/// A cell: its name, where it stands in its text, and what it holds.
+struct Cell {
+    name: String,
+    range: std::ops::Range<usize>,
+    value: String,
+}
+
+fn check(kind: &str, cells: Vec<Cell>, alter: impl Fn(&mut Inputs, std::ops::Range<usize>, &str) + Sync) {
+    check_with(kind, &cells, |inputs, cell, text| alter(inputs, cell.range.clone(), text));
+}
+
+#[track_caller]
+fn check_with(kind: &str, cells: &[Cell], alter: impl Fn(&mut Inputs, &Cell, &str) + Sync) {
+    let original = inputs();
+    let expected = verify(&original).to_markdown();
+    let mut random = Random(0x5EED_AC03);
+    let all = samples(cells.len()) == cells.len();
+    let mutations: Vec<(&Cell, String)> = (0..samples(cells.len()))
+        .map(|at| {
+            let cell = &cells[if all { at } else { random.below(cells.len()) }];
+            (cell, altered(&cell.value, random.next()))
+        })
+        .collect();
+    let (next, survivors) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let work = || {
+        while let Some((cell, text)) = mutations.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let mut inputs = original.clone();
+            alter(&mut inputs, cell, text);
+            let report = verify(&inputs);
+            if report.findings.is_empty() && report.to_markdown() == expected {
+                survivors.lock().unwrap().push(format!("{}: {:?} instead of {:?}", cell.name, text, cell.value));
+            }
+        }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
+    let survivors = survivors.into_inner().unwrap();
+    println!("{kind}: {} cells, {} altered, {} not found", cells.len(), mutations.len(), survivors.len());
+    assert!(survivors.is_empty(), "not found:\n{}", survivors.join("\n"));
+}
+
+/// All cells when `LEXICAN_VERIFY_ALL` is set, which takes an hour.
+fn samples(cells: usize) -> usize {
+    if std::env::var_os("LEXICAN_VERIFY_ALL").is_some() { cells } else { SAMPLES.min(cells) }
+}
+
+/// Another value: one digit or letter is the next one, and what has none gets one.
+fn altered(value: &str, random: u64) -> String {
+    let places: Vec<usize> = (0..value.len()).filter(|at| value.as_bytes()[*at].is_ascii_alphanumeric()).collect();
+    if places.is_empty() {
+        return format!("{value}x");
+    }
+    // Not the x of 0x, which would make a number of another kind, but also one that is wrong.
+    let at = places[random as usize % places.len()];
+    let next = match value.as_bytes()[at] {
+        digit @ b'0'..=b'8' | digit @ b'a'..=b'y' | digit @ b'A'..=b'Y' => digit + 1,
+        b'9' => b'8',
+        letter => letter - 1,
+    };
+    format!("{}{}{}", &value[..at], char::from(next), &value[at + 1..])
+}
+
+fn is_prose(key: &str) -> bool {
+    KEYS.iter().any(|(prose, _)| *prose == key)
+        || key.strip_prefix("Line").is_some_and(|number| number.parse::<u8>().is_ok())
+}
+
+fn eds_cells(text: &str) -> Vec<Cell> {
+    let (mut cells, mut section, mut at) = (Vec::new(), "", 0);
+    for line in text.split_inclusive('\n') {
+        let bare = line.trim_end();
+        if bare.starts_with('[') {
+            section = bare;
+        } else if let Some((key, value)) = bare.split_once('=').filter(|(key, _)| !is_prose(key)) {
+            let start = at + key.len() + 1;
+            cells.push(cell(format!("{section} {key}"), start, value));
+        }
+        at += line.len();
+    }
+    cells
+}
+
+/// Everything behind ` = ` that is a number, a flag or a text.
+fn overlay_cells(text: &str) -> Vec<Cell> {
+    let (mut cells, mut section, mut at) = (Vec::new(), "", 0);
+    for line in text.split_inclusive('\n') {
+        if line.starts_with('[') {
+            section = line.trim_end();
+        }
+        let is_comment = line.starts_with('#');
+        for (equals, _) in line.match_indices(" = ").filter(|_| !is_comment) {
+            let key = line[..equals].rsplit([' ', '{']).next().unwrap();
+            let start = equals + 3;
+            let rest = &line[start..];
+            if is_prose(key) || is_in_text(line, equals) || rest.starts_with(['[', '{']) {
+                continue;
+            }
+            let (start, value) = match rest.strip_prefix('"') {
+                Some(quoted) => (start + 1, quoted.split('"').next().unwrap()),
+                None => (start, rest.split([',', ' ', '\n']).next().unwrap()),
+            };
+            cells.push(cell(format!("{section} {key}"), at + start, value));
+        }
+        at += line.len();
+    }
+    cells
+}
+
+fn is_in_text(line: &str, at: usize) -> bool {
+    line[..at].matches('"').count() % 2 == 1
+}
+
+fn table_cells(file: &str, text: &str) -> Vec<Cell> {
+    let (mut cells, mut at) = (Vec::new(), 0);
+    let mut columns: Vec<&str> = Vec::new();
+    for line in text.split_inclusive('\n') {
+        let fields = fields(line.trim_end());
+        if columns.is_empty() {
+            columns = fields.iter().map(|range| &line[range.clone()]).collect();
+        } else if !ROWS.iter().any(|(of, key, _)| *of == file && line.contains(&key.replace(':', ","))) {
+            for (column, range) in columns.iter().zip(fields) {
+                if !COLUMNS.iter().any(|(of, name, _)| *of == file && name == column) {
+                    let key: String = line.chars().take(24).collect();
+                    cells.push(cell(format!("{file}/{key}…/{column}"), at + range.start, &line[range]));
+                }
+            }
+        }
+        at += line.len();
+    }
+    cells
+}
+
+/// Where the fields of a line stand, without their quotes.
+fn fields(line: &str) -> Vec<std::ops::Range<usize>> {
+    let (mut ranges, mut start, mut quoted) = (Vec::new(), 0, false);
+    for (at, byte) in line.bytes().enumerate().chain([(line.len(), b',')]) {
+        match byte {
+            b'"' => quoted = !quoted,
+            b',' if !quoted => {
+                let inside = usize::from(line[start..at].starts_with('"') && at > start + 1);
+                ranges.push(start + inside..at - inside);
+                start = at + 1;
+            }
+            _ => {}
+        }
+    }
+    ranges
+}
+
+fn cell(name: String, start: usize, value: &str) -> Cell {
+    Cell { name, range: start..start + value.len(), value: value.to_owned() }
+}
+
+/// xorshift64*: the same numbers in every run.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 8
+    }
+
+    fn below(&mut self, bound: usize) -> usize {
+        (self.next() % bound as u64) as usize
+    }
+}
