@@ -1,0 +1,125 @@
+//! A firmware without an operating system: the communication of an AG03/1, with all it needs on one stack.
+//!
+//! It has its own panic handler. A crate graph that holds std has one already, so that this one is refused as
+//! soon as anything asks for std: that it builds is the proof.
+#![no_std]
+
+use core::panic::PanicInfo;
+
+use lexican_runtime::device::{Behaviour, Device, Event};
+use lexican_runtime::service::nmt::Reset;
+use lexican_runtime::{CobId, Frame, Instant, NodeId};
+
+mod od {
+    #![allow(unreachable_pub, dead_code, reason = "generated for a library, and more than is used here")]
+    lexican_runtime::include_od!("drive");
+}
+
+/// What the board brings: a clock, a CAN controller, and a supply.
+#[repr(C)]
+pub struct Board {
+    /// Microseconds since power-on.
+    pub now_us: extern "C" fn() -> u64,
+    /// Takes a frame from the controller; false when there is none.
+    pub receive: extern "C" fn(&mut CanFrame) -> bool,
+    /// Gives the controller a frame; it is copied.
+    pub send: extern "C" fn(&CanFrame),
+    /// False ends the main loop.
+    pub is_powered: extern "C" fn() -> bool,
+}
+
+/// A frame as the controller has it. Base format only: the drive uses no other.
+#[repr(C)]
+pub struct CanFrame {
+    /// The identifier, 0 to 7FFh.
+    pub id: u16,
+    /// A remote frame has a length and no data.
+    pub is_remote: bool,
+    /// 0 to 8.
+    pub len: u8,
+    /// `len` of them count.
+    pub data: [u8; 8],
+}
+
+/// The main loop; false when `node` is no node-ID.
+// The symbol is what the linker begins with. The attribute is the only thing here that is called unsafe: nobody
+// else may give something this name.
+#[unsafe(no_mangle)]
+pub extern "C" fn bare_run(board: &Board, node: u8) -> bool {
+    let Some(node) = NodeId::new(node) else { return false };
+    let mut drive = Drive { device: Device::new(node, Behaviour::CIA_301), od: od::storage(node) };
+    drive.device.restart(now(board), &mut drive.od);
+    while (board.is_powered)() {
+        drive.step(board);
+    }
+    true
+}
+
+struct Drive {
+    device: Device<4, 4, 1, 0>,
+    od: od::Storage,
+}
+
+impl Drive {
+    fn step(&mut self, board: &Board) {
+        // First of all the boot-up message: until it is sent, the device hears nothing.
+        while let Some(frame) = self.device.poll_transmit(now(board), &mut self.od) {
+            (board.send)(&CanFrame::from_frame(&frame));
+        }
+        let mut received = CanFrame { id: 0, is_remote: false, len: 0, data: [0; 8] };
+        if (board.receive)(&mut received)
+            && let Some(frame) = received.to_frame()
+        {
+            let event = self.device.handle_frame(now(board), &frame, &mut self.od);
+            self.follow(board, event);
+        }
+        if self.device.poll_timeout().is_some_and(|due| due <= now(board)) {
+            let event = self.device.handle_timeout(now(board), &mut self.od);
+            self.follow(board, event);
+        }
+    }
+
+    fn follow(&mut self, board: &Board, event: Option<Event>) {
+        match event {
+            Some(Event::Reset(reset)) => {
+                let values = if reset == Reset::Node { 0..=0xFFFF } else { 0x1000..=0x1FFF };
+                self.od.reset(self.device.node(), values);
+                self.device.restart(now(board), &mut self.od);
+            }
+            // The drive is where it is told to be: what moves it is not of interest here.
+            Some(Event::RpdoReceived { .. } | Event::Written(_)) => {
+                let target = self.od.get(od::TARGET_POSITION);
+                self.od.set(od::POSITION_ACTUAL_VALUE, target);
+                self.device.changed(od::POSITION_ACTUAL_VALUE.address());
+            }
+            _ => {}
+        }
+    }
+}
+
+impl CanFrame {
+    fn to_frame(&self) -> Option<Frame> {
+        let id = CobId::standard(self.id)?;
+        match self.is_remote {
+            true => Frame::remote(id, self.len),
+            false => Frame::new(id, self.data.get(..usize::from(self.len))?),
+        }
+    }
+
+    fn from_frame(frame: &Frame) -> Self {
+        let mut data = [0; 8];
+        data.iter_mut().zip(frame.data()).for_each(|(to, from)| *to = *from);
+        CanFrame { id: frame.id().raw() as u16, is_remote: frame.is_remote(), len: frame.dlc(), data }
+    }
+}
+
+fn now(board: &Board) -> Instant {
+    Instant::from_micros((board.now_us)())
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    loop {
+        core::hint::spin_loop();
+    }
+}
