@@ -45,7 +45,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             0x1014 | 0x1015 => self.load_emcy(od),
             0x100C | 0x100D => self.load_guarding(od),
             0x1016 => self.load_consumer(address.sub(), od),
-            0x1017 => self.heartbeat.configure(now, heartbeat_period(od), Duration::ZERO),
+            0x1017 => {
+                self.heartbeat.configure(now, heartbeat_period(od), Duration::ZERO);
+                self.load_guarding(od);
+            }
             0x1201..=0x127F => self.load_servers(od),
             index @ 0x1400..=0x17FF => self.reload_rpdo(1 + (index & 0x01FF), od),
             index @ 0x1800..=0x1BFF => self.reload_tpdo(1 + (index & 0x01FF), now, od),
@@ -90,8 +93,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         self.emcy.configure(cob_id.map(PdoCobId::id), Duration::from_100us(inhibit));
     }
 
+    /// With a heartbeat there is no life guarding (CiA 301, 7.2.8.3.2.2), also where it had begun before.
     fn load_guarding(&mut self, od: &mut dyn ObjectDictionary) {
-        let guard_time_ms = objects::read_u16(od, 0x100C, 0).unwrap_or(0);
+        let guarded = heartbeat_period(od).is_zero();
+        let guard_time_ms = objects::read_u16(od, 0x100C, 0).filter(|_| guarded).unwrap_or(0);
         let life_time_factor = objects::read_u8(od, 0x100D, 0).unwrap_or(0);
         self.guarding.configure(Duration::from_millis(u64::from(guard_time_ms)), life_time_factor);
     }
