@@ -1,6 +1,7 @@
 //! Takes times: many short batches, the contenders in turn, so that whatever else the machine does meets all of
 //! them alike.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 /// How long a batch takes at least, so that reading the clock costs nothing beside it.
@@ -44,6 +45,7 @@ impl Contender {
 
     /// Is outside of this process, and says itself how long it took.
     pub(crate) fn with_own_clock(name: &'static str, batch: impl FnMut(u64) -> Duration + 'static) -> Self {
+        scatter();
         Contender { name, frames: 0, batch: Box::new(batch) }
     }
 
@@ -61,19 +63,31 @@ impl Contender {
     }
 }
 
-/// Lets the contenders work in turn.
-pub(crate) fn race(mut contenders: Vec<Contender>, rounds: usize) -> Vec<Figure> {
-    let times: Vec<u64> = contenders.iter_mut().map(Contender::calibrate).collect();
-    let mut samples: Vec<Vec<f64>> = vec![Vec::with_capacity(rounds); contenders.len()];
+/// Lets the contenders work in turn. Each element of `copies` has the same contenders, made anew; in each round it
+/// is the turn of the next one.
+pub(crate) fn race(mut copies: Vec<Vec<Contender>>, rounds: usize) -> Vec<Figure> {
+    let times: Vec<u64> = copies[0].iter_mut().map(Contender::calibrate).collect();
+    let mut samples: Vec<Vec<f64>> = vec![Vec::with_capacity(rounds); times.len()];
+    let copies_count = copies.len();
     for round in 0..rounds {
+        let contenders = &mut copies[round % copies_count];
         for turn in 0..contenders.len() {
             // Nobody always follows the same one, whose traces are in the caches.
-            let at = (turn + round) % contenders.len();
+            let at = (turn + round / copies_count) % contenders.len();
             let spent = (contenders[at].batch)(times[at]);
             samples[at].push(spent.as_nanos() as f64 / times[at] as f64);
         }
     }
-    contenders.iter().zip(samples).map(|(contender, samples)| figure(contender, samples)).collect()
+    copies[0].iter().zip(samples).map(|(contender, samples)| figure(contender, samples)).collect()
+}
+
+/// Leaves a gap in the heap, of another size each time, so that copies of a contender do not all have their memory
+/// at the same distances.
+pub(crate) fn scatter() {
+    static GAP: AtomicUsize = AtomicUsize::new(1);
+    // All multiples of 16 below a page come before any comes again.
+    let gap = (GAP.fetch_add(1, Ordering::Relaxed) * 97 % 256) * 16;
+    std::hint::black_box(Vec::<u8>::with_capacity(gap + 16).leak());
 }
 
 fn figure(contender: &Contender, mut samples: Vec<f64>) -> Figure {

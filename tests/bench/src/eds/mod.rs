@@ -110,7 +110,7 @@ fn compare(path: &Path, goals: &mut Goals) {
         Ok(python) => contenders.push(python),
         Err(reason) => println!("{name}: without python-canopen: {reason}"),
     }
-    let figures = measure::race(contenders, ROUNDS);
+    let figures = measure::race(vec![contenders], ROUNDS);
     report::rows(&shortened(&name), bytes.len(), &figures);
     println!("{:<34} {} bytes; values found: {}", "", bytes.len(), objects.join(", "));
     judge(&name, &figures, goals);

@@ -10,7 +10,7 @@ use canopen_rs::sdo::{SdoClient, SdoEvent, SdoServer};
 use canopen_rs::types::NodeId;
 
 use super::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
-use crate::measure::Contender;
+use crate::measure::{self, Contender};
 
 pub(super) fn contender(case: Case) -> Option<Contender> {
     match case.kind {
@@ -64,6 +64,7 @@ struct Channel<const N: usize> {
 impl<const N: usize> Channel<N> {
     fn new(kind: Kind) -> Self {
         let node = NodeId::new(5).expect("1 to 127");
+        measure::scatter();
         let mut od = Box::new(ObjectDictionary::new());
         let entries: Vec<(u16, Value)> = match kind {
             Kind::Expedited { objects } => (0..objects).map(|at| (0x2000 + at, Value::Unsigned32(0))).collect(),

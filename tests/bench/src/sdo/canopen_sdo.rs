@@ -10,7 +10,7 @@ use std::hint::black_box;
 use canopen_sdo::{ObjectDictionary, SdoAbortCode, SdoClient, SdoConfig, SdoOutcome, SdoServer, ServerConfig};
 
 use super::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
-use crate::measure::Contender;
+use crate::measure::{self, Contender};
 
 const NODE: u8 = 5;
 
@@ -134,6 +134,7 @@ struct Row {
 
 impl Dictionary {
     fn new(kind: Kind) -> Self {
+        measure::scatter();
         let row = |index, at, len| {
             let (is_readable, is_writable) = black_box((true, true));
             Row { address: (index, 0), is_readable, is_writable, start: at * len, len }

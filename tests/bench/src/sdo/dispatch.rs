@@ -21,7 +21,7 @@ const FUNCTIONS: [u16; 8] = [0x080, 0x180, 0x200, 0x280, 0x380, 0x580, 0x600, 0x
 const FRAMES: usize = 64;
 
 pub(super) fn run(goals: &mut Goals) {
-    let figures = measure::race(vec![ours(), canopen_rs(), zencan()], ROUNDS);
+    let figures = measure::race(vec![vec![ours(), canopen_rs(), zencan()]], ROUNDS);
     report::head("Dispatch");
     report::rows("frame of another node", 0, &figures);
     if let Some(ours) = report::ours(&figures) {

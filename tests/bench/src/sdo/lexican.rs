@@ -11,7 +11,7 @@ use lexican_runtime::service::sdo_server::{self, SdoServer};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 
 use super::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
-use crate::measure::Contender;
+use crate::measure::{self, Contender};
 use crate::report;
 
 const NODE: NodeId = NodeId::literal(5);
@@ -58,7 +58,7 @@ fn contender(name: &'static str, case: Case, side: impl Side + 'static) -> Conte
                     Direction::Read => channel.read(bytes_index(len), &mut payload),
                     Direction::Write => channel.write(bytes_index(len), len as u32, &mut payload),
                 }
-                black_box(&mut buffer);
+                black_box(payload);
             })
         }
     };
@@ -164,6 +164,7 @@ impl<S: Side> Transfer for Channel<S> {
 }
 
 fn dictionary(kind: Kind) -> Box<dyn ObjectDictionary> {
+    measure::scatter();
     match kind {
         Kind::Expedited { objects: 10 } => numbers::<40>(),
         Kind::Expedited { .. } => numbers::<4000>(),
