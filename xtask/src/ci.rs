@@ -21,6 +21,8 @@ pub(crate) enum Job {
     Test,
     /// the AG03/1 against every table of its manual
     Verify,
+    /// code generated from every golden data sheet, under clippy
+    Corpus,
     /// the tests that want a kernel with CAN, in one
     Vcan,
     /// lexican against python-canopen, both ways
@@ -57,6 +59,7 @@ impl Job {
             Job::Main => readme_command(root, "main job"),
             Job::Test => readme_command(root, "tests"),
             Job::Verify => crate::verify::run(root, true),
+            Job::Corpus => crate::corpus::run(root, &root.join("eds/tests/golden")),
             Job::Interop => crate::interop::run(root),
             Job::Vcan => {
                 let tests = ["test", "-p", "lexican-tests", "--test", "link_socketcan"];
