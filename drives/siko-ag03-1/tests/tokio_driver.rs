@@ -3,9 +3,9 @@
 
 use std::sync::{Arc, Mutex};
 
-use lexican_runtime::NodeId;
-use lexican_runtime::host::VirtualBus;
 use lexican_runtime::host::tokio::Network;
+use lexican_runtime::host::{Incoming, Link, LinkError, VirtualBus, VirtualLink};
+use lexican_runtime::{Frame, Instant, NodeId};
 use siko_ag03_1::driver::tokio::Drive;
 use siko_ag03_1::driver::{Error, Missing, Mode, Outcome, VelocityOutcome};
 use siko_ag03_1::fault::{Cause, Fault};
@@ -66,4 +66,49 @@ async fn a_fault_is_told_with_its_cause() {
     drive.start_moving_to(100_000).await.unwrap();
     simulated[0].lock().unwrap().set_inputs(bus.now(), |inputs| inputs.sensor_fails = true);
     assert_eq!(drive.finish(|_| {}).await.unwrap(), Outcome::Fault(Cause::Fault(Fault::SENSOR)));
+}
+
+/// A link that keeps a record of what is sent.
+struct Recorder {
+    link: VirtualLink,
+    sent: Arc<Mutex<Vec<String>>>,
+}
+
+impl Link for Recorder {
+    fn now(&self) -> Instant {
+        self.link.now()
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.sent.lock().unwrap().push(frame.to_string());
+        self.link.send(frame)
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        self.link.receive(until)
+    }
+}
+
+/// A drive that is enabled, and the record of what is sent to it.
+async fn recorded() -> (Drive, Arc<Mutex<Vec<String>>>) {
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(SimulatedDrive::new(NodeId::literal(5)));
+    let sent = Arc::default();
+    let network = Network::spawn(Recorder { link: bus.link(), sent: Arc::clone(&sent) }).unwrap();
+    let mut drive = Drive::connect(network, NodeId::literal(5)).await.unwrap();
+    drive.enable().await.unwrap();
+    (drive, sent)
+}
+
+#[test]
+fn a_drive_dropped_at_the_end_of_main_is_told_to_stop() {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    let sent = runtime.block_on(async {
+        let (mut drive, sent) = recorded().await;
+        drive.start_moving_to(20_000).await.unwrap();
+        sent.lock().unwrap().clear();
+        sent
+    });
+    drop(runtime);
+    assert_eq!(*sent.lock().unwrap(), ["205#0F01"]);
 }

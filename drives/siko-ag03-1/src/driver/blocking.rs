@@ -18,7 +18,7 @@ use crate::Direction;
 use crate::fault::Cause;
 use crate::od;
 use crate::parameter::ParameterSet;
-use crate::state::{Command, State};
+use crate::state::State;
 
 /// A drive at the other end of a link. Every method blocks until its operation is over.
 ///
@@ -359,17 +359,9 @@ impl<L: Link> Drive<L> {
 
 impl<L: Link> Drop for Drive<L> {
     fn drop(&mut self) {
-        let desk = self.session.desk();
-        if !desk.lock().moving {
-            return;
-        }
-        let node = self.session.node();
-        desk.control(desk.description().word(Command::EnableOperation));
-        let told = self.link.as_mut().is_some_and(|link| {
-            let now = link.now();
-            std::iter::from_fn(|| self.session.poll_transmit(now)).all(|frame| link.send(&frame).is_ok())
-        });
+        let Some(stop) = self.session.desk().let_go() else { return };
+        let told = self.link.as_mut().is_some_and(|link| link.send(&stop).is_ok());
         let what = if told { "it has been told to stop" } else { "it could not be told to stop" };
-        eprintln!("the drive at node {node} was let go while it may be moving: {what}");
+        eprintln!("the drive at node {} was let go while it may be moving: {what}", self.session.node());
     }
 }

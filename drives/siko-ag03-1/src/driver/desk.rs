@@ -21,6 +21,7 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use super::description::Description;
 use super::error::Error;
 use crate::od;
+use crate::state::Command;
 
 /// One drive, as a sequence sees it; clones are the same desk.
 #[derive(Clone, Debug)]
@@ -76,6 +77,11 @@ impl Desk {
         shared.access = None;
         shared.answer = None;
         shared.restarted = false;
+    }
+
+    /// The frame that stops the drive, when it may be moving.
+    pub(super) fn let_go(&self) -> Option<Frame> {
+        self.lock().moving.then(|| self.control_frame(self.description.word(Command::EnableOperation)))
     }
 
     /// Lets a sequence go on as far as it can.
@@ -141,8 +147,7 @@ impl Desk {
 
     /// Sends a control word (RPDO1).
     pub fn control(&self, word: u16) {
-        let pdo = od::Rpdo1 { controlword: od::Controlword(word) };
-        self.send(Frame::from_array(CobId::of_node(0x200, self.node), pdo.pack()));
+        self.send(self.control_frame(word));
     }
 
     /// Sends a control word with a target position (RPDO3).
@@ -155,6 +160,11 @@ impl Desk {
     pub fn control_velocity(&self, word: u16, target: i32) {
         let pdo = od::Rpdo4 { controlword: od::Controlword(word), target_velocity: od::Velocity(target) };
         self.send(Frame::from_array(CobId::of_node(0x500, self.node), pdo.pack()));
+    }
+
+    fn control_frame(&self, word: u16) -> Frame {
+        let pdo = od::Rpdo1 { controlword: od::Controlword(word) };
+        Frame::from_array(CobId::of_node(0x200, self.node), pdo.pack())
     }
 
     fn send(&self, frame: Frame) {

@@ -21,7 +21,7 @@ use super::error::{Error, Outcome, VelocityOutcome};
 use super::sequence::{self, Progress};
 use crate::Direction;
 use crate::fault::Cause;
-use crate::state::{Command, State};
+use crate::state::State;
 
 /// How long to wait for an event before the time is looked at: the time is the link's, which need not be that
 /// of tokio.
@@ -332,23 +332,15 @@ impl Drive {
     }
 }
 
+/// The stop is handed over without waiting, since the runtime may be shutting down: a task that was spawned here
+/// would then never run.
 impl Drop for Drive {
     fn drop(&mut self) {
-        if !self.desk.lock().moving {
-            return;
-        }
-        self.desk.control(self.desk.description().word(Command::EnableOperation));
-        let (node, network) = (self.node, self.network.clone());
-        let frames = std::mem::take(&mut self.desk.lock().outbox);
-        let told = tokio::runtime::Handle::try_current().map(|runtime| {
-            runtime.spawn(async move {
-                for frame in frames {
-                    // A network that is gone carries no stop either; the message below has said what it could.
-                    let _ = network.send(frame).await;
-                }
-            })
-        });
-        let what = if told.is_ok() { "it is being told to stop" } else { "it could not be told to stop" };
-        eprintln!("the drive at node {node} was let go while it may be moving: {what}");
+        let Some(stop) = self.desk.let_go() else { return };
+        let what = match self.network.post(stop) {
+            Ok(()) => "the stop has been handed to its network",
+            Err(_) => "it could not be told to stop",
+        };
+        eprintln!("the drive at node {} was let go while it may be moving: {what}", self.node);
     }
 }
