@@ -1,11 +1,14 @@
 //! The driver over the tokio shell: what the blocking one does, for several drives at once.
 #![cfg(feature = "tokio")]
 
+use std::future::Future;
 use std::sync::{Arc, Mutex};
+use std::task::{Context, Waker};
 
 use lexican_runtime::host::tokio::Network;
 use lexican_runtime::host::{Incoming, Link, LinkError, VirtualBus, VirtualLink};
 use lexican_runtime::{Frame, Instant, NodeId};
+use siko_ag03_1::Direction;
 use siko_ag03_1::driver::tokio::Drive;
 use siko_ag03_1::driver::{Error, Missing, Mode, Outcome, VelocityOutcome};
 use siko_ag03_1::fault::{Cause, Fault};
@@ -111,4 +114,31 @@ fn a_drive_dropped_at_the_end_of_main_is_told_to_stop() {
     });
     drop(runtime);
     assert_eq!(*sent.lock().unwrap(), ["205#0F01"]);
+}
+
+#[tokio::test]
+async fn inching_that_is_cancelled_at_any_await_does_not_start_the_drive_later() {
+    for polls in 1..1000 {
+        let (mut drive, sent) = recorded().await;
+        sent.lock().unwrap().clear();
+        let mut inching = Box::pin(drive.inch(Direction::Positive));
+        for _ in 0..polls {
+            if inching.as_mut().poll(&mut Context::from_waker(Waker::noop())).is_ready() {
+                assert!(polls > 10, "there is something to cancel");
+                return;
+            }
+            tokio::task::yield_now().await;
+        }
+        drop(inching);
+        let before = sent.lock().unwrap().len();
+        drop(drive);
+        for _ in 0..10 {
+            tokio::task::yield_now().await;
+        }
+        let sent = sent.lock().unwrap();
+        assert!(!sent[before..].iter().any(|frame| frame == "205#0F40"), "after {polls} polls: {sent:?}");
+        let started = sent[..before].iter().any(|frame| frame == "205#0F40");
+        assert!(!started || sent[before..].iter().any(|frame| frame == "205#0F01"), "after {polls} polls: {sent:?}");
+    }
+    panic!("inching does not end");
 }

@@ -79,8 +79,10 @@ impl Desk {
         shared.restarted = false;
     }
 
-    /// The frame that stops the drive, when it may be moving.
+    /// Ends work at the desk: what a sequence has left unsent is forgotten, since it may be what starts the
+    /// drive. The frame that stops it, when it may be moving.
     pub(super) fn let_go(&self) -> Option<Frame> {
+        self.begin(self.now());
         self.lock().moving.then(|| self.control_frame(self.description.word(Command::EnableOperation)))
     }
 
