@@ -5,6 +5,7 @@ mod common;
 use common::testing::TestOd;
 use common::{Bench, FULL};
 use lexican_runtime::device::{Behaviour, Event};
+use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 
 fn device(changes: &str) -> Bench {
     Bench::new(TestOd::new(FULL).with(changes), Behaviour::CIA_301)
@@ -26,4 +27,32 @@ fn a_heartbeat_that_is_switched_on_ends_life_guarding() {
     bench.send("705#R1");
     bench.pass_ms(300);
     assert!(matches!(bench.take_events()[..], [Event::LifeGuarding(_), ..]));
+}
+
+#[test]
+fn the_generic_bit_stays_as_long_as_there_is_any_error() {
+    let mut bench = device("1016:01 u32 rw - 0x00060064");
+    bench.send("706#05");
+    assert_eq!(bench.pass_ms(200), ["100000 085#3081110000000000"]);
+    bench.device.emergency(ErrorCode(0x3000), ErrorRegister::VOLTAGE, [0; 5], &mut bench.od);
+    assert_eq!((bench.sent(), bench.od.get(0x1001, 0)), (vec!["085#0030150000000000".into()], 0x15));
+    bench.device.clear(ErrorRegister(0xFF), &mut bench.od);
+    assert_eq!((bench.sent(), bench.od.get(0x1001, 0)), (vec!["085#0000110000000000".into()], 0x11));
+    assert_eq!(bench.send("706#05"), ["085#0000000000000000"]);
+}
+
+#[test]
+fn a_heartbeat_that_is_back_does_not_end_errors_of_the_application() {
+    for (errors, with_heartbeat_lost) in [(ErrorRegister::GENERIC, 0x11), (ErrorRegister::VOLTAGE, 0x15)] {
+        let mut bench = device("1016:01 u32 rw - 0x00060064");
+        bench.device.emergency(ErrorCode(0x1000), errors, [0; 5], &mut bench.od);
+        let alone = bench.od.get(0x1001, 0);
+        bench.send("706#05");
+        bench.pass_ms(200);
+        assert_eq!(bench.od.get(0x1001, 0), with_heartbeat_lost);
+        assert_eq!(bench.send("706#05"), [""; 0]);
+        assert_eq!((bench.od.get(0x1001, 0), u64::from(bench.device.error_register().0)), (alone, alone));
+        bench.device.clear(errors, &mut bench.od);
+        assert_eq!((bench.sent(), bench.od.get(0x1001, 0)), (vec!["085#0000000000000000".into()], 0));
+    }
 }

@@ -222,8 +222,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         vendor: [u8; 5],
         od: &mut dyn ObjectDictionary,
     ) {
-        self.application_errors = self.application_errors | register | ErrorRegister::GENERIC;
-        self.emcy.raise(code, register, vendor, true, od);
+        self.raise(code, register, vendor, true, od);
     }
 
     /// The same without an entry in the history.
@@ -234,16 +233,42 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         vendor: [u8; 5],
         od: &mut dyn ObjectDictionary,
     ) {
-        self.application_errors = self.application_errors | register | ErrorRegister::GENERIC;
-        self.emcy.raise(code, register, vendor, false, od);
+        self.raise(code, register, vendor, false, od);
+    }
+
+    fn raise(
+        &mut self,
+        code: ErrorCode,
+        register: ErrorRegister,
+        vendor: [u8; 5],
+        record: bool,
+        od: &mut dyn ObjectDictionary,
+    ) {
+        // The generic bit is an error of its own only where it stands alone.
+        let specific = register & !ErrorRegister::GENERIC;
+        let errors = if specific.is_empty() { ErrorRegister::GENERIC } else { specific };
+        self.application_errors = self.application_errors | errors;
+        self.emcy.raise(code, self.errors(), vendor, record, od);
+    }
+
+    /// What the error register has to show: the errors of the application and those that the device has
+    /// noticed itself. The generic bit is set with any of them.
+    fn errors(&self) -> ErrorRegister {
+        let own = if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE };
+        let errors = self.application_errors | own;
+        if errors.is_empty() { errors } else { errors | ErrorRegister::GENERIC }
     }
 
     /// Errors are over: `register` is reset in the error register, and an EMCY with the code 0000h is
-    /// sent when any of its bits was set. `ErrorRegister(0xFF)` ends all errors of the application.
+    /// sent when the application had set any of its bits. `ErrorRegister(0xFF)` ends all errors of the application.
     pub fn clear(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
+        let ended = self.application_errors & register;
         self.application_errors = self.application_errors & !register;
-        let kept = if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE };
-        self.emcy.clear(register & !kept, [0; 5], od);
+        // Of what the device has noticed itself, nothing ends by this.
+        let still_there = if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE };
+        if !(ended & !still_there).is_empty() {
+            self.emcy.clear(self.errors(), [0; 5], od);
+        }
     }
 
     /// The bus failed (bus-off): the error behaviour (1029h) follows. Losing a heartbeat or life guarding
@@ -431,17 +456,21 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         }
         self.communication_error = true;
         let record = self.behaviour.records_communication_errors;
-        self.emcy.raise(code, ErrorRegister::COMMUNICATION, [0; 5], record, od);
+        self.emcy.raise(code, self.errors(), [0; 5], record, od);
     }
 
-    /// Resets the error of communication in the register when none is left.
+    /// Resets the error of communication in the register when none is left. Where the application has
+    /// errors, the device is not free of errors, and sends no message that may be read as that.
     fn end_communication_error(&mut self, od: &mut dyn ObjectDictionary) {
         if !self.communication_error || self.has_communication_error() {
             return;
         }
         self.communication_error = false;
-        if !self.application_errors.contains(ErrorRegister::COMMUNICATION) {
-            self.emcy.clear(ErrorRegister::COMMUNICATION, [0; 5], od);
+        let left = self.errors();
+        if left.is_empty() {
+            self.emcy.clear(left, [0; 5], od);
+        } else {
+            self.emcy.set_register(left, od);
         }
     }
 

@@ -49,40 +49,33 @@ impl EmcyProducer {
         self.register
     }
 
-    /// An error occurred. `bits` are set in the error register (1001h), and the generic error bit with
-    /// them; the code comes into the history (1003h) when `record` says so.
+    /// An error occurred. The error register (1001h) is `register` from now on; the code comes into the
+    /// history (1003h) when `record` says so.
     pub fn raise(
         &mut self,
         code: ErrorCode,
-        bits: ErrorRegister,
+        register: ErrorRegister,
         vendor: [u8; 5],
         record: bool,
         od: &mut dyn ObjectDictionary,
     ) {
-        self.set_register(self.register | bits | ErrorRegister::GENERIC, od);
+        self.set_register(register, od);
         if record {
             // Behind the code, the history has 16 bits of additional information.
             let [low, high, ..] = vendor;
             push_history(u32::from(code.0) | u32::from(u16::from_le_bytes([low, high])) << 16, od);
         }
-        self.push(Emergency { code, register: self.register, vendor });
+        self.push(Emergency { code, register, vendor });
     }
 
-    /// Errors are over: `bits` are reset in the error register, the generic error bit too when no other
-    /// is left. The message has the code 0000h. Nothing is sent when none of the bits was set.
-    pub fn clear(&mut self, bits: ErrorRegister, vendor: [u8; 5], od: &mut dyn ObjectDictionary) {
-        if (self.register & bits).is_empty() {
-            return;
-        }
-        let mut left = self.register & !bits;
-        if (left & !ErrorRegister::GENERIC).is_empty() {
-            left = ErrorRegister::NONE;
-        }
-        self.set_register(left, od);
-        self.push(Emergency { code: ErrorCode::NO_ERROR, register: left, vendor });
+    /// An error is over, and `register` tells what is left. The message has the code 0000h.
+    pub fn clear(&mut self, register: ErrorRegister, vendor: [u8; 5], od: &mut dyn ObjectDictionary) {
+        self.set_register(register, od);
+        self.push(Emergency { code: ErrorCode::NO_ERROR, register, vendor });
     }
 
-    fn set_register(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
+    /// Changes the error register (1001h) without a message.
+    pub fn set_register(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
         self.register = register;
         objects::write(od, 0x1001, 0, u64::from(register.0));
     }
@@ -159,7 +152,8 @@ mod tests {
     }
 
     fn raise(producer: &mut EmcyProducer, code: u16, od: &mut TestOd) {
-        producer.raise(ErrorCode(code), ErrorRegister::VOLTAGE, [0; 5], true, od);
+        let register = ErrorRegister::VOLTAGE | ErrorRegister::GENERIC;
+        producer.raise(ErrorCode(code), register, [0; 5], true, od);
     }
 
     fn producer() -> EmcyProducer {
@@ -190,14 +184,13 @@ mod tests {
     }
 
     #[test]
-    fn clearing_ends_what_was_raised_and_nothing_else() {
+    fn the_message_tells_what_is_left() {
         let (mut producer, mut od) = (producer(), od());
         raise(&mut producer, 0x3120, &mut od);
-        sent(&mut producer, 0);
-        producer.clear(ErrorRegister::TEMPERATURE, [0; 5], &mut od);
+        producer.clear(ErrorRegister::GENERIC, [0; 5], &mut od);
+        assert_eq!(sent(&mut producer, 0), ["085#2031050000000000", "085#0000010000000000"]);
+        producer.set_register(ErrorRegister::NONE, &mut od);
         assert_eq!(sent(&mut producer, 0), [""; 0]);
-        producer.clear(ErrorRegister::VOLTAGE, [0; 5], &mut od);
-        assert_eq!(sent(&mut producer, 0), ["085#0000000000000000"]);
-        assert_eq!(od.get(0x1001, 0), 0);
+        assert_eq!((producer.register(), od.get(0x1001, 0)), (ErrorRegister::NONE, 0));
     }
 }
