@@ -7,7 +7,7 @@ use std::task::{Context, Waker};
 
 use lexican_runtime::host::tokio::Network;
 use lexican_runtime::host::{Incoming, Link, LinkError, VirtualBus, VirtualLink};
-use lexican_runtime::{Frame, Instant, NodeId};
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use siko_ag03_1::Direction;
 use siko_ag03_1::driver::tokio::Drive;
 use siko_ag03_1::driver::{Error, Missing, Mode, Outcome, VelocityOutcome};
@@ -141,4 +141,24 @@ async fn inching_that_is_cancelled_at_any_await_does_not_start_the_drive_later()
         assert!(!started || sent[before..].iter().any(|frame| frame == "205#0F01"), "after {polls} polls: {sent:?}");
     }
     panic!("inching does not end");
+}
+
+#[tokio::test]
+async fn status_words_that_came_too_fast_are_not_taken_for_new_ones() {
+    let (bus, network, _) = network(&[5]);
+    let mut drive = Drive::connect(network, NodeId::literal(5)).await.unwrap();
+    drive.enable().await.unwrap();
+    drive.set_mode(Mode::Velocity).await.unwrap();
+    assert!(matches!(drive.run_at(20).await.unwrap(), VelocityOutcome::Reached { .. }));
+    let reached = drive.read(od::STATUSWORD).await.unwrap();
+    let frame = Frame::from_array(CobId::of_node(0x180, NodeId::literal(5)), reached.0.to_le_bytes());
+    for _ in 0..3000 {
+        bus.link().send(&frame).unwrap();
+    }
+    bus.advance(Duration::from_secs(2));
+    for _ in 0..100 {
+        tokio::task::yield_now().await;
+    }
+    let outcome = drive.run_at(90).await.unwrap();
+    assert!(matches!(outcome, VelocityOutcome::Reached { velocity: 80.. }), "{outcome:?}");
 }

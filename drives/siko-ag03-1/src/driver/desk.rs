@@ -42,6 +42,8 @@ pub(super) struct Shared {
     pub(super) status_word: u16,
     /// How many status words have come: a sequence waits for the next one.
     pub(super) status_words: u64,
+    /// What the drive said has been lost: what is known of it must be asked for.
+    pub(super) missed: bool,
     pub(super) emergency: Option<u16>,
     pub(super) restarted: bool,
     /// Something that moves has been started, and nothing has shown yet that it stands still.
@@ -130,6 +132,17 @@ impl Desk {
         shared.running = false;
     }
 
+    /// Something that the drive said has been lost, perhaps that it has booted. Nothing that was known is taken
+    /// for granted: the edges that start something are made anew, and the status word is read.
+    #[cfg(feature = "tokio")]
+    pub(super) fn missed(&self) {
+        let mut shared = self.lock();
+        shared.missed = true;
+        shared.emergency = None;
+        shared.paused = false;
+        shared.running = false;
+    }
+
     /// What kind of drive it is.
     #[must_use]
     pub fn description(&self) -> &'static Description {
@@ -213,8 +226,11 @@ impl Desk {
     pub async fn next_status(&self) -> Result<u16, Error> {
         let seen = self.lock().status_words;
         let until = self.now() + self.description.status_period;
-        let came = self.wait(until, |shared| (shared.status_words != seen).then_some(shared.status_word)).await?;
-        match came {
+        let came = self.wait(until, |shared| {
+            let came = shared.status_words != seen;
+            (came || shared.missed).then(|| (!std::mem::take(&mut shared.missed)).then_some(shared.status_word))
+        });
+        match came.await?.flatten() {
             Some(word) => Ok(word),
             None => self.status().await,
         }

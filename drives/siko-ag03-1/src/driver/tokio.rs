@@ -250,13 +250,15 @@ impl Drive {
     where
         F: Future<Output = Result<T, Error>>,
     {
-        while let Ok(event) = self.events.try_recv() {
-            self.hear(event);
-        }
-        self.desk.begin(self.now().await?);
+        let now = self.now().await?;
+        self.catch_up();
+        self.desk.begin(now);
         let mut sequence = pin!(sequence(self.desk.clone()));
         loop {
-            let polled = self.desk.poll(self.now().await?, sequence.as_mut());
+            let now = self.now().await?;
+            // What came before the sequence goes on must not look new to it afterwards.
+            self.catch_up();
+            let polled = self.desk.poll(now, sequence.as_mut());
             loop {
                 let frame = self.desk.lock().outbox.pop_front();
                 let Some(frame) = frame else { break };
@@ -313,11 +315,29 @@ impl Drive {
     async fn listen(&mut self) -> Result<(), Error> {
         match tokio::time::timeout(LOOK, self.events.recv()).await {
             Ok(Ok(event)) => self.hear(event),
-            // What was missed is asked for when it is needed.
-            Ok(Err(broadcast::error::RecvError::Lagged(_))) | Err(_) => {}
+            Ok(Err(broadcast::error::RecvError::Lagged(_))) => self.lose(),
+            Err(_) => {}
             Ok(Err(broadcast::error::RecvError::Closed)) => return Err(Error::Link(LinkError::Closed)),
         }
         Ok(())
+    }
+
+    /// Hears all that has come by now.
+    fn catch_up(&mut self) {
+        loop {
+            match self.events.try_recv() {
+                Ok(event) => self.hear(event),
+                Err(broadcast::error::TryRecvError::Lagged(_)) => self.lose(),
+                // A network that is gone is told of by whoever asks it for something.
+                Err(_) => break,
+            }
+        }
+    }
+
+    /// Events were missed. Those that are left are the oldest: better to have none of them.
+    fn lose(&mut self) {
+        self.events = self.events.resubscribe();
+        self.desk.missed();
     }
 
     fn hear(&self, event: Event) {
