@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use siko_ag03_1::driver::{Drive, Error, Missing, Outcome, Refusal};
 use siko_ag03_1::fault::{Cause, Fault};
 use siko_ag03_1::sim::SimulatedDrive;
-use siko_ag03_1::state::State;
+use siko_ag03_1::state::{Command, State};
 
 const NODE: NodeId = NodeId::literal(5);
 
@@ -103,6 +103,44 @@ fn a_frame_that_is_lost_ends_in_an_answer_and_leaves_the_driver_usable() {
         }
         assert_eq!(visit(&mut drive, -2000).unwrap(), Outcome::Reached { position: -2000 }, "without frame {lost}");
     }
+}
+
+/// Loses control words (RPDO1) as long as `lose` says so, counting them from 0.
+fn lose_control_words(bus: &VirtualBus, lose: impl Fn(u64) -> bool + Send + 'static) {
+    let mut count = 0;
+    bus.set_fate(move |_, frame| {
+        if frame.id() != CobId::of_node(0x200, NODE) {
+            return Fate::Deliver;
+        }
+        count += 1;
+        if lose(count - 1) { Fate::Lose } else { Fate::Deliver }
+    });
+}
+
+#[test]
+fn a_quick_stop_that_is_lost_is_sent_again() {
+    for lost in 1..10 {
+        let Bench { bus, simulated } = Bench::new();
+        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+        drive.enable().unwrap();
+        drive.start_moving_to(100_000).unwrap();
+        lose_control_words(&bus, move |number| number < lost);
+        drive.quick_stop().unwrap();
+        assert_eq!(simulated.lock().unwrap().velocity(bus.now()), 0, "after {lost} were lost");
+    }
+}
+
+#[test]
+fn a_quick_stop_that_never_arrives_is_told_of() {
+    let Bench { bus, .. } = Bench::new();
+    let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+    drive.enable().unwrap();
+    drive.start_moving_to(100_000).unwrap();
+    lose_control_words(&bus, |_| true);
+    let outcome = drive.quick_stop();
+    let told =
+        matches!(outcome, Err(Error::NoReaction { state: State::OperationEnabled, command: Command::QuickStop }));
+    assert!(told, "{outcome:?}");
 }
 
 fn frames() -> impl Strategy<Value = (u16, Vec<u8>, bool)> {

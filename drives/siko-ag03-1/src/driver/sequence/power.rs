@@ -9,6 +9,10 @@ use crate::fault::Cause;
 use crate::od;
 use crate::state::{Cause as How, Command, State, Transition};
 
+/// How often a quick stop is sent to a drive that does not obey: whoever wants one must hear soon that there is
+/// none.
+const QUICK_STOPS: u32 = 10;
+
 /// The state of the drive.
 ///
 /// # Errors
@@ -80,13 +84,22 @@ pub async fn disable(desk: &Desk) -> Result<(), Error> {
 ///
 /// # Errors
 ///
-/// [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NotStopped`].
+/// [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NoReaction`];
+/// [`Error::NotStopped`].
 pub async fn quick_stop(desk: &Desk) -> Result<(), Error> {
-    // Before anything is asked: a drive in another state ignores it.
-    desk.control(desk.description().word(Command::QuickStop));
+    let command = Command::QuickStop;
     let stopping = |word| State::from_status_word(word) == Some(State::QuickStopActive);
-    if let Err(word) = desk.await_status(stopping).await? {
-        return Err(Error::Refused(Refusal(vec![Missing::Enabled(state_of(word)?)])));
+    let mut left = QUICK_STOPS;
+    loop {
+        // Before anything is asked: a drive in another state ignores it, and so does one that has obeyed.
+        desk.control(desk.description().word(command));
+        left -= 1;
+        let Err(word) = desk.await_status(stopping).await? else { break };
+        match state_of(word)? {
+            State::OperationEnabled if left > 0 => {}
+            state @ State::OperationEnabled => return Err(Error::NoReaction { state, command }),
+            state => return Err(Error::Refused(Refusal(vec![Missing::Enabled(state)]))),
+        }
     }
     let velocity = come_to_stand(desk, desk.now() + desk.description().braking).await?;
     if velocity != 0 {
