@@ -143,6 +143,26 @@ fn a_quick_stop_that_never_arrives_is_told_of() {
     assert!(told, "{outcome:?}");
 }
 
+/// The frame with the order has a lower priority than the one that takes it back: it may come later.
+#[test]
+fn a_travel_that_is_told_as_not_taken_does_not_begin_later() {
+    let Bench { bus, simulated } = Bench::new();
+    let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+    drive.enable().unwrap();
+    bus.set_fate(|_, frame| match frame.data() {
+        [0x1F, 0x00, ..] if frame.id() == CobId::of_node(0x400, NODE) => Fate::Delay(Duration::from_millis(700)),
+        _ => Fate::Deliver,
+    });
+    let started = drive.start_moving_to(100_000);
+    let told = matches!(started, Err(Error::Refused(_) | Error::NotTaken { .. }));
+    assert!(told, "{started:?}");
+    drop(drive);
+    for _ in 0..10 {
+        bus.advance(Duration::from_millis(300));
+        assert_eq!(simulated.lock().unwrap().velocity(bus.now()), 0);
+    }
+}
+
 fn frames() -> impl Strategy<Value = (u16, Vec<u8>, bool)> {
     // Mostly identifiers that mean something to node 5.
     let ids = prop_oneof![

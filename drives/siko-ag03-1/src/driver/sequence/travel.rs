@@ -26,7 +26,8 @@ pub struct Progress {
 /// # Errors
 ///
 /// [`Error::Refused`] before anything is sent; [`Error::NotTaken`] when the drive does not take the order
-/// nevertheless.
+/// nevertheless: it is then withdrawn, and the drive stands. An order that it took late is interrupted, and told as
+/// [`Missing::NoTravel`].
 pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
     od::TARGET_POSITION.check(od::Position(target))?;
     refuse(desk, Order::Travel { target }).await?;
@@ -41,7 +42,7 @@ pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
     match desk.await_status(|word| word & status.acknowledged != 0).await? {
         Ok(_) => Ok(()),
         Err(word) => {
-            at_rest(desk);
+            withdraw(desk).await?;
             refuse(desk, Order::Travel { target }).await?;
             Err(Error::NotTaken { status_word: word })
         }
@@ -237,6 +238,24 @@ pub(super) async fn come_to_stand(desk: &Desk, until: Instant) -> Result<i32, Er
         }
         desk.next_status().await?;
     }
+}
+
+/// Takes back an order that the drive has not taken. The order may still be on its way, behind the word that
+/// takes it back: so the drive has to stand for as long as a command may take.
+async fn withdraw(desk: &Desk) -> Result<(), Error> {
+    let end = desk.now() + desk.description().braking;
+    // In any other state it takes no order, and the word would enable it.
+    while state_of(desk.status().await?)? == State::OperationEnabled {
+        come_to_rest(desk).await?;
+        desk.pass(desk.description().reaction).await?;
+        match desk.read(od::VELOCITY_ACTUAL_VALUE).await?.0 {
+            0 => break,
+            velocity if desk.now() >= end => return Err(Error::NotStopped { velocity }),
+            _ => {}
+        }
+    }
+    at_rest(desk);
+    Ok(())
 }
 
 async fn require_travel(desk: &Desk) -> Result<(), Error> {
