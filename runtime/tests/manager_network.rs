@@ -358,3 +358,80 @@ fn the_network_is_what_the_manager_s_dictionary_says() {
     assert!(load(NodeId::literal(7)).is_none(), "it is not a member");
     assert_eq!(OnLoss::from_startup(od.get(0x1F80, 0) as u32), OnLoss::ResetAll);
 }
+
+/// A network that is up, and of which node 5 boots by itself.
+fn rebooted(on_loss: OnLoss) -> Bus<'static> {
+    let mut bus = Bus::new(on_loss, &[(FIVE, true, started()), (SIX, true, started())]);
+    bus.start();
+    bus.pass_ms(1000);
+    bus.take_events();
+    bus.log.clear();
+    let node = &mut bus.nodes[0];
+    node.od = dictionary(FIVE);
+    node.device.restart(bus.now, &mut node.od);
+    bus.pass_ms(500);
+    assert_eq!(bus.take_events()[0], NetworkEvent::Lost { node: FIVE, mandatory: true });
+    bus
+}
+
+#[test]
+fn a_mandatory_node_that_boots_by_itself_resets_or_stops_all_when_it_shall() {
+    let bus = rebooted(OnLoss::ResetAll);
+    assert_eq!(bus.log[0], "000#8200");
+    assert_eq!(bus.log.iter().filter(|frame| *frame == "000#8200").count(), 1, "the boot-up that follows is no loss");
+    assert_eq!(bus.states(), [NmtState::Operational; 2]);
+    let bus = rebooted(OnLoss::StopAll);
+    assert_eq!(bus.log, ["000#0200"]);
+    assert_eq!(bus.states(), [NmtState::Stopped; 2]);
+    let bus = rebooted(OnLoss::ResetNode);
+    assert!(!bus.log.contains(&"000#8105".into()), "it was reset already");
+}
+
+#[test]
+fn a_node_that_returns_to_a_stopped_network_is_stopped_too() {
+    for reboots in [false, true] {
+        let mut bus = unplugged(OnLoss::StopAll);
+        bus.log.clear();
+        bus.nodes[0].connected = true;
+        if reboots {
+            let node = &mut bus.nodes[0];
+            node.od = dictionary(FIVE);
+            node.device.restart(bus.now, &mut node.od);
+        }
+        bus.pass_ms(2000);
+        assert_eq!((&bus.log[..], bus.states()), (&["000#0205".into()][..], vec![NmtState::Stopped; 2]));
+        assert_eq!(bus.take_events(), [], "nobody else is lost meanwhile");
+        bus.start();
+        bus.pass_ms(500);
+        assert_eq!(bus.states(), [NmtState::Operational; 2], "until the next start");
+    }
+}
+
+#[test]
+fn nodes_may_boot_more_slowly_than_their_heartbeat_when_all_are_reset() {
+    let at = |ms| Instant::ZERO + Duration::from_millis(ms);
+    let mut network: Network<'_, 4> = Network::new(OnLoss::ResetAll);
+    for node in [FIVE, SIX] {
+        network.assign(node, assignment(node, true, started())).unwrap();
+    }
+    network.start(at(0), Duration::ZERO);
+    assert_eq!(network.poll_transmit(at(0)).unwrap().to_string(), "000#8200");
+    network.handle_frame(at(10), &common::frame("705#7F"));
+    network.handle_frame(at(200), &common::frame("706#7F"));
+    let (mut resets, mut lost) = (Vec::new(), Vec::new());
+    for ms in 200..1200 {
+        while network.poll_timeout().is_some_and(|due| due <= at(ms)) {
+            if let Some(NetworkEvent::Lost { node, .. }) = network.handle_timeout(at(ms)) {
+                lost.push((ms, node));
+                // It comes before the reset is sent.
+                network.handle_frame(at(ms), &common::frame("706#7F"));
+            }
+        }
+        while let Some(frame) = network.poll_transmit(at(ms)) {
+            if frame.to_string() == "000#8200" {
+                resets.push(ms);
+            }
+        }
+    }
+    assert_eq!((resets, lost), (vec![260], vec![(260, FIVE)]));
+}

@@ -34,7 +34,7 @@ pub enum OnLoss {
     ResetNode,
     /// All nodes are reset, and booted again.
     ResetAll,
-    /// All nodes are stopped.
+    /// All nodes are stopped, and stay so until [`Network::start`].
     StopAll,
 }
 
@@ -115,6 +115,17 @@ pub struct Network<'a, const NODES: usize> {
     outbox: Outbox,
     deadline: Option<Instant>,
     ready: bool,
+    /// All nodes were stopped because of a loss, and stay so until the next start.
+    stopped: bool,
+}
+
+/// How a node was lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Loss {
+    /// It sends no heartbeat any more.
+    Silent,
+    /// It has booted without being told to.
+    Rebooted,
 }
 
 #[derive(Clone, Debug)]
@@ -159,6 +170,17 @@ impl<'a> Member<'a> {
         self.boot_again();
     }
 
+    /// From here on, the node may be silent for as long as a reset takes.
+    const fn forget_heartbeat(&mut self) {
+        self.consumer = HeartbeatConsumer::new(self.node, self.assignment.heartbeat);
+    }
+
+    fn stop(&mut self) {
+        self.boot = None;
+        self.starting = false;
+        self.command = None;
+    }
+
     fn boot_again(&mut self) {
         self.booted = false;
         self.starting = false;
@@ -199,7 +221,14 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
     /// A network without nodes.
     #[must_use]
     pub const fn new(on_loss: OnLoss) -> Self {
-        Network { members: [const { None }; NODES], on_loss, outbox: Outbox::new(), deadline: None, ready: false }
+        Network {
+            members: [const { None }; NODES],
+            on_loss,
+            outbox: Outbox::new(),
+            deadline: None,
+            ready: false,
+            stopped: false,
+        }
     }
 
     /// Adds a node.
@@ -222,8 +251,14 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
         // The outbox was just emptied.
         let _ = self.outbox.command(NmtCommand::ResetCommunication, None);
         self.ready = false;
+        self.stopped = false;
         self.deadline = if boot_time.is_zero() { None } else { Some(now + boot_time) };
-        self.members.iter_mut().flatten().for_each(Member::boot);
+        for member in self.members.iter_mut().flatten() {
+            member.forget_heartbeat();
+            member.lost = false;
+            member.command = None;
+            member.boot();
+        }
     }
 
     /// Whether all mandatory nodes have booted.
@@ -240,27 +275,37 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
 
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<NetworkEvent> {
+        if let Some(node) = self.handle_error_control(now, frame) {
+            return self.handle_loss(now, node, Loss::Rebooted);
+        }
         self.members.iter_mut().flatten().find_map(|member| {
-            let boot = member.boot.as_mut()?;
-            let event = boot.handle_frame(now, frame);
+            let event = member.boot.as_mut()?.handle_frame(now, frame);
             member.check_start(frame);
-            match member.consumer.handle_frame(now, frame) {
-                Some(heartbeat_consumer::Event::BootedUp) => {
-                    // Whatever it was before, it begins anew.
-                    let mandatory = member.assignment.mandatory;
-                    let was_up = member.booted;
-                    member.lost = false;
-                    member.boot();
-                    return was_up.then_some(NetworkEvent::Lost { node: member.node, mandatory });
-                }
-                // It was away, and did not notice: the reset did not reach it.
-                Some(heartbeat_consumer::Event::Started(_)) if member.lost => {
-                    member.command = Some(NmtCommand::ResetNode);
-                }
-                _ => {}
-            }
             member.handle_boot(event?)
         })
+    }
+
+    /// Takes a heartbeat or a boot-up message; the node that was up and has booted without being told to.
+    fn handle_error_control(&mut self, now: Instant, frame: &Frame) -> Option<NodeId> {
+        let stopped = self.stopped;
+        let mut members = self.members.iter_mut().flatten().filter(|member| member.boot.is_some() || stopped);
+        let member = members.find(|member| frame.id() == ErrorControl::cob_id(member.node))?;
+        match member.consumer.handle_frame(now, frame)? {
+            heartbeat_consumer::Event::BootedUp => {
+                member.lost = false;
+                if member.booted {
+                    return Some(member.node);
+                }
+                // Whatever it was before, it begins anew.
+                if stopped { member.command = Some(NmtCommand::Stop) } else { member.boot() }
+            }
+            // It was away, and did not notice: the command did not reach it.
+            heartbeat_consumer::Event::Started(_) if member.lost => {
+                member.command = Some(if stopped { NmtCommand::Stop } else { NmtCommand::ResetNode });
+            }
+            _ => {}
+        }
+        None
     }
 
     /// Does what is due. Several deadlines may be due at once: call it while `poll_timeout() <= now`.
@@ -278,7 +323,7 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
         let mut members = self.members.iter_mut().flatten();
         let lost = members.find_map(|member| member.consumer.handle_timeout(now).map(|_| member.node));
         if let Some(node) = lost {
-            return self.handle_loss(now, node);
+            return self.handle_loss(now, node, Loss::Silent);
         }
         self.members.iter_mut().flatten().find_map(|member| {
             let event = member.boot.as_mut()?.handle_timeout(now)?;
@@ -286,33 +331,47 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
         })
     }
 
-    fn handle_loss(&mut self, now: Instant, node: NodeId) -> Option<NetworkEvent> {
+    fn handle_loss(&mut self, now: Instant, node: NodeId, loss: Loss) -> Option<NetworkEvent> {
+        let stopped = self.stopped;
         let member = self.members.iter_mut().flatten().find(|member| member.node == node)?;
         let mandatory = member.assignment.mandatory;
-        member.lost = true;
+        member.lost = loss == Loss::Silent;
         member.booted = false;
         match self.on_loss {
             OnLoss::ResetAll if mandatory => self.start(now, Duration::ZERO),
-            OnLoss::StopAll if mandatory => {
-                // A command that was not sent yet is no longer wanted.
-                self.outbox = Outbox::new();
-                let _ = self.outbox.command(NmtCommand::Stop, None);
-            }
+            OnLoss::StopAll if mandatory => self.stop_all(),
+            _ if stopped => member.command = Some(NmtCommand::Stop),
             _ => {
-                member.command = Some(NmtCommand::ResetNode);
+                member.command = (loss == Loss::Silent).then_some(NmtCommand::ResetNode);
                 member.boot();
             }
         }
         Some(NetworkEvent::Lost { node, mandatory })
     }
 
+    fn stop_all(&mut self) {
+        self.stopped = true;
+        self.deadline = None;
+        // Commands that were not sent yet are no longer wanted.
+        self.members.iter_mut().flatten().for_each(Member::stop);
+        self.outbox = Outbox::new();
+        let _ = self.outbox.command(NmtCommand::Stop, None);
+    }
+
     /// The next frame to send.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         if let Some(frame) = self.outbox.poll_transmit(now) {
+            if !self.stopped {
+                // What came while the reset waited for being sent was from before it.
+                self.members.iter_mut().flatten().for_each(Member::forget_heartbeat);
+            }
             return Some(frame);
         }
         self.members.iter_mut().flatten().find_map(|member| {
             if let Some(command) = member.command.take() {
+                if command == NmtCommand::ResetNode {
+                    member.forget_heartbeat();
+                }
                 return Some(NmtMessage { command, node: Some(member.node) }.frame());
             }
             member.boot.as_mut()?.poll_transmit(now)
