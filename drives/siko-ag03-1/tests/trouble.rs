@@ -6,8 +6,10 @@ use std::sync::{Arc, Mutex};
 use lexican_runtime::host::{Fate, Node, VirtualBus};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use proptest::prelude::*;
+use siko_ag03_1::Direction;
 use siko_ag03_1::driver::{Drive, Error, Missing, Outcome, Refusal};
 use siko_ag03_1::fault::{Cause, Fault};
+use siko_ag03_1::od;
 use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::state::{Command, State};
 
@@ -163,6 +165,34 @@ fn a_travel_that_is_told_as_not_taken_does_not_begin_later() {
     }
 }
 
+#[test]
+fn inching_that_does_not_begin_is_not_told_as_done() {
+    let Bench { bus, simulated } = Bench::new();
+    let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+    drive.enable().unwrap();
+    assert_eq!(drive.move_to(100).unwrap(), Outcome::Reached { position: 100 });
+    let lose =
+        |word: [u8; 2]| bus.set_fate(move |_, frame| if *frame.data() == word { Fate::Lose } else { Fate::Deliver });
+    lose([0x0F, 0x20]);
+    assert!(matches!(drive.step(), Err(Error::NotTaken { .. })));
+    lose([0x0F, 0x40]);
+    assert!(matches!(drive.inch(Direction::Positive), Err(Error::NotTaken { .. })));
+    lose([0x0F, 0x80]);
+    assert!(matches!(drive.inch(Direction::Negative), Err(Error::NotTaken { .. })));
+    assert_eq!(simulated.lock().unwrap().position(bus.now()), 100);
+}
+
+#[test]
+fn the_smallest_step_is_seen_and_none_is_no_error() {
+    let Bench { bus, .. } = Bench::new();
+    let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+    drive.enable().unwrap();
+    for (width, position) in [(1, 1), (-1, 0), (0, 0)] {
+        drive.write(od::DELTA_JOG, od::Position(width)).unwrap();
+        assert_eq!(drive.step().unwrap(), Outcome::Reached { position });
+    }
+}
+
 fn frames() -> impl Strategy<Value = (u16, Vec<u8>, bool)> {
     // Mostly identifiers that mean something to node 5.
     let ids = prop_oneof![
@@ -212,7 +242,6 @@ proptest! {
         targets in proptest::collection::vec(-20_000_i32..20_000, 1..4), a_pos in 1_u8..=100, d_pos in 1_u8..=101,
         v_pos in 1_u8..=200, pitch in prop_oneof![Just(0_u16), 1_u16..1000],
     ) {
-        use siko_ag03_1::od;
         let Bench { bus, .. } = Bench::new();
         let mut drive = Drive::connect(bus.link(), NODE).unwrap();
         drive.set_patience(Duration::from_secs(100_000));

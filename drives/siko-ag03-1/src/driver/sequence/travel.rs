@@ -153,10 +153,14 @@ pub async fn resume(desk: &Desk) -> Result<(), Error> {
 ///
 /// # Errors
 ///
-/// [`Error::Refused`] before anything is sent.
+/// [`Error::Refused`] before anything is sent; [`Error::NotTaken`] when the drive does not move.
 pub async fn step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
     let width = desk.read(od::DELTA_JOG).await?.0;
     let direction = if width < 0 { Direction::Negative } else { Direction::Positive };
+    if width == 0 {
+        refuse(desk, Order::Inch(direction)).await?;
+        return Ok(Outcome::Reached { position: desk.read(od::POSITION_ACTUAL_VALUE).await?.0 });
+    }
     begin_inching(desk, direction, desk.description().control.step).await?;
     let until = desk.now() + within;
     loop {
@@ -177,7 +181,7 @@ pub async fn step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
 ///
 /// # Errors
 ///
-/// [`Error::Refused`] before anything is sent.
+/// [`Error::Refused`] before anything is sent; [`Error::NotTaken`] when the drive does not move.
 pub async fn inch(desk: &Desk, direction: Direction) -> Result<(), Error> {
     let control = desk.description().control;
     let bit = match direction {
@@ -189,11 +193,29 @@ pub async fn inch(desk: &Desk, direction: Direction) -> Result<(), Error> {
 
 async fn begin_inching(desk: &Desk, direction: Direction, bit: u16) -> Result<(), Error> {
     refuse(desk, Order::Inch(direction)).await?;
+    let from = desk.read(od::POSITION_ACTUAL_VALUE).await?.0;
     // The order is an edge, and Stop forbids it.
     desk.control(enabled());
     desk.lock().moving = true;
     desk.control(enabled() | bit);
-    desk.pass(desk.description().inching_begins).await
+    let until = desk.now() + desk.description().reaction;
+    desk.pass(desk.description().inching_begins).await?;
+    loop {
+        let status_word = desk.status().await?;
+        // Inching is not acknowledged: the movement is all that shows, or the fault that it has led to.
+        let begun = status_word & desk.description().status.moving != 0;
+        if begun || state_of(status_word)? != State::OperationEnabled {
+            return Ok(());
+        }
+        if desk.read(od::POSITION_ACTUAL_VALUE).await?.0 != from {
+            return Ok(());
+        }
+        if desk.now() >= until {
+            withdraw(desk).await?;
+            return Err(Error::NotTaken { status_word });
+        }
+        desk.next_status().await?;
+    }
 }
 
 /// Ends inching operation 2, and says where the drive stands.
