@@ -299,7 +299,9 @@ fn velocities_are_reached_and_changed() {
     }
     bench.drive.stop().unwrap();
     assert_eq!(bench.velocity(), 0);
-    refused(bench.drive.run_at(201), &[Missing::VelocityWithinGear { velocity: 201, most: 200 }]);
+    for velocity in [201, -201, i32::MAX, i32::MIN] {
+        refused(bench.drive.run_at(velocity), &[Missing::VelocityWithinGear { velocity, most: 200 }]);
+    }
     refused(bench.drive.move_to(0), &[Missing::Mode(Mode::Velocity)]);
 }
 

@@ -98,9 +98,9 @@ async fn target_beyond_limits(desk: &Desk, target: i32) -> Result<Option<Missing
 }
 
 async fn too_fast(desk: &Desk, velocity: i32) -> Result<Option<Missing>, Error> {
-    let most = match desk.read(od::GEAR_REDUCTION).await? {
+    let most: i32 = match desk.read(od::GEAR_REDUCTION).await? {
         od::GearReduction::GEAR_24_1 => 200,
         _ => 100,
     };
-    Ok((velocity.abs() > most).then_some(Missing::VelocityWithinGear { velocity, most }))
+    Ok((velocity.unsigned_abs() > most.unsigned_abs()).then_some(Missing::VelocityWithinGear { velocity, most }))
 }

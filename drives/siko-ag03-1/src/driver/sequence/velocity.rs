@@ -14,9 +14,10 @@ use crate::state::{Command, State};
 ///
 /// # Errors
 ///
-/// [`Error::Refused`] before anything is sent.
+/// [`Error::Refused`] or [`Error::OutOfRange`] before anything is sent.
 pub async fn run_at(desk: &Desk, velocity: i32, within: Duration) -> Result<VelocityOutcome, Error> {
     refuse(desk, Order::Run { velocity }).await?;
+    od::TARGET_VELOCITY.check(od::Velocity(velocity))?;
     let description = desk.description();
     if !desk.lock().running {
         // Running begins with an edge of Stop.
