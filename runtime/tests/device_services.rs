@@ -5,6 +5,8 @@ mod common;
 use common::testing::TestOd;
 use common::{Bench, FULL};
 use lexican_runtime::device::{Behaviour, Event};
+use lexican_runtime::object::Address;
+use lexican_runtime::service::tpdo::Triggers;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 
 fn device(changes: &str) -> Bench {
@@ -55,4 +57,37 @@ fn a_heartbeat_that_is_back_does_not_end_errors_of_the_application() {
         bench.device.clear(errors, &mut bench.od);
         assert_eq!((bench.sent(), bench.od.get(0x1001, 0)), (vec!["085#0000000000000000".into()], 0));
     }
+}
+
+#[test]
+fn a_change_that_waits_is_sent_also_after_the_tpdo_s_parameters_were_written() {
+    let writes = [(2, 1, 255, "99500 185#0700"), (2, 1, 254, "99500 185#0700"), (5, 2, 500, "99500 185#0700")];
+    for (sub, size, value, expected) in writes {
+        // Not within 100 ms after the one that OPERATIONAL brought.
+        let mut bench = device("1800:03 u16 rw - 1000").operational();
+        bench.pass(lexican_runtime::Duration::from_micros(500));
+        bench.od.set(0x6041, 0, 7);
+        bench.device.changed(Address::new(0x6041, 0));
+        bench.write(0x1800, sub, size, value).unwrap();
+        assert_eq!(bench.pass_ms(200), [expected], "1800:{sub:02X} = {value}");
+    }
+    // What was an event of type 255 is one of type 0 too.
+    let mut bench = device("1800:03 u16 rw - 1000").operational();
+    bench.device.request_tpdo(1);
+    bench.write(0x1800, 2, 1, 0).unwrap();
+    assert_eq!(bench.pass_ms(200), [""; 0]);
+    assert_eq!([bench.send("080#"), bench.send("080#")], [vec!["185#3412".to_string()], vec![]]);
+}
+
+#[test]
+fn a_tpdo_that_is_not_sent_at_the_start_is_compared_with_what_there_was_then() {
+    let triggers_255 = Triggers { start: false, ..Triggers::ALL };
+    let behaviour = Behaviour { triggers_255, ..Behaviour::CIA_301 };
+    let mut bench = Bench::new(TestOd::new(FULL), behaviour).operational();
+    let mut compare = |value| {
+        bench.od.set(0x6041, 0, value);
+        bench.device.compare(&mut bench.od);
+        bench.sent().concat()
+    };
+    assert_eq!([0x1234, 1, 1, 2].map(&mut compare), ["", "185#0100", "", "185#0200"]);
 }

@@ -159,11 +159,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         let new = self.tpdo_of(number, od);
         let operational = self.nmt.state() == NmtState::Operational;
         for slot in self.tpdos.iter_mut().filter(|slot| slot.number == number) {
-            let existed = core::mem::replace(&mut slot.pdo, new).is_active();
-            match (operational, existed) {
+            let before = core::mem::replace(&mut slot.pdo, new);
+            match (operational, before.is_active()) {
                 (false, _) => {}
                 (true, false) => slot.pdo.start(now),
-                (true, true) => slot.pdo.resume(now),
+                (true, true) => slot.pdo.resume(now, &before),
             }
         }
     }

@@ -75,7 +75,7 @@ pub struct Tpdo {
     pending: Option<Option<[u8; 8]>>,
     /// What a remote frame gets of type 252.
     sampled: Option<[u8; 8]>,
-    /// What was sent last.
+    /// What was sent last; before that, what there was at the start.
     sent: Option<[u8; 8]>,
     /// SYNCs since the last one that counted; `None` while SYNC start value has not come.
     syncs: Option<u8>,
@@ -140,11 +140,20 @@ impl Tpdo {
         self.changed = self.parameters.transmission == TransmissionType::SynchronousAcyclic;
     }
 
-    /// The parameters changed while the PDO existed: its timers begin anew, and nothing else happens.
-    pub fn resume(&mut self, now: Instant) {
+    /// The parameters changed while the PDO existed as `before`: the event timer begins anew, and what
+    /// waited to be sent waits on.
+    pub fn resume(&mut self, now: Instant, before: &Tpdo) {
         self.start(now);
         self.pending = None;
         self.changed = false;
+        self.sent = before.sent;
+        self.inhibited = before.inhibited;
+        if self.parameters.transmission == before.parameters.transmission {
+            (self.pending, self.changed) = (before.pending, before.changed);
+            (self.sampled, self.syncs) = (before.sampled, before.syncs);
+        } else if before.pending.is_some() || before.changed {
+            self.request();
+        }
     }
 
     /// The device left OPERATIONAL.
@@ -169,7 +178,8 @@ impl Tpdo {
         }
     }
 
-    /// Looks whether the data differ from those sent last, as an alternative to [`Tpdo::changed`].
+    /// Looks whether the data differ from those sent last, or from those at the start when none were sent,
+    /// as an alternative to [`Tpdo::changed`].
     pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
         if self.counts_changes() && self.is_active() && self.sent.is_some_and(|sent| sent != self.mapping.pack(od)) {
             self.request();
@@ -266,6 +276,9 @@ impl Tpdo {
 
     /// The PDO, when it is due and not inhibited.
     pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+        if self.sent.is_none() && self.counts_changes() && self.is_active() {
+            self.sent = Some(self.mapping.pack(od));
+        }
         if !self.is_due(now) {
             return None;
         }
