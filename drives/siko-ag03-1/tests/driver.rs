@@ -426,3 +426,19 @@ fn a_restart_of_the_drive_is_noticed() {
     assert!(matches!(bench.drive.finish(), Err(Error::Restarted)));
     assert_eq!(bench.drive.state().unwrap(), State::SwitchOnDisabled);
 }
+
+#[test]
+fn a_drive_that_never_gets_ready_is_not_waited_for_without_end() {
+    let mut bench = Bench::new();
+    let answer = CobId::of_node(0x580, NODE);
+    bench.bus.set_fate(move |_, frame| match frame.data() {
+        // NOT READY TO SWITCH ON, whenever the status word is read; it is sent by nobody.
+        [_, 0x41, 0x60, 0, ..] if frame.id() == answer => {
+            Fate::Replace(Frame::from_array(answer, [0x4B, 0x41, 0x60, 0, 0x00, 0x02, 0, 0]))
+        }
+        _ if [0x180, 0x380, 0x480].contains(&(frame.id().raw() - u32::from(NODE.get()))) => Fate::Lose,
+        _ => Fate::Deliver,
+    });
+    let enabled = bench.drive.enable();
+    assert!(matches!(enabled, Err(Error::NoWay { from: State::NotReadyToSwitchOn, .. })), "{enabled:?}");
+}

@@ -102,7 +102,7 @@ pub enum Error {
         /// What it was told.
         command: Command,
     },
-    /// No command leads there.
+    /// No command leads there, and the drive does not go there by itself.
     #[error("no command leads from {from} to {to}")]
     NoWay {
         /// Where the drive is.

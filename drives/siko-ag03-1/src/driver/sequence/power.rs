@@ -144,9 +144,9 @@ async fn reach(desk: &Desk, goal: State) -> Result<(), Error> {
         }
         let next = description.transitions.next(from, goal).ok_or(Error::NoWay { from, to: goal })?;
         let Transition { cause: How::Command(command), .. } = next else {
-            // The drive goes on by itself.
-            desk.next_status().await?;
-            from = state(desk).await?;
+            // The drive goes on by itself, or there is no way.
+            let word = desk.await_status(|word| State::from_status_word(word) != Some(from)).await?;
+            from = state_of(word.map_err(|_| Error::NoWay { from, to: goal })?)?;
             continue;
         };
         desk.control(description.word(command));
