@@ -442,3 +442,20 @@ fn a_drive_that_never_gets_ready_is_not_waited_for_without_end() {
     let enabled = bench.drive.enable();
     assert!(matches!(enabled, Err(Error::NoWay { from: State::NotReadyToSwitchOn, .. })), "{enabled:?}");
 }
+
+#[test]
+fn an_interruption_does_not_outlive_a_restart() {
+    let mut bench = Bench::enabled();
+    bench.drive.write(od::TORQUE_DEACTIVATION, od::TorqueThreshold(50)).unwrap();
+    bench.drive.start_moving_to(5000).unwrap();
+    bench.drive.interrupt().unwrap();
+    bench.simulated.lock().unwrap().power_cycle(bench.bus.now());
+    assert!(matches!(bench.drive.pass(Duration::from_secs(1)), Err(Error::Restarted)));
+    bench.drive.enable().unwrap();
+    bench.drive.start_moving_to(5000).unwrap();
+    bench.pass_ms(1000);
+    bench.world(|inputs| inputs.load_ma = 1500);
+    // It stands, and not because it was told to.
+    let outcome = bench.drive.finish().unwrap();
+    assert!(matches!(outcome, Outcome::TorqueDeactivated { .. }), "{outcome:?}");
+}

@@ -129,6 +129,7 @@ impl Desk {
         let mut shared = self.lock();
         shared.restarted = true;
         shared.moving = false;
+        shared.paused = false;
         shared.running = false;
     }
 
