@@ -459,3 +459,16 @@ fn an_interruption_does_not_outlive_a_restart() {
     let outcome = bench.drive.finish().unwrap();
     assert!(matches!(outcome, Outcome::TorqueDeactivated { .. }), "{outcome:?}");
 }
+
+#[test]
+fn an_unknown_operating_mode_refuses_every_order() {
+    let mut bench = Bench::enabled();
+    bench.bus.set_fate(|_, frame| match *frame.data() {
+        [0x4F, 0x60, 0x60, ..] => Fate::Replace(Frame::from_array(frame.id(), [0x4F, 0x60, 0x60, 0, 6, 0, 0, 0])),
+        _ => Fate::Deliver,
+    });
+    let unknown = [Missing::UnknownMode(od::OperatingMode(6))];
+    refused(bench.drive.move_to(100), &unknown);
+    refused(bench.drive.inch(Direction::Positive), &unknown);
+    refused(bench.drive.run_at(10), &unknown);
+}

@@ -7,6 +7,7 @@ use lexican_runtime::object::{Address, LengthMismatch, OutOfRange};
 use lexican_runtime::service::sdo_client::SdoError;
 
 use crate::fault::Cause;
+use crate::od::OperatingMode;
 use crate::state::{Command, State};
 
 use super::Mode;
@@ -182,6 +183,8 @@ pub enum Missing {
     },
     /// The operating mode is another one.
     Mode(Mode),
+    /// The operating mode is one that the data sheet does not have.
+    UnknownMode(OperatingMode),
 }
 
 impl fmt::Display for Refusal {
@@ -211,6 +214,7 @@ impl fmt::Display for Missing {
                 write!(f, "{velocity} rev/min is more than its gear allows, {most}")
             }
             Missing::Mode(mode) => write!(f, "it is in {mode} mode"),
+            Missing::UnknownMode(OperatingMode(number)) => write!(f, "it is in an unknown mode, {number}"),
         }
     }
 }

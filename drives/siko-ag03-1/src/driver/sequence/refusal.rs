@@ -33,9 +33,11 @@ pub enum Order {
 pub async fn refuse(desk: &Desk, order: Order) -> Result<(), Error> {
     let bits = desk.description().system;
     let mut missing = Vec::new();
-    let mode = Mode::of(desk.read(od::MODES_OF_OPERATION).await?);
-    if mode != Some(order.mode()) {
-        missing.extend(mode.map(Missing::Mode));
+    let mode = desk.read(od::MODES_OF_OPERATION).await?;
+    match Mode::of(mode) {
+        Some(mode) if mode == order.mode() => {}
+        Some(mode) => missing.push(Missing::Mode(mode)),
+        None => missing.push(Missing::UnknownMode(mode)),
     }
     let state = state_of(desk.status().await?)?;
     let system = desk.read(od::MANUFACTURER_STATUS_REGISTER).await?.0;
