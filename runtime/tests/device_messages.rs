@@ -208,5 +208,5 @@ fn stopping_forgets_a_transfer_and_begins_to_count_sync_anew() {
     assert_eq!(bench.send("000#8005"), NOTHING, "what was due meanwhile is not sent later");
     let answer = bench.send("605#6000000000000000").concat();
     assert!(answer.starts_with("585#80"), "{answer}");
-    assert_eq!(bench.pass_ms(10), ["5000 080#01"]);
+    assert_eq!(bench.pass_ms(10), ["10000 080#01"]);
 }

@@ -4,6 +4,7 @@ mod common;
 
 use common::testing::TestOd;
 use common::{Bench, FULL};
+use lexican_runtime::Duration;
 use lexican_runtime::device::{Behaviour, Event};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::tpdo::Triggers;
@@ -65,7 +66,7 @@ fn a_change_that_waits_is_sent_also_after_the_tpdo_s_parameters_were_written() {
     for (sub, size, value, expected) in writes {
         // Not within 100 ms after the one that OPERATIONAL brought.
         let mut bench = device("1800:03 u16 rw - 1000").operational();
-        bench.pass(lexican_runtime::Duration::from_micros(500));
+        bench.pass(Duration::from_micros(500));
         bench.od.set(0x6041, 0, 7);
         bench.device.changed(Address::new(0x6041, 0));
         bench.write(0x1800, sub, size, value).unwrap();
@@ -90,4 +91,15 @@ fn a_tpdo_that_is_not_sent_at_the_start_is_compared_with_what_there_was_then() {
         bench.sent().concat()
     };
     assert_eq!([0x1234, 1, 1, 2].map(&mut compare), ["", "185#0100", "", "185#0200"]);
+}
+
+#[test]
+fn a_sync_that_fell_into_stopped_is_not_sent_later() {
+    let mut bench = device("1005:00 u32 rw - 0x40000080\n1006:00 u32 rw - 10000").operational();
+    bench.pass_ms(5);
+    bench.send("000#0205");
+    // Nobody has asked for time-outs meanwhile.
+    bench.now = bench.now + Duration::from_millis(12);
+    assert_eq!(bench.send("000#0105"), ["185#3412"]);
+    assert_eq!(bench.pass_ms(20), ["10000 080#", "20000 080#"]);
 }

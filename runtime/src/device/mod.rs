@@ -331,10 +331,6 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         }
         self.heartbeat.handle_timeout(now);
         self.sync_producer.handle_timeout(now);
-        if !self.nmt.state().allows_messages() {
-            // A SYNC that falls into STOPPED is not sent later.
-            self.sync_producer.restart();
-        }
         self.emcy.handle_timeout(now);
         self.tpdos.iter_mut().for_each(|slot| slot.pdo.handle_timeout(now));
         if self.sync_consumer.handle_timeout(now) {

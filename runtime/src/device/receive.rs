@@ -64,9 +64,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             self.rpdos.iter_mut().for_each(|slot| slot.pdo.suspend());
             self.tpdos.iter_mut().for_each(|slot| slot.pdo.suspend());
         }
-        if !state.allows_messages() {
+        if state.allows_messages() {
+            self.sync_producer.resume(now);
+        } else {
             self.servers.iter_mut().flatten().for_each(SdoServer::reset);
-            self.sync_producer.restart();
+            self.sync_producer.suspend();
             self.own_sync = None;
         }
         match event {

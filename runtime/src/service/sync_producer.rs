@@ -40,10 +40,18 @@ impl SyncProducer {
         *self = SyncProducer { id, period, overflow, ..*self };
     }
 
-    /// Drops a SYNC that is due, and lets the counter begin with 1 again.
-    pub const fn restart(&mut self) {
+    /// Sends no SYNC, not even one that is due, until [`SyncProducer::resume`].
+    pub const fn suspend(&mut self) {
         self.counter = 0;
         self.due = false;
+        self.next = None;
+    }
+
+    /// Begins anew after it was suspended: the first SYNC comes a period from now, and the counter with 1.
+    pub fn resume(&mut self, now: Instant) {
+        if self.next.is_none() && !self.period.is_zero() {
+            self.next = Some(now + self.period);
+        }
     }
 
     /// A SYNC is due when its time has come; this is never an event.
@@ -108,8 +116,11 @@ mod tests {
         let mut producer = SyncProducer::new();
         producer.configure(at(0), CobId::SYNC, Duration::from_millis(10), 3);
         assert_eq!(run(&mut producer, 0, 45), ["10 080#01", "20 080#02", "30 080#03", "40 080#01"]);
-        producer.restart();
-        assert_eq!(run(&mut producer, 46, 55), ["50 080#01"]);
+        producer.suspend();
+        assert_eq!((run(&mut producer, 46, 55).len(), producer.poll_timeout()), (0, None));
+        producer.resume(at(56));
+        producer.resume(at(60));
+        assert_eq!(run(&mut producer, 56, 70), ["66 080#01"]);
     }
 
     #[test]
