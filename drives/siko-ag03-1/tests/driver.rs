@@ -436,7 +436,7 @@ fn a_drive_that_never_gets_ready_is_not_waited_for_without_end() {
         [_, 0x41, 0x60, 0, ..] if frame.id() == answer => {
             Fate::Replace(Frame::from_array(answer, [0x4B, 0x41, 0x60, 0, 0x00, 0x02, 0, 0]))
         }
-        _ if [0x180, 0x380, 0x480].contains(&(frame.id().raw() - u32::from(NODE.get()))) => Fate::Lose,
+        _ if [0x185, 0x385, 0x485].contains(&frame.id().raw()) => Fate::Lose,
         _ => Fate::Deliver,
     });
     let enabled = bench.drive.enable();
@@ -463,8 +463,11 @@ fn an_interruption_does_not_outlive_a_restart() {
 #[test]
 fn an_unknown_operating_mode_refuses_every_order() {
     let mut bench = Bench::enabled();
-    bench.bus.set_fate(|_, frame| match *frame.data() {
-        [0x4F, 0x60, 0x60, ..] => Fate::Replace(Frame::from_array(frame.id(), [0x4F, 0x60, 0x60, 0, 6, 0, 0, 0])),
+    let answer = CobId::of_node(0x580, NODE);
+    bench.bus.set_fate(move |_, frame| match *frame.data() {
+        [_, 0x60, 0x60, ..] if frame.id() == answer => {
+            Fate::Replace(Frame::from_array(answer, [0x4F, 0x60, 0x60, 0, 6, 0, 0, 0]))
+        }
         _ => Fate::Deliver,
     });
     let unknown = [Missing::UnknownMode(od::OperatingMode(6))];
