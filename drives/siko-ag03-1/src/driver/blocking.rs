@@ -22,7 +22,8 @@ use crate::state::State;
 
 /// A drive at the other end of a link. Every method blocks until its operation is over.
 ///
-/// A drive that is dropped while it may be moving is told to stop, and standard error says so.
+/// A drive that is dropped while it may be moving is told to stop, and standard error says so. A process that is
+/// killed drops nothing: see [the module](super) for what to arm.
 #[derive(Debug)]
 pub struct Drive<L: Link> {
     link: Option<L>,

@@ -7,6 +7,20 @@
 //!       Desk          where sequences and session meet
 //!         Description what is particular to this drive, as data
 //! ```
+//!
+//! # What stops the drive when the application does not
+//!
+//! A `Drive` that is dropped, also by a panic that unwinds, sends a stop if the drive may be moving. That is all
+//! that the driver can do: **nothing here supervises the process that it runs in.** After SIGKILL, `abort`, a
+//! crash of the machine or a cable that breaks, nobody sends that stop: a travel goes on to its target, and
+//! inching and velocity mode go on until something else ends them.
+//!
+//! The drive itself can watch over its manager, by life guarding (7.2.11), which is off unless it is armed:
+//! write [`GUARD_TIME`](crate::od::GUARD_TIME) (100Ch, ms) and [`LIFE_TIME_FACTOR`](crate::od::LIFE_TIME_FACTOR)
+//! (100Dh), and request the node's state (a remote frame on 700h + node-ID) at least once per guard time. Once the
+//! first request has come, and then none for guard time times factor, the drive goes to SWITCH ON DISABLED, where its motor has no
+//! torque. Life guarding and heartbeats exclude each other (1017h must be 0). The driver sends no such requests:
+//! they must come from the process that is to be watched over. None of this replaces an emergency stop.
 
 mod blocking;
 mod description;

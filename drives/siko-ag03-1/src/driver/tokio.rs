@@ -29,7 +29,8 @@ const LOOK: Wall = Wall::from_millis(1);
 
 /// A drive on a network. It does one thing at a time; a call that is dropped leaves the drive doing it.
 ///
-/// A drive that is dropped while it may be moving is told to stop, and standard error says so.
+/// A drive that is dropped while it may be moving is told to stop, and standard error says so. A process that is
+/// killed drops nothing: see [the module](super) for what to arm.
 #[derive(Debug)]
 pub struct Drive {
     network: Network,
