@@ -33,7 +33,10 @@ fn sync_is_produced_counted_and_concerns_the_device_itself() {
             "40000 185#3412",
         ]
     );
-    assert_eq!(bench.take_events()[0], Event::Sync { counter: Some(1), applied: PdoSet::EMPTY });
+    assert_eq!(
+        bench.take_events()[0],
+        Event::Sync { counter: Some(1), applied: PdoSet::EMPTY, refused: PdoSet::EMPTY }
+    );
     bench.write(0x1006, 0, 4, 0).unwrap();
     assert_eq!(bench.pass_ms(100), NOTHING);
 }
@@ -58,7 +61,7 @@ fn sync_parameters_are_checked() {
 fn a_sync_of_the_wrong_length_is_an_emergency_and_still_counts() {
     let mut bench = Bench::full();
     assert_eq!(bench.send("080#05"), ["085#4082110000000000"]);
-    assert_eq!(bench.take_events(), [Event::Sync { counter: None, applied: PdoSet::EMPTY }]);
+    assert_eq!(bench.take_events(), [Event::Sync { counter: None, applied: PdoSet::EMPTY, refused: PdoSet::EMPTY }]);
     assert_eq!(bench.send("080#"), ["085#0000000000000000"]);
 }
 

@@ -138,7 +138,7 @@ fn synchronous_rpdos_take_effect_with_sync_and_only_the_last_one() {
         assert_eq!((bench.od.get(0x607A, 0), bench.take_events()), (0, vec![]));
         bench.send("080#");
         assert_eq!(bench.od.get(0x607A, 0), 5000);
-        let [Event::Sync { counter: None, applied }] = bench.take_events()[..] else { panic!() };
+        let [Event::Sync { counter: None, applied, .. }] = bench.take_events()[..] else { panic!() };
         assert_eq!(applied.iter().collect::<Vec<_>>(), [3]);
         bench.od.set(0x607A, 0, 7);
         bench.send("080#");

@@ -5,7 +5,7 @@ mod common;
 use common::testing::TestOd;
 use common::{Bench, FULL};
 use lexican_runtime::Duration;
-use lexican_runtime::device::{Behaviour, Event};
+use lexican_runtime::device::{Behaviour, Event, PdoSet};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::tpdo::Triggers;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
@@ -102,4 +102,23 @@ fn a_sync_that_fell_into_stopped_is_not_sent_later() {
     bench.now = bench.now + Duration::from_millis(12);
     assert_eq!(bench.send("000#0105"), ["185#3412"]);
     assert_eq!(bench.pass_ms(20), ["10000 080#", "20000 080#"]);
+}
+
+#[test]
+fn a_synchronous_rpdo_that_the_dictionary_refuses_is_not_told_as_applied() {
+    let mut bench = device("1400:02 u8 rw - 1\n1402:02 u8 rw - 1").operational();
+    // An object that is gone is as good as one that is refused for its value.
+    let whole = bench.od.clone();
+    bench.od = whole.clone().without(0x607A);
+    bench.send("205#1F00");
+    bench.send("405#1F0088130000");
+    bench.send("080#");
+    let [Event::Sync { applied, refused, .. }] = bench.take_events()[..] else { panic!() };
+    let numbers = |set: PdoSet| set.iter().collect::<Vec<_>>();
+    assert_eq!((numbers(applied), numbers(refused)), (vec![1], vec![3]));
+    bench.od = whole;
+    bench.send("405#1F0008000000");
+    bench.send("080#");
+    let [Event::Sync { applied, refused, .. }] = bench.take_events()[..] else { panic!() };
+    assert_eq!((numbers(applied), numbers(refused)), (vec![3], vec![]));
 }

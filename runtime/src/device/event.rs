@@ -57,8 +57,10 @@ pub enum Event {
     Sync {
         /// When the producer counts.
         counter: Option<u8>,
-        /// The RPDOs that took effect with it.
+        /// The RPDOs whose objects are in the dictionary with it.
         applied: PdoSet,
+        /// The RPDOs of which the dictionary refused at least one object.
+        refused: PdoSet,
     },
     /// The time of day.
     Time(TimeOfDay),

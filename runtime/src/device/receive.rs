@@ -89,16 +89,18 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     pub(super) fn handle_sync(&mut self, sync: Sync, od: &mut dyn ObjectDictionary) -> Event {
-        let mut applied = PdoSet::EMPTY;
+        let (mut applied, mut refused) = (PdoSet::EMPTY, PdoSet::EMPTY);
         if self.nmt.state() == NmtState::Operational {
             for slot in &mut self.rpdos {
-                if slot.pdo.handle_sync(od).is_some() {
-                    applied.insert(slot.number);
+                match slot.pdo.handle_sync(od) {
+                    Some(rpdo::Event::Refused { .. }) => refused.insert(slot.number),
+                    Some(_) => applied.insert(slot.number),
+                    None => {}
                 }
             }
             self.tpdos.iter_mut().for_each(|slot| slot.pdo.handle_sync(sync.counter, od));
         }
-        Event::Sync { counter: sync.counter, applied }
+        Event::Sync { counter: sync.counter, applied, refused }
     }
 
     fn handle_rpdo(&mut self, at: usize, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
