@@ -4,11 +4,11 @@ mod common;
 
 use common::testing::TestOd;
 use common::{Bench, FULL};
-use lexican_runtime::Duration;
 use lexican_runtime::device::{Behaviour, Event, PdoSet};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::tpdo::Triggers;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
+use lexican_runtime::{AbortCode, Duration};
 
 fn device(changes: &str) -> Bench {
     Bench::new(TestOd::new(FULL).with(changes), Behaviour::CIA_301)
@@ -121,4 +121,34 @@ fn a_synchronous_rpdo_that_the_dictionary_refuses_is_not_told_as_applied() {
     bench.send("080#");
     let [Event::Sync { applied, refused, .. }] = bench.take_events()[..] else { panic!() };
     assert_eq!((numbers(applied), numbers(refused)), (vec![3], vec![]));
+}
+
+#[test]
+fn parameters_out_of_their_range_are_refused() {
+    let invalid = Err(AbortCode::INVALID_VALUE.0);
+    let mut bench = device("");
+    bench.write(0x1800, 1, 4, 0x8000_0185).unwrap();
+    assert_eq!([240, 241, 255].map(|start| bench.write(0x1800, 6, 1, start)), [Ok(()), invalid, invalid]);
+    // TIME: it is consumed as 100h.
+    assert_eq!(bench.write(0x1012, 0, 4, 0x8000_00FF), invalid, "the identifier stays while TIME exists");
+    assert_eq!(bench.write(0x1012, 0, 4, 0x4000_0100), invalid, "it is not produced");
+    assert_eq!(bench.write(0x1012, 0, 4, 0xC000_0100), invalid, "it is not produced");
+    for cob_id in [0x8000_0100, 0x0000_0100, 0x8000_00FF] {
+        assert_eq!(bench.write(0x1012, 0, 4, cob_id), Ok(()), "{cob_id:08X}");
+    }
+}
+
+#[test]
+fn a_tpdo_may_not_have_the_identifier_of_another_service() {
+    let mut bench = device("1201:01 u32 rw - 0x700\n1201:02 u32 rw - 0x6F0\n1014:00 u32 rw - 0x90");
+    bench.write(0x1201, 2, 4, 0x8000_0000).unwrap();
+    bench.write(0x1201, 2, 4, 0x0000_06D0).unwrap();
+    bench.write(0x1800, 1, 4, 0x8000_0185).unwrap();
+    let cases = [(0x80, "SYNC"), (0x90, "EMCY"), (0x100, "TIME"), (0x6D0, "an SDO"), (0x385, "another TPDO")];
+    for (id, whose) in cases {
+        assert_eq!(bench.write(0x1800, 1, 4, id), Err(AbortCode::PARAMETER_INCOMPATIBLE.0), "{whose}");
+    }
+    // What is switched off takes no identifier.
+    bench.write(0x1014, 0, 4, 0x8000_0090).unwrap();
+    assert_eq!(bench.write(0x1800, 1, 4, 0x90), Ok(()));
 }

@@ -67,7 +67,7 @@ impl Checked<'_> {
             (0x1003, 0) => require(value == 0, AbortCode::INVALID_VALUE),
             (0x1005, 0) => self.check_sync_cob_id(value as u32),
             (0x100C | 0x100D, 0) => self.check_guarding(index, value),
-            (0x1012, 0) => require(!id_of(value).is_restricted(), AbortCode::INVALID_VALUE),
+            (0x1012, 0) => self.check_time_cob_id(value as u32),
             (0x1014, 0) => self.check_emcy_cob_id(value as u32),
             (0x1016, 1..) => self.check_consumed_heartbeat(sub, value as u32),
             (0x1017, 0) => self.check_heartbeat(value),
@@ -105,6 +105,17 @@ impl Checked<'_> {
         let can_generate = self.od.entry(Address::new(0x1006, 0)).is_ok();
         require(new & GENERATE == 0 || can_generate, AbortCode::INVALID_VALUE)?;
         self.check_change(old, new, old & new & GENERATE != 0)
+    }
+
+    /// CiA 301, 7.5.2.15: bits 0 to 29 stay while TIME exists. The device consumes TIME (bit 31); it does
+    /// not produce it (bit 30).
+    fn check_time_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
+        const CONSUME: u32 = 1 << 31;
+        const PRODUCE: u32 = 1 << 30;
+        let old = self.current(0x1012, 0);
+        let id = CobId::from_parameter(new);
+        require(!id.is_restricted() && new & PRODUCE == 0, AbortCode::INVALID_VALUE)?;
+        require(old & new & CONSUME == 0 || CobId::from_parameter(old) == id, AbortCode::INVALID_VALUE)
     }
 
     /// CiA 301, 7.5.2.17: bits 0 to 29 stay while EMCY exists (bit 31 clear).
@@ -187,6 +198,8 @@ impl Checked<'_> {
         match address.sub() {
             1 => self.check_pdo_cob_id(index, valid, new),
             2 => require(type_exists(direction, new), AbortCode::INVALID_VALUE),
+            // The SYNC counter never gets there.
+            6 if new > 240 => Err(AbortCode::INVALID_VALUE),
             3 | 6 => {
                 let refused = valid && self.behaviour.changes == ChangeRule::WhileInvalid;
                 let same = self.current(index, address.sub()) == new;
@@ -205,8 +218,10 @@ impl Checked<'_> {
         let served = self.rpdos.iter().any(|slot| slot.parameter_index() == index)
             || self.tpdos.iter().any(|slot| slot.parameter_index() == index);
         require(!will_be_valid || valid || served, AbortCode::DEVICE_INCOMPATIBLE)?;
-        // Two PDOs of one device under one identifier: nobody could tell which is meant.
-        require(!will_be_valid || !self.is_taken(index, id), AbortCode::PARAMETER_INCOMPATIBLE)
+        // Two services of one device under one identifier: nobody could tell which is meant.
+        let transmitted = index >= 0x1800;
+        let taken = will_be_valid && (self.is_taken(index, id) || transmitted && self.is_taken_by_message(id));
+        require(!taken, AbortCode::PARAMETER_INCOMPATIBLE)
     }
 
     fn is_taken(&self, index: u16, id: CobId) -> bool {
@@ -217,6 +232,22 @@ impl Checked<'_> {
             slot.parameter_index() != index && slot.pdo.is_active() && slot.pdo.parameters().cob_id.id() == id
         });
         received || transmitted
+    }
+
+    /// Whether SYNC, TIME, EMCY or an SDO other than the default one has the identifier. That of the default
+    /// SDO is restricted for PDOs anyway.
+    fn is_taken_by_message(&mut self, id: CobId) -> bool {
+        const TIME_EXISTS: u32 = 1 << 31 | 1 << 30;
+        let sync = objects::read_u32(self.od, 0x1005, 0).map_or(CobId::SYNC, CobId::from_parameter);
+        let time = objects::read_u32(self.od, 0x1012, 0).filter(|cob_id| cob_id & TIME_EXISTS != 0);
+        let emcy = objects::read_u32(self.od, 0x1014, 0);
+        let mut has = |index, sub| {
+            objects::read_u32(self.od, index, sub).map(PdoCobId).is_some_and(|it| it.is_valid() && it.id() == id)
+        };
+        sync == id
+            || time.is_some_and(|time| CobId::from_parameter(time) == id)
+            || emcy.map(PdoCobId).is_some_and(|emcy| emcy.is_valid() && emcy.id() == id)
+            || (0x1201..=0x12FF).any(|index| has(index, 1) || has(index, 2))
     }
 
     fn is_valid(&self, cob_id: PdoCobId) -> bool {
@@ -278,10 +309,6 @@ fn type_exists(direction: Direction, code: u32) -> bool {
 /// Whether a COB-ID is switched off (bit 31), when it may be any, or not restricted (CiA 301, 7.3.5).
 fn is_allowed(cob_id: u32) -> bool {
     !PdoCobId(cob_id).is_valid() || !CobId::from_parameter(cob_id).is_restricted()
-}
-
-fn id_of(value: u64) -> CobId {
-    CobId::from_parameter(value as u32)
 }
 
 fn require(condition: bool, code: AbortCode) -> Result<(), AbortCode> {
