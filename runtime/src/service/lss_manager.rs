@@ -116,6 +116,9 @@ struct Scan {
     found: Identity,
     part: Part,
     at: ScanStep,
+    /// Somebody has answered this step. Others may answer until its time is over, and an answer does not
+    /// tell to which step it belongs.
+    answered: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -138,8 +141,9 @@ impl Scan {
         LssRequest::Fastscan { value: self.found.part(self.part), bits_left, part: self.part, next }
     }
 
-    /// The scan after an answer, or after none; or its end.
-    fn advance(mut self, answered: bool) -> Result<Scan, Event> {
+    /// The scan after the time of a step; or its end.
+    fn advance(mut self) -> Result<Scan, Event> {
+        let answered = core::mem::take(&mut self.answered);
         match self.at {
             ScanStep::Begin if !answered => return Err(Event::Failed(LssError::NoAnswer)),
             ScanStep::Begin => self.at = ScanStep::Bit(31),
@@ -232,7 +236,7 @@ impl LssManager {
     /// [`Busy`].
     pub fn fastscan(&mut self) -> Result<(), Busy> {
         let found = Identity::default();
-        self.begin(State::Scan(Scan { found, part: Part::Vendor, at: ScanStep::Begin }))
+        self.begin(State::Scan(Scan { found, part: Part::Vendor, at: ScanStep::Begin, answered: false }))
     }
 
     /// Gives the selected device a node-ID, or takes it away: [`Event::Done`].
@@ -308,13 +312,16 @@ impl LssManager {
             State::Ask(request) => self.end(answer(request, response)?),
             State::Select { .. } if response == LssResponse::Selected => self.end(Event::Selected),
             State::Identify { .. } if response == LssResponse::Identified => self.end(Event::Identified),
-            State::Scan(scan) if response == LssResponse::Identified => self.scan_on(scan, true),
+            State::Scan(scan) if response == LssResponse::Identified => {
+                self.state = State::Scan(Scan { answered: true, ..scan });
+                None
+            }
             _ => None,
         }
     }
 
-    fn scan_on(&mut self, scan: Scan, answered: bool) -> Option<Event> {
-        match scan.advance(answered) {
+    fn scan_on(&mut self, scan: Scan) -> Option<Event> {
+        match scan.advance() {
             Ok(scan) => {
                 self.state = State::Scan(scan);
                 self.unsent = true;
@@ -329,13 +336,13 @@ impl LssManager {
         Some(event)
     }
 
-    /// Nobody answered in time.
+    /// Nobody answered in time, or the time of a scan's step is over.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
         if self.poll_timeout()? > now {
             return None;
         }
         match self.state {
-            State::Scan(scan) => self.scan_on(scan, false),
+            State::Scan(scan) => self.scan_on(scan),
             _ => self.end(Event::Failed(LssError::NoAnswer)),
         }
     }
@@ -514,6 +521,24 @@ mod tests {
         assert_eq!(network.told, [lss_device::Event::NodeIdGiven(NodeId::literal(7))]);
         assert_eq!(network.run(LssManager::identify_unconfigured), Some(Event::Failed(LssError::NoAnswer)));
         assert_eq!(network.run(LssManager::fastscan), Some(Event::Failed(LssError::NoAnswer)));
+    }
+
+    #[test]
+    fn a_second_answer_to_a_step_of_a_scan_is_not_taken_for_one_to_the_next() {
+        let at = |ms| Instant::ZERO + Duration::from_millis(ms);
+        let answer = Frame::from_array(lss::RESPONSE, [0x4F, 0, 0, 0, 0, 0, 0, 0]);
+        let mut manager = LssManager::new();
+        manager.fastscan().unwrap();
+        assert!(manager.poll_transmit(at(0)).is_some());
+        for ms in [1, 2, 19] {
+            assert_eq!(manager.handle_frame(at(ms), &answer), None);
+            assert_eq!(manager.poll_transmit(at(ms)), None);
+        }
+        assert_eq!((manager.poll_timeout(), manager.handle_timeout(at(20))), (Some(at(20)), None));
+        assert!(manager.poll_transmit(at(20)).is_some());
+        assert_eq!(manager.handle_timeout(at(40)), None);
+        let State::Scan(scan) = manager.state else { panic!() };
+        assert_eq!(scan.found.vendor, 1 << 31, "nobody has bit 31 as 0");
     }
 
     #[test]
