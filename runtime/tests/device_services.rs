@@ -99,7 +99,7 @@ fn a_sync_that_fell_into_stopped_is_not_sent_later() {
     bench.pass_ms(5);
     bench.send("000#0205");
     // Nobody has asked for time-outs meanwhile.
-    bench.now = bench.now + Duration::from_millis(12);
+    bench.now += Duration::from_millis(12);
     assert_eq!(bench.send("000#0105"), ["185#3412"]);
     assert_eq!(bench.pass_ms(20), ["10000 080#", "20000 080#"]);
 }
@@ -151,4 +151,13 @@ fn a_tpdo_may_not_have_the_identifier_of_another_service() {
     // What is switched off takes no identifier.
     bench.write(0x1014, 0, 4, 0x8000_0090).unwrap();
     assert_eq!(bench.write(0x1800, 1, 4, 0x90), Ok(()));
+}
+
+#[test]
+fn error_control_does_not_wait_for_sdo() {
+    let mut bench = device("");
+    for frame in ["605#4000100000000000", "705#R1"] {
+        bench.device.handle_frame(bench.now, &common::frame(frame), &mut bench.od);
+    }
+    assert_eq!(bench.sent(), ["705#7F", "585#4300100092010000"]);
 }

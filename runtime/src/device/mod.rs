@@ -11,7 +11,8 @@
 //! poll_timeout()                    sleep until here, or until a frame comes
 //! ```
 //!
-//! Frames leave in the order of their importance: boot-up, SYNC, EMCY, PDO, SDO, heartbeat.
+//! Frames leave in the order of their importance: boot-up, SYNC, EMCY, PDO, heartbeat, SDO. A block
+//! upload of 127 segments does not hold up the heartbeat.
 //!
 //! ```
 //! use lexican_runtime::device::{Behaviour, Device};
@@ -396,7 +397,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             return Some(message);
         }
         let guarding = &mut self.guarding;
-        self.heartbeat.poll_transmit(now, state).or_else(|| guarding.poll_transmit(now, state))
+        let error_control = self.heartbeat.poll_transmit(now, state).or_else(|| guarding.poll_transmit(now, state));
+        if error_control.is_some() || !state.allows_messages() {
+            return error_control;
+        }
+        self.poll_sdo(now, od)
     }
 
     fn poll_messages(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
@@ -409,9 +414,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             return Some(frame);
         }
         // Outside OPERATIONAL no TPDO is due: they are suspended.
-        if let Some(frame) = self.tpdos.iter_mut().find_map(|slot| slot.pdo.poll_transmit(now, od)) {
-            return Some(frame);
-        }
+        self.tpdos.iter_mut().find_map(|slot| slot.pdo.poll_transmit(now, od))
+    }
+
+    fn poll_sdo(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
         let mut checked = Checked {
             od,
             state: self.nmt.state(),
