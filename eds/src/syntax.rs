@@ -115,14 +115,26 @@ impl<'a> Line<'a> {
     }
 }
 
+/// How much text rust-ini gets at a time: what it makes of it takes some twenty times as much memory.
+/// In tests almost every line begins a portion.
+const PORTION: usize = if cfg!(test) { 8 } else { 64 * 1024 };
+
 /// Repairs the lines, reports what was repaired, and lets rust-ini read the rest.
 pub(crate) fn tokenize(source: &Source, out: &mut Diagnostics) -> Tokens {
-    let mut clean = String::with_capacity(source.text().len() + 16);
+    let mut clean = String::with_capacity(source.text().len().min(PORTION) + 256);
     // Keys before the first section are in one without name.
     let mut tokens = Tokens { sections: vec![SectionToken { line: 0, name: 0, keys: 0 }], ..Tokens::default() };
+    let mut portion = Portion::default();
+    let mut complete = true;
     for number in 0..source.line_count() {
         let line = number as u32;
-        match Line::of(source.line(number)) {
+        let text = Line::of(source.line(number));
+        if clean.len() >= PORTION {
+            complete &= tokens.read(&clean, &portion).is_some();
+            clean.clear();
+            portion = Portion::after(&tokens);
+        }
+        match text {
             Line::Blank | Line::Comment(_) => continue,
             Line::Section { name, .. } => {
                 tokens.sections.push(SectionToken { line, name: 0, keys: 0 });
@@ -139,11 +151,7 @@ pub(crate) fn tokenize(source: &Source, out: &mut Diagnostics) -> Tokens {
         }
         report(source, number, out);
     }
-    let options = ParseOption { enabled_quote: false, enabled_escape: false, ..ParseOption::default() };
-    let complete = match Ini::load_from_str_opt(&clean, options) {
-        Ok(ini) => tokens.fill(&ini).is_some(),
-        Err(_) => false,
-    };
+    complete &= tokens.read(&clean, &portion).is_some();
     if !complete {
         out.push(check::tokenizer_and_locator_agree::found());
         tokens.fill_from_lines(source);
@@ -151,19 +159,47 @@ pub(crate) fn tokenize(source: &Source, out: &mut Diagnostics) -> Tokens {
     tokens
 }
 
+/// Where in the tokens a portion of the text begins.
+#[derive(Default)]
+struct Portion {
+    /// The section that its first keys belong to; its header was in a portion before.
+    section: usize,
+    /// How many keys of that section were in portions before.
+    section_keys: u32,
+    /// How many keys of all sections were.
+    keys: usize,
+}
+
+impl Portion {
+    fn after(tokens: &Tokens) -> Self {
+        let section = tokens.sections.len().saturating_sub(1);
+        let section_keys = tokens.sections.last().map_or(0, |section| section.keys);
+        Portion { section, section_keys, keys: tokens.keys.len() }
+    }
+}
+
 impl Tokens {
-    /// Gives every section and key of rust-ini its line; `None` when there are more or fewer than lines.
-    fn fill(&mut self, ini: &Ini) -> Option<()> {
-        let mut keys = self.keys.iter_mut();
+    /// Gives every section and key that rust-ini finds in a portion its line; `None` when there are more or
+    /// fewer than lines.
+    fn read(&mut self, clean: &str, portion: &Portion) -> Option<()> {
+        let options = ParseOption { enabled_quote: false, enabled_escape: false, ..ParseOption::default() };
+        let ini = Ini::load_from_str_opt(clean, options).ok()?;
+        let mut keys = self.keys.iter_mut().skip(portion.keys);
         let mut tokenized = ini.iter().filter(|(name, pairs)| name.is_some() || !pairs.is_empty()).peekable();
-        for (number, section) in self.sections.iter_mut().enumerate() {
-            if number == 0 && section.keys == 0 && tokenized.peek().is_none_or(|(name, _)| name.is_some()) {
-                continue;
+        for (number, section) in self.sections.iter_mut().enumerate().skip(portion.section) {
+            let mut expected = section.keys;
+            if number == portion.section {
+                expected -= portion.section_keys;
+                if expected == 0 && tokenized.peek().is_none_or(|(name, _)| name.is_some()) {
+                    continue;
+                }
             }
             let (name, pairs) = tokenized.next()?;
-            let name = name.unwrap_or_default();
-            section.name = name.len() as u32;
-            self.text.push_str(name);
+            if number > portion.section {
+                let name = name?;
+                section.name = name.len() as u32;
+                self.text.push_str(name);
+            }
             let mut count = 0;
             for (key, value) in pairs {
                 let token = keys.next()?;
@@ -172,7 +208,7 @@ impl Tokens {
                 self.text.push_str(value);
                 count += 1;
             }
-            (count == section.keys).then_some(())?;
+            (count == expected).then_some(())?;
         }
         tokenized.next().is_none().then_some(())
     }
