@@ -99,10 +99,11 @@ impl ObjectDictionary for TestOd {
     fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
         match self.entries.get(&address) {
             Some((entry, _)) => Ok(*entry),
-            None if self.entries.keys().any(|other| other.index() == address.index()) => {
-                Err(AbortCode::NO_SUCH_SUB_INDEX)
+            None => {
+                let object = Address::new(address.index(), 0)..=Address::new(address.index(), 0xFF);
+                let exists = self.entries.range(object).next().is_some();
+                Err(if exists { AbortCode::NO_SUCH_SUB_INDEX } else { AbortCode::NO_SUCH_OBJECT })
             }
-            None => Err(AbortCode::NO_SUCH_OBJECT),
         }
     }
 

@@ -76,3 +76,28 @@ fn a_transfer_that_the_link_refused_does_not_stand_in_the_way_of_the_next() {
     ails.set(false);
     assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);
 }
+
+#[test]
+fn only_the_own_nodes_are_heard_when_only_they_are_wanted_and_all_again_later() {
+    let other = NodeId::literal(6);
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(Station::new(NODE));
+    bus.attach(Station::new(other));
+    let mut network = Network::new(bus.link());
+    network.listen_to_own(&[]).unwrap();
+    assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);
+    let soon = network.now() + Duration::from_millis(10);
+    assert_eq!(network.next_event(soon).unwrap(), Some(Event::BootedUp { node: NODE }));
+    assert_eq!(network.next_event(soon).unwrap(), None, "the other one has booted, too");
+    // Whoever is read is wanted from then on.
+    assert_eq!(network.read(other, DEVICE_TYPE).unwrap(), 0x0002_0192);
+    network.write(other, HEARTBEAT, 5).unwrap();
+    let soon = network.now() + Duration::from_millis(8);
+    assert!(matches!(network.next_event(soon).unwrap(), Some(Event::Appeared { .. })));
+    network.manager().remove(other);
+    let soon = network.now() + Duration::from_millis(8);
+    assert_eq!(network.next_event(soon).unwrap(), None);
+    network.listen_to_all().unwrap();
+    let soon = network.now() + Duration::from_millis(8);
+    assert!(matches!(network.next_event(soon).unwrap(), Some(Event::Stranger { .. })));
+}

@@ -3,11 +3,11 @@
 mod common;
 
 use common::testing::TestOd;
-use common::{Bench, FULL};
-use lexican_runtime::device::{Behaviour, Event, PdoSet};
+use common::{Bench, FULL, NODE};
+use lexican_runtime::device::{Behaviour, Device, Event};
 use lexican_runtime::object::TimeOfDay;
 use lexican_runtime::wire::emcy::{CodeOrder, ErrorCode, ErrorRegister};
-use lexican_runtime::{AbortCode, Duration};
+use lexican_runtime::{AbortCode, Duration, Instant};
 
 const NOTHING: [&str; 0] = [];
 const VOLTAGE: ErrorCode = ErrorCode(0x3120);
@@ -33,10 +33,7 @@ fn sync_is_produced_counted_and_concerns_the_device_itself() {
             "40000 185#3412",
         ]
     );
-    assert_eq!(
-        bench.take_events()[0],
-        Event::Sync { counter: Some(1), applied: PdoSet::EMPTY, refused: PdoSet::EMPTY }
-    );
+    assert_eq!(bench.take_events()[0], Event::Sync { counter: Some(1) });
     bench.write(0x1006, 0, 4, 0).unwrap();
     assert_eq!(bench.pass_ms(100), NOTHING);
 }
@@ -61,7 +58,7 @@ fn sync_parameters_are_checked() {
 fn a_sync_of_the_wrong_length_is_an_emergency_and_still_counts() {
     let mut bench = Bench::full();
     assert_eq!(bench.send("080#05"), ["085#4082110000000000"]);
-    assert_eq!(bench.take_events(), [Event::Sync { counter: None, applied: PdoSet::EMPTY, refused: PdoSet::EMPTY }]);
+    assert_eq!(bench.take_events(), [Event::Sync { counter: None }]);
     assert_eq!(bench.send("080#"), ["085#0000000000000000"]);
 }
 
@@ -80,12 +77,50 @@ fn synchronous_pdos_are_dropped_when_the_window_has_closed() {
 }
 
 #[test]
+fn an_event_whose_window_has_closed_is_told_with_the_next_sync() {
+    let mut bench = Bench::full();
+    bench.write(0x1800, 2, 1, 0).unwrap();
+    bench.write(0x1007, 0, 4, 500).unwrap();
+    let mut bench = bench.operational();
+    // The bus is busy until the window has closed.
+    bench.device.handle_frame(bench.now, &common::frame("080#"), &mut bench.od);
+    bench.now += Duration::from_micros(500);
+    bench.device.handle_timeout(bench.now, &mut bench.od);
+    assert_eq!(bench.sent(), NOTHING);
+    assert_eq!([bench.send("080#"), bench.send("080#")].concat(), ["185#3412"]);
+}
+
+#[test]
 fn time_is_told() {
     let mut bench = Bench::full();
     bench.send("100#D20296490A00");
     assert_eq!(bench.take_events(), [Event::Time(TimeOfDay { days: 10, ms: 0x0996_02D2 })]);
     bench.send("100#D202");
     assert_eq!(bench.take_events(), []);
+}
+
+#[test]
+fn time_is_told_by_a_device_that_produces_it() {
+    let noon = TimeOfDay { days: 10, ms: 0x0996_02D2 };
+    let behaviour = Behaviour { produces_time: true, ..Behaviour::CIA_301 };
+    let mut bench = Bench::new(TestOd::new(FULL), behaviour);
+    bench.device.send_time(noon);
+    assert_eq!(bench.sent(), NOTHING, "1012h does not say so");
+    bench.write(0x1012, 0, 4, 0xC000_0100).unwrap();
+    assert_eq!(bench.write(0x1012, 0, 4, 0x4000_00FF), Err(AbortCode::INVALID_VALUE.0), "while it exists");
+    // The newest time is sent, before PDOs and after what is more urgent.
+    bench.device.send_time(TimeOfDay { days: 9, ms: 0 });
+    bench.device.send_time(noon);
+    bench.device.emergency(VOLTAGE, ErrorRegister::VOLTAGE, [0; 5], &mut bench.od);
+    assert_eq!(bench.sent(), ["085#2031050000000000", "100#D20296090A00"]);
+    assert_eq!(bench.sent(), NOTHING, "once");
+    // In STOPPED it is not told, nor when it is past.
+    bench.send("000#0205");
+    bench.device.send_time(noon);
+    assert_eq!((bench.sent(), bench.send("000#8005")), (vec![], vec![]));
+    bench.write(0x1012, 0, 4, 0x8000_0100).unwrap();
+    bench.device.send_time(noon);
+    assert_eq!(bench.sent(), NOTHING, "it only consumes");
 }
 
 #[test]
@@ -212,4 +247,40 @@ fn stopping_forgets_a_transfer_and_begins_to_count_sync_anew() {
     let answer = bench.send("605#6000000000000000").concat();
     assert!(answer.starts_with("585#80"), "{answer}");
     assert_eq!(bench.pass_ms(10), ["10000 080#01"]);
+}
+
+#[test]
+fn a_server_that_is_changed_through_itself_answers_under_its_old_identifiers() {
+    let od = TestOd::new(FULL).with("1201:01 u32 rw - 0x6D0\n1201:02 u32 rw - 0x6D1");
+    let mut bench = Bench::new(od, Behaviour::CIA_301);
+    // Off, and on again under another identifier through the default server.
+    assert_eq!(bench.send("6D0#23011201D1060080"), ["6D1#6001120100000000"]);
+    assert_eq!(bench.send("6D0#4000100000000000"), NOTHING);
+    bench.write(0x1201, 1, 4, 0x6D5).unwrap();
+    assert_eq!(bench.send("6D5#4000100000000000"), ["6D1#4300100092010000"]);
+    // As it was written, when nobody pulled the answer before the device was stopped.
+    bench.device.handle_frame(bench.now, &common::frame("6D5#23011201D5060080"), &mut bench.od);
+    bench.send("000#0205");
+    bench.send("000#8005");
+    assert_eq!(bench.send("6D5#4000100000000000"), NOTHING);
+}
+
+#[test]
+fn a_server_goes_on_with_its_transfer_when_another_one_before_it_is_switched_off() {
+    let mut od = TestOd::new(FULL).with(
+        "1201:01 u32 rw - 0x6D0
+         1201:02 u32 rw - 0x6D1
+         1202:01 u32 rw - 0x6D2
+         1202:02 u32 rw - 0x6D3",
+    );
+    let mut device: Device<0, 0, 3, 0> = Device::new(NODE, Behaviour::CIA_301);
+    device.restart(Instant::ZERO, &mut od);
+    assert!(device.poll_transmit(Instant::ZERO, &mut od).is_some(), "it boots");
+    let mut send = |text| {
+        device.handle_frame(Instant::ZERO, &common::frame(text), &mut od);
+        core::iter::from_fn(|| device.poll_transmit(Instant::ZERO, &mut od)).map(|frame| frame.to_string()).last()
+    };
+    assert_eq!(send("6D2#4008100000000000").as_deref(), Some("6D3#410810000B000000"));
+    assert_eq!(send("605#23011201D0060080").as_deref(), Some("585#6001120100000000"));
+    assert_eq!(send("6D2#6000000000000000").as_deref(), Some("6D3#00746573742D6465"));
 }

@@ -2,12 +2,13 @@
 
 mod common;
 
-use common::Bench;
-use lexican_runtime::device::{Behaviour, ErrorControlRule, Event};
+use common::testing::TestOd;
+use common::{Bench, FULL, NODE};
+use lexican_runtime::device::{Behaviour, Device, ErrorControlRule, Event};
 use lexican_runtime::service::nmt::Reset;
 use lexican_runtime::service::{guarding, heartbeat_consumer};
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{AbortCode, NodeId};
+use lexican_runtime::{AbortCode, Instant, NodeId};
 
 #[test]
 fn boot_up_comes_first_after_power_on_and_after_every_reset() {
@@ -173,4 +174,18 @@ fn error_behaviour_0_leads_out_of_operational_only() {
     bench.device.communication_failed(bench.now);
     bench.sent();
     assert_eq!((bench.state(), bench.take_events()), (NmtState::Stopped, vec![]));
+}
+
+#[test]
+fn a_device_starts_itself_when_1f80h_says_so() {
+    let cases = [(0x00, true), (0x08, true), (0x04, false), (0x0C, false), (0x01, false)];
+    for (startup, starts) in cases {
+        let od = TestOd::new(FULL).with(&format!("1F80:00 u32 rw - {startup}"));
+        let mut bench = Bench { device: Device::new(NODE, Behaviour::CIA_301), od, now: Instant::ZERO, events: vec![] };
+        bench.restart();
+        let started: [&str; 2] = ["705#00", "185#3412"];
+        assert_eq!(bench.sent(), started[..1 + usize::from(starts)], "{startup:02X}");
+        let events = [Event::StateChanged(NmtState::Operational)];
+        assert_eq!(bench.take_events(), events[..usize::from(starts)]);
+    }
 }

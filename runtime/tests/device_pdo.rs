@@ -7,7 +7,9 @@ use common::{Bench, FULL};
 use lexican_runtime::AbortCode;
 use lexican_runtime::device::{Behaviour, ChangeRule, Event};
 use lexican_runtime::object::Address;
+use lexican_runtime::service::rpdo;
 use lexican_runtime::service::tpdo::Triggers;
+use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 
 const NOTHING: [&str; 0] = [];
 
@@ -138,8 +140,8 @@ fn synchronous_rpdos_take_effect_with_sync_and_only_the_last_one() {
         assert_eq!((bench.od.get(0x607A, 0), bench.take_events()), (0, vec![]));
         bench.send("080#");
         assert_eq!(bench.od.get(0x607A, 0), 5000);
-        let [Event::Sync { counter: None, applied, .. }] = bench.take_events()[..] else { panic!() };
-        assert_eq!(applied.iter().collect::<Vec<_>>(), [3]);
+        assert_eq!(bench.take_events(), [Event::Sync { counter: None }]);
+        assert_eq!(bench.device.applied().collect::<Vec<_>>(), [(3, rpdo::Event::Received)]);
         bench.od.set(0x607A, 0, 7);
         bench.send("080#");
         assert_eq!(bench.od.get(0x607A, 0), 7, "it is applied once");
@@ -154,6 +156,25 @@ fn a_waiting_rpdo_is_forgotten_when_the_device_leaves_operational() {
     bench.send("000#0105");
     bench.send("080#");
     assert_eq!(bench.od.get(0x607A, 0), 0);
+}
+
+#[test]
+fn a_waiting_rpdo_takes_effect_also_after_its_parameters_were_written() {
+    let mut bench = operational("1402:02 u8 rw - 1");
+    bench.send("405#1F0088130000");
+    bench.write(0x1402, 5, 2, 100).unwrap();
+    bench.write(0x1402, 2, 1, 2).unwrap();
+    bench.send("080#");
+    assert_eq!(bench.od.get(0x607A, 0), 5000);
+    // One that no longer waits for SYNC, or is another PDO, does not bring back what was.
+    for (sub, size, value) in [(2, 1, 255), (1, 4, 0x8000_0405)] {
+        bench.send("405#1F0089130000");
+        bench.write(0x1402, sub, size, value).unwrap();
+        bench.write(0x1402, 2, 1, 1).unwrap();
+        bench.write(0x1402, 1, 4, 0x405).unwrap();
+        bench.send("080#");
+        assert_eq!(bench.od.get(0x607A, 0), 5000, "1402:{sub:02X}");
+    }
 }
 
 #[test]
@@ -359,4 +380,54 @@ fn a_tpdo_that_comes_to_exist_is_sent_and_one_that_changes_is_not() {
     bench.write(0x1800, 1, 4, 0x8000_0185).unwrap();
     assert_eq!(bench.pass_ms(200), NOTHING);
     assert_eq!(bench.send("605#23001801A5010000"), ["1A5#3412", "585#6000180100000000"]);
+}
+
+#[test]
+fn what_an_rpdo_writes_is_a_change_for_the_tpdos_that_map_it() {
+    let both = "2000:02 u8 rw both 0\n1600:01 u32 rw - 0x20000208\n1A00:01 u32 rw - 0x20000208";
+    let mut bench = operational(both);
+    assert_eq!(bench.send("205#07"), ["185#07"]);
+    assert_eq!(bench.send("205#07"), NOTHING, "the same value is no change");
+    assert_eq!(bench.send("205#08"), ["185#08"]);
+    assert_eq!(bench.send("405#1F0088130000"), NOTHING, "no TPDO maps it");
+    // With SYNC it takes effect, and is an event then: type 0 answers with the SYNC after it.
+    let mut bench = operational(&format!("{both}\n1400:02 u8 rw - 1"));
+    assert_eq!((bench.send("205#07"), bench.send("080#")), (vec![], vec!["185#07".to_string()]));
+    let mut bench = operational(&format!("{both}\n1400:02 u8 rw - 1\n1800:02 u8 rw - 0"));
+    assert_eq!(bench.send("080#"), ["185#00"], "that of entering OPERATIONAL");
+    bench.send("205#07");
+    assert_eq!([bench.send("080#"), bench.send("080#"), bench.send("080#")].concat(), ["185#07"]);
+    // Where changes do not count, this one does not either.
+    let behaviour = Behaviour { triggers_255: Triggers { change: false, ..Triggers::ALL }, ..Behaviour::CIA_301 };
+    let mut bench = Bench::new(TestOd::new(FULL).with(both), behaviour).operational();
+    assert_eq!(bench.send("205#07"), NOTHING);
+}
+
+#[test]
+fn a_tpdo_that_is_switched_off_is_not_sent_whatever_happens() {
+    let mut bench = operational("1800:01 u32 rw - 0x80000185");
+    bench.device.changed(Address::new(0x6041, 0));
+    bench.device.request_tpdo(1);
+    assert_eq!(bench.sent(), NOTHING);
+    // Nor is one that was switched off while it waited.
+    let mut bench = operational("1800:03 u16 rw - 100");
+    bench.device.changed(Address::new(0x6041, 0));
+    assert_eq!(bench.sent(), NOTHING, "it is inhibited");
+    bench.write(0x1800, 1, 4, 0x8000_0185).unwrap();
+    assert_eq!(bench.pass_ms(100), NOTHING);
+    let sent = bench.send("605#2300180185010000");
+    assert_eq!(sent, ["185#3412", "585#6000180100000000"], "that of coming to exist");
+}
+
+#[test]
+fn the_error_register_is_an_object_that_changes() {
+    let mut bench = operational("1A00:01 u32 rw - 0x10010008");
+    bench.device.emergency(ErrorCode(0x3120), ErrorRegister::VOLTAGE, [0; 5], &mut bench.od);
+    assert_eq!(bench.sent(), ["085#2031050000000000", "185#05"]);
+    bench.device.emergency(ErrorCode(0x3130), ErrorRegister::VOLTAGE, [0; 5], &mut bench.od);
+    assert_eq!(bench.sent(), ["085#3031050000000000"], "it is what it was");
+    bench.device.clear(ErrorRegister(0xFF), &mut bench.od);
+    assert_eq!(bench.sent(), ["085#0000000000000000", "185#00"]);
+    assert_eq!(bench.send("080#05"), ["085#4082110000000000", "185#11"]);
+    assert_eq!(bench.send("080#"), ["085#0000000000000000", "185#00"]);
 }

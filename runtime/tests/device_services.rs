@@ -4,10 +4,12 @@ mod common;
 
 use common::testing::TestOd;
 use common::{Bench, FULL};
-use lexican_runtime::device::{Behaviour, Event, PdoSet};
-use lexican_runtime::object::Address;
+use lexican_runtime::device::{Behaviour, Event};
+use lexican_runtime::object::{Address, WritableIn};
+use lexican_runtime::service::rpdo;
 use lexican_runtime::service::tpdo::Triggers;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
+use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, Duration};
 
 fn device(changes: &str) -> Bench {
@@ -113,14 +115,14 @@ fn a_synchronous_rpdo_that_the_dictionary_refuses_is_not_told_as_applied() {
     bench.send("205#1F00");
     bench.send("405#1F0088130000");
     bench.send("080#");
-    let [Event::Sync { applied, refused, .. }] = bench.take_events()[..] else { panic!() };
-    let numbers = |set: PdoSet| set.iter().collect::<Vec<_>>();
-    assert_eq!((numbers(applied), numbers(refused)), (vec![1], vec![3]));
+    let refused = rpdo::Event::Refused { address: Address::new(0x607A, 0), reason: AbortCode::NO_SUCH_OBJECT };
+    assert_eq!(bench.device.applied().collect::<Vec<_>>(), [(1, rpdo::Event::Received), (3, refused)]);
     bench.od = whole;
     bench.send("405#1F0008000000");
     bench.send("080#");
-    let [Event::Sync { applied, refused, .. }] = bench.take_events()[..] else { panic!() };
-    assert_eq!((numbers(applied), numbers(refused)), (vec![3], vec![]));
+    assert_eq!(bench.device.applied().collect::<Vec<_>>(), [(3, rpdo::Event::Received)]);
+    bench.send("080#");
+    assert_eq!(bench.device.applied().count(), 0);
 }
 
 #[test]
@@ -160,4 +162,72 @@ fn error_control_does_not_wait_for_sdo() {
         bench.device.handle_frame(bench.now, &common::frame(frame), &mut bench.od);
     }
     assert_eq!(bench.sent(), ["705#7F", "585#4300100092010000"]);
+}
+
+#[test]
+fn the_error_register_tells_the_end_of_an_error_whatever_ended_it() {
+    // The deadline of an RPDO has passed; outside OPERATIONAL there is none.
+    let lost = || {
+        let mut bench = device("1400:05 u16 rw - 20").operational();
+        bench.send("205#1F00");
+        assert_eq!(bench.pass_ms(50), ["20000 085#5082110000000000"]);
+        assert_eq!(bench.od.get(0x1001, 0), 0x11);
+        bench
+    };
+    let over = ["085#0000000000000000"];
+    let mut bench = lost();
+    bench.device.enter(bench.now, NmtState::PreOperational);
+    assert_eq!((bench.sent(), bench.od.get(0x1001, 0)), (over.map(String::from).to_vec(), 0));
+    let mut bench = lost();
+    bench.device.enter(bench.now, NmtState::PreOperational);
+    assert_eq!(bench.send("605#4001100000000000"), [over[0], "585#4F01100000000000"], "also when asked at once");
+    // 1029h lets a failure of the bus have the same effect.
+    let mut bench = lost();
+    bench.device.communication_failed(bench.now);
+    assert_eq!((bench.sent(), bench.state()), (over.map(String::from).to_vec(), NmtState::PreOperational));
+}
+
+#[test]
+fn no_service_gets_the_identifier_of_another_one() {
+    let mut bench = device("1201:01 u32 rw - 0x6D0\n1201:02 u32 rw - 0x6D1\n1202:01 u32 rw - 0x80000000");
+    // EMCY, TIME and the RPDO are switched off first; they have other identifiers than before afterwards.
+    bench.write(0x1014, 0, 4, 0x8000_0085).unwrap();
+    bench.write(0x1012, 0, 4, 0x0000_0100).unwrap();
+    bench.write(0x1400, 1, 4, 0x8000_0205).unwrap();
+    let taken = [(0x185, "TPDO 1"), (0x385, "TPDO 3"), (0x405, "RPDO 3"), (0x6D0, "a request"), (0x6D1, "an answer")];
+    let services = [
+        (0x1005, 0, 0, "SYNC"),
+        (0x1012, 0, 0x8000_0000, "TIME"),
+        (0x1014, 0, 0, "EMCY"),
+        (0x1202, 1, 0, "an SDO"),
+        (0x1400, 1, 0, "an RPDO"),
+    ];
+    for (index, sub, exists, service) in services {
+        for (id, whose) in taken {
+            let refused = Err(AbortCode::PARAMETER_INCOMPATIBLE.0);
+            assert_eq!(bench.write(index, sub, 4, id | exists), refused, "{service} with the identifier of {whose}");
+        }
+    }
+    assert_eq!(bench.write(0x1202, 1, 4, 0x80), Err(AbortCode::PARAMETER_INCOMPATIBLE.0), "that of SYNC");
+    assert_eq!(bench.write(0x1005, 0, 4, 0x80), Ok(()), "its own");
+    bench.write(0x1800, 1, 4, 0x8000_0185).unwrap();
+    assert_eq!(bench.write(0x1014, 0, 4, 0x185), Ok(()), "what is switched off takes no identifier");
+    assert_eq!(bench.write(0x1800, 1, 4, 0x185), Err(AbortCode::PARAMETER_INCOMPATIBLE.0), "and comes too late");
+}
+
+#[test]
+fn entries_are_written_in_the_states_that_the_data_sheet_allows() {
+    const RULES: &[WritableIn] = &[WritableIn::new(0x6040, 0, false, true), WritableIn::new(0x607A, 0, true, false)];
+    let behaviour = Behaviour { writable_in: RULES, ..Behaviour::CIA_301 };
+    let mut bench = Bench::new(TestOd::new(FULL), behaviour);
+    let refused = Err(AbortCode::DEVICE_STATE.0);
+    assert_eq!([bench.write(0x6040, 0, 2, 1), bench.write(0x607A, 0, 4, 1)], [refused, Ok(())]);
+    assert_eq!(bench.write(0x2000, 2, 1, 1), Ok(()), "which no rule concerns");
+    let mut bench = bench.operational();
+    assert_eq!([bench.write(0x6040, 0, 2, 1), bench.write(0x607A, 0, 4, 2)], [Ok(()), refused]);
+    assert_eq!((bench.od.get(0x6040, 0), bench.od.get(0x607A, 0)), (1, 1));
+    // What is refused is to be read, and a PDO is not a write by SDO.
+    assert_eq!(bench.read(0x607A, 0), Ok(1));
+    bench.send("405#020003000000");
+    assert_eq!(bench.od.get(0x607A, 0), 3);
 }

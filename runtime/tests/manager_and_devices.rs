@@ -229,6 +229,10 @@ fn an_emergency_reaches_the_manager() {
     let emergency = Emergency { code: ErrorCode(0x3120), register: ErrorRegister(5), vendor: [0; 5] };
     assert_eq!(network.take_events(), [Event::Emergency { node: NODE, emergency }]);
     assert_eq!(network.manager.remote(NODE).unwrap().error_register(), ErrorRegister(5));
+    // It boots, and has no errors.
+    network.device.restart(network.now, &mut network.od);
+    network.pass_ms(0);
+    assert_eq!(network.manager.remote(NODE).unwrap().error_register(), ErrorRegister::NONE);
 }
 
 #[test]

@@ -85,7 +85,8 @@ proptest! {
         let plan = BootPlan { configuration: &dcf, configured: Some((1, 1)), start: true, ..BootPlan::default() };
         let heartbeat = Duration::from_millis(250);
         let mut network = Network::<2>::new(OnLoss::ResetAll);
-        network.assign(NODE, Assignment { client: SdoClient::of_node(NODE), mandatory: true, heartbeat, plan }).unwrap();
+        let client = SdoClient::of_node(NODE);
+        network.assign(NODE, Assignment { client, mandatory: true, boots_again: true, heartbeat, plan }).unwrap();
         network.start(now, Duration::from_secs(1));
         let address = Address::new(0x6041, 0);
         let (poll, timeout) = (Duration::from_millis(10), Duration::from_millis(500));

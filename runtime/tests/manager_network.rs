@@ -5,7 +5,7 @@ mod common;
 use common::FULL;
 use common::testing::TestOd;
 use lexican_runtime::device::{Behaviour, Device, Event};
-use lexican_runtime::manager::{Assignment, Network, NetworkEvent, OnLoss};
+use lexican_runtime::manager::{Assignment, Network, NetworkEvent, OnLoss, Startup};
 use lexican_runtime::procedure::{BootError, BootPlan};
 use lexican_runtime::service::sdo_client::{SdoClient, SdoError};
 use lexican_runtime::wire::lss::Part;
@@ -41,7 +41,13 @@ fn dictionary(node: NodeId) -> TestOd {
 }
 
 fn assignment<'a>(node: NodeId, mandatory: bool, plan: BootPlan<'a>) -> Assignment<'a> {
-    Assignment { client: SdoClient::of_node(node), mandatory, heartbeat: Duration::from_millis(250), plan }
+    Assignment {
+        client: SdoClient::of_node(node),
+        mandatory,
+        boots_again: true,
+        heartbeat: Duration::from_millis(250),
+        plan,
+    }
 }
 
 fn started<'a>() -> BootPlan<'a> {
@@ -341,7 +347,7 @@ fn the_network_is_what_the_manager_s_dictionary_says() {
          1F26:05 u32 rw - 9
          1F27:05 u32 rw - 8
          1F80:00 u32 rw - 0x11
-         1F81:05 u32 rw - 0x09
+         1F81:05 u32 rw - 0x1D
          1F81:06 u32 rw - 0x01
          1F81:07 u32 rw - 0x08
          1F84:05 u32 rw - 0x192
@@ -350,10 +356,12 @@ fn the_network_is_what_the_manager_s_dictionary_says() {
     );
     let mut load = |node| Assignment::load(node, SdoClient::of_node(node), HEARTBEAT, &mut od);
     let five = load(FIVE).unwrap();
+    assert_eq!((five.boots_again, five.plan.keep_alive), (true, true));
     assert_eq!((five.mandatory, five.heartbeat), (true, Duration::from_millis(250)));
     assert_eq!((five.plan.device_type, five.plan.vendor, five.plan.product), (Some(0x192), Some(0x195), None));
     assert_eq!((five.plan.configured, five.plan.start), (Some((9, 8)), true));
     let six = load(SIX).unwrap();
+    assert_eq!((six.boots_again, six.plan.keep_alive), (false, false));
     assert_eq!((six.mandatory, six.heartbeat, six.plan.device_type), (false, Duration::ZERO, None));
     assert!(load(NodeId::literal(7)).is_none(), "it is not a member");
     assert_eq!(OnLoss::from_startup(od.get(0x1F80, 0) as u32), OnLoss::ResetAll);
@@ -434,4 +442,122 @@ fn nodes_may_boot_more_slowly_than_their_heartbeat_when_all_are_reset() {
         }
     }
     assert_eq!((resets, lost), (vec![260], vec![(260, FIVE)]));
+}
+
+#[test]
+fn the_network_starts_as_1f80h_says() {
+    let startup = Startup::from_parameter(0b0100_0011);
+    assert!(startup.is_manager && startup.start_all && startup.enters_operational);
+    assert_eq!(startup.on_loss, OnLoss::StopAll);
+    assert_eq!(Startup::from_parameter(0b0001_0100), Startup { on_loss: OnLoss::ResetAll, ..Startup::default() });
+}
+
+/// Node 5 is to run on, node 6 is not; both are in `state`, and the network starts.
+fn kept_alive(state: NmtState, heartbeat_ms: u16, error_control: Duration) -> Bus<'static> {
+    let plan = BootPlan { error_control, ..started() };
+    let mut bus = Bus::new(
+        OnLoss::ResetNode,
+        &[
+            (FIVE, true, BootPlan { keep_alive: true, ..plan }),
+            (SIX, true, BootPlan { error_control: Duration::ZERO, ..plan }),
+        ],
+    );
+    for node in &mut bus.nodes {
+        node.od.set(0x1017, 0, heartbeat_ms.into());
+        node.device.restart(bus.now, &mut node.od);
+    }
+    bus.pass_ms(0);
+    for node in &mut bus.nodes {
+        node.device.enter(bus.now, state);
+    }
+    if heartbeat_ms == 0 {
+        // Nobody waits for a heartbeat: the node is asked for its state.
+        let plan = BootPlan { keep_alive: true, error_control, ..started() };
+        let silent = Assignment { heartbeat: Duration::ZERO, ..assignment(FIVE, true, plan) };
+        bus.network.assign(FIVE, silent).unwrap();
+    }
+    (bus.events, bus.log) = (Vec::new(), Vec::new());
+    bus.start();
+    bus.pass_ms(1000);
+    bus
+}
+
+#[test]
+fn a_node_that_is_operational_and_kept_alive_is_not_reset() {
+    for (heartbeat_ms, error_control) in [(100, Duration::from_millis(250)), (0, Duration::ZERO)] {
+        let mut bus = kept_alive(NmtState::Operational, heartbeat_ms, error_control);
+        let commands: Vec<&String> = bus.log.iter().filter(|frame| frame.starts_with("000#")).collect();
+        assert_eq!(commands, ["000#8206", "000#0106"], "neither reset nor started");
+        assert_eq!(bus.nodes[0].od.get(0x1017, 0), u64::from(heartbeat_ms), "nor configured");
+        assert!(bus.take_events().contains(&NetworkEvent::Ready));
+        assert_eq!(bus.states(), [NmtState::Operational; 2]);
+    }
+}
+
+#[test]
+fn a_node_that_is_kept_alive_but_not_operational_is_reset_and_booted() {
+    for heartbeat_ms in [100, 0] {
+        let mut bus = kept_alive(NmtState::Stopped, heartbeat_ms, Duration::from_millis(250));
+        // In STOPPED, a node does not answer: it is a failure like that of any other node that is silent.
+        assert!(!bus.take_events().contains(&NetworkEvent::Ready));
+        let mut bus = kept_alive(NmtState::PreOperational, heartbeat_ms, Duration::from_millis(250));
+        assert_eq!(bus.log.iter().filter(|frame| *frame == "000#8205").count(), 1);
+        assert!(bus.take_events().contains(&NetworkEvent::Ready));
+        assert_eq!((bus.states(), bus.nodes[0].od.get(0x1017, 0)), (vec![NmtState::Operational; 2], 100));
+    }
+}
+
+#[test]
+fn all_nodes_are_started_at_once_when_that_is_wanted_and_later_ones_then() {
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started()), (SIX, true, started())]);
+    bus.network = bus.network.with_start_of_all(true);
+    bus.start();
+    bus.pass_ms(500);
+    let starts =
+        |bus: &Bus<'_>| bus.log.iter().filter(|frame| frame.starts_with("000#01")).cloned().collect::<Vec<_>>();
+    assert_eq!((starts(&bus), bus.states()), (vec!["000#0100".into()], vec![NmtState::Operational; 2]));
+    // An optional node that is still missing: the others are started one by one, and it when it comes.
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started()), (SIX, false, started())]);
+    bus.network = bus.network.with_start_of_all(true);
+    bus.nodes[1].connected = false;
+    bus.start();
+    bus.pass_ms(5000);
+    assert_eq!(starts(&bus), ["000#0105"]);
+    bus.nodes[1].connected = true;
+    let node = &mut bus.nodes[1];
+    node.device.restart(bus.now, &mut node.od);
+    bus.pass_ms(100);
+    assert_eq!(
+        (starts(&bus), bus.states()),
+        (vec!["000#0105".into(), "000#0106".into()], vec![NmtState::Operational; 2])
+    );
+}
+
+#[test]
+fn a_node_that_is_not_to_be_booted_without_asking_waits() {
+    let mut bus = Bus::new(OnLoss::ResetNode, &[]);
+    let asked = Assignment { boots_again: false, ..assignment(FIVE, true, started()) };
+    bus.network.assign(FIVE, asked).unwrap();
+    let (mut od, mut device) = (dictionary(FIVE), Device::new(FIVE, Behaviour::CIA_301));
+    device.restart(bus.now, &mut od);
+    bus.nodes.push(Node { device, od, connected: true });
+    bus.take_events();
+    bus.start();
+    bus.pass_ms(1000);
+    assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
+    bus.log.clear();
+    // It gets lost, and comes back without having noticed.
+    bus.nodes[0].connected = false;
+    bus.pass_ms(500);
+    bus.nodes[0].connected = true;
+    bus.pass_ms(500);
+    assert_eq!((bus.take_events(), bus.log.len()), (vec![NetworkEvent::Lost { node: FIVE, mandatory: true }], 0));
+    let node = &mut bus.nodes[0];
+    (node.od, _) = (dictionary(FIVE), node.device.restart(bus.now, &mut node.od));
+    bus.pass_ms(500);
+    assert_eq!((bus.take_events(), bus.log.len()), (vec![NetworkEvent::BootedUp(FIVE)], 0));
+    bus.network.boot(FIVE);
+    bus.pass_ms(500);
+    assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
+    assert_eq!(bus.states(), [NmtState::Operational]);
 }

@@ -20,6 +20,7 @@ fn dictionary() -> Od {
         .with(at(0x2001, 0), DataType::Unsigned16, Access::Ro, &[1, 2])
         .with(at(0x2002, 0), DataType::Unsigned16, Access::Wo, &[1, 2])
         .with(at(0x2003, 0), DataType::Domain, Access::Rw, b"")
+        .with_capacity(at(0x2004, 0), DataType::VisibleString, 16, b"as it was")
 }
 
 /// Requests and the answers of a server; a request without an answer is followed by another one.
@@ -109,6 +110,16 @@ fn what_cannot_be_done_is_refused_with_the_code_of_the_standard() {
             ("605#6000000000000000", "585#8000000001000405"), // a segment of nothing
         ],
     );
+}
+
+#[test]
+fn a_segmented_read_is_what_the_standard_says() {
+    let script = [
+        ("605#4004200000000000", "585#4104200009000000"),
+        ("605#6000000000000000", "585#0061732069742077"),
+        ("605#7000000000000000", "585#1B61730000000000"),
+    ];
+    check_text(&script, "as it was");
 }
 
 #[test]
@@ -243,4 +254,44 @@ fn a_value_that_has_another_size_than_the_device_sends_is_an_error() {
     client.poll_transmit(Instant::ZERO, &mut value).unwrap();
     client.handle_frame(Instant::ZERO, &frame("585#4F00200101000000"), &mut value).expect("it is done");
     assert!(value.get::<u16>().is_err());
+}
+
+/// A text of at most 16 bytes, whatever becomes of a transfer into it.
+#[track_caller]
+fn check_text(script: &[(&str, &str)], expected: &str) {
+    let od = check_server(server(), script);
+    assert_eq!(String::from_utf8_lossy(od.value(at(0x2004, 0))), expected);
+}
+
+#[test]
+fn a_text_changes_when_all_of_it_has_come_and_not_before() {
+    let begin = ("605#210420000C000000", "585#6004200000000000");
+    let first = ("605#0030313233343536", "585#2000000000000000");
+    let last = ("605#153738393A3B0000", "585#3000000000000000");
+    check_text(&[begin, first, last], "0123456789:;");
+    check_text(&[begin, first], "as it was");
+    check_text(&[begin, first, ("605#8004200000000405", "")], "as it was");
+    check_text(&[begin, first, ("605#0037383940414243", "585#8004200000000305")], "as it was");
+    // More or less than announced; more than there is room for.
+    check_text(&[begin, first, ("605#1037383940414243", "585#8004200012000706")], "as it was");
+    check_text(&[begin, first, ("605#1737383900000000", "585#8004200013000706")], "as it was");
+    let unannounced = ("605#2004200000000000", "585#6004200000000000");
+    let more = [("605#1037383940414243", "585#3000000000000000"), ("605#0037383940414243", "585#8004200012000706")];
+    check_text(&[unannounced, first, more[0], more[1]], "as it was");
+    // Nothing is less than it was.
+    check_text(&[unannounced, ("605#0F00000000000000", "585#2000000000000000")], "");
+}
+
+#[test]
+fn a_text_by_block_changes_when_its_checksum_is_right_and_not_before() {
+    let begin = ("605#C60420000C000000", "585#A40420007F000000");
+    let segments = [("605#0130313233343536", ""), ("605#823738393A3B0000", "585#A2027F0000000000")];
+    let mut crc = lexican_runtime::wire::crc::Crc::new();
+    crc.update(b"0123456789:;");
+    let [low, high] = crc.get().to_le_bytes();
+    let end = format!("605#C9{low:02X}{high:02X}0000000000");
+    check_text(&[begin, segments[0], segments[1], (&end, "585#A100000000000000")], "0123456789:;");
+    check_text(&[begin, segments[0], segments[1]], "as it was");
+    let wrong = format!("605#C9{high:02X}{low:02X}0000000000");
+    check_text(&[begin, segments[0], segments[1], (&wrong, "585#8004200004000405")], "as it was");
 }

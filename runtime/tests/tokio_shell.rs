@@ -4,10 +4,14 @@
 mod shell_support;
 
 #[cfg(unix)]
-use std::os::{fd::AsFd, unix::net::UnixDatagram};
+use std::os::unix::net::UnixDatagram;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 use lexican_runtime::host::tokio::{Event, Network};
 use lexican_runtime::host::{AccessError, Incoming, Link, LinkError, VirtualBus};
+#[cfg(unix)]
+use lexican_runtime::host::{BusState, Descriptor};
 use lexican_runtime::manager::Remote;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
@@ -142,7 +146,7 @@ fn a_frame_handed_over_is_sent_though_the_runtime_shuts_down() {
 /// A link over sockets, of which it takes the second when told to: a link that reconnects.
 #[cfg(unix)]
 struct Reconnecting {
-    sockets: [UnixDatagram; 2],
+    sockets: [Arc<UnixDatagram>; 2],
     at: usize,
 }
 
@@ -165,8 +169,8 @@ impl Link for Reconnecting {
             Err(_) => Ok(None),
         }
     }
-    fn descriptor(&self) -> Option<std::os::fd::BorrowedFd<'_>> {
-        Some(self.sockets[self.at].as_fd())
+    fn descriptor(&self) -> Option<Descriptor> {
+        Some(self.sockets[self.at].clone())
     }
 }
 
@@ -177,7 +181,7 @@ async fn a_link_that_has_reconnected_is_waited_for() {
     let (second, second_end) = UnixDatagram::pair().unwrap();
     first.set_nonblocking(true).unwrap();
     second.set_nonblocking(true).unwrap();
-    let network = Network::spawn(Reconnecting { sockets: [first, second], at: 0 }).unwrap();
+    let network = Network::spawn(Reconnecting { sockets: [first, second].map(Arc::new), at: 0 }).unwrap();
     let mut events = network.events();
     first_end.send(&[5]).unwrap();
     events.recv().await.unwrap();
@@ -191,6 +195,146 @@ async fn a_link_that_has_reconnected_is_waited_for() {
         }
     };
     tokio::time::timeout(std::time::Duration::from_secs(5), heard).await.expect("frames are heard when they come");
+}
+
+/// A link that has no room for a while: so many times, or for ever.
+struct Crowded<L> {
+    link: L,
+    refusals: Arc<AtomicUsize>,
+}
+
+impl<L: Link> Link for Crowded<L> {
+    fn now(&self) -> Instant {
+        self.link.now()
+    }
+    fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+        panic!("the shell does not wait in its link")
+    }
+    fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        let decrement = |left: usize| left.checked_sub(1);
+        match self.refusals.fetch_update(Ordering::Relaxed, Ordering::Relaxed, decrement) {
+            Ok(_) => Err(LinkError::Full),
+            Err(_) => self.link.send(frame),
+        }
+    }
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        self.link.receive(until)
+    }
+}
+
+/// A network with the device 1 behind a link that refuses so many frames, and what is heard on its bus.
+fn crowded(refusals: usize) -> (VirtualBus, Network, Arc<Mutex<Vec<String>>>) {
+    let bus = VirtualBus::with_bit_rate(500);
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let list = Arc::clone(&heard);
+    bus.observe(move |_, frame| list.lock().unwrap().push(frame.to_string()));
+    bus.attach(Station::new(NodeId::literal(1)));
+    let refusals = Arc::new(AtomicUsize::new(refusals));
+    let network = Network::spawn(Crowded { link: bus.link(), refusals }).unwrap();
+    (bus, network, heard)
+}
+
+#[tokio::test]
+async fn a_frame_without_room_waits_and_nothing_overtakes_it() {
+    let (_, network, heard) = crowded(30);
+    let mut events = network.events();
+    let [first, second] = [1, 2].map(|byte| Frame::from_array(CobId::standard(0x200).unwrap(), [byte]));
+    network.post(first).unwrap();
+    let read = network.read(NodeId::literal(1), DEVICE_TYPE);
+    network.post(second).unwrap();
+    // Meanwhile what comes is heard: the device boots.
+    assert_eq!(events.recv().await.unwrap(), Event::Manager(manager::Event::BootedUp { node: NodeId::literal(1) }));
+    assert!(heard.lock().unwrap().iter().all(|frame| frame == "701#00"), "{heard:?}");
+    assert_eq!(read.await.unwrap(), 0x0002_0192);
+    let answer = "581#4300100092010200";
+    assert_eq!(*heard.lock().unwrap(), ["701#00", "200#01", "200#02", "601#4000100000000000", answer]);
+}
+
+#[tokio::test]
+async fn a_frame_that_has_waited_for_100_ms_is_lost_and_its_sender_told() {
+    let (bus, network, heard) = crowded(usize::MAX);
+    let refused = network.command(NmtCommand::Start, None).await;
+    assert!(matches!(refused, Err(LinkError::Full)), "{refused:?}");
+    let waited = bus.now().since(Instant::ZERO);
+    assert!(waited >= Duration::from_millis(100) && waited < Duration::from_millis(110), "{waited:?}");
+    let error = network.read(NodeId::literal(1), DEVICE_TYPE).await.unwrap_err();
+    assert!(matches!(error, AccessError::Sdo { error: SdoError::TimedOut { .. }, .. }), "{error}");
+    assert_eq!(*heard.lock().unwrap(), ["701#00"]);
+}
+
+#[tokio::test]
+async fn who_is_read_is_heard_and_strangers_are_not_when_only_the_own_are_wanted() {
+    let (_, network) = network();
+    let (own, other) = (NodeId::literal(3), NodeId::literal(4));
+    let mut events = network.events();
+    network.listen_to_own(&[]).await.unwrap();
+    for node in [own, other] {
+        assert_eq!(network.read(node, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
+        network.write(node, HEARTBEAT, 10).await.unwrap();
+    }
+    network.tell(move |manager, _| _ = manager.remove(other)).await.unwrap();
+    let operational = |node| Event::Manager(manager::Event::StateChanged { node, state: NmtState::Operational });
+    let mut heard = Vec::new();
+    network.command(NmtCommand::Start, None).await.unwrap();
+    while heard.last() != Some(&operational(own)) {
+        heard.push(events.recv().await.unwrap());
+    }
+    network.listen_to_all().await.unwrap();
+    let stranger = Event::Manager(manager::Event::Stranger { node: other, state: NmtState::Operational });
+    assert!(!heard.contains(&stranger) && !heard.contains(&operational(other)), "{heard:?}");
+    while events.recv().await.unwrap() != stranger {}
+}
+
+/// A link whose interface goes away at the first frame that is sent, and which counts how often it is asked.
+#[cfg(unix)]
+struct Leaving {
+    socket: Option<Arc<UnixDatagram>>,
+    state: Option<BusState>,
+    asked: Arc<AtomicUsize>,
+    started: tokio::time::Instant,
+}
+
+#[cfg(unix)]
+impl Link for Leaving {
+    fn now(&self) -> Instant {
+        Instant::ZERO + self.started.elapsed().into()
+    }
+    fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+        self.socket = None;
+        self.state = Some(BusState::Removed);
+        Err(LinkError::NoBus(BusState::Removed))
+    }
+    fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
+        self.asked.fetch_add(1, Ordering::Relaxed);
+        Ok(self.state.take().map(Incoming::State))
+    }
+    fn descriptor(&self) -> Option<Descriptor> {
+        self.socket.clone().map(|socket| socket as Descriptor)
+    }
+}
+
+#[cfg(unix)]
+#[tokio::test(start_paused = true)]
+async fn neither_an_idle_bus_nor_a_lost_one_keeps_the_task_busy() {
+    let (socket, _other_end) = UnixDatagram::pair().unwrap();
+    let asked = Arc::new(AtomicUsize::new(0));
+    let link = Leaving {
+        socket: Some(Arc::new(socket)),
+        state: None,
+        asked: Arc::clone(&asked),
+        started: tokio::time::Instant::now(),
+    };
+    let network = Network::spawn(link).unwrap();
+    let mut events = network.events();
+    // Tokio's time is virtual here. Four times a second the link is asked, once more for each command.
+    tokio::time::sleep(std::time::Duration::from_secs(10)).await;
+    let idle = asked.swap(0, Ordering::Relaxed);
+    assert!((30..50).contains(&idle), "an idle bus: {idle} times in 10 s");
+    assert!(network.command(NmtCommand::Start, None).await.is_err());
+    assert_eq!(events.recv().await.unwrap(), Event::Bus(BusState::Removed));
+    tokio::time::sleep(std::time::Duration::from_secs(10)).await;
+    let lost = asked.load(Ordering::Relaxed);
+    assert!((30..50).contains(&lost), "a lost bus: {lost} times in 10 s");
 }
 
 #[test]

@@ -3,19 +3,32 @@
 
 usage: compare.py LEXICAN LOG
 
-Frame by frame, service, node, index and sub-index, abort and error codes, NMT commands and states must agree. tshark
-looks at each frame alone, so that it takes the segments of block transfers for commands: those are left out, and
-counted.
+Frame by frame, service, node, index and sub-index, abort and error codes, NMT commands and states, LSS commands
+and times must agree. tshark looks at each frame alone, so that it takes the segments of block transfers for commands:
+those are left out, and counted.
 """
 
 import json
 import subprocess
 import sys
 
-FIELDS = [
-    "frame.number", "can.id", "canopen.node_id", "canopen.sdo.main_idx", "canopen.sdo.sub_idx",
-    "canopen.sdo.abort_code", "canopen.em.err_code", "canopen.nmt_ctrl.cd", "canopen.nmt_guard.state", "_ws.col.Info",
-]
+# What tshark calls a field, and where lexican has it: both as numbers.
+FIELDS = {
+    "canopen.sdo.main_idx": ("sdo", "index"),
+    "canopen.sdo.sub_idx": ("sdo", "sub"),
+    "canopen.sdo.abort_code": ("sdo", "abort_code"),
+    "canopen.em.err_code": ("emcy", "code"),
+    "canopen.em.err_reg": ("emcy", "register"),
+    "canopen.nmt_ctrl.cd": ("nmt", "code"),
+    "canopen.lss.cs": ("lss", "code"),
+    "canopen.lss.nid": ("lss", "node_id"),
+    "canopen.lss.fastscan.id": ("lss", "value"),
+    "canopen.lss.fastscan.check": ("lss", "bit_checked"),
+    "canopen.sync.counter": ("sync", "counter"),
+}
+# What lexican has as decimal numbers.
+DECIMAL = ("node_id", "value", "bit_checked", "counter")
+GENERAL = ["frame.number", "can.id", "canopen.node_id", "canopen.nmt_guard.state", "_ws.col.Info"]
 
 # What lexican calls a service, and how tshark's line of it begins.
 SERVICES = {
@@ -35,19 +48,12 @@ SERVICES = {
     "guarding": "ID: ",
 }
 NODELESS = ("NMT", "SYNC", "TIME", "LSS request", "LSS response", "guarding")
-COMMANDS = {
-    0x01: "enter OPERATIONAL",
-    0x02: "enter STOPPED",
-    0x80: "enter PRE-OPERATIONAL",
-    0x81: "reset node",
-    0x82: "reset communication",
-}
 STATES = {0x04: "STOPPED", 0x05: "OPERATIONAL", 0x7F: "PRE-OPERATIONAL"}
 
 
 def difference(theirs, ours):
     """What the decoders do not agree on, or None."""
-    service, text = ours["service"], ours["text"]
+    service = ours["service"]
     info = theirs["_ws.col.Info"]
     if int(theirs["can.id"]) != int(ours["id"], 16):
         return "identifier"
@@ -55,38 +61,40 @@ def difference(theirs, ours):
         return "service"
     if service not in NODELESS and int(theirs["canopen.node_id"], 16) != ours["node"]:
         return "node"
-    if theirs["canopen.sdo.main_idx"]:
-        address = f"{int(theirs['canopen.sdo.main_idx'], 16):04X}:{int(theirs['canopen.sdo.sub_idx'], 16):02X}"
-        if address not in text:
-            return f"address {address}"
-    if theirs["canopen.sdo.abort_code"]:
-        code = f"{int(theirs['canopen.sdo.abort_code'], 16):08X}"
-        if f"{code[:4]} {code[4:]}" not in text:
-            return f"abort code {code}"
-    if theirs["canopen.em.err_code"] and int(theirs["canopen.em.err_code"], 16):
-        code = f"{int(theirs['canopen.em.err_code'], 16):04X}"
-        if code not in text:
-            return f"error code {code}"
-    if theirs["canopen.nmt_ctrl.cd"] and COMMANDS.get(int(theirs["canopen.nmt_ctrl.cd"], 16), "?") not in text:
-        return "command"
-    if service == "heartbeat" and STATES.get(int(theirs["canopen.nmt_guard.state"], 16), "?") not in text:
+    for field, (protocol, name) in FIELDS.items():
+        if theirs[field]:
+            mine = ours.get(protocol, {}).get(name)
+            if name == "node_id" and mine is None:
+                mine = 0xFF  # which says that there is none (CiA 305)
+            mine = mine if name in DECIMAL or mine is None else int(mine, 16)
+            if mine != number(theirs[field]):
+                return f"{field} {theirs[field]}"
+    if service == "heartbeat" and STATES.get(number(theirs["canopen.nmt_guard.state"])) != ours["error_control"]["state"]:
         return "state"
     return None
+
+
+def number(text):
+    """As tshark prints it: hexadecimal with a mark, or decimal."""
+    return int(text, 0)
 
 
 def main():
     lexican, log = sys.argv[1:]
     line = ["tshark", "-r", log, "-d", "can.subdissector,canopen", "-T", "fields", "-E", "separator=/t"]
-    line += [word for field in FIELDS for word in ("-e", field)]
+    fields = [*GENERAL, *FIELDS]
+    line += [word for field in fields for word in ("-e", field)]
     tshark = subprocess.run(line, capture_output=True, text=True, check=True).stdout.splitlines()
     monitor = subprocess.run([lexican, "monitor", "--bus", f"log:{log}", "--json"], capture_output=True, text=True)
-    ours = [json.loads(line) for line in monitor.stdout.splitlines()]
+    told = [json.loads(line) for line in monitor.stdout.splitlines()]
+    # What is not a frame is an event: a device that was recognised, for one.
+    ours = [line for line in told if "id" in line]
     if not ours or len(ours) != len(tshark):
         sys.exit(f"{log}: tshark has {len(tshark)} frames, lexican {len(ours)}: {monitor.stderr}")
     segments, differences = 0, []
     for line, our in zip(tshark, ours):
-        their = dict(zip(FIELDS, line.split("\t")))
-        if our["service"].startswith("SDO") and our["text"].startswith("block segment"):
+        their = dict(zip(fields, line.split("\t")))
+        if our.get("sdo", {}).get("command", "").endswith("block-segment"):
             segments += 1
             continue
         what = difference(their, our)

@@ -1,16 +1,21 @@
-//! Figures, ours and our peers' in one run. A crate of its own does it, `tests/bench`: what the peers depend on
+//! Figures, ours and our peers' in one run, printed and written into `tests/bench/*.md`. A crate of its own does it, `tests/bench`: what the peers depend on
 //! stays out of the workspace.
 
-use std::path::Path;
-use std::process::Command;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
 
 use clap::{Args, ValueEnum};
+
+use crate::{python, vcan};
 
 #[derive(Args)]
 pub(crate) struct Bench {
     /// What to compare; all, one after the other, when none is named
     what: Option<What>,
-    /// The data sheet to read; else the one of LEXICAN_CORPUS, a folder, that is nearest to 131 kB
+    /// For eds, the data sheet to read; else the one of LEXICAN_CORPUS, a folder, that is nearest to 131 kB. For files,
+    /// the folder
     file: Option<String>,
 }
 
@@ -20,27 +25,108 @@ enum What {
     Sdo,
     /// Reading a data sheet, in time and memory
     Eds,
+    /// How many data sheets of a folder each reader takes, and how much it keeps of them
+    Files,
+    /// SDO over pseudo-terminals and vcan, beside python-canopen. Not among "all"
+    Bus,
 }
+
+/// Where the figures of [`What::Bus`] are written.
+const TABLE: &str = "tests/bench/bus.md";
 
 pub(crate) fn run(root: &Path, bench: &Bench) -> Result<(), String> {
-    match bench.what {
-        None => run_one(root, &["sdo"]).and_then(|()| run_one(root, &["eds"])),
-        Some(What::Sdo) => run_one(root, &["sdo"]),
-        Some(What::Eds) => {
-            let file = bench.file.as_deref();
-            run_one(root, &["eds"].into_iter().chain(file).collect::<Vec<_>>())
-        }
+    let file = bench.file.as_deref();
+    match (bench.what, file) {
+        (None, _) => print(root, &["sdo"]).and_then(|()| print(root, &["eds"])),
+        (Some(What::Sdo), _) => print(root, &["sdo"]),
+        (Some(What::Eds), _) => print(root, &["eds"].into_iter().chain(file).collect::<Vec<_>>()),
+        (Some(What::Files), Some(folder)) => print(root, &["files", folder]),
+        (Some(What::Files), None) => Err("which folder? cargo xtask bench files FOLDER".to_owned()),
+        (Some(What::Bus), _) => bus(root),
     }
 }
 
-fn run_one(root: &Path, arguments: &[&str]) -> Result<(), String> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut command = Command::new(cargo);
-    command.args(["run", "--quiet", "--release", "--manifest-path"]).arg(root.join("tests/bench/Cargo.toml"));
-    // Beside the workspace's own, and so ignored by git and removed with it.
-    if std::env::var_os("CARGO_TARGET_DIR").is_none() {
-        command.arg("--target-dir").arg(root.join("target/bench"));
+/// The program runs twice: here over pseudo-terminals, and over vcan where there is one.
+fn bus(root: &Path) -> Result<(), String> {
+    let folder = vcan::target_folder(root).join("interop");
+    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let python = python::environment(root)?;
+    succeeded(cargo(root, "build").status().map_err(failed)?)?;
+    let program = bench_folder(root).join("release/lexican-bench");
+    let mut text = format!(
+        "# Figures: bus\n\nSDO over a bus, beside python-canopen ({}), made by `cargo xtask bench bus`. Each side \
+         is a process of its own; a client reads 1000h, one read after the other, and a round trip is two frames. \
+         Contenders take turns of a second: the rate is that of the middle turn, processor time that of all turns. \
+         Ratios of rates: above 1 is faster; of processor time: below 1 is cheaper. Under user-mode Linux every \
+         system call takes ten times as long, and reading the clock is one. When one of eight nodes is silent, the \
+         others share what it leaves them: 1.00 or more is as it should be.\n",
+        python::PACKAGES.join(", ")
+    );
+    for link in ["slcan", "vcan"] {
+        let table = folder.join(format!("bench-{link}.md"));
+        let [program, python, table_word] = [&program, &python, &table].map(|path| path.to_string_lossy().into_owned());
+        let line = [&*program, "bus", link, &python, &table_word];
+        if link == "vcan" {
+            vcan::run_command(root, &line, &[&folder])?;
+        } else {
+            python::directly(&line)?;
+        }
+        let figures = fs::read_to_string(&table).map_err(|error| format!("{}: {error}", table.display()))?;
+        text = format!("{text}\n{figures}");
     }
-    let status = command.arg("--").args(arguments).status().map_err(|error| format!("cargo run: {error}"))?;
+    text = format!("{text}\n{}\n", load());
+    fs::write(root.join(TABLE), text).map_err(|error| format!("{TABLE}: {error}"))
+}
+
+/// Runs the program, shows what it prints, and writes that down.
+fn print(root: &Path, arguments: &[&str]) -> Result<(), String> {
+    let what = arguments.first().copied().unwrap_or_default();
+    let mut command = cargo(root, "run");
+    // Without it python-canopen does not take part, and the program says so. In SDO without a bus it cannot.
+    if what != "sdo"
+        && let Ok(python) = python::environment(root)
+    {
+        command.env("LEXICAN_PYTHON", python);
+    }
+    let mut child = command.arg("--").args(arguments).stdout(Stdio::piped()).spawn().map_err(failed)?;
+    let mut figures = String::new();
+    for line in BufReader::new(child.stdout.take().ok_or("its output is piped")?).lines() {
+        let line = line.map_err(failed)?;
+        println!("{line}");
+        figures += &(line + "\n");
+    }
+    succeeded(child.wait().map_err(failed)?)?;
+    // A table is one; anything else is lined up by spaces.
+    let figures = if figures.starts_with('|') { figures } else { format!("```text\n{}\n```\n", figures.trim()) };
+    let text = format!("# Figures: {what}\n\nMade by `cargo xtask bench {what}`. {}\n\n{figures}", load());
+    let path = format!("tests/bench/{what}.md");
+    fs::write(root.join(&path), text).map_err(|error| format!("{path}: {error}"))
+}
+
+/// How busy the machine is: figures are worth what it was busy with besides.
+fn load() -> String {
+    let average = fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    let average = average.split(' ').next().unwrap_or_default();
+    format!("Load average of the machine at the end: {average}. Above 1.5, measure again.")
+}
+
+/// Cargo, on the way to the program.
+fn cargo(root: &Path, verb: &str) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args([verb, "--quiet", "--release", "--manifest-path"]).arg(root.join("tests/bench/Cargo.toml"));
+    command.arg("--target-dir").arg(bench_folder(root));
+    command
+}
+
+fn succeeded(status: ExitStatus) -> Result<(), String> {
     if status.success() { Ok(()) } else { Err(format!("the benchmark failed: {status}")) }
+}
+
+fn failed(error: std::io::Error) -> String {
+    format!("the benchmark failed: {error}")
+}
+
+/// Below the workspace's own, and so ignored by git and removed with it.
+fn bench_folder(root: &Path) -> PathBuf {
+    vcan::target_folder(root).join("bench")
 }

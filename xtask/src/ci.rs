@@ -11,6 +11,8 @@ pub(crate) enum Job {
     Fmt,
     /// clippy, warnings are errors, with and without features
     Clippy,
+    /// what does not run here: Windows, macOS, a microcontroller; compiled where their targets are installed
+    Targets,
     /// rustdoc, warnings are errors
     Doc,
     /// the habits that no compiler checks
@@ -51,9 +53,15 @@ impl Job {
             }
             Job::Clippy => {
                 cargo(root, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
-                // The core alone, as firmware takes it.
-                cargo(root, &["clippy", "-p", "lexican-runtime", "--no-default-features", "--", "-D", "warnings"], &[])
+                // The core alone, as firmware takes it, and each feature by itself.
+                for features in ["", "std", "socketcan", "slcan", "tokio"] {
+                    let runtime = ["clippy", "-p", "lexican-runtime", "--no-default-features", "--features", features];
+                    cargo(root, &[&runtime[..], &["--", "-D", "warnings"]].concat(), &[])?;
+                }
+                let benchmarks = ["clippy", "--manifest-path", "tests/bench/Cargo.toml", "--locked"];
+                cargo(root, &[&benchmarks[..], &["--", "-D", "warnings"]].concat(), &[])
             }
+            Job::Targets => targets(root),
             Job::Doc => cargo(root, &["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")]),
             Job::Tidy => crate::tidy::run(root),
             Job::Main => readme_command(root, "main job"),
@@ -70,6 +78,26 @@ impl Job {
             }
         }
     }
+}
+
+/// Where others use it, and what they use there.
+const HOST: &[&str] = &["-p", "lexican", "-p", "lexican-driver", "-p", "lexican-siko-ag03-1", "--all-features"];
+const CORE: &[&str] = &["-p", "lexican-runtime", "--no-default-features"];
+const TARGETS: [(&str, &[&str]); 3] =
+    [("x86_64-pc-windows-gnu", HOST), ("aarch64-apple-darwin", HOST), ("thumbv7em-none-eabihf", CORE)];
+
+/// Checks what is compiled for other machines.
+fn targets(root: &Path) -> Result<(), String> {
+    let installed = Command::new("rustup").args(["target", "list", "--installed"]).output();
+    let installed = installed.map(|output| String::from_utf8_lossy(&output.stdout).into_owned()).unwrap_or_default();
+    for (target, packages) in TARGETS {
+        if !installed.lines().any(|line| line == target) {
+            println!("skipped: {target} is not installed: rustup target add {target}");
+            continue;
+        }
+        cargo(root, &[&["clippy", "--target", target], packages, &["--", "-D", "warnings"]].concat(), &[])?;
+    }
+    Ok(())
 }
 
 /// Runs the command that the README gives for `purpose`: the line after `# <purpose>` in a `sh` block.

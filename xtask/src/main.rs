@@ -7,6 +7,7 @@ mod ci;
 mod corpus;
 mod interop;
 mod outside;
+mod python;
 mod size;
 mod tidy;
 mod vcan;

@@ -1,5 +1,6 @@
 //! How devices differ where CiA 301 leaves it open, and where they deviate from it: as data.
 
+use crate::object::WritableIn;
 use crate::service::tpdo::Triggers;
 use crate::wire::emcy::{CodeOrder, ErrorCode};
 use crate::wire::pdo::TransmissionType;
@@ -38,10 +39,16 @@ pub struct Behaviour {
     pub pdo_bit_31: bool,
     /// Whether bit 30 of a TPDO's COB-ID forbids remote frames. Where it does not, none is refused.
     pub pdo_bit_30: bool,
+    /// Whether the application tells the time ([`Device::send_time`](super::Device::send_time)). Otherwise 1012h
+    /// does not let the device produce TIME.
+    pub produces_time: bool,
     /// Whether 1400h:05 is the deadline of an RPDO.
     pub rpdo_deadlines: bool,
     /// When communication parameters may be changed.
     pub changes: ChangeRule,
+    /// In which NMT states entries may be written, where not in all of them: what generated code calls
+    /// `WRITABLE_IN`. Others are refused with [`AbortCode::DEVICE_STATE`](crate::AbortCode::DEVICE_STATE).
+    pub writable_in: &'static [WritableIn],
     /// Which data types may fill space in an RPDO: bit n for data type n (`DummyUsage` of an EDS).
     pub dummies: u32,
     /// Whether empty fields of the error history (1003h) are read as zero, and not refused with
@@ -68,8 +75,10 @@ impl Behaviour {
         type_0_at_every_sync: false,
         pdo_bit_31: true,
         pdo_bit_30: true,
+        produces_time: false,
         rpdo_deadlines: true,
         changes: ChangeRule::WhileInvalid,
+        writable_in: &[],
         dummies: 0xFE,
         empty_history_is_zero: false,
         records_communication_errors: true,

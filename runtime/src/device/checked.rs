@@ -2,6 +2,7 @@
 //! effect, with the rules of CiA 301, 7.5.2, that no limit of a data sheet can express.
 
 use super::behaviour::{Behaviour, ChangeRule, ErrorControlRule};
+use super::identifiers::{SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED};
 use super::{RpdoSlot, TpdoSlot};
 use crate::abort::AbortCode;
 use crate::id::{CobId, NodeId};
@@ -20,6 +21,8 @@ pub(super) struct Checked<'a> {
     pub(super) tpdos: &'a [TpdoSlot],
     /// How many heartbeats the device has room to consume.
     pub(super) monitored: usize,
+    /// How many servers the device has room for, the default one among them.
+    pub(super) server_room: usize,
 }
 
 impl ObjectDictionary for Checked<'_> {
@@ -44,6 +47,8 @@ impl ObjectDictionary for Checked<'_> {
 
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         let index = entry.address.index();
+        let rule = self.behaviour.writable_in.iter().find(|rule| rule.address == entry.address);
+        require(rule.is_none_or(|rule| rule.allows(self.state)), AbortCode::DEVICE_STATE)?;
         let is_communication = (0x1000..0x2000).contains(&index);
         // What has another length than its type is for the dictionary to refuse.
         if is_communication && entry.data_type.size() == Some(data.len()) {
@@ -61,7 +66,7 @@ impl ObjectDictionary for Checked<'_> {
 
 impl Checked<'_> {
     /// Whether `value` may be written now.
-    fn check(&mut self, address: Address, value: u64) -> Result<(), AbortCode> {
+    pub(super) fn check(&mut self, address: Address, value: u64) -> Result<(), AbortCode> {
         let (index, sub) = (address.index(), address.sub());
         match (index, sub) {
             (0x1003, 0) => require(value == 0, AbortCode::INVALID_VALUE),
@@ -83,7 +88,7 @@ impl Checked<'_> {
     }
 
     /// What is in the dictionary now; 0 for what is not there.
-    fn current(&mut self, index: u16, sub: u8) -> u32 {
+    pub(super) fn current(&mut self, index: u16, sub: u8) -> u32 {
         objects::read_u32(self.od, index, sub).unwrap_or(0)
     }
 
@@ -99,30 +104,32 @@ impl Checked<'_> {
 
     /// CiA 301, 7.5.2.5: bits 0 to 29 stay while the device produces SYNC (bit 30).
     fn check_sync_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
-        const GENERATE: u32 = 1 << 30;
         let old = self.current(0x1005, 0);
         require(!CobId::from_parameter(new).is_restricted(), AbortCode::INVALID_VALUE)?;
         let can_generate = self.od.entry(Address::new(0x1006, 0)).is_ok();
-        require(new & GENERATE == 0 || can_generate, AbortCode::INVALID_VALUE)?;
-        self.check_change(old, new, old & new & GENERATE != 0)
+        require(new & SYNC_GENERATED == 0 || can_generate, AbortCode::INVALID_VALUE)?;
+        self.check_change(old, new, old & new & SYNC_GENERATED != 0)?;
+        self.check_free(Address::new(0x1005, 0), old, new, true)
     }
 
-    /// CiA 301, 7.5.2.15: bits 0 to 29 stay while TIME exists. The device consumes TIME (bit 31); it does
-    /// not produce it (bit 30).
+    /// CiA 301, 7.5.2.15: bits 0 to 29 stay while TIME exists (bits 30 and 31).
     fn check_time_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
-        const CONSUME: u32 = 1 << 31;
-        const PRODUCE: u32 = 1 << 30;
         let old = self.current(0x1012, 0);
         let id = CobId::from_parameter(new);
-        require(!id.is_restricted() && new & PRODUCE == 0, AbortCode::INVALID_VALUE)?;
-        require(old & new & CONSUME == 0 || CobId::from_parameter(old) == id, AbortCode::INVALID_VALUE)
+        let can_be = new & TIME_PRODUCED == 0 || self.behaviour.produces_time;
+        require(!id.is_restricted() && can_be, AbortCode::INVALID_VALUE)?;
+        let stays = old & TIME_EXISTS != 0 && new & TIME_EXISTS != 0;
+        require(!stays || CobId::from_parameter(old) == id, AbortCode::INVALID_VALUE)?;
+        self.check_free(Address::new(0x1012, 0), old, new, new & TIME_EXISTS != 0)
     }
 
     /// CiA 301, 7.5.2.17: bits 0 to 29 stay while EMCY exists (bit 31 clear).
     fn check_emcy_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
         let old = self.current(0x1014, 0);
         require(is_allowed(new), AbortCode::INVALID_VALUE)?;
-        self.check_change(old, new, PdoCobId(old).is_valid() && PdoCobId(new).is_valid())
+        let will_be_valid = PdoCobId(new).is_valid();
+        self.check_change(old, new, PdoCobId(old).is_valid() && will_be_valid)?;
+        self.check_free(Address::new(0x1014, 0), old, new, will_be_valid)
     }
 
     /// Whether an identifier may change; `in_use` before and after.
@@ -183,8 +190,15 @@ impl Checked<'_> {
         }
         require(is_allowed(new), AbortCode::INVALID_VALUE)?;
         let exists = PdoCobId(self.current(index, 1)).is_valid() && PdoCobId(self.current(index, 2)).is_valid();
-        let same = CobId::from_parameter(self.current(index, sub)) == CobId::from_parameter(new);
-        require(same || !exists || !PdoCobId(new).is_valid(), AbortCode::INVALID_VALUE)
+        let (old, will_be_valid) = (self.current(index, sub), PdoCobId(new).is_valid());
+        let same = CobId::from_parameter(old) == CobId::from_parameter(new);
+        require(same || !exists || !will_be_valid, AbortCode::INVALID_VALUE)?;
+        self.check_free(address, old, new, will_be_valid)?;
+        let other = objects::read_u32(self.od, index, 3 - sub).map(PdoCobId);
+        let will_exist = will_be_valid && other.is_some_and(PdoCobId::is_valid);
+        let is_new_server = will_exist && !exists && (0x1201..0x1280).contains(&index);
+        let has_room = !is_new_server || self.servers_of(0x1201..0x1280) + 1 < self.server_room;
+        require(has_room, AbortCode::DEVICE_INCOMPATIBLE)
     }
 
     /// CiA 301, 7.5.2.35 and 7.5.2.37: the communication parameter of a PDO.
@@ -215,42 +229,24 @@ impl Checked<'_> {
         require(!(will_be_valid && id.is_restricted()), AbortCode::INVALID_VALUE)?;
         let old = self.current(index, 1);
         self.check_change(old, new, valid && will_be_valid)?;
-        let served = self.rpdos.iter().any(|slot| slot.parameter_index() == index)
-            || self.tpdos.iter().any(|slot| slot.parameter_index() == index);
-        require(!will_be_valid || valid || served, AbortCode::DEVICE_INCOMPATIBLE)?;
-        // Two services of one device under one identifier: nobody could tell which is meant.
-        let transmitted = index >= 0x1800;
-        let taken = will_be_valid && (self.is_taken(index, id) || transmitted && self.is_taken_by_message(id));
+        require(!will_be_valid || valid || self.is_served(index), AbortCode::DEVICE_INCOMPATIBLE)?;
+        self.check_free(Address::new(index, 1), old, new, will_be_valid)
+    }
+
+    /// Whether the device has room for the PDO.
+    pub(super) fn is_served(&self, index: u16) -> bool {
+        self.rpdos.iter().any(|slot| slot.parameter_index() == index)
+            || self.tpdos.iter().any(|slot| slot.parameter_index() == index)
+    }
+
+    /// Two services of one device under one identifier: nobody could tell which is meant. `owner` is the
+    /// parameter that is written. What is there already may be written again.
+    fn check_free(&mut self, owner: Address, old: u32, new: u32, will_exist: bool) -> Result<(), AbortCode> {
+        let taken = will_exist && old != new && self.is_taken(CobId::from_parameter(new), owner);
         require(!taken, AbortCode::PARAMETER_INCOMPATIBLE)
     }
 
-    fn is_taken(&self, index: u16, id: CobId) -> bool {
-        let received = self.rpdos.iter().any(|slot| {
-            slot.parameter_index() != index && slot.pdo.is_active() && slot.pdo.parameters().cob_id.id() == id
-        });
-        let transmitted = self.tpdos.iter().any(|slot| {
-            slot.parameter_index() != index && slot.pdo.is_active() && slot.pdo.parameters().cob_id.id() == id
-        });
-        received || transmitted
-    }
-
-    /// Whether SYNC, TIME, EMCY or an SDO other than the default one has the identifier. That of the default
-    /// SDO is restricted for PDOs anyway.
-    fn is_taken_by_message(&mut self, id: CobId) -> bool {
-        const TIME_EXISTS: u32 = 1 << 31 | 1 << 30;
-        let sync = objects::read_u32(self.od, 0x1005, 0).map_or(CobId::SYNC, CobId::from_parameter);
-        let time = objects::read_u32(self.od, 0x1012, 0).filter(|cob_id| cob_id & TIME_EXISTS != 0);
-        let emcy = objects::read_u32(self.od, 0x1014, 0);
-        let mut has = |index, sub| {
-            objects::read_u32(self.od, index, sub).map(PdoCobId).is_some_and(|it| it.is_valid() && it.id() == id)
-        };
-        sync == id
-            || time.is_some_and(|time| CobId::from_parameter(time) == id)
-            || emcy.map(PdoCobId).is_some_and(|emcy| emcy.is_valid() && emcy.id() == id)
-            || (0x1201..=0x12FF).any(|index| has(index, 1) || has(index, 2))
-    }
-
-    fn is_valid(&self, cob_id: PdoCobId) -> bool {
+    pub(super) fn is_valid(&self, cob_id: PdoCobId) -> bool {
         cob_id.is_valid() || !self.behaviour.pdo_bit_31
     }
 
@@ -297,7 +293,7 @@ pub(super) fn consumed_heartbeat(entry: u32) -> Option<(NodeId, u16)> {
     (time_ms != 0).then_some((node, time_ms))
 }
 
-fn type_exists(direction: Direction, code: u32) -> bool {
+pub(super) fn type_exists(direction: Direction, code: u32) -> bool {
     let Ok(code) = u8::try_from(code) else { return false };
     match TransmissionType::from_code(code) {
         TransmissionType::Reserved(_) => false,
@@ -311,6 +307,6 @@ fn is_allowed(cob_id: u32) -> bool {
     !PdoCobId(cob_id).is_valid() || !CobId::from_parameter(cob_id).is_restricted()
 }
 
-fn require(condition: bool, code: AbortCode) -> Result<(), AbortCode> {
+pub(super) fn require(condition: bool, code: AbortCode) -> Result<(), AbortCode> {
     if condition { Ok(()) } else { Err(code) }
 }

@@ -1,7 +1,7 @@
 //! How the communication objects of the dictionary configure the services.
 
 use super::checked::consumed_heartbeat;
-use super::filter::Filter;
+use super::identifiers::{SYNC_GENERATED, TIME_CONSUMED, TIME_PRODUCED};
 use super::{Device, RpdoSlot, TpdoSlot};
 use crate::id::CobId;
 use crate::object::{Address, Direction, ObjectDictionary};
@@ -31,10 +31,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         for sub in 1..=u8::try_from(MONITORED).unwrap_or(u8::MAX) {
             self.load_consumer(sub, od);
         }
+        self.starts_itself = starts_itself(od);
         self.load_servers(od);
         self.load_rpdos(od);
         self.load_tpdos(od);
-        self.filter = self.listen();
+        self.listen();
     }
 
     /// Configures what a written entry concerns.
@@ -49,16 +50,24 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
                 self.heartbeat.configure(now, heartbeat_period(od), Duration::ZERO);
                 self.load_guarding(od);
             }
-            0x1201..=0x127F => self.load_servers(od),
+            // The answer to this very write leaves under the identifiers that the request came to.
+            0x1200..=0x127F => self.servers_changed = true,
             index @ 0x1400..=0x17FF => self.reload_rpdo(1 + (index & 0x01FF), od),
             index @ 0x1800..=0x1BFF => self.reload_tpdo(1 + (index & 0x01FF), now, od),
             _ => return,
         }
-        self.filter = self.listen();
+        self.listen();
     }
 
-    /// All identifiers that concern the device.
-    fn listen(&self) -> Filter {
+    fn listen(&mut self) {
+        self.quiet = None;
+        self.filter = self.cob_ids().collect();
+        self.generation = self.generation.wrapping_add(1);
+    }
+
+    /// The identifiers of all frames that concern the device, perhaps more than once; for links that can leave
+    /// out others. They change with [`Device::generation`].
+    pub fn cob_ids(&self) -> impl Iterator<Item = CobId> {
         let fixed = [CobId::NMT, ErrorControl::cob_id(self.node), self.sync_consumer.id()];
         let heartbeats = self.consumers.iter().flatten().map(|consumer| ErrorControl::cob_id(consumer.node()));
         let requests = self.servers.iter().flatten().map(SdoServer::request_id);
@@ -66,25 +75,32 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         let tpdos = self.tpdos.iter().map(|slot| &slot.pdo).filter(|pdo| pdo.is_active());
         let pdos = rpdos.map(|pdo| pdo.parameters().cob_id).chain(tpdos.map(|pdo| pdo.parameters().cob_id));
         let messages = fixed.into_iter().chain(self.time_id).chain(requests);
-        messages.chain(heartbeats).chain(pdos.map(PdoCobId::id)).collect()
+        messages.chain(heartbeats).chain(pdos.map(PdoCobId::id))
+    }
+
+    /// Another number than before when the communication objects have configured the device anew, and with
+    /// them perhaps [which identifiers](Device::cob_ids) concern it.
+    #[must_use]
+    pub const fn generation(&self) -> u32 {
+        self.generation
     }
 
     fn load_sync(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
-        const GENERATE: u32 = 1 << 30;
         let cob_id = objects::read_u32(od, 0x1005, 0).unwrap_or(CobId::SYNC.to_parameter());
         let period_us = objects::read_u32(od, 0x1006, 0).unwrap_or(0);
         let window_us = objects::read_u32(od, 0x1007, 0).unwrap_or(0);
         let overflow = objects::read_u8(od, 0x1019, 0).filter(|n| (2..=240).contains(n)).unwrap_or(0);
         let id = CobId::from_parameter(cob_id);
         self.sync_consumer.configure(id, overflow, Duration::from_micros(u64::from(window_us)));
-        let period_us = if cob_id & GENERATE == 0 { 0 } else { period_us };
+        let period_us = if cob_id & SYNC_GENERATED == 0 { 0 } else { period_us };
         self.sync_producer.configure(now, id, Duration::from_micros(u64::from(period_us)), overflow);
     }
 
     fn load_time(&mut self, od: &mut dyn ObjectDictionary) {
-        const CONSUME: u32 = 1 << 31;
-        let cob_id = objects::read_u32(od, 0x1012, 0).filter(|cob_id| cob_id & CONSUME != 0);
-        self.time_id = cob_id.map(CobId::from_parameter);
+        let cob_id = objects::read_u32(od, 0x1012, 0).unwrap_or(0);
+        let id = |exists: bool| exists.then(|| CobId::from_parameter(cob_id));
+        self.time_id = id(cob_id & TIME_CONSUMED != 0);
+        self.time_producer = id(cob_id & TIME_PRODUCED != 0 && self.behaviour.produces_time);
     }
 
     fn load_emcy(&mut self, od: &mut dyn ObjectDictionary) {
@@ -108,26 +124,28 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         *place = entry.map(|(node, time_ms)| HeartbeatConsumer::new(node, Duration::from_millis(u64::from(time_ms))));
     }
 
+    /// Configures the servers anew when one of them was written, and none has an answer left to send.
+    #[inline]
+    pub(super) fn follow_servers(&mut self, od: &mut dyn ObjectDictionary) {
+        if self.servers_changed && !self.servers.iter().flatten().any(SdoServer::has_answer) {
+            self.load_servers(od);
+            self.listen();
+        }
+    }
+
     /// The default server, and those of 1201h and up that are valid, as long as there is room. A server
     /// that stays as it is goes on with its transfer.
     fn load_servers(&mut self, od: &mut dyn ObjectDictionary) {
-        let default = SdoServer::of_node(self.node);
-        let mut indices = 0x1200..=0x127F_u16;
-        for (at, place) in self.servers.iter_mut().enumerate() {
-            let server = if at == 0 {
-                indices.next();
-                Some(server(0x1200, od).unwrap_or(default.clone()))
-            } else {
-                indices.find_map(|index| server(index, od))
-            };
-            let same = |new: &SdoServer| {
-                place
-                    .as_ref()
-                    .is_some_and(|old| old.request_id() == new.request_id() && old.response_id() == new.response_id())
-            };
-            if !server.as_ref().is_some_and(same) {
-                *place = server.map(|server| server.with_sizes_indicated(self.behaviour.sdo_sizes_indicated));
-            }
+        self.servers_changed = false;
+        let old = core::mem::replace(&mut self.servers, [const { None }; SERVERS]);
+        let default = server(0x1200, od).unwrap_or(SdoServer::of_node(self.node));
+        let others = (0x1201..=0x127F).filter_map(|index| server(index, od));
+        let sizes_indicated = self.behaviour.sdo_sizes_indicated;
+        for (place, new) in self.servers.iter_mut().zip(core::iter::once(default).chain(others)) {
+            let same =
+                |old: &&SdoServer| old.request_id() == new.request_id() && old.response_id() == new.response_id();
+            let running = old.iter().flatten().find(same).cloned();
+            *place = Some(running.unwrap_or(new.with_sizes_indicated(sizes_indicated)));
         }
     }
 
@@ -150,8 +168,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     fn reload_rpdo(&mut self, number: u16, od: &mut dyn ObjectDictionary) {
-        let pdo = self.rpdo_of(number, od);
-        self.rpdos.iter_mut().filter(|slot| slot.number == number).for_each(|slot| slot.pdo = pdo);
+        let new = self.rpdo_of(number, od);
+        for slot in self.rpdos.iter_mut().filter(|slot| slot.number == number) {
+            let before = core::mem::replace(&mut slot.pdo, new);
+            slot.pdo.resume(&before);
+        }
     }
 
     /// In OPERATIONAL, a TPDO that comes to exist begins as if the state had just been entered.
@@ -208,6 +229,14 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 }
 
+/// CiA 302-2, 1F80h: a device that is no manager (bit 0) enters OPERATIONAL by itself, unless bit 2 forbids it. A
+/// manager first boots its network.
+fn starts_itself(od: &mut dyn ObjectDictionary) -> bool {
+    const MANAGER: u32 = 1 << 0;
+    const NOT_BY_ITSELF: u32 = 1 << 2;
+    objects::read_u32(od, 0x1F80, 0).is_some_and(|startup| startup & (MANAGER | NOT_BY_ITSELF) == 0)
+}
+
 fn heartbeat_period(od: &mut dyn ObjectDictionary) -> Duration {
     Duration::from_millis(u64::from(objects::read_u16(od, 0x1017, 0).unwrap_or(0)))
 }
@@ -219,7 +248,7 @@ fn server(index: u16, od: &mut dyn ObjectDictionary) -> Option<SdoServer> {
 }
 
 /// Whether the dictionary has both parameters of a PDO. Compatibility entries may have one only.
-fn pdo_exists(direction: Direction, number: u16, od: &dyn ObjectDictionary) -> bool {
+pub(super) fn pdo_exists(direction: Direction, number: u16, od: &dyn ObjectDictionary) -> bool {
     let (parameter, mapping) = match direction {
         Direction::Receive => (0x13FF + number, 0x15FF + number),
         Direction::Transmit => (0x17FF + number, 0x19FF + number),

@@ -53,14 +53,11 @@ pub enum Event {
         /// 1 to 512.
         number: u16,
     },
-    /// SYNC: received, or sent by the device itself.
+    /// SYNC: received, or sent by the device itself. What it did to RPDOs, [`Device::applied`](super::Device::applied)
+    /// tells.
     Sync {
         /// When the producer counts.
         counter: Option<u8>,
-        /// The RPDOs whose objects are in the dictionary with it.
-        applied: PdoSet,
-        /// The RPDOs of which the dictionary refused at least one object.
-        refused: PdoSet,
     },
     /// The time of day.
     Time(TimeOfDay),
@@ -75,62 +72,11 @@ pub enum Event {
     LifeGuarding(guarding::Event),
 }
 
-/// A set of PDO numbers, 1 to 512.
-#[derive(Clone, Copy, Default, PartialEq, Eq)]
-pub struct PdoSet([u64; 8]);
-
-impl PdoSet {
-    /// No PDO.
-    pub const EMPTY: PdoSet = PdoSet([0; 8]);
-
-    /// Adds a PDO; numbers that are none are ignored.
-    pub fn insert(&mut self, number: u16) {
-        let (word, bit) = Self::place(number);
-        if let Some(word) = self.0.get_mut(word) {
-            *word |= bit;
-        }
-    }
-
-    /// Whether the PDO is in the set.
-    #[must_use]
-    pub fn contains(&self, number: u16) -> bool {
-        let (word, bit) = Self::place(number);
-        self.0.get(word).is_some_and(|word| word & bit != 0)
-    }
-
-    /// Whether the set is empty.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        *self == Self::EMPTY
-    }
-
-    /// The numbers, ascending.
-    pub fn iter(&self) -> impl Iterator<Item = u16> + '_ {
-        (1..=512).filter(|&number| self.contains(number))
-    }
-
-    /// Number 0 becomes a word that no set has.
-    fn place(number: u16) -> (usize, u64) {
-        let at = number.wrapping_sub(1);
-        (usize::from(at / 64), 1 << (at % 64))
-    }
-}
-
-impl core::fmt::Debug for PdoSet {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_set().entries(self.iter()).finish()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::PdoSet;
-
-    #[test]
-    fn a_set_holds_the_numbers_1_to_512() {
-        let mut set = PdoSet::EMPTY;
-        [1, 64, 65, 512, 0, 513].into_iter().for_each(|number| set.insert(number));
-        assert_eq!(std::format!("{set:?}"), "{1, 64, 65, 512}");
-        assert!(!set.contains(0) && !set.contains(513) && !set.is_empty());
-    }
+/// A parameter of the dictionary that the device does not serve as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Misconfigured {
+    /// The parameter.
+    pub address: Address,
+    /// With what a write of the same value would be refused.
+    pub reason: AbortCode,
 }

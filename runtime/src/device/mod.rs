@@ -11,7 +11,7 @@
 //! poll_timeout()                    sleep until here, or until a frame comes
 //! ```
 //!
-//! Frames leave in the order of their importance: boot-up, SYNC, EMCY, PDO, heartbeat, SDO. A block
+//! Frames leave in the order of their importance: boot-up, SYNC, EMCY, TIME, PDO, heartbeat, SDO. A block
 //! upload of 127 segments does not hold up the heartbeat.
 //!
 //! ```
@@ -51,18 +51,21 @@
 mod behaviour;
 mod checked;
 mod configure;
+mod defaults;
+mod errors;
 mod event;
 mod filter;
+mod identifiers;
 mod receive;
+mod transmit;
 
-use self::checked::Checked;
 use self::filter::Filter;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
-use crate::object::{Address, ObjectDictionary};
+use crate::object::{Address, ObjectDictionary, TimeOfDay};
 use crate::service::emcy_producer::EmcyProducer;
 use crate::service::guarding::Guarding;
-use crate::service::heartbeat_consumer::{Heartbeat, HeartbeatConsumer};
+use crate::service::heartbeat_consumer::HeartbeatConsumer;
 use crate::service::heartbeat_producer::HeartbeatProducer;
 use crate::service::mapping::Mapping;
 use crate::service::nmt::Nmt;
@@ -78,7 +81,7 @@ use crate::wire::nmt::NmtState;
 use crate::wire::sync::Sync;
 
 pub use behaviour::{Behaviour, ChangeRule, ErrorControlRule};
-pub use event::{Event, PdoSet};
+pub use event::{Event, Misconfigured};
 
 /// A device with room for `RPDOS` and `TPDOS` PDOs, `SERVERS` SDO servers, and `MONITORED` nodes whose
 /// heartbeat it consumes. PDO numbers may have gaps: only PDOs that the dictionary has take room.
@@ -88,6 +91,8 @@ pub struct Device<const RPDOS: usize = 4, const TPDOS: usize = 4, const SERVERS:
     node: NodeId,
     /// Which identifiers concern the device.
     filter: Filter,
+    /// How often that was found out.
+    generation: u32,
     behaviour: Behaviour,
     nmt: Nmt,
     sync_consumer: SyncConsumer,
@@ -95,11 +100,17 @@ pub struct Device<const RPDOS: usize = 4, const TPDOS: usize = 4, const SERVERS:
     /// A SYNC that the device itself has sent, and when: it concerns its own PDOs too.
     own_sync: Option<(Instant, Sync)>,
     time_id: Option<CobId>,
+    /// TIME is produced under this identifier.
+    time_producer: Option<CobId>,
+    /// The time that is to be told.
+    time: Option<TimeOfDay>,
     emcy: EmcyProducer,
     heartbeat: HeartbeatProducer,
     guarding: Guarding,
     consumers: [Option<HeartbeatConsumer>; MONITORED],
     servers: [Option<SdoServer>; SERVERS],
+    /// The dictionary has other parameters of servers (1200h and up) than these.
+    servers_changed: bool,
     rpdos: [RpdoSlot; RPDOS],
     tpdos: [TpdoSlot; TPDOS],
     /// The error register shows an error of communication that the device has noticed itself.
@@ -108,6 +119,19 @@ pub struct Device<const RPDOS: usize = 4, const TPDOS: usize = 4, const SERVERS:
     application_errors: ErrorRegister,
     /// The error behaviour (1029h) is due.
     reaction: Option<Instant>,
+    /// The device enters OPERATIONAL by itself after its boot-up (1F80h).
+    starts_itself: bool,
+    /// That is due.
+    start: Option<Instant>,
+    /// Nothing but answers to SDO is to be sent; `None` when that is to be found out again, since something
+    /// has happened.
+    quiet: Option<Quiet>,
+}
+
+/// For how long there is nothing to do but SDO.
+#[derive(Clone, Copy, Debug)]
+struct Quiet {
+    until: Option<Instant>,
 }
 
 /// An RPDO and its number; number 0 is free.
@@ -150,22 +174,29 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         Device {
             node,
             filter: Filter::NOTHING,
+            generation: 0,
             behaviour,
             nmt: Nmt::new(node),
             sync_consumer: SyncConsumer::new(),
             sync_producer: SyncProducer::new(),
             own_sync: None,
             time_id: None,
+            time_producer: None,
+            time: None,
             emcy: EmcyProducer::new(behaviour.emcy_code_order),
             heartbeat: HeartbeatProducer::new(node),
             guarding: Guarding::new(node),
             consumers: [const { None }; MONITORED],
             servers: [const { None }; SERVERS],
+            servers_changed: false,
             rpdos: [RpdoSlot::FREE; RPDOS],
             tpdos: [TpdoSlot::FREE; TPDOS],
             communication_error: false,
             application_errors: ErrorRegister::NONE,
             reaction: None,
+            starts_itself: false,
+            start: None,
+            quiet: None,
         }
     }
 
@@ -194,9 +225,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     /// Power-on, or the end of a reset: configures everything from the dictionary anew. The boot-up
-    /// message is the next frame; PRE-OPERATIONAL follows it.
+    /// message is the next frame; PRE-OPERATIONAL follows it. [`Device::misconfigured`] tells what of the
+    /// dictionary is not served.
     pub fn restart(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
-        *self = Device::new(self.node, self.behaviour);
+        *self = Device { generation: self.generation, ..Device::new(self.node, self.behaviour) };
         objects::write(od, 0x1001, 0, 0);
         self.configure(now, od);
         self.nmt.boot();
@@ -214,74 +246,13 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         self.follow_nmt(now, event)
     }
 
-    /// An error occurred: `register` is set in the error register, the code goes into the history
-    /// (1003h), and an EMCY is sent.
-    pub fn emergency(
-        &mut self,
-        code: ErrorCode,
-        register: ErrorRegister,
-        vendor: [u8; 5],
-        od: &mut dyn ObjectDictionary,
-    ) {
-        self.raise(code, register, vendor, true, od);
-    }
-
-    /// The same without an entry in the history.
-    pub fn emergency_unrecorded(
-        &mut self,
-        code: ErrorCode,
-        register: ErrorRegister,
-        vendor: [u8; 5],
-        od: &mut dyn ObjectDictionary,
-    ) {
-        self.raise(code, register, vendor, false, od);
-    }
-
-    fn raise(
-        &mut self,
-        code: ErrorCode,
-        register: ErrorRegister,
-        vendor: [u8; 5],
-        record: bool,
-        od: &mut dyn ObjectDictionary,
-    ) {
-        // The generic bit is an error of its own only where it stands alone.
-        let specific = register & !ErrorRegister::GENERIC;
-        let errors = if specific.is_empty() { ErrorRegister::GENERIC } else { specific };
-        self.application_errors = self.application_errors | errors;
-        self.emcy.raise(code, self.errors(), vendor, record, od);
-    }
-
-    /// What the error register has to show: the errors of the application and those that the device has
-    /// noticed itself. The generic bit is set with any of them.
-    fn errors(&self) -> ErrorRegister {
-        let own = if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE };
-        let errors = self.application_errors | own;
-        if errors.is_empty() { errors } else { errors | ErrorRegister::GENERIC }
-    }
-
-    /// Errors are over: `register` is reset in the error register, and an EMCY with the code 0000h is
-    /// sent when the application had set any of its bits. `ErrorRegister(0xFF)` ends all errors of the application.
-    pub fn clear(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
-        let ended = self.application_errors & register;
-        self.application_errors = self.application_errors & !register;
-        // Of what the device has noticed itself, nothing ends by this.
-        let still_there = if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE };
-        if !(ended & !still_there).is_empty() {
-            self.emcy.clear(self.errors(), [0; 5], od);
-        }
-    }
-
-    /// The bus failed (bus-off): the error behaviour (1029h) follows. Losing a heartbeat or life guarding
-    /// is noticed without this.
-    pub const fn communication_failed(&mut self, now: Instant) {
-        self.reaction = Some(now);
-    }
-
     /// An object changed: TPDOs that map it and count changes as events are sent.
     pub fn changed(&mut self, address: Address) {
         if self.nmt.state() == NmtState::Operational {
-            self.tpdos.iter_mut().for_each(|slot| slot.pdo.changed(address));
+            for slot in self.tpdos.iter_mut().filter(|slot| slot.pdo.mapping().maps(address)) {
+                slot.pdo.changed(address);
+                self.quiet = None;
+            }
         }
     }
 
@@ -289,6 +260,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// an account of [what changed](Device::changed).
     pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
         if self.nmt.state() == NmtState::Operational {
+            self.quiet = None;
             self.tpdos.iter_mut().for_each(|slot| slot.pdo.compare(od));
         }
     }
@@ -296,8 +268,16 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// Sends a TPDO of type 254 or 255 now, one of type 0 with the next SYNC.
     pub fn request_tpdo(&mut self, number: u16) {
         if self.nmt.state() == NmtState::Operational {
+            self.quiet = None;
             self.tpdos.iter_mut().filter(|slot| slot.number == number).for_each(|slot| slot.pdo.request());
         }
+    }
+
+    /// Tells everybody the time of day, if the device produces TIME (1012h, bit 30) and is not stopped. What was
+    /// not sent before is past.
+    pub fn send_time(&mut self, time: TimeOfDay) {
+        self.time = Some(time).filter(|_| self.time_producer.is_some() && self.nmt.state().allows_messages());
+        self.quiet = None;
     }
 
     /// An RPDO that the dictionary has.
@@ -305,6 +285,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     pub fn rpdo(&self, number: u16) -> Option<&Rpdo> {
         let slot = self.rpdos.iter().find(|slot| slot.number == number && number != 0)?;
         Some(&slot.pdo)
+    }
+
+    /// The RPDOs that took effect with the last SYNC, by number: [`rpdo::Event::Received`], or
+    /// [`rpdo::Event::Refused`] where the dictionary did not take all of it.
+    pub fn applied(&self) -> impl Iterator<Item = (u16, rpdo::Event)> {
+        self.rpdos.iter().filter_map(|slot| Some((slot.number, slot.pdo.applied()?)))
     }
 
     /// A TPDO that the dictionary has.
@@ -320,6 +306,13 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         if !self.filter.may_contain(frame.id()) {
             return None;
         }
+        // The application may have changed the state since, and a request may ask for the error register.
+        self.end_communication_error(od);
+        if let Some(at) = self.server_of(frame.id()) {
+            let event = self.handle_request(at, now, frame, od);
+            return self.follow_sdo(now, event, od);
+        }
+        self.quiet = None;
         let event = self.dispatch(now, frame, od);
         self.end_communication_error(od);
         event
@@ -330,6 +323,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         if self.nmt.state() == NmtState::Initialising {
             return None;
         }
+        self.quiet = None;
         self.heartbeat.handle_timeout(now);
         self.sync_producer.handle_timeout(now);
         self.emcy.handle_timeout(now);
@@ -337,14 +331,23 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         if self.sync_consumer.handle_timeout(now) {
             self.tpdos.iter_mut().for_each(|slot| slot.pdo.close_window());
         }
-        self.handle_reaction(now, od)
+        let event = self
+            .handle_start(now)
+            .or_else(|| self.handle_reaction(now, od))
             .or_else(|| self.handle_own_sync(now, od))
             .or_else(|| self.handle_lost_peers(now, od))
             .or_else(|| self.handle_late_pdos(now, od))
             .or_else(|| {
-                let event = self.servers.iter_mut().flatten().find_map(|server| server.handle_timeout(now))?;
+                let event = self.servers.iter_mut().flatten().find_map(|server| server.handle_timeout(now));
                 self.follow_sdo(now, event, od)
-            })
+            });
+        self.end_communication_error(od);
+        event
+    }
+
+    fn handle_start(&mut self, now: Instant) -> Option<Event> {
+        self.start.take_if(|due| *due <= now)?;
+        self.enter(now, NmtState::Operational)
     }
 
     /// The error behaviour of CiA 301, 7.5.2.31 (1029h:01).
@@ -383,103 +386,5 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         let number = late?;
         self.raise_communication_error(ErrorCode::RPDO_TIMEOUT, od);
         Some(Event::RpdoTimedOut { number })
-    }
-
-    /// The next frame to send, the most important one first.
-    pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
-        if let Some(boot_up) = self.nmt.poll_transmit(now) {
-            return Some(boot_up);
-        }
-        let state = self.nmt.state();
-        if state.allows_messages()
-            && let Some(message) = self.poll_messages(now, od)
-        {
-            return Some(message);
-        }
-        let guarding = &mut self.guarding;
-        let error_control = self.heartbeat.poll_transmit(now, state).or_else(|| guarding.poll_transmit(now, state));
-        if error_control.is_some() || !state.allows_messages() {
-            return error_control;
-        }
-        self.poll_sdo(now, od)
-    }
-
-    fn poll_messages(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
-        if let Some((sync, frame)) = self.sync_producer.poll_transmit(now) {
-            self.sync_consumer.open_window(now);
-            self.own_sync = Some((now, sync));
-            return Some(frame);
-        }
-        if let Some(frame) = self.emcy.poll_transmit(now) {
-            return Some(frame);
-        }
-        // Outside OPERATIONAL no TPDO is due: they are suspended.
-        self.tpdos.iter_mut().find_map(|slot| slot.pdo.poll_transmit(now, od))
-    }
-
-    fn poll_sdo(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
-        let mut checked = Checked {
-            od,
-            state: self.nmt.state(),
-            behaviour: &self.behaviour,
-            rpdos: &self.rpdos,
-            tpdos: &self.tpdos,
-            monitored: MONITORED,
-        };
-        self.servers.iter_mut().flatten().find_map(|server| server.poll_transmit(now, &mut checked))
-    }
-
-    /// When to call [`Device::handle_timeout`]; `None` to sleep until a frame comes.
-    #[must_use]
-    pub fn poll_timeout(&self) -> Option<Instant> {
-        if self.nmt.state() == NmtState::Initialising {
-            return None;
-        }
-        let own = [
-            self.heartbeat.poll_timeout(),
-            self.sync_producer.poll_timeout(),
-            self.sync_consumer.poll_timeout(),
-            self.own_sync.map(|(sent, _)| sent),
-            self.emcy.poll_timeout(),
-            self.guarding.poll_timeout(),
-            self.reaction,
-        ];
-        let consumers = self.consumers.iter().flatten().filter_map(HeartbeatConsumer::poll_timeout);
-        let servers = self.servers.iter().flatten().filter_map(SdoServer::poll_timeout);
-        let rpdos = self.rpdos.iter().filter_map(|slot| slot.pdo.poll_timeout());
-        let tpdos = self.tpdos.iter().filter_map(|slot| slot.pdo.poll_timeout());
-        own.into_iter().flatten().chain(consumers).chain(servers).chain(rpdos).chain(tpdos).min()
-    }
-
-    /// An error of communication that the device has noticed itself.
-    fn raise_communication_error(&mut self, code: ErrorCode, od: &mut dyn ObjectDictionary) {
-        if self.behaviour.unreported.contains(&code) {
-            return;
-        }
-        self.communication_error = true;
-        let record = self.behaviour.records_communication_errors;
-        self.emcy.raise(code, self.errors(), [0; 5], record, od);
-    }
-
-    /// Resets the error of communication in the register when none is left. Where the application has
-    /// errors, the device is not free of errors, and sends no message that may be read as that.
-    fn end_communication_error(&mut self, od: &mut dyn ObjectDictionary) {
-        if !self.communication_error || self.has_communication_error() {
-            return;
-        }
-        self.communication_error = false;
-        let left = self.errors();
-        if left.is_empty() {
-            self.emcy.clear(left, [0; 5], od);
-        } else {
-            self.emcy.set_register(left, od);
-        }
-    }
-
-    fn has_communication_error(&self) -> bool {
-        self.sync_consumer.has_length_error()
-            || self.guarding.is_lost()
-            || self.consumers.iter().flatten().any(|consumer| consumer.heartbeat() == Heartbeat::Lost)
-            || self.rpdos.iter().any(|slot| slot.pdo.length_error().is_some() || slot.pdo.has_timed_out())
     }
 }

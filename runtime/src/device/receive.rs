@@ -1,13 +1,16 @@
 //! What frames do to a device.
 
 use super::checked::Checked;
-use super::{Device, Event, PdoSet};
+use super::transmit::is_guarded;
+use super::{Device, Event, TpdoSlot};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
-use crate::object::ObjectDictionary;
+use crate::object::{Address, ObjectDictionary};
+use crate::service::mapping::Mapping;
 use crate::service::nmt;
 use crate::service::rpdo::{self, LengthError};
 use crate::service::sdo_server::{self, SdoServer};
+use crate::service::tpdo::Tpdo;
 use crate::time::Instant;
 use crate::wire::emcy::ErrorCode;
 use crate::wire::heartbeat::ErrorControl;
@@ -18,6 +21,7 @@ use crate::wire::time;
 impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
     Device<RPDOS, TPDOS, SERVERS, MONITORED>
 {
+    /// A frame that is no request to a server.
     pub(super) fn dispatch(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
         let (id, state) = (frame.id(), self.nmt.state());
         if id == CobId::NMT {
@@ -30,9 +34,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         if let Some(node) = ErrorControl::node(id) {
             return self.handle_error_control(now, node, frame);
         }
-        if !state.allows_messages() {
-            return None;
-        }
+        if state.allows_messages() { self.handle_message(now, frame, od) } else { None }
+    }
+
+    fn handle_message(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        let id = frame.id();
         if id == self.sync_consumer.id() {
             let event = self.sync_consumer.handle_frame(now, frame)?;
             if event.length_error {
@@ -43,21 +49,21 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         if self.time_id == Some(id) && !frame.is_remote() {
             return time::parse(frame.data()).map(Event::Time);
         }
-        if state == NmtState::Operational {
-            if frame.is_remote() {
-                self.tpdos.iter_mut().for_each(|slot| slot.pdo.handle_frame(now, frame));
-                return None;
-            }
-            if let Some(at) = self.rpdos.iter().position(|slot| slot.pdo.listens_to(id)) {
-                return self.handle_rpdo(at, now, frame, od);
-            }
+        if self.nmt.state() != NmtState::Operational {
+            return None;
         }
-        self.handle_sdo(now, frame, od)
+        if frame.is_remote() {
+            self.tpdos.iter_mut().for_each(|slot| slot.pdo.handle_frame(now, frame));
+            return None;
+        }
+        let at = self.rpdos.iter().position(|slot| slot.pdo.listens_to(id))?;
+        self.handle_rpdo(at, now, frame, od)
     }
 
     /// Everything that a change of the NMT state brings with it.
     pub(super) fn follow_nmt(&mut self, now: Instant, event: nmt::Event) -> Option<Event> {
         let state = self.nmt.state();
+        self.quiet = None;
         if state == NmtState::Operational {
             self.tpdos.iter_mut().for_each(|slot| slot.pdo.start(now));
         } else {
@@ -70,6 +76,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             self.servers.iter_mut().flatten().for_each(SdoServer::reset);
             self.sync_producer.suspend();
             self.own_sync = None;
+            self.time = None;
         }
         match event {
             nmt::Event::StateChanged(state) => Some(Event::StateChanged(state)),
@@ -89,18 +96,14 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     pub(super) fn handle_sync(&mut self, sync: Sync, od: &mut dyn ObjectDictionary) -> Event {
-        let (mut applied, mut refused) = (PdoSet::EMPTY, PdoSet::EMPTY);
         if self.nmt.state() == NmtState::Operational {
-            for slot in &mut self.rpdos {
-                match slot.pdo.handle_sync(od) {
-                    Some(rpdo::Event::Refused { .. }) => refused.insert(slot.number),
-                    Some(_) => applied.insert(slot.number),
-                    None => {}
-                }
-            }
+            self.rpdos.iter_mut().for_each(|slot| slot.pdo.handle_sync(od));
             self.tpdos.iter_mut().for_each(|slot| slot.pdo.handle_sync(sync.counter, od));
+            for slot in self.rpdos.iter().filter(|slot| slot.pdo.applied().is_some()) {
+                compare(&mut self.tpdos, slot.pdo.mapping(), od);
+            }
         }
-        Event::Sync { counter: sync.counter, applied, refused }
+        Event::Sync { counter: sync.counter }
     }
 
     fn handle_rpdo(&mut self, at: usize, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
@@ -109,6 +112,9 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         let before = slot.pdo.length_error();
         let event = slot.pdo.handle_frame(now, frame, od)?;
         let after = slot.pdo.length_error();
+        if matches!(event, rpdo::Event::Received | rpdo::Event::Refused { .. }) {
+            compare(&mut self.tpdos, slot.pdo.mapping(), od);
+        }
         if after != before {
             match after {
                 Some(LengthError::TooShort) => self.raise_communication_error(ErrorCode::PDO_LENGTH, od),
@@ -119,37 +125,96 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         rpdo_event(number, event)
     }
 
-    fn handle_sdo(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
-        let id = frame.id();
-        let server = self.servers.iter_mut().flatten().find(|server| server.request_id() == id)?;
-        let mut checked = Checked {
+    /// The place of the server that has requests of this identifier.
+    #[inline]
+    pub(super) fn server_of(&self, id: CobId) -> Option<usize> {
+        if !self.nmt.state().allows_messages() {
+            return None;
+        }
+        self.servers.iter().position(|server| server.as_ref().is_some_and(|server| server.request_id() == id))
+    }
+
+    /// A request to the server in place `at`.
+    // Always inlined: so the event is looked at where it is written, and not moved about before.
+    #[inline(always)]
+    pub(super) fn handle_request(
+        &mut self,
+        at: usize,
+        now: Instant,
+        frame: &Frame,
+        od: &mut dyn ObjectDictionary,
+    ) -> Option<sdo_server::Event> {
+        let server = self.servers.get_mut(at)?.as_mut()?;
+        if is_guarded(server) || may_name_communication(frame) || !self.behaviour.writable_in.is_empty() {
+            return self.handle_guarded(at, now, frame, od);
+        }
+        server.handle_frame(now, frame, od)
+    }
+
+    #[inline(never)]
+    fn handle_guarded(
+        &mut self,
+        at: usize,
+        now: Instant,
+        frame: &Frame,
+        od: &mut dyn ObjectDictionary,
+    ) -> Option<sdo_server::Event> {
+        let (server, mut checked) = self.guarded(at, od)?;
+        server.handle_frame(now, frame, &mut checked)
+    }
+
+    /// The server in place `at`, and the dictionary as its client may write it.
+    pub(super) fn guarded<'a>(
+        &'a mut self,
+        at: usize,
+        od: &'a mut dyn ObjectDictionary,
+    ) -> Option<(&'a mut SdoServer, Checked<'a>)> {
+        let server = self.servers.get_mut(at)?.as_mut()?;
+        let checked = Checked {
             od,
             state: self.nmt.state(),
             behaviour: &self.behaviour,
             rpdos: &self.rpdos,
             tpdos: &self.tpdos,
             monitored: MONITORED,
+            server_room: SERVERS,
         };
-        let event = server.handle_frame(now, frame, &mut checked)?;
-        self.follow_sdo(now, event, od)
+        Some((server, checked))
     }
 
+    /// What a server did to an entry.
+    #[inline(always)]
     pub(super) fn follow_sdo(
         &mut self,
         now: Instant,
-        event: sdo_server::Event,
+        event: Option<sdo_server::Event>,
         od: &mut dyn ObjectDictionary,
     ) -> Option<Event> {
         match event {
-            sdo_server::Event::Read(_) => None,
-            sdo_server::Event::Written(address) => {
-                self.reconfigure(now, address, od);
-                self.changed(address);
-                Some(Event::Written(address))
-            }
-            sdo_server::Event::Aborted { address, code, .. } => Some(Event::SdoAborted { address, reason: code }),
+            None | Some(sdo_server::Event::Read(_)) => None,
+            Some(sdo_server::Event::Written(address)) => Some(self.follow_write(now, address, od)),
+            Some(sdo_server::Event::Aborted { address, code, .. }) => Some(Event::SdoAborted { address, reason: code }),
         }
     }
+
+    fn follow_write(&mut self, now: Instant, address: Address, od: &mut dyn ObjectDictionary) -> Event {
+        self.reconfigure(now, address, od);
+        self.changed(address);
+        self.end_communication_error(od);
+        Event::Written(address)
+    }
+}
+
+/// Whether a request may name an entry that [`Checked`] looks at: 1000h to 1FFFh. Where others name an index,
+/// a segment has data.
+fn may_name_communication(frame: &Frame) -> bool {
+    frame.data().get(2).is_some_and(|high| high >> 4 == 1)
+}
+
+/// What an RPDO has written is a change for the TPDOs that map it, if it is another value.
+fn compare(tpdos: &mut [TpdoSlot], written: &Mapping, od: &mut dyn ObjectDictionary) {
+    let maps_any = |pdo: &Tpdo| pdo.mapping().iter().any(|mapped| written.maps(mapped.address));
+    tpdos.iter_mut().filter(|slot| maps_any(&slot.pdo)).for_each(|slot| slot.pdo.compare(od));
 }
 
 fn rpdo_event(number: u16, event: rpdo::Event) -> Option<Event> {

@@ -15,13 +15,22 @@ pub trait Link {
     /// The time now.
     fn now(&self) -> Instant;
 
-    /// Hands a frame to the bus. It may leave later than this returns.
+    /// Hands a frame to the bus, and waits for room up to 100 ms. It may leave later than this returns.
     ///
     /// # Errors
     ///
     /// [`LinkError`] when the link is gone or cannot take the frame. After an error that is not
     /// final the frame is lost and the link remains.
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError>;
+
+    /// The same without waiting, for shells that have others to look after meanwhile.
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::send`]; [`LinkError::Full`] at once when there is no room.
+    fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.send(frame)
+    }
 
     /// Waits for a frame or a change of the bus's state, no longer than `until`; `None` when nothing
     /// came.
@@ -32,18 +41,21 @@ pub trait Link {
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError>;
 
     /// What the operating system tells readable when there is something to receive, for shells that wait
-    /// for more than one thing; `None` when there is nothing of the kind.
+    /// for more than one thing. It is another one after the link has lost its interface and found it again,
+    /// and there is none meanwhile. A link that never has one is waited for by receiving: then its time
+    /// passes.
     #[cfg(unix)]
-    fn descriptor(&self) -> Option<std::os::fd::BorrowedFd<'_>> {
+    fn descriptor(&self) -> Option<Descriptor> {
         None
     }
 
     /// Says that only frames with these identifiers matter: a link that can leave out others does, so
-    /// that a crowded bus costs nothing. No identifiers mean all frames, as in the beginning.
+    /// that a crowded bus costs nothing. No identifiers mean all frames, as in the beginning. Others may be
+    /// heard all the same; a kernel, for one, has no room for any number of them.
     ///
     /// # Errors
     ///
-    /// [`LinkError`] when the link can, and the operating system refuses.
+    /// [`LinkError`] when the link can, and the operating system refuses: what is heard is not known then.
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
         let _ = ids;
         Ok(())
@@ -78,11 +90,27 @@ impl<L: Link + ?Sized> Link for std::boxed::Box<L> {
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
         (**self).listen_to(ids)
     }
+    fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        (**self).try_send(frame)
+    }
     #[cfg(unix)]
-    fn descriptor(&self) -> Option<std::os::fd::BorrowedFd<'_>> {
+    fn descriptor(&self) -> Option<Descriptor> {
         (**self).descriptor()
     }
 }
+
+/// A descriptor that is open for as long as anybody holds it.
+#[cfg(unix)]
+pub type Descriptor = std::sync::Arc<dyn std::os::fd::AsRawFd + Send + Sync>;
+
+/// How long a frame may wait for room. It lasts 11 ms at the slowest bit rate of CANopen, 10 kbit/s, so a
+/// bus that works frees a place several times in this span.
+#[cfg(any(feature = "tokio", feature = "slcan", all(feature = "socketcan", target_os = "linux")))]
+pub(super) const PATIENCE: crate::Duration = crate::Duration::from_millis(100);
+
+/// How many frames a shell sends before it looks what has come and what is due: at 500 kbit/s they last a
+/// millisecond. A block transfer sends up to 127 in a row.
+pub(super) const MOST_SENT: usize = 4;
 
 /// What comes out of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

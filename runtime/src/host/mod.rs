@@ -2,13 +2,13 @@
 //! over them. No protocol logic is in here; the clocks and the sockets are.
 
 mod access;
+mod audience;
 pub mod blocking;
 mod bytes;
 pub mod candump;
 mod clock;
 mod link;
-#[cfg(feature = "tokio")]
-mod readiness;
+mod participant;
 mod replay;
 #[cfg(feature = "slcan")]
 pub mod slcan;
@@ -21,7 +21,10 @@ mod virtual_bus;
 
 pub use access::AccessError;
 pub use bytes::Bytes;
+#[cfg(unix)]
+pub use link::Descriptor;
 pub use link::{BusState, Incoming, Link, LinkError};
+pub use participant::{Notice, Participant};
 pub use replay::{Replay, ReplayError};
 pub use url::BusUrl;
 pub use virtual_bus::{Fate, Node, Pace, VirtualBus, VirtualLink};

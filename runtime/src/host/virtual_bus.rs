@@ -6,12 +6,12 @@
 //! wrong on a bus can be made to go wrong here, frame by frame ([`Fate`]).
 
 use std::boxed::Box;
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::vec::Vec;
 
 use super::{BusState, Incoming, Link, LinkError};
-use crate::{Duration, Frame, Instant};
+use crate::{CobId, Duration, Frame, Instant};
 
 /// Whatever takes part in a bus: the four verbs of a composite, with its dictionary already lent.
 pub trait Node {
@@ -24,6 +24,42 @@ pub trait Node {
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
     /// When to call [`Node::handle_timeout`].
     fn poll_timeout(&self) -> Option<Instant>;
+
+    /// The identifiers of all frames that concern the node, as [`Device::cob_ids`] tells them; none for all
+    /// frames. A link that can then leaves out the others.
+    ///
+    /// [`Device::cob_ids`]: crate::device::Device::cob_ids
+    fn concerns(&self) -> Vec<CobId> {
+        Vec::new()
+    }
+
+    /// Another number than before when [`Node::concerns`] may say something else; see [`Device::generation`].
+    ///
+    /// [`Device::generation`]: crate::device::Device::generation
+    fn generation(&self) -> u32 {
+        0
+    }
+}
+
+impl<N: Node + ?Sized> Node for Box<N> {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        (**self).handle_frame(now, frame);
+    }
+    fn handle_timeout(&mut self, now: Instant) {
+        (**self).handle_timeout(now);
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        (**self).poll_transmit(now)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        (**self).poll_timeout()
+    }
+    fn concerns(&self) -> Vec<CobId> {
+        (**self).concerns()
+    }
+    fn generation(&self) -> u32 {
+        (**self).generation()
+    }
 }
 
 /// A node that somebody else keeps an eye on.
@@ -39,6 +75,12 @@ impl<N: Node> Node for Arc<Mutex<N>> {
     }
     fn poll_timeout(&self) -> Option<Instant> {
         lock(self).poll_timeout()
+    }
+    fn concerns(&self) -> Vec<CobId> {
+        lock(self).concerns()
+    }
+    fn generation(&self) -> u32 {
+        lock(self).generation()
     }
 }
 
@@ -194,6 +236,11 @@ impl Link for VirtualLink {
             }
         }
     }
+
+    fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
+        lock(&self.mailbox).wanted = ids.iter().copied().collect();
+        Ok(())
+    }
 }
 
 /// A link leaves the bus when it is dropped, so that nothing piles up for it.
@@ -209,12 +256,14 @@ impl Drop for VirtualLink {
 struct Mailbox {
     incoming: VecDeque<Incoming>,
     outgoing: VecDeque<Frame>,
+    /// The frames that come in; all, when there are none.
+    wanted: BTreeSet<CobId>,
     closed: bool,
 }
 
 impl Node for Mailbox {
     fn handle_frame(&mut self, _: Instant, frame: &Frame) {
-        if !self.closed {
+        if !self.closed && (self.wanted.is_empty() || self.wanted.contains(&frame.id())) {
             self.incoming.push_back(Incoming::Frame(*frame));
         }
     }
@@ -395,7 +444,6 @@ fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::CobId;
     use std::vec;
 
     fn frame(id: u16, data: &[u8]) -> Frame {

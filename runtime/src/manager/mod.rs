@@ -30,6 +30,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod assignment;
 mod network;
 mod remote;
 
@@ -48,7 +49,8 @@ use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::{NmtCommand, NmtState};
 use crate::wire::time;
 
-pub use network::{Assignment, Network, NetworkEvent, OnLoss};
+pub use assignment::{Assignment, OnLoss, Startup};
+pub use network::{Network, NetworkEvent};
 pub use remote::Remote;
 
 /// A manager of up to `NODES` nodes.
@@ -59,6 +61,8 @@ pub struct Manager<const NODES: usize> {
     sync_id: CobId,
     heartbeat: Option<HeartbeatProducer>,
     outbox: Outbox,
+    /// The place in `remotes` whose SDO frame comes first.
+    turn: usize,
 }
 
 /// What a manager learned. One frame or deadline is at most one event.
@@ -170,6 +174,7 @@ impl<const NODES: usize> Manager<NODES> {
             sync_id: CobId::SYNC,
             heartbeat: None,
             outbox: Outbox::new(),
+            turn: 0,
         }
     }
 
@@ -337,10 +342,14 @@ impl<const NODES: usize> Manager<NODES> {
 
     fn handle_error_control(&mut self, now: Instant, node: NodeId, frame: &Frame) -> Option<Event> {
         let Some(remote) = self.remote_mut(node) else { return stranger(node, frame) };
-        match &mut remote.guard {
+        let event = match &mut remote.guard {
             Some(guard) => guard.handle_frame(now, frame).map(|event| guarded(node, event)),
             None => remote.heartbeat.handle_frame(now, frame).map(|event| heard(node, event)),
+        };
+        if matches!(event, Some(Event::BootedUp { .. })) {
+            remote.emcy.reset();
         }
+        event
     }
 
     /// Does what is due. Several deadlines may be due at once: call it while `poll_timeout() <= now`.
@@ -358,7 +367,7 @@ impl<const NODES: usize> Manager<NODES> {
         })
     }
 
-    /// The next frame to send: what the application sends, SYNC, SDO, guarding, heartbeat.
+    /// The next frame to send: what the application sends, SYNC, guarding, heartbeat, SDO.
     pub fn poll_transmit(&mut self, now: Instant, payloads: &mut dyn Payloads) -> Option<Frame> {
         if let Some(frame) = self.outbox.poll_transmit(now) {
             return Some(frame);
@@ -366,13 +375,21 @@ impl<const NODES: usize> Manager<NODES> {
         if let Some((_, frame)) = self.sync.poll_transmit(now) {
             return Some(frame);
         }
-        let mut remotes = self.remotes.iter_mut().flatten();
-        let sdo = remotes.find_map(|remote| remote.sdo.poll_transmit(now, payloads.of_node(remote.node)));
-        if sdo.is_some() {
-            return sdo;
-        }
         let guard = self.remotes.iter_mut().flatten().find_map(|remote| remote.poll_guard(now));
-        guard.or_else(|| self.heartbeat.as_mut()?.poll_transmit(now, NmtState::Operational))
+        let error_control = guard.or_else(|| self.heartbeat.as_mut()?.poll_transmit(now, NmtState::Operational));
+        error_control.or_else(|| self.poll_sdo(now, payloads))
+    }
+
+    /// The nodes take turns: 127 segments for one do not hold up the others.
+    fn poll_sdo(&mut self, now: Instant, payloads: &mut dyn Payloads) -> Option<Frame> {
+        let (later, first) = self.remotes.split_at_mut(self.turn.min(NODES));
+        let mut places = first.iter_mut().zip(self.turn..).chain(later.iter_mut().zip(0..));
+        let (frame, at) = places.find_map(|(place, at)| {
+            let remote = place.as_mut()?;
+            Some((remote.sdo.poll_transmit(now, payloads.of_node(remote.node))?, at))
+        })?;
+        self.turn = at + 1;
+        Some(frame)
     }
 
     /// When to call [`Manager::handle_timeout`]; `None` to sleep until a frame comes.

@@ -1,83 +1,15 @@
 //! Booting a network: all nodes that belong to it, in parallel, and again when one comes back
 //! (CiA 302-2, 6.3).
 
+use super::{Assignment, OnLoss};
 use crate::frame::Frame;
 use crate::id::NodeId;
-use crate::object::ObjectDictionary;
 use crate::procedure::{BootError, BootEvent, BootNode, BootPlan};
 use crate::service::heartbeat_consumer::{self, HeartbeatConsumer};
 use crate::service::nmt_manager::Outbox;
-use crate::service::objects;
-use crate::service::sdo_client::SdoClient;
 use crate::time::{Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::{NmtCommand, NmtMessage, NmtState};
-
-/// A node that belongs to the network (1F81h).
-#[derive(Clone, Debug)]
-pub struct Assignment<'a> {
-    /// SDO goes over this client.
-    pub client: SdoClient,
-    /// Without a mandatory node, the network does not start.
-    pub mandatory: bool,
-    /// The node is lost when no heartbeat comes within this time (1016h of the manager); zero: never.
-    pub heartbeat: Duration,
-    /// What the node is expected to be, and to be made.
-    pub plan: BootPlan<'a>,
-}
-
-/// What happens when a mandatory node is lost (1F80h, bits 4 and 6).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OnLoss {
-    /// That node alone is reset, and booted again.
-    #[default]
-    ResetNode,
-    /// All nodes are reset, and booted again.
-    ResetAll,
-    /// All nodes are stopped, and stay so until [`Network::start`].
-    StopAll,
-}
-
-impl<'a> Assignment<'a> {
-    /// What the dictionary of the manager says of a node: 1F81h, with the node-ID as its sub-index, the node's
-    /// entry in 1016h, and [`BootPlan::load`]. `None` when the node does not belong to the network.
-    #[must_use]
-    pub fn load(
-        node: NodeId,
-        client: SdoClient,
-        configuration: &'a [u8],
-        od: &mut dyn ObjectDictionary,
-    ) -> Option<Self> {
-        const MEMBER: u32 = 1 << 0;
-        const MANDATORY: u32 = 1 << 3;
-        let assignment = objects::read_u32(od, 0x1F81, node.get()).filter(|bits| bits & MEMBER != 0)?;
-        let entries = objects::read_u8(od, 0x1016, 0).unwrap_or(0);
-        let heartbeat_ms = (1..=entries).find_map(|sub| {
-            let entry = objects::read_u32(od, 0x1016, sub)?;
-            (entry >> 16 == u32::from(node.get())).then_some(entry & 0xFFFF)
-        });
-        let heartbeat = Duration::from_millis(heartbeat_ms.unwrap_or(0).into());
-        // A node whose heartbeat is consumed must have one before it is started.
-        let plan = BootPlan { error_control: heartbeat, ..BootPlan::load(node, configuration, od) };
-        Some(Assignment { client, mandatory: assignment & MANDATORY != 0, heartbeat, plan })
-    }
-}
-
-impl OnLoss {
-    /// What 1F80h says: bit 4 resets all nodes, bit 6 stops all.
-    #[must_use]
-    pub const fn from_startup(nmt_startup: u32) -> Self {
-        const RESET_ALL: u32 = 1 << 4;
-        const STOP_ALL: u32 = 1 << 6;
-        if nmt_startup & STOP_ALL != 0 {
-            OnLoss::StopAll
-        } else if nmt_startup & RESET_ALL != 0 {
-            OnLoss::ResetAll
-        } else {
-            OnLoss::ResetNode
-        }
-    }
-}
 
 /// What happened in the network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +30,8 @@ pub enum NetworkEvent {
     Ready,
     /// Not all mandatory nodes have booted within the boot time (1F89h).
     BootTimeElapsed,
+    /// A node that is not booted without asking has sent its boot-up message; [`Network::boot`] boots it.
+    BootedUp(NodeId),
     /// A node is lost; it is booted again, or what [`OnLoss`] says happens.
     Lost {
         /// Which node.
@@ -115,6 +49,8 @@ pub struct Network<'a, const NODES: usize> {
     outbox: Outbox,
     deadline: Option<Instant>,
     ready: bool,
+    /// Nodes are not started one by one.
+    start_all: bool,
     /// All nodes were stopped because of a loss, and stay so until the next start.
     stopped: bool,
 }
@@ -128,6 +64,15 @@ enum Loss {
     Rebooted,
 }
 
+/// What a heartbeat or a boot-up message tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Heard {
+    /// The node was up, and has booted without being told to.
+    Rebooted(NodeId),
+    /// The node has booted, and is not to be booted without asking.
+    Waits(NodeId),
+}
+
 #[derive(Clone, Debug)]
 struct Member<'a> {
     node: NodeId,
@@ -138,6 +83,8 @@ struct Member<'a> {
     booted: bool,
     /// It was started, but has not told yet that it is OPERATIONAL.
     starting: bool,
+    /// It is not to be started when it has booted, but with all others.
+    is_held: bool,
     retries: u8,
     /// What it is to be commanded.
     command: Option<NmtCommand>,
@@ -155,6 +102,7 @@ impl<'a> Member<'a> {
             boot: None,
             booted: false,
             starting: false,
+            is_held: false,
             retries: 0,
             command: None,
             lost: false,
@@ -164,10 +112,16 @@ impl<'a> Member<'a> {
     /// How often a node that does not answer in time is asked again, before that is a failure.
     const RETRIES: u8 = 3;
 
-    /// Begins to boot, from the beginning.
+    /// Begins to boot, from the beginning. It was reset, or has just booted by itself.
     fn boot(&mut self) {
         self.retries = Self::RETRIES;
-        self.boot_again();
+        self.boot_again(BootPlan { keep_alive: false, ..self.assignment.plan });
+    }
+
+    /// Begins to boot with the others, and may be running.
+    fn boot_first(&mut self) {
+        self.retries = Self::RETRIES;
+        self.boot_again(self.assignment.plan);
     }
 
     /// From here on, the node may be silent for as long as a reset takes.
@@ -181,22 +135,36 @@ impl<'a> Member<'a> {
         self.command = None;
     }
 
-    fn boot_again(&mut self) {
+    fn boot_again(&mut self, plan: BootPlan<'a>) {
         self.booted = false;
         self.starting = false;
-        self.boot = Some(BootNode::new(self.node, self.assignment.client.clone(), self.assignment.plan));
+        let plan = BootPlan { start: plan.start && !self.is_held, ..plan };
+        self.boot = Some(BootNode::new(self.node, self.assignment.client.clone(), plan));
+    }
+
+    /// All are started, or this one alone.
+    fn release(&mut self, alone: bool) {
+        let waits = core::mem::take(&mut self.is_held) && self.booted && self.assignment.plan.start;
+        self.starting |= waits;
+        if waits && alone {
+            self.command = Some(NmtCommand::Start);
+        }
     }
 
     fn handle_boot(&mut self, event: BootEvent) -> Option<NetworkEvent> {
         match event {
             BootEvent::Booted => {
                 self.booted = true;
-                self.starting = self.assignment.plan.start;
+                self.starting = self.assignment.plan.start && !self.is_held;
+                // The network got ready while it booted.
+                let was_held = self.boot.as_ref().is_some_and(|boot| !boot.plan().start);
+                self.command = (self.starting && was_held).then_some(NmtCommand::Start);
                 Some(NetworkEvent::Booted(self.node))
             }
             BootEvent::Failed(error) if error.is_time_out() && self.retries > 0 => {
                 self.retries -= 1;
-                self.boot_again();
+                let plan = self.boot.as_ref().map_or(self.assignment.plan, |boot| *boot.plan());
+                self.boot_again(plan);
                 None
             }
             BootEvent::Failed(error) => {
@@ -227,8 +195,16 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
             outbox: Outbox::new(),
             deadline: None,
             ready: false,
+            start_all: false,
             stopped: false,
         }
+    }
+
+    /// Starts the nodes by one command to all of them, when the mandatory ones have booted. Those that boot later
+    /// are started then.
+    #[must_use]
+    pub fn with_start_of_all(self, start_all: bool) -> Self {
+        Network { start_all, ..self }
     }
 
     /// Adds a node.
@@ -244,20 +220,32 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
         Ok(())
     }
 
-    /// Resets the communication of all nodes, and boots them. The mandatory ones must boot within `boot_time`;
+    /// Resets the communication of all nodes but those that [run on](BootPlan::keep_alive), and boots them. The mandatory ones must boot within `boot_time`;
     /// zero: whenever they do.
     pub fn start(&mut self, now: Instant, boot_time: Duration) {
         self.outbox = Outbox::new();
         // The outbox was just emptied.
-        let _ = self.outbox.command(NmtCommand::ResetCommunication, None);
+        let spared = self.members.iter().flatten().any(|member| member.assignment.plan.keep_alive);
+        if !spared {
+            let _ = self.outbox.command(NmtCommand::ResetCommunication, None);
+        }
         self.ready = false;
         self.stopped = false;
         self.deadline = if boot_time.is_zero() { None } else { Some(now + boot_time) };
         for member in self.members.iter_mut().flatten() {
             member.forget_heartbeat();
             member.lost = false;
-            member.command = None;
-            member.boot();
+            let reset = spared && !member.assignment.plan.keep_alive;
+            member.command = reset.then_some(NmtCommand::ResetCommunication);
+            member.is_held = self.start_all;
+            member.boot_first();
+        }
+    }
+
+    /// Boots a node again that is not booted without asking, or did not boot.
+    pub fn boot(&mut self, node: NodeId) {
+        if !self.stopped {
+            self.members.iter_mut().flatten().filter(|member| member.node == node).for_each(Member::boot);
         }
     }
 
@@ -275,8 +263,10 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
 
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<NetworkEvent> {
-        if let Some(node) = self.handle_error_control(now, frame) {
-            return self.handle_loss(now, node, Loss::Rebooted);
+        match self.handle_error_control(now, frame) {
+            Some(Heard::Rebooted(node)) => return self.handle_loss(now, node, Loss::Rebooted),
+            Some(Heard::Waits(node)) => return Some(NetworkEvent::BootedUp(node)),
+            None => {}
         }
         self.members.iter_mut().flatten().find_map(|member| {
             let event = member.boot.as_mut()?.handle_frame(now, frame);
@@ -285,22 +275,29 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
         })
     }
 
-    /// Takes a heartbeat or a boot-up message; the node that was up and has booted without being told to.
-    fn handle_error_control(&mut self, now: Instant, frame: &Frame) -> Option<NodeId> {
+    /// Takes a heartbeat or a boot-up message.
+    fn handle_error_control(&mut self, now: Instant, frame: &Frame) -> Option<Heard> {
         let stopped = self.stopped;
         let mut members = self.members.iter_mut().flatten().filter(|member| member.boot.is_some() || stopped);
         let member = members.find(|member| frame.id() == ErrorControl::cob_id(member.node))?;
         match member.consumer.handle_frame(now, frame)? {
             heartbeat_consumer::Event::BootedUp => {
                 member.lost = false;
+                let boot = member.boot.as_ref();
                 if member.booted {
-                    return Some(member.node);
+                    return Some(Heard::Rebooted(member.node));
                 }
-                // Whatever it was before, it begins anew.
-                if stopped { member.command = Some(NmtCommand::Stop) } else { member.boot() }
+                if stopped {
+                    member.command = Some(NmtCommand::Stop);
+                } else if boot.is_some_and(BootNode::is_over) && !member.assignment.boots_again {
+                    return Some(Heard::Waits(member.node));
+                } else if !boot.is_some_and(BootNode::resets) {
+                    // Whatever it was before, it begins anew.
+                    member.boot();
+                }
             }
             // It was away, and did not notice: the command did not reach it.
-            heartbeat_consumer::Event::Started(_) if member.lost => {
+            heartbeat_consumer::Event::Started(_) if member.lost && (stopped || member.assignment.boots_again) => {
                 member.command = Some(if stopped { NmtCommand::Stop } else { NmtCommand::ResetNode });
             }
             _ => {}
@@ -314,6 +311,7 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
             self.ready = !self.ready;
             if self.ready {
                 self.deadline = None;
+                self.release();
                 return Some(NetworkEvent::Ready);
             }
         }
@@ -331,6 +329,15 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
         })
     }
 
+    /// Starts those that have waited for the others: by one command when all have booted, or it would reach nodes in
+    /// the midst of their configuration.
+    fn release(&mut self) {
+        let at_once = self.start_all
+            && self.members.iter().flatten().all(|member| member.booted && member.assignment.plan.start)
+            && self.outbox.command(NmtCommand::Start, None).is_ok();
+        self.members.iter_mut().flatten().for_each(|member| member.release(!at_once));
+    }
+
     fn handle_loss(&mut self, now: Instant, node: NodeId, loss: Loss) -> Option<NetworkEvent> {
         let stopped = self.stopped;
         let member = self.members.iter_mut().flatten().find(|member| member.node == node)?;
@@ -341,6 +348,7 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
             OnLoss::ResetAll if mandatory => self.start(now, Duration::ZERO),
             OnLoss::StopAll if mandatory => self.stop_all(),
             _ if stopped => member.command = Some(NmtCommand::Stop),
+            _ if !member.assignment.boots_again => member.starting = false,
             _ => {
                 member.command = (loss == Loss::Silent).then_some(NmtCommand::ResetNode);
                 member.boot();
@@ -361,7 +369,7 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
     /// The next frame to send.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         if let Some(frame) = self.outbox.poll_transmit(now) {
-            if !self.stopped {
+            if frame == (NmtMessage { command: NmtCommand::ResetCommunication, node: None }.frame()) {
                 // What came while the reset waited for being sent was from before it.
                 self.members.iter_mut().flatten().for_each(Member::forget_heartbeat);
             }
@@ -369,7 +377,7 @@ impl<'a, const NODES: usize> Network<'a, NODES> {
         }
         self.members.iter_mut().flatten().find_map(|member| {
             if let Some(command) = member.command.take() {
-                if command == NmtCommand::ResetNode {
+                if matches!(command, NmtCommand::ResetNode | NmtCommand::ResetCommunication) {
                     member.forget_heartbeat();
                 }
                 return Some(NmtMessage { command, node: Some(member.node) }.frame());

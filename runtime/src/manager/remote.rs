@@ -8,6 +8,7 @@ use crate::service::node_guard::NodeGuard;
 use crate::service::sdo_client::SdoClient;
 use crate::time::{Duration, Instant};
 use crate::wire::emcy::{CodeOrder, Emergency, ErrorRegister};
+use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
 
 /// What a manager keeps of one node.
@@ -64,6 +65,14 @@ impl Remote {
         self.node
     }
 
+    /// The identifiers under which the node sends what its manager hears: error control, SDO responses, EMCY,
+    /// and the four TPDOs of the predefined connection set (CiA 301, 7.3.5).
+    pub fn cob_ids(&self) -> impl Iterator<Item = CobId> + use<> {
+        let predefined = [0x180, 0x280, 0x380, 0x480].map(|base| CobId::of_node(base, self.node));
+        let own = [ErrorControl::cob_id(self.node), self.sdo.response_id(), self.emcy.id()];
+        own.into_iter().chain(predefined)
+    }
+
     /// The NMT state, as heartbeat or guarding told it last; `None` when neither did, or the node is lost.
     #[must_use]
     pub fn state(&self) -> Option<NmtState> {
@@ -80,7 +89,7 @@ impl Remote {
         self.heartbeat.heartbeat()
     }
 
-    /// The error register, as the last emergency told it.
+    /// The error register, as the last emergency since the node's boot-up told it.
     #[must_use]
     pub const fn error_register(&self) -> ErrorRegister {
         self.emcy.register()

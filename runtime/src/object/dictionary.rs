@@ -32,7 +32,8 @@ pub trait ObjectDictionary {
     fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode>;
 
     /// Writes `data` at `offset`; `last` tells that the entry ends with it. Values of a fixed size come
-    /// whole, in one call. Anything else may come in pieces, ascending and without gaps.
+    /// whole, in one call, and so do text and bytes with a capacity of 1 to 64. Anything else may come in pieces,
+    /// ascending and without gaps; the last one never comes when the transfer is given up.
     ///
     /// # Errors
     ///
@@ -302,19 +303,25 @@ fn slot_range(entry: &Entry) -> Range<usize> {
     start.saturating_sub(prefix)..start + usize::from(entry.capacity)
 }
 
-/// Copies between slices of one length. What a frame holds is copied without a call, as two pieces of four bytes
-/// that may overlap.
+/// Copies between slices of one length. What is short is copied without a call, as two pieces that may overlap.
 #[inline]
 fn copy(to: &mut [u8], from: &[u8]) {
-    let (head, tail) = (from.first_chunk::<4>(), from.last_chunk::<4>());
-    match (to.len(), to.first_chunk_mut::<4>(), head, tail) {
-        (4..=8, Some(first), Some(head), Some(tail)) => {
-            *first = *head;
-            if let Some(last) = to.last_chunk_mut() {
-                *last = *tail;
-            }
-        }
+    match to.len() {
+        4..=8 => copy_ends::<4>(to, from),
+        9..=16 => copy_ends::<8>(to, from),
+        17..=32 => copy_ends::<16>(to, from),
         _ => to.copy_from_slice(from),
+    }
+}
+
+/// Copies the first and the last `N` bytes, which are all when there are at most twice as many.
+#[inline]
+fn copy_ends<const N: usize>(to: &mut [u8], from: &[u8]) {
+    if let (Some(to), Some(from)) = (to.first_chunk_mut::<N>(), from.first_chunk()) {
+        *to = *from;
+    }
+    if let (Some(to), Some(from)) = (to.last_chunk_mut::<N>(), from.last_chunk()) {
+        *to = *from;
     }
 }
 
@@ -381,8 +388,10 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
             return Err(AbortCode::LENGTH_TOO_HIGH);
         };
         copy(to, data);
-        if last {
-            let len = u16::try_from(start + data.len()).unwrap_or(u16::MAX).to_le_bytes();
+        // What comes in pieces is empty until the last one: nobody reads a mixture of two values.
+        if last || start == 0 {
+            let len = if last { start + data.len() } else { 0 };
+            let len = u16::try_from(len).unwrap_or(u16::MAX).to_le_bytes();
             prefix.iter_mut().zip(len).for_each(|(to, from)| *to = from);
         }
         Ok(())
@@ -490,6 +499,7 @@ mod tests {
         let entry = od.entry(Address::new(0x2000, 3)).unwrap();
         assert_eq!(od.len(&entry), Some(2));
         od.write(&entry, 0, b"abc", false).unwrap();
+        assert_eq!(od.len(&entry), Some(0), "it is neither what it was nor what it will be");
         od.write(&entry, 3, b"d", true).unwrap();
         let mut buffer = [0; 8];
         assert_eq!(od.read(&entry, 0, &mut buffer), Ok(4));

@@ -24,7 +24,7 @@ pub use meaning::{
     BitField, BitName, Enumeration, Meaning, Name, Quantity, Unit, ValueName, debug_bits, debug_enumeration,
     display_quantity, name_of, nearest,
 };
-pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, pack, place, replace, take};
+pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, pack, place, replace, take, take_signed};
 pub use rule::{Condition, ConditionalLimit, WritableIn};
 pub use types::DataType;
 pub use value::{
@@ -47,16 +47,27 @@ pub const fn generated_for(format: u32) {
 /// Includes a dictionary that `lexican-codegen` has generated from the build script:
 /// `mod od { lexican_runtime::include_od!("valve"); }`.
 ///
-/// The items land where the macro stands. What a data sheet describes and the crate does not use is
-/// not worth a warning, so that dead code is allowed inside.
+/// The items land where the macro stands. Whoever includes them cannot mend them, and what a data sheet
+/// describes and the crate does not use is not worth a warning: lints are allowed inside, whatever the crate denies.
 #[macro_export]
 macro_rules! include_od {
     ($name:literal) => {
-        #[allow(dead_code, clippy::wrong_self_convention)]
+        #[allow(
+            dead_code,
+            missing_copy_implementations,
+            missing_debug_implementations,
+            trivial_numeric_casts,
+            unnameable_types,
+            unreachable_pub,
+            clippy::all,
+            clippy::nursery,
+            clippy::pedantic,
+            clippy::restriction
+        )]
         mod generated {
             ::core::include!(::core::concat!(::core::env!("OUT_DIR"), "/", $name, ".rs"));
         }
-        #[allow(unused_imports)]
+        #[allow(unused_imports, unreachable_pub)]
         pub use generated::*;
     };
 }

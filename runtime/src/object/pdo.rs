@@ -110,6 +110,14 @@ pub const fn take(raw: u64, low: u8, bits: u8) -> u64 {
     if low > 63 { 0 } else { (raw >> low) & mask(bits) }
 }
 
+/// The same of a signed number: where it has fewer than 64 bits, its sign fills those above.
+#[must_use]
+#[inline]
+pub const fn take_signed(raw: u64, low: u8, bits: u8) -> u64 {
+    let above = if bits == 0 || bits >= 64 { 0 } else { 64 - bits };
+    ((take(raw, low, bits) << above) as i64 >> above) as u64
+}
+
 /// `word` with the `bits` bits from bit `low` on replaced by the lowest of `value`.
 #[must_use]
 #[inline]
@@ -153,6 +161,15 @@ mod tests {
             let replaced = replace(raw, low, bits, !take(raw, low, bits));
             prop_assert_eq!(replaced ^ raw, place(u64::MAX, low, bits));
         }
+    }
+
+    #[test]
+    fn a_sign_fills_the_bits_above() {
+        assert_eq!(take_signed(0b1010_1100, 3, 4) as i64, 0b0101);
+        assert_eq!(take_signed(0b1010_1100, 2, 4) as i64, -5);
+        assert_eq!(take_signed(0xFF, 7, 1) as i64, -1);
+        assert_eq!((take_signed(u64::MAX, 0, 64), take_signed(u64::MAX, 0, 0)), (u64::MAX, 0));
+        assert_eq!((take_signed(1, 64, 8), take_signed(1, 0, 255)), (0, 1));
     }
 
     #[test]

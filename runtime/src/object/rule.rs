@@ -1,6 +1,7 @@
 //! What a data sheet's overlay says beyond types and limits, as data for the device that serves the objects.
 
 use super::{Address, Limit};
+use crate::wire::nmt::NmtState;
 
 /// `2102:00 == 2`, or `2412:00 != 0`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,5 +63,16 @@ impl WritableIn {
     #[must_use]
     pub const fn new(index: u16, sub: u8, pre_operational: bool, operational: bool) -> Self {
         WritableIn { address: Address::new(index, sub), pre_operational, operational }
+    }
+
+    /// Whether the entry may be written in a state.
+    #[must_use]
+    pub const fn allows(&self, state: NmtState) -> bool {
+        match state {
+            NmtState::PreOperational => self.pre_operational,
+            NmtState::Operational => self.operational,
+            // Nobody writes there.
+            _ => false,
+        }
     }
 }

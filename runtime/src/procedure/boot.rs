@@ -3,6 +3,8 @@
 //!
 //! ```text
 //! identify --> check configuration --(another)--> configure --> await error control --> start --> booted
+//!          \--(keep alive)--> check state --(OPERATIONAL)--> booted
+//!                                         \--(another)--> reset --> check configuration
 //! ```
 
 use super::concise::{ConciseDcf, ConciseDcfError};
@@ -40,12 +42,15 @@ pub struct BootPlan<'a> {
     pub error_control: Duration,
     /// Whether the node is started at the end.
     pub start: bool,
+    /// A node that is OPERATIONAL already is left as it is, and any other one reset first (1F81h bit 4). It tells
+    /// its state within `error_control`, or is asked for it when that is zero.
+    pub keep_alive: bool,
 }
 
 impl<'a> BootPlan<'a> {
     /// The plan that the dictionary of the manager has for a node: 1F84h to 1F88h, 1F26h and 1F27h, each
-    /// with the node-ID as its sub-index, where 0 means "whatever it is"; and 1F80h bit 3, which leaves
-    /// starting the node to the application. `configuration` is what 1F22h holds for the node.
+    /// with the node-ID as its sub-index, where 0 means "whatever it is"; 1F80h bit 3, which leaves starting
+    /// the node to the application; and 1F81h bit 4. `configuration` is what 1F22h holds for the node.
     #[must_use]
     pub fn load(node: NodeId, configuration: &'a [u8], od: &mut dyn ObjectDictionary) -> Self {
         let mut expected = |index| objects::read_u32(od, index, node.get()).filter(|&value| value != 0);
@@ -60,12 +65,15 @@ impl<'a> BootPlan<'a> {
             configuration,
             error_control: Duration::ZERO,
             start: objects::read_u32(od, 0x1F80, 0).unwrap_or(0) & START_BY_APPLICATION == 0,
+            keep_alive: objects::read_u32(od, 0x1F81, node.get()).unwrap_or(0) & KEEP_ALIVE != 0,
         }
     }
 }
 
 /// 1F80h: the application starts the nodes.
 const START_BY_APPLICATION: u32 = 1 << 3;
+/// 1F81h: the node is not reset while it is OPERATIONAL.
+const KEEP_ALIVE: u32 = 1 << 4;
 
 /// Boots one node.
 #[derive(Clone, Debug)]
@@ -76,6 +84,8 @@ pub struct BootNode<'a> {
     stage: Stage,
     /// A heartbeat or guarding answer was heard.
     alive: bool,
+    /// The node is to be asked for its state.
+    asks: bool,
 }
 
 /// Why a node does not boot. The letters are those of CiA 302-2, table 4.
@@ -116,6 +126,9 @@ pub enum BootError {
     /// K: error control did not start.
     #[error("no heartbeat or guarding answer within {0}")]
     NoErrorControl(Duration),
+    /// It was reset, since it was not OPERATIONAL, and does not boot.
+    #[error("no boot-up message within {0} after a reset")]
+    NoBootUp(Duration),
 }
 
 impl BootError {
@@ -143,6 +156,8 @@ pub enum BootEvent {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     Identify,
+    CheckState { until: Instant },
+    Reset,
     CheckConfiguration,
     Configure,
     AwaitErrorControl { until: Instant },
@@ -156,8 +171,14 @@ enum Steps<'a> {
     Identify { expected: [(Address, Option<u32>); 5], at: usize },
     CheckConfiguration { expected: [(Address, u32); 2], at: usize },
     Configure(ConciseDcf<'a>),
+    Reset { at: u8 },
     Start { begun: bool },
 }
+
+/// How long a node may take to tell its state when it is asked for it.
+const STATE_TIMEOUT: Duration = Duration::from_millis(500);
+/// How long a node may take to boot.
+const BOOT_UP_TIMEOUT: Duration = Duration::from_secs(10);
 
 const DEVICE_TYPE: Address = Address::new(0x1000, 0);
 
@@ -196,6 +217,14 @@ impl<'a> Iterator for Steps<'a> {
                 Some(Step::expect(address, value.into()))
             }
             Steps::Configure(entries) => entries.next(),
+            Steps::Reset { at } => {
+                *at += 1;
+                match *at {
+                    1 => Some(Step::Nmt(NmtCommand::ResetCommunication)),
+                    2 => Some(Step::AwaitBootUp { timeout: BOOT_UP_TIMEOUT }),
+                    _ => None,
+                }
+            }
             Steps::Start { begun } => (!core::mem::replace(begun, true)).then_some(Step::Nmt(NmtCommand::Start)),
         }
     }
@@ -206,7 +235,7 @@ impl<'a> BootNode<'a> {
     #[must_use]
     pub fn new(node: NodeId, client: SdoClient, plan: BootPlan<'a>) -> Self {
         let runner = Runner::new(node, client.clone(), Steps::identify(&plan));
-        BootNode { plan, client, runner, stage: Stage::Identify, alive: false }
+        BootNode { plan, client, runner, stage: Stage::Identify, alive: false, asks: false }
     }
 
     /// The node.
@@ -221,11 +250,27 @@ impl<'a> BootNode<'a> {
         matches!(self.stage, Stage::Over)
     }
 
+    /// What the node is expected to be, and to be made.
+    #[must_use]
+    pub const fn plan(&self) -> &BootPlan<'a> {
+        &self.plan
+    }
+
+    /// Whether it has reset the node, and the boot-up message that follows is no news.
+    #[must_use]
+    pub const fn resets(&self) -> bool {
+        matches!(self.stage, Stage::Reset)
+    }
+
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<BootEvent> {
-        if frame.id() == ErrorControl::cob_id(self.node()) && !frame.is_remote() {
+        let is_error_control = frame.id() == ErrorControl::cob_id(self.node()) && !frame.is_remote();
+        if is_error_control && !self.resets() {
             let message = ErrorControl::parse(frame.data())?;
             self.alive |= message.state != NmtState::Initialising;
+            if let Stage::CheckState { .. } = self.stage {
+                return self.check_state(message.state);
+            }
             let awaited = self.alive && matches!(self.stage, Stage::AwaitErrorControl { .. });
             return if awaited { self.start() } else { None };
         }
@@ -240,7 +285,8 @@ impl<'a> BootNode<'a> {
             Stage::AwaitErrorControl { until } if until <= now => {
                 self.fail(BootError::NoErrorControl(self.plan.error_control))
             }
-            Stage::AwaitErrorControl { .. } => None,
+            Stage::CheckState { until } if until <= now => self.reset(),
+            Stage::AwaitErrorControl { .. } | Stage::CheckState { .. } => None,
             _ => {
                 let event = self.runner.handle_timeout(now)?;
                 self.handle_end(now, event)
@@ -250,6 +296,9 @@ impl<'a> BootNode<'a> {
 
     /// The next frame to send.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        if core::mem::take(&mut self.asks) {
+            return Some(ErrorControl::request(self.node()));
+        }
         self.runner.poll_transmit(now)
     }
 
@@ -258,7 +307,7 @@ impl<'a> BootNode<'a> {
     pub fn poll_timeout(&self) -> Option<Instant> {
         match self.stage {
             Stage::Over => None,
-            Stage::AwaitErrorControl { until } => Some(until),
+            Stage::AwaitErrorControl { until } | Stage::CheckState { until } => Some(until),
             _ => self.runner.poll_timeout(),
         }
     }
@@ -271,7 +320,8 @@ impl<'a> BootNode<'a> {
 
     fn handle_end(&mut self, now: Instant, event: runner::Event<'a>) -> Option<BootEvent> {
         match (self.stage, event) {
-            (Stage::Identify, runner::Event::Finished { .. }) => self.check_configuration(),
+            (Stage::Identify, runner::Event::Finished { .. }) if self.plan.keep_alive => self.await_state(now),
+            (Stage::Identify | Stage::Reset, runner::Event::Finished { .. }) => self.check_configuration(),
             (Stage::CheckConfiguration, runner::Event::Finished { .. }) => self.await_error_control(now),
             // Another configuration, or none that it could tell: it gets ours.
             (Stage::CheckConfiguration, runner::Event::Failed(_)) => self.configure(),
@@ -280,6 +330,24 @@ impl<'a> BootNode<'a> {
             (stage, runner::Event::Failed(failure)) => self.fail(boot_error(stage, failure)?),
             _ => None,
         }
+    }
+
+    fn await_state(&mut self, now: Instant) -> Option<BootEvent> {
+        self.asks = self.plan.error_control.is_zero();
+        let patience = if self.asks { STATE_TIMEOUT } else { self.plan.error_control };
+        self.stage = Stage::CheckState { until: now + patience };
+        None
+    }
+
+    fn check_state(&mut self, state: NmtState) -> Option<BootEvent> {
+        if state == NmtState::Operational { self.end(BootEvent::Booted) } else { self.reset() }
+    }
+
+    /// From here on, it has told nothing.
+    fn reset(&mut self) -> Option<BootEvent> {
+        self.alive = false;
+        self.asks = false;
+        self.run(Stage::Reset, Steps::Reset { at: 0 })
     }
 
     fn check_configuration(&mut self) -> Option<BootEvent> {
@@ -323,6 +391,7 @@ impl<'a> BootNode<'a> {
 
 fn boot_error(stage: Stage, failure: runner::Failure<'_>) -> Option<BootError> {
     match (stage, failure.error) {
+        (Stage::Reset, StepError::TimedOut { within }) => Some(BootError::NoBootUp(within)),
         (Stage::Configure, StepError::Sdo(error)) => Some(BootError::Configuration { entry: failure.number, error }),
         (_, StepError::Sdo(error)) if error.address() == DEVICE_TYPE => Some(BootError::NoDeviceType(error)),
         (_, StepError::Sdo(error)) => Some(BootError::NoIdentity(error)),

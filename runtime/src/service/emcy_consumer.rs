@@ -26,10 +26,15 @@ impl EmcyConsumer {
         self.id
     }
 
-    /// The node's error register, as the last emergency told it.
+    /// The node's error register, as the last emergency since its boot-up told it.
     #[must_use]
     pub const fn register(&self) -> ErrorRegister {
         self.register
+    }
+
+    /// The node has booted: it has no errors until it tells of them.
+    pub const fn reset(&mut self) {
+        self.register = ErrorRegister::NONE;
     }
 
     /// Takes an emergency.

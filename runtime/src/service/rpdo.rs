@@ -66,6 +66,8 @@ pub struct Rpdo {
     mapping: Mapping,
     /// A synchronous PDO that waits for SYNC.
     waiting: Option<[u8; 8]>,
+    /// What the last SYNC did.
+    applied: Option<Event>,
     length_error: Option<LengthError>,
     due: Option<Instant>,
     timed_out: bool,
@@ -75,7 +77,7 @@ impl Rpdo {
     /// Receives `mapping` under `parameters`.
     #[must_use]
     pub const fn new(parameters: Parameters, mapping: Mapping) -> Self {
-        Rpdo { parameters, mapping, waiting: None, length_error: None, due: None, timed_out: false }
+        Rpdo { parameters, mapping, waiting: None, applied: None, length_error: None, due: None, timed_out: false }
     }
 
     /// The communication parameter.
@@ -114,9 +116,28 @@ impl Rpdo {
         self.timed_out
     }
 
+    /// What became of the PDO with the last SYNC: [`Event::Received`] or [`Event::Refused`]; `None` when none
+    /// had waited for it.
+    #[must_use]
+    pub const fn applied(&self) -> Option<Event> {
+        self.applied
+    }
+
+    /// The parameters changed while the PDO existed as `before`. What came under the same identifier and mapping
+    /// counts still; the deadline starts with the next PDO.
+    pub fn resume(&mut self, before: &Rpdo) {
+        let same = self.parameters.cob_id == before.parameters.cob_id && self.mapping == before.mapping;
+        if same && before.is_active() {
+            self.waiting = before.waiting.filter(|_| self.parameters.transmission.is_synchronous());
+            self.applied = before.applied;
+            self.length_error = before.length_error;
+        }
+    }
+
     /// The device left OPERATIONAL: what waits is forgotten, and the deadline starts with the next PDO.
     pub const fn suspend(&mut self) {
         self.waiting = None;
+        self.applied = None;
         self.due = None;
         self.timed_out = false;
     }
@@ -144,9 +165,9 @@ impl Rpdo {
     }
 
     /// SYNC came: what waited takes effect.
-    pub fn handle_sync(&mut self, od: &mut dyn ObjectDictionary) -> Option<Event> {
-        let waiting = self.waiting.take()?;
-        Some(self.apply(waiting.get(..self.mapping.bytes()).unwrap_or(&waiting), od))
+    pub fn handle_sync(&mut self, od: &mut dyn ObjectDictionary) {
+        let waiting = self.waiting.take();
+        self.applied = waiting.map(|data| self.apply(data.get(..self.mapping.bytes()).unwrap_or(&data), od));
     }
 
     fn apply(&self, data: &[u8], od: &mut dyn ObjectDictionary) -> Event {
@@ -210,9 +231,13 @@ mod tests {
         let mut pdo = rpdo(1);
         assert_eq!(feed(&mut pdo, 0, &[1, 2], &mut od), Some(Event::Waiting));
         pdo.suspend();
-        assert_eq!(pdo.handle_sync(&mut od), None);
+        pdo.handle_sync(&mut od);
+        assert_eq!(pdo.applied(), None);
         feed(&mut pdo, 0, &[3, 4], &mut od);
-        assert_eq!((pdo.handle_sync(&mut od), od.get(0x2000, 0)), (Some(Event::Received), 0x0403));
+        pdo.handle_sync(&mut od);
+        assert_eq!((pdo.applied(), od.get(0x2000, 0)), (Some(Event::Received), 0x0403));
+        pdo.handle_sync(&mut od);
+        assert_eq!(pdo.applied(), None);
     }
 
     #[test]

@@ -289,19 +289,19 @@ impl Receiver {
     }
 
     /// The last segment and how many of its bytes count, when everything is there and right.
-    pub(super) fn finish(&mut self, block_end: BlockEnd) -> Result<([u8; 7], usize), AbortCode> {
-        let data = *self.last.ok_or(AbortCode::UNKNOWN_COMMAND)?.data();
+    pub(super) fn finish(&mut self, block_end: BlockEnd) -> Result<(BlockSegment, usize), AbortCode> {
+        let segment = self.last.ok_or(AbortCode::UNKNOWN_COMMAND)?;
         let len = 7 - usize::from(block_end.unused());
         let end = self.offset.checked_add(len as u32).ok_or(AbortCode::LENGTH_TOO_HIGH)?;
         match self.announced {
             Some(announced) if end > announced => return Err(AbortCode::LENGTH_TOO_HIGH),
             Some(announced) if end < announced => return Err(AbortCode::LENGTH_TOO_LOW),
-            _ => self.checksum.cover(self.offset, end, &data),
+            _ => self.checksum.cover(self.offset, end, segment.data()),
         }
         if self.checksum.is_used && self.checksum.get() != block_end.crc {
             return Err(AbortCode::CRC_ERROR);
         }
-        Ok((data, len))
+        Ok((segment, len))
     }
 }
 

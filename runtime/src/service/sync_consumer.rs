@@ -34,7 +34,10 @@ impl SyncConsumer {
     /// Receives `id`; `overflow` other than 0 lets expect a counter; `window` is the time after SYNC
     /// in which synchronous PDOs may be sent, zero for any time.
     pub fn configure(&mut self, id: CobId, overflow: u8, window: Duration) {
-        *self = SyncConsumer { id, counts: overflow != 0, window, ..*self };
+        let counts = overflow != 0;
+        // Of another SYNC, or another length, nothing is known yet.
+        let length_error = self.length_error && id == self.id && counts == self.counts;
+        *self = SyncConsumer { id, counts, window, length_error, ..*self };
     }
 
     /// The COB-ID.
@@ -108,6 +111,16 @@ mod tests {
         check(10, &[], None, true);
         check(0, &[7], None, true);
         check(10, &[7, 0, 0], Some(7), true);
+    }
+
+    #[test]
+    fn a_wrong_length_is_forgotten_with_what_was_expected() {
+        let mut consumer = SyncConsumer::new();
+        consumer.handle_frame(Instant::ZERO, &Frame::from_array(CobId::SYNC, [1])).unwrap();
+        consumer.configure(CobId::SYNC, 0, Duration::from_millis(1));
+        assert!(consumer.has_length_error());
+        consumer.configure(CobId::SYNC, 10, Duration::ZERO);
+        assert!(!consumer.has_length_error());
     }
 
     #[test]

@@ -144,6 +144,9 @@ impl Tpdo {
     /// waited to be sent waits on.
     pub fn resume(&mut self, now: Instant, before: &Tpdo) {
         self.start(now);
+        if !self.is_active() {
+            return;
+        }
         self.pending = None;
         self.changed = false;
         self.sent = before.sent;
@@ -162,8 +165,11 @@ impl Tpdo {
         *self = fresh.with_acyclic_always(self.acyclic_always);
     }
 
-    /// Asks for the PDO to be sent, as an event of the application.
+    /// Asks for the PDO to be sent, as an event of the application. Nothing comes of it where it does not exist.
     pub fn request(&mut self) {
+        if !self.is_active() {
+            return;
+        }
         match self.parameters.transmission {
             TransmissionType::SynchronousAcyclic => self.changed = true,
             _ if self.parameters.transmission.is_event_driven() => self.pending = Some(None),
@@ -245,10 +251,12 @@ impl Tpdo {
         due
     }
 
-    /// The SYNC window closed: a synchronous PDO that was not sent is dropped.
-    pub const fn close_window(&mut self) {
+    /// The SYNC window closed: a synchronous PDO that was not sent is dropped. Of type 0, the event that it was
+    /// to tell waits for the next SYNC.
+    pub fn close_window(&mut self) {
         if self.parameters.transmission.is_synchronous() {
-            self.pending = None;
+            let dropped = self.pending.take().is_some();
+            self.changed |= dropped && self.parameters.transmission == TransmissionType::SynchronousAcyclic;
         }
     }
 

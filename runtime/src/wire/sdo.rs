@@ -394,6 +394,12 @@ impl Segment {
         self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
     }
 
+    /// The data as eight bytes: those that do not count are zero.
+    #[inline]
+    pub(crate) const fn padded(&self) -> &[u8; 8] {
+        &self.data
+    }
+
     #[inline]
     fn parse(raw: Raw) -> Self {
         let len = usize::from(7 - (raw.command() >> 1 & 0b111));

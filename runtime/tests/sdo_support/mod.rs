@@ -44,11 +44,18 @@ pub struct Od {
 }
 
 impl Od {
+    /// With an entry; text, bytes and domains have no end.
     pub fn with(mut self, address: Address, data_type: DataType, access: Access, value: &[u8]) -> Self {
-        let mapping = PdoMapping::None;
         let capacity = data_type.size().unwrap_or(0) as u16;
-        let entry = Entry { address, data_type, access, mapping, offset: 0, capacity, limit: 0 };
+        let entry = Entry::new(address.index(), address.sub(), data_type, access, PdoMapping::None).at(0, capacity);
         self.entries.insert(address, (entry, value.to_vec()));
+        self
+    }
+
+    /// With an entry that one may write and that has room for `capacity` bytes.
+    pub fn with_capacity(mut self, address: Address, data_type: DataType, capacity: u16, value: &[u8]) -> Self {
+        let entry = Entry::new(address.index(), address.sub(), data_type, Access::Rw, PdoMapping::None);
+        self.entries.insert(address, (entry.at(0, capacity), value.to_vec()));
         self
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_runtime::device::{Behaviour, Device, Event};
-use lexican_runtime::host::{Incoming, Link};
+use lexican_runtime::host::{Link, Node, Participant};
 use lexican_runtime::object::{Address, DataType, Entry, ObjectDictionary};
 use lexican_runtime::service::lss_device::{self, LssDevice, LssHost, StoreError};
 use lexican_runtime::service::nmt::Reset;
@@ -26,34 +26,17 @@ const STORE: usize = 1 << 20;
 const IDENTITY: Identity = Identity { vendor: 0x4C58, product: 7, revision: 0x0001_0002, serial: 0x1234_5678 };
 
 /// Serves until standard input ends.
-pub(crate) fn run(mut link: impl Link, node: Option<NodeId>) -> Outcome<()> {
+pub(crate) fn run(link: impl Link, node: Option<NodeId>) -> Outcome<()> {
     let ended = end_of_input();
-    link.listen_to(&node.map(concerns).unwrap_or_default())?;
-    let mut station = Station::new(link.now(), node);
+    let station = Station::new(link.now(), node);
+    let mut participant = Participant::new(link, station);
     println!("ready");
     while !ended.load(Ordering::Relaxed) {
-        while let Some(frame) = station.poll_transmit(link.now()) {
-            match link.send(&frame) {
-                Err(error) if error.is_final() => return Err(error.into()),
-                _ => {}
-            }
-        }
-        let look = link.now() + Duration::from_millis(100);
-        let until = station.poll_timeout().map_or(look, |deadline| deadline.min(look));
-        if let Some(Incoming::Frame(frame)) = link.receive(until)? {
-            station.handle_frame(link.now(), &frame);
-        }
-        while station.poll_timeout().is_some_and(|deadline| deadline <= link.now()) {
-            station.handle_timeout(link.now());
-        }
+        let look = participant.now() + Duration::from_millis(100);
+        // A bus that is down comes back.
+        let _ = participant.run(look)?;
     }
     Ok(())
-}
-
-/// The identifiers that concern a device with the PDOs of its data sheet.
-fn concerns(node: NodeId) -> Vec<CobId> {
-    let own = [0x200, 0x600, 0x700].map(|base| CobId::of_node(base, node));
-    [&[CobId::NMT, CobId::SYNC, CobId::TIME, lss::REQUEST], &own[..]].concat()
 }
 
 fn end_of_input() -> Arc<AtomicBool> {
@@ -86,24 +69,8 @@ impl Station {
 
     fn boot(&mut self, now: Instant, node: NodeId) {
         self.od = Od { store: std::mem::take(&mut self.od.store), ..Od::new(node) };
-        let mut device = Device::new(node, Behaviour::CIA_301);
-        device.restart(now, &mut self.od);
-        self.device = Some(device);
-    }
-
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        if let Some(lss_device::Event::NodeIdGiven(node)) = self.lss.handle_frame(now, frame, &mut Host) {
-            self.boot(now, node);
-        }
-        if let Some(event) = self.device.as_mut().and_then(|device| device.handle_frame(now, frame, &mut self.od)) {
-            self.follow(now, event);
-        }
-    }
-
-    fn handle_timeout(&mut self, now: Instant) {
-        if let Some(event) = self.device.as_mut().and_then(|device| device.handle_timeout(now, &mut self.od)) {
-            self.follow(now, event);
-        }
+        let device = self.device.get_or_insert_with(|| Device::new(node, Behaviour::CIA_301));
+        device.restart_as(node, now, &mut self.od);
     }
 
     /// What the objects do: the actual value follows the setpoint, and errors are raised on request.
@@ -120,11 +87,29 @@ impl Station {
                 self.od.image.set(od::ACTUAL_VALUE, setpoint);
                 device.changed(ACTUAL);
             }
+            Event::Time(time) => self.od.image.set(od::TIME_RECEIVED, time),
             Event::Written(RAISE_ERROR) => match self.od.image.get(od::RAISE_ERROR) {
                 0 => device.clear(ErrorRegister(0xFF), &mut self.od),
                 code => device.emergency(ErrorCode(code), ErrorRegister::GENERIC, [1, 2, 3, 4, 5], &mut self.od),
             },
             _ => {}
+        }
+    }
+}
+
+impl Node for Station {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        if let Some(lss_device::Event::NodeIdGiven(node)) = self.lss.handle_frame(now, frame, &mut Host) {
+            self.boot(now, node);
+        }
+        if let Some(event) = self.device.as_mut().and_then(|device| device.handle_frame(now, frame, &mut self.od)) {
+            self.follow(now, event);
+        }
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        if let Some(event) = self.device.as_mut().and_then(|device| device.handle_timeout(now, &mut self.od)) {
+            self.follow(now, event);
         }
     }
 
@@ -135,6 +120,15 @@ impl Station {
 
     fn poll_timeout(&self) -> Option<Instant> {
         self.device.as_ref().and_then(Device::poll_timeout)
+    }
+
+    fn concerns(&self) -> Vec<CobId> {
+        let device = self.device.iter().flat_map(Device::cob_ids);
+        [lss::REQUEST].into_iter().chain(device).collect()
+    }
+
+    fn generation(&self) -> u32 {
+        self.device.as_ref().map_or(0, Device::generation)
     }
 }
 

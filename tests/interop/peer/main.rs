@@ -14,7 +14,6 @@ use lexican_runtime::NodeId;
 use lexican_runtime::host::{BusUrl, Link};
 
 /// The dictionary of `peer.eds`.
-#[expect(unreachable_pub, reason = "generated for any place")]
 mod od {
     lexican_runtime::include_od!("peer");
 }

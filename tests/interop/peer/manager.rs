@@ -5,7 +5,7 @@ use std::time::Instant as WallClock;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Bytes, Incoming, Link};
 use lexican_runtime::manager::{Event, Manager, Remote};
-use lexican_runtime::object::Address;
+use lexican_runtime::object::{Address, TimeOfDay};
 use lexican_runtime::service::lss_manager::{self, Busy, LssManager};
 use lexican_runtime::service::sdo_client::{self, SdoClient, SdoError};
 use lexican_runtime::wire::lss::{LssState, Part};
@@ -36,6 +36,7 @@ pub(crate) fn run(link: impl Link, node: NodeId) -> Outcome<()> {
     run.tell("SDO aborts", Run::aborts);
     run.tell("PDO", Run::pdo);
     run.tell("SYNC", Run::sync);
+    run.tell("TIME", Run::time);
     run.tell("EMCY", Run::emcy);
     run.tell("SDO reads per second", Run::speed);
     if run.failed == 0 { Ok(()) } else { Err(format!("{} services failed", run.failed).into()) }
@@ -293,6 +294,16 @@ impl<L: Link> Run<L> {
         let now = self.network().now();
         self.network().manager().produce_sync(now, CobId::SYNC, Duration::ZERO, 0);
         Ok("10 synchronous PDOs".to_owned())
+    }
+
+    /// What was sent is what the device has understood.
+    fn time(&mut self) -> Outcome<String> {
+        let node = self.node;
+        for time in [TimeOfDay { days: 0, ms: 0 }, TimeOfDay { days: 15_300, ms: 86_399_999 }] {
+            self.network().manager().send_time(time)?;
+            same(&self.network().read(node, od::TIME_RECEIVED)?, &time)?;
+        }
+        Ok(String::new())
     }
 
     fn emcy(&mut self) -> Outcome<String> {

@@ -5,18 +5,26 @@
 //! need not come.
 
 mod codec;
+mod error;
 
 use std::borrow::ToOwned;
-use std::boxed::Box;
 use std::io::{self, Read, Write};
 use std::string::String;
 use std::vec::Vec;
 
-use serialport::{ErrorKind, SerialPort};
+#[cfg(windows)]
+use serialport::COMPort as Port;
+use serialport::SerialPort;
+#[cfg(unix)]
+use serialport::TTYPort as Port;
 
 pub use codec::{Decoder, Message, line};
+pub use error::SlcanError;
 
 use super::clock::{Clock, pause};
+#[cfg(unix)]
+use super::link::Descriptor;
+use super::link::PATIENCE;
 use super::{BusState, Incoming, Link, LinkError};
 use crate::{Duration, Frame, Instant};
 
@@ -34,9 +42,6 @@ const LOOK: Duration = Duration::from_millis(250);
 
 /// How often the adapter of an ailing bus is asked for its state.
 const INQUIRY: Duration = Duration::from_millis(500);
-
-/// How long the serial line may refuse bytes before a frame is given up.
-const PATIENCE: Duration = Duration::from_millis(100);
 
 /// How an adapter is to be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +63,10 @@ pub struct Slcan {
     path: String,
     settings: Settings,
     /// `None` while the adapter is gone.
-    port: Option<Box<dyn SerialPort>>,
+    port: Option<Port>,
+    /// The port again, for whoever waits for it.
+    #[cfg(unix)]
+    descriptor: Option<Descriptor>,
     clock: Clock,
     decoder: Decoder,
     /// Bytes that were read and not yet decoded.
@@ -85,6 +93,8 @@ impl Slcan {
             path: path.to_owned(),
             settings,
             port: None,
+            #[cfg(unix)]
+            descriptor: None,
             clock: Clock::new(),
             decoder: Decoder::default(),
             heard: Heard::NOTHING,
@@ -106,8 +116,14 @@ impl Slcan {
                 None => return Err(SlcanError::BitRate(rate)),
             },
         };
-        let port = serialport::new(&*self.path, self.settings.baud).dtr_on_open(true).open();
-        self.port = Some(port.map_err(|error| SlcanError::refusal(&self.path, error))?);
+        let port = serialport::new(&*self.path, self.settings.baud).dtr_on_open(true).open_native();
+        let port = port.map_err(|error| SlcanError::refusal(&self.path, error))?;
+        #[cfg(unix)]
+        {
+            let again = port.try_clone_native().map_err(|error| SlcanError::refusal(&self.path, error))?;
+            self.descriptor = Some(std::sync::Arc::new(again));
+        }
+        self.port = Some(port);
         self.unsent.clear();
         self.heard = Heard::NOTHING;
         self.decoder.reset();
@@ -152,14 +168,14 @@ impl Slcan {
                     return Ok(Some(message));
                 }
             }
-            let remaining = until.since(self.clock.now());
+            let remaining = self.clock.until(until);
             let Some(port) = &mut self.port else { return Err(io::ErrorKind::NotConnected.into()) };
             port.set_timeout(remaining.into())?;
             match port.read(&mut self.heard.bytes) {
                 Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
                 Ok(len) => self.heard.fill(len),
                 Err(error) if is_pause(&error) => {
-                    if self.clock.now() >= until {
+                    if self.clock.until(until).is_zero() {
                         return Ok(None);
                     }
                 }
@@ -170,9 +186,13 @@ impl Slcan {
 
     /// Writes a line, after what is left of the line before it.
     fn write(&mut self, line: &[u8]) -> io::Result<()> {
-        self.flush_unsent()?;
+        self.write_within(PATIENCE, line)
+    }
+
+    fn write_within(&mut self, patience: Duration, line: &[u8]) -> io::Result<()> {
+        self.flush_unsent(patience)?;
         self.unsent.extend_from_slice(line);
-        match self.flush_unsent() {
+        match self.flush_unsent(patience) {
             // The line has begun, so it must be completed: before the next one.
             Err(error) if is_pause(&error) && self.unsent.len() < line.len() => Ok(()),
             Err(error) => {
@@ -183,11 +203,14 @@ impl Slcan {
         }
     }
 
-    fn flush_unsent(&mut self) -> io::Result<()> {
-        let until = self.clock.now() + PATIENCE;
+    fn flush_unsent(&mut self, patience: Duration) -> io::Result<()> {
+        if self.unsent.is_empty() {
+            return Ok(());
+        }
+        let until = self.clock.now() + patience;
         while !self.unsent.is_empty() {
             let Some(port) = &mut self.port else { return Err(io::ErrorKind::NotConnected.into()) };
-            let remaining = until.since(self.clock.now());
+            let remaining = self.clock.until(until);
             port.set_timeout(remaining.into())?;
             match port.write(&self.unsent) {
                 Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
@@ -202,6 +225,10 @@ impl Slcan {
     /// The adapter does not work any more: waits for it to come back.
     fn lose(&mut self) {
         self.port = None;
+        #[cfg(unix)]
+        {
+            self.descriptor = None;
+        }
         self.unsent.clear();
         self.state = BusState::Removed;
         self.ask = self.now() + LOOK;
@@ -209,8 +236,7 @@ impl Slcan {
 
     /// What is due: another try to open the adapter, or a question for the bus's state.
     fn inquire(&mut self) {
-        let now = self.now();
-        if self.state == BusState::Active || now < self.ask {
+        if self.state == BusState::Active || self.now() < self.ask {
             return;
         }
         if self.port.is_none() {
@@ -219,9 +245,25 @@ impl Slcan {
                 Err(_) => self.lose(),
             }
         } else {
-            self.ask = now + INQUIRY;
+            self.ask = self.now() + INQUIRY;
             if self.write(b"F\r").is_err_and(|error| !is_pause(&error)) {
                 self.lose();
+            }
+        }
+    }
+
+    fn send_within(&mut self, patience: Duration, frame: &Frame) -> Result<(), LinkError> {
+        if !self.state.carries_frames() {
+            return Err(LinkError::NoBus(self.state));
+        }
+        let mut text = line(frame);
+        text.push('\r');
+        match self.write_within(patience, text.as_bytes()) {
+            Ok(()) => Ok(()),
+            Err(error) if is_pause(&error) => Err(LinkError::Full),
+            Err(_) => {
+                self.lose();
+                Err(LinkError::NoBus(self.state))
             }
         }
     }
@@ -249,19 +291,16 @@ impl Link for Slcan {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        if !self.state.carries_frames() {
-            return Err(LinkError::NoBus(self.state));
-        }
-        let mut text = line(frame);
-        text.push('\r');
-        match self.write(text.as_bytes()) {
-            Ok(()) => Ok(()),
-            Err(error) if is_pause(&error) => Err(LinkError::Full),
-            Err(_) => {
-                self.lose();
-                Err(LinkError::NoBus(self.state))
-            }
-        }
+        self.send_within(PATIENCE, frame)
+    }
+
+    fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.send_within(Duration::ZERO, frame)
+    }
+
+    #[cfg(unix)]
+    fn descriptor(&self) -> Option<Descriptor> {
+        self.descriptor.clone()
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
@@ -270,11 +309,18 @@ impl Link for Slcan {
         }
         loop {
             self.inquire();
+            // What was begun is completed, whether or not anything follows.
+            if self.flush_unsent(Duration::ZERO).is_err_and(|error| !is_pause(&error)) {
+                self.lose();
+            }
             if self.state != self.told {
                 self.told = self.state;
                 return Ok(Some(Incoming::State(self.state)));
             }
-            let wake = if self.state == BusState::Active { until } else { until.min(self.ask) };
+            let mut wake = if self.state == BusState::Active { until } else { until.min(self.ask) };
+            if !self.unsent.is_empty() {
+                wake = wake.min(self.now() + Duration::from_millis(1));
+            }
             if self.port.is_none() {
                 pause(wake.since(self.now()));
             } else {
@@ -288,7 +334,7 @@ impl Link for Slcan {
                     Err(_) => self.lose(),
                 }
             }
-            if self.now() >= until && self.state == self.told {
+            if self.state == self.told && self.clock.until(until).is_zero() {
                 return Ok(None);
             }
         }
@@ -327,87 +373,4 @@ impl Heard {
 
 fn is_pause(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
-}
-
-/// Why an adapter cannot be opened, and what to do about it.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SlcanError {
-    /// There is no such serial port.
-    #[error("there is no serial port {path}; is the adapter plugged in?{}", list(present))]
-    Missing {
-        /// The port.
-        path: String,
-        /// The serial ports that there are.
-        present: Vec<String>,
-    },
-    /// This user may not use the port.
-    #[error(
-        "permission to use {path} is denied; on Linux, become a member of the group that owns it: \
-         `sudo usermod -aG dialout $USER`, then log in again"
-    )]
-    Denied {
-        /// The port.
-        path: String,
-    },
-    /// Another process uses the port.
-    #[error("{path} is in use by another program; close that first")]
-    Busy {
-        /// The port.
-        path: String,
-    },
-    /// The protocol has no such bit rate.
-    #[error("the slcan protocol has no bit rate of {0} bit/s; it has {rates}", rates = rates())]
-    BitRate(
-        /// The bit rate that was asked for, in bit/s.
-        u32,
-    ),
-    /// The adapter refused a command.
-    #[error(
-        "the adapter at {path} refuses the command {command}; is it an slcan adapter, and its firmware up to date?"
-    )]
-    Refused {
-        /// The port.
-        path: String,
-        /// The command.
-        command: String,
-    },
-    /// Something else.
-    #[error("cannot open {path}: {error}")]
-    Io {
-        /// The port.
-        path: String,
-        /// What the operating system said.
-        error: io::Error,
-    },
-}
-
-impl SlcanError {
-    fn refusal(path: &str, error: serialport::Error) -> Self {
-        let path = path.to_owned();
-        match error.kind() {
-            ErrorKind::Io(io::ErrorKind::NotFound) => SlcanError::Missing { path, present: ports() },
-            ErrorKind::Io(io::ErrorKind::PermissionDenied) => SlcanError::Denied { path },
-            // What the crate makes of EBUSY and of a lock that somebody holds; Windows says it of a
-            // missing port, too.
-            ErrorKind::NoDevice if cfg!(unix) => SlcanError::Busy { path },
-            ErrorKind::NoDevice => SlcanError::Missing { path, present: ports() },
-            _ => SlcanError::Io { path, error: error.into() },
-        }
-    }
-}
-
-/// The serial ports of this machine.
-fn ports() -> Vec<String> {
-    let ports = serialport::available_ports().unwrap_or_default();
-    ports.into_iter().map(|port| port.port_name).collect()
-}
-
-fn list(present: &[String]) -> String {
-    if present.is_empty() { String::new() } else { std::format!(" (there is {})", present.join(", ")) }
-}
-
-fn rates() -> String {
-    let rates: Vec<String> = BIT_RATES.iter().map(|rate| std::format!("{rate}")).collect();
-    rates.join(", ")
 }

@@ -217,8 +217,8 @@ impl BlockUpload {
             (Receiving::Initiating, _) => Ok(Progress::Ignored),
             (Receiving::Segments { receiver, .. }, Some(ServerResponse::EndBlockUpload(block_end))) => {
                 let offset = receiver.offset();
-                let (data, len) = receiver.finish(block_end).map_err(Failure::Violation)?;
-                segmented::store(offset, data.get(..len).unwrap_or(&data), payload)?;
+                let (segment, len) = receiver.finish(block_end).map_err(Failure::Violation)?;
+                segmented::store(offset, segment.data().get(..len).unwrap_or(segment.data()), payload)?;
                 Ok(Progress::BlockUploadDone { len: offset.saturating_add(len as u32) })
             }
             (Receiving::Segments { .. }, _) => Err(Failure::Violation(AbortCode::UNKNOWN_COMMAND)),

@@ -140,7 +140,14 @@ fn copy(from: &[u8], to: &mut [u8]) -> usize {
     }
     let len = from.len().min(to.len());
     if let (Some(from), Some(to)) = (from.get(..len), to.get_mut(..len)) {
-        to.copy_from_slice(from);
+        match (to.first_chunk_mut::<4>(), from.first_chunk(), from.last_chunk::<4>()) {
+            // The end of most texts: two pieces that may overlap.
+            (Some(first), Some(head), Some(tail)) if len <= 8 => {
+                *first = *head;
+                to.last_chunk_mut().into_iter().for_each(|last| *last = *tail);
+            }
+            _ => to.copy_from_slice(from),
+        }
     }
     len
 }

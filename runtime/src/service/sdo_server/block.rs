@@ -1,6 +1,6 @@
 //! Block transfers (CiA 301, 7.2.4.3.9 to 7.2.4.3.15).
 
-use super::entry::{Sink, Source, Value};
+use super::entry::{Sink, Source, Stage, Value};
 use super::{Outcome, Progress, SdoServer, State};
 use crate::abort::AbortCode;
 use crate::object::{Address, ObjectDictionary};
@@ -74,11 +74,12 @@ impl BlockDownload {
     pub(super) fn take(
         &mut self,
         segment: &BlockSegment,
+        stage: &mut Stage,
         od: &mut dyn ObjectDictionary,
     ) -> Result<Option<Confirmation>, AbortCode> {
         let received = self.receiver.take(segment)?;
         if received.is_next {
-            self.sink.write(segment.data(), false, od)?;
+            self.sink.write(segment.padded(), 7, false, stage, od)?;
         }
         Ok(received.ends_block.then(|| self.receiver.confirm()))
     }
@@ -177,8 +178,8 @@ impl SdoServer {
         let State::BlockDownload(download) = &mut self.state else {
             return Err(AbortCode::UNKNOWN_COMMAND);
         };
-        let (data, len) = download.receiver.finish(block_end)?;
-        download.sink.write(data.get(..len).unwrap_or(&data), true, od)?;
+        let (segment, len) = download.receiver.finish(block_end)?;
+        download.sink.write(segment.padded(), len, true, &mut self.stage, od)?;
         self.answer(ServerResponse::EndBlockDownload);
         Ok(Progress::Written)
     }

@@ -70,15 +70,30 @@ impl Source {
     }
 }
 
+/// How many bytes an entry may have at most so that the dictionary gets them in one call, when all have come.
+/// Until then, and when they never come, it keeps what it has.
+const STAGED: usize = 64;
+
+/// The bytes of a transfer that have come. A segment is copied as eight bytes, which costs no call: there is
+/// room behind the last one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stage([u8; STAGED + 8]);
+
+impl Stage {
+    pub(super) const EMPTY: Stage = Stage([0; STAGED + 8]);
+}
+
 /// An entry being written.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sink {
     entry: Entry,
-    announced: Option<u32>,
     /// Bytes taken so far.
     offset: u32,
-    /// The bytes of a value of a fixed size, which the dictionary gets whole.
-    value: [u8; 8],
+    /// How many they must be in the end: as announced, or as the entry has it.
+    least: u32,
+    most: u32,
+    /// Whether the dictionary gets them when all have come.
+    is_staged: bool,
 }
 
 impl Sink {
@@ -89,41 +104,51 @@ impl Sink {
         od: &mut dyn ObjectDictionary,
     ) -> Result<Self, AbortCode> {
         let entry = writable(address, od)?;
-        let most = match entry.data_type.size() {
-            Some(size) => Some(size as u32),
-            None if entry.capacity > 0 => Some(u32::from(entry.capacity)),
-            None => None,
-        };
-        match (announced, most) {
-            (Some(len), Some(most)) if len > most => return Err(AbortCode::LENGTH_TOO_HIGH),
-            (Some(len), Some(most)) if len < most && entry.data_type.size().is_some() => {
-                return Err(AbortCode::LENGTH_TOO_LOW);
-            }
+        let size = entry.data_type.size().map(|size| size as u32);
+        let capacity = Some(u32::from(entry.capacity)).filter(|&capacity| capacity > 0);
+        let room = size.or(capacity);
+        match announced {
+            Some(len) if room.is_some_and(|room| len > room) => return Err(AbortCode::LENGTH_TOO_HIGH),
+            Some(len) if size.is_some_and(|size| len < size) => return Err(AbortCode::LENGTH_TOO_LOW),
             _ => {}
         }
-        Ok(Sink { entry, announced, offset: 0, value: [0; 8] })
+        Ok(Sink {
+            entry,
+            offset: 0,
+            least: announced.or(size).unwrap_or(0),
+            most: announced.or(room).unwrap_or(u32::MAX),
+            is_staged: room.is_some_and(|room| room <= STAGED as u32),
+        })
     }
 
     pub(super) fn address(&self) -> Address {
         self.entry.address
     }
 
-    /// Takes the next bytes.
+    /// Takes the next bytes: the first `len` of these.
     #[inline]
-    pub(super) fn write(&mut self, data: &[u8], last: bool, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
+    pub(super) fn write(
+        &mut self,
+        data: &[u8; 8],
+        len: usize,
+        last: bool,
+        stage: &mut Stage,
+        od: &mut dyn ObjectDictionary,
+    ) -> Result<(), AbortCode> {
         let start = self.offset;
-        let end = start.checked_add(data.len() as u32).ok_or(AbortCode::LENGTH_TOO_HIGH)?;
-        match self.announced {
-            Some(announced) if end > announced => return Err(AbortCode::LENGTH_TOO_HIGH),
-            Some(announced) if last && end < announced => return Err(AbortCode::LENGTH_TOO_LOW),
-            _ => self.offset = end,
+        let end = start.checked_add(len as u32).filter(|end| *end <= self.most).ok_or(AbortCode::LENGTH_TOO_HIGH)?;
+        if last && end < self.least {
+            return Err(AbortCode::LENGTH_TOO_LOW);
         }
-        let Some(size) = self.entry.data_type.size() else {
-            return od.write(&self.entry, start, data, last);
-        };
-        let room = self.value.get_mut(..size).and_then(|value| value.get_mut(start as usize..end as usize));
-        room.ok_or(AbortCode::LENGTH_TOO_HIGH)?.copy_from_slice(data);
-        if last { write_value(&self.entry, &self.value, end as usize, od) } else { Ok(()) }
+        self.offset = end;
+        if !self.is_staged {
+            return od.write(&self.entry, start, data.get(..len).unwrap_or(data), last);
+        }
+        // There always is room: `most` is at most STAGED here.
+        if let Some(room) = stage.0.get_mut(start as usize..).and_then(|rest| rest.first_chunk_mut()) {
+            *room = *data;
+        }
+        if last { od.write(&self.entry, 0, stage.0.get(..end as usize).unwrap_or(&stage.0), true) } else { Ok(()) }
     }
 }
 

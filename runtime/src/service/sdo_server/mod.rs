@@ -9,15 +9,19 @@
 //!        +------ abort, timeout ---------+
 //! ```
 //!
-//! The dictionary is lent to each call, and is asked by offset: the server holds no data but a value of a
-//! fixed size, which must be read and written whole. A request is answered by one frame, which
-//! [`SdoServer::poll_transmit`] gives; the segments of a block upload are read as they are pulled.
+//! The dictionary is lent to each call, and is asked by offset. What is short is read at once, and written when
+//! all of it has come: a value of a fixed size, and text and bytes for which the entry has room for at most 64.
+//! Of these nobody sees a half. What is longer streams, and the server holds nothing of it.
+//!
+//! A request is answered by one frame, which [`SdoServer::poll_transmit`] gives; the segments of a block upload
+//! are read as they are pulled.
 
 mod block;
 mod entry;
 mod segmented;
 
 use self::block::{BlockDownload, BlockUpload};
+use self::entry::Stage;
 use self::segmented::{Download, Upload};
 use crate::abort::AbortCode;
 use crate::frame::Frame;
@@ -38,6 +42,8 @@ pub struct SdoServer {
     padded_writes: bool,
     block_size: u8,
     state: State,
+    /// What was written so far, of an entry that is not longer.
+    stage: Stage,
     /// The answer to the last request, until it is pulled.
     reply: Option<Raw>,
     /// When the client has waited too long; of no meaning in `Idle`.
@@ -51,7 +57,7 @@ pub enum Event {
     Read(Address),
     /// A client has written the entry, and the dictionary has taken all of it.
     Written(Address),
-    /// A transfer came to nothing, or was refused. An entry that streams may have got a part of the data.
+    /// A transfer came to nothing, or was refused. An entry of more than 64 bytes may have got a part of the data.
     Aborted {
         /// The entry; `0000:00` when a request named none.
         address: Address,
@@ -108,6 +114,7 @@ impl SdoServer {
             padded_writes: false,
             block_size: BlockSegment::MAX_SEQUENCE,
             state: State::Idle,
+            stage: Stage::EMPTY,
             reply: None,
             deadline: Instant::ZERO,
         }
@@ -167,6 +174,18 @@ impl SdoServer {
     #[must_use]
     pub const fn is_busy(&self) -> bool {
         !matches!(self.state, State::Idle)
+    }
+
+    /// The entry whose transfer is under way.
+    #[must_use]
+    pub fn transfers(&self) -> Option<Address> {
+        self.is_busy().then(|| self.address())
+    }
+
+    /// Whether [`SdoServer::poll_transmit`] has an answer to give.
+    #[must_use]
+    pub const fn has_answer(&self) -> bool {
+        self.reply.is_some()
     }
 
     /// Forgets the transfer under way, without a frame: for a reset of the communication.
@@ -234,7 +253,7 @@ impl SdoServer {
     fn handle_segment(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Outcome> {
         match &mut self.state {
             State::BlockDownload(download) => {
-                let taken = download.take(&download.parse(raw)?, od);
+                let taken = download.take(&download.parse(raw)?, &mut self.stage, od);
                 Some(taken.map(|confirmation| self.confirm_block_download(confirmation)))
             }
             State::Upload(_) => raw.upload_segment().map(|toggle| self.upload_segment(toggle, od)),

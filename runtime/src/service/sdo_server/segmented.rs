@@ -115,7 +115,7 @@ impl SdoServer {
         if segment.toggle != download.toggle {
             return Err(AbortCode::TOGGLE_BIT);
         }
-        download.sink.write(segment.data(), segment.last, od)?;
+        download.sink.write(segment.padded(), segment.data().len(), segment.last, &mut self.stage, od)?;
         download.toggle = !segment.toggle;
         self.answer(ServerResponse::DownloadSegment { toggle: segment.toggle });
         Ok(if segment.last { Progress::Written } else { Progress::Continues })

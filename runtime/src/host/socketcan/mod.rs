@@ -4,38 +4,44 @@
 //! frames, and that the interface went down or away in the error of a read. While there is no bus the
 //! link looks for it ten times a second, so nothing spins and nothing has to be restarted.
 
+mod error;
+mod presence;
+
 use std::borrow::ToOwned;
-use std::os::fd::{AsFd, BorrowedFd};
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::io;
+use std::os::fd::AsFd;
 use std::string::String;
+use std::sync::Arc;
 use std::vec::Vec;
-use std::{fs, io};
 
 use nix::errno::Errno;
 use nix::poll::{PollFd, PollFlags, ppoll};
 use socketcan::errors::{CAN_ERR_BUSOFF, CAN_ERR_CRTL, CAN_ERR_RESTARTED};
 use socketcan::{CanFilter, CanFrame, CanSocket, EmbeddedFrame, ExtendedId, Id, Socket, SocketOptions, StandardId};
 
+pub use self::error::SocketCanError;
+use self::presence::{Presence, interfaces};
 use super::clock::{Clock, pause};
+use super::link::{Descriptor, PATIENCE};
 use super::{BusState, Incoming, Link, LinkError};
 use crate::{CobId, Duration, Frame, Instant};
 
 /// How often a link without a bus looks whether it is back.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How long a frame may wait for room in the interface's queue. A frame lasts 11 ms at the slowest
-/// bit rate of CANopen, 10 kbit/s, so a bus that works frees a place several times in this span.
-const PATIENCE: Duration = Duration::from_millis(100);
-
 /// The receive buffer that is asked for, in bytes; the kernel grants up to `net.core.rmem_max`. Its
 /// default holds some 270 frames: at 1 Mbit/s, 30 ms of a full bus.
 const RECEIVE_BUFFER: usize = 1 << 20;
+
+/// How many filters a socket takes: `CAN_RAW_FILTER_MAX` of Linux's `can/raw.h`.
+const MOST_FILTERS: usize = 512;
 
 /// A [`Link`] to a CAN interface of this machine.
 #[derive(Debug)]
 pub struct SocketCan {
     interface: String,
-    socket: CanSocket,
+    socket: Arc<CanSocket>,
     /// What the kernel passes on; empty for everything.
     filters: Vec<CanFilter>,
     clock: Clock,
@@ -60,7 +66,7 @@ impl SocketCan {
                 let socket = connect(interface).map_err(|error| SocketCanError::refusal(interface, error))?;
                 Ok(SocketCan {
                     interface: interface.to_owned(),
-                    socket,
+                    socket: Arc::new(socket),
                     filters: Vec::new(),
                     clock: Clock::new(),
                     state: BusState::Active,
@@ -96,6 +102,17 @@ impl SocketCan {
         }
     }
 
+    /// Waits for a frame no longer than `span`, if it must wait at all.
+    fn read(&mut self, span: Duration) -> Result<Option<CanFrame>, LinkError> {
+        if !span.is_zero() && !self.wait(span)? {
+            return Ok(None);
+        }
+        match self.socket.read_frame() {
+            Ok(frame) => Ok(Some(frame)),
+            Err(error) => self.learn_from(error).map(|()| None),
+        }
+    }
+
     /// What a failed read or write says about the bus; an error that says nothing about it ends the link.
     fn learn_from(&mut self, error: io::Error) -> Result<(), LinkError> {
         match errno(&error) {
@@ -123,25 +140,26 @@ impl SocketCan {
     /// The socket of an interface that was removed stays unbound, whatever comes under the same name.
     fn reconnect(&mut self, state: BusState) {
         if let Ok(socket) = connect(&self.interface) {
-            self.socket = socket;
-            // Hearing too much is no harm, so that a refusal is none either.
+            self.socket = Arc::new(socket);
+            // A new socket hears everything: a refusal leaves it so.
             let _ = self.filter();
             self.state = state;
         }
     }
 
+    /// Whatever cannot be filtered is heard: too much is no harm, too little is.
     fn filter(&self) -> io::Result<()> {
-        if self.filters.is_empty() {
-            self.socket.set_filter_accept_all()
-        } else {
-            self.socket.set_filters(&self.filters)
+        let is_possible = !self.filters.is_empty() && self.filters.len() <= MOST_FILTERS;
+        if is_possible && self.socket.set_filters(&self.filters).is_ok() {
+            return Ok(());
         }
+        self.socket.set_filter_accept_all()
     }
 }
 
 impl Link for SocketCan {
-    fn descriptor(&self) -> Option<BorrowedFd<'_>> {
-        Some(self.socket.as_fd())
+    fn descriptor(&self) -> Option<Descriptor> {
+        Some(Arc::clone(&self.socket) as Descriptor)
     }
 
     fn now(&self) -> Instant {
@@ -149,21 +167,25 @@ impl Link for SocketCan {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        let frame = to_kernel(frame);
         let deadline = self.now() + PATIENCE;
         let mut nap = Duration::from_micros(100);
+        loop {
+            match self.try_send(frame) {
+                // Neither the queue of the interface nor the buffer of the socket tells when it has
+                // room for one frame again, so there is nothing to wait on but time.
+                Err(LinkError::Full) if self.now() < deadline => pause(nap),
+                outcome => return outcome,
+            }
+            nap = nap.times(2).min(Duration::from_millis(5));
+        }
+    }
+
+    fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        let frame = to_kernel(frame);
         while self.state.carries_frames() {
             let Err(error) = self.socket.write_frame(&frame) else { return Ok(()) };
             match errno(&error) {
-                // Neither the queue of the interface nor the buffer of the socket tells when it has
-                // room for one frame again, so there is nothing to wait on but time.
-                Errno::ENOBUFS | Errno::EAGAIN => {
-                    if self.now() >= deadline {
-                        return Err(LinkError::Full);
-                    }
-                    pause(nap);
-                    nap = nap.times(2).min(Duration::from_millis(5));
-                }
+                Errno::ENOBUFS | Errno::EAGAIN => return Err(LinkError::Full),
                 _ => self.learn_from(error)?,
             }
         }
@@ -176,38 +198,37 @@ impl Link for SocketCan {
                 self.told = self.state;
                 return Ok(Some(Incoming::State(self.state)));
             }
-            let now = self.now();
-            let remaining = until.since(now);
+            let remaining = self.clock.until(until);
             let span = if self.state.carries_frames() { remaining } else { remaining.min(LOOK) };
-            if self.wait(span)? {
-                match self.socket.read_frame() {
-                    Ok(CanFrame::Error(error)) => {
-                        self.state = state_after(error.error_bits(), error.data()).unwrap_or(self.state);
-                    }
-                    Ok(frame) => {
-                        // Traffic proves that the bus is back, and may leave no pause in which to look.
-                        if !self.state.carries_frames() {
-                            self.look();
-                        }
-                        if let Some(frame) = from_kernel(&frame) {
-                            return Ok(Some(Incoming::Frame(frame)));
-                        }
-                    }
-                    Err(error) => self.learn_from(error)?,
+            match self.read(span)? {
+                Some(CanFrame::Error(error)) => {
+                    self.state = state_after(error.error_bits(), error.data()).unwrap_or(self.state);
                 }
-            } else {
-                if !self.state.carries_frames() {
-                    self.look();
+                Some(frame) => {
+                    // Traffic proves that the bus is back, and may leave no pause in which to look.
+                    if !self.state.carries_frames() {
+                        self.look();
+                    }
+                    if let Some(frame) = from_kernel(&frame) {
+                        return Ok(Some(Incoming::Frame(frame)));
+                    }
                 }
-                if self.now() >= until && self.state == self.told {
-                    return Ok(None);
+                None if self.state != self.told => {}
+                None => {
+                    if !self.state.carries_frames() {
+                        self.look();
+                    }
+                    if self.state == self.told && (remaining.is_zero() || self.now() >= until) {
+                        return Ok(None);
+                    }
                 }
             }
         }
     }
 
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
-        self.filters = ids.iter().map(|id| filter_of(*id)).collect();
+        let ids: BTreeSet<CobId> = ids.iter().copied().collect();
+        self.filters = ids.into_iter().map(filter_of).collect();
         Ok(self.filter()?)
     }
 }
@@ -220,87 +241,6 @@ fn filter_of(id: CobId) -> CanFilter {
     CanFilter::new(format | id.raw(), EXTENDED | mask)
 }
 
-/// Why an interface cannot be opened, and what to do about it.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SocketCanError {
-    /// The kernel was built without CAN, or its module is not there.
-    #[error("this kernel has no CAN; load it with `modprobe can-raw`, or use a serial adapter: slcan:/dev/ttyACM0")]
-    NoCan,
-    /// There is no interface of that name.
-    #[error("there is no interface {interface}; {}{}", create(interface), list(present))]
-    Missing {
-        /// The name.
-        interface: String,
-        /// The CAN interfaces that there are.
-        present: Vec<String>,
-    },
-    /// The interface is not one of CAN.
-    #[error("{interface} is not a CAN interface{}", list(present))]
-    NotCan {
-        /// The name.
-        interface: String,
-        /// The CAN interfaces that there are.
-        present: Vec<String>,
-    },
-    /// The interface is down.
-    #[error("{interface} is down; set it up with `{}`", set_up(interface))]
-    Down {
-        /// The name.
-        interface: String,
-    },
-    /// This process may not use CAN.
-    #[error(
-        "permission to use {interface} is denied; in a container, run it in the host's network \
-         (`--network host`) with CAP_NET_RAW"
-    )]
-    Denied {
-        /// The name.
-        interface: String,
-    },
-    /// Something else.
-    #[error("cannot open {interface}: {error}")]
-    Io {
-        /// The name.
-        interface: String,
-        /// What the operating system said.
-        error: io::Error,
-    },
-}
-
-impl SocketCanError {
-    fn refusal(interface: &str, error: io::Error) -> Self {
-        let interface = interface.to_owned();
-        match errno(&error) {
-            Errno::EAFNOSUPPORT | Errno::EPROTONOSUPPORT => SocketCanError::NoCan,
-            Errno::EPERM | Errno::EACCES => SocketCanError::Denied { interface },
-            Errno::ENETDOWN => SocketCanError::Down { interface },
-            Errno::ENODEV | Errno::ENXIO => SocketCanError::Missing { interface, present: interfaces() },
-            _ => SocketCanError::Io { interface, error },
-        }
-    }
-}
-
-fn create(interface: &str) -> String {
-    match interface.strip_prefix("vcan") {
-        Some(_) => {
-            std::format!("create it with `ip link add dev {interface} type vcan`, then `ip link set {interface} up`")
-        }
-        None => String::from("is the adapter plugged in, and its driver loaded?"),
-    }
-}
-
-fn set_up(interface: &str) -> String {
-    match interface.strip_prefix("vcan") {
-        Some(_) => std::format!("ip link set {interface} up"),
-        None => std::format!("ip link set {interface} up type can bitrate 500000"),
-    }
-}
-
-fn list(present: &[String]) -> String {
-    if present.is_empty() { String::new() } else { std::format!(" (there is {})", present.join(", ")) }
-}
-
 /// A socket for all frames of an interface, and its error frames.
 fn connect(interface: &str) -> io::Result<CanSocket> {
     let socket = CanSocket::open(interface)?;
@@ -309,54 +249,6 @@ fn connect(interface: &str) -> io::Result<CanSocket> {
     // A smaller buffer than asked for is what the kernel grants; none of it is an error.
     let _ = socket.as_raw_socket().set_recv_buffer_size(RECEIVE_BUFFER);
     Ok(socket)
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Presence {
-    Absent,
-    NotCan,
-    Down,
-    NoCarrier,
-    Up,
-}
-
-/// Where Linux tells what interfaces there are.
-const INTERFACES: &str = "/sys/class/net";
-
-impl Presence {
-    fn of(interface: &str) -> Presence {
-        const UP: u32 = 1;
-        let folder = Path::new(INTERFACES).join(interface);
-        if !folder.exists() {
-            // Where nothing is told, opening the interface is the way to find out.
-            return if Path::new(INTERFACES).exists() { Presence::Absent } else { Presence::Up };
-        }
-        let tells = |file: &str| fs::read_to_string(folder.join(file)).unwrap_or_default();
-        let flags = u32::from_str_radix(tells("flags").trim().trim_start_matches("0x"), 16).unwrap_or(UP);
-        if !is_can(&folder) {
-            Presence::NotCan
-        } else if flags & UP == 0 {
-            Presence::Down
-        } else if tells("carrier").trim() == "0" {
-            Presence::NoCarrier
-        } else {
-            Presence::Up
-        }
-    }
-}
-
-/// The CAN interfaces of this machine, by name.
-fn interfaces() -> Vec<String> {
-    let Ok(entries) = fs::read_dir(INTERFACES) else { return Vec::new() };
-    let found = entries.filter_map(Result::ok).filter(|entry| is_can(&entry.path()));
-    let mut names: Vec<String> = found.filter_map(|entry| entry.file_name().into_string().ok()).collect();
-    names.sort();
-    names
-}
-
-fn is_can(folder: &Path) -> bool {
-    // `ARPHRD_CAN` of Linux's `if_arp.h`.
-    fs::read_to_string(folder.join("type")).is_ok_and(|kind| kind.trim() == "280")
 }
 
 /// The state that an error frame tells, if it tells one (Linux's `can/error.h`).
@@ -414,7 +306,6 @@ fn errno(error: &io::Error) -> Errno {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::string::ToString;
 
     #[test]
     fn error_frames_tell_states() {
@@ -445,25 +336,5 @@ mod tests {
         ] {
             assert_eq!(from_kernel(&to_kernel(&frame)), Some(frame));
         }
-    }
-
-    #[test]
-    fn errors_name_the_interface_and_the_remedy() {
-        let denied = SocketCanError::refusal("can0", Errno::EPERM.into());
-        assert!(denied.to_string().starts_with("permission to use can0 is denied; in a container"));
-        let down = SocketCanError::Down { interface: "can0".to_owned() };
-        assert_eq!(down.to_string(), "can0 is down; set it up with `ip link set can0 up type can bitrate 500000`");
-        let missing = |interface: &str, present: &[&str]| {
-            let present = present.iter().map(|name| (*name).to_owned()).collect();
-            SocketCanError::Missing { interface: interface.to_owned(), present }.to_string()
-        };
-        assert_eq!(
-            missing("vcan0", &[]),
-            "there is no interface vcan0; create it with `ip link add dev vcan0 type vcan`, then `ip link set vcan0 up`"
-        );
-        assert_eq!(
-            missing("can0", &["can1", "vcan0"]),
-            "there is no interface can0; is the adapter plugged in, and its driver loaded? (there is can1, vcan0)"
-        );
     }
 }

@@ -1,21 +1,25 @@
 //! The blocking shell: a [`Manager`] over a [`Link`], one operation after the other.
 //!
 //! Waiting for an answer does not make the shell deaf. What else the manager learns meanwhile, it
-//! keeps for [`Network::next_event`]: the last 1024 events, the oldest dropped first and counted.
+//! keeps for [`Network::next_event`]: the last 1024 events, the oldest dropped first and counted. While a
+//! long transfer sends, frames are received and deadlines kept.
+
+mod step;
 
 use std::boxed::Box;
 use std::collections::VecDeque;
 use std::vec::Vec;
 
+use self::step::Step;
 use super::access::{AccessError, LONGEST};
+use super::audience::Audience;
 use super::bytes::Bytes;
-use super::{Incoming, Link, LinkError};
-use crate::abort::AbortCode;
+use super::{Link, LinkError};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
-use crate::manager::{BeginError, Event, Manager, Payloads, Remote};
+use crate::manager::{Event, Manager};
 use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
-use crate::service::sdo_client::{self, Payload, Scalar};
+use crate::service::sdo_client::Scalar;
 use crate::time::{Duration, Instant};
 use crate::wire::nmt::NmtCommand;
 
@@ -23,26 +27,45 @@ use crate::wire::nmt::NmtCommand;
 pub struct Network<L> {
     link: L,
     manager: Box<Manager<127>>,
+    audience: Audience,
     events: VecDeque<Event>,
     missed: u64,
 }
-
-/// How long frames that have come already are taken before a deadline that has passed.
-const GRACE: Duration = Duration::from_millis(20);
-
-/// How many events are kept until somebody asks for them.
-const KEPT: usize = 1024;
 
 impl<L: Link> Network<L> {
     /// A network over `link`. Nothing is sent.
     #[must_use]
     pub fn new(link: L) -> Self {
-        Network { link, manager: Box::default(), events: VecDeque::new(), missed: 0 }
+        Network { link, manager: Box::default(), audience: Audience::default(), events: VecDeque::new(), missed: 0 }
     }
 
     /// The manager, to be told what it is to look after, and asked what it knows.
     pub fn manager(&mut self) -> &mut Manager<127> {
+        self.audience.doubt();
         &mut self.manager
+    }
+
+    /// Hears only the nodes that the manager looks after, now and later, and the frames with `others`: PDOs
+    /// whose identifiers are not those of the predefined connection set. A link that can leaves out the rest,
+    /// so that a crowded bus costs nothing. Strangers are not noticed any more. A node that is read or written
+    /// is looked after.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`].
+    pub fn listen_to_own(&mut self, others: &[CobId]) -> Result<(), LinkError> {
+        self.audience.choose(Some(others.to_vec()));
+        self.audience.follow(&self.manager, &mut self.link)
+    }
+
+    /// Hears everybody, as in the beginning.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`].
+    pub fn listen_to_all(&mut self) -> Result<(), LinkError> {
+        self.audience.choose(None);
+        self.audience.follow(&self.manager, &mut self.link)
     }
 
     /// The link's time.
@@ -65,7 +88,7 @@ impl<L: Link> Network<L> {
     pub fn command(&mut self, command: NmtCommand, node: Option<NodeId>) -> Result<(), LinkError> {
         self.transmit(&mut Scalar::default())?;
         self.manager.command(command, node).expect("the frame before has just left");
-        self.transmit(&mut Scalar::default())
+        self.transmit(&mut Scalar::default()).map(drop)
     }
 
     /// Sends a PDO that a device receives under `id`.
@@ -76,7 +99,7 @@ impl<L: Link> Network<L> {
     pub fn send_pdo<P: Pdo>(&mut self, id: CobId, pdo: P) -> Result<(), LinkError> {
         self.transmit(&mut Scalar::default())?;
         self.manager.send_pdo(id, pdo).expect("the frame before has just left");
-        self.transmit(&mut Scalar::default())
+        self.transmit(&mut Scalar::default()).map(drop)
     }
 
     /// Sends a frame as it is.
@@ -182,92 +205,4 @@ impl<L: Link> Network<L> {
     pub const fn missed_events(&self) -> u64 {
         self.missed
     }
-
-    /// Runs one SDO transfer to its end, and returns the number of bytes.
-    fn transfer(
-        &mut self,
-        node: NodeId,
-        payload: &mut impl Payload,
-        begin: impl FnOnce(&mut Manager<127>, Instant) -> Result<(), BeginError>,
-    ) -> Result<u32, AccessError> {
-        let now = self.now();
-        if self.manager.remote(node).is_none() {
-            self.manager.add(now, Remote::new(node)).expect("there is room for all 127 nodes");
-        }
-        begin(&mut self.manager, now).expect("the shell runs one transfer at a time");
-        match self.finish(payload) {
-            Ok(sdo_client::Event::Done { len, .. }) => Ok(len),
-            Ok(sdo_client::Event::Failed(error)) => Err(AccessError::Sdo { node, error }),
-            Err(error) => {
-                let sdo = self.manager.sdo(node).expect("the node was added above");
-                sdo.abort(AbortCode::GENERAL);
-                Err(error.into())
-            }
-        }
-    }
-
-    fn finish(&mut self, payload: &mut impl Payload) -> Result<sdo_client::Event, LinkError> {
-        loop {
-            let until = self.manager.poll_timeout().expect("a transfer has a deadline");
-            let Step::Sdo(event) = self.step(until, payload)? else { continue };
-            // The node may have to be told that the transfer is over. It need not hear it.
-            let _ = self.transmit(payload);
-            return Ok(event);
-        }
-    }
-
-    /// Sends what is to be sent, then takes one frame, deadline or change of the bus, not after `until`.
-    fn step(&mut self, until: Instant, payload: &mut impl Payload) -> Result<Step, LinkError> {
-        self.transmit(payload)?;
-        let deadline = self.manager.poll_timeout().filter(|deadline| *deadline <= until);
-        let event = match self.link.receive(deadline.unwrap_or(until))? {
-            Some(Incoming::Frame(frame)) => self.manager.handle_frame(self.link.now(), &frame, payload),
-            Some(Incoming::State(_)) => None,
-            None if deadline.is_some() => self.manager.handle_timeout(self.link.now()),
-            None => return Ok(Step::Over),
-        };
-        // A flood of frames must not hold up what is overdue; the frames that have come may be the answer.
-        let now = self.link.now();
-        let overdue = self.manager.poll_timeout().is_some_and(|deadline| deadline + GRACE <= now);
-        let event = match event {
-            None if overdue => self.manager.handle_timeout(now),
-            event => event,
-        };
-        if event.is_none() && now >= until + GRACE {
-            return Ok(Step::Over);
-        }
-        Ok(match event {
-            Some(Event::Sdo { event, .. }) => Step::Sdo(event),
-            Some(event) => {
-                self.keep(event);
-                Step::On
-            }
-            None => Step::On,
-        })
-    }
-
-    fn transmit(&mut self, payload: &mut dyn Payloads) -> Result<(), LinkError> {
-        while let Some(frame) = self.manager.poll_transmit(self.link.now(), payload) {
-            self.link.send(&frame)?;
-        }
-        Ok(())
-    }
-
-    fn keep(&mut self, event: Event) {
-        if self.events.len() == KEPT {
-            self.events.pop_front();
-            self.missed += 1;
-        }
-        self.events.push_back(event);
-    }
-}
-
-#[derive(PartialEq, Eq)]
-enum Step {
-    /// Something happened that ends nothing.
-    On,
-    /// The transfer under way ended.
-    Sdo(sdo_client::Event),
-    /// The time is over.
-    Over,
 }

@@ -1,0 +1,206 @@
+//! `--bus pty`: a bus that needs nothing of the kernel but pseudo-terminals, each of which acts as a serial
+//! adapter (slcan).
+//!
+//! Whoever opens one of them is on the bus, so that a monitor and a writing command can be there at once. Like an
+//! adapter it carries frames only while its channel is open, so that nobody finds old frames in it.
+
+use std::io::{ErrorKind, Read, Write};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
+use std::time::Duration as StdDuration;
+
+use lexican_runtime::host::slcan::{Decoder, Message, line};
+use lexican_runtime::host::{Incoming, Link, LinkError};
+use lexican_runtime::{Frame, Instant};
+use serialport::{SerialPort, TTYPort};
+
+use crate::output::Failure;
+
+/// How often a terminal that nobody has open is looked at.
+const LOOK: StdDuration = StdDuration::from_millis(100);
+
+/// How many lines may wait for somebody who does not read them; what comes then is lost to him.
+const WAITING_LINES: usize = 256;
+
+/// The end of a line that says that a command was carried out.
+const DONE: &str = "\r";
+/// The answer to a frame that was sent.
+const SENT: &str = "z\r";
+/// A command that is none.
+const REFUSED: &str = "\x07";
+
+/// A bus of pseudo-terminals, and the participant who serves them.
+pub(crate) struct Ptys {
+    terminals: Vec<Terminal>,
+    heard: Receiver<(usize, Heard)>,
+    origin: std::time::Instant,
+}
+
+struct Terminal {
+    path: String,
+    lines: SyncSender<String>,
+    /// Whether somebody has opened the channel.
+    open: bool,
+}
+
+/// What comes out of a terminal.
+enum Heard {
+    /// A line without its end.
+    Line(String),
+    /// Nobody has it open any more.
+    Gone,
+}
+
+impl Ptys {
+    /// A bus with so many pseudo-terminals.
+    #[expect(clippy::disallowed_methods, reason = "a link tells the machine's time, and this is one")]
+    pub(crate) fn open(count: usize) -> Result<Self, Failure> {
+        let (sender, heard) = channel();
+        let terminals = (0..count).map(|number| Terminal::open(number, &sender)).collect::<Result<_, _>>()?;
+        Ok(Ptys { terminals, heard, origin: std::time::Instant::now() })
+    }
+
+    /// What to name them on a command line.
+    pub(crate) fn urls(&self) -> Vec<String> {
+        self.terminals.iter().map(|terminal| format!("slcan:{}", terminal.path)).collect()
+    }
+
+    /// Takes what a terminal says; a frame is for everybody.
+    fn take(&mut self, number: usize, heard: Heard) -> Option<Frame> {
+        let terminal = self.terminals.get_mut(number)?;
+        let line = match heard {
+            Heard::Gone => {
+                terminal.open = false;
+                return None;
+            }
+            Heard::Line(line) => line,
+        };
+        let answer = match line.as_bytes().first() {
+            Some(b't' | b'T' | b'r' | b'R') => return self.frame(number, &line),
+            Some(b'O' | b'L') => {
+                terminal.open = true;
+                DONE
+            }
+            Some(b'C') => {
+                terminal.open = false;
+                DONE
+            }
+            // All is well on this bus.
+            Some(b'F') => "F00\r",
+            Some(b'V') => "V0101\r",
+            Some(b'N') => "N0000\r",
+            None | Some(b'S' | b's' | b'M' | b'm' | b'Z' | b'X') => DONE,
+            Some(_) => REFUSED,
+        };
+        terminal.say(answer);
+        None
+    }
+
+    fn frame(&mut self, number: usize, text: &str) -> Option<Frame> {
+        let mut decoder = Decoder::default();
+        let message = text.bytes().chain([b'\r']).find_map(|byte| decoder.take(byte));
+        let from = self.terminals.get_mut(number)?;
+        let Some(Message::Frame(frame)) = message.filter(|_| from.open) else {
+            from.say(REFUSED);
+            return None;
+        };
+        from.say(SENT);
+        self.tell(&frame, Some(number));
+        Some(frame)
+    }
+
+    /// Lets everybody hear a frame but who sent it.
+    fn tell(&mut self, frame: &Frame, sender: Option<usize>) {
+        let text = line(frame) + DONE;
+        let others = self.terminals.iter_mut().enumerate().filter(|(number, it)| it.open && Some(*number) != sender);
+        others.for_each(|(_, terminal)| terminal.say(&text));
+    }
+}
+
+impl Terminal {
+    fn open(number: usize, heard: &Sender<(usize, Heard)>) -> Result<Self, Failure> {
+        let failed = |error| Failure::new(format_args!("cannot open a pseudo-terminal: {error}"));
+        let (master, slave) = TTYPort::pair().map_err(failed)?;
+        let path = slave.name().ok_or_else(|| Failure::new("a pseudo-terminal has no name"))?;
+        let reader = master.try_clone_native().map_err(failed)?;
+        let (lines, queue) = sync_channel::<String>(WAITING_LINES);
+        let heard = heard.clone();
+        std::thread::spawn(move || read(reader, number, &heard));
+        std::thread::spawn(move || write(master, &queue));
+        // The other end is not kept open: the terminal itself then tells when somebody leaves.
+        Ok(Terminal { path, lines, open: false })
+    }
+
+    /// Says something to whoever has it open.
+    fn say(&self, text: &str) {
+        // Who does not read misses what there is no room for.
+        let _ = self.lines.try_send(text.to_owned());
+    }
+}
+
+/// Cuts what comes into lines, until nobody wants them any more.
+#[expect(clippy::disallowed_methods, reason = "a terminal that nobody has open can only be looked at again")]
+fn read(mut terminal: TTYPort, number: usize, heard: &Sender<(usize, Heard)>) {
+    let (mut buffer, mut line, mut gone) = ([0; 256], String::new(), true);
+    loop {
+        match terminal.read(&mut buffer) {
+            Ok(len @ 1..) => {
+                gone = false;
+                for byte in buffer.iter().take(len) {
+                    match byte {
+                        b'\r' => {
+                            if heard.send((number, Heard::Line(std::mem::take(&mut line)))).is_err() {
+                                return;
+                            }
+                        }
+                        b'\n' => {}
+                        // No line of the protocol is as long.
+                        _ if line.len() > 64 => line.clear(),
+                        byte => line.push(char::from(*byte)),
+                    }
+                }
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
+            _ => {
+                line.clear();
+                if !gone && heard.send((number, Heard::Gone)).is_err() {
+                    return;
+                }
+                gone = true;
+                std::thread::sleep(LOOK);
+            }
+        }
+    }
+}
+
+fn write(mut terminal: TTYPort, lines: &Receiver<String>) {
+    while let Ok(line) = lines.recv() {
+        // Who has left hears nothing; the reader notices that.
+        let _ = terminal.write_all(line.as_bytes());
+    }
+}
+
+impl Link for Ptys {
+    fn now(&self) -> Instant {
+        Instant::ZERO + self.origin.elapsed().into()
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.tell(frame, None);
+        Ok(())
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        loop {
+            let remaining = until.since(self.now());
+            match self.heard.recv_timeout(remaining.into()) {
+                Ok((number, heard)) => {
+                    if let Some(frame) = self.take(number, heard) {
+                        return Ok(Some(Incoming::Frame(frame)));
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => return Ok(None),
+                Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Closed),
+            }
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! What the dictionary asks for and the device cannot serve. A write would have been refused; a default was not
+//! asked.
+
+use core::fmt;
+
+use super::checked::{Checked, require, type_exists};
+use super::configure::pdo_exists;
+use super::identifiers::{SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED};
+use super::{Device, Misconfigured};
+use crate::abort::AbortCode;
+use crate::id::CobId;
+use crate::object::{Address, Direction, Mapped, ObjectDictionary};
+use crate::service::mapping::{self, Mapping};
+use crate::service::objects;
+use crate::wire::pdo::PdoCobId;
+
+impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
+    Device<RPDOS, TPDOS, SERVERS, MONITORED>
+{
+    /// What the dictionary holds after [`Device::restart`] and the device does not serve, or not as it is
+    /// written: PDOs, servers and heartbeats beyond the room there is, mappings that cannot be, identifiers that
+    /// are restricted or that two services have. Defaults of a data sheet are not asked like a manager's writes.
+    pub fn misconfigured<'a>(&'a self, od: &'a mut dyn ObjectDictionary) -> impl Iterator<Item = Misconfigured> + 'a {
+        let checked = Checked {
+            od,
+            state: self.nmt.state(),
+            behaviour: &self.behaviour,
+            rpdos: &self.rpdos,
+            tpdos: &self.tpdos,
+            monitored: MONITORED,
+            server_room: SERVERS,
+        };
+        Defaults { checked, next: Address::new(0x1000, 0) }
+    }
+}
+
+/// The defaults that cannot be served, ascending by address.
+struct Defaults<'a> {
+    checked: Checked<'a>,
+    next: Address,
+}
+
+impl Iterator for Defaults<'_> {
+    type Item = Misconfigured;
+
+    fn next(&mut self) -> Option<Misconfigured> {
+        while self.next.index() < 0x2000 {
+            let address = self.next;
+            let object_exists = self.checked.od.entry(address) != Err(AbortCode::NO_SUCH_OBJECT);
+            self.next = match address.sub().checked_add(1) {
+                Some(sub) if object_exists => Address::new(address.index(), sub),
+                _ => Address::new(address.index() + 1, 0),
+            };
+            if let Err(reason) = self.checked.check_default(address) {
+                return Some(Misconfigured { address, reason });
+            }
+        }
+        None
+    }
+}
+
+/// `1A00:01: 0604 0041: object cannot be mapped to the PDO`.
+impl fmt::Display for Misconfigured {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.address, self.reason)
+    }
+}
+
+impl Checked<'_> {
+    /// Whether the device can serve what a parameter holds. What is not in the dictionary asks for nothing.
+    fn check_default(&mut self, address: Address) -> Result<(), AbortCode> {
+        let Some(value) = objects::read_at(self.od, address) else { return Ok(()) };
+        let (index, sub) = (address.index(), address.sub());
+        match index {
+            0x1005 | 0x1012 | 0x1014 if sub == 0 => self.check_default_message(address, value as u32),
+            0x1016 | 0x1029 if sub > 0 => self.check(address, value),
+            0x1017 if sub == 0 => self.check(address, value),
+            0x1019 if sub == 0 => require(matches!(value, 0 | 2..=240), AbortCode::INVALID_VALUE),
+            0x1200..=0x127F if matches!(sub, 1 | 2) => self.check_default_server(address, value as u32),
+            0x1400..=0x15FF => self.check_default_parameter(Direction::Receive, address, value as u32),
+            0x1800..=0x19FF => self.check_default_parameter(Direction::Transmit, address, value as u32),
+            0x1600..=0x17FF if sub == 0 => self.check_default_length(index, value),
+            0x1A00..=0x1BFF if sub == 0 => self.check_default_length(index, value),
+            0x1600..=0x17FF => self.check_default_entry(Direction::Receive, address, value as u32),
+            0x1A00..=0x1BFF => self.check_default_entry(Direction::Transmit, address, value as u32),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_default_message(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
+        let exists = match address.index() {
+            0x1005 => true,
+            0x1012 => value & TIME_EXISTS != 0,
+            _ => PdoCobId(value).is_valid(),
+        };
+        let can_generate = self.od.entry(Address::new(0x1006, 0)).is_ok();
+        let generates = address.index() == 0x1005 && value & SYNC_GENERATED != 0;
+        require(!generates || can_generate, AbortCode::INVALID_VALUE)?;
+        let tells_time = address.index() == 0x1012 && value & TIME_PRODUCED != 0;
+        require(!tells_time || self.behaviour.produces_time, AbortCode::INVALID_VALUE)?;
+        if exists { self.check_default_identifier(address, value) } else { Ok(()) }
+    }
+
+    fn check_default_identifier(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
+        let id = CobId::from_parameter(value);
+        require(!id.is_restricted(), AbortCode::INVALID_VALUE)?;
+        require(!self.is_taken(id, address), AbortCode::PARAMETER_INCOMPATIBLE)
+    }
+
+    fn check_default_server(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
+        // The identifiers of the default server are restricted, but for others.
+        if address.index() == 0x1200 || !PdoCobId(value).is_valid() {
+            return Ok(());
+        }
+        self.check_default_identifier(address, value)?;
+        let served = self.servers_of(0x1201..address.index()) + 1 < self.server_room;
+        require(address.sub() != 1 || !self.server_exists(address.index()) || served, AbortCode::DEVICE_INCOMPATIBLE)
+    }
+
+    fn check_default_parameter(&mut self, direction: Direction, address: Address, value: u32) -> Result<(), AbortCode> {
+        let number = 1 + (address.index() & 0x01FF);
+        match address.sub() {
+            1 if self.is_valid(PdoCobId(value)) && pdo_exists(direction, number, self.od) => {
+                self.check_default_identifier(address, value)?;
+                require(self.is_served(address.index()), AbortCode::DEVICE_INCOMPATIBLE)
+            }
+            2 => require(type_exists(direction, value), AbortCode::INVALID_VALUE),
+            6 if direction == Direction::Transmit => require(value <= 240, AbortCode::INVALID_VALUE),
+            _ => Ok(()),
+        }
+    }
+
+    /// Entries that cannot be mapped are told each for itself.
+    fn check_default_length(&mut self, index: u16, len: u64) -> Result<(), AbortCode> {
+        let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= Mapping::MAX);
+        let mut mapping = Mapping::EMPTY;
+        for sub in 1..=len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {
+            let entry = objects::read_u32(self.od, index, sub).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
+            require(mapping.push(Mapped::from_parameter(entry)), AbortCode::PDO_LENGTH_EXCEEDED)?;
+        }
+        Ok(())
+    }
+
+    fn check_default_entry(&mut self, direction: Direction, address: Address, value: u32) -> Result<(), AbortCode> {
+        let counts = u32::from(address.sub()) <= self.current(address.index(), 0);
+        let mapped = Mapped::from_parameter(value);
+        if counts { mapping::check(mapped, direction, self.behaviour.dummies, self.od) } else { Ok(()) }
+    }
+}

@@ -1,0 +1,137 @@
+//! Errors: the register (1001h), the history (1003h), EMCY, and what an error of communication brings with it.
+
+use super::Device;
+use crate::object::{Address, ObjectDictionary};
+use crate::service::heartbeat_consumer::Heartbeat;
+use crate::time::Instant;
+use crate::wire::emcy::{ErrorCode, ErrorRegister};
+
+impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
+    Device<RPDOS, TPDOS, SERVERS, MONITORED>
+{
+    /// An error occurred: `register` is set in the error register, the code goes into the history
+    /// (1003h), and an EMCY is sent.
+    pub fn emergency(
+        &mut self,
+        code: ErrorCode,
+        register: ErrorRegister,
+        vendor: [u8; 5],
+        od: &mut dyn ObjectDictionary,
+    ) {
+        self.raise(code, register, vendor, true, od);
+    }
+
+    /// The same without an entry in the history.
+    pub fn emergency_unrecorded(
+        &mut self,
+        code: ErrorCode,
+        register: ErrorRegister,
+        vendor: [u8; 5],
+        od: &mut dyn ObjectDictionary,
+    ) {
+        self.raise(code, register, vendor, false, od);
+    }
+
+    fn raise(
+        &mut self,
+        code: ErrorCode,
+        register: ErrorRegister,
+        vendor: [u8; 5],
+        record: bool,
+        od: &mut dyn ObjectDictionary,
+    ) {
+        // The generic bit is an error of its own only where it stands alone.
+        let specific = register & !ErrorRegister::GENERIC;
+        let errors = if specific.is_empty() { ErrorRegister::GENERIC } else { specific };
+        self.application_errors = self.application_errors | errors;
+        self.tell_error(code, vendor, record, od);
+    }
+
+    fn tell_error(&mut self, code: ErrorCode, vendor: [u8; 5], record: bool, od: &mut dyn ObjectDictionary) {
+        self.quiet = None;
+        let before = self.emcy.register();
+        self.emcy.raise(code, self.errors(), vendor, record, od);
+        self.follow_register(before);
+    }
+
+    fn tell_end(&mut self, od: &mut dyn ObjectDictionary) {
+        self.quiet = None;
+        let before = self.emcy.register();
+        self.emcy.clear(self.errors(), [0; 5], od);
+        self.follow_register(before);
+    }
+
+    /// The error register is an object like others: TPDOs may map it.
+    fn follow_register(&mut self, before: ErrorRegister) {
+        if self.emcy.register() != before {
+            self.changed(Address::new(0x1001, 0));
+        }
+    }
+
+    /// What the error register has to show: the errors of the application and those that the device has
+    /// noticed itself. The generic bit is set with any of them.
+    fn errors(&self) -> ErrorRegister {
+        let own = if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE };
+        let errors = self.application_errors | own;
+        if errors.is_empty() { errors } else { errors | ErrorRegister::GENERIC }
+    }
+
+    /// Errors are over: `register` is reset in the error register, and an EMCY with the code 0000h is
+    /// sent when the application had set any of its bits. `ErrorRegister(0xFF)` ends all errors of the application.
+    pub fn clear(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
+        let ended = self.application_errors & register;
+        self.application_errors = self.application_errors & !register;
+        // Of what the device has noticed itself, nothing ends by this.
+        let still_there = if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE };
+        if !(ended & !still_there).is_empty() {
+            self.tell_end(od);
+        }
+    }
+
+    /// The bus failed (bus-off): the error behaviour (1029h) follows. Losing a heartbeat or life guarding
+    /// is noticed without this.
+    pub const fn communication_failed(&mut self, now: Instant) {
+        self.reaction = Some(now);
+        self.quiet = None;
+    }
+
+    /// An error of communication that the device has noticed itself.
+    pub(super) fn raise_communication_error(&mut self, code: ErrorCode, od: &mut dyn ObjectDictionary) {
+        if self.behaviour.unreported.contains(&code) {
+            return;
+        }
+        self.communication_error = true;
+        self.tell_error(code, [0; 5], self.behaviour.records_communication_errors, od);
+    }
+
+    /// Resets the error of communication in the register when none is left.
+    #[inline]
+    pub(super) fn end_communication_error(&mut self, od: &mut dyn ObjectDictionary) {
+        if self.communication_error {
+            self.tell_end_of_error(od);
+        }
+    }
+
+    /// Where the application has errors, the device is not free of errors, and sends no message that may be
+    /// read as that.
+    fn tell_end_of_error(&mut self, od: &mut dyn ObjectDictionary) {
+        if self.has_communication_error() {
+            return;
+        }
+        self.communication_error = false;
+        let (before, left) = (self.emcy.register(), self.errors());
+        if left.is_empty() {
+            self.tell_end(od);
+        } else {
+            self.emcy.set_register(left, od);
+            self.follow_register(before);
+        }
+    }
+
+    fn has_communication_error(&self) -> bool {
+        self.sync_consumer.has_length_error()
+            || self.guarding.is_lost()
+            || self.consumers.iter().flatten().any(|consumer| consumer.heartbeat() == Heartbeat::Lost)
+            || self.rpdos.iter().any(|slot| slot.pdo.length_error().is_some() || slot.pdo.has_timed_out())
+    }
+}

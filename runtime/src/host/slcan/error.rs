@@ -1,0 +1,112 @@
+//! Why an adapter cannot be opened.
+
+use std::borrow::ToOwned;
+use std::io;
+use std::string::String;
+use std::vec::Vec;
+
+use serialport::ErrorKind;
+
+use super::BIT_RATES;
+
+/// Why an adapter cannot be opened, and what to do about it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SlcanError {
+    /// There is no such serial port.
+    #[error("there is no serial port {path}; is the adapter plugged in?{}", list(present))]
+    Missing {
+        /// The port.
+        path: String,
+        /// The serial ports that there are.
+        present: Vec<String>,
+    },
+    /// This user may not use the port.
+    #[error(
+        "permission to use {path} is denied; on Linux, become a member of the group that owns it: \
+         `sudo usermod -aG dialout $USER`, then log in again"
+    )]
+    Denied {
+        /// The port.
+        path: String,
+    },
+    /// Another process uses the port.
+    #[error("{path} is in use by another program; close that first")]
+    Busy {
+        /// The port.
+        path: String,
+    },
+    /// The protocol has no such bit rate.
+    #[error("the slcan protocol has no bit rate of {0} bit/s; it has {rates}", rates = rates())]
+    BitRate(
+        /// The bit rate that was asked for, in bit/s.
+        u32,
+    ),
+    /// The adapter refused a command.
+    #[error(
+        "the adapter at {path} refuses the command {command}; is it an slcan adapter, and its firmware up to date?"
+    )]
+    Refused {
+        /// The port.
+        path: String,
+        /// The command.
+        command: String,
+    },
+    /// Something else.
+    #[error("cannot open {path}: {error}")]
+    Io {
+        /// The port.
+        path: String,
+        /// What the operating system said.
+        error: io::Error,
+    },
+}
+
+impl SlcanError {
+    pub(super) fn refusal(path: &str, error: serialport::Error) -> Self {
+        let path = path.to_owned();
+        match error.kind() {
+            ErrorKind::Io(io::ErrorKind::NotFound) => SlcanError::Missing { path, present: ports() },
+            ErrorKind::Io(io::ErrorKind::PermissionDenied) => SlcanError::Denied { path },
+            // What the crate makes of EBUSY and of a lock that somebody holds; Windows says it of a
+            // missing port, too.
+            ErrorKind::NoDevice if cfg!(unix) => SlcanError::Busy { path },
+            ErrorKind::NoDevice => SlcanError::Missing { path, present: ports() },
+            _ => SlcanError::Io { path, error: error.into() },
+        }
+    }
+}
+
+/// The serial ports of this machine.
+fn ports() -> Vec<String> {
+    let ports = serialport::available_ports().unwrap_or_default();
+    ports.into_iter().map(|port| port.port_name).collect()
+}
+
+fn list(present: &[String]) -> String {
+    if present.is_empty() { String::new() } else { std::format!(" (there is {})", present.join(", ")) }
+}
+
+fn rates() -> String {
+    let rates: Vec<String> = BIT_RATES.iter().map(|rate| std::format!("{rate}")).collect();
+    rates.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::ToString;
+
+    #[test]
+    fn refusals_name_the_port_and_the_remedy() {
+        let refusal = |kind| {
+            let error = serialport::Error::new(ErrorKind::Io(kind), "refused");
+            SlcanError::refusal("/dev/ttyACM0", error).to_string()
+        };
+        let denied = refusal(io::ErrorKind::PermissionDenied);
+        assert!(denied.starts_with("permission to use /dev/ttyACM0 is denied; on Linux, become a member"), "{denied}");
+        let missing = refusal(io::ErrorKind::NotFound);
+        assert!(missing.starts_with("there is no serial port /dev/ttyACM0; is the adapter plugged in?"), "{missing}");
+        assert!(refusal(io::ErrorKind::TimedOut).starts_with("cannot open /dev/ttyACM0: "));
+    }
+}

@@ -1,0 +1,225 @@
+//! The tokio shell: one task owns the link and the manager; everybody else has a handle.
+//!
+//! - Handles are cheap to clone, `Send`, and need no lock.
+//! - Every node has its own SDO channel, so that a silent node holds up nobody but those who ask it.
+//!   Transfers with one node wait for each other in the order in which they were asked for.
+//! - A call that is dropped before it is over is safe: a transfer that waits is forgotten, one that is
+//!   under way runs to its end and its result is thrown away.
+//! - Back-pressure: calls wait while 64 others wait for the task; what the task holds is bounded by the
+//!   number of callers, since each waits for its own answer. Events are kept for each listener, the last
+//!   1024 of them; a slower one is told how many it has missed.
+//! - A frame that the interface has no room for waits for it up to 100 ms, and everything that is to be sent
+//!   after it waits behind it, in order. Meanwhile frames are received and deadlines kept. Then it is lost, as
+//!   on a bad bus: a call that sends is told so, a transfer notices that no answer comes.
+
+mod outgoing;
+mod owner;
+mod readiness;
+mod transfers;
+
+use std::boxed::Box;
+use std::vec::Vec;
+
+use tokio::sync::{broadcast, mpsc, oneshot};
+
+use self::owner::Owner;
+use self::transfers::Transfer;
+use super::access::{AccessError, LONGEST};
+use super::bytes::Bytes;
+use super::{BusState, Link, LinkError};
+use crate::frame::Frame;
+use crate::id::{CobId, NodeId};
+use crate::manager::{self, Manager};
+use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
+use crate::time::Instant;
+use crate::wire::nmt::{NmtCommand, NmtMessage};
+
+/// A handle of a network whose task runs in the background. When the last one is dropped, the task ends.
+#[derive(Clone, Debug)]
+pub struct Network {
+    commands: mpsc::Sender<Command>,
+    events: broadcast::Sender<Event>,
+}
+
+/// What happens on a network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// The manager learned something.
+    Manager(manager::Event),
+    /// The bus is in another state.
+    Bus(BusState),
+}
+
+/// What a handle asks the task for.
+enum Command {
+    Transfer(Transfer),
+    Send(Frame, Reply),
+    Tell(Tell),
+    Listen(Option<Vec<CobId>>),
+}
+
+type Reply = oneshot::Sender<Result<(), LinkError>>;
+
+type Tell = Box<dyn FnOnce(&mut Manager<127>, Instant) + Send>;
+
+impl Network {
+    /// Starts the task on the current runtime, with a network over `link`. Nothing is sent.
+    ///
+    /// # Errors
+    ///
+    /// When the runtime cannot wait for the link.
+    ///
+    /// # Panics
+    ///
+    /// Outside a tokio runtime.
+    pub fn spawn<L: Link + Send + 'static>(link: L) -> std::io::Result<Network> {
+        let (commands, inbox) = mpsc::channel(64);
+        let (events, _) = broadcast::channel(1024);
+        tokio::spawn(Owner::new(link, inbox, events.clone())?.run());
+        Ok(Network { commands, events })
+    }
+
+    /// Reads an object.
+    ///
+    /// # Errors
+    ///
+    /// [`AccessError`].
+    pub async fn read<T, A, M>(&self, node: NodeId, object: Object<T, A, M>) -> Result<T, AccessError>
+    where
+        T: Value,
+        A: Readable,
+    {
+        let address = object.address();
+        let bytes = self.transfer(node, address, None, Bytes::room_for(T::SIZE)).await?;
+        T::from_bytes(&bytes).map_err(|error| AccessError::DataSheet { node, address, error })
+    }
+
+    /// Writes an object, when the data sheet allows the value.
+    ///
+    /// # Errors
+    ///
+    /// [`AccessError`].
+    pub async fn write<T, A, M>(&self, node: NodeId, object: Object<T, A, M>, value: T) -> Result<(), AccessError>
+    where
+        T: Value,
+        A: Writable,
+    {
+        object.check(value)?;
+        let bytes = value.to_bytes();
+        self.write_bytes(node, object.address(), bytes.get(..T::SIZE).unwrap_or(&bytes)).await
+    }
+
+    /// Reads whatever an entry holds, up to 64 MiB.
+    ///
+    /// # Errors
+    ///
+    /// [`AccessError`].
+    pub async fn read_bytes(&self, node: NodeId, address: Address) -> Result<Vec<u8>, AccessError> {
+        self.transfer(node, address, None, Bytes::room_for(LONGEST)).await
+    }
+
+    /// Writes bytes into an entry, whatever its type.
+    ///
+    /// # Errors
+    ///
+    /// [`AccessError`].
+    ///
+    /// # Panics
+    ///
+    /// When `data` is 4 GiB or longer: SDO cannot say that.
+    pub async fn write_bytes(&self, node: NodeId, address: Address, data: &[u8]) -> Result<(), AccessError> {
+        let len = u32::try_from(data.len()).expect("SDO transfers less than 4 GiB");
+        self.transfer(node, address, Some(len), Bytes::of(data)).await.map(drop)
+    }
+
+    /// Commands a node, or all of them.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`].
+    pub async fn command(&self, command: NmtCommand, node: Option<NodeId>) -> Result<(), LinkError> {
+        self.send(NmtMessage { command, node }.frame()).await
+    }
+
+    /// Sends a PDO that a device receives under `id`.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`].
+    pub async fn send_pdo<P: Pdo>(&self, id: CobId, pdo: P) -> Result<(), LinkError> {
+        let bytes = pdo.to_raw().to_le_bytes();
+        self.send(Frame::new(id, bytes.get(..P::LENGTH).unwrap_or(&bytes)).expect("a PDO has at most eight bytes"))
+            .await
+    }
+
+    /// Sends a frame as it is; it is on its way to the bus when this returns.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`].
+    pub async fn send(&self, frame: Frame) -> Result<(), LinkError> {
+        let (reply, answer) = oneshot::channel();
+        self.commands.send(Command::Send(frame, reply)).await.map_err(|_| LinkError::Closed)?;
+        answer.await.map_err(|_| LinkError::Closed)?
+    }
+
+    /// Hands over a frame without waiting, for those who cannot wait, such as a destructor. Once taken it
+    /// reaches the link even when the runtime shuts down before the task runs again.
+    ///
+    /// # Errors
+    ///
+    /// The frame, when the task is gone or has 64 commands before it.
+    pub fn post(&self, frame: Frame) -> Result<(), Frame> {
+        let (reply, _) = oneshot::channel();
+        self.commands.try_send(Command::Send(frame, reply)).map_err(|_| frame)
+    }
+
+    /// Tells the manager something, such as whose heartbeat it is to watch.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError::Closed`].
+    pub async fn tell(&self, what: impl FnOnce(&mut Manager<127>, Instant) + Send + 'static) -> Result<(), LinkError> {
+        self.commands.send(Command::Tell(Box::new(what))).await.map_err(|_| LinkError::Closed)
+    }
+
+    /// Hears only the nodes that the manager looks after, now and later, and the frames with `others`: PDOs
+    /// whose identifiers are not those of the predefined connection set. A link that can leaves out the rest,
+    /// so that a crowded bus costs nothing. Strangers are not noticed any more. A node that is read or written
+    /// is looked after.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError::Closed`].
+    pub async fn listen_to_own(&self, others: &[CobId]) -> Result<(), LinkError> {
+        self.commands.send(Command::Listen(Some(others.to_vec()))).await.map_err(|_| LinkError::Closed)
+    }
+
+    /// Hears everybody, as in the beginning.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError::Closed`].
+    pub async fn listen_to_all(&self) -> Result<(), LinkError> {
+        self.commands.send(Command::Listen(None)).await.map_err(|_| LinkError::Closed)
+    }
+
+    /// What happens from now on.
+    #[must_use]
+    pub fn events(&self) -> broadcast::Receiver<Event> {
+        self.events.subscribe()
+    }
+
+    async fn transfer(
+        &self,
+        node: NodeId,
+        address: Address,
+        write: Option<u32>,
+        payload: Bytes,
+    ) -> Result<Vec<u8>, AccessError> {
+        let (reply, answer) = oneshot::channel();
+        let transfer = Transfer::new(node, address, write, payload, reply);
+        self.commands.send(Command::Transfer(transfer)).await.map_err(|_| LinkError::Closed)?;
+        answer.await.map_err(|_| LinkError::Closed)?
+    }
+}

@@ -1,0 +1,164 @@
+//! The task that owns the link and the manager.
+
+use std::boxed::Box;
+
+use tokio::sync::{broadcast, mpsc};
+
+use super::outgoing::Outgoing;
+use super::readiness::Readiness;
+use super::transfers::Transfers;
+use super::{Command, Event};
+use crate::host::audience::Audience;
+use crate::host::link::MOST_SENT;
+use crate::host::{Incoming, Link, LinkError};
+use crate::manager::{self, Manager};
+use crate::time::{Duration, Instant};
+
+/// How many frames are taken before deadlines and commands are looked at again.
+const MOST_TAKEN: usize = 256;
+
+/// Whoever runs the task.
+pub(super) struct Owner<L: Link> {
+    link: L,
+    readiness: Readiness,
+    manager: Box<Manager<127>>,
+    transfers: Transfers,
+    outgoing: Outgoing,
+    audience: Audience,
+    events: broadcast::Sender<Event>,
+    inbox: mpsc::Receiver<Command>,
+    /// There may be more to receive or to send than was done at once.
+    more: bool,
+}
+
+/// What was taken is sent, however the task ends: it may be what stops a machine.
+impl<L: Link> Drop for Owner<L> {
+    fn drop(&mut self) {
+        self.outgoing.flush(&mut self.link);
+        while let Ok(command) = self.inbox.try_recv() {
+            if let Command::Send(frame, reply) = command {
+                drop(reply.send(self.link.send(&frame)));
+            }
+        }
+    }
+}
+
+impl<L: Link> Owner<L> {
+    pub(super) fn new(
+        link: L,
+        inbox: mpsc::Receiver<Command>,
+        events: broadcast::Sender<Event>,
+    ) -> std::io::Result<Self> {
+        Ok(Owner {
+            readiness: Readiness::of(&link)?,
+            link,
+            manager: Box::default(),
+            transfers: Transfers::default(),
+            outgoing: Outgoing::default(),
+            audience: Audience::default(),
+            events,
+            inbox,
+            more: false,
+        })
+    }
+
+    pub(super) async fn run(mut self) {
+        // Only a link that is gone for good is an error here.
+        while let Ok(true) = self.turn().await {}
+    }
+
+    /// Waits for what is next, and does it; `false` when nobody has a handle any more.
+    async fn turn(&mut self) -> Result<bool, LinkError> {
+        let now = self.link.now();
+        self.transmit(now);
+        let deadline = self.manager.poll_timeout().into_iter().chain(self.outgoing.poll_timeout()).min();
+        tokio::select! {
+            command = self.inbox.recv(), if self.outgoing.is_free() => match command {
+                Some(command) => self.obey(command),
+                None => return Ok(false),
+            },
+            () = self.readiness.wait(now, deadline), if !self.more => {}
+            () = tokio::task::yield_now(), if self.more => {}
+        }
+        // Before a request is sent whose answer must be heard.
+        self.audience.follow(&self.manager, &mut self.link)?;
+        self.listen()?;
+        self.expire();
+        self.readiness.follow(&self.link)?;
+        Ok(true)
+    }
+
+    fn obey(&mut self, command: Command) {
+        match command {
+            Command::Tell(what) => {
+                what(&mut self.manager, self.link.now());
+                self.transfers.restart_lost(&mut self.manager, self.link.now());
+                self.audience.doubt();
+            }
+            Command::Send(frame, reply) => self.outgoing.send(&mut self.link, frame, Some(reply)),
+            Command::Transfer(transfer) => {
+                if self.manager.remote(transfer.node()).is_none() {
+                    self.audience.doubt();
+                }
+                self.transfers.add(transfer, &mut self.manager, self.link.now());
+            }
+            Command::Listen(others) => self.audience.choose(others),
+        }
+    }
+
+    fn transmit(&mut self, now: Instant) {
+        self.outgoing.retry(&mut self.link);
+        for _ in 0..MOST_SENT {
+            if !self.outgoing.is_free() {
+                return;
+            }
+            let Some(frame) = self.manager.poll_transmit(now, &mut self.transfers) else { return };
+            self.outgoing.send(&mut self.link, frame, None);
+        }
+        self.more = true;
+    }
+
+    /// Takes what has come by now, but not so much that a flood holds up the rest.
+    fn listen(&mut self) -> Result<(), LinkError> {
+        // Time does not pass while there is something to do.
+        let patience = if self.more { Duration::ZERO } else { self.readiness.patience() };
+        let until = self.link.now() + patience;
+        self.more = true;
+        for _ in 0..MOST_TAKEN {
+            match self.link.receive(until)? {
+                Some(Incoming::Frame(frame)) => {
+                    let now = self.link.now();
+                    let event = self.manager.handle_frame(now, &frame, &mut self.transfers);
+                    self.tell(now, event);
+                    self.transmit(now);
+                }
+                // Nobody may be listening.
+                Some(Incoming::State(state)) => drop(self.events.send(Event::Bus(state))),
+                None => {
+                    self.more = false;
+                    return Ok(());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Does what is due.
+    fn expire(&mut self) {
+        let now = self.link.now();
+        while self.manager.poll_timeout().is_some_and(|deadline| deadline <= now) {
+            let event = self.manager.handle_timeout(now);
+            self.tell(now, event);
+        }
+    }
+
+    fn tell(&mut self, now: Instant, event: Option<manager::Event>) {
+        match event {
+            Some(manager::Event::Sdo { node, event }) => {
+                self.transfers.end(node, event, &mut self.manager, now);
+            }
+            Some(event) => drop(self.events.send(Event::Manager(event))),
+            None => {}
+        }
+    }
+}

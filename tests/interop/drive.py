@@ -1,0 +1,207 @@
+"""The simulated AG03/1, driven by python-canopen with the frames of its manual's worked examples."""
+
+import csv
+import os
+import subprocess
+import threading
+import time
+
+from canopen.profiles.p402 import BaseNode402, State402
+
+from verdicts import eventually, same, tell
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+EDS = os.path.join(HERE, "../../eds/devices/siko/ag03-1/SIKOAG03.EDS")
+TABLES = os.path.join(HERE, "../manual/ag03-1")
+
+# Bits of the status word (table 21).
+TARGET_REACHED, STANDSTILL, MOVING = 1 << 10, 1 << 12, 1 << 15
+POSITIONING, VELOCITY = 1, 2
+
+# The state behind a command, in python-canopen's words and by its masks.
+STATES = {
+    "Shutdown": "READY TO SWITCH ON",
+    "Switch On": "SWITCHED ON",
+    "Enable Operation": "OPERATION ENABLED",
+    "Disable Operation": "SWITCHED ON",
+    "Disable Voltage": "SWITCH ON DISABLED",
+}
+
+
+class Simulation:
+    """`lexican simulate siko/ag03-1`, until the end of the block."""
+
+    def __init__(self, lexican, url, node, *more):
+        self.line = [lexican, "simulate", "siko/ag03-1", "--bus", url, "--node", str(node), *more]
+
+    def __enter__(self):
+        self.process = subprocess.Popen(self.line, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        return self
+
+    def happen(self, line):
+        """Something happens to the drive: a line of its scripts."""
+        print(line, file=self.process.stdin, flush=True)
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait(3)
+
+
+def run(network, node, simulation):
+    booted = threading.Event()
+    network.subscribe(0x700 + node, lambda *_: booted.set())
+    with simulation() as simulated:
+        eventually("boot-up message", booted.is_set)
+        drive = Drive(network, node)
+        tell("identity", drive.identity)
+        tell("table 25, positioning", lambda: drive.play("example_position.csv", POSITIONING))
+        tell("table 26, velocity", lambda: drive.play("example_velocity.csv", VELOCITY))
+        tell("states by its CiA 402 profile", drive.states)
+        tell("fault, EMCY and fault reset", lambda: drive.fault(simulated))
+        tell("settings kept by the EEPROM", drive.settings)
+        tell("heartbeat, guarding", drive.error_control)
+
+
+class Drive:
+    def __init__(self, network, node):
+        self.network = network
+        self.node = network.add_node(BaseNode402(node, EDS))
+        self.node.sdo.RESPONSE_TIMEOUT = 2.0
+        self.id = node
+        self.status_word = 0
+        for base in (0x180, 0x380, 0x480):  # all three begin with it (figures 20 to 22)
+            network.subscribe(base + node, self.on_status)
+
+    def on_status(self, _, data, __):
+        self.status_word = data[0] | data[1] << 8
+
+    def identity(self):
+        sdo = self.node.sdo
+        same(sdo["Device Type"].raw & 0xFFFF, 402)
+        same(sdo[0x1008].raw.to_bytes(4, "little"), b"AG03")  # four characters in a number
+        same(sdo[0x1018][1].raw, 0x195)
+        return f"{len(self.node.object_dictionary)} objects of our data sheet"
+
+    # --- the worked examples
+
+    def play(self, table, mode):
+        """Sends the table's frames, and sees after each that the drive has done what it tells."""
+        self.node.sdo[0x6060].raw = mode
+        with open(os.path.join(TABLES, table), encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        begin, frames = time.monotonic(), 0
+        for row in rows:
+            if row["kind"] != "wait":
+                data = bytes.fromhex(row["data"])
+                self.network.send_message(int(row["cob_id"], 16), data)
+                frames += 1
+            self.follow(row, mode)
+        return f"{frames} frames, {time.monotonic() - begin:.1f} s"
+
+    def follow(self, row, mode):
+        meaning = row["meaning"]
+        if row["kind"] == "NMT":
+            eventually(meaning, lambda: meaning.endswith(self.nmt_state()))
+        elif meaning in STATES:
+            eventually(STATES[meaning], lambda: self.state() == STATES[meaning])
+        elif row["kind"] == "RPDO3":
+            self.target = int.from_bytes(bytes.fromhex(row["data"])[2:], "little", signed=True)
+            eventually("motion", lambda: self.status() & MOVING)
+            # Long enough to be stopped under way.
+            time.sleep(1)
+        elif row["kind"] == "RPDO4":
+            self.target = int.from_bytes(bytes.fromhex(row["data"])[2:], "little", signed=True)
+            eventually("motion", lambda: not self.status() & STANDSTILL)
+            if "change" in meaning:  # the table does not say how long it runs so
+                self.reach_velocity()
+        elif meaning == "target position reached":
+            eventually(meaning, lambda: self.status() & TARGET_REACHED and not self.status() & MOVING, 30)
+            near(self.node.sdo[0x6064].raw, self.target, self.node.sdo[0x6067].raw)
+        elif meaning == "target speed reached":
+            self.reach_velocity()
+        elif meaning == "intermediate stop":
+            eventually("standstill", lambda: not self.status() & MOVING)
+            here = self.node.sdo[0x6064].raw
+            time.sleep(0.3)
+            same(self.node.sdo[0x6064].raw, here)
+            same(self.status() & TARGET_REACHED, 0)
+        elif meaning == "stop":
+            eventually("standstill", lambda: self.status() & STANDSTILL, 10)
+
+    def reach_velocity(self):
+        eventually(f"{self.target} rev/min", lambda: self.status() & TARGET_REACHED, 10)
+        near(self.node.sdo[0x606C].raw, self.target, self.node.sdo[0x6067].raw)
+
+    def status(self):
+        """What the drive says now, which is also what it has said by itself."""
+        word = self.node.sdo[0x6041].raw
+        eventually("status word by PDO", lambda: self.status_word == word or self.node.sdo[0x6041].raw != word)
+        return word
+
+    def state(self):
+        word = self.node.sdo[0x6041].raw
+        return next((name for name, (mask, value) in State402.SW_MASK.items() if word & mask == value), None)
+
+    def nmt_state(self):
+        """By node guarding: heartbeats are off unless somebody wants them."""
+        answer = []
+        self.network.subscribe(0x700 + self.id, lambda _, data, __: answer.append(data[0] & 0x7F))
+        self.network.send_message(0x700 + self.id, b"", remote=True)
+        eventually("guarding answer", lambda: answer)
+        self.network.unsubscribe(0x700 + self.id)
+        return {4: "STOPPED", 5: "OPERATIONAL", 0x7F: "PRE-OPERATIONAL"}[answer[0]]
+
+    # --- more
+
+    def states(self):
+        """python-canopen's own state machine, which knows nothing of this drive."""
+        node = self.node
+        node.nmt.state = "OPERATIONAL"
+        node.setup_402_state_machine(read_pdos=True)
+        for state in ("READY TO SWITCH ON", "SWITCHED ON", "OPERATION ENABLED", "SWITCH ON DISABLED"):
+            node.state = state
+            same(self.state(), state)
+        node.nmt.state = "PRE-OPERATIONAL"
+
+    def fault(self, simulated):
+        """Something holds the shaft during a travel: fault B of table 2, code 7121h of table 20."""
+        node = self.node
+        self.node.sdo[0x6060].raw = POSITIONING
+        node.nmt.state = "OPERATIONAL"
+        node.state = "OPERATION ENABLED"
+        here = node.sdo[0x6064].raw
+        self.network.send_message(0x400 + self.id, b"\x1F\x00" + (here + 3000).to_bytes(4, "little", signed=True))
+        eventually("motion", lambda: self.status() & MOVING)
+        simulated.happen('shaft = "blocked"')
+        eventually("EMCY", lambda: node.emcy.active, 5)
+        same(f"{node.emcy.active[0].code:04X}", "7121")
+        same(self.state(), "FAULT")
+        same(f"{node.sdo[0x1003][1].raw & 0xFFFF:04X}", "7121")
+        simulated.happen('shaft = "free"')
+        node.state = "SWITCH ON DISABLED"
+        eventually("end of the error", lambda: not node.emcy.active)
+        node.nmt.state = "PRE-OPERATIONAL"
+
+    def settings(self):
+        """A parameter outlives the reset of the node, a target does not."""
+        sdo, booted = self.node.sdo, threading.Event()
+        kept = sdo[0x2410][5].raw
+        sdo[0x2410][5].raw = kept + 1
+        self.network.subscribe(0x700 + self.id, lambda *_: booted.set())
+        self.node.nmt.send_command(0x81)
+        eventually("boot-up message", booted.is_set)
+        same(sdo[0x2410][5].raw, kept + 1)
+        sdo[0x2410][5].raw = kept
+
+    def error_control(self):
+        heard = []
+        self.node.sdo[0x1017].raw = 50
+        self.network.subscribe(0x700 + self.id, lambda _, data, __: heard.append(data[0]))
+        eventually("5 heartbeats", lambda: heard[-5:] == [0x7F] * 5)
+        self.node.sdo[0x1017].raw = 0
+        same(self.nmt_state(), "PRE-OPERATIONAL")
+
+
+def near(got, expected, window):
+    if abs(got - expected) > window:
+        raise AssertionError(f"{got} instead of {expected}, +-{window}")

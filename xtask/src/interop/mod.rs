@@ -1,0 +1,145 @@
+//! `cargo xtask interop`: lexican against python-canopen, both ways, over slcan and over vcan.
+//!
+//! slcan goes over a pair of pseudo-terminals and needs nothing of the kernel; vcan goes through
+//! `cargo xtask vcan`. The runs themselves are `tests/interop/run.py` and `tests/interop/peer/`.
+
+mod table;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::python::{self, directly};
+use crate::vcan;
+use table::{Column, Table};
+
+/// Who plays what.
+struct Direction {
+    /// What `run.py` calls it.
+    name: &'static str,
+    /// The program of ours that it is given.
+    program: &'static str,
+    /// Who is on the other side.
+    peer: &'static str,
+    /// The head of its columns.
+    head: &'static str,
+}
+
+/// Every service of CANopen: the columns of the first table.
+const SERVICES: [Direction; 3] = [
+    Direction {
+        name: "device",
+        peer: "python-canopen",
+        program: "interop-peer",
+        head: "our device, python-canopen's manager",
+    },
+    Direction {
+        name: "manager",
+        peer: "python-canopen",
+        program: "interop-peer",
+        head: "our manager, python-canopen's device",
+    },
+    Direction { name: "both", peer: "lexican", program: "interop-peer", head: "our manager, our device" },
+];
+
+/// A drive that moves: the columns of the second table.
+const DRIVE: [Direction; 1] = [Direction {
+    name: "drive",
+    peer: "python-canopen",
+    program: "lexican",
+    head: "our simulated AG03/1, python-canopen's manager",
+}];
+
+const LINKS: [&str; 2] = ["slcan", "vcan"];
+
+/// Where the tables are written, and their summary: between its markers.
+const PAGE: &str = "tests/interop/README.md";
+const SUMMARY: &str = "README.md";
+const MARKERS: [&str; 2] = ["<!-- made by cargo xtask interop -->\n", "<!-- until here -->\n"];
+
+pub(crate) fn run(root: &Path) -> Result<(), String> {
+    let folder = vcan::target_folder(root).join("interop");
+    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let python = python::environment(root)?;
+    for (program, package) in [("candump", "can-utils"), ("tshark", "tshark")] {
+        if Command::new(program).arg("-h").output().is_err() {
+            return Err(format!("there is no {program}\ninstall it: apt-get install {package}"));
+        }
+    }
+    crate::ci::cargo(root, &["build", "--release", "-p", "lexican", "-p", "lexican-tests", "--bins"], &[])?;
+    let run = Run { root, folder, python };
+    let tables = [run.table(&SERVICES)?, run.table(&DRIVE)?];
+    let text = table::page(&tables);
+    fs::write(root.join(PAGE), &text).map_err(|error| format!("{PAGE}: {error}"))?;
+    println!("{text}");
+    write_summary(&root.join(SUMMARY), &table::summary(&tables))?;
+    let failed: usize = tables.iter().map(|table| table.count("failed")).sum();
+    if failed == 0 { Ok(()) } else { Err(format!("{failed} services failed: see {}", run.folder.display())) }
+}
+
+fn write_summary(path: &Path, summary: &str) -> Result<(), String> {
+    let whole = || -> Option<String> {
+        let text = fs::read_to_string(path).ok()?;
+        let (before, rest) = text.split_once(MARKERS[0])?;
+        let (_, after) = rest.split_once(MARKERS[1])?;
+        Some([before, MARKERS[0], "\n", summary, "\n", MARKERS[1], after].concat())
+    };
+    let text = whole().ok_or_else(|| format!("{}: it has no lines {MARKERS:?}", path.display()))?;
+    fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// What all runs need.
+struct Run<'a> {
+    root: &'a Path,
+    /// Where results and recordings go.
+    folder: PathBuf,
+    python: PathBuf,
+}
+
+impl Run<'_> {
+    fn table(&self, directions: &'static [Direction]) -> Result<Table, String> {
+        let mut table = Table::default();
+        for direction in directions {
+            for link in LINKS {
+                table.columns.push(self.column(direction, link)?);
+            }
+        }
+        Ok(table)
+    }
+
+    fn column(&self, direction: &'static Direction, link: &'static str) -> Result<Column, String> {
+        let results = self.folder.join(format!("{}-{link}.txt", direction.name));
+        let script = self.root.join("tests/interop/run.py");
+        let program = vcan::target_folder(self.root).join("release").join(direction.program);
+        let [python, script, program, results_word] =
+            [&self.python, &script, &program, &results].map(|path| path.to_string_lossy().into_owned());
+        let line = [&*python, &script, &program, direction.name, link, &results_word];
+        // A service that failed is in the results, too: the table tells it.
+        let outcome = match link {
+            "vcan" => vcan::run_command(self.root, &line, &[&self.folder]),
+            _ => directly(&line),
+        };
+        let mut column = Column::read(direction, link, &results).map_err(|error| match outcome {
+            Err(reason) => reason,
+            Ok(()) => error,
+        })?;
+        if link == "vcan" {
+            column.add(&self.compare(&results.with_extension("log"))?);
+        }
+        Ok(column)
+    }
+
+    /// What tshark and lexican make of a recorded bus: a line of results.
+    fn compare(&self, log: &Path) -> Result<String, String> {
+        let lexican = vcan::target_folder(self.root).join("release/lexican");
+        let script = self.root.join("tests/interop/compare.py");
+        let output = Command::new("python3").arg(script).arg(lexican).arg(log).output();
+        let output = output.map_err(|error| format!("python3: {error}"))?;
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        println!("{}", text.trim_end());
+        match text.lines().last() {
+            Some(line) if line.contains('\t') => Ok(line.to_owned()),
+            _ => Err(format!("compare.py: {}", String::from_utf8_lossy(&output.stderr))),
+        }
+    }
+}
