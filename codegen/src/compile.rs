@@ -3,12 +3,13 @@
 use lexican_eds::model::Device;
 use lexican_eds::{Diagnostics, Severity};
 
-use crate::{emit, plan, standard};
+use crate::{defined, emit, plan, standard};
 
 /// What to generate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Whether the device's side is generated too: `TABLE`, `Storage` and what the overlay says of conditions.
+    /// Whether the device's side is generated too: `TABLE`, `Storage` and what the overlay says of conditions. It
+    /// starts with what a DCF configures, else with the defaults.
     pub storage: bool,
     /// Whether the table `NAMES` is generated, which tools show entries by. It takes its place in the flash.
     pub names: bool,
@@ -53,12 +54,15 @@ pub const FINDINGS: &[Finding] = &[
     Finding {
         code: "od::unknown-type",
         severity: Severity::Warning,
-        explain: "The data type of an entry is not one of CiA 301. The handle reads and writes bytes.",
+        explain: "The data type of an entry is not one of CiA 301, and no DEFTYPE of the data sheet says how many bits it \
+                  has. The handle reads and writes bytes. Of a DEFTYPE with at most 64 bits the handle has them as an \
+                  unsigned number.",
     },
     Finding {
         code: "od::value-out-of-type",
         severity: Severity::Warning,
-        explain: "A default or a limit is not a value of the data type. It is left out.",
+        explain: "A default, a configured value or a limit is not a value of the data type, or a limit depends on the \
+                  node-ID. It is left out.",
     },
     Finding {
         code: "pdo::too-long",
@@ -81,7 +85,8 @@ pub const FINDINGS: &[Finding] = &[
 #[must_use]
 pub fn compile(device: &Device, options: &Options) -> Output {
     let mut diagnostics = Diagnostics::default();
-    let device = standard::complete(device);
+    let mut device = standard::complete(device);
+    defined::resolve(&mut device);
     let plan = plan::Plan::new(&device, &mut diagnostics);
     let code = emit::emit(&plan, options);
     diagnostics.finish();

@@ -90,6 +90,9 @@ impl Config {
     }
 
     /// Whether the device's side is generated too: `TABLE`, `Storage` and `storage(node)`. Off by default.
+    ///
+    /// A new `Storage` holds the defaults (`DefaultValue`). Of a device configuration file it holds what that
+    /// configures (`ParameterValue`), and the default of what it does not; the handles' `default` stays the default.
     pub fn storage(mut self, on: bool) -> Self {
         self.options.storage = on;
         self

@@ -21,6 +21,7 @@
 
 mod compile;
 mod config;
+mod defined;
 mod emit;
 mod error;
 mod name;

@@ -27,6 +27,8 @@ pub(crate) fn identifier(name: &str, case: Case) -> String {
 
 /// Appends `suffix`, which is made of lower-case words.
 pub(crate) fn with_suffix(identifier: &str, suffix: &str, case: Case) -> String {
+    // With a suffix it is no keyword any more, and two underscores are no snake case.
+    let identifier = identifier.trim_end_matches('_');
     match case {
         Case::Shouty => format!("{identifier}_{}", suffix.to_uppercase()),
         Case::Snake => format!("{identifier}_{suffix}"),
@@ -119,6 +121,13 @@ mod tests {
         check("Größe in µm", "GROESSE_IN_UM", "groesse_in_um", "GroesseInUm");
         check("Ch1Value", "CH1VALUE", "ch1value", "Ch1value");
         check("NMTError", "NMTERROR", "nmterror", "Nmterror");
+    }
+
+    #[test]
+    fn a_suffix_stands_where_a_keyword_had_its_underscore() {
+        assert_eq!(with_suffix(&identifier("self", Case::Snake), "3000_02", Case::Snake), "self_3000_02");
+        assert_eq!(with_suffix(&identifier("self", Case::Pascal), "3000", Case::Pascal), "Self3000");
+        assert_eq!(with_suffix(&identifier("2nd", Case::Shouty), "3000", Case::Shouty), "_2ND_3000");
     }
 
     #[test]

@@ -34,11 +34,16 @@ pub fn csv(device: &Device) -> String {
     out
 }
 
-/// The same as a table in Markdown.
+/// The same as a table in Markdown, for people: entries of arrays and records with the name of their object.
 #[must_use]
 pub fn md(device: &Device) -> String {
     let mut out = format!("| {} |\n|{}\n", COLUMNS.join(" | "), " --- |".repeat(COLUMNS.len()));
-    for row in rows(device) {
+    let entries = device.objects.iter().flat_map(|object| object.entries.iter().map(move |entry| (object, entry)));
+    for (object, entry) in entries {
+        let mut row = row(object, entry);
+        if object.kind.has_subs() {
+            row[2] = format!("{}: {}", object.name, entry.name);
+        }
         let cells = row.map(|cell| cell.replace('\\', "\\\\").replace('|', "\\|").replace(['\r', '\n'], " "));
         let _ = writeln!(out, "| {} |", cells.join(" | "));
     }

@@ -1,6 +1,7 @@
 //! The whole data sheet: its sections in groups, each read by the part of CiA 306 it belongs to.
 
 use crate::check;
+use crate::compact_pdo;
 use crate::diagnostics::Diagnostics;
 use crate::lists::{List, natural_list};
 use crate::model::{Device, Module, ObjectList};
@@ -51,9 +52,11 @@ type Sorted<'a, 's> = (SectionKind, &'s Section<'a>);
 pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Diagnostics) -> (Device, Facts<'a>) {
     let mut reader = Reader::new(&syntax, out);
     let sections = sorted(&mut reader);
-    let mut device = Device::default();
     let mut lists = Vec::new();
-    let mut objects = Vec::new();
+    // They are large, and there may be many: room for more than there are would cost most of all memory.
+    let count = sections.chunk_by(|a, b| together(a.0, b.0)).filter(|group| is_object(group[0].0)).count();
+    let mut device = Device { objects: Vec::with_capacity(count), ..Device::default() };
+    let mut objects = Vec::with_capacity(count);
     let mut modules: Vec<Module> = Vec::new();
     for group in sections.chunk_by(|a, b| together(a.0, b.0)) {
         let (kind, section) = group[0];
@@ -88,6 +91,7 @@ pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Diagnostics) -> (Device, Fa
     let kinds = sections.iter().map(|&(kind, _)| kind).collect();
     drop(sections);
     let mut facts = Facts { syntax, kinds, lists, objects };
+    compact_pdo::expand(&mut device, &mut facts);
     assign_lists(&mut device, &mut facts);
     (device, facts)
 }
@@ -115,6 +119,10 @@ fn together(a: SectionKind, b: SectionKind) -> bool {
         (S::Object(a, _), S::Object(b, _)) | (S::Module(a, _), S::Module(b, _)) => a == b,
         _ => a == b,
     }
+}
+
+fn is_object(kind: SectionKind) -> bool {
+    matches!(kind, SectionKind::Object(..))
 }
 
 fn object_part<'a, 's>(kind: SectionKind, section: &'s Section<'a>) -> Option<(ObjectPart, &'s Section<'a>)> {

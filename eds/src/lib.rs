@@ -19,6 +19,7 @@
 
 pub mod check;
 mod compact;
+mod compact_pdo;
 pub mod diagnostics;
 pub mod diff;
 pub mod dump;

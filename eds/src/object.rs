@@ -78,6 +78,23 @@ pub(crate) struct ObjectFacts {
     pub(crate) declared: Option<ObjectKind>,
     /// The list that names it.
     pub(crate) listed: Option<ObjectList>,
+    /// Whether no section describes it: it follows from `CompactPDO`.
+    pub(crate) implied: bool,
+}
+
+impl ObjectFacts {
+    /// Of an object that follows from what stands at `span`.
+    pub(crate) fn implied(span: Span, kind: ObjectKind) -> Self {
+        Self {
+            header: Some(span),
+            subs: 0,
+            sub_number: None,
+            compact: 0,
+            declared: Some(kind),
+            listed: None,
+            implied: true,
+        }
+    }
 }
 
 /// All sections that belong to one index, ordered by part; at least one.
@@ -97,6 +114,7 @@ impl<'a, 's> Reader<'a, 's> {
             compact: self.number(nonempty(fields[Key::CompactSubObj as usize])).unwrap_or(0),
             declared: self.object_type(fields[Key::ObjectType as usize]),
             listed: None,
+            implied: false,
         };
         let kind = kind(&facts);
         let mut object = Object {

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::check::{self, Rule};
-use crate::diagnostics::Diagnostics;
+use crate::diagnostics::{Diagnostics, MAX_PER_CODE};
 use crate::number::{self, Read};
 use crate::source::Span;
 use crate::syntax::{Pair, Section, Syntax};
@@ -13,15 +13,24 @@ use crate::syntax::{Pair, Section, Syntax};
 pub(crate) struct Reader<'a, 's> {
     pub(crate) syntax: &'s Syntax<'a>,
     pub(crate) out: &'s mut Diagnostics,
-    grouped: BTreeMap<(&'static str, String), Group>,
+    grouped: BTreeMap<&'static str, Groups>,
     /// How many entries `CompactSubObj` stood for so far.
     pub(crate) compact_entries: usize,
 }
 
-/// Findings that are told once for all keys of a name.
-struct Group {
+/// Findings of one rule, each told once for all keys of a name.
+struct Groups {
     rule: &'static Rule,
-    key: String,
+    /// By the name in lower case: so many as findings of a rule are kept.
+    by_key: BTreeMap<Box<str>, Group>,
+    /// How many keys had other names.
+    more: usize,
+}
+
+/// All keys of a name.
+struct Group {
+    /// As it is spelled first.
+    key: Box<str>,
     first: Span,
     count: usize,
 }
@@ -134,14 +143,25 @@ impl<'a, 's> Reader<'a, 's> {
 
     /// Reports a key once for all its occurrences.
     pub(crate) fn group(&mut self, rule: &'static Rule, key: &str, span: Span) {
-        let group = self.grouped.entry((rule.code, key.to_ascii_lowercase()));
-        group.or_insert_with(|| Group { rule, key: key.to_owned(), first: span, count: 0 }).count += 1;
+        let groups = self.grouped.entry(rule.code);
+        let groups = groups.or_insert_with(|| Groups { rule, by_key: BTreeMap::new(), more: 0 });
+        let name = key.to_ascii_lowercase();
+        if let Some(group) = groups.by_key.get_mut(name.as_str()) {
+            group.count += 1;
+        } else if groups.by_key.len() < MAX_PER_CODE {
+            groups.by_key.insert(name.into(), Group { key: key.into(), first: span, count: 1 });
+        } else {
+            groups.more += 1;
+        }
     }
 
     /// Hands over what was grouped.
     pub(crate) fn finish(self) {
-        for group in self.grouped.into_values() {
-            self.out.push(check::grouped(group.rule, &group.key, group.count, group.first));
+        for Groups { rule, by_key, more } in self.grouped.into_values() {
+            for group in by_key.into_values() {
+                self.out.push(check::grouped(rule, &group.key, group.count, group.first));
+            }
+            self.out.count_only(rule.code, more);
         }
     }
 

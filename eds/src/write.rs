@@ -462,7 +462,8 @@ mod tests {
                     bit_rates_kbit, granularity,
                     simple_boot_up_master: flags[1], simple_boot_up_slave: flags[2], dynamic_channels: flags[3],
                     group_messaging: flags[4], lss: flags[5],
-                    receive_pdos: Some(1), transmit_pdos: None, compact_pdo: 3,
+                    // A bit that means something would bring objects when it is read back.
+                    receive_pdos: Some(1), transmit_pdos: None, compact_pdo: 0x40,
                 },
                 dummies,
                 comments,

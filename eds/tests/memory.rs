@@ -1,27 +1,129 @@
-//! What reading costs in memory. A test program of its own, because it measures the whole process.
+//! What reading costs in memory: of an ordinary file, and of files that are made to cost much. Each is read in a
+//! process of its own, because only the peak of a whole process is known.
 
-use std::fs;
+use std::process::Command;
+use std::{env, fs};
 
-use lexican_eds::{Input, Source, load};
+use lexican_eds::{Diagnostics, Input, Source, load};
+
+/// Tells the child which file to read.
+const SHAPE: &str = "LEXICAN_SHAPE";
+/// About the size of the files.
+const BYTES: usize = 1_000_000;
 
 #[test]
-fn reading_takes_at_most_thirty_times_the_size_of_the_file() {
-    let text: String = (0x2000..0x3000).map(object).collect();
-    let input = Input::new(Source::from_bytes("x.eds", text.as_bytes()));
-    let Some(before) = resident_kib("VmRSS") else {
+fn an_ordinary_file_takes_at_most_thirty_times_its_size() {
+    check("records", 30.0);
+}
+
+#[test]
+fn distinct_unknown_keys_take_at_most_thirty_times_the_size_of_the_file() {
+    check("unknown_keys", 30.0);
+    check("short_unknown_keys", 30.0);
+    check("empty_keys", 30.0);
+}
+
+#[test]
+fn odd_sections_and_lines_take_at_most_thirty_times_the_size_of_the_file() {
+    check("unknown_sections", 30.0);
+    check("empty_sections", 30.0);
+    check("stray_lines", 30.0);
+    check("odd_values", 30.0);
+    check("lists", 30.0);
+}
+
+/// A line of a few bytes stands for an object and its entry, which have room for all that a data sheet can say.
+/// There are at most 65,536 objects, and as many entries as lines.
+#[test]
+fn empty_objects_take_at_most_sixty_times_the_size_of_the_file() {
+    check("unknown_keys_of_sections", 40.0);
+    check("empty_objects", 60.0);
+    check("empty_subs", 60.0);
+}
+
+/// The child: reads one file and prints by how many KiB the peak of the process exceeds what it had before.
+#[test]
+fn read_one_file() {
+    let Some(shape) = env::var_os(SHAPE) else { return };
+    let input = Input::new(Source::from_bytes("x.eds", shaped(&shape.to_string_lossy()).as_bytes()));
+    let before = resident_kib("VmRSS").expect("the parent has looked");
+    let (device, diagnostics) = load(&input);
+    let peak = resident_kib("VmHWM").expect("it was there before") - before;
+    println!("\npeak={peak} bytes={}", input.eds.text().len());
+    nothing_is_lost(&diagnostics);
+    drop(device);
+}
+
+/// A finding that is not kept is counted.
+fn nothing_is_lost(diagnostics: &Diagnostics) {
+    for code in diagnostics.iter().map(|finding| finding.code) {
+        let kept = diagnostics.iter().filter(|finding| finding.code == code).count();
+        let told =
+            diagnostics.iter().any(|finding| finding.message.ends_with(&format!("findings of {code} are not shown")));
+        assert!(
+            kept < lexican_eds::diagnostics::MAX_PER_CODE || told,
+            "{kept} findings of {code}, and no word of more"
+        );
+    }
+}
+
+#[track_caller]
+fn check(shape: &str, times: f64) {
+    if resident_kib("VmHWM").is_none() {
         eprintln!("SKIPPED: this system has no /proc/self/status");
         return;
+    }
+    let this = env::current_exe().expect("a test is a program");
+    let mut child = Command::new(this);
+    child.args(["--exact", "read_one_file", "--nocapture"]).env(SHAPE, shape);
+    let output = child.output().expect("it was started before");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{shape}: {said}{}", String::from_utf8_lossy(&output.stderr));
+    let number = |key: &str| {
+        let (_, rest) = said.split_once(key).expect("the child prints its figures");
+        rest.split_whitespace().next().and_then(|digits| digits.parse::<f64>().ok()).expect("a number")
     };
-    let (device, _) = load(&input);
-    let peak = resident_kib("VmHWM").expect("it was there before") - before;
-    assert_eq!(device.entries().count(), 0x1000 * 20);
-    let times = peak as f64 * 1024.0 / text.len() as f64;
-    println!("{} bytes are read with {times:.1} times as many", text.len());
-    assert!(times < 30.0, "{times:.1} times the size of the file");
+    let found = number("peak=") * 1024.0 / number("bytes=");
+    println!("{shape}: {found:.1} times the size of the file");
+    assert!(found < times, "{shape}: {found:.1} times the size of the file");
+}
+
+fn shaped(shape: &str) -> String {
+    match shape {
+        "records" => repeat("", record),
+        "unknown_keys" => repeat("[DeviceInfo]\n", |n| format!("UnknownKeyNumber{n}=1\n")),
+        "short_unknown_keys" => repeat("[DeviceInfo]\n", |n| format!("k{n}=\n")),
+        "unknown_keys_of_sections" => repeat("", |n| format!("[{:X}]\nDataType=7\nk{n}=1\n", 0x1000 + n % 0xF000)),
+        "empty_keys" => repeat("[DeviceInfo]\n", |n| format!("VendorNumber{n}=\n")),
+        "unknown_sections" => repeat("", |n| format!("[section {n}]\n")),
+        "empty_sections" => repeat("", |_| "[]\n".to_owned()),
+        "empty_objects" => repeat("", |n| format!("[{n:X}]\n")),
+        "empty_subs" => repeat("", |n| format!("[{:X}sub{:X}]\n", n / 254, n % 254)),
+        "stray_lines" => repeat("", |n| format!("x{n}\n")),
+        "odd_values" => repeat("", |n| format!("[{n:X}]\nDataType=7\nDefaultValue=x\nLowLimit=08\n")),
+        "lists" => repeat("[OptionalObjects]\n", |n| format!("{n}={}\n", n % 65536)),
+        other => panic!("there is no shape {other}"),
+    }
+}
+
+/// As many pieces as make [`BYTES`].
+fn repeat(head: &str, piece: impl Fn(usize) -> String) -> String {
+    let mut text = head.to_owned();
+    let mut lines = 0;
+    for number in 0.. {
+        let piece = piece(number);
+        lines += piece.matches('\n').count();
+        if text.len() + piece.len() > BYTES || lines > 900_000 {
+            break;
+        }
+        text += &piece;
+    }
+    text
 }
 
 /// A record of twenty entries, as editors write it.
-fn object(index: u32) -> String {
+fn record(number: usize) -> String {
+    let index = 0x2000 + number;
     let sub = |sub: u32| {
         format!(
             "[{index:04X}sub{sub:X}]\r\nParameterName=Value {sub}\r\nObjectType=0x7\r\nDataType=0x0006\r\n\

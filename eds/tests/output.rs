@@ -82,5 +82,9 @@ fn tables_quote_what_they_must() {
          2000,00,\"Größe, \"\"x\"\"\",VAR,UNSIGNED16,rw,0,,10,1\n"
     );
     assert!(dump::md(&device).contains("| 2000 | 00 | Größe, \"x\" | VAR |"));
+    let record = "[2001]\nParameterName=Gear\nObjectType=9\nSubNumber=1\n[2001sub1]\nParameterName=Ratio\nDataType=5\n";
+    let (record, _) = load(&Input::new(Source::new("x.eds", record)));
+    assert!(dump::md(&record).contains("| 2001 | 01 | Gear: Ratio | RECORD |"));
+    assert!(dump::csv(&record).contains("2001,01,Ratio,RECORD,"));
     assert_eq!(dump::json(&device)["objects"][0]["entries"][0]["low_limit"], json!(10));
 }

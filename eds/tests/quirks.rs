@@ -260,6 +260,52 @@ fn compact_objects_are_written_out() {
 }
 
 #[test]
+fn pdo_parameters_that_compact_pdo_leaves_out_are_there() {
+    let (device, diagnostics) = read(
+        "[DeviceInfo]\nGranularity=16\nNrOfRXPDO=5\nNrOfTXPDO=1\nCompactPDO=0x17\n\
+         [1401]\nParameterName=Own\nObjectType=9\nSubNumber=2\n\
+         [1401sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=1\n\
+         [1401sub1]\nParameterName=Own COB-ID\nDataType=7\nAccessType=rw\nDefaultValue=0x321\n",
+    );
+    let indices: Vec<u16> = device.objects.iter().map(|object| object.index).collect();
+    let expected = [0x1400, 0x1401, 0x1402, 0x1403, 0x1404, 0x1600, 0x1601, 0x1602, 0x1603, 0x1604, 0x1800, 0x1A00];
+    assert_eq!(indices, expected);
+
+    // Bits 0, 1, 2 and 4 are sub-indices 1, 2, 3 and 5; 1401h is as the file describes it.
+    let subs = |index: u16| device.object(index).unwrap().entries.iter().map(|entry| entry.sub).collect::<Vec<_>>();
+    assert_eq!(subs(0x1400), [0, 1, 2, 3, 5]);
+    assert_eq!(subs(0x1401), [0, 1]);
+    assert_eq!(subs(0x1600), [0, 1, 2, 3, 4], "a frame has four pieces of 16 bits");
+    assert_eq!(device.entry(0x1800, 0).unwrap().default, Some(Value::Integer(5)));
+
+    let cob_id = |index: u16| device.entry(index, 1).unwrap().default.clone();
+    assert_eq!(cob_id(0x1400), Some(Value::NodeIdPlus(0x200)));
+    assert_eq!(cob_id(0x1401), Some(Value::Integer(0x321)));
+    assert_eq!(cob_id(0x1403), Some(Value::NodeIdPlus(0x500)));
+    assert_eq!(cob_id(0x1404), Some(Value::Integer(0x8000_0000)), "beyond the predefined connection set it is off");
+    assert_eq!(cob_id(0x1800), Some(Value::NodeIdPlus(0x180)));
+    assert_eq!(device.pdos.len(), 6);
+    assert!(device.pdos.iter().all(|pdo| pdo.dynamic && pdo.mapping.is_empty()));
+
+    let findings: Vec<&str> = diagnostics.iter().map(|finding| finding.code).collect();
+    for code in ["pdo::count", "pdo::half-described", "eds::bad-compact-pdo", "eds::same-name"] {
+        assert!(!findings.contains(&code), "{findings:?}");
+    }
+}
+
+#[test]
+fn compact_pdo_stands_for_nothing_where_all_is_written_out() {
+    let pdo = "[1800]\nParameterName=c\nObjectType=9\nSubNumber=1\n[1800sub0]\nParameterName=n\nDataType=5\n\
+               AccessType=ro\nDefaultValue=0\n[1A00]\nParameterName=m\nObjectType=9\nSubNumber=1\n[1A00sub0]\n\
+               ParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=0\n";
+    for (counts, objects) in [("NrOfTXPDO=1", 2), ("NrOfTXPDO=0", 2), ("NrOfTXPDO=65535", 1024)] {
+        let (device, diagnostics) = read(&format!("[DeviceInfo]\nNrOfRXPDO=0\n{counts}\nCompactPDO=23\n{pdo}"));
+        assert_eq!(device.objects.len(), objects);
+        assert_eq!(has(&diagnostics, "eds::compact-pdo"), objects > 2, "{counts}");
+    }
+}
+
+#[test]
 fn values_of_a_dcf_are_read_without_compact_storage_as_well() {
     let text = "[2000]\nParameterName=x\nObjectType=9\nSubNumber=1\n[2000sub1]\nParameterName=y\nDataType=6\nAccessType=rw\n\
                 [2000Value]\nNrOfEntries=1\n1=7\n";
@@ -366,4 +412,28 @@ fn nothing_at_all_is_a_device_without_objects() {
     let (device, diagnostics) = read("");
     assert_eq!(device, Device::default());
     assert!(!diagnostics.has_errors());
+}
+
+#[test]
+fn one_cause_is_told_once() {
+    let mut text = "[DeviceInfo]\nGranularity=64\n[OptionalObjects]\nSupportedObjects=0\n".to_owned();
+    text += "[1A00]\nParameterName=m\nObjectType=9\nSubNumber=9\n[1A00sub0]\nParameterName=n\nDataType=5\n\
+             AccessType=rw\nDefaultValue=8\n";
+    for sub in 1..=8 {
+        text += &format!("[1A00sub{sub}]\nParameterName=m{sub}\nDataType=7\nAccessType=rw\nDefaultValue=0x20000008\n");
+    }
+    for index in 0x2000..0x2020 {
+        text += &format!("[{index:X}]\nParameterName=Same\nObjectType=8\nDataType=5\nAccessType=rw\nCompactSubObj=3\n");
+    }
+    let (_, diagnostics) = read(&text);
+    for (code, message) in [
+        ("pdo::granularity", "8 mapped lengths are no multiple of the granularity of 64 bits"),
+        ("eds::compact-entries", "the sections of 32 objects stand for 128 entries"),
+        ("eds::same-name", "the objects 2000, 2001, 2002, 2003, 2004 and 27 more have the same name"),
+        ("eds::object-not-listed", "33 objects are in none of the lists: 1A00, 2000, 2001, 2002, 2003 and 28 more"),
+    ] {
+        let found: Vec<&str> =
+            diagnostics.iter().filter(|finding| finding.code == code).map(|finding| finding.message.as_str()).collect();
+        assert_eq!(found, [message]);
+    }
 }

@@ -26,6 +26,16 @@ fn a_crate_that_reexports_the_runtime_is_enough() {
 }
 
 #[test]
+fn a_program_may_deny_every_lint() {
+    check("downstream/strict", &["run"]);
+}
+
+#[test]
+fn every_type_goes_through_a_pdo_at_every_bit() {
+    check("downstream/bits", &["test"]);
+}
+
+#[test]
 fn golden_code_is_clean_in_edition_2021() {
     check("golden/edition-2021", &["doc", "--no-deps"]);
 }
@@ -60,6 +70,7 @@ fn cargo(folder: &Path, task: &[&str]) {
         .env_remove("RUSTFLAGS")
         .output()
         .expect("cargo can be started");
-    let text = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "in {}: cargo {}\n{text}", folder.display(), task.join(" "));
+    let said = [output.stdout, output.stderr].concat();
+    let said = String::from_utf8_lossy(&said);
+    assert!(output.status.success(), "in {}: cargo {}\n{said}", folder.display(), task.join(" "));
 }

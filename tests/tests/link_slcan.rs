@@ -1,12 +1,16 @@
 //! The slcan link over pseudo-terminals: against an adapter, and against itself.
 #![cfg(unix)]
 
-use std::io::{Read, Write};
+mod link_support;
+
+use std::io::{ErrorKind, Read, Write};
 use std::thread::JoinHandle;
 
 use lexican_runtime::host::slcan::{Decoder, Message, Settings, Slcan, SlcanError, line};
+use lexican_runtime::host::tokio::{Event, Network};
 use lexican_runtime::host::{BusState, Incoming, Link, LinkError};
-use lexican_runtime::{CobId, Duration, Frame};
+use lexican_runtime::{CobId, Duration, Frame, NodeId};
+use link_support::{DEVICE_TYPE, Serving};
 use serialport::{SerialPort, TTYPort};
 
 const LONG: Duration = Duration::from_secs(5);
@@ -153,6 +157,77 @@ fn an_adapter_that_is_unplugged_is_told_and_comes_back() {
     hears(&mut link, Incoming::State(BusState::Active));
     far.write_all(format!("{}\r", line(&frame(2, &[]))).as_bytes()).unwrap();
     hears(&mut link, Incoming::Frame(frame(2, &[])));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn waiting_for_an_adapter_that_is_gone_costs_no_time_of_the_processor() {
+    // By a name of its own: another test may get the number of a terminal that was closed.
+    let plug = std::env::temp_dir().join(format!("lexican-gone-{}", std::process::id()));
+    let (far, near, path) = terminal();
+    std::os::unix::fs::symlink(&path, &plug).unwrap();
+    let mut link = Slcan::open(plug.to_str().unwrap(), settings(500_000)).unwrap();
+    std::fs::remove_file(&plug).unwrap();
+    drop((far, near));
+    hears(&mut link, Incoming::State(BusState::Removed));
+    let before = link_support::processor_ticks();
+    let until = link.now() + Duration::from_secs(1);
+    assert_eq!(link.receive(until).unwrap(), None);
+    let used = link_support::processor_ticks() - before;
+    assert!(used <= 20, "{used} of 100 ticks");
+}
+
+/// Two terminals back to back, until one of them is closed: what is written to one is read from the other.
+fn crossing() -> [(TTYPort, String); 2] {
+    let [(one, one_near, one_path), (other, other_near, other_path)] = [terminal(), terminal()];
+    let carry = |mut from: TTYPort, mut to: TTYPort| {
+        std::thread::spawn(move || {
+            let mut buffer = [0; 4096];
+            loop {
+                match from.read(&mut buffer) {
+                    Ok(len) if to.write_all(&buffer[..len]).is_ok() => {}
+                    Err(error) if error.kind() == ErrorKind::TimedOut => {}
+                    _ => return,
+                }
+            }
+        })
+    };
+    carry(one.try_clone_native().unwrap(), other.try_clone_native().unwrap());
+    carry(other, one);
+    [(one_near, one_path), (other_near, other_path)]
+}
+
+#[test]
+fn a_silent_node_holds_up_nobody_on_the_tokio_shell() {
+    let [(_one, near), (_other, far)] = crossing();
+    let [devices, link] = [near, far].map(|path| Slcan::open(&path, Settings::default()).unwrap());
+    link_support::a_silent_node_holds_up_nobody(devices, link);
+}
+
+#[test]
+fn a_tokio_shell_goes_on_when_its_adapter_is_plugged_in_again() {
+    let folder = std::env::temp_dir().join(format!("lexican-replug-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let plug = folder.join("adapter");
+    let node = NodeId::literal(5);
+    let (far, near, path) = terminal();
+    std::os::unix::fs::symlink(&path, &plug).unwrap();
+    let link = Slcan::open(plug.to_str().unwrap(), settings(500_000)).unwrap();
+    link_support::run(async {
+        let network = Network::spawn(link).unwrap();
+        let mut events = network.events();
+        std::fs::remove_file(&plug).unwrap();
+        drop((far, near));
+        assert_eq!(events.recv().await.unwrap(), Event::Bus(BusState::Removed));
+        assert!(network.read(node, DEVICE_TYPE).await.is_err());
+
+        let [(_one, near), (_other, far)] = crossing();
+        let _serving = Serving::nodes(&[node], Slcan::open(&near, Settings::default()).unwrap());
+        std::os::unix::fs::symlink(&far, &plug).unwrap();
+        while events.recv().await.unwrap() != Event::Bus(BusState::Active) {}
+        assert_eq!(network.read(node, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
+    });
     std::fs::remove_dir_all(&folder).unwrap();
 }
 

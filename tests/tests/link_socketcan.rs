@@ -3,12 +3,19 @@
 #![cfg(target_os = "linux")]
 #![expect(clippy::disallowed_methods, reason = "a real kernel takes real time")]
 
+mod link_support;
+
 use std::process::{Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant as WallClock;
 
 use lexican_runtime::host::socketcan::{SocketCan, SocketCanError};
-use lexican_runtime::host::{BusState, Incoming, Link, LinkError};
-use lexican_runtime::{CobId, Duration, Frame};
+use lexican_runtime::host::tokio::{Event, Network};
+use lexican_runtime::host::{BusState, Incoming, Link, LinkError, blocking};
+use lexican_runtime::manager;
+use lexican_runtime::wire::nmt::NmtCommand;
+use lexican_runtime::{CobId, Duration, Frame, NodeId};
+use link_support::{DEVICE_TYPE, RPDO_COB_ID, SETPOINT, Serving, processor_ticks};
 use socketcan::{CanErrorFrame, CanSocket, Socket};
 
 const SHORT: Duration = Duration::from_millis(50);
@@ -103,6 +110,112 @@ fn a_link_hears_only_what_it_listens_to() {
 }
 
 #[test]
+fn more_filters_than_the_kernel_takes_let_everything_through() {
+    let Some(interface) = Interface::new("lxmany") else { return };
+    let (mut a, mut b) = (interface.link(), interface.link());
+    let many: Vec<CobId> = (0x100..0x100 + 513).filter_map(CobId::standard).collect();
+    b.listen_to(&many[..512]).unwrap();
+    a.send(&frame(0x605, &[])).unwrap();
+    hears_nothing(&mut b);
+    b.listen_to(&many).unwrap();
+    a.send(&frame(0x605, &[])).unwrap();
+    hears(&mut b, Incoming::Frame(frame(0x605, &[])));
+}
+
+#[test]
+fn a_device_behind_filters_hears_its_pdo_under_the_identifier_that_sdo_has_just_given_it() {
+    let Some(interface) = Interface::new("lxpdo") else { return };
+    let node = NodeId::literal(5);
+    let serving = Serving::nodes(&[node], interface.link());
+    let mut network = blocking::Network::new(interface.link());
+    assert_eq!(network.read(node, SETPOINT).unwrap(), 0);
+    let before = serving.heard();
+    network.command(NmtCommand::Start, Some(node)).unwrap();
+    for (cob_id, value) in [(0x334_u16, 1_u32), (0x223, 2), (0x334, 3)] {
+        for parameter in [0x8000_0000 | u32::from(cob_id), u32::from(cob_id)] {
+            network.write_bytes(node, RPDO_COB_ID, &parameter.to_le_bytes()).unwrap();
+        }
+        // Of no concern to the device any more, or never; and at once, the one that is.
+        for id in [0x205, 0x334, 0x223, 0x606, 0x181, 0x7E5].into_iter().filter(|id| *id != cob_id) {
+            network.send(&frame(id, &[0xFF; 4])).unwrap();
+        }
+        network.send(&frame(cob_id, &value.to_le_bytes())).unwrap();
+        assert_eq!(network.read(node, SETPOINT).unwrap(), value);
+    }
+    // Each time two downloads, the PDO, and an upload: nothing else came through.
+    assert_eq!(serving.heard() - before, 1 + 3 * 4, "the NMT command first");
+}
+
+#[test]
+fn a_shell_that_listens_to_its_own_nodes_hears_no_others() {
+    let Some(interface) = Interface::new("lxown") else { return };
+    let (own, other) = (NodeId::literal(5), NodeId::literal(6));
+    let _serving = Serving::nodes(&[own, other], interface.link());
+    let mut stranger = interface.link();
+    let mut network = blocking::Network::new(interface.link());
+    network.listen_to_own(&[CobId::standard(0x2A7).unwrap()]).unwrap();
+    network.read(own, DEVICE_TYPE).unwrap();
+    for id in [0x706, 0x186, 0x2A8, 0x2A7, 0x185] {
+        stranger.send(&frame(id, &[5])).unwrap();
+    }
+    let mut heard = Vec::new();
+    let until = network.now() + SHORT;
+    while let Some(event) = network.next_event(until).unwrap() {
+        if let manager::Event::Pdo { frame, .. } = event {
+            heard.push(frame.id().raw());
+        } else {
+            // What had come before the filters were set is heard.
+            assert!(matches!(event, manager::Event::BootedUp { .. }), "{event:?}");
+        }
+    }
+    assert_eq!(heard, [0x2A7, 0x185]);
+    // Whoever is asked is heard, in time for the answer.
+    network.read(other, DEVICE_TYPE).unwrap();
+}
+
+#[test]
+fn a_silent_node_holds_up_nobody_on_the_tokio_shell() {
+    let Some(interface) = Interface::new("lxeight") else { return };
+    link_support::a_silent_node_holds_up_nobody(interface.link(), interface.link());
+}
+
+#[test]
+fn a_tokio_shell_goes_on_when_its_interface_is_up_again_and_when_it_is_plugged_in_again() {
+    let Some(interface) = Interface::new("lxshell") else { return };
+    let node = NodeId::literal(5);
+    let _serving = Serving::nodes(&[node], interface.link());
+    link_support::run(async {
+        let network = Network::spawn(interface.link()).unwrap();
+        let mut events = network.events();
+        assert_eq!(network.read(node, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
+        let down = ["link", "set", interface.0, "down"];
+        let delete = ["link", "delete", interface.0];
+        for (lose, state) in [(&down[..], BusState::Down), (&delete[..], BusState::Removed)] {
+            assert!(ip(lose));
+            while events.recv().await.unwrap() != Event::Bus(state) {}
+            let error = network.command(NmtCommand::Start, None).await.unwrap_err();
+            assert!(matches!(error, LinkError::NoBus(found) if found == state), "{error}");
+            assert!(network.read(node, DEVICE_TYPE).await.is_err());
+            if state == BusState::Removed {
+                std::mem::forget(Interface::new(interface.0).unwrap());
+            } else {
+                assert!(ip(&["link", "set", interface.0, "up"]));
+            }
+            while events.recv().await.unwrap() != Event::Bus(BusState::Active) {}
+            // The device's own link comes back in its own time: frames before that are lost.
+            let mut answer = network.read(node, DEVICE_TYPE).await;
+            for _ in 0..5 {
+                if answer.is_ok() {
+                    break;
+                }
+                answer = network.read(node, DEVICE_TYPE).await;
+            }
+            assert_eq!(answer.unwrap(), 0x0002_0192, "after it was {state}");
+        }
+    });
+}
+
+#[test]
 fn a_link_waits_to_the_microsecond_of_its_deadline() {
     let Some(interface) = Interface::new("lxwait") else { return };
     let mut link = interface.link();
@@ -179,13 +292,6 @@ fn waiting_for_a_lost_bus_costs_no_time_of_the_processor() {
     assert!(used <= 20, "{used} of 100 ticks");
 }
 
-/// What this thread has used, in ticks of 10 ms.
-fn processor_ticks() -> u64 {
-    let stat = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
-    let fields = stat.rsplit(')').next().unwrap().split_ascii_whitespace();
-    fields.skip(11).take(2).map(|ticks| ticks.parse::<u64>().unwrap()).sum()
-}
-
 #[test]
 fn what_cannot_be_opened_says_why() {
     let error = |interface: &str| SocketCan::open(interface).unwrap_err();
@@ -216,12 +322,42 @@ fn a_queue_that_stays_full_is_told_within_its_time() {
     hears_nothing(&mut link);
 }
 
+#[test]
+fn a_queue_that_stays_full_does_not_hold_up_a_tokio_shell() {
+    let Some(interface) = SerialInterface::new() else { return };
+    let link = SocketCan::open(&interface.name).unwrap();
+    link_support::run(async {
+        let network = Network::spawn(link).unwrap();
+        // Whoever sends is told; others have their turn meanwhile.
+        let flood = tokio::spawn({
+            let network = network.clone();
+            async move {
+                loop {
+                    if let Err(error) = network.send(frame(0x123, &[0; 8])).await {
+                        return error;
+                    }
+                }
+            }
+        });
+        let mut turns = 0_u32;
+        while !flood.is_finished() {
+            tokio::time::sleep(std::time::Duration::from_millis(1)).await;
+            turns += 1;
+        }
+        let error = flood.await.unwrap();
+        assert!(matches!(error, LinkError::Full), "{error}");
+        assert!(turns >= 20, "while the frame waited for 100 ms, others had {turns} turns");
+    });
+}
+
 /// An interface of the kernel's slcan driver, on a pseudo-terminal that nobody reads: the one kind of
 /// interface with a queue that needs no hardware.
 struct SerialInterface {
     name: String,
     driver: std::process::Child,
     _terminals: (serialport::TTYPort, serialport::TTYPort),
+    /// The kernel gives the name: who looks for it must be alone.
+    _alone: MutexGuard<'static, ()>,
 }
 
 impl SerialInterface {
@@ -231,6 +367,8 @@ impl SerialInterface {
         if SocketCan::is_supported().is_err() {
             return skip("no CAN in this kernel");
         }
+        static ALONE: Mutex<()> = Mutex::new(());
+        let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
         let before = can_interfaces();
         let terminals = serialport::TTYPort::pair().unwrap();
         let path = terminals.1.name().unwrap();
@@ -242,7 +380,7 @@ impl SerialInterface {
                 can_interfaces().into_iter().find(|name| !before.contains(name) && name.starts_with("can"))
             {
                 assert!(ip(&["link", "set", &name, "up"]));
-                return Some(SerialInterface { name, driver, _terminals: terminals });
+                return Some(SerialInterface { name, driver, _terminals: terminals, _alone: alone });
             }
             std::thread::sleep(std::time::Duration::from_millis(20));
         }

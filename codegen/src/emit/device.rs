@@ -1,11 +1,11 @@
-//! The device's side: the table, the bytes of the defaults, and what the overlay says of conditions.
+//! The device's side: the table, the bytes that a device starts with, and what the overlay says of conditions.
 
 use lexican_eds::model::{Condition, Entry, NmtState, Value};
 use lexican_eds::types::DataType;
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
-use super::{Context, literal};
+use super::{Context, docs, literal};
 use crate::plan::{Access, Default, Handle, Mapping, Number, fitting, raw};
 
 /// So many bytes are kept for a text or a string of bytes that may become longer than its default.
@@ -16,7 +16,7 @@ const MAX_CAPACITY: usize = 0xFFFF;
 pub(super) fn device(context: &Context<'_>) -> TokenStream {
     let (object, runtime) = (&context.object, &context.runtime);
     let mut image = Image::default();
-    let rows: Vec<TokenStream> = context.plan.entry_handles().map(|handle| row(context, &handle, &mut image)).collect();
+    let rows: Vec<TokenStream> = context.plan.entry_handles().map(|handle| row(context, handle, &mut image)).collect();
     let limits = image.limits.iter().map(|&(low, high)| {
         let (low, high) = (literal::hex(low, 1), literal::hex(high, 1));
         quote!(#object::Limit { low: #low, high: #high })
@@ -28,8 +28,12 @@ pub(super) fn device(context: &Context<'_>) -> TokenStream {
     let bytes = Literal::byte_string(&image.bytes);
     let len = literal::decimal(image.bytes.len() as i128);
     let conditions = conditions(context);
+    let configured = context.plan.device.entries().any(|entry| entry.configured.is_some());
+    let values = if configured { "configured values and defaults" } else { "defaults" };
+    let table_docs = docs::lines(&[format!("All entries with their {values}, as the device serves them.")]);
+    let storage_docs = docs::lines(&[format!("A dictionary with the {values} of the data sheet for this node-ID.")]);
     quote! {
-        /// All entries with their defaults, as the device serves them.
+        #table_docs
         pub static TABLE: #object::Table = #object::Table {
             entries: &[#(#rows),*],
             limits: &[#(#limits),*],
@@ -40,7 +44,7 @@ pub(super) fn device(context: &Context<'_>) -> TokenStream {
         /// The dictionary of a device: all values.
         pub type Storage = #object::Dictionary<#len>;
 
-        /// A dictionary with the defaults of the data sheet for this node-ID.
+        #storage_docs
         pub fn storage(node: #runtime::NodeId) -> Storage {
             #object::Dictionary::new(&TABLE, node)
         }
@@ -98,7 +102,7 @@ impl Image {
             let size = usize::from(bits).div_ceil(8);
             let offset = self.bytes.len();
             self.bytes.extend_from_slice(&default_raw(context, handle).to_le_bytes()[..size]);
-            if let Some(Default::NodeIdPlus(_)) = handle.default {
+            if let Some(Default::NodeIdPlus(_)) = initial(handle) {
                 self.node_relative.push((offset, size));
             }
             return (offset, size);
@@ -124,9 +128,14 @@ impl Image {
     }
 }
 
+/// What a device starts with: what a DCF configures goes before the default.
+fn initial(handle: &Handle<'_>) -> Option<Default> {
+    handle.configured.or(handle.default)
+}
+
 fn default_raw(context: &Context<'_>, handle: &Handle<'_>) -> u64 {
     let entry = handle.entry;
-    match handle.default {
+    match initial(handle) {
         Some(Default::Number(number)) => raw(number, entry.data_type),
         Some(Default::NodeIdPlus(base)) => raw(Number::Integer(base.into()), entry.data_type),
         // Without a default sub-index 0 of several entries still counts them (CiA 301, 7.4.3). What can be written
@@ -139,7 +148,7 @@ fn default_raw(context: &Context<'_>, handle: &Handle<'_>) -> u64 {
 }
 
 fn bytes(entry: &Entry) -> Vec<u8> {
-    match (&entry.default, entry.data_type) {
+    match (entry.configured.as_ref().or(entry.default.as_ref()), entry.data_type) {
         (Some(Value::Text(text)), DataType::UnicodeString) => text.encode_utf16().flat_map(u16::to_le_bytes).collect(),
         (Some(Value::Text(text)), _) => text.chars().map(|c| u8::try_from(c).unwrap_or(b'?')).collect(),
         (Some(Value::Bytes(bytes)), _) => bytes.clone(),
@@ -180,7 +189,8 @@ fn conditions(context: &Context<'_>) -> TokenStream {
         /// Limits that depend on other entries, ascending by address.
         pub static RANGES: &[#object::ConditionalLimit] = &[#(#ranges),*];
 
-        /// Entries that may be written in some NMT states only, ascending by address.
+        /// Entries that may be written in some NMT states only, ascending by address. The dictionary does not know the
+        /// state: what serves it asks here, and refuses a write with 0800 0022h.
         pub static WRITABLE_IN: &[#object::WritableIn] = &[#(#writable),*];
 
         /// Entries that the device keeps without power, ascending.

@@ -47,7 +47,15 @@ pub(super) fn whole(context: &Context<'_>, item: &Item<'_>, first: Option<&Handl
     let mut text = vec![sentence(&object.name, &index), String::new()];
     match first {
         Some(first) => {
-            text.push(format!("Address 0x{index} · {kind} of {}", facts(first)));
+            let elements = || object.entries.iter().filter(|entry| entry.sub > 0);
+            let mut entry = first.entry.clone();
+            let mut shared = first.clone();
+            if elements().any(|element| element.configured != entry.configured) {
+                (entry.configured, shared.configured) = (None, None);
+            }
+            let shared = Handle { entry: &entry, ..shared };
+            let last = object.entries.last().map_or(1, |entry| entry.sub);
+            text.push(format!("Address 0x{index} · {kind} of {last}, `.at(1)` to `.at({last})` · {}", facts(&shared)));
             let mut like_all = first.entry.clone();
             if object.entries.iter().any(|entry| entry.sub > 0 && entry.description != like_all.description) {
                 like_all.description = None;
@@ -105,11 +113,15 @@ fn facts(handle: &Handle<'_>) -> String {
     let entry = handle.entry;
     let mut facts = vec![escape(&entry.data_type.to_string()), access(handle.access).to_owned()];
     let shown = |value: &Value| escape(&shown(value, is_hex(entry)));
-    match (&handle.default, &entry.default) {
-        (Some(Default::Number(number)), _) => facts.push(format!("default {}", shown_number(*number, is_hex(entry)))),
-        (Some(Default::NodeIdPlus(base)), _) => facts.push(format!("default {}", node_id_plus(*base))),
-        (None, Some(value @ (Value::Text(_) | Value::Bytes(_)))) => facts.push(format!("default {}", shown(value))),
-        (None, _) => {}
+    let initial = [("default", &handle.default, &entry.default), ("configured", &handle.configured, &entry.configured)];
+    for (what, typed, value) in initial {
+        let value = match (typed, value) {
+            (Some(Default::Number(number)), _) => shown_number(*number, is_hex(entry)),
+            (Some(Default::NodeIdPlus(base)), _) => node_id_plus(*base),
+            (None, Some(value @ (Value::Text(_) | Value::Bytes(_)))) => shown(value),
+            (None, _) => continue,
+        };
+        facts.push(format!("{what} {value}"));
     }
     if let Some((low, high)) = handle.limits {
         let [low, high] = [low, high].map(|number| shown_number(number, is_hex(entry)));
@@ -136,15 +148,16 @@ fn access(access: Access) -> &'static str {
 /// Descriptions, unit and what else the overlay says.
 fn remarks(context: &Context<'_>, entry: &Entry, object_text: Option<&str>) -> Vec<String> {
     let mut text = paragraph(object_text);
-    text.extend(paragraph(entry.description.as_deref()));
+    // A single value is an object and an entry, which an overlay describes both at once.
+    text.extend(paragraph(entry.description.as_deref().filter(|text| Some(*text) != object_text)));
     let mut facts = Vec::new();
     if let Meaning::Quantity(name) = &entry.meaning
         && let Some(quantity) = context.plan.device.quantities.get(name)
     {
-        facts.extend(quantity.units.iter().map(|unit| format!("Unit: {}.", self::unit(unit))));
+        facts.extend(quantity.units.iter().map(|unit| format!("Unit: {}.", self::unit(context, unit))));
     }
     for range in &entry.ranges {
-        facts.push(format!("Limits {}…{} {}.", range.low, range.high, condition(&range.when)));
+        facts.push(format!("Limits {}…{} {}.", range.low, range.high, condition(context, &range.when)));
     }
     if entry.persistent {
         facts.push("Kept without power.".into());
@@ -162,20 +175,25 @@ fn remarks(context: &Context<'_>, entry: &Entry, object_text: Option<&str>) -> V
     text
 }
 
-/// `V (1/10 per count) while 2102:00 is 2`.
-pub(super) fn unit(unit: &Unit) -> String {
+/// `V, 1/10 per count while Range (2102:00) is 2`.
+pub(super) fn unit(context: &Context<'_>, unit: &Unit) -> String {
     let worth = match (unit.num, unit.den) {
         (1, 1) => String::new(),
         (num, 1) => format!(", {num} per count"),
         (num, den) => format!(", {num}/{den} per count"),
     };
-    let when = unit.when.as_ref().map(|when| format!(" {}", condition(when))).unwrap_or_default();
+    let when = unit.when.as_ref().map(|when| format!(" {}", condition(context, when))).unwrap_or_default();
     format!("{}{worth}{when}", escape(&unit.symbol))
 }
 
-fn condition(condition: &Condition) -> String {
+fn condition(context: &Context<'_>, condition: &Condition) -> String {
     let verb = if condition.equal { "is" } else { "is not" };
-    format!("while {} {verb} {}", address(condition.index, condition.sub), condition.value)
+    let address = address(condition.index, condition.sub);
+    let who = match context.plan.name(condition.index, condition.sub).map(escape) {
+        Some(name) if !name.is_empty() => format!("{name} ({address})"),
+        _ => address,
+    };
+    format!("while {who} {verb} {}", condition.value)
 }
 
 /// Where CiA 301 thinks in hexadecimal: identifiers, mappings, signatures, words of bits.

@@ -31,6 +31,11 @@ fn base(context: &Context<'_>, newtype: &Newtype<'_>, what: &str) -> TokenStream
     let mut text = vec![docs::sentence(newtype.name, what)];
     let what = format_ident!("{what}");
     text.extend(docs::paragraph(newtype.description));
+    if let NewtypeKind::Quantity { quantity, .. } = newtype.kind {
+        let units: Vec<String> =
+            quantity.units.iter().map(|unit| format!("Unit: {}.", docs::unit(context, unit))).collect();
+        text.extend([String::new(), units.join(" ")]);
+    }
     let docs = docs::lines(&text);
     let total = match newtype.data_type.class() {
         Class::Real => quote!(),
@@ -189,7 +194,7 @@ fn quantity_members(
     let conversions = quantity.units.iter().zip(methods).map(|(unit, method)| {
         let getter = format_ident!("{method}");
         let constructor = format_ident!("{}", companion("from", method));
-        let unit_text = docs::unit(unit);
+        let unit_text = docs::unit(context, unit);
         let get_docs = docs::lines(&[format!("In {unit_text}.")]);
         let from_docs = docs::lines(&[format!(
             "The nearest value to so many {}; `None` when the data type does not reach so far.",

@@ -9,7 +9,7 @@ use crate::plan::{Access, Default, Handle, Item, Mapping, Shape};
 pub(super) fn item(context: &Context<'_>, item: &Item<'_>) -> TokenStream {
     match &item.shape {
         Shape::Variable(handle) => variable(context, item, handle),
-        Shape::Array { len, first, count } => array(context, item, *len, first, count),
+        Shape::Array { count, elements } => array(context, item, count, elements),
         Shape::Record { ident, members } => record(context, item, ident, members),
     }
 }
@@ -25,7 +25,8 @@ fn variable(context: &Context<'_>, item: &Item<'_>, handle: &Handle<'_>) -> Toke
     }
 }
 
-fn array(context: &Context<'_>, item: &Item<'_>, len: u8, first: &Handle<'_>, count: &Handle<'_>) -> TokenStream {
+fn array(context: &Context<'_>, item: &Item<'_>, count: &Handle<'_>, elements: &[Handle<'_>]) -> TokenStream {
+    let first = elements.first().expect("an array has elements");
     let docs = docs::whole(context, item, Some(first));
     let ident = format_ident!("{}", item.ident);
     let object = &context.object;
@@ -33,7 +34,7 @@ fn array(context: &Context<'_>, item: &Item<'_>, len: u8, first: &Handle<'_>, co
     // The access right of sub-index 0 is left out where it is `ro`.
     let count = (count.access != Access::Ro).then(|| marker(context, count.access)).into_iter();
     let value = handle_value(context, first);
-    let len = literal::decimal(len.into());
+    let len = literal::decimal(elements.len() as i128);
     quote! {
         #docs
         pub const #ident: #object::Array<#parameters #(, #count)*> = #object::Array::new(#len, #value);

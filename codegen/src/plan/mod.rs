@@ -86,14 +86,14 @@ impl<'a> Plan<'a> {
     }
 
     /// Handles of all entries, ascending by address.
-    pub(crate) fn entry_handles(&self) -> impl Iterator<Item = Handle<'a>> {
+    pub(crate) fn entry_handles(&self) -> impl Iterator<Item = &Handle<'a>> {
         self.items.iter().flat_map(|item| {
-            item.object.entries.iter().enumerate().map(|(row, entry)| match &item.shape {
-                Shape::Variable(handle) => handle.clone(),
-                Shape::Array { count, .. } if row == 0 => count.clone(),
-                Shape::Array { first, .. } => Handle { entry, ..first.clone() },
-                Shape::Record { members, .. } => members[row].clone(),
-            })
+            let (first, others) = match &item.shape {
+                Shape::Variable(handle) => (std::slice::from_ref(handle), &[][..]),
+                Shape::Array { count, elements } => (std::slice::from_ref(count), elements.as_slice()),
+                Shape::Record { members, .. } => (members.as_slice(), &[][..]),
+            };
+            first.iter().chain(others)
         })
     }
 
@@ -102,11 +102,26 @@ impl<'a> Plan<'a> {
         self.object(index)?.entries.iter().find(|entry| entry.sub == sub)
     }
 
+    /// What the data sheet calls an entry; of a single value that is the name of the object.
+    pub(crate) fn name(&self, index: u16, sub: u8) -> Option<&'a str> {
+        let object = self.object(index)?;
+        let entry = self.entry(index, sub)?;
+        Some(if object.kind.has_subs() { &entry.name } else { &object.name })
+    }
+
     /// The newtype of an entry.
     pub(crate) fn newtype_of(&self, entry: &Entry) -> Option<&Newtype<'a>> {
         match type_of(entry, &self.types) {
             Type::Newtype(row) => self.newtypes.get(row),
             Type::Plain(_) => None,
+        }
+    }
+
+    /// The data type of CiA 301 behind a type.
+    pub(crate) fn data_type(&self, r#type: Type) -> DataType {
+        match r#type {
+            Type::Plain(data_type) => data_type,
+            Type::Newtype(row) => self.newtypes[row].data_type,
         }
     }
 

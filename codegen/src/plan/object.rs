@@ -24,11 +24,10 @@ pub(crate) struct Item<'a> {
 #[derive(Debug)]
 pub(crate) enum Shape<'a> {
     Variable(Handle<'a>),
-    /// Elements that differ in nothing but their sub-index.
+    /// Elements that differ in nothing but their sub-index, and in what a DCF configures.
     Array {
-        len: u8,
-        first: Handle<'a>,
         count: Handle<'a>,
+        elements: Vec<Handle<'a>>,
     },
     /// Members by sub-index; `ident` is the type's.
     Record {
@@ -48,6 +47,8 @@ pub(crate) struct Handle<'a> {
     pub(crate) mapping: Mapping,
     /// The default, when the type has values.
     pub(crate) default: Option<Default>,
+    /// What a DCF configures instead of the default.
+    pub(crate) configured: Option<Default>,
     /// The limits, unless they are those of the data type.
     pub(crate) limits: Option<(Number, Number)>,
 }
@@ -106,7 +107,8 @@ fn item<'a>(object: &'a Object, types: &Types, findings: &mut Diagnostics) -> It
             Shape::Variable(handles.remove(0))
         }
         (ObjectKind::Array, [count, elements @ ..]) if are_alike(count, elements) => {
-            Shape::Array { len: elements.len() as u8, first: elements[0].clone(), count: count.clone() }
+            let count = handles.remove(0);
+            Shape::Array { count, elements: handles }
         }
         _ => {
             name_members(object, &mut handles, findings);
@@ -129,7 +131,7 @@ fn name_members(object: &Object, members: &mut [Handle<'_>], findings: &mut Diag
 fn handle<'a>(entry: &'a Entry, types: &Types, findings: &mut Diagnostics) -> Handle<'a> {
     let (access, mapping) = rights(entry);
     if entry.data_type.class() == Class::Other {
-        let message = format!("{} is not a data type of CiA 301", entry.data_type);
+        let message = format!("{} is not a data type of CiA 301, and of no known length", entry.data_type);
         findings.push(warning("od::unknown-type", message).at(entry.span, "read and written as bytes"));
     }
     Handle {
@@ -138,7 +140,8 @@ fn handle<'a>(entry: &'a Entry, types: &Types, findings: &mut Diagnostics) -> Ha
         r#type: type_of(entry, types),
         access,
         mapping,
-        default: default(entry, findings),
+        default: initial(entry, entry.default.as_ref(), "default", findings),
+        configured: initial(entry, entry.configured.as_ref(), "configured value", findings),
         limits: limits(entry, findings),
     }
 }
@@ -155,11 +158,11 @@ fn rights(entry: &Entry) -> (Access, Mapping) {
     (access, if entry.pdo_mapping { mapping } else { Mapping::Unmapped })
 }
 
-fn default(entry: &Entry, findings: &mut Diagnostics) -> Option<Default> {
-    let value = entry.default.as_ref().filter(|_| has_values(entry.data_type))?;
+fn initial(entry: &Entry, value: Option<&Value>, what: &str, findings: &mut Diagnostics) -> Option<Default> {
+    let value = value.filter(|_| has_values(entry.data_type))?;
     match (value, entry.data_type.class()) {
         (&Value::NodeIdPlus(base), Class::Signed | Class::Unsigned) => Some(Default::NodeIdPlus(base)),
-        (value, _) => number(entry, value, "default", findings).map(Default::Number),
+        (value, _) => number(entry, value, what, findings).map(Default::Number),
     }
 }
 
@@ -168,12 +171,12 @@ fn limits(entry: &Entry, findings: &mut Diagnostics) -> Option<(Number, Number)>
         return None;
     }
     let (lowest, highest) = extremes(entry.data_type);
-    let mut limit = |value: &Option<Value>, what, extreme| match value {
-        Some(value) => number(entry, value, what, findings),
-        None => Some(extreme),
+    let mut limit = |value: &Option<Value>, what, extreme| {
+        let value = value.as_ref().and_then(|value| number(entry, value, what, findings));
+        value.unwrap_or(extreme)
     };
-    let low = limit(&entry.low, "low limit", lowest)?;
-    let high = limit(&entry.high, "high limit", highest)?;
+    let low = limit(&entry.low, "low limit", lowest);
+    let high = limit(&entry.high, "high limit", highest);
     let ordered = match (low, high) {
         (Number::Integer(low), Number::Integer(high)) => low <= high,
         (Number::Real(low), Number::Real(high)) => low <= high,
@@ -185,8 +188,11 @@ fn limits(entry: &Entry, findings: &mut Diagnostics) -> Option<(Number, Number)>
 fn number(entry: &Entry, value: &Value, what: &str, findings: &mut Diagnostics) -> Option<Number> {
     let number = fitting(value, entry.data_type);
     if number.is_none() {
-        let message =
-            format!("the {what} of {:04X}:{:02X} is not a value of {}", entry.index, entry.sub, entry.data_type);
+        let why = match value {
+            Value::NodeIdPlus(_) => "depends on the node-ID, which no handle knows".to_owned(),
+            _ => format!("is not a value of {}", entry.data_type),
+        };
+        let message = format!("the {what} of {:04X}:{:02X} {why}", entry.index, entry.sub);
         findings.push(warning("od::value-out-of-type", message).at(entry.span, "left out"));
     }
     number

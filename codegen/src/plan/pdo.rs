@@ -62,6 +62,9 @@ fn item<'a>(device: &'a Device, pdo: &'a Pdo, types: &Types, findings: &mut Diag
                 Some((object, _)) if is_single(object) => address_suffix(object, None),
                 _ => format!("{:04x}_{:02x}", mapped.index, mapped.sub),
             };
+            let times =
+                pdo.mapping.iter().filter(|other| (other.index, other.sub) == (mapped.index, mapped.sub)).count();
+            let suffix = if times > 1 { format!("{suffix}_bit{low}") } else { suffix };
             claims.push(Claim::new(name.unwrap_or_default(), Case::Snake, suffix, span));
             let r#type = typed.map(|(_, entry)| type_of(entry, types));
             fields.push(Field { ident: String::new(), r#type, mapped, low, name });

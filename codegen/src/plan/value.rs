@@ -15,11 +15,17 @@ pub(crate) enum Number {
 /// The value as one of `data_type`; `None` when it is not.
 pub(crate) fn fitting(value: &Value, data_type: DataType) -> Option<Number> {
     match (value, data_type.class()) {
-        (&Value::Integer(integer), Class::Real) => Some(Number::Real(integer as f64)),
+        (&Value::Integer(integer), Class::Real) => real(integer as f64, data_type),
         (&Value::Integer(integer), _) => wrap(integer, data_type).map(Number::Integer),
-        (&Value::Real(real), Class::Real) if real.is_finite() => Some(Number::Real(real)),
+        (&Value::Real(number), Class::Real) => real(number, data_type),
         _ => None,
     }
+}
+
+/// What a REAL32 rounds to infinity is none of its values.
+fn real(number: f64, data_type: DataType) -> Option<Number> {
+    let held = if data_type == DataType::Real32 { f64::from(number as f32) } else { number };
+    held.is_finite().then_some(Number::Real(number))
 }
 
 /// Data sheets write negative numbers as the hexadecimal of their two's complement.
@@ -60,6 +66,11 @@ mod tests {
         check(-1, DataType::Unsigned8, None);
         check(2, DataType::Boolean, None);
         check(1, DataType::VisibleString, None);
+        let reals =
+            |number| [DataType::Real32, DataType::Real64].map(|real| fitting(&Value::Real(number), real).is_some());
+        assert_eq!(reals(3.4e38), [true, true]);
+        assert_eq!((reals(-1e39), reals(f64::INFINITY)), ([false, true], [false, false]));
+        assert_eq!(fitting(&Value::Integer(i128::MAX), DataType::Real32), Some(Number::Real(i128::MAX as f64)));
         assert_eq!(raw(Number::Integer(-2), DataType::Integer24), 0xFF_FFFE);
         assert_eq!(raw(Number::Real(-1.5), DataType::Real32), 0xBFC0_0000);
     }

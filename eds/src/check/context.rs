@@ -4,6 +4,7 @@ use crate::eds::Facts;
 use crate::model::{Device, Entry, Mapped, Object, Pdo};
 use crate::object::{Key, ObjectFacts};
 use crate::overlay::{Changes, Extra};
+use crate::section::SectionKind;
 use crate::source::Span;
 
 /// What a rule looks at.
@@ -23,6 +24,12 @@ impl<'a> Context<'a> {
     pub(super) fn mapped(&self) -> impl Iterator<Item = (&'a Pdo, u8, Mapped)> {
         let of_pdo = |pdo: &'a Pdo| pdo.mapping.iter().zip(1..).map(move |(&mapped, number)| (pdo, number, mapped));
         self.device.pdos.iter().flat_map(of_pdo)
+    }
+
+    /// The place of a key's value in `[DeviceInfo]`.
+    pub(super) fn device_info(&self, key: &str) -> Option<Span> {
+        let pair = self.facts.section(SectionKind::DeviceInfo)?.get(key)?;
+        Some(self.facts.syntax.value_span(pair))
     }
 
     /// The place of a mapping; that of the number of mappings for 0.

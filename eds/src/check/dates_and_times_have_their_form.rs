@@ -19,7 +19,8 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
         [("CreationDate", true), ("ModificationDate", true), ("CreationTime", false), ("ModificationTime", false)];
     for (key, date) in keys {
         let Some(pair) = section.get(key).filter(|pair| !pair.value.is_empty()) else { continue };
-        let (good, form) = if date { (is_date(pair.value), "mm-dd-yyyy") } else { (is_time(pair.value), "hh:mmAM") };
+        let (good, form) =
+            if date { (is_date(pair.value), "mm-dd-yyyy") } else { (is_time(pair.value), "hh:mmAM or hh:mmPM") };
         if !good {
             let span = context.facts.syntax.value_span(pair);
             out.push(

@@ -1,6 +1,6 @@
 //! Every entry has a section of its own.
 
-use super::{Context, Rule};
+use super::{Context, Rule, plural};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::object::Key;
 
@@ -14,11 +14,21 @@ pub(crate) const RULE: Rule = Rule {
     check: Some(check),
 };
 
+/// So many places are shown.
+const MAX_PLACES: usize = 3;
+
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
-    for (object, facts) in context.objects().filter(|(_, facts)| facts.compact > 0) {
-        let entries = super::plural(object.entries.len(), "entry");
-        let finding = RULE.finding(format!("the section of {:04X} stands for {entries}", object.index));
-        let own = super::plural(facts.subs, "section");
-        out.push(finding.at(context.value_span(object.span, Key::CompactSubObj), format!("{own} of their own")));
+    let compact: Vec<_> = context.objects().filter(|(_, facts)| facts.compact > 0).map(|(object, _)| object).collect();
+    let entries = plural(compact.iter().map(|object| object.entries.len()).sum(), "entry");
+    let message = match compact.as_slice() {
+        [] => return,
+        [only] => format!("the section of {:04X} stands for {entries}", only.index),
+        several => format!("the sections of {} stand for {entries}", plural(several.len(), "object")),
+    };
+    let mut finding = RULE.finding(message);
+    for (at, object) in compact.iter().take(MAX_PLACES).enumerate() {
+        let span = context.value_span(object.span, Key::CompactSubObj);
+        finding = if at == 0 { finding.at(span, "") } else { finding.and(span, "") };
     }
+    out.push(finding);
 }

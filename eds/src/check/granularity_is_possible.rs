@@ -2,7 +2,6 @@
 
 use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
-use crate::section::SectionKind;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::bad-granularity",
@@ -16,8 +15,6 @@ pub(crate) const RULE: Rule = Rule {
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let Some(granularity) = context.device.info.granularity.filter(|&granularity| granularity > 64) else { return };
-    let section = context.facts.section(SectionKind::DeviceInfo);
-    let Some(pair) = section.and_then(|section| section.get("Granularity")) else { return };
-    let span = context.facts.syntax.value_span(pair);
+    let Some(span) = context.device_info("Granularity") else { return };
     out.push(RULE.finding(format!("a granularity of {granularity} bits is longer than a PDO")).at(span, ""));
 }

@@ -4,14 +4,13 @@ use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Value;
 use crate::object::Key;
-use crate::section::SectionKind;
 
 pub(crate) const RULE: Rule = Rule {
     code: "cia301::identity",
     severity: Severity::Warning,
     holds: "The identity object and DeviceInfo name the same device.",
     explain: "Tools find the data sheet of a device by the numbers in 1018h, and look for them in `[DeviceInfo]`.",
-    help: "an overlay can correct 1018: `default = 0x195` with a reason",
+    help: "when `[DeviceInfo]` is right, an overlay can correct 1018: `default` with a reason",
     check: Some(check),
 };
 
@@ -30,10 +29,10 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
         if value == i128::from(said) || value == 0 || said == 0 {
             continue;
         }
-        let section = context.facts.section(SectionKind::DeviceInfo);
-        let Some(pair) = section.and_then(|section| section.get(key)) else { continue };
+        let Some(span) = context.device_info(key) else { continue };
         let finding = RULE.finding(format!("`{key}` is {said:#X}, but 1018:{sub:02X} is {value:#X}"));
-        let finding = finding.at(context.facts.syntax.value_span(pair), "");
-        out.push(finding.and(context.entry_span(entry, Key::DefaultValue), "says otherwise"));
+        let finding = finding.at(span, "").and(context.entry_span(entry, Key::DefaultValue), "says otherwise");
+        let overlay = format!("`[object.\"1018:{sub:02X}\"]`, `default = {said:#X}` with a reason");
+        out.push(finding.help(format!("when `{key}` is right, an overlay can correct the object: {overlay}")));
     }
 }

@@ -9,6 +9,6 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Every key is one that CiA 306 knows for its section.",
     explain: "Vendors add keys for their own tools; CiA 306-1 lets other readers ignore them. A misspelt key looks the \
               same, so each name is told once, at its first place.",
-    help: "",
+    help: "see whether it is misspelt; what the tool of a vendor has added does no harm",
     check: None,
 };

@@ -11,7 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "A mapping takes as many bits as the data type has.",
     explain: "Eight bits of the mapping word are the length (CiA 301, 7.5.2.36). A device that maps another length \
               than the data type has refuses it, or shifts all that follows.",
-    help: "an overlay can correct the data type: `data_type = \"UNSIGNED16\"` with a reason, or describe the PDO: `[[pdo]]`",
+    help: "an overlay can correct the data type: `data_type` with a reason, or describe the PDO: `[[pdo]]`",
     check: Some(check),
 };
 

@@ -10,6 +10,7 @@ use crate::model::{Direction, Entry, Mapped, Pdo, Value};
 use crate::number::Oddity;
 use crate::object::Key;
 use crate::source::Span;
+use crate::types::DataType;
 
 mod context;
 mod standard;
@@ -28,6 +29,7 @@ pub(crate) mod communication_parameters_are_not_mappable;
 pub(crate) mod compact_objects_have_at_most_254_subs;
 pub(crate) mod compact_objects_stand_for_a_bounded_number_of_entries;
 pub(crate) mod compact_pdos_are_written_out;
+pub(crate) mod compact_pdos_can_be_written_out;
 pub(crate) mod conditions_ask_for_existing_entries;
 pub(crate) mod configured_values_are_within_their_limits;
 pub(crate) mod configured_values_can_be_written;
@@ -227,6 +229,7 @@ const RULES: &[&Rule] = &[
     &granularity_is_possible::RULE,
     &dynamic_channels_are_announced::RULE,
     &compact_pdos_are_written_out::RULE,
+    &compact_pdos_can_be_written_out::RULE,
     &commissioned_node_id_is_possible::RULE,
     &commissioned_bit_rate_is_supported::RULE,
     &supported_modules_are_described::RULE,
@@ -331,7 +334,10 @@ fn outside_type(
     value: Option<&Value>,
     out: &mut Diagnostics,
 ) {
-    let Some((Value::Integer(value), (low, high))) = value.zip(entry.data_type.range()) else { return };
+    // Of a type that the device defines nobody knows whether it has a sign.
+    let defined = || context.device.bits(entry.data_type).map(|bits| (-(1 << (bits - 1)), (1 << bits) - 1));
+    let range = entry.data_type.range().or_else(|| matches!(entry.data_type, DataType::Other(_)).then(defined)?);
+    let Some((Value::Integer(value), (low, high))) = value.zip(range) else { return };
     if !(low..=high).contains(value) {
         let finding = rule.finding(format!("`{}` does not fit into {}", key.name(), entry.data_type));
         let finding = finding.at(context.entry_span(entry, key), format!("{low} to {high} do"));
@@ -418,6 +424,17 @@ fn plural(count: usize, word: &str) -> String {
         "entry" => format!("{count} entries"),
         "sub-index" => format!("{count} sub-indices"),
         _ => format!("{count} {word}s"),
+    }
+}
+
+/// `2000`, `2000 and 2001`, `2000, 2001, 2002 and 17 more`.
+fn listed(words: &[&str]) -> String {
+    const SHOWN: usize = 6;
+    match words {
+        [] => String::new(),
+        [only] => (*only).to_owned(),
+        [first @ .., last] if words.len() <= SHOWN => format!("{} and {last}", first.join(", ")),
+        _ => format!("{} and {} more", words[..SHOWN - 1].join(", "), words.len() - (SHOWN - 1)),
     }
 }
 

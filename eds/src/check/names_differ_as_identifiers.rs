@@ -1,7 +1,5 @@
 //! Names differ when blanks and signs are left out.
 
-use std::collections::BTreeMap;
-
 use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::ObjectKind;
@@ -18,31 +16,58 @@ pub(crate) const RULE: Rule = Rule {
     check: Some(check),
 };
 
+/// So many places of one name are shown.
+const MAX_PLACES: usize = 4;
+
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
-    let mut objects = BTreeMap::new();
-    for (object, _) in context.objects() {
-        if let Some(first) = objects.insert(identifier(&object.name), object).filter(|_| !object.name.is_empty()) {
-            let message = format!("the objects {:04X} and {:04X} have the same name", first.index, object.index);
-            report(out, message, context.value_span(object.span, Key::ParameterName), first.span);
-        }
-        // The entries of an array are numbered; only those of a record go by their names.
-        if object.kind != ObjectKind::Record {
-            continue;
-        }
-        let mut entries = BTreeMap::new();
-        for entry in object.entries.iter().filter(|entry| !entry.name.is_empty()) {
-            if let Some(first) = entries.insert(identifier(&entry.name), entry) {
-                let (index, a, b) = (entry.index, first.sub, entry.sub);
-                let message = format!("the entries {index:04X}:{a:02X} and {index:04X}:{b:02X} have the same name");
-                report(out, message, context.entry_span(entry, Key::ParameterName), first.span);
-            }
-        }
+    let objects = context.device.objects.iter().map(|object| (object.name.as_str(), (object.index, None)));
+    report("objects", objects, context, out);
+    // The entries of an array are numbered; only those of a record go by their names.
+    for record in context.device.objects.iter().filter(|object| object.kind == ObjectKind::Record) {
+        let entries = record.entries.iter().map(|entry| (entry.name.as_str(), (entry.index, Some(entry.sub))));
+        report("entries", entries, context, out);
     }
 }
 
-fn report(out: &mut Diagnostics, message: String, span: Span, first: Span) {
-    let finding = RULE.finding(message).at(span, "").and(first, "the other one");
-    out.push(finding.help("an overlay can give another name: `name = \"…\"`"));
+/// An object, or the entry of one.
+type Address = (u16, Option<u8>);
+
+/// One finding for each name that several have.
+fn report<'a>(
+    what: &str,
+    names: impl Iterator<Item = (&'a str, Address)>,
+    context: &Context<'_>,
+    out: &mut Diagnostics,
+) {
+    let mut names: Vec<(String, Address)> = names.map(|(name, address)| (identifier(name), address)).collect();
+    // Without a letter a name becomes no identifier; the address is the name then.
+    names.retain(|(name, _)| !name.is_empty());
+    names.sort();
+    for namesakes in names.chunk_by(|a, b| a.0 == b.0).filter(|namesakes| namesakes.len() > 1) {
+        let addresses: Vec<String> = namesakes.iter().map(|(_, address)| shown(*address)).collect();
+        let listed = super::listed(&addresses.iter().map(String::as_str).collect::<Vec<_>>());
+        let mut finding = RULE.finding(format!("the {what} {listed} have the same name"));
+        for (at, (_, address)) in namesakes.iter().take(MAX_PLACES).enumerate() {
+            let span = name_span(context, *address);
+            finding = if at == 0 { finding.at(span, "") } else { finding.and(span, "") };
+        }
+        out.push(finding.help("an overlay can give other names: `name = \"…\"`"));
+    }
+}
+
+fn shown((index, sub): Address) -> String {
+    match sub {
+        Some(sub) => format!("{index:04X}:{sub:02X}"),
+        None => format!("{index:04X}"),
+    }
+}
+
+fn name_span(context: &Context<'_>, (index, sub): Address) -> Span {
+    let Some(object) = context.device.object(index) else { return Span::default() };
+    match sub.and_then(|sub| object.entry(sub)) {
+        Some(entry) => context.entry_span(entry, Key::ParameterName),
+        None => context.value_span(object.span, Key::ParameterName),
+    }
 }
 
 /// Letters and digits in lower case.

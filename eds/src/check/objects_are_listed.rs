@@ -8,15 +8,27 @@ pub(crate) const RULE: Rule = Rule {
     severity: Severity::Warning,
     holds: "Every object that is described is in a list.",
     explain: "CiA 306-1 lets a reader ignore objects that no list names, and several do. They are read here.",
-    help: "",
+    help: "name it in `[OptionalObjects]`, or from 2000h to 5FFFh in `[ManufacturerObjects]`",
     check: Some(check),
 };
 
+/// So many places are shown.
+const MAX_PLACES: usize = 4;
+
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
-    for (object, facts) in context.objects() {
-        if facts.listed.is_none() {
-            let finding = RULE.finding(format!("the object {:04X} is in none of the lists", object.index));
-            out.push(finding.at(object.span, "other readers do not see it"));
-        }
+    let unlisted = context.objects().filter(|(_, facts)| facts.listed.is_none() && !facts.implied);
+    let unlisted: Vec<_> = unlisted.map(|(object, _)| object).collect();
+    let indices: Vec<String> = unlisted.iter().map(|object| format!("{:04X}", object.index)).collect();
+    let indices = super::listed(&indices.iter().map(String::as_str).collect::<Vec<_>>());
+    let message = match unlisted.len() {
+        0 => return,
+        1 => format!("the object {indices} is in none of the lists"),
+        number => format!("{number} objects are in none of the lists: {indices}"),
+    };
+    let mut finding = RULE.finding(message);
+    for (at, object) in unlisted.iter().take(MAX_PLACES).enumerate() {
+        let place = object.span;
+        finding = if at == 0 { finding.at(place, "other readers do not see it") } else { finding.and(place, "nor it") };
     }
+    out.push(finding);
 }

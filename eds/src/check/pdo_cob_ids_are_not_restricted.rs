@@ -27,7 +27,13 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
         }
         if node_ids.clone().all(|node_id| super::is_restricted((id & 0x7FF) + node_id)) {
             let finding = RULE.finding(format!("the COB-ID of {} is restricted", super::pdo_name(pdo)));
-            out.push(finding.at(context.cob_id_span(pdo), ""));
+            let finding = finding.at(context.cob_id_span(pdo), "");
+            // The identifiers of the predefined connection set are those of node-ID 0 in it (CiA 301, 7.3.3).
+            let predefined = matches!(id & 0x7FF, 0x180 | 0x200 | 0x280 | 0x300 | 0x380 | 0x400 | 0x480 | 0x500);
+            out.push(match predefined && node_ids == (0..=0) {
+                true => finding.help(format!("the node-ID may be missing: `$NODEID+{id:#X}`")),
+                false => finding,
+            });
         }
     }
 }

@@ -3,7 +3,6 @@
 use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
 use crate::model::Direction;
-use crate::section::SectionKind;
 
 pub(crate) const RULE: Rule = Rule {
     code: "pdo::count",
@@ -22,11 +21,10 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
         let first = crate::pdo::communication_parameter(direction, 1);
         let parameters = context.device.objects.iter().filter(|object| (first..first + 0x200).contains(&object.index));
         let found = parameters.count();
-        let section = context.facts.section(SectionKind::DeviceInfo);
-        let Some((said, pair)) = said.zip(section.and_then(|section| section.get(key))) else { continue };
-        if usize::from(said) != found && info.compact_pdo == 0 {
+        let Some((said, span)) = said.zip(context.device_info(key)) else { continue };
+        if usize::from(said) != found {
             let finding = RULE.finding(format!("there {}, not {said}", super::are(found, "PDO")));
-            out.push(finding.at(context.facts.syntax.value_span(pair), "says otherwise"));
+            out.push(finding.at(span, "says otherwise"));
         }
     }
 }

@@ -10,7 +10,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "Every section is one that CiA 306 knows.",
     explain: "Vendors add sections for their own tools; CiA 306-1 lets other readers ignore them. A misspelt name of \
               an object looks the same, so each is named.",
-    help: "",
+    help: "see whether it is misspelt; what the tool of a vendor has added does no harm",
     check: None,
 };
 

@@ -11,7 +11,7 @@ pub(crate) const RULE: Rule = Rule {
     holds: "The default of sub-index 0 is the highest sub-index.",
     explain: "Sub-index 0 says how far to read (CiA 301, 7.4.3). The number of faults in 1003h and the number of \
               objects in a mapping are not meant.",
-    help: "an overlay can correct it: `default = 4` for sub-index 00, with a reason",
+    help: "an overlay can correct it: `default` of sub-index 00, with a reason",
     check: Some(check),
 };
 
@@ -27,7 +27,9 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
         if said != i128::from(highest.sub) {
             let finding = RULE.finding(format!("the highest sub-index is {}, not {said}", highest.sub));
             let span = context.entry_span(count, Key::DefaultValue);
-            out.push(finding.at(span, "says otherwise").and(highest.span, "the highest one"));
+            let finding = finding.at(span, "says otherwise").and(highest.span, "the highest one");
+            let overlay = format!("`[object.\"{:04X}:00\"]`, `default = {}` with a reason", object.index, highest.sub);
+            out.push(finding.help(format!("an overlay can correct it: {overlay}")));
         }
     }
 }

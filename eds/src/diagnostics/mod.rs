@@ -118,6 +118,11 @@ impl Diagnostics {
         }
     }
 
+    /// Counts findings that nobody keeps, because there were enough of their code.
+    pub(crate) fn count_only(&mut self, code: &'static str, more: usize) {
+        *self.kept.entry(code).or_default() += more;
+    }
+
     /// Whether anything is an error.
     #[must_use]
     pub fn has_errors(&self) -> bool {

@@ -11,7 +11,6 @@ use lexican_runtime::service::nmt::Reset;
 use lexican_runtime::{CobId, Frame, Instant, NodeId};
 
 mod od {
-    #![allow(unreachable_pub, dead_code, reason = "generated for a library, and more than is used here")]
     lexican_runtime::include_od!("drive");
 }
 

@@ -1,3 +1,9 @@
 fn main() -> Result<(), lexican_codegen::Error> {
-    lexican_codegen::Config::new().eds("eds/valve.eds").storage(true).generate()
+    lexican_codegen::Config::new()
+        .eds("eds/valve.eds")
+        .storage(true)
+        // A device configuration file, whose values go before the defaults.
+        .eds("../../golden/configured/input.eds")
+        .module("configured")
+        .generate()
 }

@@ -133,7 +133,7 @@ pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
 
 /// Pre-defined error field
 ///
-/// Address 0x1003 · ARRAY of UNSIGNED32 · ro
+/// Address 0x1003 · ARRAY of 3, `.at(1)` to `.at(3)` · UNSIGNED32 · ro
 #[doc(alias("0x1003", "1003"))]
 pub const PRE_DEFINED_ERROR_FIELD: ::lexican_runtime::object::Array<
     u32,
@@ -186,7 +186,7 @@ impl StoreParametersRecord {
 
 /// Consumer heartbeat time
 ///
-/// Address 0x1016 · ARRAY of UNSIGNED32 · rw · default 0
+/// Address 0x1016 · ARRAY of 2, `.at(1)` to `.at(2)` · UNSIGNED32 · rw · default 0
 #[doc(alias("0x1016", "1016"))]
 pub const CONSUMER_HEARTBEAT_TIME: ::lexican_runtime::object::Array<
     u32,
@@ -255,7 +255,7 @@ impl IdentityObjectRecord {
 
 /// Digital outputs
 ///
-/// Address 0x2000 · ARRAY of UNSIGNED8 · rw · default 0 · mappable: RPDO
+/// Address 0x2000 · ARRAY of 4, `.at(1)` to `.at(4)` · UNSIGNED8 · rw · default 0 · mappable: RPDO
 #[doc(alias("0x2000", "2000"))]
 pub const DIGITAL_OUTPUTS: ::lexican_runtime::object::Array<
     u8,
@@ -588,7 +588,8 @@ pub fn storage(node: ::lexican_runtime::NodeId) -> Storage {
 /// Limits that depend on other entries, ascending by address.
 pub static RANGES: &[::lexican_runtime::object::ConditionalLimit] = &[];
 
-/// Entries that may be written in some NMT states only, ascending by address.
+/// Entries that may be written in some NMT states only, ascending by address. The dictionary does not know the
+/// state: what serves it asks here, and refuses a write with 0800 0022h.
 pub static WRITABLE_IN: &[::lexican_runtime::object::WritableIn] = &[];
 
 /// Entries that the device keeps without power, ascending.

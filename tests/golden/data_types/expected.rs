@@ -700,7 +700,8 @@ pub fn storage(node: ::lexican_runtime::NodeId) -> Storage {
 /// Limits that depend on other entries, ascending by address.
 pub static RANGES: &[::lexican_runtime::object::ConditionalLimit] = &[];
 
-/// Entries that may be written in some NMT states only, ascending by address.
+/// Entries that may be written in some NMT states only, ascending by address. The dictionary does not know the
+/// state: what serves it asks here, and refuses a write with 0800 0022h.
 pub static WRITABLE_IN: &[::lexican_runtime::object::WritableIn] = &[];
 
 /// Entries that the device keeps without power, ascending.

@@ -282,6 +282,27 @@ pub const LIMITS_THE_WRONG_WAY_ROUND: ::lexican_runtime::object::Object<
     ::lexican_runtime::object::Rw,
 > = ::lexican_runtime::object::Object::new(0x2008, 0x00).with_default(7);
 
+/// Beyond REAL32
+///
+/// Address 0x5F00:00 · REAL32 · rw · limits -340282346638528860000000000000000000000…10
+#[doc(alias("0x5F00:00", "5F00"))]
+pub const BEYOND_REAL32: ::lexican_runtime::object::Object<
+    f32,
+    ::lexican_runtime::object::Rw,
+> = ::lexican_runtime::object::Object::new(0x5F00, 0x00)
+    .with_limits(-3.4028235e38, 10.0);
+
+/// Not below the node-ID
+///
+/// Address 0x5F01:00 · UNSIGNED8 · rw · default 100 · limits 0…120
+#[doc(alias("0x5F01:00", "5F01"))]
+pub const NOT_BELOW_THE_NODE_ID: ::lexican_runtime::object::Object<
+    u8,
+    ::lexican_runtime::object::Rw,
+> = ::lexican_runtime::object::Object::new(0x5F01, 0x00)
+    .with_limits(0, 120)
+    .with_default(100);
+
 /// All entries with their defaults, as the device serves them.
 pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::Table {
     entries: &[
@@ -419,6 +440,24 @@ pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::
                 ::lexican_runtime::object::PdoMapping::None,
             )
             .at(38, 2),
+        ::lexican_runtime::object::Entry::new(
+                0x5F00,
+                0x00,
+                ::lexican_runtime::object::DataType::Real32,
+                ::lexican_runtime::object::Access::Rw,
+                ::lexican_runtime::object::PdoMapping::None,
+            )
+            .at(40, 4)
+            .limited(6),
+        ::lexican_runtime::object::Entry::new(
+                0x5F01,
+                0x00,
+                ::lexican_runtime::object::DataType::Unsigned8,
+                ::lexican_runtime::object::Access::Rw,
+                ::lexican_runtime::object::PdoMapping::None,
+            )
+            .at(44, 1)
+            .limited(7),
     ],
     limits: &[
         ::lexican_runtime::object::Limit {
@@ -445,13 +484,21 @@ pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::
             low: 0xFFFFFB,
             high: 0x5,
         },
+        ::lexican_runtime::object::Limit {
+            low: 0xFF7FFFFF,
+            high: 0x41200000,
+        },
+        ::lexican_runtime::object::Limit {
+            low: 0x0,
+            high: 0x78,
+        },
     ],
-    image: b"\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0d\0\0\0\0\0\0\0\0\0\x80>\x05\0\0\0\x07\0",
+    image: b"\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0d\0\0\0\0\0\0\0\0\0\x80>\x05\0\0\0\x07\0\0\0\0\0d",
     node_relative: &[],
 };
 
 /// The dictionary of a device: all values.
-pub type Storage = ::lexican_runtime::object::Dictionary<40>;
+pub type Storage = ::lexican_runtime::object::Dictionary<45>;
 
 /// A dictionary with the defaults of the data sheet for this node-ID.
 pub fn storage(node: ::lexican_runtime::NodeId) -> Storage {
@@ -461,7 +508,8 @@ pub fn storage(node: ::lexican_runtime::NodeId) -> Storage {
 /// Limits that depend on other entries, ascending by address.
 pub static RANGES: &[::lexican_runtime::object::ConditionalLimit] = &[];
 
-/// Entries that may be written in some NMT states only, ascending by address.
+/// Entries that may be written in some NMT states only, ascending by address. The dictionary does not know the
+/// state: what serves it asks here, and refuses a write with 0800 0022h.
 pub static WRITABLE_IN: &[::lexican_runtime::object::WritableIn] = &[];
 
 /// Entries that the device keeps without power, ascending.

@@ -370,3 +370,42 @@ impl WordsOfRustRecord {
         ::lexican_runtime::object::Object::new(0x2100, 0x09)
     }
 }
+
+/// Keywords that collide
+///
+/// Address 0x5F00 · RECORD
+#[doc(alias("0x5F00", "5F00"))]
+pub const KEYWORDS_THAT_COLLIDE: KeywordsThatCollideRecord = KeywordsThatCollideRecord;
+
+/// The members of [`KEYWORDS_THAT_COLLIDE`].
+pub struct KeywordsThatCollideRecord;
+
+impl KeywordsThatCollideRecord {
+    /// Highest sub-index supported
+    ///
+    /// Address 0x5F00:00 · UNSIGNED8 · ro · default 2
+    #[doc(alias("0x5F00:00", "5F00"))]
+    pub const fn highest_sub_index_supported(
+        &self,
+    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+        ::lexican_runtime::object::Object::new(0x5F00, 0x00).with_default(2)
+    }
+    /// self
+    ///
+    /// Address 0x5F00:01 · UNSIGNED8 · rw · default 0
+    #[doc(alias("0x5F00:01", "5F00"))]
+    pub const fn self_5f00_01(
+        &self,
+    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x5F00, 0x01).with_default(0)
+    }
+    /// Self
+    ///
+    /// Address 0x5F00:02 · UNSIGNED8 · rw · default 0
+    #[doc(alias("0x5F00:02", "5F00"))]
+    pub const fn self_5f00_02(
+        &self,
+    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x5F00, 0x02).with_default(0)
+    }
+}

@@ -402,6 +402,8 @@ impl ::lexican_runtime::object::BitField for WideFlags {
 }
 
 /// Energy
+///
+/// Unit: J, 3600/1000 per count.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Energy(
     /// The number on the wire.
@@ -428,6 +430,8 @@ impl ::lexican_runtime::object::Quantity for Energy {
 }
 
 /// Position
+///
+/// Unit: increments while Spindle pitch (200E:00) is 0. Unit: mm, 1/100 per count while Spindle pitch (200E:00) is not 0.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Position(
     /// The number on the wire.
@@ -437,7 +441,7 @@ pub struct Position(
 ::lexican_runtime::quantity!(Position(i32), Integer32);
 
 impl Position {
-    /// In increments while 200E:00 is 0.
+    /// In increments while Spindle pitch (200E:00) is 0.
     pub const fn increments(self) -> f64 {
         self.0 as f64
     }
@@ -445,7 +449,7 @@ impl Position {
     pub fn from_increments(value: f64) -> ::core::option::Option<Self> {
         ::lexican_runtime::object::nearest(value)
     }
-    /// In mm, 1/100 per count while 200E:00 is not 0.
+    /// In mm, 1/100 per count while Spindle pitch (200E:00) is not 0.
     pub const fn millimetres(self) -> f64 {
         self.0 as f64 / 100.0
     }
@@ -465,6 +469,8 @@ impl ::lexican_runtime::object::Quantity for Position {
 }
 
 /// Ratio
+///
+/// Unit: %, -100 per count.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 pub struct Ratio(
     /// The number on the wire.
@@ -491,6 +497,8 @@ impl ::lexican_runtime::object::Quantity for Ratio {
 }
 
 /// Temperature
+///
+/// Unit: °C, 1/10 per count.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Temperature(
     /// The number on the wire.
@@ -517,6 +525,8 @@ impl ::lexican_runtime::object::Quantity for Temperature {
 }
 
 /// Torque
+///
+/// Unit: Nm.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 pub struct Torque(
     /// The number on the wire.
@@ -543,6 +553,8 @@ impl ::lexican_runtime::object::Quantity for Torque {
 }
 
 /// Turns
+///
+/// Unit: rev, 1/1600 per count.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Turns(
     /// The number on the wire.
@@ -571,6 +583,8 @@ impl ::lexican_runtime::object::Quantity for Turns {
 /// Voltage
 ///
 /// A voltage.
+///
+/// Unit: V, 1/10 per count.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Voltage(
     /// The number on the wire.
@@ -597,6 +611,8 @@ impl ::lexican_runtime::object::Quantity for Voltage {
 }
 
 /// Window
+///
+/// Unit: increments.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Window(
     /// The number on the wire.
@@ -871,8 +887,6 @@ impl Tpdo1MappingRecord {
 ///
 /// How the drive moves. See \[the manual\].
 ///
-/// How the drive moves. See \[the manual\].
-///
 /// Kept without power. Writable in PRE-OPERATIONAL only.
 #[doc(alias("0x2000:00", "2000"))]
 pub const OPERATING_MODE: ::lexican_runtime::object::Object<
@@ -895,7 +909,7 @@ pub const OPERATING_MODE_DISPLAY: ::lexican_runtime::object::Object<
 ///
 /// Address 0x2002:00 · BOOLEAN · rw · default 1 · mappable: RPDO, TPDO
 ///
-/// Limits 0…0 while 2000:00 is -1.
+/// Limits 0…0 while Operating mode (2000:00) is -1.
 #[doc(alias("0x2002:00", "2002"))]
 pub const GEAR: ::lexican_runtime::object::Object<
     Gear,
@@ -971,7 +985,7 @@ pub const MOTOR_VOLTAGE: ::lexican_runtime::object::Object<
 ///
 /// Address 0x2009:00 · INTEGER16 · ro · default -5 · mappable: TPDO
 ///
-/// Unit: °C, 1/10 per count. Limits -100…850 while 2000:00 is 1. Limits 0…600 while 2000:00 is not 1.
+/// Unit: °C, 1/10 per count. Limits -100…850 while Operating mode (2000:00) is 1. Limits 0…600 while Operating mode (2000:00) is not 1.
 #[doc(alias("0x2009:00", "2009"))]
 pub const MOTOR_TEMPERATURE: ::lexican_runtime::object::Object<
     Temperature,
@@ -1005,7 +1019,7 @@ pub const ENERGY: ::lexican_runtime::object::Object<
 ///
 /// Address 0x200C:00 · INTEGER32 · rw · default 0 · mappable: RPDO
 ///
-/// Unit: increments while 200E:00 is 0. Unit: mm, 1/100 per count while 200E:00 is not 0.
+/// Unit: increments while Spindle pitch (200E:00) is 0. Unit: mm, 1/100 per count while Spindle pitch (200E:00) is not 0.
 #[doc(alias("0x200C:00", "200C"))]
 pub const TARGET_POSITION: ::lexican_runtime::object::Object<
     Position,
@@ -1050,8 +1064,6 @@ pub const TURNS: ::lexican_runtime::object::Object<
 /// Address 0x2010:00 · VISIBLE\_STRING · rw · default "x"
 ///
 /// Text.
-///
-/// Text.
 #[doc(alias("0x2010:00", "2010"))]
 pub const NOT_A_NUMBER: ::lexican_runtime::object::Object<
     ::lexican_runtime::object::VisibleString,
@@ -1070,6 +1082,8 @@ pub const RATIO: ::lexican_runtime::object::Object<
 > = ::lexican_runtime::object::Object::new(0x2011, 0x00).with_default(Ratio(1.0));
 
 /// Receive PDO 1, as mapped by default in 1600.
+///
+/// COB-ID 0x200 + node-ID · transmission type 255 · 6 bytes
 ///
 /// Directions are the device's: it receives this PDO.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -1141,6 +1155,8 @@ impl ::lexican_runtime::object::Pdo for Rpdo1 {
 }
 
 /// Transmit PDO 1, as mapped by default in 1A00.
+///
+/// COB-ID 0x180 + node-ID · transmission type 1 · 5 bytes
 ///
 /// Directions are the device's: it transmits this PDO.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -1225,6 +1241,8 @@ impl ::lexican_runtime::object::Pdo for Tpdo1 {
 }
 
 /// Transmit PDO 2, as mapped by default in 1A01.
+///
+/// COB-ID 0x280 + node-ID · transmission type 255 · 6 bytes
 ///
 /// Directions are the device's: it transmits this PDO.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -1663,7 +1681,8 @@ pub static RANGES: &[::lexican_runtime::object::ConditionalLimit] = &[
     ),
 ];
 
-/// Entries that may be written in some NMT states only, ascending by address.
+/// Entries that may be written in some NMT states only, ascending by address. The dictionary does not know the
+/// state: what serves it asks here, and refuses a write with 0800 0022h.
 pub static WRITABLE_IN: &[::lexican_runtime::object::WritableIn] = &[
     ::lexican_runtime::object::WritableIn::new(0x2000, 0x00, true, false),
 ];

@@ -681,7 +681,7 @@ pub const TARGET: ::lexican_runtime::object::Object<
 
 /// Outputs
 ///
-/// Address 0x2001 · ARRAY of UNSIGNED8 · rw · mappable: RPDO
+/// Address 0x2001 · ARRAY of 2, `.at(1)` to `.at(2)` · UNSIGNED8 · rw · mappable: RPDO
 #[doc(alias("0x2001", "2001"))]
 pub const OUTPUTS: ::lexican_runtime::object::Array<
     u8,
@@ -758,6 +758,8 @@ pub const TEXT: ::lexican_runtime::object::Object<
 
 /// Receive PDO 1, as mapped by default in 1600.
 ///
+/// COB-ID 0x200 + node-ID · transmission type 255 · 3 bytes
+///
 /// Directions are the device's: it receives this PDO.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rpdo1 {
@@ -829,17 +831,19 @@ impl ::lexican_runtime::object::Pdo for Rpdo1 {
 
 /// Receive PDO 3, as mapped by default in 1602.
 ///
+/// COB-ID 0x400 + node-ID · transmission type 1 · 6 bytes
+///
 /// Directions are the device's: it receives this PDO.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rpdo3 {
     /// Light
     ///
     /// Address 0x2002:01 · 1 bit, from bit 0
-    pub light_2002_01: bool,
+    pub light_2002_01_bit0: bool,
     /// Light
     ///
     /// Address 0x2002:01 · 1 bit, from bit 1
-    pub light_2002_01_x: bool,
+    pub light_2002_01_bit1: bool,
     /// Position
     ///
     /// Address 0x2003:00 · 32 bits, from bit 10
@@ -882,12 +886,12 @@ impl ::lexican_runtime::object::Pdo for Rpdo3 {
     const MAPPING: &'static [::lexican_runtime::object::Mapped] = Rpdo3::MAPPING;
     fn to_raw(self) -> u64 {
         ::lexican_runtime::object::place(
-            ::lexican_runtime::object::Value::to_raw(self.light_2002_01),
+            ::lexican_runtime::object::Value::to_raw(self.light_2002_01_bit0),
             0,
             1,
         )
             | ::lexican_runtime::object::place(
-                ::lexican_runtime::object::Value::to_raw(self.light_2002_01_x),
+                ::lexican_runtime::object::Value::to_raw(self.light_2002_01_bit1),
                 1,
                 1,
             )
@@ -899,10 +903,10 @@ impl ::lexican_runtime::object::Pdo for Rpdo3 {
     }
     fn from_raw(raw: u64) -> Self {
         Self {
-            light_2002_01: ::lexican_runtime::object::Value::from_raw(
+            light_2002_01_bit0: ::lexican_runtime::object::Value::from_raw(
                 ::lexican_runtime::object::take(raw, 0, 1),
             ),
-            light_2002_01_x: ::lexican_runtime::object::Value::from_raw(
+            light_2002_01_bit1: ::lexican_runtime::object::Value::from_raw(
                 ::lexican_runtime::object::take(raw, 1, 1),
             ),
             position: ::lexican_runtime::object::Value::from_raw(
@@ -913,6 +917,8 @@ impl ::lexican_runtime::object::Pdo for Rpdo3 {
 }
 
 /// Receive PDO 4, as mapped by default in 1603.
+///
+/// switched off · transmission type 254 · 2 bytes
 ///
 /// Directions are the device's: it receives this PDO.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -958,6 +964,8 @@ impl ::lexican_runtime::object::Pdo for Rpdo4 {
 }
 
 /// Transmit PDO 1, as mapped by default in 1A00.
+///
+/// COB-ID 0x180 + node-ID · transmission type 255 · 8 bytes
 ///
 /// Directions are the device's: it transmits this PDO.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -1016,6 +1024,8 @@ impl ::lexican_runtime::object::Pdo for Tpdo1 {
 }
 
 /// Transmit PDO 6, as mapped by default in 1A05.
+///
+/// COB-ID 0x4A1 · transmission type 253 · 6 bytes
 ///
 /// Directions are the device's: it transmits this PDO.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

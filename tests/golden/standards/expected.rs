@@ -770,7 +770,7 @@ impl IdentityObjectRecord {
 
 /// Error behaviour
 ///
-/// Address 0x1029 · ARRAY of UNSIGNED8 · rw · default 0
+/// Address 0x1029 · ARRAY of 2, `.at(1)` to `.at(2)` · UNSIGNED8 · rw · default 0
 #[doc(alias("0x1029", "1029"))]
 pub const ERROR_BEHAVIOUR: ::lexican_runtime::object::Array<
     ErrorBehaviour,

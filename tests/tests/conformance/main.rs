@@ -12,7 +12,6 @@ mod dut;
 #[allow(unreachable_pub, reason = "none of the modules of a test is reachable")]
 mod sheet;
 
-#[allow(unreachable_pub, dead_code, reason = "generated for a library, and more than is used here")]
 mod od {
     lexican_runtime::include_od!("device");
 }

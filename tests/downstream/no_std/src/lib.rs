@@ -34,6 +34,8 @@ impl Valve {
 
 #[cfg(test)]
 mod tests {
+    use lexican_runtime::object::{Address, ObjectDictionary};
+
     use super::*;
 
     #[test]
@@ -41,5 +43,38 @@ mod tests {
         let mut valve = Valve::new(NodeId::literal(1));
         (0..600).for_each(|_| valve.step());
         assert_eq!(valve.tpdo(), 500_u16.to_le_bytes());
+    }
+
+    mod configured {
+        lexican_runtime::include_od!("configured");
+    }
+
+    #[test]
+    fn a_configured_device_starts_with_what_is_configured() {
+        let node = NodeId::literal(7);
+        let mut od = configured::storage(node);
+        assert_eq!(od.get(configured::PRODUCER_HEARTBEAT_TIME), 500);
+        assert_eq!(od.get(configured::SPEED), -250);
+        assert_eq!(od.get(configured::ONLY_A_DEFAULT), 7);
+        assert_eq!(od.get(configured::ONLY_CONFIGURED), 8);
+        assert_eq!(od.get(configured::ABSOLUTE_IDENTIFIER), 0x1A5);
+        assert_eq!(od.get(configured::IDENTIFIER_WITH_NODE_ID), 0x407);
+        assert_eq!(od.get(configured::CONFIGURED_OUT_OF_ITS_TYPE), 1);
+        assert_eq!(od.get(configured::GAIN), 2.5);
+        let positions = configured::POSITIONS;
+        let held: [i32; 3] = core::array::from_fn(|row| od.get(positions.at(row as u8 + 1).expect("there are three")));
+        assert_eq!(held, [1000, 2000, 0]);
+        holds(&mut od, configured::STATION_NAME.address(), b"Line 4, left");
+        holds(&mut od, configured::KEY.address(), &[0xC0, 0xFF, 0xEE]);
+        // The handle still knows what the device has when it comes from the works.
+        assert_eq!(configured::SPEED.default(node), Some(100));
+    }
+
+    #[track_caller]
+    fn holds(od: &mut configured::Storage, address: Address, expected: &[u8]) {
+        let entry = od.entry(address).expect("it is described");
+        let mut buffer = [0; 32];
+        let len = od.read(&entry, 0, &mut buffer).expect("it can be read");
+        assert_eq!(&buffer[..len], expected);
     }
 }

@@ -9,9 +9,21 @@ pub mod access_and_mapping;
 #[path = "../../arrays/expected.rs"]
 pub mod arrays;
 
+/// `golden/compact_pdo`.
+#[path = "../../compact_pdo/expected.rs"]
+pub mod compact_pdo;
+
+/// `golden/configured`.
+#[path = "../../configured/expected.rs"]
+pub mod configured;
+
 /// `golden/data_types`.
 #[path = "../../data_types/expected.rs"]
 pub mod data_types;
+
+/// `golden/defined_types`.
+#[path = "../../defined_types/expected.rs"]
+pub mod defined_types;
 
 /// `golden/documentation`.
 #[path = "../../documentation/expected.rs"]
