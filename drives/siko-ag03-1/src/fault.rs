@@ -3,10 +3,13 @@
 //! The manual prints the bytes of an emergency code as "byte 0 (high byte), byte 1 (low byte)", which is
 //! not the order of CiA 301 (7.2.7.1: least significant byte first). Which one the hardware uses can only
 //! be seen on a bus. So the order is data: the simulated drive follows CiA 301 unless its
-//! [`Behaviour`](lexican_runtime::device::Behaviour) says otherwise, and [`cause_of`] understands both, which is
+//! [`Behaviour`](lexican_runtime::device::Behaviour) says otherwise, and [`CODES`] understand both, which is
 //! safe because no code of the table is another one's mirror image.
 
 use core::fmt;
+
+pub use lexican_driver::Cause;
+use lexican_driver::{ByteOrder, Code, Codes};
 
 /// A cause of the state FAULT (table 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +61,8 @@ macro_rules! faults {
             /// All faults, by letter.
             pub const ALL: &[Fault] = &[$(Fault::$name),*];
         }
+
+        const FAULTS: &[Code] = &[$(Code { number: $code, label: concat!($letter), text: $text }),*];
     };
 }
 
@@ -81,48 +86,40 @@ pub const ERROR_PASSIVE: u16 = 0x8120;
 /// The CAN controller is back from bus off. Not stored, and no fault by itself.
 pub const RECOVERED_FROM_BUS_OFF: u16 = 0x8140;
 
-/// What an emergency code says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
-    /// The fault has been reset.
-    NoError,
-    /// The drive is in the state FAULT.
-    Fault(Fault),
-    /// The CAN controller is error passive.
-    ErrorPassive,
-    /// The CAN controller is back from bus off.
-    RecoveredFromBusOff,
-    /// A code that table 20 does not have.
-    Unknown(u16),
-}
+/// What the driver has to know of emergency codes.
+pub const CODES: Codes = Codes {
+    faults: FAULTS,
+    notices: &[
+        Code { number: ERROR_PASSIVE, label: "", text: "CAN controller error passive" },
+        Code { number: RECOVERED_FROM_BUS_OFF, label: "", text: "recovered from bus off" },
+    ],
+    order: ByteOrder::Either,
+};
 
 /// What an emergency code, or an entry of 1003h, says; in whichever order its bytes came.
 #[must_use]
 pub fn cause_of(code: u16) -> Cause {
-    let known = |code: u16| match code {
-        NO_ERROR => Some(Cause::NoError),
-        ERROR_PASSIVE => Some(Cause::ErrorPassive),
-        RECOVERED_FROM_BUS_OFF => Some(Cause::RecoveredFromBusOff),
-        _ => Fault::ALL.iter().find(|fault| fault.code == code).copied().map(Cause::Fault),
-    };
-    known(code).or_else(|| known(code.swap_bytes())).unwrap_or(Cause::Unknown(code))
+    CODES.cause(code)
+}
+
+impl Fault {
+    /// The fault that an emergency code stands for.
+    #[must_use]
+    pub fn of(code: Code) -> Option<Fault> {
+        Fault::ALL.iter().copied().find(|fault| fault.code == code.number)
+    }
+}
+
+/// What the driver tells when the drive has this fault.
+impl From<Fault> for Cause {
+    fn from(fault: Fault) -> Self {
+        cause_of(fault.code)
+    }
 }
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({:04X}): {}", self.letter, self.code, self.text)
-    }
-}
-
-impl fmt::Display for Cause {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Cause::NoError => f.write_str("no error"),
-            Cause::Fault(fault) => fmt::Display::fmt(fault, f),
-            Cause::ErrorPassive => f.write_str("CAN controller error passive"),
-            Cause::RecoveredFromBusOff => f.write_str("recovered from bus off"),
-            Cause::Unknown(code) => write!(f, "code {code:04X}, unknown to the manual"),
-        }
     }
 }
 
@@ -141,11 +138,14 @@ mod tests {
     #[test]
     fn every_code_is_understood_in_both_orders() {
         for fault in Fault::ALL {
-            assert_eq!(cause_of(fault.code), Cause::Fault(*fault));
-            assert_eq!(cause_of(fault.code.swap_bytes()), Cause::Fault(*fault));
+            for cause in [cause_of(fault.code), cause_of(fault.code.swap_bytes())] {
+                let Cause::Fault(code) = cause else { panic!("{cause}") };
+                assert_eq!(Fault::of(code), Some(*fault));
+                assert_eq!(cause.to_string(), fault.to_string());
+            }
         }
-        assert_eq!(cause_of(0x2081), Cause::ErrorPassive);
-        assert_eq!(cause_of(0x4081), Cause::RecoveredFromBusOff);
+        assert_eq!(cause_of(0x2081).to_string(), "CAN controller error passive");
+        assert_eq!(cause_of(0x4081).to_string(), "recovered from bus off");
         assert_eq!(cause_of(0x1234), Cause::Unknown(0x1234));
     }
 

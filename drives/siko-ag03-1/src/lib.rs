@@ -29,7 +29,6 @@
 //! Chapters, tables and figures are those of the English CANopen manual, firmware 4.01 or higher. Where it
 //! contradicts itself or is silent, the choice is said where it is made.
 
-mod direction;
 pub mod driver;
 pub mod fault;
 pub mod parameter;
@@ -38,7 +37,7 @@ pub mod state;
 pub mod words;
 pub mod worked_examples;
 
-pub use direction::Direction;
+pub use lexican_driver::Direction;
 
 /// The dictionary, generated from the data sheet `siko/ag03-1` and its overlay.
 pub mod od {

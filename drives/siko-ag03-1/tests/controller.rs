@@ -1,10 +1,9 @@
 //! The simulated controller against chapters 2, 5 and 7 of the manual, without any bus.
 
 use lexican_runtime::{Duration, Instant};
-use siko_ag03_1::Direction;
 use siko_ag03_1::fault::{Fault, cause_of};
-use siko_ag03_1::sim::controller::{Controller, Network};
-use siko_ag03_1::sim::inputs::{BusState, Inputs, Shaft};
+use siko_ag03_1::sim::controller::{Controller, Motor, Network};
+use siko_ag03_1::sim::inputs::{BusState, Inputs, Key, Shaft};
 use siko_ag03_1::sim::parameters::{Mode, Parameters};
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::{control, generic, status, system};
@@ -320,17 +319,36 @@ fn leaving_operational_releases_the_motor() {
 
 #[test]
 fn the_operator_keys_work_in_pre_operational_only() {
+    for (key, counts_down, there) in [
+        (Key::Clockwise, false, -750),
+        (Key::CounterClockwise, false, 750),
+        (Key::Clockwise, true, 750),
+        (Key::CounterClockwise, true, -750),
+    ] {
+        let mut bench = Bench::new(Parameters { counts_down, ..Parameters::default() });
+        bench.world(|inputs| inputs.key = Some(key));
+        bench.pass_ms(1000);
+        bench.world(|inputs| inputs.key = None);
+        bench.pass_ms(1000);
+        assert_eq!(bench.controller.position(bench.now), there, "{key:?}");
+        for network in [Network::Operational, Network::Stopped] {
+            bench.controller.set_network(bench.now, network);
+            bench.world(|inputs| inputs.key = Some(key));
+            bench.pass_ms(1000);
+            bench.world(|inputs| inputs.key = None);
+            assert_eq!(bench.controller.position(bench.now), there, "{network:?}");
+        }
+    }
+}
+
+#[test]
+fn a_key_that_is_held_down_is_locked_when_the_drive_becomes_operational() {
     let mut bench = Bench::new(Parameters::default());
-    bench.world(|inputs| inputs.key = Some(Direction::Negative));
+    bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
     bench.pass_ms(1000);
-    bench.world(|inputs| inputs.key = None);
-    bench.pass_ms(1000);
-    let there = bench.controller.position(bench.now);
-    assert_eq!(there, -750);
     bench.controller.set_network(bench.now, Network::Operational);
-    bench.world(|inputs| inputs.key = Some(Direction::Negative));
     bench.pass_ms(1000);
-    assert_eq!(bench.controller.position(bench.now), there);
+    assert_eq!(bench.controller.position(bench.now), 750);
 }
 
 #[test]
@@ -352,14 +370,100 @@ fn calibration_makes_its_value_the_position() {
 }
 
 #[test]
-fn the_motor_is_released_at_the_target_when_asked_to() {
-    for (in_position_mode, released) in [(0, false), (1, false), (2, true)] {
+fn at_the_target_the_motor_holds_brakes_or_lets_go() {
+    for (in_position_mode, motor, current_ma, turned) in
+        [(0, Motor::InControl, Inputs::HOLDING_CURRENT_MA, 0), (1, Motor::Shorted, 0, 0), (2, Motor::Released, 0, 25)]
+    {
         let mut bench = Bench::enabled(Parameters { in_position_mode, ..Parameters::default() });
         bench.travel_to(100);
-        assert_eq!(bench.controller.system_status(bench.now) & system::MOTOR_RELEASED, 0);
+        assert_eq!(bench.controller.motor(bench.now), Motor::InControl);
         bench.pass_ms(10_000);
-        let shown = bench.controller.system_status(bench.now) & system::MOTOR_RELEASED != 0;
-        assert_eq!(shown, released, "mode {in_position_mode}");
+        let controller = &mut bench.controller;
+        assert_eq!(controller.motor(bench.now), motor, "mode {in_position_mode}");
+        assert_eq!(controller.current_ma(bench.now), current_ma, "mode {in_position_mode}");
+        let shown = controller.system_status(bench.now) & system::MOTOR_RELEASED != 0;
+        assert_eq!(shown, motor == Motor::Released, "mode {in_position_mode}");
+        assert_eq!(controller.turn_shaft(bench.now, 25), turned != 0);
+        assert_eq!(controller.position(bench.now), 100 + turned, "mode {in_position_mode}");
+        assert_eq!(bench.has(status::TARGET_REACHED), turned == 0, "25 is beyond the window of 10");
+        // The next travel takes the motor into control again.
+        bench.control(0x000F);
+        bench.travel_to(300);
+        assert_eq!(bench.controller.motor(bench.now), Motor::InControl);
+        bench.pass_ms(10_000);
+        assert_eq!(bench.controller.position(bench.now), 300);
+    }
+}
+
+#[test]
+fn in_position_modes_are_for_positioning_only() {
+    let mut bench = Bench::enabled(Parameters { in_position_mode: 2, ..Parameters::default() });
+    bench.control(0x000F);
+    bench.control(0x200F);
+    bench.pass_ms(10_000);
+    assert_eq!(bench.controller.motor(bench.now), Motor::InControl, "after inching 1");
+    bench.control(0x000F);
+    bench.travel_to(5000);
+    bench.pass_ms(500);
+    bench.control(0x011F);
+    bench.pass_ms(10_000);
+    assert_eq!(bench.controller.motor(bench.now), Motor::InControl, "while a positioning is interrupted");
+}
+
+#[test]
+fn inching_2_stops_as_its_stop_mode_says() {
+    // 800 increments/s, in 125 ms with 100 % or in 250 ms with the 50 % of a-Inch; by command or by key.
+    for (inching_stop, way) in [(0, 50), (1, 100)] {
+        let mut bench = Bench::enabled(Parameters { inching_stop, ..Parameters::default() });
+        bench.control(0x000F);
+        bench.control(0x800F);
+        bench.pass_ms(1000);
+        bench.control(0x000F);
+        bench.pass_ms(1000);
+        assert_eq!(bench.controller.position(bench.now), -700 - way, "stop mode {inching_stop}");
+        bench.controller.set_network(bench.now, Network::PreOperational);
+        bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
+        bench.pass_ms(1000);
+        bench.world(|inputs| inputs.key = None);
+        bench.pass_ms(1000);
+        assert_eq!(bench.controller.position(bench.now), 0, "stop mode {inching_stop}, by key");
+    }
+}
+
+#[test]
+fn the_offset_slows_inching_2_down_and_not_inching_1() {
+    let mut bench = Bench::enabled(Parameters { inching_2_offset: 50, ..Parameters::default() });
+    for (word, velocity) in [(0x200F, 30), (0x400F, 15), (0x800F, -15)] {
+        bench.control(0x000F);
+        bench.pass_ms(10_000);
+        bench.control(word);
+        bench.pass_ms(1000);
+        assert_eq!(bench.controller.velocity(bench.now), velocity, "{word:04X}");
+    }
+}
+
+#[test]
+fn a_way_by_loop_ends_in_its_direction_and_a_direct_one_does_not_care() {
+    for (positioning_type, target, turns) in
+        [(0, 1000, false), (0, -1000, false), (1, 1000, false), (1, -1000, true), (2, 1000, true), (2, -1000, false)]
+    {
+        let mut bench = Bench::enabled(Parameters { positioning_type, ..Parameters::default() });
+        bench.travel_to(target);
+        let (mut turned, mut last) = (false, 0);
+        for _ in 0..1000 {
+            bench.pass_ms(10);
+            turned |= bench.controller.system_status(bench.now) & system::AGAINST_APPROACH != 0;
+            let velocity = bench.controller.velocity(bench.now);
+            last = if velocity == 0 { last } else { velocity.signum() };
+        }
+        assert_eq!(bench.controller.position(bench.now), target);
+        assert_eq!(turned, turns, "type {positioning_type} to {target}");
+        let approach = match positioning_type {
+            1 => 1,
+            2 => -1,
+            _ => target.signum(),
+        };
+        assert_eq!(last, approach, "type {positioning_type} to {target}");
     }
 }
 
@@ -440,6 +544,17 @@ fn every_fault_of_table_2_comes_from_its_cause() {
     check_fault(Fault::BUS_PASSIVE, 0, |inputs| inputs.bus = BusState::Passive);
     check_fault(Fault::BUS_OFF, 0, |inputs| inputs.bus = BusState::Off);
     check_fault(Fault::BATTERY, 0, |inputs| inputs.battery_10mv = 219);
+}
+
+#[test]
+fn a_motor_that_is_overloaded_by_a_blocked_shaft_is_a_blocked_shaft() {
+    let mut bench = Bench::enabled(Parameters::default());
+    bench.travel_to(100_000);
+    bench.pass_ms(1000);
+    bench.world(|inputs| (inputs.shaft, inputs.load_ma) = (Shaft::Blocked, 4000));
+    bench.system_shows("1x1x xxx0 xxx0 xxxx");
+    bench.pass_ms(10_000);
+    assert_eq!(bench.controller.faults(), [Fault::SHAFT_BLOCKED], "it comes first, and ends the current");
 }
 
 #[test]

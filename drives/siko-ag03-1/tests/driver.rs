@@ -101,7 +101,7 @@ fn every_edge_is_made_from_below() {
     bench.control(0x0080);
     bench.pass_ms(1000);
     bench.world(|inputs| inputs.internal_error = false);
-    assert_eq!(bench.drive.reset_fault().unwrap(), Some(Cause::Fault(Fault::INTERNAL)));
+    assert_eq!(bench.drive.reset_fault().unwrap(), Some(Cause::from(Fault::INTERNAL)));
     bench.drive.set_mode(Mode::Velocity).unwrap();
     for word in [0x0000, 0x0006, 0x0007, 0x000F] {
         bench.control(word);
@@ -165,7 +165,7 @@ fn every_missing_condition_is_named_before_anything_moves() {
     refused(bench.drive.restore(None), &[Missing::NoTravel]);
     bench.world(|inputs| inputs.sensor_fails = true);
     bench.pass_ms(2000);
-    let fault = Cause::Fault(Fault::SENSOR);
+    let fault = Cause::from(Fault::SENSOR);
     refused(bench.drive.move_to(0), &[Missing::NoFault(fault)]);
     assert_eq!(bench.position(), bench.drive.read(od::POSITION_ACTUAL_VALUE).unwrap().0);
     assert!(matches!(bench.drive.move_to(10_000_000), Err(Error::OutOfRange(_))));
@@ -186,6 +186,19 @@ fn outside_the_limits_only_inching_back_is_offered() {
 }
 
 #[test]
+fn below_the_lower_limit_the_way_back_is_up() {
+    let mut bench = Bench::enabled();
+    bench.drive.move_to(-2000).unwrap();
+    bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_2(), od::Position(-1000)).unwrap();
+    refused(bench.drive.move_to(0), &[Missing::AboveLowerLimit]);
+    refused(bench.drive.inch(Direction::Negative), &[Missing::AboveLowerLimit]);
+    bench.drive.inch(Direction::Positive).unwrap();
+    bench.pass_ms(2000);
+    assert!(bench.drive.stop_inching().unwrap() > -1000);
+    assert_eq!(bench.drive.move_to(0).unwrap(), Outcome::Reached { position: 0 });
+}
+
+#[test]
 fn enabling_without_supply_is_refused() {
     let mut bench = Bench::new();
     bench.world(|inputs| inputs.output_stage_supply_100mv = 0);
@@ -197,7 +210,7 @@ fn a_fault_ends_a_travel_and_is_reset_once_its_cause_is_gone() {
     let mut bench = Bench::enabled();
     bench.drive.start_moving_to(100_000).unwrap();
     bench.world(|inputs| inputs.temperature_100mdegc = 950);
-    let fault = Cause::Fault(Fault::OVERTEMPERATURE);
+    let fault = Cause::from(Fault::OVERTEMPERATURE);
     assert_eq!(bench.drive.finish().unwrap(), Outcome::Fault(fault));
     assert!(matches!(bench.drive.enable(), Err(Error::Fault(cause)) if cause == fault));
     assert!(matches!(bench.drive.reset_fault(), Err(Error::Fault(cause)) if cause == fault));
@@ -214,7 +227,7 @@ fn a_blocked_shaft_is_a_fault_after_a_while() {
     bench.drive.start_moving_to(100_000).unwrap();
     bench.pass_ms(1000);
     bench.world(|inputs| inputs.shaft = Shaft::Blocked);
-    assert_eq!(bench.drive.finish().unwrap(), Outcome::Fault(Cause::Fault(Fault::SHAFT_BLOCKED)));
+    assert_eq!(bench.drive.finish().unwrap(), Outcome::Fault(Cause::from(Fault::SHAFT_BLOCKED)));
 }
 
 #[test]
@@ -258,7 +271,7 @@ fn a_drive_that_does_not_stop_is_told_of() {
     let mut bench = Bench::running();
     bench.drive.run_at(50).unwrap();
     bench.bus.set_fate(|_, frame| if frame.id().raw() == 0x205 { Fate::Lose } else { Fate::Deliver });
-    assert!(matches!(bench.drive.stop(), Err(Error::NotStopped { velocity: 50 })));
+    assert!(matches!(bench.drive.stop(), Err(Error::NotStopped { velocity: 50, unit: "rev/min" })));
 }
 
 #[test]
@@ -470,7 +483,7 @@ fn an_unknown_operating_mode_refuses_every_order() {
         }
         _ => Fate::Deliver,
     });
-    let unknown = [Missing::UnknownMode(od::OperatingMode(6))];
+    let unknown = [Missing::UnknownMode(6)];
     refused(bench.drive.move_to(100), &unknown);
     refused(bench.drive.inch(Direction::Positive), &unknown);
     refused(bench.drive.run_at(10), &unknown);

@@ -1,38 +1,30 @@
 //! The simulated drive's objects and messages, frame by frame: chapters 7.2 and 7.12.
 
-use std::sync::{Arc, Mutex};
+mod support;
 
-use lexican_runtime::host::{Link, Node, VirtualBus, VirtualLink};
+use lexican_runtime::host::{Link, Node};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::emcy::CodeOrder;
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_runtime::{CobId, Frame, Instant, NodeId};
 use siko_ag03_1::od;
 use siko_ag03_1::sim::inputs::BusState;
 use siko_ag03_1::sim::{Setup, SimulatedDrive, StatusLed};
 use siko_ag03_1::state::State;
 
+use support::Bench;
+
 const NODE: NodeId = NodeId::literal(5);
 
-/// A drive and a link at which frames are written as `cansend` does.
-struct Bench {
-    bus: VirtualBus,
-    link: VirtualLink,
-    drive: Arc<Mutex<SimulatedDrive>>,
-}
-
+/// Frames are written as `cansend` does.
 impl Bench {
     fn new() -> Self {
         Bench::with(Setup::new(NODE))
     }
 
     fn with(setup: Setup) -> Self {
-        let bus = VirtualBus::new();
-        let drive = Arc::new(Mutex::new(SimulatedDrive::power_on(bus.now(), setup)));
-        bus.attach(Arc::clone(&drive));
-        let link = bus.link();
-        let mut bench = Bench { bus, link, drive };
-        assert_eq!(bench.hear(0), ["705#00"]);
+        let mut bench = Bench::of(SimulatedDrive::power_on(Instant::ZERO, setup));
+        assert_eq!(bench.pass(0), ["705#00"]);
         bench
     }
 
@@ -46,16 +38,10 @@ impl Bench {
         self.link.send(&frame(text)).unwrap();
     }
 
-    /// What comes within so many milliseconds.
-    fn hear(&mut self, ms: u64) -> Vec<String> {
-        let until = self.bus.now() + Duration::from_millis(ms);
-        std::iter::from_fn(|| self.link.receive_frame(until).unwrap()).map(|frame| frame.to_string()).collect()
-    }
-
     /// Sends a frame, and what comes at once.
     fn ask(&mut self, text: &str) -> Vec<String> {
         self.send(text);
-        self.hear(0)
+        self.pass(0)
     }
 
     /// Writes by SDO; the abort code, if there is one.
@@ -87,15 +73,11 @@ impl Bench {
         }
     }
 
-    fn see<T>(&self, look: impl FnOnce(&mut SimulatedDrive, Instant) -> T) -> T {
-        look(&mut self.drive.lock().unwrap(), self.bus.now())
-    }
-
     fn enable(&mut self) {
         for text in ["000#0105", "205#0601", "205#0701", "205#0F01"] {
             self.send(text);
         }
-        self.hear(0);
+        self.pass(0);
         assert_eq!(self.see(|drive, _| drive.state()), State::OperationEnabled);
     }
 }
@@ -153,7 +135,7 @@ fn writes_are_refused_where_the_manual_says_so() {
         assert_eq!(bench.write(index, sub, data), None, "{index:04X}");
     }
     bench.send("000#0105");
-    bench.hear(0);
+    bench.pass(0);
     for (index, sub, data) in communication {
         assert_eq!(bench.write(index, sub, data), Some(0x0800_0022), "{index:04X}");
     }
@@ -164,7 +146,7 @@ fn a_running_travel_refuses_what_it_relies_on() {
     let mut bench = Bench::new();
     bench.enable();
     bench.send("405#1F0088130000");
-    bench.hear(100);
+    bench.pass(100);
     let load = *b"load";
     let refused: [(u16, u8, &[u8]); 8] = [
         (0x2410, 0x0A, &[50]),
@@ -180,7 +162,7 @@ fn a_running_travel_refuses_what_it_relies_on() {
         assert_eq!(bench.write(index, sub, data), Some(0x0800_0022), "{index:04X}:{sub:02X}");
     }
     assert_eq!(bench.write(0x2410, 4, &[10]), None, "the acceleration is for the next travel");
-    bench.hear(10_000);
+    bench.pass(10_000);
     assert_eq!(bench.read(0x6064, 0), Ok(5000));
     for (index, sub, data) in refused {
         assert_eq!(bench.write(index, sub, data), None, "{index:04X}:{sub:02X}");
@@ -245,7 +227,7 @@ fn a_fault_is_told_stored_and_reset() {
     let mut bench = Bench::new();
     bench.enable();
     bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.temperature_100mdegc = 901));
-    assert_eq!(bench.hear(0), ["085#1043090000000000"]);
+    assert_eq!(bench.pass(0), ["085#1043090000000000"]);
     assert_eq!((bench.read(0x1001, 0), bench.read(0x1003, 0), bench.read(0x1003, 1)), (Ok(0x09), Ok(1), Ok(0x4310)));
     assert_eq!(bench.see(|drive, _| drive.status_led()), StatusLed::Blinks(4));
     assert!(bench.ask("205#8000").is_empty(), "the cause is still there");
@@ -272,7 +254,7 @@ fn the_fault_buffer_keeps_the_last_ten() {
         });
         bench.send("205#0000");
         bench.send("205#8000");
-        bench.hear(0);
+        bench.pass(0);
     }
     assert_eq!(bench.read(0x1003, 0), Ok(10));
     assert_eq!(
@@ -287,7 +269,7 @@ fn emergencies_can_be_sent_as_table_20_prints_them() {
     setup.behaviour.emcy_code_order = CodeOrder::HighByteFirst;
     let mut bench = Bench::with(setup);
     bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.battery_10mv = 0));
-    assert_eq!(bench.hear(0), ["085#FF09050000000000"]);
+    assert_eq!(bench.pass(0), ["085#FF09050000000000"]);
 }
 
 #[test]
@@ -295,7 +277,7 @@ fn what_is_stored_survives_a_power_cycle_and_the_rest_does_not() {
     let mut bench = Bench::new();
     bench.enable();
     bench.send("405#1F0088130000");
-    bench.hear(10_000);
+    bench.pass(10_000);
     for (index, sub, data) in [(0x2410, 1, &[7_u8, 0][..]), (0x2450, 0, &[50]), (0x2415, 0, &[1, 0, 0, 0])] {
         assert_eq!(bench.write(index, sub, data), None);
     }
@@ -304,7 +286,7 @@ fn what_is_stored_survives_a_power_cycle_and_the_rest_does_not() {
         drive.set_inputs(now, |inputs| inputs.internal_error = false);
         drive.power_cycle(now);
     });
-    assert!(bench.hear(0).contains(&"705#00".into()));
+    assert!(bench.pass(0).contains(&"705#00".into()));
     assert_eq!((bench.read(0x2410, 1), bench.read(0x2450, 0), bench.read(0x2415, 0)), (Ok(7), Ok(100), Ok(1)));
     assert_eq!((bench.read(0x607A, 0), bench.read(0x6064, 0)), (Ok(0), Ok(5000)));
     assert_eq!((bench.read(0x1003, 0), bench.read(0x1003, 1), bench.read(0x1001, 0)), (Ok(1), Ok(0xFF01), Ok(0)));
@@ -328,9 +310,9 @@ fn both_resets_lead_through_the_boot_up() {
 #[test]
 fn pdos_are_sent_as_their_types_say() {
     let mut bench = Bench::operational();
-    assert_eq!(bench.hear(99), [""; 0], "type 255: by its timer only");
-    assert_eq!(bench.hear(1), ["185#7002"]);
-    assert_eq!(bench.hear(100), ["185#7002"]);
+    assert_eq!(bench.pass(99), [""; 0], "type 255: by its timer only");
+    assert_eq!(bench.pass(1), ["185#7002"]);
+    assert_eq!(bench.pass(100), ["185#7002"]);
     assert_eq!(bench.ask("385#R6"), ["385#700200000000"]);
     assert_eq!(bench.ask("485#R6"), ["485#700200000000"]);
     bench.send("000#8005");
@@ -342,6 +324,87 @@ fn pdos_are_sent_as_their_types_say() {
     assert_eq!(bench.ask("080#"), ["385#700200000000", "485#700200000000"]);
 }
 
+/// How many TPDO1 are sent in a second of each kind, with an event timer of 100 ms and an inhibit time of 50 ms:
+/// when nothing happens, at 10 SYNCs, when the status word changes 20 times, and at one remote frame.
+#[track_caller]
+fn check_type(transmission: u8, expected: [usize; 4]) {
+    let mut bench = Bench::new();
+    for (sub, data) in [(2, &[transmission][..]), (3, &[0xF4, 1]), (5, &[100, 0])] {
+        assert_eq!(bench.write(0x1800, sub, data), None);
+    }
+    bench.send("000#0105");
+    bench.pass(0);
+    let mut count = |text: &str, times: u64| {
+        let from_tpdo = |frames: Vec<String>| frames.iter().filter(|frame| frame.starts_with("185#")).count();
+        let mut heard = 0;
+        // Not in step with the event timer.
+        bench.pass(70);
+        for number in 0..times.max(1) {
+            // Shutdown, and Disable Voltage.
+            let text = text.replace("XX", if number % 2 == 0 { "06" } else { "00" });
+            heard += from_tpdo(if text.is_empty() { Vec::new() } else { bench.ask(&text) });
+            heard += from_tpdo(bench.pass(1000 / times.max(1)));
+        }
+        heard
+    };
+    let found = [count("", 0), count("080#", 10), count("205#XX01", 20), count("185#R2", 1)];
+    assert_eq!(found, expected, "type {transmission}");
+}
+
+#[test]
+fn every_transmission_type_is_sent_when_the_manual_says_so() {
+    check_type(0, [0, 10, 0, 1]);
+    check_type(1, [0, 10, 0, 1]);
+    check_type(5, [0, 2, 0, 1]);
+    check_type(240, [0, 0, 0, 1]);
+    check_type(253, [0, 0, 0, 1]);
+    // Both by event timer; 254 at every change as well, though not sooner than the inhibit time allows.
+    check_type(254, [10, 10, 20, 11]);
+    check_type(255, [10, 10, 10, 11]);
+    let mut bench = Bench::new();
+    for reserved in [241, 251, 252] {
+        assert_eq!(bench.write(0x1800, 2, &[reserved]), Some(0x0609_0030), "{reserved} is reserved");
+    }
+}
+
+#[test]
+fn bits_30_and_31_of_a_cob_id_forbid_remote_frames_and_the_pdo() {
+    for (high, heard) in [(0x00, 1), (0x40, 0), (0x80, 0)] {
+        let mut bench = Bench::new();
+        assert_eq!(bench.write(0x1802, 1, &[0x85, 0x03, 0x00, high]), None);
+        bench.send("000#0105");
+        bench.pass(0);
+        assert_eq!(bench.ask("385#R6").len(), heard, "{high:02X}");
+    }
+}
+
+#[test]
+fn pdos_are_neither_sent_nor_taken_outside_operational() {
+    for command in ["000#8005", "000#0205"] {
+        let mut bench = Bench::operational();
+        bench.pass(0);
+        bench.send(command);
+        bench.send("205#0601");
+        bench.send("385#R6");
+        assert_eq!(bench.pass(1000), [""; 0], "{command}");
+        assert_eq!(bench.see(|drive, _| drive.state()), State::SwitchOnDisabled, "{command}");
+    }
+}
+
+#[test]
+fn the_identifiers_of_sync_and_emergency_can_be_changed() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write(0x1005, 0, &[0xF0, 0x02, 0, 0]), None);
+    assert_eq!(bench.write(0x1014, 0, &[0x90, 0, 0, 0]), None);
+    assert_eq!(bench.write(0x1802, 2, &[1]), None);
+    bench.send("000#0105");
+    bench.pass(0);
+    assert_eq!(bench.ask("080#"), [""; 0]);
+    assert_eq!(bench.ask("2F0#"), ["385#700200000000"]);
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.internal_error = true));
+    assert_eq!(bench.pass(0), ["090#01FF810000000000"]);
+}
+
 #[test]
 fn a_tpdo_of_type_254_follows_every_change_within_its_inhibit_time() {
     let mut bench = Bench::new();
@@ -349,16 +412,16 @@ fn a_tpdo_of_type_254_follows_every_change_within_its_inhibit_time() {
     assert_eq!(bench.write(0x1802, 2, &[254]), None);
     assert_eq!(bench.write(0x1802, 5, &[0, 0]), None);
     bench.send("000#0105");
-    assert_eq!(bench.hear(0), ["385#700200000000"], "at once on entering OPERATIONAL");
-    bench.hear(20);
+    assert_eq!(bench.pass(0), ["385#700200000000"], "at once on entering OPERATIONAL");
+    bench.pass(20);
     for (command, status) in [("205#0601", "385#310200000000"), ("205#0701", "385#330200000000")] {
         bench.send(command);
-        assert_eq!(bench.hear(20), [status]);
+        assert_eq!(bench.pass(20), [status]);
     }
     bench.send("205#0F01");
-    bench.hear(20);
+    bench.pass(20);
     bench.send("405#1F0064000000");
-    let travel = bench.hear(2000);
+    let travel = bench.pass(2000);
     // 100 increments in 353 ms, one frame in 10 ms at most.
     assert!((30..=40).contains(&travel.len()), "{travel:?}");
     assert_eq!(travel.last().map(String::as_str), Some("385#371764000000"));
@@ -372,7 +435,7 @@ fn a_change_is_not_forgotten_when_the_bus_asks_for_frames_first() {
     assert_eq!(bench.write(0x1802, 3, &[0, 0]), None);
     bench.enable();
     bench.send("405#1F0088130000");
-    bench.hear(50);
+    bench.pass(50);
     bench.see(|drive, _| {
         let due = drive.poll_timeout().unwrap();
         assert_eq!(drive.poll_transmit(due), None);
@@ -386,10 +449,10 @@ fn synchronous_rpdos_wait_for_sync() {
     assert_eq!(bench.write(0x1402, 2, &[0]), None);
     bench.enable();
     bench.send("405#1F0088130000");
-    bench.hear(500);
+    bench.pass(500);
     assert_eq!(bench.see(|drive, now| drive.position(now)), 0);
     bench.send("080#");
-    bench.hear(500);
+    bench.pass(500);
     assert!(bench.see(|drive, now| drive.position(now)) > 0);
 }
 
@@ -397,10 +460,10 @@ fn synchronous_rpdos_wait_for_sync() {
 fn the_heartbeat_tells_the_state() {
     let mut bench = Bench::new();
     assert_eq!(bench.write(0x1017, 0, &[100, 0]), None);
-    bench.hear(50);
-    assert_eq!(bench.hear(100), ["705#7F"]);
+    bench.pass(50);
+    assert_eq!(bench.pass(100), ["705#7F"]);
     bench.send("000#0205");
-    assert_eq!(bench.hear(100), ["705#04"]);
+    assert_eq!(bench.pass(100), ["705#04"]);
 }
 
 #[test]
@@ -412,19 +475,16 @@ fn node_guarding_disables_the_drive_when_nobody_asks_any_more() {
     assert_eq!(bench.ask("705#R1"), ["705#05"]);
     assert_eq!(bench.ask("705#R1"), ["705#85"]);
     bench.send("405#1F0088130000");
-    bench.hear(299);
+    bench.pass(299);
     assert_eq!(bench.see(|drive, _| drive.state()), State::OperationEnabled);
-    bench.hear(1);
+    bench.pass(1);
     // Without 1029h, CiA 301 has the node in PRE-OPERATIONAL then, and that disables the drive.
     let states = bench.see(|drive, _| (drive.nmt_state(), drive.state()));
     assert_eq!(states, (NmtState::PreOperational, State::SwitchOnDisabled));
 }
 
 #[test]
-fn the_switches_set_the_node_id_and_all_off_means_1() {
-    for (switches, node) in [(0, 1), (1, 1), (2, 2), (0x7C, 124), (0x7F, 127), (0x80, 1)] {
-        assert_eq!(Setup::node_of_switches(switches).get(), node);
-    }
+fn the_node_id_can_be_read() {
     let mut bench = Bench::new();
     assert_eq!(bench.read(0x2101, 0), Ok(5));
 }
@@ -432,9 +492,9 @@ fn the_switches_set_the_node_id_and_all_off_means_1() {
 #[test]
 fn an_error_passive_controller_tells_so_and_nothing_else() {
     let mut bench = Bench::operational();
-    bench.hear(0);
+    bench.pass(0);
     bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Passive));
-    assert_eq!(bench.hear(1000), ["085#2081110000000000"]);
+    assert_eq!(bench.pass(1000), ["085#2081110000000000"]);
     assert!(bench.ask("605#4000100000000000").is_empty());
     bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Active));
     assert_eq!(bench.ask("605#4000100000000000"), ["085#0000000000000000", "585#4200100092010000"]);
@@ -443,14 +503,14 @@ fn an_error_passive_controller_tells_so_and_nothing_else() {
 #[test]
 fn a_silent_bus_stays_silent() {
     let mut bench = Bench::operational();
-    bench.hear(0);
+    bench.pass(0);
     bench.see(|drive, now| {
         drive.set_inputs(now, |inputs| inputs.bus = BusState::Off);
     });
-    assert_eq!(bench.hear(1000), [""; 0]);
+    assert_eq!(bench.pass(1000), [""; 0]);
     bench.see(|drive, now| {
         drive.set_inputs(now, |inputs| inputs.bus = BusState::Active);
     });
-    let heard = bench.hear(0);
+    let heard = bench.pass(0);
     assert!(heard.contains(&"085#4081110000000000".into()), "{heard:?}");
 }

@@ -39,7 +39,7 @@ async fn a_drive_travels_and_runs() {
     drive.start_moving_to(-5000).await.unwrap();
     drive.interrupt().await.unwrap();
     drive.resume().await.unwrap();
-    assert_eq!(drive.finish(|_| {}).await.unwrap(), Outcome::Reached { position: -5000 });
+    assert_eq!(drive.finish().await.unwrap(), Outcome::Reached { position: -5000 });
     drive.set_mode(Mode::Velocity).await.unwrap();
     assert!(matches!(drive.run_at(30).await.unwrap(), VelocityOutcome::Reached { .. }));
     drive.stop().await.unwrap();
@@ -68,7 +68,7 @@ async fn a_fault_is_told_with_its_cause() {
     drive.enable().await.unwrap();
     drive.start_moving_to(100_000).await.unwrap();
     simulated[0].lock().unwrap().set_inputs(bus.now(), |inputs| inputs.sensor_fails = true);
-    assert_eq!(drive.finish(|_| {}).await.unwrap(), Outcome::Fault(Cause::Fault(Fault::SENSOR)));
+    assert_eq!(drive.finish().await.unwrap(), Outcome::Fault(Cause::from(Fault::SENSOR)));
 }
 
 /// A link that keeps a record of what is sent.
@@ -116,31 +116,76 @@ fn a_drive_dropped_at_the_end_of_main_is_told_to_stop() {
     assert_eq!(*sent.lock().unwrap(), ["205#0F01"]);
 }
 
-#[tokio::test]
-async fn inching_that_is_cancelled_at_any_await_does_not_start_the_drive_later() {
-    for polls in 1..1000 {
-        let (mut drive, sent) = recorded().await;
-        sent.lock().unwrap().clear();
-        let mut inching = Box::pin(drive.inch(Direction::Positive));
-        for _ in 0..polls {
-            if inching.as_mut().poll(&mut Context::from_waker(Waker::noop())).is_ready() {
-                assert!(polls > 10, "there is something to cancel");
-                return;
-            }
-            tokio::task::yield_now().await;
+#[derive(Clone, Copy, Debug)]
+enum Order {
+    Inch,
+    Travel,
+    Run,
+}
+
+impl Order {
+    /// How the frame begins that moves the drive.
+    fn starts(self) -> &'static str {
+        match self {
+            Order::Inch => "205#0F40",
+            Order::Travel => "405#1F00",
+            Order::Run => "505#0F00",
         }
-        drop(inching);
-        let before = sent.lock().unwrap().len();
-        drop(drive);
-        for _ in 0..10 {
-            tokio::task::yield_now().await;
-        }
-        let sent = sent.lock().unwrap();
-        assert!(!sent[before..].iter().any(|frame| frame == "205#0F40"), "after {polls} polls: {sent:?}");
-        let started = sent[..before].iter().any(|frame| frame == "205#0F40");
-        assert!(!started || sent[before..].iter().any(|frame| frame == "205#0F01"), "after {polls} polls: {sent:?}");
     }
-    panic!("inching does not end");
+
+    async fn give(self, drive: &mut Drive) -> Result<(), Error> {
+        match self {
+            Order::Inch => drive.inch(Direction::Positive).await,
+            Order::Travel => drive.start_moving_to(20_000).await,
+            Order::Run => drive.run_at(60).await.map(drop),
+        }
+    }
+}
+
+/// Gives an order, and drops it after so many polls, and the drive with it; whether the order was over by then.
+async fn cancelled(order: Order, polls: u32) -> bool {
+    let (mut drive, sent) = recorded().await;
+    if let Order::Run = order {
+        drive.set_mode(Mode::Velocity).await.unwrap();
+    }
+    sent.lock().unwrap().clear();
+    let mut given = Box::pin(order.give(&mut drive));
+    for _ in 0..polls {
+        if given.as_mut().poll(&mut Context::from_waker(Waker::noop())).is_ready() {
+            return true;
+        }
+        tokio::task::yield_now().await;
+    }
+    drop(given);
+    let before = sent.lock().unwrap().len();
+    drop(drive);
+    for _ in 0..10 {
+        tokio::task::yield_now().await;
+    }
+    let sent = sent.lock().unwrap();
+    let starts = |frame: &String| frame.starts_with(order.starts());
+    assert!(!sent[before..].iter().any(starts), "{order:?} after {polls} polls: {sent:?}");
+    let started = sent[..before].iter().any(starts);
+    assert!(
+        !started || sent[before..].iter().any(|frame| frame == "205#0F01"),
+        "{order:?} after {polls} polls: {sent:?}"
+    );
+    false
+}
+
+#[tokio::test]
+async fn an_order_that_is_cancelled_at_any_await_does_not_start_the_drive_later() {
+    for order in [Order::Inch, Order::Travel, Order::Run] {
+        let mut polls = 1;
+        while !cancelled(order, polls).await {
+            polls += 1;
+            // Velocity mode goes on for long after its order.
+            if polls > 100 {
+                break;
+            }
+        }
+        assert!(polls > 10, "there is something to cancel");
+    }
 }
 
 #[tokio::test]

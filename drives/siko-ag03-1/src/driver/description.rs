@@ -1,149 +1,199 @@
-//! What the sequences need to know of a drive of this kind, as data.
-//!
-//! The SIKO AG02 and the Kollmorgen AKD do the same things with other bits, mode numbers and codes: they
-//! come with a description of their own. No sequence asks which drive it is talking to.
+//! What is particular to the AG03/1, as data.
 
+use lexican_driver::description::{
+    Approach, Approaches, Calibration, Condition, ControlBits, Description, EmergencySwitch, Gear, Identity, Inching,
+    Measured, ModeObjects, Number, Objects, Orders, Outputs, Pdo, Release, Restore, Signal, StatusBits, Test, Times,
+    TorqueDeactivation, UnitObjects, Velocities,
+};
+use lexican_driver::{ByteOrder, Missing, ParameterSet};
 use lexican_runtime::Duration;
+use lexican_runtime::object::Limits;
+use lexican_runtime::profile::cia402::{Mode, Modes};
 
-use crate::fault::{Cause, cause_of};
-use crate::state::{Command, TRANSITIONS, Transitions};
+use crate::od;
+use crate::state::TRANSITIONS;
 use crate::words::{control, status, system};
+use crate::{fault, parameter};
 
-/// A drive, as the sequences see it.
-#[derive(Clone, Copy, Debug)]
-pub struct Description {
-    /// What to call it.
-    pub name: &'static str,
-    /// 1018h:01.
-    pub vendor_id: u32,
-    /// The profile in the low half of 1000h.
-    pub profile: u16,
-    /// 1008h, four characters; `None` for a drive that does not have the object. It tells the AG03/1 from the
-    /// AG02, which has the same vendor and profile.
-    pub device_name: Option<[u8; 4]>,
-    /// The state machine.
-    pub transitions: Transitions,
-    /// What the control word holds beside a command while nothing is to move.
-    pub idle: u16,
-    /// Bits of the control word.
-    pub control: ControlBits,
-    /// Bits of the status word.
-    pub status: StatusBits,
-    /// Bits of the manufacturer's status register 1002h.
-    pub system: SystemBits,
-    /// What an emergency code means.
-    pub cause_of: fn(u16) -> Cause,
-    /// How long a command may take to show in the status word.
-    pub reaction: Duration,
-    /// How long to wait for a status word before asking for one.
-    pub status_period: Duration,
-    /// How long it may take to stop, with the gentlest deceleration from the highest velocity.
-    pub braking: Duration,
-    /// How long inching takes to show that it has begun.
-    pub inching_begins: Duration,
-}
-
-/// Bits of the control word.
-#[derive(Clone, Copy, Debug)]
-pub struct ControlBits {
-    /// Its edge starts a positioning.
-    pub new_setpoint: u16,
-    /// Interrupts a positioning; its falling edge resumes it, and starts velocity mode.
-    pub stop: u16,
-    /// Its edge starts a step (inching operation 1).
-    pub step: u16,
-    /// Moves in positive direction while set (inching operation 2).
-    pub inch_positive: u16,
-    /// Moves in negative direction while set.
-    pub inch_negative: u16,
-}
-
-/// Bits of the status word.
-#[derive(Clone, Copy, Debug)]
-pub struct StatusBits {
-    /// The supply is good.
-    pub voltage_enabled: u16,
-    /// Ready to travel.
-    pub ready: u16,
-    /// The drive obeys the bus.
-    pub remote: u16,
-    /// Target reached.
-    pub target_reached: u16,
-    /// Beyond a limit.
-    pub internal_limit: u16,
-    /// Positioning: the setpoint has been taken.
-    pub acknowledged: u16,
-    /// Velocity: standing still.
-    pub standstill: u16,
-    /// Positioning under way.
-    pub positioning: u16,
-    /// Positioning: moving.
-    pub moving: u16,
-}
-
-/// Bits of the manufacturer's status register that refuse travels.
-#[derive(Clone, Copy, Debug)]
-pub struct SystemBits {
-    /// Above the upper limit.
-    pub above_upper_limit: u16,
-    /// Below the lower limit.
-    pub below_lower_limit: u16,
-    /// Moving, in whichever mode.
-    pub moving: u16,
-    /// The output stage is not supplied.
-    pub no_supply: u16,
-    /// A positioning is under way.
-    pub positioning: u16,
-    /// Not ready to travel, for whichever reason.
-    pub not_ready: u16,
-}
-
-impl Description {
-    /// The control word for a command, while nothing is to move.
-    #[must_use]
-    pub const fn word(&self, command: Command) -> u16 {
-        command.apply(self.idle)
-    }
-}
-
-/// The SIKO AG03/1, as tables 1, 21, 23 and 24 and the examples of 7.8 have it.
-pub const AG03_1: Description = Description {
+/// The SIKO AG03/1, as its manual has it: tables 1, 6, 20 to 24, figures 17 to 22, and the examples of 7.8.
+pub static AG03_1: Description = Description {
     name: "SIKO AG03/1",
-    vendor_id: 0x195,
-    profile: 402,
-    device_name: Some(*b"AG03"),
-    transitions: TRANSITIONS,
-    idle: control::STOP,
-    control: ControlBits {
-        new_setpoint: control::NEW_SETPOINT,
-        stop: control::STOP,
-        step: control::INCHING_1,
-        inch_positive: control::INCHING_2_POSITIVE,
-        inch_negative: control::INCHING_2_NEGATIVE,
+    identity: Identity {
+        vendor_id: od::VENDOR_ID,
+        profile: od::DEVICE_PROFILE,
+        // The AG02 has the same vendor and profile, but no device name.
+        names: Some(&["AG03"]),
+        characters: ByteOrder::LowFirst,
     },
+    objects: Objects {
+        control_word: Number::of(od::CONTROLWORD),
+        status_word: Number::of(od::STATUSWORD),
+        system_word: Some(Number::of(od::MANUFACTURER_STATUS_REGISTER)),
+        actual_position: Number::of(od::POSITION_ACTUAL_VALUE),
+        actual_velocity: Number::of(od::VELOCITY_ACTUAL_VALUE),
+        target_position: positions(Number::of(od::TARGET_POSITION), od::TARGET_POSITION.limits()),
+        position_limits: Some([
+            Number::of(od::SOFTWARE_POSITION_LIMIT.limit_1()),
+            Number::of(od::SOFTWARE_POSITION_LIMIT.limit_2()),
+        ]),
+        latest_fault: Number::of(match od::PRE_DEFINED_ERROR_FIELD.at(1) {
+            Some(latest) => latest,
+            None => panic!("1003h has entries"),
+        }),
+    },
+    outputs: OUTPUTS,
+    inputs: INPUTS,
+    always_four_bytes: false,
+    transitions: TRANSITIONS,
+    control: ControlBits { idle: control::STOP, new_setpoint: control::NEW_SETPOINT, stop: control::STOP },
     status: StatusBits {
-        voltage_enabled: status::VOLTAGE_ENABLED,
-        ready: status::READY,
         remote: status::REMOTE,
         target_reached: status::TARGET_REACHED,
         internal_limit: status::INTERNAL_LIMIT,
         acknowledged: status::ACKNOWLEDGED,
-        standstill: status::STANDSTILL,
-        positioning: status::POSITIONING,
-        moving: status::MOVING,
+        positioning: Some(Test::of_status(status::POSITIONING)),
+        moving: Some(Test::of_status(status::MOVING)),
+        standing: 0,
+        velocity_unit: "rev/min",
     },
-    system: SystemBits {
-        above_upper_limit: system::ABOVE_UPPER_LIMIT,
-        below_lower_limit: system::BELOW_LOWER_LIMIT,
-        moving: system::MOVING,
-        no_supply: system::NO_SUPPLY,
-        positioning: system::POSITIONING,
-        not_ready: system::NOT_READY,
+    // Table 25 clears New Setpoint when a travel is over, and keeps it while one is interrupted.
+    release: Release::WhenOver,
+    modes: ModeObjects {
+        chosen: Number::of(od::MODES_OF_OPERATION),
+        shown: None,
+        codes: Modes(&[(1, Mode::ProfilePosition), (2, Mode::ProfileVelocity)]),
     },
-    cause_of,
-    reaction: Duration::from_millis(500),
-    status_period: Duration::from_millis(150),
-    // 200 rev/min with 0.04 rev/s² take 83 s.
-    braking: Duration::from_secs(100),
-    inching_begins: Duration::from_millis(50),
+    conditions: CONDITIONS,
+    codes: fault::CODES,
+    times: Times {
+        reaction: Duration::from_millis(500),
+        settling: Duration::from_millis(50),
+        status_period: Duration::from_millis(150),
+        // 200 rev/min with 0.04 rev/s² take 83 s.
+        braking: Duration::from_secs(100),
+    },
+    parameters: parameter::PARAMETERS,
+    velocity: Some(Velocities {
+        target: velocities(Number::of(od::TARGET_VELOCITY), od::TARGET_VELOCITY.limits()),
+        reached: Test::of_status(status::TARGET_REACHED),
+        gear: Some(Gear {
+            object: Number::of(od::GEAR_REDUCTION),
+            most: &[(od::GearReduction::GEAR_24_1.0 as i64, 200)],
+            otherwise: 100,
+        }),
+    }),
+    inching: Some(Inching {
+        step: control::INCHING_1,
+        positive: control::INCHING_2_POSITIVE,
+        negative: control::INCHING_2_NEGATIVE,
+        width: Number::of(od::DELTA_JOG),
+        begins: Duration::from_millis(50),
+    }),
+    calibration: Some(Calibration::Write(positions(Number::of(od::CALIBRATION_VALUE), od::CALIBRATION_VALUE.limits()))),
+    approaches: Some(Approaches {
+        object: Number::of(od::POS_TYPE),
+        values: [
+            (od::PositioningType::DIRECT.0 as i64, Approach::Direct),
+            (od::PositioningType::LOOP_PLUS.0 as i64, Approach::Positive),
+            (od::PositioningType::LOOP_MINUS.0 as i64, Approach::Negative),
+        ],
+    }),
+    // What is written is kept (table 6).
+    store: None,
+    restore: Some(Restore {
+        all: Number::of(od::RESTORE_DEFAULT_PARAMETERS.all_parameters()),
+        sets: &[
+            (ParameterSet::Standard, Number::of(od::RESTORE_DEFAULT_PARAMETERS.standard_parameters())),
+            (ParameterSet::Controller, Number::of(od::RESTORE_DEFAULT_PARAMETERS.controller_parameters())),
+        ],
+        signature: od::RestoreSignature::LOAD.0,
+    }),
+    torque_deactivation: Some(TorqueDeactivation {
+        state: Number::of(od::TORQUE_DEACTIVATION_STATE),
+        active: 1,
+        threshold: Number::of(od::TORQUE_DEACTIVATION).within(20, 125),
+        off: 125,
+    }),
+    temperature: Some(Measured { object: Number::of(od::OUTPUT_STAGE_TEMPERATURE), per_unit: 10 }),
+    battery: Some(Measured { object: Number::of(od::BATTERY_VOLTAGE), per_unit: 100 }),
+    units: Some(UnitObjects {
+        increments: 1600,
+        spindle_pitch_10um: Number::of(od::SPINDLE_PITCH),
+        numerator: Number::of(od::GEAR_RATIO.numerator()),
+        denominator: Number::of(od::GEAR_RATIO.denominator()),
+    }),
+    emergencies: Some(EmergencySwitch::CIA_301),
 };
+
+/// RPDO1, RPDO3, RPDO4 (figures 17 to 19). There is no RPDO2.
+const OUTPUTS: Outputs = Outputs {
+    control: Some(Pdo { base: 0x200, signals: &[Signal::ControlWord] }),
+    position: Some(Pdo { base: 0x400, signals: &[Signal::ControlWord, Signal::TargetPosition] }),
+    velocity: Some(Pdo { base: 0x500, signals: &[Signal::ControlWord, Signal::TargetVelocity] }),
+};
+
+/// TPDO1, TPDO3 with the position, TPDO4 with the velocity (figures 20 to 22). There is no TPDO2.
+const INPUTS: &[Pdo] = &[
+    Pdo { base: 0x180, signals: &[Signal::StatusWord] },
+    Pdo { base: 0x380, signals: &[Signal::StatusWord, Signal::Other(4)] },
+    Pdo { base: 0x480, signals: &[Signal::StatusWord, Signal::Other(4)] },
+];
+
+/// Chapters 2.2.1, 2.2.1.2 and 2.2.2, by the bits of 1002h (table 1).
+const CONDITIONS: &[Condition] = &[
+    Condition {
+        when: Test::of_system(system::NO_SUPPLY as u32),
+        refuses: Orders::MOVE.and(Orders::ENABLE),
+        missing: Missing::Supply,
+    },
+    // Inching shows as movement only.
+    Condition {
+        when: Test::of_system((system::POSITIONING | system::MOVING) as u32),
+        refuses: Orders::FROM_REST,
+        missing: Missing::NoTravel,
+    },
+    // Beyond a limit, inching leads back only, and nothing else leads anywhere.
+    Condition {
+        when: Test::of_system(system::ABOVE_UPPER_LIMIT as u32),
+        refuses: Orders::TRAVEL.and(Orders::INCH_POSITIVE),
+        missing: Missing::BelowUpperLimit,
+    },
+    Condition {
+        when: Test::of_system(system::BELOW_LOWER_LIMIT as u32),
+        refuses: Orders::TRAVEL.and(Orders::INCH_NEGATIVE),
+        missing: Missing::AboveLowerLimit,
+    },
+];
+
+/// With the limits of the data sheet.
+const fn positions(object: Number, limits: Option<Limits<od::Position>>) -> Number {
+    match limits {
+        Some(Limits { low, high }) => object.within(low.0 as i64, high.0 as i64),
+        None => object,
+    }
+}
+
+/// The same for a velocity.
+const fn velocities(object: Number, limits: Option<Limits<od::Velocity>>) -> Number {
+    match limits {
+        Some(Limits { low, high }) => object.within(low.0 as i64, high.0 as i64),
+        None => object,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_wrong_with_the_description() {
+        assert_eq!(AG03_1.findings(), [""; 0]);
+    }
+
+    #[test]
+    fn the_limits_are_those_of_the_data_sheet() {
+        let target = AG03_1.objects.target_position;
+        assert_eq!(target.check(9_999_999), od::TARGET_POSITION.check(od::Position(9_999_999)));
+        assert_eq!(target.check(-10_000_000), od::TARGET_POSITION.check(od::Position(-10_000_000)));
+    }
+}

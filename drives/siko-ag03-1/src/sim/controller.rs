@@ -3,20 +3,15 @@
 
 use std::collections::VecDeque;
 
-use lexican_runtime::{Duration, Instant};
+use lexican_runtime::Instant;
 
-use super::inputs::{BusState, Inputs, Shaft};
+use super::inputs::{BusState, Inputs, Key, Shaft};
 use super::motion::{FULL_ACCELERATION, Job, Motion, REVOLUTION_PER_MINUTE, RUN_OUT_DECELERATION};
 use super::parameters::{Mode, Parameters};
 use crate::Direction;
-use crate::fault::{ERROR_PASSIVE, Fault, NO_ERROR, RECOVERED_FROM_BUS_OFF, register};
+use crate::fault::{ERROR_PASSIVE, Fault, RECOVERED_FROM_BUS_OFF};
 use crate::state::{State, Transition, commanded, has_torque};
 use crate::words::control;
-
-/// Fault C comes when the motor current has been too high for this long (table 2).
-const OVERCURRENT_FOR: Duration = Duration::from_secs(4);
-/// Fault B comes when a blocked shaft has not turned for this long. The manual gives no number: an assumption.
-const BLOCKED_FOR: Duration = Duration::from_millis(500);
 
 /// What the network allows the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +22,17 @@ pub enum Network {
     Operational,
     /// NMT STOPPED.
     Stopped,
+}
+
+/// What the output stage does with the motor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motor {
+    /// It holds or moves the shaft.
+    InControl,
+    /// Its windings are shorted: it brakes, and takes no current.
+    Shorted,
+    /// It has no torque: the shaft can be turned by hand.
+    Released,
 }
 
 /// An emergency to report.
@@ -51,24 +57,40 @@ pub struct Controller {
     pub(super) acknowledged: bool,
     pub(super) torque_deactivated: bool,
     /// In velocity mode: bit 8 has started the drive and not stopped it.
-    running: bool,
+    pub(super) running: bool,
     control_word: u16,
-    overcurrent_since: Option<Instant>,
-    blocked_since: Option<Instant>,
-    faults: Vec<Fault>,
-    emergencies: VecDeque<Emergency>,
+    pub(super) overcurrent_since: Option<Instant>,
+    pub(super) blocked_since: Option<Instant>,
+    pub(super) faults: Vec<Fault>,
+    pub(super) emergencies: VecDeque<Emergency>,
 }
 
 impl Controller {
     /// A controller whose power has just come on, with its shaft at `position`.
     #[must_use]
     pub fn new(now: Instant, parameters: Parameters, inputs: Inputs, position: i32) -> Self {
+        Controller::start(now, parameters, inputs, Motion::at_rest(now, parameters.shaft(position)))
+    }
+
+    /// The same drive after power-on or a reset: what its shaft was doing ends by itself.
+    #[must_use]
+    pub(super) fn restarted(&self, now: Instant, inputs: Inputs) -> Self {
+        let mut motion = self.motion.clone();
+        if motion.is_active(now) {
+            motion.cancel(now, RUN_OUT_DECELERATION);
+        }
+        motion.forget_job();
+        Controller::start(now, self.parameters, inputs, motion)
+    }
+
+    fn start(now: Instant, parameters: Parameters, inputs: Inputs, mut motion: Motion) -> Self {
+        motion.set_ceiling(now, ceiling(&inputs), parameters.rotation());
         let mut controller = Controller {
             parameters,
             inputs,
             network: Network::PreOperational,
             state: State::SwitchOnDisabled,
-            motion: Motion::at_rest(now, parameters.shaft(position)),
+            motion,
             acknowledged: false,
             torque_deactivated: false,
             running: false,
@@ -124,21 +146,38 @@ impl Controller {
             0
         } else if self.motion.is_moving(now) || self.motion.is_blocked() {
             self.inputs.load_ma
-        } else if self.has_torque(now) {
+        } else if self.motor(now) == Motor::InControl {
             Inputs::HOLDING_CURRENT_MA
         } else {
             0
         }
     }
 
-    /// Whether the motor is in control; otherwise it is released.
+    /// What the output stage does with the motor.
     #[must_use]
-    pub fn has_torque(&self, now: Instant) -> bool {
+    pub fn motor(&self, now: Instant) -> Motor {
         let inching_by_key = self.inputs.key.is_some() && self.motion.is_active(now);
-        let let_go = self.parameters.in_position_mode == 2
-            && matches!(self.motion.job(), Job::Positioning(_))
-            && !self.motion.is_active(now);
-        self.inputs.supply_is_present() && (has_torque(self.state) && !let_go || inching_by_key)
+        let arrived = matches!(self.motion.job(), Job::Positioning(_)) && !self.motion.is_active(now);
+        if !self.inputs.supply_is_present() || !has_torque(self.state) && !inching_by_key {
+            return Motor::Released;
+        }
+        // Parameter 26.
+        match self.parameters.in_position_mode {
+            1 if arrived => Motor::Shorted,
+            2 if arrived => Motor::Released,
+            _ => Motor::InControl,
+        }
+    }
+
+    /// Somebody turns the shaft by hand, in no time. Whether it lets itself be turned: a motor that is released does.
+    pub fn turn_shaft(&mut self, now: Instant, increments: i32) -> bool {
+        let turns =
+            self.motor(now) == Motor::Released && !self.motion.is_moving(now) && self.inputs.shaft == Shaft::Free;
+        if turns {
+            self.motion.displace(now, f64::from(increments));
+            self.settle(now);
+        }
+        turns
     }
 
     /// Takes what the objects hold now.
@@ -181,9 +220,7 @@ impl Controller {
             self.inch_by_key(now);
         }
         if before.attainable_rpm != inputs.attainable_rpm {
-            let velocity =
-                inputs.attainable_rpm.map_or(f64::INFINITY, |rpm| f64::from(rpm.max(1)) * REVOLUTION_PER_MINUTE);
-            self.motion.set_ceiling(now, velocity, self.parameters.rotation());
+            self.motion.set_ceiling(now, ceiling(&inputs), self.parameters.rotation());
         }
         self.settle(now);
     }
@@ -191,7 +228,10 @@ impl Controller {
     /// Follows the NMT state: outside OPERATIONAL the motor is released (7.2.2.3, 7.2.2.5).
     pub fn set_network(&mut self, now: Instant, network: Network) {
         self.network = network;
-        if network != Network::Operational {
+        if network == Network::Operational {
+            // The keys are locked there (2.2.1.2).
+            self.motion.stop_inching(now, self.parameters.inching().deceleration);
+        } else {
             self.disable(now);
         }
         self.settle(now);
@@ -233,16 +273,6 @@ impl Controller {
     /// Lets time pass: faults that need some of it.
     pub fn advance(&mut self, now: Instant) {
         self.settle(now);
-    }
-
-    /// When [`Controller::advance`] has something to do.
-    #[must_use]
-    pub fn next_event(&self) -> Option<Instant> {
-        let overcurrent = self.overcurrent_since.map(|since| since + OVERCURRENT_FOR);
-        let blocked = self.blocked_since.map(|since| since + BLOCKED_FOR);
-        // At rest, the motor does not take that current any more.
-        let over = self.overcurrent_since.and_then(|_| self.motion.rest_at());
-        [overcurrent, blocked, over].into_iter().flatten().min()
     }
 
     fn take(&mut self, now: Instant, transition: Transition) {
@@ -329,7 +359,11 @@ impl Controller {
 
     fn inch_by_key(&mut self, now: Instant) {
         let deceleration = self.parameters.inching().deceleration;
-        let Some(direction) = self.inputs.key else { return self.motion.stop_inching(now, deceleration) };
+        let Some(key) = self.inputs.key else { return self.motion.stop_inching(now, deceleration) };
+        let direction = match (key, self.parameters.counts_down) {
+            (Key::CounterClockwise, false) | (Key::Clockwise, true) => Direction::Positive,
+            (Key::Clockwise, false) | (Key::CounterClockwise, true) => Direction::Negative,
+        };
         let allowed = self.network == Network::PreOperational
             && self.state != State::Fault
             && self.parameters.mode == Mode::Positioning
@@ -346,95 +380,11 @@ impl Controller {
             self.motion.cancel(now, RUN_OUT_DECELERATION);
         }
     }
+}
 
-    /// All that follows from inputs, motion and time, whatever has changed.
-    fn settle(&mut self, now: Instant) {
-        self.hold_shaft(now);
-        self.deactivate_torque(now);
-        self.watch_current(now);
-        for fault in Fault::ALL {
-            if self.is_caused(now, *fault) && !self.faults.contains(fault) {
-                self.raise(now, *fault);
-            }
-        }
-    }
-
-    fn hold_shaft(&mut self, now: Instant) {
-        let blocked = self.inputs.shaft == Shaft::Blocked;
-        if blocked && self.motion.is_moving(now) {
-            self.motion.block(now);
-        } else if !blocked && self.motion.is_blocked() {
-            self.motion.unblock(now, self.parameters.rotation());
-        }
-        let counts = self.motion.is_blocked() && !self.faults.contains(&Fault::SHAFT_BLOCKED);
-        self.blocked_since = counts.then(|| self.blocked_since.unwrap_or(now));
-    }
-
-    fn watch_current(&mut self, now: Instant) {
-        let too_high = self.current_ma(now) > Inputs::OVERCURRENT_MA;
-        let counts = too_high && !self.faults.contains(&Fault::OVERCURRENT);
-        self.overcurrent_since = counts.then(|| self.overcurrent_since.unwrap_or(now));
-    }
-
-    /// Chapter 2.3: brakes fully and keeps control; the job can be resumed.
-    fn deactivate_torque(&mut self, now: Instant) {
-        let threshold = u32::from(self.parameters.torque_deactivation);
-        let load = u32::from(self.current_ma(now)) * 100 / u32::from(Inputs::RATED_CURRENT_MA);
-        let travelling = self.motion.is_positioning(now) && !self.motion.is_interrupted();
-        if threshold < 125 && load > threshold && travelling {
-            self.motion.interrupt_braking(now, FULL_ACCELERATION);
-            self.torque_deactivated = true;
-        }
-    }
-
-    /// Whether the condition of a fault holds (table 2).
-    fn is_caused(&self, now: Instant, fault: Fault) -> bool {
-        let inputs = &self.inputs;
-        let lasts = |since: Option<Instant>, span| since.is_some_and(|since| since + span <= now);
-        match fault {
-            Fault::UNDERVOLTAGE => {
-                inputs.output_stage_supply_100mv < Inputs::UNDERVOLTAGE_100MV
-                    && self.current_ma(now) > Inputs::UNDERVOLTAGE_CURRENT_MA
-            }
-            Fault::SHAFT_BLOCKED => lasts(self.blocked_since, BLOCKED_FOR),
-            Fault::OVERCURRENT => lasts(self.overcurrent_since, OVERCURRENT_FOR),
-            Fault::OVERTEMPERATURE => inputs.temperature_100mdegc > Inputs::OVERTEMPERATURE_100MDEGC,
-            Fault::SENSOR => inputs.sensor_fails,
-            Fault::INTERNAL => inputs.internal_error,
-            Fault::OVERVOLTAGE => inputs.output_stage_supply_100mv > Inputs::OVERVOLTAGE_100MV,
-            // Raised when it happens, during a positioning; it goes with the bus.
-            Fault::BUS_PASSIVE => inputs.bus != BusState::Active && self.faults.contains(&fault),
-            Fault::BUS_OFF => inputs.bus == BusState::Off,
-            Fault::BATTERY => inputs.battery_10mv < Inputs::BATTERY_EMPTY_10MV,
-            _ => false,
-        }
-    }
-
-    /// Transition 13. "Faults induce an immediate stop" (5.2): with full deceleration.
-    fn raise(&mut self, now: Instant, fault: Fault) {
-        self.faults.push(fault);
-        self.state = State::Fault;
-        self.running = false;
-        if self.motion.is_moving(now) || self.motion.is_active(now) {
-            self.motion.cancel(now, FULL_ACCELERATION);
-        }
-        (self.overcurrent_since, self.blocked_since) = (None, None);
-        self.emergencies.push_back(Emergency { code: fault.code, register: self.error_register(), stored: true });
-    }
-
-    /// Transition 14, on condition that no cause is left.
-    fn reset_fault(&mut self, now: Instant) {
-        if !Fault::ALL.iter().any(|fault| self.is_caused(now, *fault)) {
-            self.faults.clear();
-            self.state = State::SwitchOnDisabled;
-            self.report(NO_ERROR);
-        }
-    }
-
-    fn report(&mut self, code: u16) {
-        let own = if code == NO_ERROR { 0 } else { register::GENERAL | register::COMMUNICATION };
-        self.emergencies.push_back(Emergency { code, register: self.error_register() | own, stored: false });
-    }
+/// The velocity that the load allows, in increments/s.
+fn ceiling(inputs: &Inputs) -> f64 {
+    inputs.attainable_rpm.map_or(f64::INFINITY, |rpm| f64::from(rpm.max(1)) * REVOLUTION_PER_MINUTE)
 }
 
 const INCHING_2: [(u16, Direction); 2] =

@@ -1,43 +1,46 @@
-//! The simulated drive as a node of a bus.
+//! The simulated drive: what it is made of, and what one can see of it and do to it.
 
-use lexican_runtime::device::{Device, Event};
-use lexican_runtime::host::Node;
+use std::path::Path;
+
+use lexican_runtime::device::Device;
 use lexican_runtime::object::ObjectDictionary;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::wire::pdo::TransmissionType;
-use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
+use lexican_runtime::{Instant, NodeId};
 
 use super::controller::{Controller, Network};
+use super::eeprom::{EepromError, EepromFile, NonVolatile};
 use super::inputs::{BusState, Inputs};
+use super::leds::{BusLed, Lights, StatusLed};
 use super::objects::{self, Effect, Objects};
 use super::parameters::Parameters;
-use super::setup::{NonVolatile, Setup};
+use super::power::Power;
+use super::script::{Following, Script};
+use super::setup::Setup;
+use super::switches::DipSwitches;
 use super::trajectory;
 use crate::od;
 use crate::state::State;
 
-/// The green status LED (7.14).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StatusLed {
-    /// A supply is missing.
-    Off,
-    /// The supplies are there.
-    On,
-    /// A fault, by the number of blinks (table 2).
-    Blinks(u8),
-}
-
-/// A simulated AG03/1: a [`Node`], to be attached to a bus.
+/// A simulated AG03/1: a [`Node`](lexican_runtime::host::Node), to be attached to a bus.
 #[derive(Clone, Debug)]
 pub struct SimulatedDrive {
-    setup: Setup,
-    device: Device<4, 4, 1, 0>,
-    storage: od::Storage,
-    controller: Controller,
+    pub(super) setup: Setup,
+    pub(super) device: Device<4, 4, 1, 0>,
+    pub(super) storage: od::Storage,
+    pub(super) controller: Controller,
     effects: Vec<Effect>,
     /// Until when everything has been looked at: what changes by itself after it is still to be told.
-    settled: Instant,
+    pub(super) settled: Instant,
+    pub(super) power: Power,
+    /// What the LEDs show, and since when.
+    leds: ((StatusLed, Instant), (BusLed, Instant)),
+    /// Whether somebody has switched it off.
+    pub(super) switched_off: bool,
+    /// In bit/s, as 2100h said at the last initialisation.
+    pub(super) bit_rate: u32,
+    pub(super) eeprom: Option<EepromFile>,
+    pub(super) following: Option<Following>,
 }
 
 impl SimulatedDrive {
@@ -50,20 +53,73 @@ impl SimulatedDrive {
     /// A drive that is powered on at `now`.
     #[must_use]
     pub fn power_on(now: Instant, setup: Setup) -> Self {
-        let storage = setup.storage();
+        let node = setup.switches.node();
+        let storage = setup.storage(node);
         let parameters = objects::parameters(&storage);
         let position = setup.non_volatile.position;
         let mut drive = SimulatedDrive {
-            device: Device::new(setup.node, setup.behaviour),
+            device: Device::new(node, setup.behaviour),
             controller: Controller::new(now, parameters, setup.inputs, position),
             effects: Vec::new(),
             storage,
             setup,
             settled: now,
+            power: Power::Off,
+            leds: ((StatusLed::Off, now), (BusLed::Off, now)),
+            switched_off: false,
+            bit_rate: 0,
+            eeprom: None,
+            following: None,
         };
-        drive.with_device(now, |device, od| device.restart(now, od));
+        drive.follow_supply(now);
         drive.settle(now);
         drive
+    }
+
+    /// A drive that is powered on at `now` and keeps what it keeps in the file at `path`: [`Setup::non_volatile`] is
+    /// what the file holds, and is as it was given when there is no such file yet. The file is
+    /// written whenever an entry of the EEPROM has changed, and with the position whenever the shaft has come to rest.
+    ///
+    /// ```
+    /// # use lexican_runtime::{Instant, NodeId};
+    /// # use siko_ag03_1::sim::{Setup, SimulatedDrive};
+    /// # let path = std::env::temp_dir().join(format!("ag03-eeprom-{}", std::process::id()));
+    /// let setup = Setup::new(NodeId::literal(5));
+    /// let drive = SimulatedDrive::with_eeprom(Instant::ZERO, setup, &path)?;
+    /// assert!(path.exists() && drive.eeprom_trouble().is_none());
+    /// # std::fs::remove_file(path)?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, is torn, or is something else.
+    pub fn with_eeprom(now: Instant, setup: Setup, path: impl AsRef<Path>) -> Result<Self, EepromError> {
+        let (file, kept) = EepromFile::open(path.as_ref())?;
+        let mut setup = setup;
+        setup.non_volatile = kept.unwrap_or(setup.non_volatile);
+        let mut drive = SimulatedDrive::power_on(now, setup);
+        drive.eeprom = Some(file);
+        drive.settle(now);
+        Ok(drive)
+    }
+
+    /// Why the file of the EEPROM could not be written the last time.
+    #[must_use]
+    pub fn eeprom_trouble(&self) -> Option<&EepromError> {
+        self.eeprom.as_ref()?.trouble()
+    }
+
+    /// Lets `script` happen to the drive, beginning at `now`; another one that is not done is forgotten.
+    pub fn follow(&mut self, now: Instant, script: Script) {
+        self.following = Some(Following::new(now, script));
+        self.run_script(now);
+    }
+
+    /// How many steps of the script have not happened yet.
+    #[must_use]
+    pub fn steps_left(&self) -> usize {
+        self.following.as_ref().map_or(0, Following::left)
     }
 
     /// What would survive if power went off now.
@@ -74,16 +130,16 @@ impl SimulatedDrive {
         NonVolatile { eeprom, position: self.position(now) }
     }
 
-    /// Power off and on again.
-    pub fn power_cycle(&mut self, now: Instant) {
-        let setup = Setup { non_volatile: self.non_volatile(now), inputs: *self.inputs(), ..self.setup.clone() };
-        *self = SimulatedDrive::power_on(now, setup);
-    }
-
     /// The node-ID.
     #[must_use]
     pub fn node(&self) -> NodeId {
-        self.setup.node
+        self.device.node()
+    }
+
+    /// The bit rate in bit/s: that of 2100h when the drive was initialised.
+    #[must_use]
+    pub fn bit_rate(&self) -> u32 {
+        self.bit_rate
     }
 
     /// The NMT state.
@@ -140,38 +196,97 @@ impl SimulatedDrive {
         self.controller.motion().state(now)
     }
 
+    /// Somebody turns the shaft by hand, in no time. Whether it lets itself be turned: a motor that is released does.
+    pub fn turn_shaft(&mut self, now: Instant, increments: i32) -> bool {
+        let turned = self.controller.turn_shaft(now, increments);
+        self.settle(now);
+        turned
+    }
+
     /// The world around the drive.
     #[must_use]
     pub fn inputs(&self) -> &Inputs {
         &self.controller.inputs
     }
 
-    /// Lets the world change.
+    /// Lets the world change. Without its control supply, the drive is off.
     pub fn set_inputs(&mut self, now: Instant, change: impl FnOnce(&mut Inputs)) {
         let mut inputs = *self.inputs();
         let bus_before = inputs.bus;
         change(&mut inputs);
-        self.controller.set_inputs(now, inputs);
+        if self.power == Power::Off || !inputs.control_is_supplied() {
+            self.controller.inputs = inputs;
+        } else {
+            self.controller.set_inputs(now, inputs);
+        }
+        self.follow_supply(now);
         // Table 20: 8120h is not a fault, and over when the bus is well again.
         let recovered = bus_before == BusState::Passive && inputs.bus == BusState::Active;
-        if recovered && self.controller.faults().is_empty() {
+        if recovered && self.is_running() && self.controller.faults().is_empty() {
             self.with_device(now, |device, od| device.clear(ErrorRegister(0xFF), od));
         }
         self.settle(now);
     }
 
+    /// The DIP switches.
+    #[must_use]
+    pub fn switches(&self) -> DipSwitches {
+        self.setup.switches
+    }
+
+    /// Sets the DIP switches; the drive looks at them when its supply is switched on (7.13).
+    pub fn set_switches(&mut self, switches: DipSwitches) {
+        self.setup.switches = switches;
+    }
+
     /// What the status LED shows.
     #[must_use]
     pub fn status_led(&self) -> StatusLed {
-        let inputs = self.inputs();
-        match self.controller.faults().first() {
-            Some(fault) => StatusLed::Blinks(fault.blinks),
-            None if inputs.supply_is_present() => StatusLed::On,
-            None => StatusLed::Off,
+        match (self.power, self.controller.faults().first()) {
+            (Power::Off, _) => StatusLed::Off,
+            (Power::Restored, _) => StatusLed::Alternates,
+            (Power::On, Some(fault)) => StatusLed::Blinks(fault.blinks),
+            (Power::On, None) if self.inputs().supply_is_present() => StatusLed::On,
+            (Power::On, None) => StatusLed::Off,
         }
     }
 
-    fn with_device<T>(
+    /// What the bus LED shows.
+    #[must_use]
+    pub fn bus_led(&self) -> BusLed {
+        match self.power {
+            Power::Off => BusLed::Off,
+            Power::Restored => BusLed::Alternates,
+            Power::On => BusLed::of(self.nmt_state()),
+        }
+    }
+
+    /// Which of the LEDs is lit at `now`. Whatever blinks, begins to when it is first shown.
+    #[must_use]
+    pub fn lights(&self, now: Instant) -> Lights {
+        let ((status, status_since), (bus, bus_since)) = self.leds;
+        Lights { status: status.is_lit(now.since(status_since)), bus: bus.is_lit(now.since(bus_since)) }
+    }
+
+    fn show(&mut self, now: Instant) {
+        let (status, bus) = (self.status_led(), self.bus_led());
+        if self.leds.0.0 != status {
+            self.leds.0 = (status, now);
+        }
+        if self.leds.1.0 != bus {
+            self.leds.1 = (bus, now);
+        }
+    }
+
+    /// Lends `call` the dictionary with its live values, beside the bus: access rights are not enforced, everything
+    /// else is. `lexican simulate` reads and sets objects so, in the words of whoever sits before it.
+    pub fn with_dictionary<T>(&mut self, now: Instant, call: impl FnOnce(&mut dyn ObjectDictionary) -> T) -> T {
+        let result = self.with_device(now, |_, od| call(od));
+        self.settle(now);
+        result
+    }
+
+    pub(super) fn with_device<T>(
         &mut self,
         now: Instant,
         call: impl FnOnce(&mut Device<4, 4, 1, 0>, &mut dyn ObjectDictionary) -> T,
@@ -186,27 +301,27 @@ impl SimulatedDrive {
         call(&mut self.device, &mut od)
     }
 
-    fn follow(&mut self, now: Instant, event: Option<Event>) {
-        match event {
-            Some(Event::StateChanged(state)) => self.controller.set_network(now, network(state)),
-            Some(Event::Reset(_)) => self.restart(now),
-            _ => {}
-        }
-        self.settle(now);
-    }
-
-    /// Both resets lead through INITIALISATION (7.2.2.2), as power-on does.
-    fn restart(&mut self, now: Instant) {
-        let position = self.position(now);
-        let inputs = *self.inputs();
-        let setup = Setup { non_volatile: self.non_volatile(now), inputs, ..self.setup.clone() };
-        self.storage = setup.storage();
-        self.controller = Controller::new(now, objects::parameters(&self.storage), inputs, position);
-        self.with_device(now, |device, od| device.restart(now, od));
+    pub(super) fn enter(&mut self, now: Instant, state: NmtState) {
+        let network = match state {
+            NmtState::Operational => Network::Operational,
+            NmtState::Stopped => Network::Stopped,
+            _ => Network::PreOperational,
+        };
+        self.controller.set_network(now, network);
+        self.show(now);
     }
 
     /// Everything that follows from what just happened.
-    fn settle(&mut self, now: Instant) {
+    pub(super) fn settle(&mut self, now: Instant) {
+        if self.is_running() {
+            self.settle_running(now);
+        }
+        self.settled = now;
+        self.show(now);
+        self.save(now);
+    }
+
+    fn settle_running(&mut self, now: Instant) {
         let parameters = objects::parameters(&self.storage);
         if parameters != self.controller.parameters {
             self.controller.set_parameters(now, parameters);
@@ -227,95 +342,5 @@ impl SimulatedDrive {
             });
         }
         self.with_device(now, |device, od| device.compare(od));
-        self.settled = now;
-    }
-
-    /// The drive has eight abort codes (table 19). For those of CiA 301 that it does not have, the nearest is sent:
-    /// which ones a real drive sends then, the manual does not say.
-    fn with_code_of_table_19(&self, frame: Frame) -> Frame {
-        const ABORT: u8 = 0x80;
-        let &[ABORT, index_low, index_high, sub, a, b, c, d] = frame.data() else { return frame };
-        if frame.id() != CobId::of_node(0x580, self.setup.node) {
-            return frame;
-        }
-        let [a, b, c, d] = code_of_table_19(AbortCode(u32::from_le_bytes([a, b, c, d]))).0.to_le_bytes();
-        Frame::from_array(frame.id(), [ABORT, index_low, index_high, sub, a, b, c, d])
-    }
-
-    /// When a TPDO that is sent on change will have something new.
-    fn next_change(&self) -> Option<Instant> {
-        let mut next = None;
-        for tpdo in (1..=4).filter_map(|number| self.device.tpdo(number)) {
-            if !tpdo.is_active() || tpdo.parameters().transmission != TransmissionType::EventManufacturer {
-                continue;
-            }
-            let readings = [od::POSITION_ACTUAL_VALUE.address(), od::VELOCITY_ACTUAL_VALUE.address()];
-            let change = if readings.into_iter().any(|address| tpdo.mapping().maps(address)) {
-                self.controller.next_reading(self.settled)
-            } else {
-                self.controller.next_change(self.settled)
-            };
-            next = [next, change].into_iter().flatten().min();
-        }
-        next
-    }
-}
-
-impl Node for SimulatedDrive {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        if self.inputs().bus == BusState::Active {
-            let event = self.with_device(now, |device, od| device.handle_frame(now, frame, od));
-            self.follow(now, event);
-        }
-    }
-
-    fn handle_timeout(&mut self, now: Instant) {
-        let event = self.with_device(now, |device, od| device.handle_timeout(now, od));
-        self.follow(now, event);
-    }
-
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        let emergencies = CobId::from_parameter(self.storage.get(od::COB_ID_EMERGENCY_MESSAGE));
-        loop {
-            let was = self.device.nmt_state();
-            let bus = self.inputs().bus;
-            let frame =
-                (bus != BusState::Off).then(|| self.with_device(now, |device, od| device.poll_transmit(now, od)))??;
-            if was != self.device.nmt_state() {
-                self.controller.set_network(now, network(self.device.nmt_state()));
-            }
-            // Error passive: "communication is no longer enabled", but the emergency tells so.
-            if bus == BusState::Active || frame.id() == emergencies {
-                return Some(self.with_code_of_table_19(frame));
-            }
-        }
-    }
-
-    fn poll_timeout(&self) -> Option<Instant> {
-        [self.device.poll_timeout(), self.controller.next_event(), self.next_change()].into_iter().flatten().min()
-    }
-}
-
-fn code_of_table_19(code: AbortCode) -> AbortCode {
-    match code {
-        AbortCode::NO_SUCH_SUB_INDEX
-        | AbortCode::READ_ONLY
-        | AbortCode::WRITE_ONLY
-        | AbortCode::INVALID_VALUE
-        | AbortCode::MAXIMUM_BELOW_MINIMUM
-        | AbortCode::NO_SUCH_OBJECT
-        | AbortCode::DEVICE_STATE => code,
-        AbortCode::VALUE_TOO_HIGH | AbortCode::VALUE_TOO_LOW | AbortCode::PARAMETER_INCOMPATIBLE => {
-            AbortCode::INVALID_VALUE
-        }
-        _ => AbortCode::UNSUPPORTED_ACCESS,
-    }
-}
-
-fn network(state: NmtState) -> Network {
-    match state {
-        NmtState::Operational => Network::Operational,
-        NmtState::Stopped => Network::Stopped,
-        _ => Network::PreOperational,
     }
 }

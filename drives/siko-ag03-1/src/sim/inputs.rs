@@ -1,7 +1,7 @@
 //! What the world does to the drive: supply, battery, temperature, load, bus, keys. Settable, so that every
 //! warning and every fault of chapter 5 can be provoked.
 
-use crate::Direction;
+use crate::fault::Fault;
 
 /// The world as the drive feels it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,8 +26,51 @@ pub struct Inputs {
     pub internal_error: bool,
     /// The state of the CAN controller.
     pub bus: BusState,
+    /// The bit rate of the bus, in bit/s: a drive that has another one neither hears nor is heard. `None` for
+    /// whichever rate the drive has.
+    pub bus_bit_rate: Option<u32>,
     /// Which operator key is pressed.
-    pub key: Option<Direction>,
+    pub key: Option<Key>,
+    /// Faults whose cause is there whatever the other inputs say.
+    pub forced: Faults,
+}
+
+/// The operator keys (2.2.1.2). Which way the drive counts then depends on the sense of rotation (parameter 18).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Key {
+    /// Key 1: the shaft turns clockwise.
+    Clockwise,
+    /// Key 2: the shaft turns counter-clockwise, which counts up when the sense of rotation is 'i'.
+    CounterClockwise,
+}
+
+/// Some of the faults of table 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Faults(u16);
+
+impl Faults {
+    /// The same with `fault`.
+    #[must_use]
+    pub const fn with(self, fault: Fault) -> Self {
+        Faults(self.0 | bit(fault))
+    }
+
+    /// The same without `fault`.
+    #[must_use]
+    pub const fn without(self, fault: Fault) -> Self {
+        Faults(self.0 & !bit(fault))
+    }
+
+    /// Whether `fault` is one of them.
+    #[must_use]
+    pub const fn contains(self, fault: Fault) -> bool {
+        self.0 & bit(fault) != 0
+    }
+}
+
+/// The number of blinks tells the faults apart: 1 to 10.
+const fn bit(fault: Fault) -> u16 {
+    1 << fault.blinks
 }
 
 /// Whether the shaft can turn.
@@ -66,13 +109,15 @@ impl Default for Inputs {
             sensor_fails: false,
             internal_error: false,
             bus: BusState::Active,
+            bus_bit_rate: None,
             key: None,
+            forced: Faults::default(),
         }
     }
 }
 
 impl Inputs {
-    /// Below this the output stage counts as not supplied. The manual gives no number: an assumption.
+    /// Below this the output stage, or the control, counts as not supplied. The manual gives no number: an assumption.
     pub const SUPPLY_PRESENT_100MV: u16 = 100;
     /// Fault A, together with a motor current above [`Inputs::UNDERVOLTAGE_CURRENT_MA`] (table 2).
     pub const UNDERVOLTAGE_100MV: u16 = 180;
@@ -93,6 +138,34 @@ impl Inputs {
     pub const RATED_CURRENT_MA: u16 = 2000;
     /// What a motor takes that holds its position. The manual gives no number: an assumption.
     pub const HOLDING_CURRENT_MA: u16 = 50;
+
+    /// Makes the cause of `fault` be there, so that it comes at once and cannot be reset.
+    pub fn force(&mut self, fault: Fault) {
+        self.forced = self.forced.with(fault);
+    }
+
+    /// Takes the cause of `fault` away, forced or not: what it comes from is as in [`Inputs::default`] again.
+    pub fn clear(&mut self, fault: Fault) {
+        let well = Inputs::default();
+        self.forced = self.forced.without(fault);
+        match fault {
+            Fault::UNDERVOLTAGE | Fault::OVERVOLTAGE => self.output_stage_supply_100mv = well.output_stage_supply_100mv,
+            Fault::SHAFT_BLOCKED => self.shaft = well.shaft,
+            Fault::OVERCURRENT => self.load_ma = well.load_ma,
+            Fault::OVERTEMPERATURE => self.temperature_100mdegc = well.temperature_100mdegc,
+            Fault::SENSOR => self.sensor_fails = well.sensor_fails,
+            Fault::INTERNAL => self.internal_error = well.internal_error,
+            Fault::BUS_PASSIVE | Fault::BUS_OFF => self.bus = well.bus,
+            Fault::BATTERY => self.battery_10mv = well.battery_10mv,
+            _ => {}
+        }
+    }
+
+    /// Whether the control is supplied: without it, the drive is off.
+    #[must_use]
+    pub const fn control_is_supplied(&self) -> bool {
+        self.control_supply_100mv >= Self::SUPPLY_PRESENT_100MV
+    }
 
     /// Whether the output stage is supplied (table 1, bit 10).
     #[must_use]

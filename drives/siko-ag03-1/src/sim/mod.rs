@@ -23,17 +23,53 @@
 //! | 6040h by SDO outside OPERATIONAL | 0800 0022h |
 //! | 2412h, 6060h, 607Eh, 6091h during a travel | 0800 0022h |
 //! | the order of the bytes of an EMCY code (table 20) | as CiA 301 has it |
-//! | where the absolute encoder jumps | nowhere |
+//! | where the absolute encoder jumps, and what a flat battery does to it | nowhere, and nothing |
+//! | "reaching the positioning window" (parameter 26) | the end of the travel |
+//! | shorted windings (parameter 26, mode 1) | hold against a hand, take no current, and do not show in 1002h, bit 7 |
+//! | parameters 1 to 3 (P, I, D) | are kept; the shaft follows its ramp exactly |
+//! | the NMT state after a missing guarding request (7.2.11) | PRE-OPERATIONAL, as CiA 301 has it |
+//! | the positions of SW1 to SW8 that restore factory settings (2.4) | see [`Restore`] |
+//! | the drive while it says that it has restored them | is not on the bus |
+//! | the status LED with one of the two supplies | off |
+//! | the times of the blink codes | as the flashes of CiA 303-3 |
+//! | a drive whose bit rate is not that of the bus | is not heard, and hears nothing |
+//!
+//! # In pictures
+//!
+//! Drawn by the example `motion_plots`.
+//!
+#![doc = include_str!("../../docs/positioning.svg")]
+//!
+#![doc = include_str!("../../docs/loop.svg")]
+//!
+#![doc = include_str!("../../docs/inching.svg")]
+//!
+#![doc = include_str!("../../docs/velocity.svg")]
+//!
+#![doc = include_str!("../../docs/stops.svg")]
+//!
+#![doc = include_str!("../../docs/fault.svg")]
 
 pub mod controller;
 mod drive;
+mod eeprom;
 pub mod inputs;
+mod leds;
 pub mod motion;
+mod node;
 mod objects;
 pub mod parameters;
+mod power;
+pub mod script;
 mod setup;
 mod status;
+mod switches;
 pub mod trajectory;
+mod watch;
 
-pub use drive::{SimulatedDrive, StatusLed};
-pub use setup::{BEHAVIOUR, Gear, NonVolatile, NotNonVolatile, Setup};
+pub use drive::SimulatedDrive;
+pub use eeprom::{EepromError, NonVolatile};
+pub use leds::{BusLed, FLASH, Lights, PAUSE, StatusLed};
+pub use script::Script;
+pub use setup::{BEHAVIOUR, BIT_RATES, COMMUNICATION_PROFILE, DEVICE_PROFILE, Gear, Setup};
+pub use switches::{DipSwitches, NotSwitches, Restore, Termination};

@@ -274,6 +274,16 @@ impl Motion {
         *self = Motion { ceiling: self.ceiling, ..Motion::at_rest(now, position) };
     }
 
+    /// Somebody else turns the shaft, in no time; a job that is finished stays known.
+    pub fn displace(&mut self, now: Instant, increments: f64) {
+        self.way = Trajectory::rest(now, self.state(now).position + increments);
+    }
+
+    /// Forgets the job, as without power; the shaft does what it does.
+    pub fn forget_job(&mut self) {
+        (self.job, self.blocked, self.ceiling) = (Job::None, false, f64::INFINITY);
+    }
+
     /// The first time after `now` at which an observation changes: [`Trajectory::next_change`] says which
     /// keys can be asked for; the beginning and the end of jobs are always among the changes.
     pub fn next_change<K: PartialEq>(&self, now: Instant, key: impl Fn(State) -> K) -> Option<Instant> {

@@ -8,6 +8,7 @@ use lexican_runtime::wire::nmt::NmtState;
 
 use super::controller::Controller;
 use super::parameters::{Mode, Parameters};
+use super::switches::Restore;
 use crate::od;
 use crate::parameter::{PARAMETERS, ParameterSet};
 
@@ -157,26 +158,30 @@ impl Objects<'_> {
         match (address.index(), address.sub()) {
             (0x6040, _) => self.effects.push(Effect::Control(value.raw as u16)),
             (0x607C, _) | (0x1011, 4) => self.effects.push(Effect::Calibrate),
-            (0x1011, sub @ 1..=3) => self.restore(sub),
+            (0x1011, sub) => {
+                if let Some(which) = Restore::ALL.into_iter().find(|which| which.sub_index() == sub) {
+                    restore(self.storage, which);
+                }
+            }
             _ => {}
         }
     }
+}
 
-    /// 1011h: node-ID and bit rate stay, and so does the position.
-    fn restore(&mut self, sub: u8) {
-        let restored = |set| match sub {
-            1 => true,
-            2 => set == ParameterSet::Standard,
-            _ => set == ParameterSet::Controller,
-        };
-        for parameter in PARAMETERS.iter().filter(|parameter| restored(parameter.set)) {
-            let table = self.storage.table();
-            let Ok(entry) = table.entry(parameter.address) else { continue };
-            let start = entry.offset as usize;
-            let default = table.image.get(start..start + usize::from(entry.capacity)).unwrap_or(&[]);
-            // Defaults keep their own limits, so that nothing is refused.
-            let _ = self.storage.write(&entry, 0, default, true);
-        }
+/// Parameters back to their factory settings; node-ID and bit rate stay, and so does the position (1011h).
+pub(super) fn restore(storage: &mut od::Storage, which: Restore) {
+    let restored = |set| match which {
+        Restore::All => true,
+        Restore::Standard => set == ParameterSet::Standard,
+        Restore::Controller => set == ParameterSet::Controller,
+    };
+    for parameter in PARAMETERS.iter().filter(|parameter| restored(parameter.set)) {
+        let table = storage.table();
+        let Ok(entry) = table.entry(parameter.address) else { continue };
+        let start = entry.offset as usize;
+        let default = table.image.get(start..start + usize::from(entry.capacity)).unwrap_or(&[]);
+        // Defaults keep their own limits, so that nothing is refused.
+        let _ = storage.write(&entry, 0, default, true);
     }
 }
 

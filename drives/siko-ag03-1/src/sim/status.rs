@@ -3,7 +3,7 @@
 
 use lexican_runtime::Instant;
 
-use super::controller::{Controller, Network};
+use super::controller::{Controller, Motor, Network};
 use super::inputs::Inputs;
 use super::motion::{Job, REVOLUTION_PER_MINUTE, STANDSTILL};
 use super::parameters::Mode;
@@ -57,7 +57,7 @@ impl Controller {
             (system::MOVING, seen.moving),
             (system::ABOVE_UPPER_LIMIT, seen.above_upper_limit),
             (system::BELOW_LOWER_LIMIT, seen.below_lower_limit),
-            (system::MOTOR_RELEASED, !self.has_torque(now)),
+            (system::MOTOR_RELEASED, self.motor(now) == Motor::Released),
             (system::FAULT, self.state == State::Fault),
             (system::AGAINST_APPROACH, positioning && self.motion.is_before_turn(now)),
             (system::NO_SUPPLY, !self.inputs.supply_is_present()),

@@ -61,6 +61,7 @@ fn step(checker: &mut Checker<'_>, bench: &mut Bench, rows: &[Row], row: &Row) {
     };
     // The table sends the next command while the drive is still on its way.
     bench.hear(500);
+    let was_running = bench.see(|drive, now| drive.velocity(now)) != 0;
     bench.send(id as u16, &bytes(row.get("data")).unwrap_or_default());
     bench.hear(100);
     let (position, velocity) = bench.see(|drive, now| (drive.position(now), drive.velocity(now)));
@@ -77,8 +78,13 @@ fn step(checker: &mut Checker<'_>, bench: &mut Bench, rows: &[Row], row: &Row) {
         }
         "continue positioning" => moving,
         _ => match target(row) {
-            Some(target) if row.get("kind") == "RPDO3" => moving && (target > position) == (velocity > 0),
-            Some(target) => bench.read(0x60FF, 0) == Ok(target as u32),
+            Some(target) if row.get("kind") == "RPDO3" => {
+                moving && (target > position) == (velocity > 0) && meaning == format!("travel to {target:+}")
+            }
+            Some(target) => {
+                let verb = if was_running { "change to" } else { "start at" };
+                bench.read(0x60FF, 0) == Ok(target as u32) && meaning == format!("{verb} {target:+} rev/min")
+            }
             None => false,
         },
     };

@@ -3,6 +3,7 @@
 use lexican_eds::model::Value;
 use siko_ag03_1::od;
 use siko_ag03_1::parameter::PARAMETERS;
+use siko_ag03_1::sim::{COMMUNICATION_PROFILE, DEVICE_PROFILE};
 
 use super::sheet::Sheet;
 use crate::bench::{Bench, NODE};
@@ -95,7 +96,11 @@ fn by_code(key: &str) -> Option<(String, &'static str, Against)> {
             let word = word.with_fault(true).with_not_ready_to_travel(true).with_overcurrent(true);
             (format!("{:X}", word.0), "hex")
         }
-        "7.2:device profile" => (format!("DSP-{} V2.0", od::DEVICE_PROFILE), ""),
+        "7.2:communication profile" => (COMMUNICATION_PROFILE.into(), ""),
+        // The number is that of 1000h; only the version stands in no data.
+        "7.2:device profile" if DEVICE_PROFILE.starts_with(&format!("DSP-{} V", od::DEVICE_PROFILE)) => {
+            (DEVICE_PROFILE.into(), "")
+        }
         "7.10:factory bit rate" => {
             (od::CanBitRate(od::CAN_BAUD_RATE.default(NODE)?.0).name()?.split(' ').nth(1)?.to_owned(), "kbit/s")
         }

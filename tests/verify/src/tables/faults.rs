@@ -2,8 +2,8 @@
 
 use lexican_runtime::wire::emcy::CodeOrder;
 use siko_ag03_1::fault::Fault;
+use siko_ag03_1::sim::Setup;
 use siko_ag03_1::sim::inputs::{BusState, Inputs, Shaft};
-use siko_ag03_1::sim::{Setup, StatusLed};
 
 use crate::bench::{Bench, NODE};
 use crate::checker::{Against, Checker};
@@ -13,7 +13,7 @@ use crate::notation::yes;
 pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual) {
     for fault in Fault::ALL {
         if let Some(row) = checker.row("faults.csv", &fault.letter.to_string()) {
-            table_2(checker, row, fault);
+            table_2(checker, manual, row, fault);
         }
     }
     let others = [(0x0000, ""), (0x8120, ""), (0x8140, ""), (0xFF00, "")];
@@ -57,8 +57,10 @@ fn letters(bench: &Bench) -> String {
     bench.see(|drive, _| drive.controller().faults().iter().map(|fault| fault.letter).collect())
 }
 
-fn table_2(checker: &mut Checker<'_>, row: &Row, fault: &Fault) {
+fn table_2(checker: &mut Checker<'_>, manual: &Manual, row: &Row, fault: &Fault) {
     checker.place(row, "5.2.1", "2");
+    let called = manual.rows("terms.csv").iter().find(|term| term.get("overlay") == fault.text);
+    checker.cell(row, "fault", Against::Code, called.map_or("", |term| term.get("printed")));
     checker.cell(row, "hex", Against::Code, format!("{:02X}", u32::from(fault.letter)));
     checker.cell(row, "blinks", Against::Code, fault.blinks);
     let condition = match fault.letter {
@@ -92,10 +94,7 @@ fn table_2(checker: &mut Checker<'_>, row: &Row, fault: &Fault) {
     });
     let found = format!("{spared:?}, then {:?}", letters(&bench));
     checker.that(row, "letter", Against::Drive, spared.is_empty() && seconds.is_some(), found);
-    let blinks = match bench.see(|drive, _| drive.status_led()) {
-        StatusLed::Blinks(blinks) => blinks,
-        _ => 0,
-    };
+    let blinks = super::leds::blinks(&mut bench, |lights| lights.status);
     checker.cell(row, "blinks", Against::Drive, blinks);
     // Only fault C says how long it takes.
     let duration = seconds.filter(|_| fault.letter == 'C').map_or(String::new(), |seconds| seconds.to_string());

@@ -1,9 +1,12 @@
 //! Values and bits: the terms of the overlay, data descriptions, format descriptions, bit rates and gears.
 
+use std::collections::BTreeSet;
+
 use lexican_eds::model::Meaning;
 use lexican_runtime::CobId;
 use lexican_runtime::wire::pdo::PdoCobId;
-use siko_ag03_1::sim::{Gear, Setup};
+use siko_ag03_1::fault::Fault;
+use siko_ag03_1::sim::{BIT_RATES, Gear, Setup};
 
 use super::sheet::Sheet;
 use crate::bench::{Bench, NODE};
@@ -47,9 +50,17 @@ fn terms(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
         checker.cell(row, "chapter", Against::Manual, chapter_of(sheet, name));
         let printed = printed(manual, sheet, name, &key);
         let agrees = printed.iter().any(|printed| row.get("printed") == printed);
-        if name != "SystemStatus" {
-            checker.that(row, "printed", Against::Manual, agrees, printed.join(" or "));
-        }
+        checker.that(row, "printed", Against::Manual, agrees, printed.join(" or "));
+    }
+    // What the driver calls a fault.
+    for fault in Fault::ALL {
+        let letter = fault.letter.to_string();
+        let Some(row) = checker.row("terms.csv", &format!("Fault:{letter}")) else { continue };
+        checker.cell(row, "kind", Against::Code, "fault");
+        checker.cell(row, "overlay", Against::Code, fault.text);
+        checker.cell(row, "chapter", Against::Manual, "5.2.1");
+        let printed = manual.row("faults.csv", &letter).map_or("", |row| row.get("fault"));
+        checker.cell(row, "printed", Against::Manual, printed);
     }
 }
 
@@ -81,6 +92,7 @@ fn printed(manual: &Manual, sheet: &Sheet, name: &str, key: &str) -> Vec<String>
     };
     match name {
         "Statusword" => by_bit("statusword.csv"),
+        "SystemStatus" => by_bit("system_status.csv"),
         "Controlword" => by_bit("controlword.csv"),
         "EmergencyCode" => cell("emergency.csv", key.trim_start_matches("0x"), "meaning").into_iter().collect(),
         "CanBitRate" => cell("baud_rates.csv", key, "kbit").into_iter().collect(),
@@ -110,6 +122,9 @@ fn bit_rates(checker: &mut Checker<'_>, sheet: &Sheet) {
         checker.that(row, "kbit", Against::Sheet, listed, "no BaudRate key");
         let named = siko_ag03_1::od::CanBitRate(value.value as u8).name();
         checker.that(row, "kbit", Against::Code, named == Some(name.as_str()), named.unwrap_or_default());
+        let at = usize::try_from(value.value).unwrap_or(usize::MAX);
+        let rate = BIT_RATES.get(at).map_or(0.0, |rate| f64::from(*rate) / 1e3);
+        checker.cell(row, "kbit", Against::Drive, rate);
         let written = bench.write(0x2100, 0, value.value as i64, 1);
         checker.that(row, "value", Against::Drive, written.is_ok(), format!("{written:08X?}"));
     }
@@ -278,14 +293,20 @@ fn formats(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, row: &Row,
     // The manual prints 32 bits where the drive has 16, too (E05, E06).
     let fits = bits.is_some_and(|bits| high < bits || bits == 16 && high == 31);
     checker.that(row, "bits", Against::Sheet, fits, format!("{bits:?} bits"));
+    // The rows of an object say what each of its bits is, and none of them twice.
+    checker.that(row, "bits", Against::Manual, are_whole(manual, row.get("address")), "a gap or an overlap");
     let taken = |raw: u32| u32::try_from(u64::from(raw) >> low & ((1 << (high - low + 1)) - 1)).unwrap_or(0);
     let mut drive = || bench.read(index, sub).ok().map(taken);
     let value = row.get("value");
     let (found, against) = match index {
         0x1000 if low == 0 => (if drive() == Some(402) { "device profile number" } else { "" }.into(), Against::Drive),
         0x1000 => {
-            let unused = if drive() == Some(0) { row.get("meaning").ends_with("; not used") } else { false };
-            (if unused { row.get("meaning") } else { "" }.into(), Against::Drive)
+            let part = match (low, drive()) {
+                (24, Some(0)) => "manufacturer-specific; not used",
+                (16, Some(0)) => "drive type; not used",
+                _ => "",
+            };
+            (part.into(), Against::Drive)
         }
         0x1001 | 0x2420 | 0x2422 => (named_bits(manual, sheet, row, index, sub, (low, high)), Against::Sheet),
         0x1002 | 0x1003 => (halves(sheet, index, sub, (low, high)).into(), Against::Sheet),
@@ -304,15 +325,29 @@ fn formats(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, row: &Row,
         }
         _ => (cob_id_part(row, index, (low, high)).into(), Against::Code),
     };
-    let is_character = matches!(index, 0x1008 | 0x100A | 0x1011);
-    let same_byte =
-        !is_character || hex(value).and_then(char::from_u32).map(String::from) == Some(row.get("meaning").into());
+    // Bytes of a text or of a date have values, bits have two, and everything else has none.
+    let said = match index {
+        0x1008 | 0x100A | 0x1011 => {
+            hex(value).and_then(char::from_u32).map(String::from) == Some(row.get("meaning").into())
+        }
+        0x2500 => hex(value).is_some(),
+        0x1000 | 0x1002 | 0x1003 | 0x1600..=0x16FF | 0x1A00..=0x1AFF => value.is_empty(),
+        _ => matches!(value, "" | "0" | "1"),
+    };
     checker.cell(row, "meaning", against, found);
-    checker.that(row, "value", Against::Manual, same_byte, "another character");
+    checker.that(row, "value", Against::Manual, said, "another character, or no value");
     if index == 0x1008 {
         let byte = drive().map(|byte| format!("{byte:02X}"));
         checker.cell(row, "value", Against::Drive, byte.unwrap_or_default());
     }
+}
+
+/// Whether the rows of an address share its bits among themselves, from bit 0 to the highest of a byte.
+fn are_whole(manual: &Manual, address: &str) -> bool {
+    let rows = manual.rows("formats.csv").iter().filter(|row| row.get("address") == address);
+    let parts: BTreeSet<(u8, u8)> = rows.filter_map(bits).collect();
+    let next = parts.iter().try_fold(0, |next, (low, high)| (*low == next).then_some(high + 1));
+    next.is_some_and(|next| next % 8 == 0)
 }
 
 /// The character at a position of four.

@@ -1,11 +1,14 @@
 //! The comparisons, one file per group of tables.
 
+mod claims;
 mod examples;
 mod facts;
 mod faults;
+mod leds;
 mod meanings;
 mod network;
 mod objects;
+mod overview;
 mod parameters;
 mod pdo;
 mod sheet;
@@ -25,7 +28,7 @@ pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
     pdo::check(checker, manual, sheet);
     states::check(checker, manual);
     words::check(checker, manual, sheet);
-    network::check(checker, manual);
+    network::check(checker, manual, sheet);
     examples::check(checker, manual);
     facts::check(checker, manual, sheet);
     faults::check(checker, manual);

@@ -1,22 +1,24 @@
 //! The network: NMT commands and states, SDO commands, aborts and examples, node address, and LEDs.
 
 use lexican_runtime::wire::nmt::NmtState;
-use siko_ag03_1::Direction;
-use siko_ag03_1::sim::{Setup, StatusLed};
+use siko_ag03_1::sim::inputs::Key;
+use siko_ag03_1::sim::{DipSwitches, Setup, Termination};
 
+use super::sheet::Sheet;
 use crate::bench::{Bench, NODE};
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
 use crate::notation::{bytes, hex, print, yes};
 
-pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual) {
+pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
     nmt_commands(checker);
     nmt_states(checker);
     sdo_commands(checker);
     sdo_aborts(checker);
-    sdo_examples(checker, manual);
+    sdo_examples(checker, manual, sheet);
     node_address(checker, manual);
-    leds(checker);
+    bus_termination(checker);
+    super::leds::check(checker);
 }
 
 const STATES: &[(&str, u8)] = &[("OPERATIONAL", 0x01), ("PRE-OPERATIONAL", 0x80), ("STOPPED", 0x02)];
@@ -56,8 +58,20 @@ fn nmt_commands(checker: &mut Checker<'_>) {
         from.dedup();
         checker.cell(row, "to", Against::Drive, to.join("; "));
         checker.cell(row, "from", Against::Drive, from.join("; "));
+        // What 81h does is not said; that it does the same is E52.
+        let cold_start = if code == "82" && starts_cold(command) { "cold start" } else { "" };
+        checker.cell(row, "note", Against::Drive, cold_start);
         checker.that(row, "data_2", Against::Drive, own && row.get("data_2") == "node or 0", "node or 0");
     }
+}
+
+/// Whether a command does what power-on does: what the EEPROM does not keep is as it was in the beginning.
+fn starts_cold(command: u8) -> bool {
+    let mut bench = Bench::new();
+    let set = [bench.write(0x2450, 0, 50, 1), bench.write(0x2410, 4, 51, 1)];
+    bench.nmt(command);
+    bench.hear(0);
+    set == [Ok(()); 2] && (bench.read(0x2450, 0), bench.read(0x2410, 4)) == (Ok(100), Ok(51))
 }
 
 fn nmt_states(checker: &mut Checker<'_>) {
@@ -70,7 +84,7 @@ fn nmt_states(checker: &mut Checker<'_>) {
         for column in ["sdo", "pdo", "emcy", "heartbeat"] {
             checker.cell(row, column, Against::Manual, "no");
         }
-        for column in ["nmt", "keys", "state_machine", "motor"] {
+        for column in ["nmt", "keys", "state_machine", "motor", "bus_led"] {
             checker.cell(row, column, Against::Manual, "");
         }
     }
@@ -97,6 +111,7 @@ fn nmt_state(checker: &mut Checker<'_>, row: &Row, enter: u8) {
         bench
     };
     let mut bench = entered();
+    checker.cell(row, "bus_led", D, super::leds::shown(&mut bench, |lights| lights.bus));
     let beat = bench.hear_from(0x705, 100).pop().and_then(|data| data.first().copied());
     checker.cell(row, "heartbeat", D, yes(beat.is_some()));
     checker.cell(row, "heartbeat_status", D, beat.unwrap_or(0));
@@ -113,7 +128,7 @@ fn nmt_state(checker: &mut Checker<'_>, row: &Row, enter: u8) {
         checker.cell(row, "motor", Against::Manual, "");
     }
     let mut bench = entered();
-    bench.world(|inputs| inputs.key = Some(Direction::Positive));
+    bench.world(|inputs| inputs.key = Some(Key::Clockwise));
     bench.hear(500);
     checker.cell(row, "keys", D, yes(bench.see(|drive, now| drive.position(now)) != 0));
     let mut bench = entered();
@@ -158,21 +173,13 @@ fn sdo_commands(checker: &mut Checker<'_>) {
 }
 
 fn sdo_aborts(checker: &mut Checker<'_>) {
-    let mut bench = Bench::new();
-    let found = [
-        ("06090011", bench.read(0x2410, 0x07)),
-        ("06010002", bench.write(0x1000, 0, 0, 4).map(|()| 0)),
-        ("06010001", bench.read(0x1011, 1)),
-        ("06090030", bench.write(0x2410, 4, 101, 1).map(|()| 0)),
-        ("06090036", bench.write(0x607D, 2, -1_000_001, 4).map(|()| 0)),
-        ("06020000", bench.read(0x2411, 0)),
-        ("06010000", bench.write(0x2410, 4, 50, 4).map(|()| 0)),
-        ("08000022", bench.write(0x6040, 0, 6, 2).map(|()| 0)),
-    ];
-    for (code, answer) in found {
+    for code in ["06090011", "06010002", "06010001", "06090030", "06090036", "06020000", "06010000", "08000022"] {
         let Some(row) = checker.row("sdo_aborts.csv", code) else { continue };
         checker.place(row, "7.2.7.1", "19");
-        checker.that(row, "code", Against::Drive, answer == Err(hex(code).unwrap_or(0)), format!("{answer:08X?}"));
+        let answer = refused(row.get("meaning"));
+        let agrees = answer.is_some_and(|answer| answer == hex(code).unwrap_or(0));
+        checker.that(row, "code", Against::Drive, agrees, format!("{answer:08X?}"));
+        checker.that(row, "meaning", Against::Drive, agrees, format!("{answer:08X?}"));
         let wire = hex(code).unwrap_or(0).to_le_bytes();
         for (column, byte) in ["data_1", "data_2", "data_3", "data_4"].into_iter().zip(wire) {
             checker.cell(row, column, Against::Manual, format!("{byte:02X}"));
@@ -180,7 +187,23 @@ fn sdo_aborts(checker: &mut Checker<'_>) {
     }
 }
 
-fn sdo_examples(checker: &mut Checker<'_>, manual: &Manual) {
+/// The code with which the drive refuses what `meaning` describes.
+fn refused(meaning: &str) -> Option<u32> {
+    let mut bench = Bench::new();
+    match meaning {
+        "sub-index does not exist" => bench.read(0x2410, 0x07).err(),
+        "write of a read-only object" => bench.write(0x1000, 0, 0, 4).err(),
+        "read of a write-only object" => bench.read(0x1011, 1).err(),
+        "value range exceeded" => bench.write(0x2410, 4, 101, 1).err(),
+        "maximum less than minimum" => bench.write(0x607D, 2, -1_000_001, 4).err(),
+        "object does not exist" => bench.read(0x2411, 0).err(),
+        "unsupported access" => bench.write(0x2410, 4, 50, 4).err(),
+        "not possible in the present device state" => bench.write(0x6040, 0, 6, 2).err(),
+        _ => None,
+    }
+}
+
+fn sdo_examples(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
     let mut bench = Bench::new();
     let set = bench.write(0x607C, 0, 2500, 4);
     checker.require(set.is_ok(), || format!("607C:00: {set:08X?}"));
@@ -204,6 +227,7 @@ fn sdo_examples(checker: &mut Checker<'_>, manual: &Manual) {
         } else {
             checker.cell(row, "data", Against::Drive, print(&answer.unwrap_or_default()));
         }
+        checker.cell(row, "meaning", Against::Sheet, example_meaning(sheet, &data));
         let value = data.get(4..8).and_then(|value| value.try_into().ok()).map_or(0, i32::from_le_bytes);
         checker.cell(row, "value", Against::Manual, if value == 0 { String::new() } else { value.to_string() });
     }
@@ -213,10 +237,28 @@ fn sdo_examples(checker: &mut Checker<'_>, manual: &Manual) {
     }
 }
 
+/// What an SDO of the examples does, by the name of its object.
+fn example_meaning(sheet: &Sheet, data: &[u8]) -> String {
+    let &[command, low, high, sub, ..] = data else { return String::new() };
+    let index = u16::from_le_bytes([low, high]);
+    let named = sheet.device.object(index).map_or("", |object| match object.entries.iter().find(|e| e.sub == sub) {
+        Some(entry) if object.kind.has_subs() => entry.name.as_str(),
+        _ => object.name.as_str(),
+    });
+    let name = named.to_ascii_lowercase();
+    match command {
+        0x23 => format!("write {name}"),
+        0x40 => format!("read {name}"),
+        0x42 => name,
+        0x60 => "done".into(),
+        _ => String::new(),
+    }
+}
+
 fn node_address(checker: &mut Checker<'_>, manual: &Manual) {
     for (row, address) in manual.rows("node_address.csv").iter().zip([1, 1, 2, 3, 124, 125, 126, 127]) {
         checker.place(row, "7.13", "7.13");
-        let mut switches = Some(0_u8);
+        let mut switches = Some(0_u16);
         for bit in 0..7 {
             switches = match row.get(&format!("sw{}", bit + 1)) {
                 "ON" => switches.map(|switches| switches | 1 << bit),
@@ -225,30 +267,29 @@ fn node_address(checker: &mut Checker<'_>, manual: &Manual) {
             };
         }
         let Some(switches) = switches else { continue };
-        let node = Setup::node_of_switches(switches);
+        let switches = DipSwitches::new(switches);
+        let node = switches.node();
         checker.key(row);
-        let boot_up = Bench::with(Setup::new(node)).hear_from(0x700 + u16::from(node.get()), 0) == [[0]];
+        let boot_up =
+            Bench::with(Setup { switches, ..Setup::new(NODE) }).hear_from(0x700 + u16::from(node.get()), 0) == [[0]];
         checker.cell(row, "address", Against::Drive, if boot_up { node.get() } else { 0 });
         checker.cell(row, "address", Against::Manual, address);
     }
 }
 
-fn leds(checker: &mut Checker<'_>) {
-    let led = |change: fn(&mut siko_ag03_1::sim::inputs::Inputs)| {
-        let mut bench = Bench::new();
-        bench.world(change);
-        bench.see(|drive, _| drive.status_led())
-    };
-    let fault = led(|inputs| inputs.internal_error = true);
-    let off = led(|inputs| inputs.output_stage_supply_100mv = 0);
-    let rows = [
-        ("blinking", matches!(fault, StatusLed::Blinks(_))),
-        ("on", led(|_| ()) == StatusLed::On),
-        ("off", off == StatusLed::Off),
-    ];
-    for (state, agrees) in rows {
-        let Some(row) = checker.row("leds.csv", &format!("status green:{state}")) else { continue };
-        checker.place(row, "7.14", "7.14");
-        checker.that(row, "state", Against::Drive, agrees, "another light");
+/// The resistor is hardware: what the switches do with it is a table in the drive's crate, which is compared.
+fn bus_termination(checker: &mut Checker<'_>) {
+    for (key, switches) in [("OFF:OFF", "00"), ("ON:ON", "11")] {
+        let Some(row) = checker.row("bus_termination.csv", key) else { continue };
+        checker.place(row, "7.15", "7.15");
+        let found = format!("1010000 0 {switches}").parse::<DipSwitches>().map(DipSwitches::termination);
+        let termination = match found {
+            Ok(Termination::Deactivated) => "deactivated",
+            Ok(Termination::Active) => "active",
+            _ => "",
+        };
+        checker.cell(row, "termination", Against::Code, termination);
     }
+    let half = |bits| DipSwitches::new(bits).termination() == Termination::Incomplete;
+    checker.require(half(1 << 8) && half(1 << 9), || "bus_termination.csv: one switch alone terminates".into());
 }

@@ -1,4 +1,4 @@
-//! The objects: every sub-index of chapter 7.12.2, table 28, the names, and table 6.
+//! The objects: every sub-index of chapter 7.12.2, and the names.
 
 use lexican_eds::model::{AccessType, Direction, Entry, Meaning, NmtState};
 use lexican_runtime::object::Address;
@@ -15,7 +15,7 @@ use crate::notation::{self, Default, hex, yes};
 
 pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
     for object in &sheet.device.objects {
-        overview(checker, manual, sheet, object.index, &object.name);
+        super::overview::check(checker, manual, sheet, object.index, &object.name);
         names(checker, manual, sheet, object);
         for entry in &object.entries {
             let key = format!("{:04X}:{:02X}", entry.index, entry.sub);
@@ -31,26 +31,6 @@ pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
     super::parameters::check(checker, manual, sheet);
 }
 
-fn overview(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, index: u16, name: &str) {
-    let key = format!("{index:04X}");
-    let Some(row) = checker.row("overview.csv", &key) else { return };
-    checker.place(row, "7.12.1", "28");
-    let printed = manual.row("names.csv", &key).map_or("", |named| named.get("printed"));
-    let agrees = [name, printed].into_iter().any(|name| row.get("name").eq_ignore_ascii_case(name));
-    checker.that(row, "name", Against::Sheet, agrees, name);
-    let writable = sheet.device.object(index).is_some_and(|object| object.entries.iter().any(|e| e.access.writable()));
-    let note = row.get("note");
-    checker.that(row, "note", Against::Sheet, writable || !note.starts_with("setting of "), "it is read-only");
-    if let Some(numbers) = note.strip_prefix("parameter") {
-        let named =
-            |number: &str| PARAMETERS.iter().any(|p| p.address.index() == index && p.number.to_string() == number);
-        let numbers = numbers.trim_start_matches('s').trim().split("; ").next().unwrap_or("");
-        checker.that(row, "note", Against::Code, numbers.split('/').all(named), "another parameter");
-    }
-    let served = sheet.handles.keys().any(|address| address.index() == index);
-    checker.that(row, "index", Against::Code, served, "no handle");
-}
-
 fn names(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, object: &lexican_eds::model::Object) {
     let index = format!("{:04X}", object.index);
     if let Some(row) = checker.row("names.csv", &index) {
@@ -59,11 +39,13 @@ fn names(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, object: &lex
         let first = manual.row("objects.csv", &format!("{index}:00"));
         checker.cell(row, "printed", Against::Manual, first.map_or("", |first| first.get("object")));
     }
-    for entry in object.entries.iter().filter(|_| object.kind.has_subs()) {
+    for entry in &object.entries {
         let key = format!("{index}:{:02X}", entry.sub);
+        // What has no sub-indices has one name for itself and for its value.
+        let name = if object.kind.has_subs() { &entry.name } else { &object.name };
         if let Some(row) = checker.row("names.csv", &key) {
             checker.place(row, sheet.chapter(object.index), "");
-            checker.cell(row, "data_sheet", Against::Sheet, &entry.name);
+            checker.cell(row, "data_sheet", Against::Sheet, name);
             let described = manual.row("objects.csv", &key);
             checker.cell(row, "printed", Against::Manual, described.map_or("", |row| row.get("description")));
         }
@@ -186,7 +168,9 @@ fn range(
     } else {
         // Limits that are those of the data type are no limits to the code.
         let whole = against == Against::Code && limits.is_none() && printed == "0..65535";
-        conditions.is_empty() && (limits == notation::range(printed) || whole)
+        let range = notation::range(printed);
+        let said = printed.is_empty() || range.is_some();
+        conditions.is_empty() && said && (limits == range || whole)
     };
     checker.that(row, "range", against, agrees, format!("{limits:?} {conditions:?}"));
 }

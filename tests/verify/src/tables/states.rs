@@ -79,6 +79,14 @@ fn is_least(patterns_word: impl Fn(u16) -> bool, pattern: &str) -> bool {
     (0..256).all(|word| patterns_word(word) == is_as(word, pattern))
 }
 
+/// Whether a bit of the status word tells states apart.
+pub(super) fn in_table_22(bit: u16) -> bool {
+    let words = STATES.iter().map(|(state, _)| state.status_bits() >> bit & 1);
+    let [ones, zeros] = [1, 0].map(|value| words.clone().filter(|word| *word == value).count());
+    // Bit 5 does so as well, in its own words.
+    ones > 0 && zeros > 0 && bit != 5
+}
+
 fn states(checker: &mut Checker<'_>) {
     for (state, name) in STATES {
         let Some(row) = checker.row("states.csv", name) else { continue };

@@ -3,6 +3,8 @@
 
 use lexican_eds::model::Device;
 
+use super::claims;
+use super::claims::with;
 use super::sheet::Sheet;
 use super::states::{held, in_velocity_mode, moving_to, running_at, with_inputs};
 use crate::bench::Bench;
@@ -11,7 +13,7 @@ use crate::manual::{Manual, Row};
 
 pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
     for row in manual.rows("system_status.csv") {
-        system_status(checker, &sheet.device, row);
+        system_status(checker, manual, &sheet.device, row);
     }
     for row in manual.rows("statusword.csv") {
         statusword(checker, manual, &sheet.device, row);
@@ -20,7 +22,7 @@ pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
         controlword(checker, &sheet.device, row);
     }
     for row in manual.rows("start_conditions.csv") {
-        start_condition(checker, row);
+        start_condition(checker, manual, row);
     }
 }
 
@@ -31,7 +33,7 @@ fn name_of<'d>(device: &'d Device, field: &str, bit: &str) -> Option<&'d str> {
 }
 
 /// Beyond a limit: the position is 0, and the limits lie elsewhere.
-fn beyond(above: bool, mut bench: Bench) -> Bench {
+pub(super) fn beyond(above: bool, mut bench: Bench) -> Bench {
     for (sub, limit) in if above { [(1, -1000), (2, -500)] } else { [(2, 1000), (1, 500)] } {
         // The values lie within their ranges.
         let _ = bench.write(0x607D, sub, limit, 4);
@@ -39,7 +41,7 @@ fn beyond(above: bool, mut bench: Bench) -> Bench {
     bench
 }
 
-fn in_loop(ms: u64) -> Bench {
+pub(super) fn in_loop(ms: u64) -> Bench {
     let mut bench = Bench::enabled();
     let _ = bench.write(0x2413, 0, 1, 1);
     bench.command(0x405, 0x001F, -5000);
@@ -47,13 +49,13 @@ fn in_loop(ms: u64) -> Bench {
     bench
 }
 
-fn overcurrent() -> Bench {
+pub(super) fn overcurrent() -> Bench {
     let mut bench = moving_to(5000, 500);
     bench.world(|inputs| inputs.load_ma = 2401);
     bench
 }
 
-fn system_status(checker: &mut Checker<'_>, device: &Device, row: &Row) {
+fn system_status(checker: &mut Checker<'_>, manual: &Manual, device: &Device, row: &Row) {
     checker.place(row, "2.1", "1");
     let (bit, value, mode) = (row.get("bit"), row.get("value"), row.get("mode"));
     let named = name_of(device, "SystemStatus", bit);
@@ -88,34 +90,14 @@ fn system_status(checker: &mut Checker<'_>, device: &Device, row: &Row) {
     let word = bench.system();
     let found = row.number::<u16>("bit").map_or(0, |bit| word.checked_shr(bit.into()).unwrap_or(0) & 1);
     checker.cell(row, "value", Against::Drive, found);
-    match (bit, value) {
-        // 1 is released, which the English manual calls enabled.
-        ("7", "1") => {
-            let released = named == Some("motor released");
-            checker.that(
-                row,
-                "meaning",
-                Against::Sheet,
-                !released || row.get("meaning").contains("released"),
-                "motor released",
-            );
-        }
-        ("8", "1") => {
-            let by_edge = acknowledged_by_edge_only();
-            checker.that(
-                row,
-                "meaning",
-                Against::Drive,
-                !by_edge || !row.get("meaning").contains("CW.7=1"),
-                "by an edge of CW.7",
-            );
-        }
-        _ => {}
-    }
+    let said = claims::system(bit, value, mode).unwrap_or_default();
+    checker.cell(row, "meaning", Against::Drive, said);
+    let term = manual.row("terms.csv", &format!("SystemStatus:{bit}")).map_or("", |term| term.get("printed"));
+    checker.cell(row, "name", Against::Manual, term);
 }
 
 /// Whether a fault stays while CW.7 is 1 all the time, and goes with its next edge.
-fn acknowledged_by_edge_only() -> bool {
+pub(super) fn acknowledged_by_edge_only() -> bool {
     let mut bench = Bench::enabled();
     bench.control(0x0080);
     bench.world(|inputs| inputs.internal_error = true);
@@ -165,8 +147,7 @@ fn statusword(checker: &mut Checker<'_>, manual: &Manual, device: &Device, row: 
     let found = [set.as_ref().map(|bench| bench.status() >> at & 1), Some(clear.status() >> at & 1)];
     let agrees = found == [set.is_some().then_some(1), Some(0)];
     checker.that(row, "bit", Against::Drive, agrees, format!("{found:?}"));
-    let statically_0 = row.get("meaning_of_1") == "statically 0";
-    checker.that(row, "meaning_of_1", Against::Drive, statically_0 == set.is_none(), "another behaviour");
+    checker.cell(row, "meaning_of_1", Against::Drive, claims::status(bit, mode).unwrap_or_default());
     let term = manual.row("terms.csv", &format!("Statusword:{bit}")).map_or("", |term| term.get("printed"));
     let name = row.get("name");
     let printed = match name {
@@ -182,22 +163,17 @@ fn statusword(checker: &mut Checker<'_>, manual: &Manual, device: &Device, row: 
 fn controlword(checker: &mut Checker<'_>, device: &Device, row: &Row) {
     checker.place(row, "7.5", "23");
     let (bit, mode) = (row.get("bit"), row.get("mode"));
+    // Of some bits each mode has a row of its own.
+    let modes: &[&str] =
+        if matches!(bit, "4" | "8" | "13" | "14" | "15") { &["positioning", "velocity"] } else { &[""] };
+    if !modes.contains(&mode) {
+        return;
+    }
     let found = effect(bit, mode);
     if found != "none" || matches!(bit, "4" | "5" | "6" | "9" | "10" | "11" | "12" | "13" | "14" | "15") {
         checker.key(row);
     }
-    let action = match row.get("action") {
-        "table 24" => "commands",
-        "" | "no meaning" => "none",
-        text if text.starts_with("0 to 1 in FAULT") => "resets",
-        text if text.starts_with("0 to 1 starts positioning") => "travels",
-        text if text.starts_with("1 interrupts") => "interrupts and resumes",
-        text if text.starts_with("1 to 0 starts moving") => "runs",
-        text if text.starts_with("0 to 1 starts inching 1") => "steps",
-        text if text.starts_with("0 to 1 starts; travels until 0") => "inches",
-        _ => "",
-    };
-    checker.that(row, "action", Against::Drive, action == found, found);
+    checker.cell(row, "action", Against::Drive, claims::control(bit, mode).unwrap_or_default());
     let plain = |name: &str| name.to_ascii_lowercase().replace(" operation", "");
     let overlay = name_of(device, "Controlword", bit);
     let agrees = match row.get("name") {
@@ -209,7 +185,7 @@ fn controlword(checker: &mut Checker<'_>, device: &Device, row: &Row) {
 }
 
 /// What a bit of the controlword does to a drive in OPERATION ENABLED.
-fn effect(bit: &str, mode: &str) -> &'static str {
+pub(super) fn effect(bit: &str, mode: &str) -> &'static str {
     let mask = bit.parse::<u16>().ok().and_then(|bit| 1_u16.checked_shl(bit.into())).unwrap_or(0);
     let mut bench = if mode == "velocity" { in_velocity_mode() } else { Bench::enabled() };
     let state = |bench: &Bench| bench.status() & 0x6F;
@@ -259,7 +235,19 @@ fn effect(bit: &str, mode: &str) -> &'static str {
     }
 }
 
-fn start_condition(checker: &mut Checker<'_>, row: &Row) {
+/// What table 1 calls the bit that a start condition is about.
+fn is_about(meaning: &str) -> &'static str {
+    match meaning {
+        "no fault" => "Fault",
+        "output stage supplied" => "Supply voltage of the output stage",
+        "not above upper limit" => "upper limit",
+        "not below lower limit" => "lower limit",
+        "no active travel job" => "status",
+        _ => "",
+    }
+}
+
+fn start_condition(checker: &mut Checker<'_>, manual: &Manual, row: &Row) {
     let (operation, bit) = (row.get("operation"), row.get("bit"));
     let chapter = match operation {
         "positioning" | "positioning ready" => "2.2.1",
@@ -275,19 +263,14 @@ fn start_condition(checker: &mut Checker<'_>, row: &Row) {
         _ => return,
     };
     let make = || if operation == "velocity" { in_velocity_mode() } else { Bench::enabled() };
-    let mut violated = match bit {
-        "8" | "10" => {
-            let mut bench = make();
-            bench.world(|inputs| match bit {
-                "8" => inputs.internal_error = true,
-                _ => inputs.output_stage_supply_100mv = 0,
-            });
-            bench
-        }
-        "5" => beyond(true, make()),
-        "6" => beyond(false, make()),
-        "14" if operation == "velocity" => running_at(30, 1000),
-        "14" => moving_to(5000, 1000),
+    // What the meaning rules out; the bit is compared with what it shows then.
+    let mut violated = match row.get("meaning") {
+        "no fault" => with(make(), |inputs| inputs.internal_error = true),
+        "output stage supplied" => with(make(), |inputs| inputs.output_stage_supply_100mv = 0),
+        "not above upper limit" => beyond(true, make()),
+        "not below lower limit" => beyond(false, make()),
+        "no active travel job" if operation == "velocity" => running_at(30, 1000),
+        "no active travel job" => moving_to(5000, 1000),
         _ => return,
     };
     checker.key(row);
@@ -295,7 +278,7 @@ fn start_condition(checker: &mut Checker<'_>, row: &Row) {
     let clear = make().system() >> at & 1;
     let set = violated.system() >> at & 1;
     // In velocity mode bit 14 has no meaning (table 1): it is 0 in any case.
-    let shows = set != clear || (operation, bit) == ("velocity", "14");
+    let shows = set != clear || (operation, bit, row.get("meaning")) == ("velocity", "14", "no active travel job");
     checker.that(
         row,
         "value",
@@ -309,6 +292,10 @@ fn start_condition(checker: &mut Checker<'_>, row: &Row) {
     let refused =
         if operation == "velocity" && bit == "14" { true } else { position == if bit == "14" { 5000 } else { 0 } };
     checker.that(row, "bit", Against::Drive, refused, "starts nevertheless");
+    let named = manual.rows("system_status.csv").iter().find(|named| named.get("bit") == bit);
+    let named = named.map_or("", |named| named.get("name"));
+    checker.that(row, "bit", Against::Manual, named == is_about(row.get("meaning")), named);
+    checker.that(row, "meaning", Against::Drive, shows && refused, "another bit");
     checker.cell(row, "word", Against::Drive, "1002");
 }
 
@@ -325,4 +312,13 @@ fn ready(checker: &mut Checker<'_>, row: &Row, operation: &str) {
         checker.cell(row, "word", Against::Manual, "ZSW");
         checker.cell(row, "value", Against::Manual, 1);
     }
+    // Ready when all of them are met, and not when one is not: those are the rows above.
+    let make = || if operation == "velocity ready" { in_velocity_mode() } else { Bench::enabled() };
+    let unmet = [
+        with(make(), |inputs| inputs.internal_error = true),
+        with(make(), |inputs| inputs.output_stage_supply_100mv = 0),
+        if operation == "velocity ready" { running_at(30, 1000) } else { moving_to(5000, 1000) },
+    ];
+    let all = value == 0 && unmet.iter().all(|bench| bench.system() >> 11 & 1 == 1);
+    checker.cell(row, "meaning", Against::Drive, if all { "all conditions met" } else { "some conditions met" });
 }

@@ -1,0 +1,185 @@
+//! What some drives can do and others cannot.
+
+use lexican_runtime::Duration;
+use lexican_runtime::object::DataType;
+use lexican_runtime::profile::cia402::status;
+
+use super::{Number, Test};
+use crate::parameter::ParameterSet;
+
+/// Velocity mode.
+#[derive(Clone, Copy, Debug)]
+pub struct Velocities {
+    /// 60FFh.
+    pub target: Number,
+    /// What tells that the velocity is reached.
+    pub reached: Test,
+    /// An object that tells which gear there is, for drives whose gear limits the velocity.
+    pub gear: Option<Gear>,
+}
+
+/// Which velocity a gear allows.
+#[derive(Clone, Copy, Debug)]
+pub struct Gear {
+    /// The object that tells the gear.
+    pub object: Number,
+    /// Its values, and the highest velocity of each.
+    pub most: &'static [(i64, i32)],
+    /// The highest velocity of a gear that the table does not have.
+    pub otherwise: i32,
+}
+
+/// Inching operation: steps of a set width, and moving while a bit is set.
+#[derive(Clone, Copy, Debug)]
+pub struct Inching {
+    /// The bit of the control word whose edge starts a step.
+    pub step: u16,
+    /// The bit that moves in positive direction while set.
+    pub positive: u16,
+    /// The bit that moves in negative direction while set.
+    pub negative: u16,
+    /// How far a step goes; its sign is the direction.
+    pub width: Number,
+    /// How long inching takes to show that it has begun.
+    pub begins: Duration,
+}
+
+/// How the actual position is set.
+#[derive(Clone, Copy, Debug)]
+pub enum Calibration {
+    /// The object becomes the actual position as soon as it is written.
+    Write(Number),
+    /// A homing method that stays where it is.
+    Homing(Homing),
+}
+
+/// Homing on the spot.
+#[derive(Clone, Copy, Debug)]
+pub struct Homing {
+    /// The number of the mode in 6060h.
+    pub mode: i8,
+    /// The object that chooses the method (6098h).
+    pub method: Number,
+    /// The method.
+    pub on_the_spot: i8,
+    /// The position that there is to be (607Ch).
+    pub offset: Number,
+    /// The bit of the control word that starts it.
+    pub start: u16,
+    /// The bit of the status word that tells its success.
+    pub attained: u16,
+    /// The bit of the status word that tells its failure.
+    pub error: u16,
+}
+
+/// From which side a target is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Approach {
+    /// From where the drive comes.
+    Direct,
+    /// Always in positive direction.
+    Positive,
+    /// Always in negative direction.
+    Negative,
+}
+
+/// How the approach is chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct Approaches {
+    /// The object.
+    pub object: Number,
+    /// Its value for each approach.
+    pub values: [(i64, Approach); 3],
+}
+
+/// Keeping parameters without power.
+#[derive(Clone, Copy, Debug)]
+pub struct Store {
+    /// All parameters (1010h:01).
+    pub all: Number,
+    /// What is written there to do it.
+    pub signature: u32,
+}
+
+/// Restoring factory settings.
+#[derive(Clone, Copy, Debug)]
+pub struct Restore {
+    /// All parameters (1011h:01).
+    pub all: Number,
+    /// The sets that can be restored alone.
+    pub sets: &'static [(ParameterSet, Number)],
+    /// What is written there to do it.
+    pub signature: u32,
+}
+
+/// Stopping a travel by its load.
+#[derive(Clone, Copy, Debug)]
+pub struct TorqueDeactivation {
+    /// Tells whether it has stopped the drive.
+    pub state: Number,
+    /// The bits that say so.
+    pub active: u32,
+    /// The load, in %, at which it does.
+    pub threshold: Number,
+    /// The threshold that switches it off.
+    pub off: i64,
+}
+
+/// A measured quantity.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// Where it is read.
+    pub object: Number,
+    /// How many counts are one unit.
+    pub per_unit: u32,
+}
+
+/// What one count of a position is worth: [`Units`](crate::Units).
+#[derive(Clone, Copy, Debug)]
+pub struct UnitObjects {
+    /// Increments of one revolution, without a spindle.
+    pub increments: u32,
+    /// The pitch of the spindle in 1/100 mm; 0 when positions are increments.
+    pub spindle_pitch_10um: Number,
+    /// Numerator of the external gear.
+    pub numerator: Number,
+    /// Its denominator.
+    pub denominator: Number,
+}
+
+/// Switching emergency messages on and off: a bit of 1014h.
+#[derive(Clone, Copy, Debug)]
+pub struct EmergencySwitch {
+    /// 1014h.
+    pub object: Number,
+    /// The bit.
+    pub bit: u32,
+    /// Whether it switches them on when set; off, as CiA 301, 7.5.2.17, has it, otherwise.
+    pub on_when_set: bool,
+}
+
+impl Velocities {
+    /// As CiA 402 has it.
+    pub const CIA_402: Velocities = Velocities {
+        target: Number::new(0x60FF, 0x00, DataType::Integer32),
+        reached: Test::of_status(status::TARGET_REACHED),
+        gear: None,
+    };
+}
+
+impl Store {
+    /// 1010h:01, "save" (CiA 301, 7.5.2.13).
+    pub const CIA_301: Store =
+        Store { all: Number::new(0x1010, 0x01, DataType::Unsigned32), signature: u32::from_le_bytes(*b"save") };
+}
+
+impl Restore {
+    /// What 1011h is written to restore: "load" (CiA 301, 7.5.2.14).
+    pub const SIGNATURE: u32 = u32::from_le_bytes(*b"load");
+}
+
+impl EmergencySwitch {
+    /// Bit 31 switches them off (CiA 301, 7.5.2.17).
+    pub const CIA_301: EmergencySwitch =
+        EmergencySwitch { object: Number::new(0x1014, 0x00, DataType::Unsigned32), bit: 1 << 31, on_when_set: false };
+}

@@ -1,0 +1,310 @@
+//! What the sequences need to know of a kind of drive, as data.
+//!
+//! What every drive has is a field; what some drives do not have is an `Option`, and its absence is told as
+//! [`Error::Unsupported`](crate::Error::Unsupported) before anything is sent. Wherever drives differ in a number,
+//! a bit, an order or a way, there is a field for it here, so that no sequence has to ask which drive it is
+//! talking to.
+
+mod capability;
+mod check;
+mod condition;
+mod number;
+mod pdo;
+
+use lexican_runtime::Duration;
+use lexican_runtime::object::DataType;
+use lexican_runtime::profile::cia402::{self, Command, Modes, Transitions, control, status};
+
+pub use capability::{
+    Approach, Approaches, Calibration, EmergencySwitch, Gear, Homing, Inching, Measured, Restore, Store,
+    TorqueDeactivation, UnitObjects, Velocities,
+};
+pub use condition::{Condition, Orders, Test, Word};
+pub use number::Number;
+pub use pdo::{Outputs, Pdo, Signal};
+
+use crate::fault::{ByteOrder, Codes};
+use crate::mode::Mode;
+use crate::parameter::Parameter;
+
+/// A kind of drive, as the sequences see it.
+#[derive(Clone, Copy, Debug)]
+pub struct Description {
+    /// What to call it.
+    pub name: &'static str,
+    /// How to tell it from others.
+    pub identity: Identity,
+    /// Where it keeps what every drive has.
+    pub objects: Objects,
+    /// How orders get there: by PDO or by SDO.
+    pub outputs: Outputs,
+    /// The PDOs in which it tells its status word, unasked.
+    pub inputs: &'static [Pdo],
+    /// Every write takes the four bytes of command 23h, however short the object is.
+    pub always_four_bytes: bool,
+    /// The state machine.
+    pub transitions: Transitions,
+    /// Bits of the control word.
+    pub control: ControlBits,
+    /// Bits of the status word, and what else tells how a travel goes.
+    pub status: StatusBits,
+    /// How the handshake of a new setpoint goes on after it has been acknowledged.
+    pub release: Release,
+    /// How the operating mode is chosen.
+    pub modes: ModeObjects,
+    /// What refuses orders. The state of the state machine and the operating mode need not stand here.
+    pub conditions: &'static [Condition],
+    /// What emergency codes mean.
+    pub codes: Codes,
+    /// How long things take.
+    pub times: Times,
+    /// What the application may set, keep and compare.
+    pub parameters: &'static [Parameter],
+    /// Velocity mode.
+    pub velocity: Option<Velocities>,
+    /// Inching operation.
+    pub inching: Option<Inching>,
+    /// Setting the actual position.
+    pub calibration: Option<Calibration>,
+    /// Choosing from which side a target is approached, so that play is always taken up on the same side.
+    pub approaches: Option<Approaches>,
+    /// Keeping parameters without power, on command (1010h); `None` also for a drive that does so by itself.
+    pub store: Option<Store>,
+    /// Restoring factory settings (1011h).
+    pub restore: Option<Restore>,
+    /// Stopping a travel by its load.
+    pub torque_deactivation: Option<TorqueDeactivation>,
+    /// Temperature, in °C.
+    pub temperature: Option<Measured>,
+    /// Voltage of a battery, in V.
+    pub battery: Option<Measured>,
+    /// What one count of a position is worth.
+    pub units: Option<UnitObjects>,
+    /// Switching emergency messages on and off (1014h).
+    pub emergencies: Option<EmergencySwitch>,
+}
+
+/// How to tell a kind of drive from others.
+#[derive(Clone, Copy, Debug)]
+pub struct Identity {
+    /// 1018h:01.
+    pub vendor_id: u32,
+    /// The profile in the low half of 1000h.
+    pub profile: u16,
+    /// What 1008h begins with: one of these. `None` for a drive that does not have the object, which then tells it
+    /// from one of the same vendor and profile that has.
+    pub names: Option<&'static [&'static str]>,
+    /// In which order the four characters of 1008h and 100Ah come.
+    pub characters: ByteOrder,
+}
+
+/// Where a drive keeps what every drive has.
+#[derive(Clone, Copy, Debug)]
+pub struct Objects {
+    /// 6040h.
+    pub control_word: Number,
+    /// 6041h.
+    pub status_word: Number,
+    /// A status register of the manufacturer (1002h), for drives that have conditions in it.
+    pub system_word: Option<Number>,
+    /// 6064h.
+    pub actual_position: Number,
+    /// 606Ch.
+    pub actual_velocity: Number,
+    /// 607Ah.
+    pub target_position: Number,
+    /// 607Dh, in either order; two equal ones do not limit.
+    pub position_limits: Option<[Number; 2]>,
+    /// The latest fault (1003h:01): the low 16 bits are its code.
+    pub latest_fault: Number,
+}
+
+/// Bits of the control word, beyond those of commands.
+#[derive(Clone, Copy, Debug)]
+pub struct ControlBits {
+    /// What the control word holds beside a command while nothing is to move.
+    pub idle: u16,
+    /// Its edge starts a positioning.
+    pub new_setpoint: u16,
+    /// Stops with the programmed deceleration; its falling edge goes on.
+    pub stop: u16,
+}
+
+/// Bits of the status word, and what else tells how a travel goes.
+#[derive(Clone, Copy, Debug)]
+pub struct StatusBits {
+    /// The drive obeys the bus.
+    pub remote: u16,
+    /// Target reached.
+    pub target_reached: u16,
+    /// Beyond a limit.
+    pub internal_limit: u16,
+    /// The setpoint has been taken.
+    pub acknowledged: u16,
+    /// A positioning is under way, also while it is interrupted. `None` for a drive that does not say so: it is
+    /// over when the target is reached, as in CiA 402's profile position mode.
+    pub positioning: Option<Test>,
+    /// Moving; `None` for a drive whose velocity has to be asked.
+    pub moving: Option<Test>,
+    /// Up to which velocity the drive counts as standing still, as 606Ch has it.
+    pub standing: u32,
+    /// What a velocity is counted in.
+    pub velocity_unit: &'static str,
+}
+
+/// How the handshake of a new setpoint goes on after it has been acknowledged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Release {
+    /// The bit falls at once, and the acknowledgement with it, as CiA 402 has it.
+    WhenAcknowledged,
+    /// The bit stays until the travel is over, and while it is interrupted.
+    WhenOver,
+}
+
+/// How the operating mode is chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct ModeObjects {
+    /// 6060h.
+    pub chosen: Number,
+    /// Where the drive tells that it has taken the mode (6061h); `None` when 6060h itself does.
+    pub shown: Option<Number>,
+    /// Which number means which mode.
+    pub codes: Modes,
+}
+
+/// How long things take.
+#[derive(Clone, Copy, Debug)]
+pub struct Times {
+    /// How long a command may take to show in the status word.
+    pub reaction: Duration,
+    /// For how long after an order the drive may still tell of what was before, such as that its target is reached.
+    /// What has been seen to change since then is believed at once.
+    pub settling: Duration,
+    /// How long to wait for a status word before asking for one.
+    pub status_period: Duration,
+    /// How long it may take to stop, with the gentlest deceleration from the highest velocity.
+    pub braking: Duration,
+}
+
+impl Description {
+    /// A drive that does what CiA 402-2 says, with the PDOs of CiA 402-3, and nothing beyond it. Something for other
+    /// descriptions to begin with.
+    pub const CIA_402: Description = Description {
+        name: "drive",
+        identity: Identity { vendor_id: 0, profile: 402, names: None, characters: ByteOrder::LowFirst },
+        objects: Objects::CIA_402,
+        outputs: Outputs::CIA_402,
+        inputs: Pdo::CIA_402_INPUTS,
+        always_four_bytes: false,
+        transitions: Transitions::CIA_402,
+        control: ControlBits { idle: 0, new_setpoint: control::NEW_SET_POINT, stop: control::HALT },
+        status: StatusBits {
+            remote: status::REMOTE,
+            target_reached: status::TARGET_REACHED,
+            internal_limit: status::INTERNAL_LIMIT,
+            acknowledged: status::SET_POINT_ACKNOWLEDGE,
+            positioning: None,
+            moving: None,
+            standing: 0,
+            velocity_unit: "units of 606Ch",
+        },
+        release: Release::WhenAcknowledged,
+        modes: ModeObjects {
+            chosen: Number::new(0x6060, 0x00, DataType::Integer8),
+            shown: Some(Number::new(0x6061, 0x00, DataType::Integer8)),
+            codes: Modes::CIA_402,
+        },
+        conditions: &[],
+        codes: Codes { faults: &[], notices: &[], order: ByteOrder::LowFirst },
+        times: Times {
+            reaction: Duration::from_millis(500),
+            settling: Duration::from_millis(100),
+            status_period: Duration::from_millis(150),
+            braking: Duration::from_secs(100),
+        },
+        parameters: &[],
+        velocity: Some(Velocities::CIA_402),
+        inching: None,
+        calibration: None,
+        approaches: None,
+        store: None,
+        restore: None,
+        torque_deactivation: None,
+        temperature: None,
+        battery: None,
+        units: None,
+        emergencies: None,
+    };
+
+    /// The control word for a command, while nothing is to move.
+    #[must_use]
+    pub const fn word(&self, command: Command) -> u16 {
+        command.apply(self.control.idle)
+    }
+
+    /// OPERATION ENABLED, and nothing is to move.
+    #[must_use]
+    pub const fn resting(&self) -> u16 {
+        self.word(Command::EnableOperation)
+    }
+
+    /// OPERATION ENABLED, and something may move.
+    #[must_use]
+    pub const fn moving(&self) -> u16 {
+        Command::EnableOperation.apply(0)
+    }
+
+    /// OPERATION ENABLED, and whatever moves is to stop.
+    #[must_use]
+    pub const fn stopping(&self) -> u16 {
+        self.resting() | self.control.stop
+    }
+
+    /// What the control word has beside the command while a travel is under way.
+    #[must_use]
+    pub const fn held(&self) -> u16 {
+        match self.release {
+            Release::WhenAcknowledged => 0,
+            Release::WhenOver => self.control.new_setpoint,
+        }
+    }
+
+    /// Whether orders or status words come by PDO, which needs NMT OPERATIONAL.
+    #[must_use]
+    pub const fn needs_operational(&self) -> bool {
+        self.outputs.any() || !self.inputs.is_empty()
+    }
+
+    /// The number of a mode; `None` when the drive does not have it.
+    #[must_use]
+    pub fn code_of(&self, mode: Mode) -> Option<i8> {
+        self.modes.codes.code(mode.in_profile())
+    }
+
+    /// The mode of a number; `None` when the drive does not have it, or the driver does not know it.
+    #[must_use]
+    pub fn mode_of(&self, code: i64) -> Option<Mode> {
+        match self.modes.codes.mode(i8::try_from(code).ok()?)? {
+            cia402::Mode::ProfilePosition => Some(Mode::Positioning),
+            cia402::Mode::ProfileVelocity => Some(Mode::Velocity),
+            _ => None,
+        }
+    }
+}
+
+impl Objects {
+    /// Where CiA 402-2 has them.
+    pub const CIA_402: Objects = Objects {
+        control_word: Number::new(0x6040, 0x00, DataType::Unsigned16),
+        status_word: Number::new(0x6041, 0x00, DataType::Unsigned16),
+        system_word: None,
+        actual_position: Number::new(0x6064, 0x00, DataType::Integer32),
+        actual_velocity: Number::new(0x606C, 0x00, DataType::Integer32),
+        target_position: Number::new(0x607A, 0x00, DataType::Integer32),
+        position_limits: Some([
+            Number::new(0x607D, 0x01, DataType::Integer32),
+            Number::new(0x607D, 0x02, DataType::Integer32),
+        ]),
+        latest_fault: Number::new(0x1003, 0x01, DataType::Unsigned32),
+    };
+}

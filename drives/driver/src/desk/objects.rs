@@ -1,0 +1,143 @@
+//! What a sequence asks the drive, and writes: objects, by SDO.
+
+use lexican_runtime::Instant;
+use lexican_runtime::object::{LengthMismatch, Object, Readable, Value, Writable};
+use lexican_runtime::service::sdo_client::{Scalar, SdoError};
+
+use super::{Access, Desk};
+use crate::description::{Number, Test, Word};
+use crate::error::Error;
+
+impl Desk {
+    /// Reads an object.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Sdo`], [`Error::DataSheet`], or [`Error::Restarted`].
+    pub async fn read<T: Value, A: Readable, M>(&self, object: Object<T, A, M>) -> Result<T, Error> {
+        let address = object.address();
+        let payload = self.transfer(Access { address, payload: Scalar::room_for::<T>(), writes: false }).await?;
+        payload.get().map_err(|error| Error::DataSheet { address, error })
+    }
+
+    /// Writes an object.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] before anything is sent; [`Error::Sdo`], or [`Error::Restarted`].
+    pub async fn write<T: Value, A: Writable, M>(&self, object: Object<T, A, M>, value: T) -> Result<(), Error> {
+        object.check(value)?;
+        let payload = match T::SIZE {
+            ..4 if self.description.always_four_bytes => Scalar::of(value.to_raw() as u32),
+            _ => Scalar::of(value),
+        };
+        self.transfer(Access { address: object.address(), payload, writes: true }).await?;
+        Ok(())
+    }
+
+    /// Reads an object of the description.
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::read`].
+    pub async fn get(&self, object: Number) -> Result<i64, Error> {
+        let payload = match object.size() {
+            1 => Scalar::room_for::<u8>(),
+            2 => Scalar::room_for::<u16>(),
+            4 => Scalar::room_for::<u32>(),
+            _ => Scalar::room_for::<u64>(),
+        };
+        let answer = self.transfer(Access { address: object.address(), payload, writes: false }).await?;
+        let mut raw = [0; 8];
+        let bytes = answer.bytes();
+        if bytes.len() != object.size() {
+            let error = LengthMismatch { expected: object.size(), got: bytes.len() };
+            return Err(Error::DataSheet { address: object.address(), error });
+        }
+        raw.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+        Ok(object.decode(u64::from_le_bytes(raw)))
+    }
+
+    /// Writes an object of the description.
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::write`].
+    pub async fn set(&self, object: Number, value: i64) -> Result<(), Error> {
+        object.check(value)?;
+        let payload = self.payload(object, value);
+        self.transfer(Access { address: object.address(), payload, writes: true }).await?;
+        Ok(())
+    }
+
+    pub(super) fn payload(&self, object: Number, value: i64) -> Scalar {
+        let raw = object.encode(value);
+        match object.size() {
+            ..4 if self.description.always_four_bytes => Scalar::of(raw as u32),
+            1 => Scalar::of(raw as u8),
+            2 => Scalar::of(raw as u16),
+            4 => Scalar::of(raw as u32),
+            _ => Scalar::of(raw),
+        }
+    }
+
+    /// Where the drive is (6064h).
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::read`].
+    pub async fn position(&self) -> Result<i32, Error> {
+        Ok(narrow(self.get(self.description.objects.actual_position).await?))
+    }
+
+    /// How fast it is (606Ch); 0 when it counts as standing still.
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::read`].
+    pub async fn velocity(&self) -> Result<i32, Error> {
+        let velocity = narrow(self.get(self.description.objects.actual_velocity).await?);
+        Ok(if velocity.unsigned_abs() <= self.description.status.standing { 0 } else { velocity })
+    }
+
+    /// Whether bits tell what a test asks for; `status_word` has been read before.
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::read`].
+    pub async fn holds(&self, test: Test, status_word: u16) -> Result<bool, Error> {
+        Ok(test.holds(match test.word {
+            Word::Status => status_word.into(),
+            Word::System => self.system().await?,
+        }))
+    }
+
+    /// The manufacturer's status register; 0 for a drive without one.
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::read`].
+    pub async fn system(&self) -> Result<u32, Error> {
+        match self.description.objects.system_word {
+            Some(object) => Ok(self.get(object).await? as u32),
+            None => Ok(0),
+        }
+    }
+
+    pub(crate) async fn transfer(&self, access: Access) -> Result<Scalar, Error> {
+        {
+            let mut shared = self.lock();
+            shared.answer = None;
+            shared.access = Some(access);
+        }
+        let answer = self.wait(Instant::from_micros(u64::MAX), |shared| shared.answer.take()).await?;
+        // The SDO client gives up by itself long before the end of time.
+        Ok(answer.unwrap_or(Err(SdoError::TimedOut { address: access.address }))?)
+    }
+}
+
+/// CiA 402 has positions and velocities of 32 bits; a description with others is found by
+/// [`Description::findings`](crate::Description::findings).
+pub(crate) fn narrow(value: i64) -> i32 {
+    value.clamp(i32::MIN.into(), i32::MAX.into()) as i32
+}

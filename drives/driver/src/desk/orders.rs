@@ -1,0 +1,91 @@
+//! What a sequence tells the drive: by PDO or by SDO, as the description has it.
+
+use lexican_runtime::wire::nmt::NmtCommand;
+use lexican_runtime::wire::sdo::{ClientRequest, Content, Expedited};
+use lexican_runtime::{CobId, Frame};
+
+use super::Desk;
+use crate::description::{Description, Number, Pdo, Signal};
+use crate::error::{Capability, Error};
+use crate::mode::Mode;
+
+impl Desk {
+    /// Sends an NMT command.
+    pub fn command(&self, command: NmtCommand) {
+        self.send(Frame::from_array(CobId::NMT, [command.code(), self.node.get()]));
+    }
+
+    /// Sends a control word, by PDO or by SDO.
+    ///
+    /// # Errors
+    ///
+    /// By SDO, as [`Desk::write`]; none by PDO.
+    pub async fn control(&self, word: u16) -> Result<(), Error> {
+        match self.description.outputs.control {
+            Some(_) => self.send(self.control_frame(word)),
+            None => self.set(self.description.objects.control_word, word.into()).await?,
+        }
+        Ok(())
+    }
+
+    /// Sends a control word with a target position, which comes first where it takes two ways.
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::control`].
+    pub async fn control_position(&self, word: u16, target: i32) -> Result<(), Error> {
+        let Description { outputs, objects, .. } = self.description;
+        self.order(word, outputs.position, Signal::TargetPosition, objects.target_position, target).await
+    }
+
+    /// Sends a control word with a target velocity, which comes first where it takes two ways.
+    ///
+    /// # Errors
+    ///
+    /// As [`Desk::control`]; [`Error::Unsupported`].
+    pub async fn control_velocity(&self, word: u16, target: i32) -> Result<(), Error> {
+        let velocity = self.need(self.description.velocity, Capability::Mode(Mode::Velocity))?;
+        let pdo = self.description.outputs.velocity;
+        self.order(word, pdo, Signal::TargetVelocity, velocity.target, target).await
+    }
+
+    async fn order(
+        &self,
+        word: u16,
+        pdo: Option<Pdo>,
+        signal: Signal,
+        target: Number,
+        value: i32,
+    ) -> Result<(), Error> {
+        match pdo {
+            Some(pdo) => {
+                let values = [(Signal::ControlWord, word.into()), (signal, value.into())];
+                self.send(pdo.frame(self.node, self.description, &values));
+                if pdo.carries(Signal::ControlWord) {
+                    return Ok(());
+                }
+            }
+            None => self.set(target, value.into()).await?,
+        }
+        self.control(word).await
+    }
+
+    /// The frame that gives the drive a control word, without waiting for an answer.
+    pub(super) fn control_frame(&self, word: u16) -> Frame {
+        match self.description.outputs.control {
+            Some(pdo) => pdo.frame(self.node, self.description, &[(Signal::ControlWord, word.into())]),
+            None => {
+                let object = self.description.objects.control_word;
+                let payload = self.payload(object, word.into());
+                let data = Expedited::new(payload.bytes()).expect("a control word has one to four bytes");
+                let content = Content::Expedited(data);
+                let request = ClientRequest::InitiateDownload { address: object.address(), content };
+                Frame::from_array(CobId::of_node(0x600, self.node), request.to_bytes())
+            }
+        }
+    }
+
+    fn send(&self, frame: Frame) {
+        self.lock().outbox.push_back(frame);
+    }
+}

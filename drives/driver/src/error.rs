@@ -1,0 +1,297 @@
+//! How operations of the driver end: as they should, refused, or in an error.
+
+use std::fmt;
+
+use lexican_runtime::host::LinkError;
+use lexican_runtime::object::{Address, LengthMismatch, OutOfRange};
+use lexican_runtime::profile::cia402::{Command, State};
+use lexican_runtime::service::sdo_client::SdoError;
+
+use crate::fault::Cause;
+use crate::mode::Mode;
+
+/// How a travel ended. None of these is an error of the driver: each one is for the application to judge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The drive rests within the window around its target.
+    Reached {
+        /// Where, as 6064h has it.
+        position: i32,
+    },
+    /// The drive stopped because it passed a limit.
+    Limit {
+        /// Where it came to rest.
+        position: i32,
+    },
+    /// The drive stopped because of its load (torque deactivation). The travel can be resumed.
+    TorqueDeactivated {
+        /// Where it stands.
+        position: i32,
+    },
+    /// A fault stopped the drive.
+    Fault(Cause),
+    /// Something else ended the travel: a quick stop, another manager, a lost supply.
+    Interrupted {
+        /// The state of the drive afterwards.
+        state: State,
+        /// Where it was then.
+        position: i32,
+    },
+    /// The travel is not finished in time. The drive is still under way.
+    TimedOut {
+        /// Where it was then.
+        position: i32,
+    },
+}
+
+/// How setting a velocity ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VelocityOutcome {
+    /// The drive runs within the window around its target velocity.
+    Reached {
+        /// As 606Ch has it.
+        velocity: i32,
+    },
+    /// A fault stopped the drive.
+    Fault(Cause),
+    /// The drive left OPERATION ENABLED.
+    Interrupted {
+        /// For this state.
+        state: State,
+    },
+    /// The velocity is not reached in time. The drive is still turning.
+    TimedOut {
+        /// As 606Ch has it.
+        velocity: i32,
+    },
+}
+
+/// Why an operation failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The link to the bus failed.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// Access to an object failed.
+    #[error(transparent)]
+    Sdo(#[from] SdoError),
+    /// The value of an object has another length than the data sheet says.
+    #[error("{address}: the drive and its data sheet differ: {error}")]
+    DataSheet {
+        /// The object.
+        address: Address,
+        /// The lengths.
+        error: LengthMismatch,
+    },
+    /// A value is outside the limits of the data sheet; nothing was sent.
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
+    /// A drive of this kind cannot do it at all; nothing was sent.
+    #[error("the {drive} has no {what}")]
+    Unsupported {
+        /// The kind of drive.
+        drive: &'static str,
+        /// What it does not have.
+        what: Capability,
+    },
+    /// The drive would not do it; nothing has moved.
+    #[error("the drive would refuse: {0}")]
+    Refused(Refusal),
+    /// The drive is in the state FAULT.
+    #[error("the drive is in fault: {0}")]
+    Fault(Cause),
+    /// The drive has not followed a command in time.
+    #[error("the drive stays in {state} on the command {command:?}")]
+    NoReaction {
+        /// Where it is.
+        state: State,
+        /// What it was told.
+        command: Command,
+    },
+    /// No command leads there, and the drive does not go there by itself; or it falls back again and again.
+    #[error("no command leads from {from} to {to}")]
+    NoWay {
+        /// Where the drive is.
+        from: State,
+        /// Where it should be.
+        to: State,
+    },
+    /// All conditions are met, and still the drive has not taken a travel command in time.
+    #[error("the drive does not take the travel command, and shows no reason (status word {status_word:04X})")]
+    NotTaken {
+        /// What it says instead.
+        status_word: u16,
+    },
+    /// The drive shows another operating mode than the one it was told.
+    #[error("the drive does not take the operating mode {told}, and shows {shown}")]
+    ModeNotTaken {
+        /// What it was told, as 6060h has it.
+        told: i8,
+        /// What it shows.
+        shown: i64,
+    },
+    /// The drive has not made the position that it was told its own.
+    #[error("the drive has not been calibrated (status word {status_word:04X})")]
+    NotCalibrated {
+        /// What it says instead.
+        status_word: u16,
+    },
+    /// The drive has been told to stop, and still moves after the time that braking takes.
+    #[error("the drive does not stop: it runs at {velocity} {unit}")]
+    NotStopped {
+        /// As 606Ch has it.
+        velocity: i32,
+        /// What that is counted in.
+        unit: &'static str,
+    },
+    /// The status word tells no state.
+    #[error("the status word {0:04X} tells no state of the state machine")]
+    UnknownState(u16),
+    /// The node is another device.
+    #[error("the node is not a {expected}: vendor {vendor_id:X}h, profile {profile}, name {name:?}")]
+    NotThisDrive {
+        /// What was expected.
+        expected: &'static str,
+        /// 1018h:01.
+        vendor_id: u32,
+        /// The low half of 1000h.
+        profile: u16,
+        /// 1008h, when the device has it.
+        name: Option<String>,
+    },
+    /// The drive has booted in the middle of an operation: it was reset, or its power failed.
+    #[error("the drive has restarted")]
+    Restarted,
+}
+
+/// Something that not every kind of drive can do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Capability {
+    /// An operating mode.
+    Mode(Mode),
+    /// Inching operation.
+    Inching,
+    /// Setting the actual position.
+    Calibration,
+    /// Choosing the approach.
+    Approach,
+    /// Keeping parameters on command.
+    Store,
+    /// Restoring factory settings.
+    Restore,
+    /// Stopping by load.
+    TorqueDeactivation,
+    /// Measuring its temperature.
+    Temperature,
+    /// Measuring the voltage of a battery.
+    Battery,
+    /// Units that the driver could convert.
+    Units,
+    /// Switching emergency messages.
+    EmergencySwitch,
+}
+
+/// Which conditions are not met.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal(pub Vec<Missing>);
+
+/// A condition that is not met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Missing {
+    /// The drive is in fault.
+    NoFault(Cause),
+    /// The drive is not in OPERATION ENABLED.
+    Enabled(State),
+    /// The output stage has no supply.
+    Supply,
+    /// The input that enables the drive is not active.
+    EnableInput,
+    /// A safety function has the drive.
+    SafetyReleased,
+    /// A travel is under way.
+    NoTravel,
+    /// No travel is under way that could be interrupted.
+    Travel,
+    /// The position is above the upper limit.
+    BelowUpperLimit,
+    /// The position is below the lower limit.
+    AboveLowerLimit,
+    /// A limit switch is active.
+    OffLimitSwitch(u8),
+    /// The target is outside the limits.
+    TargetWithinLimits {
+        /// The target.
+        target: i32,
+        /// The lower limit.
+        low: i32,
+        /// The upper limit.
+        high: i32,
+    },
+    /// The velocity is more than the gear allows.
+    VelocityWithinGear {
+        /// As 60FFh has it.
+        velocity: i32,
+        /// What the gear allows.
+        most: i32,
+    },
+    /// The operating mode is another one.
+    Mode(Mode),
+    /// The operating mode is one that the driver does not know.
+    UnknownMode(i64),
+}
+
+impl fmt::Display for Capability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Capability::Mode(mode) => write!(f, "{mode} mode"),
+            Capability::Inching => f.write_str("inching operation"),
+            Capability::Calibration => f.write_str("calibration"),
+            Capability::Approach => f.write_str("choice of approach"),
+            Capability::Store => f.write_str("command that keeps parameters"),
+            Capability::Restore => f.write_str("such factory settings to restore"),
+            Capability::TorqueDeactivation => f.write_str("torque deactivation"),
+            Capability::Temperature => f.write_str("temperature to read"),
+            Capability::Battery => f.write_str("battery voltage to read"),
+            Capability::Units => f.write_str("units that are known"),
+            Capability::EmergencySwitch => f.write_str("switch for emergency messages"),
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (row, missing) in self.0.iter().enumerate() {
+            let separator = if row == 0 { "" } else { "; " };
+            write!(f, "{separator}{missing}")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Missing::NoFault(cause) => write!(f, "it is in fault ({cause})"),
+            Missing::Enabled(state) => write!(f, "it is in {state}, not in OPERATION ENABLED"),
+            Missing::Supply => f.write_str("its output stage has no supply"),
+            Missing::EnableInput => f.write_str("its enable input is not active"),
+            Missing::SafetyReleased => f.write_str("a safety function has it"),
+            Missing::NoTravel => f.write_str("a travel is under way"),
+            Missing::Travel => f.write_str("no travel is under way"),
+            Missing::BelowUpperLimit => f.write_str("its position is above the upper limit"),
+            Missing::AboveLowerLimit => f.write_str("its position is below the lower limit"),
+            Missing::OffLimitSwitch(number) => write!(f, "its limit switch {number} is active"),
+            Missing::TargetWithinLimits { target, low, high } => {
+                write!(f, "the target {target} is outside its limits, {low} to {high}")
+            }
+            Missing::VelocityWithinGear { velocity, most } => {
+                write!(f, "the velocity {velocity} is more than its gear allows, {most}")
+            }
+            Missing::Mode(mode) => write!(f, "it is in {mode} mode"),
+            Missing::UnknownMode(number) => write!(f, "it is in an unknown mode, {number}"),
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! What an application may set in a drive, keep and compare.
+
+use lexican_runtime::object::{Address, DataType};
+
+use crate::description::Number;
+
+/// A parameter of a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parameter {
+    /// The number in the manual.
+    pub number: u8,
+    /// The object that holds it.
+    pub address: Address,
+    /// What it holds: an integer of one, two or four bytes.
+    pub data_type: DataType,
+    /// The set that it is restored with.
+    pub set: ParameterSet,
+}
+
+/// Parameters that a drive restores together (1011h).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParameterSet {
+    /// Those of the control loops and ramps.
+    Controller,
+    /// Those of the application: units, limits, ways to travel.
+    Standard,
+}
+
+impl Parameter {
+    /// The object that holds it.
+    #[must_use]
+    pub const fn object(&self) -> Number {
+        Number::new(self.address.index(), self.address.sub(), self.data_type)
+    }
+}

@@ -1,0 +1,160 @@
+//! Why the drive would refuse an order, found out before anything moves.
+
+use super::power::{cause, is_fault, state_of};
+use super::setup::shown_mode;
+use super::travel::under_way;
+use crate::description::{Gear, Orders, Word};
+use crate::desk::{Desk, narrow};
+use crate::direction::Direction;
+use crate::error::{Capability, Error, Missing, Refusal};
+use crate::mode::Mode;
+
+use lexican_runtime::profile::cia402::State;
+
+/// What the drive is about to be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Travel to a position.
+    Travel {
+        /// The target.
+        target: i32,
+    },
+    /// Move by inching, in this direction.
+    Inch(Direction),
+    /// Run at a velocity.
+    Run {
+        /// As 60FFh has it.
+        velocity: i32,
+    },
+}
+
+/// Checks every condition for an order.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] with every condition that is not met; as
+/// [`Desk::read`].
+pub async fn refuse(desk: &Desk, order: Order) -> Result<(), Error> {
+    desk.need(order.is_supported(desk).then_some(()), order.capability())?;
+    let description = desk.description();
+    let mut missing = Vec::new();
+    let number = shown_mode(desk).await?;
+    match description.mode_of(number) {
+        Some(mode) if mode == order.mode() => {}
+        Some(mode) => missing.push(Missing::Mode(mode)),
+        None => missing.push(Missing::UnknownMode(number)),
+    }
+    let status_word = desk.status().await?;
+    let system = system_for(desk, order.set()).await?;
+    match state_of(status_word)? {
+        State::OperationEnabled => {}
+        state if is_fault(state) => missing.push(Missing::NoFault(cause(desk).await?)),
+        state => missing.push(Missing::Enabled(state)),
+    }
+    missing.extend(conditions(desk, order.set(), status_word, system));
+    missing.extend(unfinished(desk, order.set(), status_word).await?.filter(|it| !missing.contains(it)));
+    match order {
+        Order::Travel { target } => missing.extend(target_beyond_limits(desk, target).await?),
+        Order::Inch(_) => {}
+        Order::Run { velocity } => missing.extend(too_fast(desk, velocity).await?),
+    }
+    refused(missing)
+}
+
+/// Checks the conditions that the description has for these orders.
+pub(super) async fn require(desk: &Desk, orders: Orders, status_word: u16) -> Result<(), Error> {
+    let system = system_for(desk, orders).await?;
+    let mut missing: Vec<Missing> = conditions(desk, orders, status_word, system).collect();
+    missing.extend(unfinished(desk, orders, status_word).await?.filter(|it| !missing.contains(it)));
+    refused(missing)
+}
+
+/// Nothing may be under way.
+pub(super) async fn require_rest(desk: &Desk) -> Result<(), Error> {
+    let status_word = desk.status().await?;
+    state_of(status_word)?;
+    require(desk, Orders::SET_UP, status_word).await
+}
+
+impl Order {
+    fn mode(self) -> Mode {
+        match self {
+            Order::Travel { .. } | Order::Inch(_) => Mode::Positioning,
+            Order::Run { .. } => Mode::Velocity,
+        }
+    }
+
+    fn set(self) -> Orders {
+        match self {
+            Order::Travel { .. } => Orders::TRAVEL,
+            Order::Inch(Direction::Positive) => Orders::INCH_POSITIVE,
+            Order::Inch(Direction::Negative) => Orders::INCH_NEGATIVE,
+            Order::Run { .. } => Orders::RUN,
+        }
+    }
+
+    fn capability(self) -> Capability {
+        match self {
+            Order::Inch(_) => Capability::Inching,
+            _ => Capability::Mode(self.mode()),
+        }
+    }
+
+    fn is_supported(self, desk: &Desk) -> bool {
+        let description = desk.description();
+        match self {
+            Order::Travel { .. } => description.code_of(Mode::Positioning).is_some(),
+            Order::Inch(_) => description.inching.is_some(),
+            Order::Run { .. } => description.velocity.is_some() && description.code_of(Mode::Velocity).is_some(),
+        }
+    }
+}
+
+fn refused(missing: Vec<Missing>) -> Result<(), Error> {
+    if missing.is_empty() { Ok(()) } else { Err(Error::Refused(Refusal(missing))) }
+}
+
+/// The manufacturer's status register, when a condition for these orders needs it.
+async fn system_for(desk: &Desk, orders: Orders) -> Result<u32, Error> {
+    let rows = desk.description().conditions.iter();
+    let mut needing = rows.filter(|row| row.refuses.contains(orders) && row.when.word == Word::System);
+    if needing.next().is_some() { desk.system().await } else { Ok(0) }
+}
+
+/// What is missing for these orders.
+fn conditions(desk: &Desk, orders: Orders, status_word: u16, system: u32) -> impl Iterator<Item = Missing> {
+    let rows = desk.description().conditions.iter().filter(move |row| row.refuses.contains(orders));
+    rows.filter(move |row| {
+        row.when.holds(match row.when.word {
+            Word::Status => status_word.into(),
+            Word::System => system,
+        })
+    })
+    .map(|row| row.missing)
+}
+
+/// What the driver has ordered, and has not ended, where the drive does not tell that one is under way.
+async fn unfinished(desk: &Desk, orders: Orders, status_word: u16) -> Result<Option<Missing>, Error> {
+    let told = desk.description().status.positioning.is_some();
+    let running = desk.lock().running;
+    let unfinished = !told && orders.contains(Orders::FROM_REST) && (running || under_way(desk, status_word).await?);
+    Ok(unfinished.then_some(Missing::NoTravel))
+}
+
+async fn target_beyond_limits(desk: &Desk, target: i32) -> Result<Option<Missing>, Error> {
+    let Some([one, other]) = desk.description().objects.position_limits else { return Ok(None) };
+    let (a, b) = (desk.get(one).await?, desk.get(other).await?);
+    let (low, high) = (a.min(b), a.max(b));
+    let within = low == high || (low..=high).contains(&target.into());
+    let (low, high) = (narrow(low), narrow(high));
+    Ok((!within).then_some(Missing::TargetWithinLimits { target, low, high }))
+}
+
+async fn too_fast(desk: &Desk, velocity: i32) -> Result<Option<Missing>, Error> {
+    let Some(Gear { object, most, otherwise }) = desk.description().velocity.and_then(|velocity| velocity.gear) else {
+        return Ok(None);
+    };
+    let gear = desk.get(object).await?;
+    let most = most.iter().find(|(number, _)| *number == gear).map_or(otherwise, |(_, most)| *most);
+    Ok((velocity.unsigned_abs() > most.unsigned_abs()).then_some(Missing::VelocityWithinGear { velocity, most }))
+}

@@ -1,0 +1,313 @@
+//! Positioning mode: travels, and their interruption.
+
+use lexican_runtime::profile::cia402::State;
+use lexican_runtime::{Duration, Instant};
+
+use super::power::{at_rest, cause, is_fault, reach, state_of, stuck};
+use super::refusal::{Order, refuse};
+use crate::description::Release;
+use crate::desk::Desk;
+use crate::error::{Error, Missing, Outcome, Refusal};
+
+/// How far a travel has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// When this was so.
+    pub at: Instant,
+    /// The position, as 6064h has it.
+    pub position: i32,
+    /// The status word.
+    pub status_word: u16,
+}
+
+/// Travels to a position, and waits for the end.
+///
+/// # Errors
+///
+/// Those of [`start_travel`] and [`finish`].
+pub async fn travel(
+    desk: &Desk,
+    target: i32,
+    within: Duration,
+    progress: &mut (dyn FnMut(Progress) + Send),
+) -> Result<Outcome, Error> {
+    start_travel(desk, target).await?;
+    finish(desk, within, progress).await
+}
+
+/// Starts to travel to a position; returns once the drive has taken the order.
+///
+/// # Errors
+///
+/// [`Error::Refused`] before anything moves; [`Error::NotTaken`] when the drive does not take the order
+/// nevertheless: it is then withdrawn, and the drive stands. An order that it took late is interrupted, and told as
+/// [`Missing::NoTravel`].
+pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
+    let description = desk.description();
+    description.objects.target_position.check(target.into())?;
+    refuse(desk, Order::Travel { target }).await?;
+    let acknowledged = description.status.acknowledged;
+    // The order is an edge, and so is its acknowledgement: both bits have to fall first.
+    desk.control(description.resting()).await?;
+    let (Ok(status_word) | Err(status_word)) = desk.await_status(|word| word & acknowledged == 0).await?;
+    // That may take a while; and outside OPERATION ENABLED the order would enable the drive first.
+    if status_word & acknowledged != 0 || state_of(status_word)? != State::OperationEnabled {
+        refuse(desk, Order::Travel { target }).await?;
+        return Err(Error::NotTaken { status_word });
+    }
+    {
+        let mut shared = desk.lock();
+        shared.moving = true;
+        shared.travelling = true;
+        shared.paused = false;
+    }
+    desk.unsettle();
+    desk.control_position(description.moving() | description.control.new_setpoint, target).await?;
+    if let Err(status_word) = desk.await_status(|word| word & acknowledged != 0).await? {
+        withdraw(desk).await?;
+        refuse(desk, Order::Travel { target }).await?;
+        return Err(Error::NotTaken { status_word });
+    }
+    // It has told of the order; what tells how that goes on may come later.
+    desk.unsettle();
+    if description.release == Release::WhenAcknowledged {
+        desk.control(description.moving()).await?;
+    }
+    Ok(())
+}
+
+/// Waits until the travel under way is over, whatever its end. One that is interrupted is not over.
+///
+/// # Errors
+///
+/// As [`Desk::read`].
+pub async fn finish(
+    desk: &Desk,
+    within: Duration,
+    progress: &mut (dyn FnMut(Progress) + Send),
+) -> Result<Outcome, Error> {
+    let until = desk.now() + within;
+    let mut status_word = desk.status().await?;
+    loop {
+        let position = desk.position().await?;
+        progress(Progress { at: desk.now(), position, status_word });
+        if let Some(outcome) = end_of_travel(desk, status_word).await? {
+            return Ok(outcome);
+        }
+        if desk.now() >= until {
+            return Ok(Outcome::TimedOut { position });
+        }
+        status_word = desk.next_status().await?;
+    }
+}
+
+/// How the travel has ended; `None` while it has not.
+pub(super) async fn end_of_travel(desk: &Desk, status_word: u16) -> Result<Option<Outcome>, Error> {
+    let bits = desk.description().status;
+    let state = state_of(status_word)?;
+    if state == State::OperationEnabled && under_way(desk, status_word).await? {
+        let Some(torque) = desk.description().torque_deactivation else { return Ok(None) };
+        let stands = desk.has_settled() && !moves(desk, status_word).await? && !desk.lock().paused;
+        let deactivated = stands && desk.get(torque.state).await? as u32 & torque.active != 0;
+        let position = desk.position().await?;
+        return Ok(deactivated.then_some(Outcome::TorqueDeactivated { position }));
+    }
+    if is_fault(state) {
+        at_rest(desk);
+        return Ok(Some(Outcome::Fault(cause(desk).await?)));
+    }
+    // Clears New Setpoint, unless it has been.
+    if state == State::OperationEnabled && desk.description().release == Release::WhenOver {
+        desk.control(desk.description().resting()).await?;
+    }
+    // Nothing else ends with a travel: neither inching nor velocity mode.
+    let travelled = std::mem::take(&mut desk.lock().travelling);
+    if travelled || state != State::OperationEnabled || !moves(desk, status_word).await? {
+        at_rest(desk);
+    }
+    let position = desk.position().await?;
+    Ok(Some(if state != State::OperationEnabled {
+        // A drive that stands after a quick stop tells that by the bit of a target that is reached (CiA 402-2).
+        Outcome::Interrupted { state, position }
+    } else if status_word & bits.target_reached != 0 {
+        Outcome::Reached { position }
+    } else if status_word & bits.internal_limit != 0 {
+        Outcome::Limit { position }
+    } else {
+        Outcome::Interrupted { state, position }
+    }))
+}
+
+/// Interrupts the travel under way with its programmed deceleration; returns once the drive stands.
+///
+/// # Errors
+///
+/// [`Error::Refused`] when no travel is under way.
+pub async fn interrupt(desk: &Desk) -> Result<(), Error> {
+    require_travel(desk).await?;
+    let description = desk.description();
+    desk.lock().paused = true;
+    stand_still(desk, description.moving() | description.held() | description.control.stop).await
+}
+
+/// Goes on with an interrupted travel, also after torque deactivation.
+///
+/// # Errors
+///
+/// [`Error::Refused`] when no travel is under way; [`Error::NotTaken`] when the drive does not move on.
+pub async fn resume(desk: &Desk) -> Result<(), Error> {
+    require_travel(desk).await?;
+    let description = desk.description();
+    let word = description.moving() | description.held();
+    if !desk.lock().paused {
+        // The drive has stopped by itself: the edge that resumes has to be made.
+        desk.control(word | description.control.stop).await?;
+    }
+    let mut resumption = Resumption { desk, seen: false };
+    {
+        let mut shared = desk.lock();
+        shared.paused = false;
+        shared.moving = true;
+    }
+    desk.unsettle();
+    desk.control(word).await?;
+    let until = desk.now() + description.times.reaction;
+    loop {
+        let status_word = desk.status().await?;
+        let over = !tells_under_way(desk, status_word).await?;
+        // What tells "over" where the drive does not say so, told "it stands" a moment ago.
+        let told = over == description.status.positioning.is_some();
+        if told || desk.velocity().await? != 0 || (over && desk.now() >= until) {
+            resumption.seen = true;
+            return Ok(());
+        }
+        if desk.now() >= until {
+            return Err(Error::NotTaken { status_word });
+        }
+        desk.next_status().await?;
+    }
+}
+
+/// A travel that is told to go on. Unless it is seen to, whatever happens meanwhile, it counts as interrupted, and that the
+/// drive stands is not its end.
+struct Resumption<'a> {
+    desk: &'a Desk,
+    seen: bool,
+}
+
+impl Drop for Resumption<'_> {
+    fn drop(&mut self) {
+        if !self.seen {
+            self.desk.lock().paused = true;
+        }
+    }
+}
+
+/// Stops whatever moves, in either mode, with its programmed deceleration.
+pub(super) async fn come_to_rest(desk: &Desk) -> Result<(), Error> {
+    stand_still(desk, desk.description().stopping()).await
+}
+
+/// Sends a word that stops the drive, until it stands. The word means the same when it comes again, so that
+/// one that gets lost is sent again; and braking may take a minute with the gentlest deceleration.
+pub(super) async fn stand_still(desk: &Desk, word: u16) -> Result<(), Error> {
+    let times = desk.description().times;
+    let by_pdo = desk.description().outputs.control.is_some();
+    let end = desk.now() + times.braking;
+    loop {
+        if desk.may_be_stopped().await? {
+            desk.control(word).await?;
+        }
+        match come_to_stand(desk, desk.now() + times.reaction).await? {
+            // It may have been told to move only just now, and not have begun: nothing tells that a PDO has arrived.
+            0 if by_pdo && !desk.has_settled() => desk.settle().await?,
+            0 => return Ok(()),
+            velocity if desk.now() >= end => return Err(stuck(desk, velocity)),
+            _ => {}
+        }
+    }
+}
+
+/// Waits until the drive stands, no longer than `until`; the last velocity.
+pub(super) async fn come_to_stand(desk: &Desk, until: Instant) -> Result<i32, Error> {
+    loop {
+        // Read after the command was sent, so that it has had its effect.
+        let velocity = desk.velocity().await?;
+        if velocity == 0 || desk.now() >= until {
+            return Ok(velocity);
+        }
+        desk.next_status().await?;
+    }
+}
+
+/// Takes back an order that the drive has not taken. The order may still be on its way, behind the word that
+/// takes it back: so the drive has to stand for as long as a command may take.
+pub(super) async fn withdraw(desk: &Desk) -> Result<(), Error> {
+    let times = desk.description().times;
+    let end = desk.now() + times.braking;
+    // In any other state it takes no order, and the word would enable it.
+    while state_of(desk.status().await?)? == State::OperationEnabled {
+        come_to_rest(desk).await?;
+        desk.pass(times.reaction).await?;
+        match desk.velocity().await? {
+            0 => break,
+            velocity if desk.now() >= end => return Err(stuck(desk, velocity)),
+            _ => {}
+        }
+    }
+    // An order that was taken late, and does not show, would go on with the next one. Outside OPERATION ENABLED the
+    // drive forgets it.
+    let shows = desk.description().status.positioning.is_some();
+    if !shows && state_of(desk.status().await?)? == State::OperationEnabled {
+        reach(desk, State::SwitchedOn).await?;
+    }
+    at_rest(desk);
+    Ok(())
+}
+
+async fn require_travel(desk: &Desk) -> Result<(), Error> {
+    let status_word = desk.status().await?;
+    let missing = match state_of(status_word)? {
+        State::OperationEnabled if under_way(desk, status_word).await? => return Ok(()),
+        State::OperationEnabled => Missing::Travel,
+        state if is_fault(state) => Missing::NoFault(cause(desk).await?),
+        state => Missing::Enabled(state),
+    };
+    Err(Error::Refused(Refusal(vec![missing])))
+}
+
+/// Whether a travel is under way, moving or interrupted. One that has only just been ordered is, even if the drive
+/// still tells that the one before is over.
+pub(super) async fn under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
+    let told = tells_under_way(desk, status_word).await?;
+    let fresh = !desk.settled(told) && desk.lock().travelling;
+    Ok(told || fresh)
+}
+
+/// Whether the drive tells so.
+///
+/// Where the drive does not say so, it is until its target is reached, or it has come to stand at a limit; but in an
+/// interruption the same bit tells that the drive stands, and before the first travel it tells nothing, so that the
+/// driver goes by what it has ordered.
+async fn tells_under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
+    let bits = desk.description().status;
+    if let Some(positioning) = bits.positioning {
+        return desk.holds(positioning, status_word).await;
+    }
+    let (travelling, paused) = {
+        let shared = desk.lock();
+        (shared.travelling, shared.paused)
+    };
+    if !travelling || paused || status_word & bits.target_reached != 0 {
+        return Ok(travelling && paused);
+    }
+    Ok(status_word & bits.internal_limit == 0 || moves(desk, status_word).await?)
+}
+
+/// Whether the drive moves.
+pub(super) async fn moves(desk: &Desk, status_word: u16) -> Result<bool, Error> {
+    match desk.description().status.moving {
+        Some(moving) => desk.holds(moving, status_word).await,
+        None => Ok(desk.velocity().await? != 0),
+    }
+}

@@ -1,0 +1,120 @@
+//! Whatever comes from the bus: no sequence panics, and each one ends.
+
+use std::future::Future;
+use std::pin::{Pin, pin};
+use std::task::Poll;
+
+use lexican_driver::description::Outputs;
+use lexican_driver::{Description, Desk, Direction, Error, Mode, Session, sequence};
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use proptest::prelude::*;
+
+const NODE: NodeId = NodeId::literal(5);
+
+static BY_PDO: Description = Description::CIA_402;
+static BY_SDO: Description = Description { outputs: Outputs::BY_SDO, inputs: &[], ..Description::CIA_402 };
+
+/// Everything that a drive of CiA 402 can be told, each on its own: an error ends only what it belongs to.
+async fn everything(desk: &Desk) {
+    let within = Duration::from_secs(5);
+    let _ = sequence::identify(desk).await;
+    let _ = sequence::enable(desk).await;
+    let _ = sequence::travel(desk, 1000, within, &mut |_| {}).await;
+    let _ = sequence::start_travel(desk, -1000).await;
+    let _ = sequence::interrupt(desk).await;
+    let _ = sequence::resume(desk).await;
+    let _ = sequence::finish(desk, within, &mut |_| {}).await;
+    let _ = sequence::inch(desk, Direction::Positive).await;
+    let _ = sequence::set_mode(desk, Mode::Velocity).await;
+    let _ = sequence::run_at(desk, 100, within).await;
+    let _ = sequence::stop(desk).await;
+    let _ = sequence::quick_stop(desk).await;
+    let _ = sequence::reset_fault(desk).await;
+    let _ = sequence::disable(desk).await;
+}
+
+/// Runs a sequence on these frames, as fast as they come, and then in silence; whether it ends.
+fn ends(description: &'static Description, frames: &[(Frame, u64)]) -> bool {
+    let mut session = Session::new(NODE, description);
+    let desk = session.desk();
+    let mut now = Instant::ZERO;
+    let mut sequence = pin!(everything(&desk));
+    let mut frames = frames.iter();
+    for _ in 0..20_000 {
+        if step(&mut session, now, sequence.as_mut()).is_ready() {
+            return true;
+        }
+        match frames.next() {
+            Some((frame, gap_us)) => {
+                now += Duration::from_micros(*gap_us);
+                session.handle_frame(now, frame);
+            }
+            None => {
+                now = session.poll_timeout().unwrap_or(now).max(now);
+                session.handle_timeout(now);
+            }
+        }
+    }
+    false
+}
+
+fn step<F: Future>(session: &mut Session, now: Instant, sequence: Pin<&mut F>) -> Poll<F::Output> {
+    let polled = session.poll(now, sequence);
+    while session.poll_transmit(now).is_some() {}
+    polled
+}
+
+/// Frames that mean something to the session, mostly; among them status words of every state, and answers to what it
+/// asks.
+fn frame() -> impl Strategy<Value = (Frame, u64)> {
+    let id = prop_oneof![Just(0x085_u16), Just(0x185), Just(0x385), Just(0x585), Just(0x705), 0_u16..0x800];
+    let whatever = (id, proptest::collection::vec(any::<u8>(), 0..=8));
+    let status = (Just(0x185_u16), any::<u16>().prop_map(|word| word.to_le_bytes().to_vec()));
+    let objects = prop_oneof![
+        Just((0x43_u8, 0x1000_u16)),
+        Just((0x43, 0x1018)),
+        Just((0x4B, 0x6041)),
+        Just((0x42, 0x6041)),
+        Just((0x43, 0x6064)),
+        Just((0x43, 0x606C)),
+        Just((0x4F, 0x6061)),
+        Just((0x60, 0x6040)),
+        Just((0x60, 0x6060)),
+    ];
+    let answer = (objects, 0_u8..2, any::<u32>()).prop_map(|((command, index), sub, value)| {
+        let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
+        (0x585_u16, vec![command, low, high, sub, a, b, c, d])
+    });
+    let framed = prop_oneof![1 => whatever, 2 => status, 4 => answer].prop_map(|(id, data): (u16, Vec<u8>)| {
+        let id = CobId::standard(id).expect("eleven bits");
+        Frame::new(id, &data).expect("eight bytes at most")
+    });
+    (framed, 0_u64..200_000)
+}
+
+proptest! {
+    #[test]
+    fn no_frames_make_a_sequence_panic_or_wait_without_end(
+        frames in proptest::collection::vec(frame(), 0..300),
+    ) {
+        prop_assert!(ends(&BY_PDO, &frames));
+        prop_assert!(ends(&BY_SDO, &frames));
+    }
+}
+
+#[test]
+fn a_silent_node_is_given_up() {
+    assert!(ends(&BY_PDO, &[]));
+    let mut session = Session::new(NODE, &BY_PDO);
+    let desk = session.desk();
+    let mut identify = pin!(sequence::identify(&desk));
+    let mut now = Instant::ZERO;
+    let answer = loop {
+        match step(&mut session, now, identify.as_mut()) {
+            Poll::Ready(answer) => break answer,
+            Poll::Pending => now = session.poll_timeout().expect("it does not wait without end"),
+        }
+        session.handle_timeout(now);
+    };
+    assert!(matches!(answer, Err(Error::Sdo(_))), "{answer:?}");
+}

@@ -1,0 +1,22 @@
+//! Draws the pictures of the simulated drive's motion, `docs/*.svg`: ramps, loops, inching, velocities, stops, and a
+//! fault. Virtual time, so that a minute of motion takes no time, and the same pictures every time.
+//!
+//! `cargo run -p lexican-siko-ag03-1 --example motion_plots [FOLDER]`
+
+mod chart;
+mod runs;
+
+use std::error::Error;
+use std::path::PathBuf;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let docs = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let folder = std::env::args_os().nth(1).map_or(docs, PathBuf::from);
+    std::fs::create_dir_all(&folder)?;
+    for (name, draw) in runs::PICTURES {
+        let path = folder.join(name);
+        std::fs::write(&path, draw()?.svg())?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,104 @@
+//! The LEDs (7.14), by looking at them: what blinks is told by when it is lit.
+
+use std::collections::BTreeMap;
+
+use siko_ag03_1::sim::Lights;
+use siko_ag03_1::sim::inputs::Inputs;
+
+use crate::bench::{Bench, Memory, once};
+use crate::checker::{Against, Checker};
+
+/// So long a look is one.
+const LOOK_MS: u64 = 50;
+
+pub(crate) fn check(checker: &mut Checker<'_>) {
+    let all = [
+        ("status green", "blinking"),
+        ("status green", "on"),
+        ("status green", "off"),
+        ("bus orange", "blinking 2.5 Hz"),
+        ("bus orange", "on"),
+        ("bus orange", "blinking 1:5"),
+    ];
+    for (led, state) in all {
+        let Some(row) = checker.row("leds.csv", &format!("{led}:{state}")) else { continue };
+        checker.place(row, "7.14", "7.14");
+        let found = in_words(led, row.get("meaning"));
+        checker.cell(row, "state", Against::Drive, &found);
+        checker.that(row, "meaning", Against::Drive, found == state, found);
+    }
+}
+
+/// What an LED shows when the drive is as `meaning` says.
+fn in_words(led: &str, meaning: &str) -> String {
+    static MEMORY: Memory<(String, String), String> = Memory::new(BTreeMap::new());
+    once(&MEMORY, (led.to_owned(), meaning.to_owned()), || {
+        let with = |change: fn(&mut Inputs)| {
+            let mut bench = Bench::new();
+            bench.world(change);
+            shown(&mut bench, |lights| lights.status)
+        };
+        let after = |command: u8| {
+            let mut bench = Bench::new();
+            bench.nmt(command);
+            bench.hear(0);
+            shown(&mut bench, |lights| lights.bus)
+        };
+        match (led, meaning) {
+            ("status green", "fault; number of blinks in table 2") => {
+                let blinking = with(|inputs| inputs.internal_error = true);
+                blinking.split(' ').next().unwrap_or_default().to_owned()
+            }
+            ("status green", "output stage and control supplied") => with(|_| ()),
+            ("status green", "output stage and control not supplied") => {
+                with(|inputs| (inputs.output_stage_supply_100mv, inputs.control_supply_100mv) = (0, 0))
+            }
+            ("bus orange", "PRE-OPERATIONAL") => after(0x80),
+            ("bus orange", "OPERATIONAL") => after(0x01),
+            ("bus orange", "STOPPED") => after(0x02),
+            _ => String::new(),
+        }
+    })
+}
+
+/// When an LED goes on and off within some seconds: how many looks each lasts, beginning with the first one that
+/// was seen from its beginning.
+fn spans(bench: &mut Bench, look: fn(Lights) -> bool) -> Vec<(bool, u64)> {
+    let mut spans: Vec<(bool, u64)> = Vec::new();
+    for _ in 0..240 {
+        let lit = bench.see(|drive, now| look(drive.lights(now)));
+        match spans.last_mut().filter(|(last, _)| *last == lit) {
+            Some((_, looks)) => *looks += 1,
+            None => spans.push((lit, 1)),
+        }
+        bench.hear(LOOK_MS);
+    }
+    if spans.len() > 2 {
+        // Neither the first nor the last was seen in whole.
+        spans.remove(0);
+        spans.pop();
+    }
+    spans
+}
+
+/// `on`, `off`, `blinking 2.5 Hz` when light and dark last equally long, or `blinking 1:5`.
+pub(super) fn shown(bench: &mut Bench, look: fn(Lights) -> bool) -> String {
+    let spans = spans(bench, look);
+    let longest = |of: bool| spans.iter().filter(|(lit, _)| *lit == of).map(|(_, looks)| *looks).max();
+    match (longest(true), longest(false)) {
+        (Some(_), None) => "on".into(),
+        (Some(on), Some(off)) if on == off => {
+            format!("blinking {} Hz", 1000.0 / ((on + off) * LOOK_MS) as f64)
+        }
+        (Some(on), Some(off)) => format!("blinking 1:{}", off / on),
+        _ => "off".into(),
+    }
+}
+
+/// How often an LED flashes from one pause to the next.
+pub(super) fn blinks(bench: &mut Bench, look: fn(Lights) -> bool) -> usize {
+    let spans = spans(bench, look);
+    let pause = spans.iter().map(|(_, looks)| *looks).max().unwrap_or(0);
+    let mut codes = spans.split(|span| *span == (false, pause)).skip(1);
+    codes.next().map_or(0, |code| code.iter().filter(|(lit, _)| *lit).count())
+}
