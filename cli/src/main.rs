@@ -1,15 +1,18 @@
 //! `lexican`: CANopen on the command line.
 //!
-//! [`device`] finds the data sheet that a command is about, [`decode`] puts frames into words, [`output`]
+//! [`device`] finds the data sheet that a command is about, [`identity`] recognises one on the bus, [`bus`] opens links
+//! and says what is wrong with them, [`values`] and [`decode`] put values and frames into words and fields, [`output`]
 //! knows how a command ends; every other module is one command.
 
 mod bus;
+mod check;
 mod decode;
 mod demo;
 mod device;
 mod devices;
 mod eds;
 mod generate;
+mod identity;
 mod monitor;
 mod nmt;
 mod output;
@@ -26,11 +29,20 @@ use clap::Parser;
 
 /// CANopen on the command line: check data sheets, generate code from them, simulate and move drives
 #[derive(Parser, Debug)]
-#[command(name = "lexican", version, arg_required_else_help = true)]
+#[command(name = "lexican", version, arg_required_else_help = true, after_help = BEGIN)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 }
+
+const BEGIN: &str = "\
+To begin without any device, let one terminal have a simulated one, and try the others in a second:
+
+    lexican simulate siko/ag03-1 --node 5
+    lexican scan --bus slcan:/dev/pts/3          (the bus that the first one names)
+
+A bus is can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5 or log:FILE. Exit codes: 0 all is well, \
+1 findings, 2 the command could not do it.";
 
 #[derive(clap::Subcommand, Debug)]
 enum Command {
@@ -44,6 +56,7 @@ enum Command {
     Write(write::Args),
     Nmt(nmt::Args),
     Monitor(monitor::Args),
+    Check(check::Args),
     Simulate(simulate::Args),
     /// List the devices that lexican brings along
     Devices,
@@ -59,6 +72,7 @@ fn main() -> ExitCode {
         Command::Write(args) => write::run(&args),
         Command::Nmt(args) => nmt::run(&args),
         Command::Monitor(args) => monitor::run(&args),
+        Command::Check(args) => check::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Devices => devices::run(),
     };

@@ -7,11 +7,13 @@ use lexican_runtime::host::blocking::Network;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 use lexican_runtime::{Duration, NodeId};
 
+use crate::bus::failure::link_failure;
 use crate::bus::{BusArgs, node_id};
 use crate::output::{Failure, Outcome};
 
 /// Send an NMT command to a node, or to all
 #[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
     bus: BusArgs,
@@ -32,6 +34,11 @@ pub(crate) struct Args {
     #[arg(long)]
     json: bool,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican nmt --bus can0 start --node 5
+    lexican nmt --bus can0 reset-node --all";
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
 enum Command {
@@ -65,9 +72,9 @@ const LEAVING: Duration = Duration::from_millis(20);
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut network = Network::new(args.bus.open(Pace::Virtual)?.settled()?.link);
     let message = NmtMessage { command: args.command.into(), node: args.node };
-    network.command(message.command, message.node).map_err(Failure::new)?;
+    network.command(message.command, message.node).map_err(|error| link_failure(&error))?;
     let until = network.now() + LEAVING;
-    while network.next_event(until).map_err(Failure::new)?.is_some() {}
+    while network.next_event(until).map_err(|error| link_failure(&error))?.is_some() {}
     let whom = message.node.map_or("all nodes".to_owned(), |node| format!("node {node}"));
     let what = match message.command.target() {
         NmtState::Initialising => message.command.to_string(),

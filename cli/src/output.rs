@@ -52,6 +52,12 @@ impl Failure {
         Failure::new(format_args!("cannot {what} {}: {}", path.display(), reason(error)))
     }
 
+    /// The message and the hint.
+    #[cfg(test)]
+    pub(crate) fn words(&self) -> (&str, Option<&str>) {
+        (&self.message, self.help.as_deref())
+    }
+
     /// Tells the user on stderr; returns the exit code.
     pub(crate) fn report(&self) -> ExitCode {
         if self.silent {
@@ -65,6 +71,13 @@ impl Failure {
             let _ = writeln!(stderr, "{help}help{help:#}: {text}");
         }
         ExitCode::from(2)
+    }
+}
+
+/// The message without the hint.
+impl Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.message)
     }
 }
 
@@ -84,7 +97,13 @@ pub(crate) fn reason(error: &io::Error) -> String {
     letters.next().map(|first| first.to_lowercase().chain(letters).collect()).unwrap_or_default()
 }
 
-/// A note on stderr that does not end the command.
+/// Something that the user may want to know, on stderr.
+pub(crate) fn note(message: impl Display) {
+    let note = AnsiColor::Green.on_default().bold();
+    let _ = writeln!(anstream::stderr().lock(), "{note}note{note:#}: {message}");
+}
+
+/// A complaint on stderr that does not end the command.
 pub(crate) fn warn(message: impl Display) {
     let warning = AnsiColor::Yellow.on_default().bold();
     let _ = writeln!(anstream::stderr().lock(), "{warning}warning{warning:#}: {message}");

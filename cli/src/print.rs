@@ -30,6 +30,11 @@ pub(crate) fn line(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
     .to_owned()
 }
 
+/// Something that is not a frame but worth telling.
+pub(crate) fn notice(text: &str) -> String {
+    styled(AnsiColor::Yellow.on_default().bold(), text)
+}
+
 const ALARM: Style = AnsiColor::Red.on_default().bold();
 
 fn style(decoded: &Decoded) -> Style {

@@ -2,7 +2,6 @@
 
 use std::io::Write;
 
-use lexican_eds::model::Value;
 use lexican_runtime::NodeId;
 use lexican_runtime::host::AccessError;
 use lexican_runtime::host::Link;
@@ -11,17 +10,21 @@ use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 use serde_json::{Value as Json, json};
 
-use crate::bus::object::{describe, resolve};
-use crate::bus::{Node, NodeArgs, access_failure};
+use crate::bus::failure::access_failure;
+use crate::bus::object::resolve;
+use crate::bus::{Node, NodeArgs, network};
 use crate::output::{Failure, Outcome, warn};
+use crate::values::Known;
+use crate::values::told::Told;
 use crate::values::wire::{fitting, parse};
-use crate::values::{Known, hex};
 
 /// Read objects of a node by SDO
 ///
 /// Objects are named by address (6064, 2410:05) or, when the device is known, by the names of its data sheet.
+/// Without --device the node is asked for its identity (1018h), and recognised when lexican knows the device.
 /// Exit code 1 when the node refuses any of them.
 #[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
     node: NodeArgs,
@@ -35,11 +38,17 @@ pub(crate) struct Args {
     objects: Vec<String>,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+    lexican read --bus can0 --node 5 6041 6064
+    lexican read --bus sim:siko/ag03-1?node=5 \"Position Actual Value\"
+    lexican read --bus can0 --node 7 --device FILE.eds --json 1018:01 | jq .value";
+
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let Node { link, id, device } = args.node.open()?;
-    let device = device.as_ref().map(|loaded| &loaded.device);
+    let device = device.as_ref();
     let addresses: Vec<_> = args.objects.iter().map(|text| resolve(device, text)).collect::<Result<_, _>>()?;
-    let mut network = Network::new(link);
+    let mut network = network(link)?;
     let mut known = device.map(Known::new);
     let mut outcome = Outcome::Clean;
     for address in addresses {
@@ -47,12 +56,18 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             learn_conditions(&mut network, id, address, known);
         }
         match network.read_bytes(id, address) {
-            Ok(data) => print(args.json, id, &Read::new(address, &data, known.as_mut()))?,
+            Ok(data) => {
+                let told = Told::transferred(known.as_ref(), address, &data);
+                if let (Some(known), Some(value)) = (&mut known, &told.value) {
+                    known.learn(address.index(), address.sub(), value);
+                }
+                print(args.json, id, &told)?;
+            }
             Err(AccessError::Sdo { error, .. }) if refused(&error) => {
-                warn(error);
+                print_refusal(args.json, id, &Told::entry(known.as_ref(), address), &error)?;
                 outcome = Outcome::Found;
             }
-            Err(error) => return Err(access_failure(error)),
+            Err(error) => return Err(access_failure(&error)),
         }
     }
     Ok(outcome)
@@ -83,51 +98,27 @@ pub(crate) fn refused(error: &SdoError) -> bool {
     !matches!(error, SdoError::TimedOut { .. })
 }
 
-/// What was read.
-struct Read<'a> {
-    address: Address,
-    data: &'a [u8],
-    /// By the data sheet: what it is, in words, and as a number or text.
-    told: Option<(String, String, Json)>,
-}
-
-impl<'a> Read<'a> {
-    fn new(address: Address, data: &'a [u8], known: Option<&mut Known<'_>>) -> Self {
-        let told = known.and_then(|known| {
-            let entry = known.device.entry(address.index(), address.sub())?;
-            let value = parse(entry.data_type, fitting(entry.data_type, data))?;
-            known.learn(address.index(), address.sub(), &value);
-            let number = match &value {
-                Value::Integer(number) => i64::try_from(*number).map_or(Json::Null, Json::from),
-                Value::Real(number) => json!(number),
-                Value::Text(text) => json!(text),
-                _ => Json::Null,
-            };
-            Some((describe(known.device, entry), known.describe(entry, &value), number))
-        });
-        Read { address, data, told }
-    }
-}
-
-fn print(as_json: bool, node: NodeId, read: &Read<'_>) -> Result<(), Failure> {
-    let mut stdout = anstream::stdout().lock();
-    let Read { address, data, told } = read;
-    if as_json {
-        let (name, text, value) = match told {
-            Some((name, text, value)) => (Some(name), Some(text), value.clone()),
-            None => (None, None, Json::Null),
-        };
-        let raw = hex(data);
-        writeln!(
-            stdout,
-            "{}",
-            json!({ "node": node.get(), "address": address.to_string(), "name": name, "value": value, "text": text, "raw": raw })
-        )?;
-    } else {
-        match told {
-            Some((name, text, _)) => writeln!(stdout, "{name} = {text}")?,
-            None => writeln!(stdout, "{address} = {}", hex(data))?,
+/// That a node refused: an object for programs, a warning for people.
+pub(crate) fn print_refusal(as_json: bool, node: NodeId, told: &Told, error: &SdoError) -> Result<(), Failure> {
+    match error {
+        SdoError::Aborted { code, .. } if as_json => {
+            let mut fields = told.refusal(*code);
+            fields.insert("node".to_owned(), json!(node.get()));
+            writeln!(anstream::stdout().lock(), "{}", Json::Object(fields))?;
         }
+        error => warn(error),
+    }
+    Ok(())
+}
+
+fn print(as_json: bool, node: NodeId, told: &Told) -> Result<(), Failure> {
+    let mut stdout = anstream::stdout().lock();
+    if as_json {
+        let mut fields = told.json();
+        fields.insert("node".to_owned(), json!(node.get()));
+        writeln!(stdout, "{}", Json::Object(fields))?;
+    } else {
+        writeln!(stdout, "{} = {}", told.title(), told.words())?;
     }
     stdout.flush()?;
     Ok(())

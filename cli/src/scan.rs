@@ -1,26 +1,32 @@
 //! `lexican scan`: who is on the bus.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
-use lexican_eds::library;
+use indicatif::{ProgressBar, ProgressStyle};
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{Link, Pace};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::wire::sdo::ClientRequest;
-use lexican_runtime::{CobId, Duration, Frame, NodeId};
+use lexican_runtime::wire::sdo::{Abort, ClientRequest, Content, ServerResponse};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, NodeId};
 use serde_json::json;
 
 use crate::bus::BusArgs;
+use crate::bus::failure::link_failure;
+use crate::decode::Decoder;
+use crate::decode::twins::{Evidence, Twins};
+use crate::identity::recognise;
 use crate::output::{Failure, Outcome, styled};
 
 /// Find the nodes of a bus
 ///
 /// Asks every node-ID for its device type by SDO, and those that answer for their identity. Nothing is changed.
-/// Exit code 1 when nobody answers.
+/// Two nodes with one node-ID are suspected where more answers come than were asked for. Exit code 1 when nobody
+/// answers, and for such a suspicion.
 #[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
     bus: BusArgs,
@@ -34,68 +40,169 @@ pub(crate) struct Args {
     json: bool,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+    lexican scan --bus can0
+    lexican scan --bus slcan:/dev/ttyACM0?bitrate=500000 --json";
+
 /// Between two requests: 127 of them shall not crowd anybody else out.
 const PAUSE: Duration = Duration::from_millis(1);
+/// How much later than the first answer a second one may come, of another node with the same node-ID.
+const GRACE: Duration = Duration::from_millis(30);
 const DEVICE_TYPE: Address = Address::new(0x1000, 0);
 const IDENTITY: u16 = 0x1018;
 
 /// What a node tells of itself.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Found {
-    device_type: Option<u32>,
+    numbers: BTreeMap<Address, u32>,
+    /// What was answered besides, to the same question.
+    others: BTreeMap<Address, u32>,
     state: Option<NmtState>,
-    vendor: Option<u32>,
-    product: Option<u32>,
-    revision: Option<u32>,
-    serial: Option<u32>,
+    /// What looks as if there were two of it.
+    evidence: BTreeSet<Evidence>,
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let mut link = args.bus.open(Pace::Virtual)?.link;
-    let mut found = ask_all(&mut link, Duration::from_millis(args.wait))?;
-    let mut network = Network::new(link);
-    for (&node, found) in &mut found {
-        let mut number = |address| {
-            let data = network.read_bytes(node, address).ok()?;
-            let bytes = data.iter().take(4).rev();
-            Some(bytes.fold(0_u32, |number, byte| number << 8 | u32::from(*byte)))
-        };
-        found.device_type = number(DEVICE_TYPE);
-        found.vendor = number(Address::new(IDENTITY, 1));
-        found.product = number(Address::new(IDENTITY, 2));
-        found.revision = number(Address::new(IDENTITY, 3));
-        found.serial = number(Address::new(IDENTITY, 4));
-    }
+    let link = args.bus.open(Pace::Virtual)?.link;
+    let found = Scanner::new(link, Duration::from_millis(args.wait)).scan()?;
     print(args.json, &found)?;
-    Ok(if found.is_empty() { Outcome::Found } else { Outcome::Clean })
+    let suspicious = found.values().any(|found| !found.evidence.is_empty());
+    Ok(if found.is_empty() || suspicious { Outcome::Found } else { Outcome::Clean })
 }
 
-/// The nodes that answer, or send anything that tells of them.
-fn ask_all(link: &mut dyn Link, wait: Duration) -> Result<BTreeMap<NodeId, Found>, Failure> {
-    let mut found = BTreeMap::new();
-    let request = ClientRequest::InitiateUpload { address: DEVICE_TYPE }.to_bytes();
-    for node in NodeId::all() {
-        link.send(&Frame::from_array(CobId::of_node(0x600, node), request)).map_err(Failure::new)?;
-        listen(link, PAUSE, &mut found)?;
+/// Asks everybody, and listens.
+struct Scanner<L> {
+    link: L,
+    wait: Duration,
+    found: BTreeMap<NodeId, Found>,
+    /// Who has answered the present question.
+    answered: BTreeSet<NodeId>,
+    /// Questions that were answered in segments, which is for somebody else to understand.
+    segmented: Vec<(NodeId, Address)>,
+    decoder: Decoder<'static>,
+    twins: Twins,
+    progress: ProgressBar,
+}
+
+impl<L: Link> Scanner<L> {
+    fn new(link: L, wait: Duration) -> Self {
+        // Where stderr is no terminal, nothing is shown.
+        let progress = ProgressBar::new(NodeId::all().count() as u64);
+        let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}");
+        progress.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        Scanner {
+            link,
+            wait,
+            found: BTreeMap::new(),
+            answered: BTreeSet::new(),
+            segmented: Vec::new(),
+            decoder: Decoder::new(),
+            twins: Twins::default(),
+            progress,
+        }
     }
-    listen(link, wait, &mut found)?;
-    Ok(found)
-}
 
-fn listen(link: &mut dyn Link, span: Duration, found: &mut BTreeMap<NodeId, Found>) -> Result<(), Failure> {
-    let until = link.now() + span;
-    while let Some(frame) = link.receive_frame(until).map_err(Failure::new)? {
+    fn scan(mut self) -> Result<BTreeMap<NodeId, Found>, Failure> {
+        self.progress.set_message("asking for nodes");
+        self.ask(NodeId::all(), DEVICE_TYPE)?;
+        // Whoever is there may be slow.
+        self.listen(self.wait, false)?;
+        for sub in 1..=4 {
+            self.progress.set_message("asking for identities");
+            let nodes: Vec<_> = self.found.keys().copied().collect();
+            self.progress.set_length(nodes.len() as u64);
+            self.ask(nodes.into_iter(), Address::new(IDENTITY, sub))?;
+            self.listen(self.wait, true)?;
+            self.listen(GRACE, false)?;
+        }
+        self.progress.finish_and_clear();
+        let mut network = Network::new(self.link);
+        for (node, address) in self.segmented {
+            // Who answers in segments and then no more has told nothing.
+            let Ok(data) = network.read_bytes(node, address) else { continue };
+            let bytes = data.iter().take(4).rev();
+            let number = bytes.fold(0, |number, byte| number << 8 | u32::from(*byte));
+            self.found.entry(node).or_default().numbers.insert(address, number);
+        }
+        Ok(self.found)
+    }
+
+    /// One question to several nodes.
+    fn ask(&mut self, nodes: impl Iterator<Item = NodeId>, address: Address) -> Result<(), Failure> {
+        self.answered.clear();
+        let request = ClientRequest::InitiateUpload { address }.to_bytes();
+        for (number, node) in nodes.enumerate() {
+            self.progress.set_position(number as u64);
+            self.send(&Frame::from_array(CobId::of_node(0x600, node), request))?;
+            self.listen(PAUSE, false)?;
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+        self.link.send(frame).map_err(|error| link_failure(&error))?;
+        self.suspect(frame);
+        Ok(())
+    }
+
+    /// Listens for so long, or until everybody that is known has answered.
+    fn listen(&mut self, span: Duration, until_answered: bool) -> Result<(), Failure> {
+        let until = self.link.now() + span;
+        while !until_answered || self.answered.len() < self.found.len() {
+            match self.link.receive_frame(until).map_err(|error| link_failure(&error))? {
+                Some(frame) => self.hear(&frame)?,
+                None => break,
+            }
+        }
+        Ok(())
+    }
+
+    fn hear(&mut self, frame: &Frame) -> Result<(), Failure> {
+        self.suspect(frame);
         if let Some(node) = ErrorControl::node(frame.id()).filter(|_| !frame.is_remote()) {
             // Behind the boot-up message PRE-OPERATIONAL follows by itself.
-            found.entry(node).or_default().state = ErrorControl::parse(frame.data()).map(|told| match told.state {
+            let state = ErrorControl::parse(frame.data()).map(|told| match told.state {
                 NmtState::Initialising => NmtState::PreOperational,
                 state => state,
             });
-        } else if let Some(node) = responder(&frame) {
-            found.entry(node).or_default();
+            self.found.entry(node).or_default().state = state;
+        } else if let Some(node) = responder(frame) {
+            self.found.entry(node).or_default();
+            self.answered.insert(node);
+            if let Some(ServerResponse::InitiateUpload { address, content }) = ServerResponse::parse(frame.data()) {
+                self.take(node, address, content)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, node: NodeId, address: Address, content: Content) -> Result<(), Failure> {
+        match content {
+            Content::Expedited(expedited) => {
+                let bytes = expedited.data().iter().rev();
+                let number = bytes.fold(0, |number, byte| number << 8 | u32::from(*byte));
+                let found = self.found.entry(node).or_default();
+                if *found.numbers.entry(address).or_insert(number) != number {
+                    found.others.insert(address, number);
+                }
+                Ok(())
+            }
+            Content::Segmented { .. } => {
+                self.segmented.push((node, address));
+                let abort = ClientRequest::Abort(Abort { address, code: AbortCode::GENERAL });
+                self.send(&Frame::from_array(CobId::of_node(0x600, node), abort.to_bytes()))
+            }
         }
     }
-    Ok(())
+
+    /// Watches out for two nodes with one node-ID.
+    fn suspect(&mut self, frame: &Frame) {
+        let decoded = self.decoder.decode(frame);
+        if let Some((node, evidence)) = self.twins.notice(self.link.now(), &decoded) {
+            self.found.entry(node).or_default().evidence.insert(evidence);
+        }
+    }
 }
 
 /// Whose SDO server has sent a frame.
@@ -108,53 +215,126 @@ fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> 
     let mut stdout = anstream::stdout().lock();
     for (node, found) in found {
         if as_json {
+            let others: BTreeMap<_, _> =
+                found.others.iter().map(|(address, number)| (address.to_string(), number)).collect();
             let line = json!({
                 "node": node.get(),
-                "device_type": found.device_type,
+                "device_type": found.numbers.get(&DEVICE_TYPE),
                 "state": found.state.map(|state| state.to_string()),
-                "vendor": found.vendor,
-                "product": found.product,
-                "revision": found.revision,
-                "serial": found.serial,
+                "vendor": found.identity(1),
+                "product": found.identity(2),
+                "revision": found.identity(3),
+                "serial": found.identity(4),
                 "device": found.device(),
+                "two_nodes": found.evidence.iter().map(|evidence| evidence.name()).collect::<Vec<_>>(),
+                "other_answers": others,
             });
             writeln!(stdout, "{line}")?;
         } else {
-            let node = styled(anstyle::Style::new().bold(), format_args!("node {node:>3}"));
-            writeln!(stdout, "{node}  {}", found.describe())?;
+            let name = styled(anstyle::Style::new().bold(), format_args!("node {node:>3}"));
+            writeln!(stdout, "{name}  {}", found.describe())?;
+            for evidence in &found.evidence {
+                let text = format!("are there two nodes {node}? {evidence}{}", found.difference());
+                writeln!(stdout, "          {}", crate::print::notice(&text))?;
+            }
         }
     }
     if found.is_empty() && !as_json {
-        writeln!(stdout, "no node answers")?;
+        writeln!(stdout, "no node answers; are they on this bus, with power and at this bit rate?")?;
     }
     stdout.flush()?;
     Ok(())
 }
 
 impl Found {
+    fn identity(&self, sub: u8) -> Option<u32> {
+        self.numbers.get(&Address::new(IDENTITY, sub)).copied()
+    }
+
     /// The device of the library that it is, as far as its identity tells.
     fn device(&self) -> Option<&'static str> {
-        let vendor = self.vendor.filter(|vendor| *vendor != 0)?;
-        let mut same = library::all().iter().filter(|shipped| {
-            let (device, _) = lexican_eds::load(&shipped.input());
-            device.info.vendor_number == Some(vendor)
-                && device.info.product_number.unwrap_or(0) == self.product.unwrap_or(0)
-        });
-        // Two that look the same are none.
-        same.next().filter(|_| same.next().is_none()).map(|shipped| shipped.id)
+        Some(recognise(self.identity(1)?, self.identity(2).unwrap_or(0))?.id)
     }
 
     fn describe(&self) -> String {
         let mut parts = Vec::new();
         parts.extend(self.device().map(str::to_owned));
-        parts.extend(self.device_type.map(|number| match number & 0xFFFF {
+        parts.extend(self.numbers.get(&DEVICE_TYPE).map(|number| match number & 0xFFFF {
             0 => "device type 0: no profile".to_owned(),
             profile => format!("CiA {profile} (device type {number:08X}h)"),
         }));
-        let numbers =
-            [("vendor", self.vendor), ("product", self.product), ("revision", self.revision), ("serial", self.serial)];
-        parts.extend(numbers.into_iter().filter_map(|(name, number)| Some(format!("{name} {:X}h", number?))));
+        let names = ["vendor", "product", "revision", "serial"];
+        let numbers = (1..).zip(names).filter_map(|(sub, name)| Some(format!("{name} {:X}h", self.identity(sub)?)));
+        parts.extend(numbers);
         parts.extend(self.state.map(|state| state.to_string()));
         if parts.is_empty() { "answers, but has no device type".to_owned() } else { parts.join(", ") }
+    }
+
+    /// Where two answers to one question differ.
+    fn difference(&self) -> String {
+        let differ = self.others.iter().filter_map(|(address, other)| {
+            Some(format!("{address} is {:X}h and {other:X}h", self.numbers.get(address)?))
+        });
+        let differ: Vec<_> = differ.collect();
+        if differ.is_empty() { String::new() } else { format!(": {}", differ.join(", ")) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bus::virtual_device::VirtualDevice;
+    use lexican_eds::model::{Device, Value};
+    use lexican_runtime::host::VirtualBus;
+
+    /// A sheet with another serial number.
+    fn sheet(serial: i128) -> Device {
+        let mut device = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let identity = device.objects.iter_mut().find(|object| object.index == 0x1018).unwrap();
+        identity
+            .entries
+            .iter_mut()
+            .filter(|entry| entry.sub == 4)
+            .for_each(|entry| entry.default = Some(Value::Integer(serial)));
+        device
+    }
+
+    /// What is found on a bus with nodes of these ids and serial numbers.
+    fn scan(nodes: &[(u8, i128)]) -> BTreeMap<NodeId, Found> {
+        let bus = VirtualBus::with_bit_rate(500);
+        for &(node, serial) in nodes {
+            bus.attach(VirtualDevice::power_on(bus.now(), NodeId::literal(node), &sheet(serial)));
+        }
+        // The boot-up messages are not heard any more.
+        let mut link = bus.link();
+        let until = link.now() + Duration::from_secs(1);
+        while link.receive(until).unwrap().is_some() {}
+        Scanner::new(link, Duration::from_millis(500)).scan().unwrap()
+    }
+
+    #[test]
+    fn nodes_tell_who_they_are() {
+        let found = scan(&[(5, 42), (127, 7)]);
+        assert_eq!(found.keys().map(|node| node.get()).collect::<Vec<_>>(), [5, 127]);
+        let one = &found[&NodeId::literal(5)];
+        assert_eq!((one.identity(4), one.device()), (Some(42), Some("siko/ag03-1")));
+        assert!(found.values().all(|found| found.evidence.is_empty() && found.others.is_empty()), "{found:?}");
+    }
+
+    #[test]
+    fn two_nodes_with_one_id_are_suspected_and_told_apart() {
+        let found = scan(&[(5, 42), (5, 43), (6, 1)]);
+        let twins = &found[&NodeId::literal(5)];
+        assert!(twins.evidence.contains(&Evidence::SecondAnswer));
+        assert_eq!(twins.others.get(&Address::new(IDENTITY, 4)), Some(&43));
+        assert_eq!(twins.difference(), ": 1018:04 is 2Ah and 2Bh");
+        assert!(found[&NodeId::literal(6)].evidence.is_empty());
+    }
+
+    #[test]
+    fn two_nodes_that_say_the_same_are_suspected() {
+        let found = scan(&[(5, 42), (5, 42)]);
+        let twins = &found[&NodeId::literal(5)];
+        assert!(twins.evidence.contains(&Evidence::SecondAnswer) && twins.others.is_empty());
     }
 }

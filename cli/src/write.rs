@@ -4,23 +4,26 @@ use std::io::Write;
 
 use lexican_eds::types::DataType;
 use lexican_runtime::host::AccessError;
-use lexican_runtime::host::blocking::Network;
-use serde_json::json;
+use serde_json::{Value as Json, json};
 
-use crate::bus::object::{describe, resolve};
-use crate::bus::{Node, NodeArgs, access_failure};
-use crate::output::{Failure, Outcome, warn};
-use crate::read::{learn_conditions, refused};
+use crate::bus::failure::access_failure;
+use crate::bus::object::resolve;
+use crate::bus::{Node, NodeArgs, network};
+use crate::output::{Failure, Outcome};
+use crate::read::{learn_conditions, print_refusal, refused};
+use crate::values::Known;
 use crate::values::text::untyped;
+use crate::values::told::Told;
 use crate::values::wire::encode;
-use crate::values::{Known, hex};
 
 /// Write an object of a node by SDO
 ///
 /// A value is a number (5000, 0x1F), a number with the unit of the data sheet ("24.0 V"), a name of its
 /// enumeration ("profile velocity") or names of its bits joined by +. raw:240 is the number as it is on the
-/// wire. Exit code 1 when the node refuses.
+/// wire. Without --device the node is asked for its identity (1018h), and recognised when lexican knows the
+/// device. Exit code 1 when the node refuses.
 #[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
     node: NodeArgs,
@@ -41,11 +44,17 @@ pub(crate) struct Args {
     value: String,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+    lexican write --bus can0 --node 5 6060 \"profile velocity\"
+    lexican write --bus can0 --node 5 2412 \"2.5 mm\"
+    lexican write --bus can0 --node 9 --device none --type UNSIGNED16 1017 1000";
+
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let Node { link, id, device } = args.node.open()?;
-    let device = device.as_ref().map(|loaded| &loaded.device);
+    let device = device.as_ref();
     let address = resolve(device, &args.object)?;
-    let mut network = Network::new(link);
+    let mut network = network(link)?;
     let mut known = device.map(Known::new);
     let entry = device.and_then(|device| device.entry(address.index(), address.sub()));
 
@@ -54,6 +63,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         (None, Some(known), Some(entry)) => {
             learn_conditions(&mut network, id, address, known);
             (entry.data_type, known.understand(entry, &args.value))
+        }
+        (None, Some(_), None) => {
+            return Err(Failure::new(format_args!("the data sheet has no {address}"))
+                .help("name its data type with --type UNSIGNED16 to write it all the same"));
         }
         _ => {
             return Err(Failure::new(format_args!("nothing tells the data type of {address}"))
@@ -66,23 +79,21 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     match network.write_bytes(id, address, &data) {
         Ok(()) => {}
         Err(AccessError::Sdo { error, .. }) if refused(&error) => {
-            warn(error);
+            print_refusal(args.json, id, &Told::entry(known.as_ref(), address), &error)?;
             return Ok(Outcome::Found);
         }
-        Err(error) => return Err(access_failure(error)),
+        Err(error) => return Err(access_failure(&error)),
     }
+    let told = Told::transferred(known.as_ref(), address, &data);
     let mut stdout = anstream::stdout().lock();
     if args.json {
-        let text = known.zip(entry).map(|(known, entry)| known.describe(entry, &value));
-        let line = json!({ "node": id.get(), "address": address.to_string(), "text": text, "raw": hex(&data) });
-        writeln!(stdout, "{line}")?;
-        return Ok(Outcome::Clean);
-    }
-    match (known, entry) {
-        (Some(known), Some(entry)) => {
-            writeln!(stdout, "{} = {}", describe(known.device, entry), known.describe(entry, &value))?;
-        }
-        _ => writeln!(stdout, "{address} written")?,
+        let mut fields = told.json();
+        fields.insert("node".to_owned(), json!(id.get()));
+        writeln!(stdout, "{}", Json::Object(fields))?;
+    } else if entry.is_some() {
+        writeln!(stdout, "{} = {}", told.title(), told.words())?;
+    } else {
+        writeln!(stdout, "{address} written")?;
     }
     Ok(Outcome::Clean)
 }

@@ -24,6 +24,9 @@ fn objects_are_read_by_address_and_by_name_with_their_unit() {
     check(&["read", "--bus", DRIVE, "statusword"], 0, "SWITCH ON DISABLED + voltage enabled");
     check(&["read", "--bus", DRIVE, "--json", "1018:01"], 0, "\"value\":405");
     check(&["read", "--bus", DRIVE, "2FFF"], 1, "object does not exist");
+    let refused = lexican(&["read", "--bus", DRIVE, "--json", "2FFF", "6064"]);
+    assert_eq!(refused.code, Some(1));
+    assert!(refused.stdout.contains("\"abort_code\":\"06020000\"") && refused.stdout.contains("\"6064:00\""));
     check(&["read", "--bus", DRIVE, "positon actual value"], 2, "did you mean 6064:00 Position Actual Value");
     check(&["read", "--bus", DRIVE, "--node", "7", "6064"], 2, "lexican scan");
 }
@@ -39,6 +42,7 @@ fn objects_are_written_by_name_and_unit() {
     check(&["write", "--bus", DRIVE, "2412", "250"], 2, "raw:250");
     check(&["write", "--bus", DRIVE, "6060", "homing"], 2, "profile position, profile velocity");
     check(&["write", "--bus", DRIVE, "6060", "300"], 2, "300 is no UNSIGNED8");
+    check(&["write", "--bus", DRIVE, "2FFF", "1"], 2, "the data sheet has no 2FFF:00");
     check(&["write", "--bus", DRIVE, "1018:01", "1"], 1, "read only");
 }
 
@@ -95,10 +99,14 @@ fn what_cannot_be_is_refused_with_advice() {
     check(&["read", "--bus", "sim:siko/ag03-1?node=0", "6064"], 2, "0 is not a node-ID");
     check(&["read", "--bus", "sim:siko/ag03-9", "6064"], 2, "did you mean siko/ag03-1?");
     check(&["read", "--bus", "sim:siko/ag03-1?speed=1", "6064"], 2, "no parameter \"speed\"");
+    check(&["read", "--bus", "pty", "--node", "5", "6064"], 2, "slcan:/dev/pts/3");
     check(&["read", "--bus", "carrier:pigeon", "6064"], 2, "there is no kind of bus");
     // What exactly is missing depends on the machine.
     check(&["read", "--bus", "no-such-can", "--node", "5", "6064"], 2, "error: ");
     check(&["read", "--bus", DRIVE, "controlwort of another drive"], 2, "names no object");
-    check(&["monitor", "--bus", "log:missing.log"], 2, "missing.log");
+    check(&["monitor", "--bus", "log:missing.log"], 2, "cannot open the log missing.log: no such file or directory");
+    check(&["read", "--bus", "log:missing.log", "--node", "5", "6064"], 2, "candump -L");
+    check(&["read", "--bus", "slcan:/dev/no-such-port", "--node", "5", "6064"], 2, "is the adapter plugged in?");
+    check(&["monitor", "--bus", "log:missing.log", "--identify"], 2, "nobody there can be asked");
     check(&["monitor", "--bus", DRIVE, "--device", "siko/ag03-1"], 2, "ID=DEVICE");
 }

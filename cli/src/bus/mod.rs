@@ -1,15 +1,23 @@
 //! The bus that a command works on, whatever carries it.
 
+pub(crate) mod failure;
 pub(crate) mod object;
+#[cfg(unix)]
+pub(crate) mod pty;
 pub(crate) mod simulation;
 pub(crate) mod virtual_device;
 
+use lexican_eds::model::Device;
+use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, BusUrl, Link, Pace};
+use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, NodeId};
 
 use crate::device::Loaded;
-use crate::output::Failure;
+use crate::identity::recognise;
+use crate::output::{Failure, note};
+use failure::{access_failure, link_failure, open_failure};
 
 /// The arguments that name a bus.
 #[derive(clap::Args, Debug)]
@@ -32,10 +40,16 @@ pub(crate) struct NodeArgs {
     #[arg(long, value_name = "ID", value_parser = node_id)]
     node: Option<NodeId>,
 
-    /// What the node is: an EDS or DCF file, or a device that lexican knows; of a simulation, the simulated one
+    /// What the node is: an EDS or DCF file, or a device that lexican knows; none for neither
+    ///
+    /// When not given, the simulated device of a simulation; else the node is asked for its identity (1018h), and
+    /// taken for the device that lexican knows by it.
     #[arg(long, value_name = "FILE|DEVICE")]
     device: Option<String>,
 }
+
+/// What `--device` says of a node that is to be taken for unknown.
+pub(crate) const NO_DEVICE: &str = "none";
 
 /// An open bus.
 pub(crate) struct Bus {
@@ -45,6 +59,11 @@ pub(crate) struct Bus {
 }
 
 impl BusArgs {
+    /// As if this bus had been named on the command line.
+    pub(crate) const fn named(bus: BusUrl) -> Self {
+        BusArgs { bus }
+    }
+
     /// Whether the bus can only be listened to.
     pub(crate) fn is_log(&self) -> bool {
         matches!(self.bus, BusUrl::Log { .. })
@@ -55,7 +74,11 @@ impl BusArgs {
         if let BusUrl::Simulation { device, parameters } = &self.bus {
             return simulation::open(device, parameters, pace);
         }
-        let link = self.bus.open().map_err(Failure::new)?;
+        if self.bus == (BusUrl::SocketCan { interface: "pty".to_owned() }) {
+            return Err(Failure::new("pty is a bus that `lexican simulate` makes")
+                .help("name one of the terminals that it tells, such as --bus slcan:/dev/pts/3"));
+        }
+        let link = self.bus.open().map_err(|error| open_failure(&error))?;
         Ok(Bus { link, simulated: None })
     }
 }
@@ -66,7 +89,7 @@ impl Bus {
         const BOOTING: Duration = Duration::from_millis(100);
         if self.simulated.is_some() {
             let until = self.link.now() + BOOTING;
-            while self.link.receive(until).map_err(Failure::new)?.is_some() {}
+            while self.link.receive(until).map_err(|error| link_failure(&error))?.is_some() {}
         }
         Ok(self)
     }
@@ -76,31 +99,49 @@ impl Bus {
 pub(crate) struct Node {
     pub(crate) link: Box<dyn Link + Send>,
     pub(crate) id: NodeId,
-    /// What it is, if anybody said.
-    pub(crate) device: Option<Loaded>,
+    /// What it is, if anybody said, or if it can be recognised.
+    pub(crate) device: Option<Device>,
 }
 
 impl NodeArgs {
     /// Opens the bus and finds out which node is meant, and what it is.
     pub(crate) fn open(&self) -> Result<Node, Failure> {
-        let device = self.device.as_deref().map(Loaded::named).transpose()?;
+        let named = self.device.as_deref().filter(|name| *name != NO_DEVICE).map(Loaded::named).transpose()?;
         let Bus { link, simulated } = self.bus.open(Pace::Virtual)?.settled()?;
         let id = self.node.or(simulated.as_ref().map(|(id, _)| *id));
         let id = id.ok_or_else(|| Failure::new("which node? Name it with --node ID"))?;
-        let simulated = simulated.filter(|(simulated, _)| *simulated == id).map(|(_, device)| device);
-        Ok(Node { link, id, device: device.or(simulated) })
+        if self.device.is_some() {
+            return Ok(Node { link, id, device: named.map(|loaded| loaded.device) });
+        }
+        if let Some((_, loaded)) = simulated.filter(|(simulated, _)| *simulated == id) {
+            return Ok(Node { link, id, device: Some(loaded.device) });
+        }
+        let mut network = network(link)?;
+        let device = identify(&mut network, id)?;
+        Ok(Node { link: network.into_link(), id, device })
     }
 }
 
-/// Why an object could not be read or written, with advice where there is any.
-pub(crate) fn access_failure(error: AccessError) -> Failure {
-    let failure = Failure::new(&error);
-    match error {
-        AccessError::Sdo { error: SdoError::TimedOut { .. }, .. } => {
-            failure.help("is the node on this bus, with power and at this bit rate? `lexican scan` finds out")
-        }
-        _ => failure,
-    }
+/// A network that hears nobody but those it asks: a crowded bus costs nothing.
+pub(crate) fn network<L: Link>(link: L) -> Result<Network<L>, Failure> {
+    let mut network = Network::new(link);
+    network.listen_to_own(&[]).map_err(|error| link_failure(&error))?;
+    Ok(network)
+}
+
+/// What a node is by its identity, and says so.
+fn identify(network: &mut Network<Box<dyn Link + Send>>, node: NodeId) -> Result<Option<Device>, Failure> {
+    let mut number = |sub| match network.read_bytes(node, Address::new(0x1018, sub)) {
+        Ok(data) => Ok(<[u8; 4]>::try_from(data).ok().map(u32::from_le_bytes)),
+        Err(AccessError::Sdo { error, .. }) if !matches!(error, SdoError::TimedOut { .. }) => Ok(None),
+        // A node that is silent now will be silent to what it is to be asked.
+        Err(error) => Err(access_failure(&error)),
+    };
+    let Some(vendor) = number(1)? else { return Ok(None) };
+    let product = number(2)?.unwrap_or(0);
+    let Some(shipped) = recognise(vendor, product) else { return Ok(None) };
+    note(format_args!("node {node} is a {} by its identity (1018h); --device none takes it for unknown", shipped.id));
+    Ok(Some(shipped.device.clone()))
 }
 
 /// A node-ID on the command line.

@@ -4,6 +4,7 @@ use lexican_eds::model::{Device, Entry};
 use lexican_runtime::object::Address;
 
 use crate::output::Failure;
+use crate::values::name;
 
 /// The entry that is meant: `6064`, `2410:05`, `0x1018:1`, or a name such as "Position Actual Value".
 pub(crate) fn resolve(device: Option<&Device>, text: &str) -> Result<Address, Failure> {
@@ -28,11 +29,7 @@ pub(crate) fn resolve(device: Option<&Device>, text: &str) -> Result<Address, Fa
 
 /// `2410:05 Motor Parameter Set, v-Pos`.
 pub(crate) fn describe(device: &Device, entry: &Entry) -> String {
-    let address = Address::new(entry.index, entry.sub);
-    match device.object(entry.index) {
-        Some(object) if object.entries.len() > 1 => format!("{address} {}, {}", object.name, entry.name),
-        _ => format!("{address} {}", entry.name),
-    }
+    format!("{} {}", Address::new(entry.index, entry.sub), name(device, entry))
 }
 
 fn address(text: &str) -> Option<Address> {

@@ -1,20 +1,23 @@
-//! Frames in words: which service, which node, and what it says by name and unit.
+//! Frames in words and in fields: which service, which node, and what it says by name and unit.
 
+mod detail;
+mod lss;
+mod network;
+mod pdo;
 mod sdo;
+pub(crate) mod twins;
 
 use std::collections::BTreeMap;
 
-use lexican_eds::model::{Device, Direction, Mapped, Value};
-use lexican_eds::types::DataType;
-use lexican_runtime::wire::emcy::{CodeOrder, Emergency};
-use lexican_runtime::wire::heartbeat::ErrorControl;
-use lexican_runtime::wire::nmt::{NmtMessage, NmtState};
-use lexican_runtime::wire::pdo::PdoCobId;
-use lexican_runtime::wire::sync::Sync;
-use lexican_runtime::{CobId, Frame, NodeId};
+use lexican_eds::model::Device;
+use lexican_runtime::wire::lss::{LssRequest, LssResponse};
+use lexican_runtime::{Frame, NodeId};
 
-use crate::values::{self, Known};
-use sdo::{Channel, Side};
+use crate::values::Known;
+
+pub(crate) use detail::{Detail, Emcy, Pdo, Sdo, Side};
+
+use sdo::Channel;
 
 /// Listens to a bus and says what it hears. What transfers have told about a device is remembered, so
 /// that segments, units that depend on settings, and reconfigured PDOs are understood.
@@ -25,7 +28,7 @@ pub(crate) struct Decoder<'a> {
 }
 
 /// What a frame says.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Decoded {
     pub(crate) service: Service,
     /// `RPDO3`, `SDO request`.
@@ -36,6 +39,8 @@ pub(crate) struct Decoded {
     pub(crate) text: String,
     /// Whether something went wrong.
     pub(crate) alarming: bool,
+    /// In parts.
+    pub(crate) detail: Detail,
 }
 
 /// The services of CiA 301.
@@ -65,7 +70,7 @@ impl<'a> Decoder<'a> {
 
     /// What a frame says.
     pub(crate) fn decode(&mut self, frame: &Frame) -> Decoded {
-        if let Some(decoded) = self.configured_pdo(frame) {
+        if let Some(decoded) = pdo::configured(&mut self.nodes, frame) {
             return decoded;
         }
         if frame.id().is_extended() {
@@ -74,70 +79,19 @@ impl<'a> Decoder<'a> {
         let id = frame.id().raw() as u16;
         let node = NodeId::new((id & 0x7F) as u8);
         match (id & 0x780, node) {
-            (0x000, None) => nmt(frame),
-            (0x080, None) => sync(frame),
-            (0x100, None) => time(frame),
-            (0x080, Some(node)) => self.emergency(node, frame),
+            (0x000, None) => network::nmt(frame),
+            (0x080, None) => network::sync(frame),
+            (0x100, None) => network::time(frame),
+            (0x080, Some(node)) => network::emergency(node, self.nodes.get(&node), frame),
             (0x580, Some(node)) => self.sdo(node, Side::Server, frame),
             (0x600, Some(node)) => self.sdo(node, Side::Client, frame),
-            (0x700, Some(node)) => error_control(node, frame),
+            (0x700, Some(node)) => network::error_control(node, frame),
             // Which PDO a device of ours sends or receives was asked above.
-            (base @ 0x180..=0x500, Some(node)) if !self.nodes.contains_key(&node) => predefined_pdo(base, node, frame),
-            _ if matches!(id, 0x7E4 | 0x7E5) => {
-                Decoded::new(Service::Lss, if id == 0x7E5 { "LSS request" } else { "LSS response" }, None)
-            }
+            (base @ 0x180..=0x500, Some(node)) if !self.nodes.contains_key(&node) => pdo::predefined(base, node, frame),
+            _ if id == 0x7E5 => lss_request(frame),
+            _ if id == 0x7E4 => lss_response(frame),
             _ => Decoded::new(Service::Unknown, "", None),
         }
-    }
-
-    /// A PDO of a known device, wherever it was configured to.
-    fn configured_pdo(&mut self, frame: &Frame) -> Option<Decoded> {
-        let (node, known, direction, number, mapping) = self.nodes.iter_mut().find_map(|(node, known)| {
-            let pdo = known.device.pdos.iter().find(|pdo| cob_id(known, *node, pdo) == Some(frame.id()))?;
-            let mapping = mapping(known, pdo);
-            Some((*node, known, pdo.direction, pdo.number, mapping))
-        })?;
-        let (service, letter) = match direction {
-            Direction::Receive => (Service::Rpdo, 'R'),
-            Direction::Transmit => (Service::Tpdo, 'T'),
-        };
-        let mut decoded = Decoded::new(service, format!("{letter}PDO{number}"), Some(node));
-        if frame.is_remote() {
-            "asked for".clone_into(&mut decoded.text);
-            return Some(decoded);
-        }
-        let bits: u32 = mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
-        if bits.div_ceil(8) != u32::from(frame.dlc()) {
-            decoded.text = format!("{} bytes instead of {}", frame.dlc(), bits.div_ceil(8));
-            decoded.alarming = true;
-            return Some(decoded);
-        }
-        decoded.text = content(known, &mapping, frame.data());
-        Some(decoded)
-    }
-
-    fn emergency(&self, node: NodeId, frame: &Frame) -> Decoded {
-        let mut decoded = Decoded::new(Service::Emcy, "EMCY", Some(node));
-        let Some(emergency) = Emergency::parse(frame.data(), CodeOrder::LowByteFirst) else {
-            decoded.text = format!("{} bytes: an EMCY has 8", frame.data().len());
-            return decoded;
-        };
-        let known = self.nodes.get(&node);
-        let code = emergency.code.0;
-        // The error history has the same codes as the messages, by the names of the device.
-        let named = known.and_then(|known| known.name_of(known.device.entry(0x1003, 1)?, code.into()));
-        let text = named.map_or_else(|| emergency.code.to_string(), |name| format!("{code:04X}h: {name}"));
-        let register = known.and_then(|known| {
-            let entry = known.device.entry(0x1001, 0)?;
-            Some(known.describe(entry, &Value::Integer(emergency.register.0.into())))
-        });
-        let register = register.unwrap_or_else(|| format!("{:02X}h", emergency.register.0));
-        decoded.text = format!("{text}, error register = {register}");
-        if emergency.vendor != [0; 5] {
-            decoded.text += &format!(", {}", values::hex(&emergency.vendor));
-        }
-        decoded.alarming = code != 0;
-        decoded
     }
 
     fn sdo(&mut self, node: NodeId, side: Side, frame: &Frame) -> Decoded {
@@ -146,141 +100,64 @@ impl<'a> Decoder<'a> {
             Side::Server => "SDO response",
         };
         let said = self.channels.entry(node).or_default().decode(side, frame.data(), self.nodes.get_mut(&node));
-        let decoded = Decoded::new(Service::Sdo, name, Some(node));
-        Decoded { text: said.text, alarming: said.abort, ..decoded }
+        Decoded {
+            text: said.text,
+            alarming: said.detail.abort.is_some(),
+            detail: Detail::Sdo(Box::new(said.detail)),
+            ..Decoded::new(Service::Sdo, name, Some(node))
+        }
     }
 }
 
 impl Decoded {
+    /// Whether nobody but the node itself sends such a frame.
+    pub(crate) fn is_from_node(&self) -> bool {
+        match &self.detail {
+            Detail::Sdo(sdo) => sdo.side == Side::Server,
+            Detail::Pdo(pdo) => !pdo.received,
+            Detail::Emcy(_) | Detail::ErrorControl { .. } => true,
+            _ => false,
+        }
+    }
+
     fn new(service: Service, name: impl Into<String>, node: Option<NodeId>) -> Self {
-        Decoded { service, name: name.into(), node, text: String::new(), alarming: false }
+        Decoded { service, name: name.into(), node, text: String::new(), alarming: false, detail: Detail::None }
+    }
+
+    /// A frame that its service does not have.
+    fn unreadable(service: Service, name: &str, node: Option<NodeId>, frame: &Frame) -> Self {
+        let text = format!("not readable: {} bytes {}", frame.dlc(), crate::values::hex(frame.data()));
+        Decoded { text, alarming: true, ..Decoded::new(service, name, node) }
     }
 }
 
-fn nmt(frame: &Frame) -> Decoded {
-    match NmtMessage::parse(frame.data()) {
-        Some(message) => {
-            let all = if message.node.is_none() { ", all nodes" } else { "" };
-            let text = match message.command.target() {
-                NmtState::Initialising => message.command.to_string(),
-                state => format!("enter {state}"),
-            };
-            Decoded { text: text + all, ..Decoded::new(Service::Nmt, "NMT", message.node) }
-        }
-        None => unreadable(Service::Nmt, "NMT", frame),
+fn lss_request(frame: &Frame) -> Decoded {
+    match LssRequest::parse(frame.data()) {
+        Some(request) => Decoded {
+            text: lss::request_text(request),
+            detail: Detail::LssRequest(request),
+            ..Decoded::new(Service::Lss, "LSS request", None)
+        },
+        None => Decoded::unreadable(Service::Lss, "LSS request", None, frame),
     }
 }
 
-fn sync(frame: &Frame) -> Decoded {
-    match Sync::parse(frame.data()) {
-        Some(sync) => {
-            let text = sync.counter.map(|counter| format!("counter {counter}")).unwrap_or_default();
-            Decoded { text, ..Decoded::new(Service::Sync, "SYNC", None) }
-        }
-        None => unreadable(Service::Sync, "SYNC", frame),
+fn lss_response(frame: &Frame) -> Decoded {
+    match LssResponse::parse(frame.data()) {
+        Some(response) => Decoded {
+            text: lss::response_text(response),
+            alarming: lss::refuses(response),
+            detail: Detail::LssResponse(response),
+            ..Decoded::new(Service::Lss, "LSS response", None)
+        },
+        None => Decoded::unreadable(Service::Lss, "LSS response", None, frame),
     }
-}
-
-fn time(frame: &Frame) -> Decoded {
-    match lexican_runtime::wire::time::parse(frame.data()) {
-        Some(time) => {
-            let text = format!("day {} since 1 January 1984, {} ms after midnight", time.days, time.ms);
-            Decoded { text, ..Decoded::new(Service::Time, "TIME", None) }
-        }
-        None => unreadable(Service::Time, "TIME", frame),
-    }
-}
-
-fn error_control(node: NodeId, frame: &Frame) -> Decoded {
-    if frame.is_remote() {
-        let decoded = Decoded::new(Service::ErrorControl, "guarding", Some(node));
-        return Decoded { text: "state asked for".to_owned(), ..decoded };
-    }
-    match ErrorControl::parse(frame.data()) {
-        Some(ErrorControl { state: NmtState::Initialising, toggle: false }) => {
-            Decoded::new(Service::ErrorControl, "boot-up", Some(node))
-        }
-        Some(ErrorControl { state, toggle }) => {
-            let toggle = if toggle { ", toggle bit set" } else { "" };
-            let decoded = Decoded::new(Service::ErrorControl, "heartbeat", Some(node));
-            Decoded { text: format!("{state}{toggle}"), ..decoded }
-        }
-        None => Decoded { node: Some(node), ..unreadable(Service::ErrorControl, "heartbeat", frame) },
-    }
-}
-
-fn unreadable(service: Service, name: &str, frame: &Frame) -> Decoded {
-    let text = format!("not readable: {} bytes {}", frame.dlc(), values::hex(frame.data()));
-    Decoded { text, alarming: true, ..Decoded::new(service, name, None) }
-}
-
-/// A PDO of a device that nobody introduced, by the predefined connection set (CiA 301, 7.3.5).
-fn predefined_pdo(base: u16, node: NodeId, frame: &Frame) -> Decoded {
-    let number = (base - 0x180) / 0x100 + 1;
-    let (service, letter) = if base & 0x80 != 0 { (Service::Tpdo, 'T') } else { (Service::Rpdo, 'R') };
-    let text = if frame.is_remote() { "asked for".to_owned() } else { String::new() };
-    Decoded { text, ..Decoded::new(service, format!("{letter}PDO{number}"), Some(node)) }
-}
-
-/// The COB-ID of a PDO: as seen on the bus, else by default.
-fn cob_id(known: &Known<'_>, node: NodeId, pdo: &lexican_eds::model::Pdo) -> Option<CobId> {
-    let index = parameter(pdo, 0x1400, 0x1800)?;
-    let parameter = known.seen(index, 1).and_then(|seen| u32::try_from(seen).ok()).or_else(|| match pdo.cob_id {
-        Some(Value::Integer(number)) => u32::try_from(number).ok(),
-        Some(Value::NodeIdPlus(offset)) => u32::try_from(offset + i64::from(node.get())).ok(),
-        _ => None,
-    })?;
-    let parameter = PdoCobId(parameter);
-    parameter.is_valid().then(|| parameter.id())
-}
-
-/// The mapping of a PDO: as seen on the bus, else by default.
-fn mapping(known: &Known<'_>, pdo: &lexican_eds::model::Pdo) -> Vec<Mapped> {
-    let seen = parameter(pdo, 0x1600, 0x1A00).and_then(|index| {
-        let count = u8::try_from(known.seen(index, 0)?).ok()?;
-        (1..=count.min(64)).map(|sub| known.seen(index, sub).map(mapped)).collect::<Option<Vec<_>>>()
-    });
-    seen.unwrap_or_else(|| pdo.mapping.clone())
-}
-
-fn mapped(entry: i128) -> Mapped {
-    Mapped { index: (entry >> 16) as u16, sub: (entry >> 8) as u8, bits: entry as u8 }
-}
-
-fn parameter(pdo: &lexican_eds::model::Pdo, receive: u16, transmit: u16) -> Option<u16> {
-    let base = match pdo.direction {
-        Direction::Receive => receive,
-        Direction::Transmit => transmit,
-    };
-    base.checked_add(pdo.number.checked_sub(1)?)
-}
-
-/// The mapped values by name.
-fn content(known: &mut Known<'_>, mapping: &[Mapped], data: &[u8]) -> String {
-    let mut bytes = [0; 8];
-    bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-    let mut rest = u64::from_le_bytes(bytes);
-    let mut texts = Vec::new();
-    for mapped in mapping {
-        let bits = u32::from(mapped.bits.min(64));
-        let raw = if bits == 64 { rest } else { rest & ((1 << bits) - 1) };
-        rest = rest.checked_shr(bits).unwrap_or(0);
-        let Some(entry) = known.device.entry(mapped.index, mapped.sub) else {
-            if DataType::from_code(mapped.index).bits().is_none() {
-                texts.push(format!("{:04X}:{:02X} = {raw:X}h", mapped.index, mapped.sub));
-            }
-            continue;
-        };
-        let value = values::wire::of_bits(entry.data_type, mapped.bits, raw);
-        texts.push(format!("{} = {}", entry.name, known.describe(entry, &value)));
-        known.learn(mapped.index, mapped.sub, &value);
-    }
-    texts.join(", ")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lexican_runtime::CobId;
 
     const NODE: NodeId = NodeId::literal(5);
 
@@ -313,7 +190,9 @@ mod tests {
             ("705#0102", "!heartbeat 5: not readable: 2 bytes 01 02"),
             ("080#", "SYNC: "),
             ("080#07", "SYNC: counter 7"),
-            ("7E5#0401000000000000", "LSS request: "),
+            ("7E5#0401000000000000", "LSS request: all devices enter LSS configuration"),
+            ("7E4#1101000000000000", "!LSS response: refused: node-ID out of range"),
+            ("7E4#FF", "!LSS response: not readable: 1 bytes FF"),
             ("1FFFFFFF#00", ": "),
         ]);
     }
@@ -408,6 +287,14 @@ mod tests {
         let device = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
         let mut decoder = Decoder::new();
         decoder.introduce(NODE, &device);
+        let mut twins = twins::Twins::default();
+        let mut now = lexican_runtime::Instant::ZERO;
+        let mut listen = |frame: &Frame| {
+            now += lexican_runtime::Duration::from_millis(1);
+            let decoded = decoder.decode(frame);
+            twins.notice(now, &decoded);
+            let _ = decoded.detail.json();
+        };
         let mut noise = 1_u64;
         for round in 0..40 {
             for id in (0..0x800).filter(|id| round < 2 || matches!(id & 0x7F, 0 | 5 | 6)) {
@@ -416,8 +303,8 @@ mod tests {
                 let len = (noise >> 60) as usize % 9;
                 let data = noise.to_le_bytes();
                 let id = CobId::standard(id).unwrap();
-                decoder.decode(&Frame::new(id, &data[..len]).unwrap());
-                decoder.decode(&Frame::remote(id, len as u8).unwrap());
+                listen(&Frame::new(id, &data[..len]).unwrap());
+                listen(&Frame::remote(id, len as u8).unwrap());
             }
         }
     }

@@ -1,12 +1,14 @@
 //! SDO transfers as seen by somebody who listens (CiA 301, 7.2.4): segments have no address, so what
 //! they belong to has to be remembered.
 
+use lexican_runtime::AbortCode;
 use lexican_runtime::object::Address;
-use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
+use lexican_runtime::wire::sdo::{ClientRequest, Content, Segment, ServerResponse};
 use lexican_runtime::wire::sdo_block::BlockSegment;
 
-use crate::values::wire::{fitting, parse};
-use crate::values::{Known, hex, plain};
+use super::detail::{Sdo, Side, Step};
+use crate::values::told::Told;
+use crate::values::{Known, hex};
 
 /// So many bytes of a transfer are kept; nobody reads more on a terminal.
 const MAX_KEPT: usize = 4096;
@@ -19,25 +21,21 @@ pub(crate) struct Channel {
     block: Option<Side>,
 }
 
-/// The two ends of a transfer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Side {
-    Client,
-    Server,
-}
-
 struct Transfer {
     address: Address,
+    writes: bool,
+    /// `expedited`, `segmented` or `block`; unknown until the server has answered a read.
+    kind: Option<&'static str>,
     data: Vec<u8>,
     len: usize,
+    /// Of a block transfer: what was there before this block. What is not confirmed is sent again.
+    confirmed: usize,
     last: bool,
 }
 
 impl Transfer {
-    fn new(address: Address, data: &[u8]) -> Self {
-        let mut transfer = Transfer { address, data: Vec::new(), len: 0, last: false };
-        transfer.take(data);
-        transfer
+    fn new(address: Address, writes: bool, kind: Option<&'static str>) -> Self {
+        Transfer { address, writes, kind, data: Vec::new(), len: 0, confirmed: 0, last: false }
     }
 
     fn take(&mut self, data: &[u8]) {
@@ -45,221 +43,322 @@ impl Transfer {
         let room = MAX_KEPT.saturating_sub(self.data.len());
         self.data.extend(data.iter().take(room));
     }
+
+    /// The other side has so many bytes, and no others.
+    fn cut(&mut self, len: usize) {
+        self.last &= len >= self.len;
+        self.len = self.len.min(len);
+        self.confirmed = self.len;
+        self.data.truncate(self.len);
+    }
+
+    /// The entry and its value, now that all of it has been seen.
+    fn whole(&self, known: Option<&Known<'_>>) -> Told {
+        if self.len == self.data.len() {
+            return Told::transferred(known, self.address, &self.data);
+        }
+        let told = Told::entry(known, self.address);
+        Told { text: Some(format!("{} bytes", self.len)), ..told }
+    }
 }
 
-/// What a frame says.
+/// What a frame says, in words and in parts.
 pub(crate) struct Said {
     pub(crate) text: String,
-    pub(crate) abort: bool,
+    pub(crate) detail: Sdo,
 }
 
 impl Channel {
     /// What a frame from `side` says; with the device known, by name and unit.
     pub(crate) fn decode(&mut self, side: Side, data: &[u8], known: Option<&mut Known<'_>>) -> Said {
+        let unknown = |text: String| Said { text, detail: Sdo::new(side, Step::Unknown) };
         if data.len() != 8 {
-            let text = format!("{} bytes: an SDO has 8", data.len());
-            return Said { text, abort: false };
+            return unknown(format!("{} bytes: an SDO has 8", data.len()));
         }
         if self.block == Some(side)
             && let Some(segment) = BlockSegment::parse(data)
         {
-            return self.block_segment(&segment);
+            return self.block_segment(side, &segment);
         }
-        match side {
-            Side::Client => match ClientRequest::parse(data) {
-                Some(request) => self.request(request, known),
-                None => unknown_command(),
-            },
-            Side::Server => match ServerResponse::parse(data) {
-                Some(response) => self.response(response, known),
-                None => unknown_command(),
-            },
-        }
+        let said = match side {
+            Side::Client => ClientRequest::parse(data).map(|request| self.request(request, known)),
+            Side::Server => ServerResponse::parse(data).map(|response| self.response(response, known)),
+        };
+        said.unwrap_or_else(|| unknown("unknown SDO command".to_owned()))
     }
 
     fn request(&mut self, request: ClientRequest, known: Option<&mut Known<'_>>) -> Said {
-        let name = |address| name(address, known.as_deref());
-        let text = match request {
+        let known = known.as_deref();
+        match request {
             ClientRequest::InitiateUpload { address } => {
-                *self = Channel { transfer: Some(Transfer::new(address, &[])), block: None };
-                format!("read {}", name(address))
+                let mut said = self.begin(Step::InitiateUpload, Transfer::new(address, false, None), known);
+                said.text = format!("read {}", said.title());
+                said
             }
-            ClientRequest::InitiateDownload { address, content } => {
-                let (data, text) = content_of(content);
-                *self = Channel { transfer: Some(Transfer::new(address, data.as_deref().unwrap_or(&[]))), block: None };
-                match data {
-                    Some(data) => format!("write {} = {}", name(address), value(address, &data, known.as_deref())),
-                    None => format!("write {}, {text}", name(address)),
-                }
-            }
+            ClientRequest::InitiateDownload { address, content } => self.initiate_download(address, content, known),
             ClientRequest::DownloadSegment(segment) => {
-                self.segment(segment.data(), segment.last, known.as_deref(), "write")
+                self.segment(Side::Client, Step::DownloadSegment, segment, known)
             }
-            ClientRequest::UploadSegment { .. } => format!("next segment{}", self.of_what(known.as_deref())),
-            ClientRequest::Abort(abort) => return self.abort(abort.address, abort.code, known.as_deref()),
+            ClientRequest::UploadSegment { toggle } => {
+                let said = self.of_transfer(Side::Client, Step::UploadSegment, "next segment", known);
+                said.with(|sdo| sdo.toggle = Some(toggle))
+            }
+            ClientRequest::Abort(abort) => self.abort(Side::Client, abort.address, abort.code, known),
             ClientRequest::InitiateBlockUpload { address, block_size, .. } => {
-                *self = Channel { transfer: Some(Transfer::new(address, &[])), block: None };
-                format!("read {} by blocks of {block_size}", name(address))
+                let transfer = Transfer::new(address, false, Some(BLOCK));
+                let mut said = self.begin(Step::InitiateBlockUpload, transfer, known);
+                said.text = format!("read {} by blocks of {block_size}", said.title());
+                said.with(|sdo| sdo.block_size = Some(block_size))
             }
             ClientRequest::StartBlockUpload => {
                 self.block = Some(Side::Server);
-                "start of the blocks".to_owned()
+                let said = self.of_transfer(Side::Client, Step::StartBlockUpload, "", known);
+                Said { text: "start of the blocks".to_owned(), ..said }
             }
-            ClientRequest::ConfirmBlockUpload(it) => self.confirmed(it.sequence, it.block_size, Side::Server),
-            ClientRequest::EndBlockUpload => format!("end of blocks confirmed{}", self.of_what(known.as_deref())),
+            ClientRequest::ConfirmBlockUpload(it) => {
+                self.confirmed(Side::Client, Step::ConfirmBlockUpload, it.sequence, it.block_size, known)
+            }
+            ClientRequest::EndBlockUpload => {
+                let said = self.of_transfer(Side::Client, Step::EndBlockUpload, "end of blocks confirmed", known);
+                said.with(|sdo| sdo.complete = true)
+            }
             ClientRequest::InitiateBlockDownload { address, size, .. } => {
-                *self = Channel { transfer: Some(Transfer::new(address, &[])), block: None };
-                format!("write {} by blocks, {}", name(address), bytes_to_come(size))
+                let transfer = Transfer::new(address, true, Some(BLOCK));
+                let mut said = self.begin(Step::InitiateBlockDownload, transfer, known);
+                said.text = format!("write {} by blocks, {}", said.title(), bytes_to_come(size));
+                said.with(|sdo| sdo.size = size)
             }
-            ClientRequest::EndBlockDownload(_) => self.end_of_blocks(known.as_deref(), "write"),
-        };
-        Said { text, abort: false }
+            ClientRequest::EndBlockDownload(end) => {
+                self.end_of_blocks(Side::Client, Step::EndBlockDownload, end.unused(), known)
+            }
+        }
     }
 
-    fn response(&mut self, response: ServerResponse, mut known: Option<&mut Known<'_>>) -> Said {
-        let text = match response {
+    fn response(&mut self, response: ServerResponse, known: Option<&mut Known<'_>>) -> Said {
+        let said = match response {
             ServerResponse::InitiateUpload { address, content } => {
-                let (data, text) = content_of(content);
-                let name = name(address, known.as_deref());
-                match data {
-                    Some(data) => {
-                        learn(address, &data, known.as_deref_mut());
-                        format!("{name} = {}", value(address, &data, known.as_deref()))
-                    }
-                    None => format!("{name}, {text}"),
-                }
+                self.initiate_upload(address, content, known.as_deref())
             }
-            ServerResponse::InitiateDownload { address } => {
-                if let Some(transfer) = &self.transfer {
-                    learn(transfer.address, &transfer.data, known.as_deref_mut());
-                }
-                format!("taken {}", name(address, known.as_deref()))
-            }
+            ServerResponse::InitiateDownload { address } => self.initiated_download(address, known.as_deref()),
             ServerResponse::UploadSegment(segment) => {
-                let text = self.segment(segment.data(), segment.last, known.as_deref(), "");
-                if let Some(transfer) = self.transfer.as_ref().filter(|_| segment.last) {
-                    learn(transfer.address, &transfer.data, known);
-                }
-                text
+                self.segment(Side::Server, Step::UploadSegment, segment, known.as_deref())
             }
-            ServerResponse::DownloadSegment { .. } => format!("segment taken{}", self.of_what(known.as_deref())),
-            ServerResponse::Abort(abort) => return self.abort(abort.address, abort.code, known.as_deref()),
+            ServerResponse::DownloadSegment { toggle } => {
+                let mut said = self.of_transfer(Side::Server, Step::DownloadSegment, "segment taken", known.as_deref());
+                if let Some(transfer) = self.transfer.as_ref().filter(|transfer| transfer.last) {
+                    said.detail.told = Some(transfer.whole(known.as_deref()));
+                    said.detail.complete = true;
+                }
+                said.with(|sdo| sdo.toggle = Some(toggle))
+            }
+            ServerResponse::Abort(abort) => self.abort(Side::Server, abort.address, abort.code, known.as_deref()),
             ServerResponse::InitiateBlockDownload { address, block_size, .. } => {
                 self.block = Some(Side::Client);
-                format!("ready for blocks of {block_size} of {}", name(address, known.as_deref()))
+                let mut said = self.of_transfer(Side::Server, Step::InitiateBlockDownload, "", known.as_deref());
+                said.detail.told = Some(Told::entry(known.as_deref(), address));
+                said.text = format!("ready for blocks of {block_size} of {}", said.title());
+                said.with(|sdo| sdo.block_size = Some(block_size))
             }
-            ServerResponse::ConfirmBlockDownload(it) => self.confirmed(it.sequence, it.block_size, Side::Client),
-            ServerResponse::EndBlockDownload => format!("blocks taken{}", self.of_what(known.as_deref())),
+            ServerResponse::ConfirmBlockDownload(it) => {
+                self.confirmed(Side::Server, Step::ConfirmBlockDownload, it.sequence, it.block_size, known.as_deref())
+            }
+            ServerResponse::EndBlockDownload => {
+                let mut said = self.of_transfer(Side::Server, Step::EndBlockDownload, "blocks taken", known.as_deref());
+                said.detail.told = self.transfer.as_ref().map(|transfer| transfer.whole(known.as_deref()));
+                said.with(|sdo| sdo.complete = true)
+            }
             ServerResponse::InitiateBlockUpload { address, size, .. } => {
-                format!("{} by blocks, {}", name(address, known.as_deref()), bytes_to_come(size))
+                let mut said = self.of_transfer(Side::Server, Step::InitiateBlockUpload, "", known.as_deref());
+                said.detail.told = Some(Told::entry(known.as_deref(), address));
+                said.text = format!("{} by blocks, {}", said.title(), bytes_to_come(size));
+                said.with(|sdo| sdo.size = size)
             }
-            ServerResponse::EndBlockUpload(_) => self.end_of_blocks(known.as_deref(), ""),
+            ServerResponse::EndBlockUpload(end) => {
+                self.end_of_blocks(Side::Server, Step::EndBlockUpload, end.unused(), known.as_deref())
+            }
         };
-        Said { text, abort: false }
+        // What the server has told or taken is what its entry holds now.
+        let settled = said.detail.complete && said.detail.abort.is_none();
+        let told =
+            said.detail.told.as_ref().filter(|_| settled || matches!(response, ServerResponse::EndBlockUpload(_)));
+        if let (Some(known), Some(Told { address, value: Some(value), .. })) = (known, told) {
+            known.learn(address.index(), address.sub(), value);
+        }
+        said
     }
 
-    fn segment(&mut self, data: &[u8], last: bool, known: Option<&Known<'_>>, verb: &str) -> String {
-        let Some(transfer) = &mut self.transfer else { return format!("segment {}", hex(data)) };
-        transfer.take(data);
-        if last { self.whole(known, verb) } else { format!("segment, {} bytes so far", transfer.len) }
+    /// A client begins a transfer.
+    fn begin(&mut self, step: Step, transfer: Transfer, known: Option<&Known<'_>>) -> Said {
+        *self = Channel { transfer: Some(transfer), block: None };
+        self.of_transfer(Side::Client, step, "", known)
     }
 
-    fn block_segment(&mut self, segment: &BlockSegment) -> Said {
+    fn initiate_download(&mut self, address: Address, content: Content, known: Option<&Known<'_>>) -> Said {
+        let kind = match content {
+            Content::Expedited(_) => EXPEDITED,
+            Content::Segmented { .. } => SEGMENTED,
+        };
+        let mut said = self.begin(Step::InitiateDownload, Transfer::new(address, true, Some(kind)), known);
+        match content {
+            Content::Expedited(expedited) => {
+                self.transfer.iter_mut().for_each(|transfer| transfer.take(expedited.data()));
+                let told = Told::transferred(known, address, expedited.data());
+                said.text = format!("write {} = {}", told.title(), told.words());
+                said.detail.told = Some(told);
+            }
+            Content::Segmented { size } => {
+                said.text = format!("write {}, {}", said.title(), bytes_to_come(size));
+                said.detail.size = size;
+            }
+        }
+        said
+    }
+
+    fn initiated_download(&mut self, address: Address, known: Option<&Known<'_>>) -> Said {
+        let mut said = self.of_transfer(Side::Server, Step::InitiateDownload, "", known);
+        // What was expedited is taken with this; of segments, none has come yet.
+        let expedited =
+            self.transfer.as_ref().filter(|transfer| transfer.kind == Some(EXPEDITED) && transfer.address == address);
+        said.detail.complete = expedited.is_some();
+        said.detail.writes = Some(true);
+        let told = expedited.map_or_else(|| Told::entry(known, address), |transfer| transfer.whole(known));
+        said.text = format!("taken {}", told.title());
+        said.detail.told = Some(told);
+        said
+    }
+
+    fn initiate_upload(&mut self, address: Address, content: Content, known: Option<&Known<'_>>) -> Said {
+        let kind = match content {
+            Content::Expedited(_) => EXPEDITED,
+            Content::Segmented { .. } => SEGMENTED,
+        };
+        if let Some(transfer) = &mut self.transfer {
+            transfer.kind = Some(kind);
+        }
+        let mut said = self.of_transfer(Side::Server, Step::InitiateUpload, "", known);
+        said.detail.transfer = Some(kind);
+        said.detail.writes = Some(false);
+        match content {
+            Content::Expedited(expedited) => {
+                let told = Told::transferred(known, address, expedited.data());
+                said.text = format!("{} = {}", told.title(), told.words());
+                said.detail.told = Some(told);
+                said.detail.complete = true;
+            }
+            Content::Segmented { size } => {
+                said.detail.told = Some(Told::entry(known, address));
+                said.text = format!("{}, {}", said.title(), bytes_to_come(size));
+                said.detail.size = size;
+            }
+        }
+        said
+    }
+
+    fn segment(&mut self, side: Side, step: Step, segment: Segment, known: Option<&Known<'_>>) -> Said {
+        let Some(transfer) = &mut self.transfer else {
+            let detail = Sdo { toggle: Some(segment.toggle), last: Some(segment.last), ..Sdo::new(side, step) };
+            return Said { text: format!("segment {}", hex(segment.data())), detail };
+        };
+        transfer.take(segment.data());
+        transfer.last = segment.last;
+        let so_far = transfer.len;
+        let mut said = self.of_transfer(side, step, "", known);
+        if segment.last {
+            self.tell_whole(&mut said, known);
+            // Of a write, the answer is still to come.
+            said.detail.complete = side == Side::Server;
+        } else {
+            said.text = format!("segment, {so_far} bytes so far");
+        }
+        said.with(|sdo| (sdo.toggle, sdo.last) = (Some(segment.toggle), Some(segment.last)))
+    }
+
+    fn block_segment(&mut self, side: Side, segment: &BlockSegment) -> Said {
         if let Some(transfer) = &mut self.transfer {
             transfer.take(segment.data());
             transfer.last = segment.last;
         }
         let last = if segment.last { ", the last" } else { "" };
-        Said { text: format!("block segment {}{last}", segment.sequence()), abort: false }
+        let mut said = self.of_transfer(side, Step::BlockSegment, "", None);
+        said.text = format!("block segment {}{last}", segment.sequence());
+        said.with(|sdo| (sdo.sequence, sdo.last) = (Some(segment.sequence()), Some(segment.last)))
     }
 
     /// A block was confirmed: the next one follows, unless it had the last segment.
-    fn confirmed(&mut self, sequence: u8, block_size: u8, sender: Side) -> String {
-        let last = self.transfer.as_ref().is_some_and(|transfer| transfer.last);
+    fn confirmed(&mut self, side: Side, step: Step, sequence: u8, block_size: u8, known: Option<&Known<'_>>) -> Said {
+        let last = self.transfer.as_mut().is_some_and(|transfer| {
+            transfer.cut(transfer.confirmed + 7 * usize::from(sequence));
+            transfer.last
+        });
+        let sender = if side == Side::Client { Side::Server } else { Side::Client };
         self.block = (!last).then_some(sender);
-        format!("{sequence} segments taken, next block of {block_size}")
+        let said = self.of_transfer(side, step, "", known);
+        let said = said.with(|sdo| (sdo.sequence, sdo.block_size) = (Some(sequence), Some(block_size)));
+        Said { text: format!("{sequence} segments taken, next block of {block_size}"), ..said }
     }
 
-    fn end_of_blocks(&mut self, known: Option<&Known<'_>>, verb: &str) -> String {
+    fn end_of_blocks(&mut self, side: Side, step: Step, unused: u8, known: Option<&Known<'_>>) -> Said {
         self.block = None;
-        match &self.transfer {
-            Some(_) => format!("end of blocks: {}", self.whole(known, verb)),
-            None => "end of blocks".to_owned(),
+        if let Some(transfer) = &mut self.transfer {
+            transfer.cut(transfer.len.saturating_sub(unused.into()));
         }
-    }
-
-    /// The entry and its value, now that all of it has been seen.
-    fn whole(&self, known: Option<&Known<'_>>, verb: &str) -> String {
-        let Some(transfer) = &self.transfer else { return String::new() };
-        let value = if transfer.len > transfer.data.len() {
-            format!("{} bytes", transfer.len)
+        let mut said = self.of_transfer(side, step, "", known);
+        if self.transfer.is_some() {
+            self.tell_whole(&mut said, known);
+            said.text = format!("end of blocks: {}", said.text);
         } else {
-            value(transfer.address, &transfer.data, known)
-        };
-        let gap = if verb.is_empty() { "" } else { " " };
-        format!("{verb}{gap}{} = {value}", name(transfer.address, known))
+            "end of blocks".clone_into(&mut said.text);
+        }
+        said
     }
 
-    fn of_what(&self, known: Option<&Known<'_>>) -> String {
-        self.transfer.as_ref().map(|transfer| format!(" of {}", name(transfer.address, known))).unwrap_or_default()
+    /// `write 2001:00 Name = "text"`; of a read without the verb.
+    fn tell_whole(&self, said: &mut Said, known: Option<&Known<'_>>) {
+        let Some(transfer) = &self.transfer else { return };
+        let told = transfer.whole(known);
+        let verb = if transfer.writes { "write " } else { "" };
+        said.text = format!("{verb}{} = {}", told.title(), told.words());
+        said.detail.told = Some(told);
     }
 
-    fn abort(&mut self, address: Address, code: lexican_runtime::AbortCode, known: Option<&Known<'_>>) -> Said {
+    /// A frame that belongs to the transfer that is going on.
+    fn of_transfer(&self, side: Side, step: Step, text: &str, known: Option<&Known<'_>>) -> Said {
+        let mut detail = Sdo::new(side, step);
+        let mut text = text.to_owned();
+        if let Some(transfer) = &self.transfer {
+            let told = Told::entry(known, transfer.address);
+            text += &format!(" of {}", told.title());
+            detail.told = Some(told);
+            detail.writes = Some(transfer.writes);
+            detail.transfer = transfer.kind;
+        }
+        Said { text, detail }
+    }
+
+    fn abort(&mut self, side: Side, address: Address, code: AbortCode, known: Option<&Known<'_>>) -> Said {
+        let mut said = self.of_transfer(side, Step::Abort, "", known);
         *self = Channel::default();
-        Said { text: format!("abort {}: {code}", name(address, known)), abort: true }
+        said.detail.told = Some(Told::entry(known, address));
+        said.text = format!("abort {}: {code}", said.title());
+        said.with(|sdo| (sdo.abort, sdo.complete) = (Some(code), true))
     }
 }
 
-fn unknown_command() -> Said {
-    Said { text: "unknown SDO command".to_owned(), abort: false }
-}
+const EXPEDITED: &str = "expedited";
+const SEGMENTED: &str = "segmented";
+const BLOCK: &str = "block";
 
-/// The data that came at once, or what is to come.
-fn content_of(content: Content) -> (Option<Vec<u8>>, String) {
-    match content {
-        Content::Expedited(expedited) => (Some(expedited.data().to_vec()), String::new()),
-        Content::Segmented { size } => (None, bytes_to_come(size)),
+impl Said {
+    fn title(&self) -> String {
+        self.detail.told.as_ref().map(Told::title).unwrap_or_default()
+    }
+
+    fn with<T>(mut self, change: impl FnOnce(&mut Sdo) -> T) -> Self {
+        change(&mut self.detail);
+        self
     }
 }
 
 fn bytes_to_come(size: Option<u32>) -> String {
     size.map_or("size not told".to_owned(), |size| format!("{size} bytes to come"))
-}
-
-/// `6064:00 Position actual value`.
-fn name(address: Address, known: Option<&Known<'_>>) -> String {
-    let Some(known) = known else { return address.to_string() };
-    let (object, entry) = (known.device.object(address.index()), known.device.entry(address.index(), address.sub()));
-    match (object, entry) {
-        (Some(object), Some(entry)) if object.entries.len() > 1 => format!("{address} {}, {}", object.name, entry.name),
-        (_, Some(entry)) => format!("{address} {}", entry.name),
-        _ => address.to_string(),
-    }
-}
-
-/// The value by the data sheet; else the bytes, as text where they are text.
-fn value(address: Address, data: &[u8], known: Option<&Known<'_>>) -> String {
-    let entry = known.and_then(|known| Some((known, known.device.entry(address.index(), address.sub())?)));
-    match entry {
-        Some((known, entry)) => match parse(entry.data_type, fitting(entry.data_type, data)) {
-            Some(value) => known.describe(entry, &value),
-            None => hex(data),
-        },
-        None if data.len() > 4 && data.iter().all(|byte| byte.is_ascii_graphic() || *byte == b' ') => {
-            plain(lexican_eds::types::DataType::VisibleString, &text(data))
-        }
-        None => hex(data),
-    }
-}
-
-fn text(data: &[u8]) -> lexican_eds::model::Value {
-    lexican_eds::model::Value::Text(String::from_utf8_lossy(data).into_owned())
-}
-
-fn learn(address: Address, data: &[u8], known: Option<&mut Known<'_>>) {
-    let Some(known) = known else { return };
-    let Some(entry) = known.device.entry(address.index(), address.sub()) else { return };
-    if let Some(value) = parse(entry.data_type, fitting(entry.data_type, data)) {
-        known.learn(address.index(), address.sub(), &value);
-    }
 }

@@ -105,7 +105,16 @@ fn draw_legend(root: &Area<'_>) -> Result<(), Error> {
         root.draw(&Text::new(name, at(x + 42, LEGEND_Y), style))?;
         x += 42 + 9 * name.len() as i32 + 30;
     }
+    let swatch = [at(x, LEGEND_Y - 7), at(x + 34, LEGEND_Y + 7)];
+    root.draw(&Rectangle::new(swatch, band_color().filled()))?;
+    let style = font(14.0).color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
+    root.draw(&Text::new("several, one after the other", at(x + 42, LEGEND_Y), style))?;
     Ok(())
+}
+
+/// From the first to the last of the commands that one label says; the curves show through it.
+fn band_color() -> RGBAColor {
+    MARK.mix(0.25)
 }
 
 fn draw_course(area: &Area<'_>, course: &Course) -> Result<(), Error> {
@@ -255,7 +264,7 @@ fn draw_commands(area: &Area<'_>, course: &Course, time_axis: TimeAxis) -> Resul
         draw_line(area, [at(foot, bottom), at(foot, POSITION_Y - 14), at(label.x, POSITION_Y)], MARK, 1, false)?;
         for (top, bottom) in [(POSITION_Y, VELOCITY_Y - BOTTOM_AXIS), (VELOCITY_Y, END_Y - TIME_AXIS)] {
             let band = [at(label.x, top), at(label.end.max(label.x + 1), bottom)];
-            area.draw(&Rectangle::new(band, MARK.mix(0.25).filled()))?;
+            area.draw(&Rectangle::new(band, band_color().filled()))?;
             draw_line(area, [at(label.x, top), at(label.x, bottom)], MARK, 1, true)?;
         }
     }

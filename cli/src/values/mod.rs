@@ -1,11 +1,12 @@
 //! Values: bytes on the [`wire`], numbers of the data sheet, and how people read and write them ([`text`]).
 
 pub(crate) mod text;
+pub(crate) mod told;
 pub(crate) mod wire;
 
 use std::collections::BTreeMap;
 
-use lexican_eds::model::{BitField, Device, Entry, Meaning, Unit, Value};
+use lexican_eds::model::{BitField, Condition, Device, Entry, Meaning, Unit, Value};
 use lexican_eds::types::{Class, DataType};
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::{Command, State};
@@ -19,6 +20,16 @@ pub(crate) struct Known<'a> {
 impl<'a> Known<'a> {
     pub(crate) fn new(device: &'a Device) -> Self {
         Known { device, seen: BTreeMap::new() }
+    }
+
+    /// The entry at an address.
+    pub(crate) fn entry(&self, address: Address) -> Option<&'a Entry> {
+        self.device.entry(address.index(), address.sub())
+    }
+
+    /// What an entry is called: with the name of its object before it, unless it is all of it.
+    pub(crate) fn name(&self, entry: &Entry) -> String {
+        name(self.device, entry)
     }
 
     /// Takes note of a value.
@@ -44,11 +55,17 @@ impl<'a> Known<'a> {
     /// The unit that an entry counts in, of several the one whose condition holds.
     pub(crate) fn unit(&self, entry: &Entry) -> Option<&'a Unit> {
         let Meaning::Quantity(name) = &entry.meaning else { return None };
-        self.device.quantities.get(name)?.units.iter().find(|unit| {
-            unit.when.as_ref().is_none_or(|when| {
-                self.number(when.index, when.sub).is_some_and(|number| (number == when.value) == when.equal)
-            })
-        })
+        self.device
+            .quantities
+            .get(name)?
+            .units
+            .iter()
+            .find(|unit| unit.when.as_ref().is_none_or(|when| self.holds(when)))
+    }
+
+    /// Whether a condition holds, as far as anybody can tell.
+    pub(crate) fn holds(&self, when: &Condition) -> bool {
+        self.number(when.index, when.sub).is_some_and(|number| (number == when.value) == when.equal)
     }
 
     /// The entries on whose values the unit of an entry depends.
@@ -140,6 +157,14 @@ impl<'a> Known<'a> {
     /// Whether the device follows CiA 402.
     fn is_drive(&self) -> bool {
         self.device.profile == Some(402)
+    }
+}
+
+/// What an entry of a device is called: `Motor Parameter Set, v-Pos`.
+pub(crate) fn name(device: &Device, entry: &Entry) -> String {
+    match device.object(entry.index) {
+        Some(object) if object.entries.len() > 1 => format!("{}, {}", object.name, entry.name),
+        _ => entry.name.clone(),
     }
 }
 

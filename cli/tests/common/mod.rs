@@ -14,6 +14,7 @@ pub(crate) struct Run {
 }
 
 /// Runs the command with these arguments.
+#[allow(dead_code, reason = "not every test runs it anywhere")]
 pub(crate) fn lexican(args: &[&str]) -> Run {
     lexican_in(Path::new(env!("CARGO_TARGET_TMPDIR")), args)
 }
@@ -33,6 +34,7 @@ pub(crate) fn lexican_in(folder: &Path, args: &[&str]) -> Run {
 }
 
 /// An empty folder for one test.
+#[allow(dead_code, reason = "not every test has files")]
 pub(crate) fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&folder);

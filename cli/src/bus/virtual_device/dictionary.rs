@@ -1,68 +1,23 @@
-//! A device that is nothing but its data sheet: the defaults are its values, and what is written is kept.
+//! The objects of a data sheet as a dictionary.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use lexican_eds::model::{self, AccessType, Condition, ConditionalRange, Value};
-use lexican_runtime::device::{Behaviour, Device, Event};
-use lexican_runtime::host::Node;
 use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary, PdoMapping};
-use lexican_runtime::{AbortCode, Frame, Instant, NodeId};
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{AbortCode, NodeId};
 
 use crate::values::wire::{encode, parse};
 
 /// More than this is not kept of one entry.
 const MAX_BYTES: usize = 1024 * 1024;
 
-/// A node of a bus that serves the objects of a data sheet.
-pub(crate) struct VirtualDevice {
-    device: Box<Device<64, 64, 4, 32>>,
-    dictionary: SheetDictionary,
-}
-
-impl VirtualDevice {
-    /// A device that is switched on at `now`.
-    pub(crate) fn power_on(now: Instant, node: NodeId, sheet: &model::Device) -> Self {
-        let mut dictionary = SheetDictionary::new(node, sheet);
-        let dummies =
-            sheet.dummies.iter().filter(|dummy| dummy.code() < 32).fold(0, |set, dummy| set | 1 << dummy.code());
-        let mut device = Box::new(Device::new(node, Behaviour { dummies, ..Behaviour::CIA_301 }));
-        device.restart(now, &mut dictionary);
-        VirtualDevice { device, dictionary }
-    }
-
-    fn follow(&mut self, now: Instant, event: Option<Event>) {
-        if let Some(Event::Reset(_)) = event {
-            self.dictionary.reset();
-            self.device.restart(now, &mut self.dictionary);
-        }
-        self.device.compare(&mut self.dictionary);
-    }
-}
-
-impl Node for VirtualDevice {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        let event = self.device.handle_frame(now, frame, &mut self.dictionary);
-        self.follow(now, event);
-    }
-
-    fn handle_timeout(&mut self, now: Instant) {
-        let event = self.device.handle_timeout(now, &mut self.dictionary);
-        self.follow(now, event);
-    }
-
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.device.poll_transmit(now, &mut self.dictionary)
-    }
-
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.device.poll_timeout()
-    }
-}
-
-/// The objects of a data sheet as a dictionary.
-struct SheetDictionary {
+/// The entries of a data sheet and their values.
+pub(super) struct SheetDictionary {
     slots: BTreeMap<Address, Slot>,
+    /// The NMT state of the device, on which it depends what may be written.
+    pub(super) state: NmtState,
 }
 
 struct Slot {
@@ -76,12 +31,51 @@ struct Slot {
     /// Limits that depend on other entries.
     ranges: Vec<ConditionalRange>,
     sheet_type: lexican_eds::types::DataType,
+    /// The states in which the entry may be written; any, when `None`.
+    writable_in: Option<Vec<model::NmtState>>,
+    /// Whether the device keeps it without power, without being told to.
+    persistent: bool,
 }
 
 impl SheetDictionary {
-    fn new(node: NodeId, sheet: &model::Device) -> Self {
+    pub(super) fn new(node: NodeId, sheet: &model::Device) -> Self {
         let slots = sheet.entries().map(|entry| (Address::new(entry.index, entry.sub), Slot::new(node, entry)));
-        SheetDictionary { slots: slots.collect() }
+        SheetDictionary { slots: slots.collect(), state: NmtState::Initialising }
+    }
+
+    /// The value of an entry.
+    pub(super) fn value(&self, address: Address) -> Result<&[u8], AbortCode> {
+        Ok(&self.slots.get(&address).ok_or_else(|| self.missing(address))?.value)
+    }
+
+    /// Changes a value from inside the device: whatever its access, but within its size and limits.
+    pub(super) fn set(&mut self, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+        self.value(address)?;
+        self.check(address, data)?;
+        if let Some(slot) = self.slots.get_mut(&address) {
+            slot.value = data.to_vec();
+        }
+        Ok(())
+    }
+
+    /// The entries that hold what somebody has written.
+    pub(super) fn writable(&self) -> Vec<Address> {
+        let parameters = |address: &Address| !matches!(address.index(), 0x1003 | 0x1010 | 0x1011);
+        let writable = self.slots.values().filter(|slot| slot.entry.access == Access::Rw);
+        writable.map(|slot| slot.entry.address).filter(parameters).collect()
+    }
+
+    /// Whether a value survives without anybody storing it.
+    pub(super) fn is_persistent(&self, address: Address) -> bool {
+        self.slots.get(&address).is_some_and(|slot| slot.persistent)
+    }
+
+    fn missing(&self, address: Address) -> AbortCode {
+        let all = Address::new(address.index(), 0)..=Address::new(address.index(), u8::MAX);
+        match self.slots.range(all).next() {
+            Some(_) => AbortCode::NO_SUCH_SUB_INDEX,
+            None => AbortCode::NO_SUCH_OBJECT,
+        }
     }
 
     /// Whether an entry can have a value: by its size, its limits, and those that hold while another entry has
@@ -113,9 +107,12 @@ impl SheetDictionary {
         Ok(())
     }
 
-    /// As after power-on.
-    fn reset(&mut self) {
-        self.slots.values_mut().for_each(|slot| slot.value.clone_from(&slot.default));
+    /// As after power-on, with the values that were kept.
+    pub(super) fn reset(&mut self, kept: &BTreeMap<Address, Vec<u8>>) {
+        for (address, slot) in &mut self.slots {
+            slot.coming.clear();
+            slot.value.clone_from(kept.get(address).unwrap_or(&slot.default));
+        }
     }
 }
 
@@ -144,7 +141,18 @@ impl Slot {
             high: number(&entry.high),
             ranges: entry.ranges.clone(),
             sheet_type: entry.data_type,
+            writable_in: entry.writable_in.clone(),
+            persistent: entry.persistent,
         }
+    }
+
+    /// Whether the entry may be written in a state.
+    fn is_writable_in(&self, state: NmtState) -> bool {
+        let state = match state {
+            NmtState::Operational => model::NmtState::Operational,
+            _ => model::NmtState::PreOperational,
+        };
+        self.writable_in.as_ref().is_none_or(|states| states.contains(&state))
     }
 
     /// The number that the entry holds.
@@ -158,11 +166,7 @@ impl ObjectDictionary for SheetDictionary {
         if let Some(slot) = self.slots.get(&address) {
             return Ok(slot.entry);
         }
-        let all = Address::new(address.index(), 0)..=Address::new(address.index(), u8::MAX);
-        Err(match self.slots.range(all).next() {
-            Some(_) => AbortCode::NO_SUCH_SUB_INDEX,
-            None => AbortCode::NO_SUCH_OBJECT,
-        })
+        Err(self.missing(address))
     }
 
     fn len(&self, entry: &Entry) -> Option<u32> {
@@ -177,7 +181,11 @@ impl ObjectDictionary for SheetDictionary {
     }
 
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+        let state = self.state;
         let slot = self.slots.get_mut(&entry.address).ok_or(AbortCode::NO_SUCH_OBJECT)?;
+        if !slot.is_writable_in(state) {
+            return Err(AbortCode::DEVICE_STATE);
+        }
         slot.coming.truncate(offset as usize);
         if slot.coming.len() + data.len() > MAX_BYTES {
             slot.coming.clear();
@@ -223,52 +231,8 @@ fn mapping(entry: &model::Entry) -> PdoMapping {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lexican_runtime::host::blocking::Network;
-    use lexican_runtime::host::{AccessError, VirtualBus, VirtualLink};
-    use lexican_runtime::service::sdo_client::SdoError;
-    use lexican_runtime::wire::nmt::NmtState;
-    use lexican_runtime::{CobId, Duration, host::Link};
 
     const NODE: NodeId = NodeId::literal(5);
-
-    /// A bus with a device that has the dictionary of the shipped drive but is no drive.
-    fn network() -> (VirtualBus, Network<VirtualLink>) {
-        let sheet = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
-        let bus = VirtualBus::new();
-        bus.attach(VirtualDevice::power_on(Instant::ZERO, NODE, &sheet));
-        let link = bus.link();
-        bus.advance(Duration::from_millis(1));
-        (bus, Network::new(link))
-    }
-
-    fn aborted(result: Result<(), AccessError>) -> Option<AbortCode> {
-        match result {
-            Err(AccessError::Sdo { error: SdoError::Aborted { code, .. }, .. }) => Some(code),
-            _ => None,
-        }
-    }
-
-    #[test]
-    fn defaults_are_read_and_what_is_written_is_kept() {
-        let (_, mut network) = network();
-        assert_eq!(network.read_bytes(NODE, Address::new(0x1400, 1)).unwrap(), 0x205_u32.to_le_bytes());
-        assert_eq!(network.read_bytes(NODE, Address::new(0x1018, 1)).unwrap(), 0x195_u32.to_le_bytes());
-        let a_pos = Address::new(0x2410, 4);
-        network.write_bytes(NODE, a_pos, &[77]).or_else(|_| network.write_bytes(NODE, a_pos, &[77, 0])).unwrap();
-        assert_eq!(network.read_bytes(NODE, a_pos).unwrap()[0], 77);
-    }
-
-    #[test]
-    fn rights_sizes_and_limits_are_enforced() {
-        let (_, mut network) = network();
-        let mut write = |index, sub, data: &[u8]| aborted(network.write_bytes(NODE, Address::new(index, sub), data));
-        assert_eq!(write(0x1018, 1, &[0; 4]), Some(AbortCode::READ_ONLY));
-        assert_eq!(write(0x6060, 0, &[1, 0, 0]), Some(AbortCode::LENGTH_TOO_HIGH));
-        assert_eq!(write(0x6060, 0, &[9]), Some(AbortCode::VALUE_TOO_HIGH));
-        assert_eq!(write(0x6060, 0, &[0]), Some(AbortCode::VALUE_TOO_LOW));
-        assert_eq!(write(0x1018, 9, &[0]), Some(AbortCode::NO_SUCH_SUB_INDEX));
-        assert_eq!(write(0x7000, 0, &[0]), Some(AbortCode::NO_SUCH_OBJECT));
-    }
 
     #[test]
     fn limits_follow_the_entry_that_decides_them() {
@@ -286,31 +250,15 @@ mod tests {
     }
 
     #[test]
-    fn it_boots_beats_and_sends_what_was_received() {
-        let (bus, mut network) = network();
-        network.write_bytes(NODE, Address::new(0x1017, 0), &100_u16.to_le_bytes()).unwrap();
-        let mut link = network.into_link();
-        let beat = link.receive_frame(bus.now() + Duration::from_millis(150)).unwrap().unwrap();
-        assert_eq!((beat.id().raw(), beat.data()), (0x705, &[NmtState::PreOperational.code()][..]));
-
-        // RPDO3 has the target position; nothing but an SDO tells it back.
-        let start = Frame::from_array(CobId::NMT, [0x01, 0x05]);
-        let target = Frame::from_array(CobId::of_node(0x400, NODE), [0x1F, 0, 0x88, 0x13, 0, 0]);
-        link.send(&start).unwrap();
-        link.send(&target).unwrap();
-        bus.advance(Duration::from_millis(1));
-        let mut network = Network::new(link);
-        assert_eq!(network.read_bytes(NODE, Address::new(0x607A, 0)).unwrap(), 5000_i32.to_le_bytes());
-    }
-
-    #[test]
-    fn a_reset_brings_the_defaults_back() {
-        let (bus, mut network) = network();
-        let mode = Address::new(0x6060, 0);
-        network.write_bytes(NODE, mode, &[2]).unwrap();
-        network.command(lexican_runtime::wire::nmt::NmtCommand::ResetNode, Some(NODE)).unwrap();
-        let until = bus.now() + Duration::from_millis(10);
-        while network.next_event(until).unwrap().is_some() {}
-        assert_eq!(network.read_bytes(NODE, mode).unwrap(), [1]);
+    fn an_entry_is_written_in_its_states_only() {
+        let mut sheet = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let entry = sheet.objects.iter_mut().find(|object| object.index == 0x6060).unwrap().entries.first_mut();
+        entry.unwrap().writable_in = Some(vec![model::NmtState::PreOperational]);
+        let mut dictionary = SheetDictionary::new(NODE, &sheet);
+        let entry = dictionary.entry(Address::new(0x6060, 0)).unwrap();
+        dictionary.state = NmtState::Operational;
+        assert_eq!(dictionary.write(&entry, 0, &[2], true), Err(AbortCode::DEVICE_STATE));
+        dictionary.state = NmtState::PreOperational;
+        assert_eq!(dictionary.write(&entry, 0, &[2], true), Ok(()));
     }
 }

@@ -1,0 +1,150 @@
+//! What goes wrong on a bus, and what the user can do about it.
+
+use std::io::ErrorKind;
+
+use lexican_runtime::host::url::OpenError;
+use lexican_runtime::host::{AccessError, BusState, LinkError, ReplayError, slcan};
+use lexican_runtime::service::sdo_client::SdoError;
+
+use crate::output::{Failure, reason};
+
+/// Works on any machine, whatever its kernel has.
+#[cfg(target_os = "linux")]
+const WITHOUT_CAN: &str =
+    "to try things out without any CAN, run `lexican simulate siko/ag03-1 --bus pty --node 5` in another terminal";
+
+/// Why a bus could not be opened.
+pub(crate) fn open_failure(error: &OpenError) -> Failure {
+    match error {
+        OpenError::Log(ReplayError::Io { path, error }) => {
+            let failure = Failure::file("open the log", path, error);
+            match error.kind() {
+                ErrorKind::NotFound => failure.help("`candump -L can0 > FILE` writes a log; is the path right?"),
+                _ => failure,
+            }
+        }
+        OpenError::Slcan(slcan::SlcanError::Io { path, error }) if is_no_terminal(error) => {
+            Failure::new(format_args!("{path} is not a serial port")).help("a log is named as log:FILE")
+        }
+        OpenError::Slcan(slcan::SlcanError::Io { path, error }) => {
+            Failure::new(format_args!("cannot open {path}: {}", reason(error)))
+        }
+        OpenError::Slcan(slcan::SlcanError::Busy { path }) if path.starts_with("/dev/pts/") => {
+            Failure::new(error).help("`lexican simulate` has named another one; --bus pty:4 makes four of them")
+        }
+        #[cfg(target_os = "linux")]
+        OpenError::SocketCan(lexican_runtime::host::socketcan::SocketCanError::NoCan) => {
+            Failure::new(error).help(WITHOUT_CAN)
+        }
+        _ => Failure::new(error),
+    }
+}
+
+/// What the operating system says of a file that has no speed to be set.
+fn is_no_terminal(error: &std::io::Error) -> bool {
+    let text = reason(error);
+    text.contains("typewriter") || text.contains("inappropriate ioctl")
+}
+
+/// Why a bus carries frames no more.
+pub(crate) fn link_failure(error: &LinkError) -> Failure {
+    let failure = Failure::new(error);
+    match error {
+        LinkError::NoBus(BusState::Down) => {
+            failure.help("set the interface up: `ip link set can0 up type can bitrate 500000`")
+        }
+        LinkError::NoBus(BusState::Removed) => failure.help("plug the adapter in, then repeat the command"),
+        LinkError::NoBus(_) => failure.help(
+            "are bit rate, wiring and termination right? Then set the interface down and up again, or let it restart \
+             by itself: `ip link set can0 type can restart-ms 100`",
+        ),
+        LinkError::Full => failure
+            .help("is another node on the bus, with power and at this bit rate? Nobody else acknowledges a frame"),
+        LinkError::ReadOnly => failure.help("`lexican monitor --bus log:FILE` shows it"),
+        _ => failure,
+    }
+}
+
+/// Why an object could not be read or written.
+pub(crate) fn access_failure(error: &AccessError) -> Failure {
+    match error {
+        AccessError::Sdo { error: SdoError::TimedOut { .. }, .. } => Failure::new(error)
+            .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows who is there"),
+        AccessError::Sdo { error: SdoError::Violation { .. }, .. } => Failure::new(error)
+            .help("two nodes with one node-ID look like this, and two programs that use one; `lexican scan` tells"),
+        AccessError::Link(error) => link_failure(error),
+        _ => Failure::new(error),
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use lexican_runtime::host::socketcan::SocketCanError;
+    use lexican_runtime::object::Address;
+    use lexican_runtime::{AbortCode, NodeId};
+    use std::io;
+
+    #[track_caller]
+    fn check(failure: Failure, message: &str, help: Option<&str>) {
+        let (said, advice) = failure.words();
+        assert!(said.contains(message), "{said}");
+        match (advice, help) {
+            (None, None) => {}
+            (Some(advice), Some(help)) => assert!(advice.contains(help), "{advice}"),
+            (advice, _) => panic!("{said}: {advice:?}"),
+        }
+    }
+
+    #[test]
+    fn a_bus_that_cannot_be_opened_says_what_to_do() {
+        let log = |error: io::Error| open_failure(&OpenError::Log(ReplayError::Io { path: "bus.log".into(), error }));
+        check(
+            log(io::Error::from_raw_os_error(2)),
+            "cannot open the log bus.log: no such file or directory",
+            Some("candump -L"),
+        );
+        check(log(io::Error::from_raw_os_error(13)), "cannot open the log bus.log: permission denied", None);
+        let can = |error| open_failure(&OpenError::SocketCan(error));
+        let interface = || "can0".to_owned();
+        check(can(SocketCanError::NoCan), "this kernel has no CAN", Some("--bus pty"));
+        check(can(SocketCanError::Down { interface: interface() }), "can0 is down; set it up with `ip link", None);
+        let missing = SocketCanError::Missing { interface: interface(), present: vec!["can1".to_owned()] };
+        check(can(missing), "there is no interface can0; is the adapter plugged in", None);
+        check(can(SocketCanError::Denied { interface: interface() }), "permission to use can0 is denied", None);
+        let serial = |error| open_failure(&OpenError::Slcan(error));
+        let path = || "/dev/ttyACM0".to_owned();
+        check(serial(slcan::SlcanError::Missing { path: path(), present: vec![] }), "is the adapter plugged in?", None);
+        check(serial(slcan::SlcanError::Denied { path: path() }), "usermod -aG dialout", None);
+        check(serial(slcan::SlcanError::Busy { path: path() }), "in use by another program", None);
+        let busy = slcan::SlcanError::Busy { path: "/dev/pts/3".to_owned() };
+        check(serial(busy), "in use by another program", Some("pty:4"));
+        let io = |text: &str| slcan::SlcanError::Io { path: path(), error: io::Error::other(text.to_owned()) };
+        check(serial(io("Not a typewriter")), "/dev/ttyACM0 is not a serial port", Some("log:FILE"));
+        check(serial(io("Odd")), "cannot open /dev/ttyACM0: odd", None);
+    }
+
+    #[test]
+    fn a_bus_that_fails_while_in_use_says_what_to_do() {
+        let no_bus = |state| link_failure(&LinkError::NoBus(state));
+        check(no_bus(BusState::Down), "it is down", Some("ip link set"));
+        check(no_bus(BusState::Removed), "it is removed", Some("plug the adapter in"));
+        check(no_bus(BusState::Off), "it is bus-off", Some("restart-ms"));
+        check(link_failure(&LinkError::Full), "the transmit buffer stays full", Some("another node"));
+        check(link_failure(&LinkError::ReadOnly), "a log takes no frames", Some("lexican monitor"));
+        check(link_failure(&LinkError::Closed), "nobody serves this link", None);
+    }
+
+    #[test]
+    fn a_node_that_fails_says_what_to_do() {
+        let address = Address::new(0x6064, 0);
+        let sdo = |error| access_failure(&AccessError::Sdo { node: NodeId::literal(5), error });
+        check(sdo(SdoError::TimedOut { address }), "node 5: 6064:00: no answer", Some("lexican scan"));
+        check(
+            sdo(SdoError::Violation { address, code: AbortCode::TOGGLE_BIT }),
+            "breaks the protocol",
+            Some("two nodes"),
+        );
+        check(access_failure(&LinkError::NoBus(BusState::Down).into()), "it is down", Some("ip link set"));
+    }
+}

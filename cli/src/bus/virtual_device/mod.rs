@@ -1,0 +1,296 @@
+//! A device that is nothing but its data sheet: the defaults are its values, and what is written is kept.
+
+mod dictionary;
+mod memory;
+
+use std::sync::Arc;
+
+use lexican_eds::model;
+use lexican_runtime::device::{Behaviour, Device, Event};
+use lexican_runtime::host::Node;
+use lexican_runtime::object::{Address, ObjectDictionary};
+use lexican_runtime::service::lss_device::{self, LssDevice};
+use lexican_runtime::service::storage::Storing;
+use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
+use lexican_runtime::wire::lss::{self, Identity};
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
+
+use dictionary::SheetDictionary;
+pub(crate) use memory::Memory;
+
+/// A node of a bus that serves the objects of a data sheet.
+pub(crate) struct VirtualDevice {
+    sheet: Arc<model::Device>,
+    on: bool,
+    /// The node-ID that it has when nobody has stored another one.
+    given: Option<NodeId>,
+    identity: Identity,
+    lss: LssDevice,
+    serves_lss: bool,
+    /// `None` as long as nobody has given it a node-ID.
+    device: Option<Box<Device<64, 64, 4, 32>>>,
+    dictionary: SheetDictionary,
+    memory: Memory,
+}
+
+/// The `$NODEID` of a dictionary that nobody can read yet.
+const NO_NODE: NodeId = NodeId::literal(127);
+
+impl VirtualDevice {
+    /// A new device that is switched on at `now`.
+    pub(crate) fn power_on(now: Instant, node: NodeId, sheet: &model::Device) -> Self {
+        VirtualDevice::with_memory(now, Some(node), Arc::new(sheet.clone()), Memory::default())
+    }
+
+    /// A device that remembers something. Without a node-ID it waits for LSS to give it one.
+    pub(crate) fn with_memory(now: Instant, node: Option<NodeId>, sheet: Arc<model::Device>, memory: Memory) -> Self {
+        let dictionary = SheetDictionary::new(NO_NODE, &sheet);
+        let part = |sub| {
+            let value = dictionary.value(Address::new(0x1018, sub)).ok()?;
+            Some(u32::from_le_bytes(value.try_into().ok()?))
+        };
+        let identity = Identity {
+            vendor: part(1).unwrap_or(0),
+            product: part(2).unwrap_or(0),
+            revision: part(3).unwrap_or(0),
+            serial: part(4).unwrap_or(0),
+        };
+        let mut virtual_device = VirtualDevice {
+            on: false,
+            given: node,
+            identity,
+            lss: LssDevice::new(identity, node),
+            serves_lss: sheet.info.lss || node.is_none(),
+            device: None,
+            dictionary,
+            memory,
+            sheet,
+        };
+        virtual_device.set_power(now, true);
+        virtual_device
+    }
+
+    /// Everything anew under a node-ID.
+    fn boot(&mut self, now: Instant, node: Option<NodeId>) {
+        self.dictionary = SheetDictionary::new(node.unwrap_or(NO_NODE), &self.sheet);
+        self.dictionary.reset(&self.memory.kept);
+        self.memory.writable = self.dictionary.writable();
+        let Some(node) = node else {
+            self.device = None;
+            return;
+        };
+        let dummies = self.sheet.dummies.iter().filter(|dummy| dummy.code() < 32);
+        let dummies = dummies.fold(0, |set, dummy| set | 1 << dummy.code());
+        let behaviour = Behaviour { dummies, ..Behaviour::CIA_301 };
+        self.device.get_or_insert_with(|| Box::new(Device::new(node, behaviour)));
+        self.with_device(|device, od| device.restart_as(node, now, od));
+    }
+
+    /// The node-ID, if it has one.
+    pub(crate) fn node(&self) -> Option<NodeId> {
+        self.device.as_ref().filter(|_| self.on).map(|device| device.node())
+    }
+
+    /// The NMT state; `None` while it is off or has no node-ID.
+    pub(crate) fn nmt_state(&self) -> Option<NmtState> {
+        self.device.as_ref().filter(|_| self.on).map(|device| device.nmt_state())
+    }
+
+    /// Whether it answers to LSS.
+    pub(crate) fn serves_lss(&self) -> bool {
+        self.serves_lss
+    }
+
+    /// Switches it on or off.
+    pub(crate) fn set_power(&mut self, now: Instant, on: bool) {
+        let boots = on && !self.on;
+        self.on = on;
+        if boots {
+            let node = self.given.or(self.memory.node);
+            self.lss = LssDevice::new(self.identity, node);
+            self.boot(now, node);
+        }
+    }
+
+    /// The value of an entry.
+    pub(crate) fn value(&self, address: Address) -> Result<Vec<u8>, AbortCode> {
+        self.dictionary.value(address).map(<[u8]>::to_vec)
+    }
+
+    /// Changes a value from inside: whatever its access, but within its size and limits.
+    pub(crate) fn set_value(&mut self, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+        self.dictionary.set(address, data)?;
+        self.keep(address);
+        self.with_device(|device, od| {
+            device.changed(address);
+            device.compare(od);
+        });
+        Ok(())
+    }
+
+    /// An error occurs: an EMCY is sent.
+    pub(crate) fn emergency(&mut self, code: ErrorCode, register: ErrorRegister, vendor: [u8; 5]) {
+        self.with_device(|device, od| device.emergency(code, register, vendor, od));
+    }
+
+    /// All errors are over.
+    pub(crate) fn clear_errors(&mut self) {
+        self.with_device(|device, od| device.clear(ErrorRegister(0xFF), od));
+    }
+
+    /// Why what it keeps could not be written to its file.
+    pub(crate) fn trouble(&mut self) -> Option<String> {
+        self.memory.trouble.take()
+    }
+
+    fn with_device<T>(
+        &mut self,
+        call: impl FnOnce(&mut Device<64, 64, 4, 32>, &mut dyn ObjectDictionary) -> T,
+    ) -> Option<T> {
+        let device = self.device.as_mut().filter(|_| self.on)?;
+        self.dictionary.state = device.nmt_state();
+        Some(call(device, &mut Storing::new(&mut self.dictionary, &mut self.memory)))
+    }
+
+    fn follow(&mut self, now: Instant, event: Option<Event>) {
+        match event {
+            Some(Event::Reset(_)) => {
+                let node = self.lss.reset();
+                self.boot(now, node);
+            }
+            Some(Event::Written(address)) => self.keep(address),
+            _ => {}
+        }
+        self.with_device(|device, od| device.compare(od));
+    }
+
+    /// Some entries survive without anybody storing them.
+    fn keep(&mut self, address: Address) {
+        if self.dictionary.is_persistent(address)
+            && let Ok(value) = self.dictionary.value(address)
+        {
+            self.memory.keep(address, value.to_vec());
+        }
+    }
+}
+
+impl Node for VirtualDevice {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        if self.on && self.serves_lss && frame.id() == lss::REQUEST {
+            let event = self.lss.handle_frame(now, frame, &mut self.memory);
+            if let Some(lss_device::Event::NodeIdGiven(node)) = event {
+                self.boot(now, Some(node));
+            }
+            return;
+        }
+        let event = self.with_device(|device, od| device.handle_frame(now, frame, od)).flatten();
+        self.follow(now, event);
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        let event = self.with_device(|device, od| device.handle_timeout(now, od)).flatten();
+        self.follow(now, event);
+    }
+
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        let answer = self.lss.poll_transmit(now).filter(|_| self.on);
+        answer.or_else(|| self.with_device(|device, od| device.poll_transmit(now, od)).flatten())
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.device.as_ref().filter(|_| self.on)?.poll_timeout()
+    }
+
+    fn concerns(&self) -> Vec<CobId> {
+        let device = self.device.as_ref().filter(|_| self.on);
+        // Never empty, which would be every frame.
+        [lss::REQUEST].into_iter().chain(device.into_iter().flat_map(|device| device.cob_ids())).collect()
+    }
+
+    fn generation(&self) -> u32 {
+        self.device.as_ref().filter(|_| self.on).map_or(0, |device| device.generation())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lexican_runtime::host::blocking::Network;
+    use lexican_runtime::host::{AccessError, VirtualBus, VirtualLink};
+    use lexican_runtime::service::sdo_client::SdoError;
+    use lexican_runtime::wire::nmt::NmtState;
+    use lexican_runtime::{CobId, Duration, host::Link};
+
+    const NODE: NodeId = NodeId::literal(5);
+
+    /// A bus with a device that has the dictionary of the shipped drive but is no drive.
+    fn network() -> (VirtualBus, Network<VirtualLink>) {
+        let sheet = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let bus = VirtualBus::new();
+        bus.attach(VirtualDevice::power_on(Instant::ZERO, NODE, &sheet));
+        let link = bus.link();
+        bus.advance(Duration::from_millis(1));
+        (bus, Network::new(link))
+    }
+
+    fn aborted(result: Result<(), AccessError>) -> Option<AbortCode> {
+        match result {
+            Err(AccessError::Sdo { error: SdoError::Aborted { code, .. }, .. }) => Some(code),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn defaults_are_read_and_what_is_written_is_kept() {
+        let (_, mut network) = network();
+        assert_eq!(network.read_bytes(NODE, Address::new(0x1400, 1)).unwrap(), 0x205_u32.to_le_bytes());
+        assert_eq!(network.read_bytes(NODE, Address::new(0x1018, 1)).unwrap(), 0x195_u32.to_le_bytes());
+        let a_pos = Address::new(0x2410, 4);
+        network.write_bytes(NODE, a_pos, &[77]).or_else(|_| network.write_bytes(NODE, a_pos, &[77, 0])).unwrap();
+        assert_eq!(network.read_bytes(NODE, a_pos).unwrap()[0], 77);
+    }
+
+    #[test]
+    fn rights_sizes_and_limits_are_enforced() {
+        let (_, mut network) = network();
+        let mut write = |index, sub, data: &[u8]| aborted(network.write_bytes(NODE, Address::new(index, sub), data));
+        assert_eq!(write(0x1018, 1, &[0; 4]), Some(AbortCode::READ_ONLY));
+        assert_eq!(write(0x6060, 0, &[1, 0, 0]), Some(AbortCode::LENGTH_TOO_HIGH));
+        assert_eq!(write(0x6060, 0, &[9]), Some(AbortCode::VALUE_TOO_HIGH));
+        assert_eq!(write(0x6060, 0, &[0]), Some(AbortCode::VALUE_TOO_LOW));
+        assert_eq!(write(0x1018, 9, &[0]), Some(AbortCode::NO_SUCH_SUB_INDEX));
+        assert_eq!(write(0x7000, 0, &[0]), Some(AbortCode::NO_SUCH_OBJECT));
+    }
+
+    #[test]
+    fn it_boots_beats_and_sends_what_was_received() {
+        let (bus, mut network) = network();
+        network.write_bytes(NODE, Address::new(0x1017, 0), &100_u16.to_le_bytes()).unwrap();
+        let mut link = network.into_link();
+        let beat = link.receive_frame(bus.now() + Duration::from_millis(150)).unwrap().unwrap();
+        assert_eq!((beat.id().raw(), beat.data()), (0x705, &[NmtState::PreOperational.code()][..]));
+
+        // RPDO3 has the target position; nothing but an SDO tells it back.
+        let start = Frame::from_array(CobId::NMT, [0x01, 0x05]);
+        let target = Frame::from_array(CobId::of_node(0x400, NODE), [0x1F, 0, 0x88, 0x13, 0, 0]);
+        link.send(&start).unwrap();
+        link.send(&target).unwrap();
+        bus.advance(Duration::from_millis(1));
+        let mut network = Network::new(link);
+        assert_eq!(network.read_bytes(NODE, Address::new(0x607A, 0)).unwrap(), 5000_i32.to_le_bytes());
+    }
+
+    #[test]
+    fn a_reset_brings_the_defaults_back_but_of_what_is_persistent() {
+        let (bus, mut network) = network();
+        let (target, mode) = (Address::new(0x607A, 0), Address::new(0x6060, 0));
+        network.write_bytes(NODE, target, &5000_i32.to_le_bytes()).unwrap();
+        network.write_bytes(NODE, mode, &[2]).unwrap();
+        network.command(lexican_runtime::wire::nmt::NmtCommand::ResetNode, Some(NODE)).unwrap();
+        let until = bus.now() + Duration::from_millis(10);
+        while network.next_event(until).unwrap().is_some() {}
+        assert_eq!(network.read_bytes(NODE, target).unwrap(), [0; 4]);
+        assert_eq!(network.read_bytes(NODE, mode).unwrap(), [2]);
+    }
+}

@@ -1,0 +1,221 @@
+//! `lexican check`: a device against its data sheet.
+
+mod compare;
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use anstyle::{AnsiColor, Style};
+use indicatif::{ProgressBar, ProgressStyle};
+use lexican_eds::model::Entry;
+use lexican_eds::types::DataType;
+use lexican_runtime::NodeId;
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{AccessError, Link};
+use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::SdoError;
+use serde_json::{Value as Json, json};
+
+use crate::bus::failure::access_failure;
+use crate::bus::{Node, NodeArgs, network};
+use crate::output::{Failure, Outcome, styled};
+use crate::values::Known;
+use crate::values::told::Told;
+use crate::values::wire::{fitting, parse};
+use compare::{Answer, Comparison, Finding, address, may_be_written_back, written_back};
+
+/// Check a device against its data sheet
+///
+/// Reads every entry that the data sheet describes, and compares: whether it is there, its length, whether it may be
+/// read, its limits, constants, the identity. Nothing is written, unless --write asks for it. Exit code 1 when
+/// the device is not as its data sheet says.
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    node: NodeArgs,
+
+    /// Write back the value of every entry that may be written, to see whether it is so
+    ///
+    /// Entries that command the device are left out: 1003h, 1010h, 1011h, programs, NMT by objects, 6040h.
+    #[arg(long)]
+    write: bool,
+
+    /// Tell values that are not the defaults, too; they are no differences
+    #[arg(long)]
+    defaults: bool,
+
+    /// Read DOMAIN entries, too, which may be long
+    #[arg(long)]
+    domains: bool,
+
+    /// Print one JSON object per line
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican check --bus can0 --node 5 --device FILE.eds
+    lexican check --bus can0 --node 5 --write --defaults";
+
+/// A node that leaves so many questions unanswered, one after the other, is not there any more.
+const SILENCE: usize = 3;
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let Node { link, id, device } = args.node.open()?;
+    let device = device.ok_or_else(|| {
+        Failure::new("nothing tells which data sheet the device should have")
+            .help("name it with --device FILE, or --device siko/ag03-1 for one that lexican brings along")
+    })?;
+    let mut known = Known::new(&device);
+    let mut inspection = Inspection { network: network(link)?, node: id, silent: 0, args };
+    let answers = inspection.read_all(&mut known)?;
+    let comparison = Comparison { known: &known, node: id, defaults: args.defaults };
+    let mut result = Tally::default();
+    for entry in device.entries() {
+        let Some(answer) = answers.get(&address(entry)) else { continue };
+        let mut findings = comparison.read(entry, answer);
+        if let Answer::Value(data) = answer
+            && args.write
+            && may_be_written_back(entry)
+        {
+            findings.extend(inspection.write_back(entry, data)?);
+        }
+        result.entries += 1;
+        let differs = findings.iter().any(|finding| finding.kind.is_difference());
+        result.differ += usize::from(differs);
+        result.unchecked += usize::from(findings.iter().any(|finding| finding.kind == compare::Kind::Unchecked));
+        for finding in &findings {
+            print(args.json, id, &told(&known, entry, answer), finding)?;
+        }
+    }
+    result.print(args.json, id)?;
+    Ok(if result.differ > 0 { Outcome::Found } else { Outcome::Clean })
+}
+
+/// Somebody who asks a node for everything.
+struct Inspection<'a, L> {
+    network: Network<L>,
+    node: NodeId,
+    /// How many questions in a row were not answered.
+    silent: usize,
+    args: &'a Args,
+}
+
+impl<L: Link> Inspection<'_, L> {
+    /// Reads all entries first: what one value means and may be depends on others.
+    fn read_all(&mut self, known: &mut Known<'_>) -> Result<BTreeMap<Address, Answer>, Failure> {
+        let entries: Vec<_> = known.device.entries().collect();
+        // Where stderr is no terminal, nothing is shown.
+        let progress = ProgressBar::new(entries.len() as u64);
+        let style = ProgressStyle::with_template("reading {msg} {wide_bar} {pos}/{len}");
+        progress.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        let mut answers = BTreeMap::new();
+        for entry in entries {
+            progress.set_message(address(entry).to_string());
+            progress.inc(1);
+            let answer = self.read(entry)?;
+            if let Answer::Value(data) = &answer
+                && let Some(value) = parse(entry.data_type, fitting(entry.data_type, data))
+            {
+                known.learn(entry.index, entry.sub, &value);
+            }
+            answers.insert(address(entry), answer);
+        }
+        progress.finish_and_clear();
+        Ok(answers)
+    }
+
+    fn read(&mut self, entry: &Entry) -> Result<Answer, Failure> {
+        if entry.data_type == DataType::Domain && !self.args.domains {
+            return Ok(Answer::Unasked("a DOMAIN is read with --domains only"));
+        }
+        let result = self.network.read_bytes(self.node, address(entry));
+        self.answer(result)
+    }
+
+    fn answer(&mut self, result: Result<Vec<u8>, AccessError>) -> Result<Answer, Failure> {
+        let error = match result {
+            Ok(data) => {
+                self.silent = 0;
+                return Ok(Answer::Value(data));
+            }
+            Err(error) => error,
+        };
+        let AccessError::Sdo { error: sdo, .. } = &error else { return Err(access_failure(&error)) };
+        self.silent = if matches!(sdo, SdoError::TimedOut { .. }) { self.silent + 1 } else { 0 };
+        match *sdo {
+            SdoError::Aborted { code, .. } => Ok(Answer::Refused(code)),
+            _ if self.silent >= SILENCE => Err(access_failure(&error)),
+            SdoError::TimedOut { .. } => Ok(Answer::Failed("no answer".to_owned())),
+            other => Ok(Answer::Failed(other.to_string())),
+        }
+    }
+
+    fn write_back(&mut self, entry: &Entry, data: &[u8]) -> Result<Option<Finding>, Failure> {
+        let data = fitting(entry.data_type, data);
+        let result = self.network.write_bytes(self.node, address(entry), data).map(|()| Vec::new());
+        Ok(match self.answer(result)? {
+            Answer::Refused(code) => Some(written_back(code)),
+            Answer::Failed(text) => Some(Finding { kind: compare::Kind::Failed, text }),
+            Answer::Value(_) | Answer::Unasked(_) => None,
+        })
+    }
+}
+
+/// What a check came to.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    entries: usize,
+    differ: usize,
+    unchecked: usize,
+}
+
+impl Tally {
+    fn print(self, as_json: bool, node: NodeId) -> Result<(), Failure> {
+        let Tally { entries, differ, unchecked } = self;
+        let mut stdout = anstream::stdout().lock();
+        if as_json {
+            let line = json!({
+                "event": "summary", "node": node.get(), "entries": entries, "differ": differ, "unchecked": unchecked,
+            });
+            writeln!(stdout, "{line}")?;
+        } else {
+            let verdict = match differ {
+                0 => "as the data sheet says".to_owned(),
+                1 => "1 is not as the data sheet says".to_owned(),
+                many => format!("{many} are not as the data sheet says"),
+            };
+            let rest = if unchecked > 0 { format!("; {unchecked} could not be checked") } else { String::new() };
+            writeln!(stdout, "node {node}: {entries} entries, {verdict}{rest}")?;
+        }
+        stdout.flush()?;
+        Ok(())
+    }
+}
+
+fn told(known: &Known<'_>, entry: &Entry, answer: &Answer) -> Told {
+    match answer {
+        Answer::Value(data) => Told::transferred(Some(known), address(entry), data),
+        _ => Told::entry(Some(known), address(entry)),
+    }
+}
+
+fn print(as_json: bool, node: NodeId, told: &Told, finding: &Finding) -> Result<(), Failure> {
+    let mut stdout = anstream::stdout().lock();
+    if as_json {
+        let mut fields = told.json();
+        fields.insert("event".to_owned(), json!("finding"));
+        fields.insert("node".to_owned(), json!(node.get()));
+        fields.insert("kind".to_owned(), json!(finding.kind.name()));
+        fields.insert("difference".to_owned(), json!(finding.kind.is_difference()));
+        fields.insert("finding".to_owned(), json!(finding.text));
+        writeln!(stdout, "{}", Json::Object(fields))?;
+    } else {
+        let style = if finding.kind.is_difference() { AnsiColor::Red.on_default() } else { Style::new().dimmed() };
+        let kind = styled(style, format_args!("{:<9}", finding.kind.name()));
+        writeln!(stdout, "{kind}  {}: {}", told.title(), finding.text)?;
+    }
+    Ok(())
+}

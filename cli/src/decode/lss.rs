@@ -1,0 +1,227 @@
+//! LSS in words and in fields (CiA 305).
+
+use lexican_runtime::NodeId;
+use lexican_runtime::wire::lss::{Bound, LssRequest, LssResponse, LssState, Part};
+use serde_json::{Value as Json, json};
+
+/// CiA 305, table 1: the bit rates in kbit/s by their index; `None` is reserved.
+const BIT_TIMING_TABLE: [Option<u16>; 9] =
+    [Some(1000), Some(800), Some(500), Some(250), Some(125), None, Some(50), Some(20), Some(10)];
+
+/// The entry that stands for "find it out".
+const AUTOMATIC: u8 = 9;
+
+/// `select by product = 1402h`.
+pub(super) fn request_text(request: LssRequest) -> String {
+    match request {
+        LssRequest::SwitchGlobal(state) => format!("all devices enter LSS {}", state_name(state)),
+        LssRequest::SwitchSelective(part, value) => format!("select by {} = {value:X}h", part_name(part)),
+        LssRequest::ConfigureNode(node) => format!("take node-ID {}", node_name(node)),
+        LssRequest::ConfigureBitTiming { table, index } => format!("take bit rate {}", bit_rate(table, index)),
+        LssRequest::ActivateBitTiming { delay_ms } => format!("change the bit rate after {delay_ms} ms"),
+        LssRequest::Store => "store the configuration".to_owned(),
+        LssRequest::Identify(bound, value) => format!("who has {}?", bound_text(bound, value)),
+        LssRequest::IdentifyUnconfigured => "who has no node-ID?".to_owned(),
+        LssRequest::Fastscan { bits_left: 0x80, .. } => "fastscan: who has no node-ID?".to_owned(),
+        LssRequest::Fastscan { value, bits_left, part, next } => {
+            let bits = 32_u8.saturating_sub(bits_left);
+            let then = if next == part { String::new() } else { format!(" Then {}", part_name(next)) };
+            format!("fastscan: whose {} has the upper {bits} bits of {value:08X}h?{then}", part_name(part))
+        }
+        LssRequest::Inquire(part) => format!("what is your {}?", part_name(part)),
+        LssRequest::InquireNode => "what is your node-ID?".to_owned(),
+    }
+}
+
+/// `selected`, `node-ID taken`.
+pub(super) fn response_text(response: LssResponse) -> String {
+    match response {
+        LssResponse::Selected => "selected".to_owned(),
+        LssResponse::ConfigureNode { error, specific } => {
+            result("node-ID taken", "node-ID out of range", error, specific)
+        }
+        LssResponse::ConfigureBitTiming { error, specific } => {
+            result("bit rate taken", "bit rate not supported", error, specific)
+        }
+        LssResponse::Store { error: 2, .. } => "refused: the storage failed".to_owned(),
+        LssResponse::Store { error, specific } => result("stored", "storing is not supported", error, specific),
+        LssResponse::Identified => "me".to_owned(),
+        LssResponse::Unconfigured => "I have no node-ID".to_owned(),
+        LssResponse::Inquired(part, value) => format!("{} = {value:X}h", part_name(part)),
+        LssResponse::InquiredNode(node) => format!("node-ID {}", node_name(node)),
+    }
+}
+
+/// Whether a device refuses.
+pub(super) fn refuses(response: LssResponse) -> bool {
+    match response {
+        LssResponse::ConfigureNode { error, .. }
+        | LssResponse::ConfigureBitTiming { error, .. }
+        | LssResponse::Store { error, .. } => error != 0,
+        _ => false,
+    }
+}
+
+fn result(done: &str, refusal: &str, error: u8, specific: u8) -> String {
+    match error {
+        0 => done.to_owned(),
+        1 => format!("refused: {refusal}"),
+        0xFF => format!("refused: error {specific:02X}h of the device"),
+        other => format!("refused: error {other}"),
+    }
+}
+
+pub(super) fn request_json(request: LssRequest) -> Json {
+    let command =
+        |name: &str| json!({ "from": "manager", "command": name, "code": format!("{:02X}", request.emit()[0]) });
+    match request {
+        LssRequest::SwitchGlobal(state) => with(command("switch-global"), json!({ "state": state_name(state) })),
+        LssRequest::SwitchSelective(part, value) => {
+            with(command("switch-selective"), json!({ "part": part_name(part), "value": value }))
+        }
+        LssRequest::ConfigureNode(node) => {
+            with(command("configure-node-id"), json!({ "node_id": node.map(NodeId::get) }))
+        }
+        LssRequest::ConfigureBitTiming { table, index } => {
+            let rate = standard_rate(table, index);
+            with(command("configure-bit-timing"), json!({ "table": table, "entry": index, "kbit_per_s": rate }))
+        }
+        LssRequest::ActivateBitTiming { delay_ms } => {
+            with(command("activate-bit-timing"), json!({ "delay_ms": delay_ms }))
+        }
+        LssRequest::Store => command("store"),
+        LssRequest::Identify(bound, value) => {
+            with(command("identify"), json!({ "part": bound_name(bound).replace(' ', "-"), "value": value }))
+        }
+        LssRequest::IdentifyUnconfigured => command("identify-unconfigured"),
+        LssRequest::Fastscan { value, bits_left, part, next } => with(
+            command("fastscan"),
+            json!({ "value": value, "bit_checked": bits_left, "part": part_name(part), "next": part_name(next) }),
+        ),
+        LssRequest::Inquire(part) => with(command("inquire"), json!({ "part": part_name(part) })),
+        LssRequest::InquireNode => command("inquire-node-id"),
+    }
+}
+
+pub(super) fn response_json(response: LssResponse) -> Json {
+    let command =
+        |name: &str| json!({ "from": "device", "command": name, "code": format!("{:02X}", response.emit()[0]) });
+    let result =
+        |name: &str, error: u8, specific: u8| with(command(name), json!({ "error": error, "specific": specific }));
+    match response {
+        LssResponse::Selected => command("switch-selective"),
+        LssResponse::ConfigureNode { error, specific } => result("configure-node-id", error, specific),
+        LssResponse::ConfigureBitTiming { error, specific } => result("configure-bit-timing", error, specific),
+        LssResponse::Store { error, specific } => result("store", error, specific),
+        LssResponse::Identified => command("identify"),
+        LssResponse::Unconfigured => command("identify-unconfigured"),
+        LssResponse::Inquired(part, value) => {
+            with(command("inquire"), json!({ "part": part_name(part), "value": value }))
+        }
+        LssResponse::InquiredNode(node) => {
+            with(command("inquire-node-id"), json!({ "node_id": node.map(NodeId::get) }))
+        }
+    }
+}
+
+/// The fields of both.
+fn with(mut one: Json, other: Json) -> Json {
+    if let (Json::Object(one), Json::Object(other)) = (&mut one, other) {
+        one.extend(other);
+    }
+    one
+}
+
+fn state_name(state: LssState) -> &'static str {
+    match state {
+        LssState::Waiting => "waiting",
+        LssState::Configuration => "configuration",
+    }
+}
+
+fn part_name(part: Part) -> &'static str {
+    match part {
+        Part::Vendor => "vendor",
+        Part::Product => "product",
+        Part::Revision => "revision",
+        Part::Serial => "serial",
+    }
+}
+
+fn bound_text(bound: Bound, value: u32) -> String {
+    match bound {
+        Bound::Vendor => format!("vendor = {value:X}h"),
+        Bound::Product => format!("product = {value:X}h"),
+        Bound::RevisionLow => format!("revision >= {value:X}h"),
+        Bound::RevisionHigh => format!("revision <= {value:X}h"),
+        Bound::SerialLow => format!("serial >= {value:X}h"),
+        Bound::SerialHigh => format!("serial <= {value:X}h"),
+    }
+}
+
+fn bound_name(bound: Bound) -> &'static str {
+    match bound {
+        Bound::Vendor => "vendor",
+        Bound::Product => "product",
+        Bound::RevisionLow => "revision low",
+        Bound::RevisionHigh => "revision high",
+        Bound::SerialLow => "serial low",
+        Bound::SerialHigh => "serial high",
+    }
+}
+
+fn node_name(node: Option<NodeId>) -> String {
+    node.map_or_else(|| "none".to_owned(), |node| node.to_string())
+}
+
+fn standard_rate(table: u8, index: u8) -> Option<u16> {
+    if table == 0 { BIT_TIMING_TABLE.get(usize::from(index)).copied().flatten() } else { None }
+}
+
+fn bit_rate(table: u8, index: u8) -> String {
+    match standard_rate(table, index) {
+        Some(rate) => format!("{rate} kbit/s"),
+        None if table == 0 && index == AUTOMATIC => "by itself".to_owned(),
+        None => format!("{index} of table {table}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_are_told_in_words() {
+        let check = |request: LssRequest, text: &str| {
+            assert_eq!(request_text(request), text);
+            assert!(request_json(request)["command"].is_string());
+        };
+        check(LssRequest::SwitchGlobal(LssState::Configuration), "all devices enter LSS configuration");
+        check(LssRequest::SwitchSelective(Part::Product, 0x1402), "select by product = 1402h");
+        check(LssRequest::ConfigureNode(NodeId::new(5)), "take node-ID 5");
+        check(LssRequest::ConfigureNode(None), "take node-ID none");
+        check(LssRequest::ConfigureBitTiming { table: 0, index: 2 }, "take bit rate 500 kbit/s");
+        check(LssRequest::ConfigureBitTiming { table: 0, index: 9 }, "take bit rate by itself");
+        check(LssRequest::ConfigureBitTiming { table: 1, index: 2 }, "take bit rate 2 of table 1");
+        check(LssRequest::ActivateBitTiming { delay_ms: 100 }, "change the bit rate after 100 ms");
+        check(LssRequest::Identify(Bound::RevisionLow, 0x10), "who has revision >= 10h?");
+        let scan = |bits_left, next| LssRequest::Fastscan { value: 0x195, bits_left, part: Part::Vendor, next };
+        check(scan(0x80, Part::Vendor), "fastscan: who has no node-ID?");
+        check(scan(31, Part::Vendor), "fastscan: whose vendor has the upper 1 bits of 00000195h?");
+        check(scan(0, Part::Product), "fastscan: whose vendor has the upper 32 bits of 00000195h? Then product");
+    }
+
+    #[test]
+    fn answers_are_told_in_words() {
+        let check = |response: LssResponse, refused: bool, text: &str| {
+            assert_eq!((response_text(response).as_str(), refuses(response)), (text, refused));
+            assert!(response_json(response)["command"].is_string());
+        };
+        check(LssResponse::ConfigureNode { error: 0, specific: 0 }, false, "node-ID taken");
+        check(LssResponse::ConfigureNode { error: 1, specific: 0 }, true, "refused: node-ID out of range");
+        check(LssResponse::Store { error: 2, specific: 0 }, true, "refused: the storage failed");
+        check(LssResponse::Store { error: 255, specific: 7 }, true, "refused: error 07h of the device");
+        check(LssResponse::Inquired(Part::Serial, 0x1234), false, "serial = 1234h");
+        check(LssResponse::InquiredNode(None), false, "node-ID none");
+    }
+}

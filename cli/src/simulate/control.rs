@@ -1,0 +1,163 @@
+//! What can be typed while a device is simulated.
+
+/// One line, understood.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Command {
+    Help,
+    Status,
+    Quit,
+    /// An object, by address or name.
+    Get(String),
+    /// An object and its value.
+    Set(String, String),
+    Emcy {
+        code: u16,
+        register: u8,
+        msef: [u8; 5],
+    },
+    /// All errors are over.
+    EmcyClear,
+    Power(Power),
+    /// `battery_v = 2.5`: what the device's own simulator understands.
+    Input(String),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Power {
+    On,
+    Off,
+    Cycle,
+}
+
+pub(super) const HELP: &str = "\
+get OBJECT                   an object's value: get 6041, get \"Position Actual Value\"
+set OBJECT VALUE             sets it, whatever its access: set 6064 1000, set 241B:01 \"17.5 V\"
+emcy CODE [REGISTER [BYTES]] sends an EMCY: emcy 3120 04; emcy clear ends all errors
+power on|off|cycle           switches the device
+status                       state and counts
+KEY = VALUE                  an input of a simulated drive: battery_v = 2.5, fault = \"D\"
+quit                         ends, as Ctrl-C does";
+
+/// What a line means; nothing for an empty one.
+pub(super) fn parse(line: &str) -> Result<Option<Command>, String> {
+    let line = line.trim();
+    let words = words(line);
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    Ok(Some(match words.as_slice() {
+        [] => return Ok(None),
+        [word, ..] if word.starts_with('#') => return Ok(None),
+        ["help" | "?"] => Command::Help,
+        ["status"] => Command::Status,
+        ["quit" | "exit"] => Command::Quit,
+        ["get", object] => Command::Get((*object).to_owned()),
+        ["set", object, value] => Command::Set((*object).to_owned(), (*value).to_owned()),
+        ["emcy", "clear"] => Command::EmcyClear,
+        ["emcy", code] => emcy(code, "01", &[])?,
+        ["emcy", code, register, msef @ ..] => emcy(code, register, msef)?,
+        ["power", "on"] => Command::Power(Power::On),
+        ["power", "off"] => Command::Power(Power::Off),
+        ["power", "cycle"] => Command::Power(Power::Cycle),
+        _ if line.split_once('=').is_some_and(|(key, _)| is_key(key.trim())) => Command::Input(line.to_owned()),
+        ["get"] => return Err("get what? For example: get 6041".to_owned()),
+        ["set", ..] => return Err("set what? For example: set 6064 1000".to_owned()),
+        ["emcy"] => return Err("which code? For example: emcy 3120 04".to_owned()),
+        ["power", ..] => return Err("power on, off or cycle".to_owned()),
+        [word, ..] => return Err(format!("{word:?} is no command; help lists them")),
+    }))
+}
+
+fn is_key(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'_')
+}
+
+fn emcy(code: &str, register: &str, msef: &[&str]) -> Result<Command, String> {
+    let code = u16::try_from(hex(code, 4)?).map_err(|_| format!("{code:?} is no error code"))?;
+    let register = u8::try_from(hex(register, 2)?).map_err(|_| format!("{register:?} is no error register"))?;
+    if msef.len() > 5 {
+        return Err("an EMCY has five bytes of the manufacturer".to_owned());
+    }
+    let mut bytes = [0; 5];
+    for (byte, text) in bytes.iter_mut().zip(msef) {
+        *byte = u8::try_from(hex(text, 2)?).map_err(|_| format!("{text:?} is no byte"))?;
+    }
+    Ok(Command::Emcy { code, register, msef: bytes })
+}
+
+/// Hexadecimal, as the standard has it: with `0x` before or `h` behind, or neither.
+fn hex(text: &str, most: usize) -> Result<u32, String> {
+    let digits = text.strip_prefix("0x").or_else(|| text.strip_suffix('h')).unwrap_or(text);
+    let plain = (1..=most).contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let number = u32::from_str_radix(digits, 16).ok().filter(|_| plain);
+    number.ok_or_else(|| format!("{text:?} is not a number of up to {most} hexadecimal digits"))
+}
+
+/// Words, of which those in quotes may have spaces.
+fn words(line: &str) -> Vec<String> {
+    let (mut words, mut word, mut quoted, mut begun) = (Vec::new(), String::new(), false, false);
+    for letter in line.chars() {
+        match letter {
+            '"' => (quoted, begun) = (!quoted, true),
+            letter if letter.is_whitespace() && !quoted => {
+                if begun {
+                    words.push(std::mem::take(&mut word));
+                }
+                begun = false;
+            }
+            letter => {
+                word.push(letter);
+                begun = true;
+            }
+        }
+    }
+    if begun {
+        words.push(word);
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(line: &str, command: Command) {
+        assert_eq!(parse(line), Ok(Some(command)), "{line}");
+    }
+
+    #[test]
+    fn lines_are_understood() {
+        check("help", Command::Help);
+        check("  get 6041 ", Command::Get("6041".to_owned()));
+        check("get \"Position Actual Value\"", Command::Get("Position Actual Value".to_owned()));
+        check("set 241B:01 \"17.5 V\"", Command::Set("241B:01".to_owned(), "17.5 V".to_owned()));
+        check("set 2410:05 -5", Command::Set("2410:05".to_owned(), "-5".to_owned()));
+        let emcy = |code, register, msef| Command::Emcy { code, register, msef };
+        check("emcy 0x3120 0x04", emcy(0x3120, 4, [0; 5]));
+        check("emcy 3120h", emcy(0x3120, 1, [0; 5]));
+        check("emcy 8130 11 01 FF", emcy(0x8130, 0x11, [1, 0xFF, 0, 0, 0]));
+        check("emcy clear", Command::EmcyClear);
+        check("power off", Command::Power(Power::Off));
+        check("battery_v = 2.5", Command::Input("battery_v = 2.5".to_owned()));
+        check("fault=\"D\"", Command::Input("fault=\"D\"".to_owned()));
+        assert_eq!(parse(""), Ok(None));
+        assert_eq!(parse("# a note"), Ok(None));
+    }
+
+    #[test]
+    fn other_lines_say_what_is_wrong() {
+        for (line, words) in [
+            ("jump", "\"jump\" is no command"),
+            ("get", "get what?"),
+            ("set 6064", "set what?"),
+            ("emcy", "which code?"),
+            ("emcy 31200", "up to 4 hexadecimal digits"),
+            ("emcy 3120 1FF", "up to 2 hexadecimal digits"),
+            ("emcy 3120 1 1 2 3 4 5 6", "five bytes"),
+            ("power up", "on, off or cycle"),
+            ("Set = 5", "is no command"),
+        ] {
+            let error = parse(line).unwrap_err();
+            assert!(error.contains(words), "{line}: {error}");
+        }
+    }
+}

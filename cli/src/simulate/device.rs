@@ -1,0 +1,214 @@
+//! The device that is simulated: what its data sheet says, or a drive that moves.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lexican_runtime::host::Node;
+use lexican_runtime::object::Address;
+use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
+use siko_ag03_1::sim::script::Script;
+use siko_ag03_1::sim::{Setup, SimulatedDrive};
+
+use super::control::Power;
+use crate::bus::virtual_device::{Memory, VirtualDevice};
+use crate::device::{Loaded, read};
+use crate::output::Failure;
+
+/// A device that exists only in software.
+pub(super) enum Simulated {
+    /// Its objects, and nothing behind them.
+    Sheet(Box<VirtualDevice>),
+    /// The SIKO AG03/1.
+    Drive(Box<SimulatedDrive>),
+}
+
+impl Simulated {
+    /// A device that is nothing but its data sheet.
+    pub(super) fn sheet(
+        now: Instant,
+        node: Option<NodeId>,
+        loaded: &Loaded,
+        eeprom: Option<&Path>,
+    ) -> Result<Self, Failure> {
+        let memory = eeprom.map_or(Ok(Memory::default()), Memory::open)?;
+        let sheet = Arc::new(loaded.device.clone());
+        Ok(Simulated::Sheet(Box::new(VirtualDevice::with_memory(now, node, sheet, memory))))
+    }
+
+    /// A drive.
+    pub(super) fn drive(
+        now: Instant,
+        node: NodeId,
+        eeprom: Option<&Path>,
+        script: Option<&Path>,
+    ) -> Result<Self, Failure> {
+        let setup = Setup::new(node);
+        let mut drive = match eeprom {
+            Some(path) => SimulatedDrive::with_eeprom(now, setup, path)
+                .map_err(|error| Failure::new(format_args!("{}: {error}", path.display())))?,
+            None => SimulatedDrive::power_on(now, setup),
+        };
+        if let Some(path) = script {
+            let source = read(path)?;
+            let script = Script::from_toml(source.text()).map_err(|error| {
+                Failure::new(format_args!("{}:{}: {}", path.display(), error.line, error.problem)).help(error.remedy)
+            })?;
+            drive.follow(now, script);
+        }
+        Ok(Simulated::Drive(Box::new(drive)))
+    }
+
+    /// The node-ID; none while it is off, or has none.
+    pub(super) fn node_id(&self) -> Option<NodeId> {
+        match self {
+            Simulated::Sheet(device) => device.node(),
+            Simulated::Drive(drive) => drive.is_on().then(|| drive.node()),
+        }
+    }
+
+    /// The NMT state; none while it is off, or has no node-ID.
+    pub(super) fn nmt_state(&self) -> Option<NmtState> {
+        match self {
+            Simulated::Sheet(device) => device.nmt_state(),
+            Simulated::Drive(drive) => drive.is_on().then(|| drive.nmt_state()),
+        }
+    }
+
+    /// What else there is to say of its state.
+    pub(super) fn state(&self, now: Instant) -> String {
+        match self {
+            Simulated::Sheet(_) => String::new(),
+            Simulated::Drive(drive) if drive.is_on() => {
+                format!(", {}, position {}, {} rev/min", drive.state(), drive.position(now), drive.velocity(now))
+            }
+            Simulated::Drive(_) => String::new(),
+        }
+    }
+
+    /// What it does beside SDO, PDO and heartbeat, for whoever starts it.
+    pub(super) fn abilities(&self) -> &'static str {
+        match self {
+            Simulated::Sheet(device) if device.serves_lss() => "every object of its data sheet, and LSS",
+            Simulated::Sheet(_) => "every object of its data sheet",
+            Simulated::Drive(_) => "a drive that moves",
+        }
+    }
+
+    /// The bytes of an entry, as the bus would read them.
+    pub(super) fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
+        match self {
+            Simulated::Sheet(device) => device.value(address),
+            Simulated::Drive(drive) => drive.with_dictionary(now, |od| {
+                let entry = od.entry(address)?;
+                let mut value = vec![0; od.len(&entry).unwrap_or(entry.capacity.into()) as usize];
+                let len = od.read(&entry, 0, &mut value)?;
+                value.truncate(len);
+                Ok(value)
+            }),
+        }
+    }
+
+    /// Changes an entry, whatever its access.
+    pub(super) fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+        match self {
+            Simulated::Sheet(device) => device.set_value(address, data),
+            Simulated::Drive(drive) => drive.with_dictionary(now, |od| {
+                let entry = od.entry(address)?;
+                od.write(&entry, 0, data, true)
+            }),
+        }
+    }
+
+    /// Lets an EMCY be sent.
+    pub(super) fn emergency(&mut self, code: u16, register: u8, msef: [u8; 5]) -> Result<(), String> {
+        match self {
+            Simulated::Sheet(device) => {
+                device.emergency(ErrorCode(code), ErrorRegister(register), msef);
+                Ok(())
+            }
+            Simulated::Drive(_) => Err("this drive sends an EMCY when it has a fault: fault = \"D\"".to_owned()),
+        }
+    }
+
+    /// All errors are over.
+    pub(super) fn clear_errors(&mut self) -> Result<(), String> {
+        match self {
+            Simulated::Sheet(device) => {
+                device.clear_errors();
+                Ok(())
+            }
+            Simulated::Drive(_) => Err("the causes of this drive's faults go with: clear = \"all\"".to_owned()),
+        }
+    }
+
+    pub(super) fn set_power(&mut self, now: Instant, power: Power) {
+        match (self, power) {
+            (Simulated::Sheet(device), Power::On) => device.set_power(now, true),
+            (Simulated::Sheet(device), Power::Off) => device.set_power(now, false),
+            (Simulated::Sheet(device), Power::Cycle) => {
+                device.set_power(now, false);
+                device.set_power(now, true);
+            }
+            (Simulated::Drive(drive), Power::On) => drive.switch_on(now),
+            (Simulated::Drive(drive), Power::Off) => drive.switch_off(now),
+            (Simulated::Drive(drive), Power::Cycle) => drive.power_cycle(now),
+        }
+    }
+
+    /// Something happens to the drive, in the words of its scripts.
+    pub(super) fn input(&mut self, now: Instant, line: &str) -> Result<(), String> {
+        let Simulated::Drive(drive) = self else {
+            return Err("a device made of its data sheet has no inputs but its objects: set OBJECT VALUE".to_owned());
+        };
+        let script = Script::from_toml(&format!("[[step]]\n{line}\n"));
+        let script = script.map_err(|error| format!("{}; {}", error.problem, error.remedy))?;
+        let changes = script.steps().iter().flat_map(|step| step.changes.clone());
+        changes.for_each(|change| drive.apply(now, change));
+        Ok(())
+    }
+
+    /// What went wrong with the file of what it keeps.
+    pub(super) fn trouble(&mut self) -> Option<String> {
+        match self {
+            Simulated::Sheet(device) => device.trouble(),
+            Simulated::Drive(drive) => drive.eeprom_trouble().map(ToString::to_string),
+        }
+    }
+
+    fn as_node(&self) -> &dyn Node {
+        match self {
+            Simulated::Sheet(device) => &**device,
+            Simulated::Drive(drive) => &**drive,
+        }
+    }
+
+    fn as_node_mut(&mut self) -> &mut dyn Node {
+        match self {
+            Simulated::Sheet(device) => &mut **device,
+            Simulated::Drive(drive) => &mut **drive,
+        }
+    }
+}
+
+impl Node for Simulated {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        self.as_node_mut().handle_frame(now, frame);
+    }
+    fn handle_timeout(&mut self, now: Instant) {
+        self.as_node_mut().handle_timeout(now);
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.as_node_mut().poll_transmit(now)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.as_node().poll_timeout()
+    }
+    fn concerns(&self) -> Vec<CobId> {
+        self.as_node().concerns()
+    }
+    fn generation(&self) -> u32 {
+        self.as_node().generation()
+    }
+}

@@ -1,0 +1,254 @@
+//! A device on its bus, what is typed meanwhile, and what is told of it.
+
+use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
+
+use lexican_runtime::host::{Link, LinkError, Node, Notice, Participant};
+use lexican_runtime::{CobId, Duration, Frame, Instant};
+use serde_json::json;
+
+use super::control::{self, Command};
+use super::device::Simulated;
+use super::report::Report;
+use super::{Args, is_listening};
+use crate::bus::failure::link_failure;
+use crate::bus::object::resolve;
+use crate::device::Loaded;
+use crate::output::{Failure, warn};
+use crate::values::Known;
+use crate::values::told::Told;
+use crate::values::wire::encode;
+
+/// How long nobody looks whether there is a line, or Ctrl-C.
+const LOOK: Duration = Duration::from_millis(50);
+
+pub(super) struct Session<'a> {
+    participant: Participant<Box<dyn Link + Send>, Watched<'a>>,
+    loaded: &'a Loaded,
+    /// For values that are typed.
+    known: Known<'a>,
+    /// What went wrong last with the file of what the device keeps: once is enough to say so.
+    trouble: Option<String>,
+}
+
+/// A device whose frames are told.
+struct Watched<'a> {
+    device: Simulated,
+    report: Report<'a>,
+    /// Nobody listens any more.
+    broken: Option<io::Error>,
+}
+
+impl Watched<'_> {
+    fn note(&mut self, told: io::Result<()>) {
+        if let Err(error) = told {
+            self.broken.get_or_insert(error);
+        }
+    }
+
+    /// Tells what the device has become.
+    fn follow(&mut self, now: Instant) {
+        let told = self.report.follow(now, self.device.node_id(), self.device.nmt_state());
+        self.note(told);
+    }
+}
+
+impl Node for Watched<'_> {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        let told = self.report.received(now, frame);
+        self.note(told);
+        self.device.handle_frame(now, frame);
+        self.follow(now);
+    }
+    fn handle_timeout(&mut self, now: Instant) {
+        self.device.handle_timeout(now);
+        self.follow(now);
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        let frame = self.device.poll_transmit(now);
+        if let Some(frame) = &frame {
+            let told = self.report.sent(now, frame);
+            self.note(told);
+        }
+        self.follow(now);
+        frame
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.device.poll_timeout()
+    }
+    fn concerns(&self) -> Vec<CobId> {
+        self.device.concerns()
+    }
+    fn generation(&self) -> u32 {
+        self.device.generation()
+    }
+}
+
+impl<'a> Session<'a> {
+    pub(super) fn new(link: Box<dyn Link + Send>, device: Simulated, loaded: &'a Loaded, report: Report<'a>) -> Self {
+        let watched = Watched { device, report, broken: None };
+        let known = Known::new(&loaded.device);
+        Session { participant: Participant::new(link, watched), loaded, known, trouble: None }
+    }
+
+    fn device(&mut self) -> &mut Simulated {
+        &mut self.participant.node().device
+    }
+
+    fn report(&mut self) -> &mut Report<'a> {
+        &mut self.participant.node().report
+    }
+
+    /// Says what is served, where, and how to try it.
+    pub(super) fn introduce(&mut self, urls: &[String], args: &Args) -> Result<(), Failure> {
+        let now = self.participant.now();
+        let (name, entries) = (self.loaded.input.eds.name(), self.loaded.device.entries().count());
+        let node = self.device().node_id();
+        self.report().follow(now, node, None)?;
+        if args.json {
+            let fields = json!({ "device": name, "entries": entries, "buses": urls });
+            return Ok(self.report().event(now, "serving", "serving", fields)?);
+        }
+        let mut stderr = anstream::stderr().lock();
+        let who = node.map_or_else(|| "no node-ID yet".to_owned(), |node| format!("node {node}"));
+        // Where nobody listens on stderr there is nobody to tell.
+        let _ = writeln!(stderr, "{who}: {name}, {entries} entries: {}", self.device().abilities());
+        let _ = writeln!(stderr, "on {}", urls.join(" and "));
+        if let (Some(first), Some(last), Some(node)) = (urls.first(), urls.last(), node) {
+            let device = args.device.name();
+            let _ = writeln!(stderr, "in other terminals:");
+            let _ = writeln!(stderr, "    lexican monitor --bus {last} --device {node}={device}");
+            let _ = writeln!(stderr, "    lexican scan --bus {first}");
+            let _ = writeln!(stderr, "    lexican read --bus {first} --node {node} --device {device} 1000 1018:01");
+        }
+        if std::io::stdin().is_terminal() && is_listening() {
+            let _ = writeln!(stderr, "here: help lists what can be typed; Ctrl-C ends");
+        }
+        Ok(())
+    }
+
+    /// Lets the device take part in the bus until the end, Ctrl-C or `quit`.
+    pub(super) fn serve(
+        &mut self,
+        end: Option<Instant>,
+        interrupted: &AtomicBool,
+        lines: &Receiver<String>,
+    ) -> Result<(), Failure> {
+        loop {
+            let now = self.participant.now();
+            if interrupted.load(Ordering::Relaxed) || end.is_some_and(|end| now >= end) {
+                return Ok(());
+            }
+            if let Ok(line) = lines.try_recv() {
+                if !self.command(now, &line)? {
+                    return Ok(());
+                }
+                self.participant.node().follow(now);
+            }
+            let until = end.map_or(now + LOOK, |end| end.min(now + LOOK));
+            match self.participant.run(until) {
+                Ok(Some(Notice::State(state))) => {
+                    let now = self.participant.now();
+                    let fields = json!({ "state": state.to_string() });
+                    self.report().event(now, "bus", &format!("the bus is {state}"), fields)?;
+                }
+                Ok(Some(Notice::Refused(error))) => warn(error),
+                Ok(None) => {}
+                Err(LinkError::Ended) => return Ok(()),
+                Err(error) => return Err(link_failure(&error)),
+            }
+            if let Some(error) = self.participant.node().broken.take() {
+                return Err(error.into());
+            }
+            let trouble = self.device().trouble();
+            if trouble != self.trouble {
+                trouble.iter().for_each(warn);
+                self.trouble = trouble;
+            }
+        }
+    }
+
+    /// Does what was typed; `false` when that is the end.
+    fn command(&mut self, now: Instant, line: &str) -> Result<bool, Failure> {
+        let command = match control::parse(line) {
+            Ok(Some(command)) => command,
+            Ok(None) => return Ok(true),
+            Err(error) => return self.answer(now, Err(error)),
+        };
+        let done = |()| String::new();
+        let answer = match command {
+            Command::Quit => return Ok(false),
+            Command::Help => Ok(control::HELP.to_owned()),
+            Command::Status => Ok(self.status(now)),
+            Command::Get(object) => self.get(now, &object),
+            Command::Set(object, value) => self.set(now, &object, &value),
+            Command::Emcy { code, register, msef } => self.device().emergency(code, register, msef).map(done),
+            Command::EmcyClear => self.device().clear_errors().map(done),
+            Command::Power(power) => {
+                self.device().set_power(now, power);
+                Ok(String::new())
+            }
+            Command::Input(line) => self.device().input(now, &line).map(|()| line),
+        };
+        self.answer(now, answer)
+    }
+
+    fn answer(&mut self, now: Instant, answer: Result<String, String>) -> Result<bool, Failure> {
+        match answer {
+            // What the device makes of it is told by itself.
+            Ok(text) if text.is_empty() => {}
+            Ok(text) => self.report().event(now, "answer", &text, json!({}))?,
+            Err(error) => self.report().event(now, "error", &format!("error: {error}"), json!({ "text": error }))?,
+        }
+        Ok(true)
+    }
+
+    fn get(&mut self, now: Instant, object: &str) -> Result<String, String> {
+        let address = resolve(Some(&self.loaded.device), object).map_err(|failure| failure.to_string())?;
+        let value = self.device().value(now, address).map_err(|code| format!("{address}: {code}"))?;
+        let told = Told::transferred(Some(&self.known), address, &value);
+        Ok(format!("{} = {}", told.title(), told.words()))
+    }
+
+    fn set(&mut self, now: Instant, object: &str, text: &str) -> Result<String, String> {
+        let address = resolve(Some(&self.loaded.device), object).map_err(|failure| failure.to_string())?;
+        let entry = self.known.entry(address).ok_or_else(|| format!("the data sheet has no {address}"))?;
+        let value = self.known.understand(entry, text)?;
+        let data = encode(entry.data_type, &value).ok_or_else(|| format!("{address}: {text:?} does not fit"))?;
+        self.device().set_value(now, address, &data).map_err(|code| format!("{address}: {code}"))?;
+        self.known.learn(address.index(), address.sub(), &value);
+        let told = Told::transferred(Some(&self.known), address, &data);
+        Ok(format!("{} = {}", told.title(), told.words()))
+    }
+
+    fn status(&mut self, now: Instant) -> String {
+        let counts = self.report().counts;
+        let device = self.device();
+        let who = device.node_id().map_or_else(|| "no node-ID".to_owned(), |node| format!("node {node}"));
+        let state = device.nmt_state().map_or_else(|| "not on the bus".to_owned(), |state| state.to_string());
+        format!(
+            "{who}: {state}{}; {} frames received, {} sent, {} writes, {} refusals",
+            device.state(now),
+            counts.received,
+            counts.sent,
+            counts.writes,
+            counts.refusals
+        )
+    }
+
+    /// The last words.
+    pub(super) fn sum_up(&mut self, began: Instant) -> Result<(), Failure> {
+        let now = self.participant.now();
+        let counts = self.report().counts;
+        let fields = json!({
+            "seconds": now.since(began).as_secs_f64(),
+            "received": counts.received,
+            "sent": counts.sent,
+            "writes": counts.writes,
+            "refusals": counts.refusals,
+        });
+        let text = format!("after {:.0} s, {}", now.since(began).as_secs_f64(), self.status(now));
+        Ok(self.report().event(now, "summary", &text, fields)?)
+    }
+}

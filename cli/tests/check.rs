@@ -1,0 +1,121 @@
+//! `lexican check`: devices against data sheets that are not quite theirs.
+
+#[path = "common/mod.rs"]
+mod common;
+
+use common::{Run, folder, lexican_in};
+use serde_json::{Value, json};
+
+const SHEET: &str = include_str!("sensor.eds");
+
+/// Checks a device made of the sensor's data sheet, against it with one text replaced by another.
+fn check(name: &str, wrong: &[(&str, &str)], args: &[&str]) -> Run {
+    let folder = folder(name);
+    let sheet = wrong.iter().fold(SHEET.to_owned(), |sheet, (right, wrong)| {
+        assert!(sheet.contains(right), "{right}");
+        sheet.replacen(right, wrong, 1)
+    });
+    std::fs::write(folder.join("sensor.eds"), SHEET).unwrap();
+    std::fs::write(folder.join("wrong.eds"), sheet).unwrap();
+    let device = ["check", "--bus", "sim:sensor.eds?node=7", "--device", "wrong.eds"];
+    lexican_in(&folder, &[&device[..], args].concat())
+}
+
+#[track_caller]
+fn finds(name: &str, wrong: &[(&str, &str)], args: &[&str], words: &str) {
+    let run = check(name, wrong, args);
+    assert_eq!(run.code, Some(1), "{}{}", run.stdout, run.stderr);
+    assert!(run.stdout.contains(words), "{}", run.stdout);
+    assert!(run.stdout.contains("not as the data sheet says"), "{}", run.stdout);
+}
+
+const MEASURED: &str = "ParameterName=Measured Value\nObjectType=0x7\nDataType=0x0003\nAccessType=ro";
+
+#[test]
+fn a_device_that_is_its_data_sheet_has_no_findings() {
+    for (name, args) in [("check-same", &[][..]), ("check-same-write", &["--write", "--defaults", "--domains"])] {
+        let run = check(name, &[], args);
+        assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+        assert_eq!(run.stdout, "node 7: 22 entries, as the data sheet says\n");
+    }
+}
+
+#[test]
+fn every_kind_of_difference_is_found() {
+    let measured = |text: &str| MEASURED.replace("0x0003\nAccessType=ro", text);
+    let check = |name: &str, right: &str, wrong: &str, words: &str| finds(name, &[(right, wrong)], &[], words);
+    check("check-type", MEASURED, &measured("0x0004\nAccessType=ro"), "type       2000:00 Measured Value: 2 bytes");
+    check(
+        "check-access",
+        MEASURED,
+        &measured("0x0003\nAccessType=wo"),
+        "access     2000:00 Measured Value: the data sheet says wo",
+    );
+    check(
+        "check-limit",
+        "LowLimit=1\n",
+        "LowLimit=6\n",
+        "limit      2001:00 Averaged Samples: 5 is not within 6 to 100",
+    );
+    check("check-constant", "DefaultValue=4\n", "DefaultValue=3\n", "constant   1018:00");
+    check(
+        "check-identity",
+        "VendorNumber=0",
+        "VendorNumber=0x195",
+        "identity   1018:01 Identity, Vendor-ID: another vendor: 0h, by the data sheet 195h",
+    );
+    let more = "[2003]\n";
+    let object = "[2004]\nParameterName=More\nObjectType=0x7\nDataType=0x0005\nAccessType=ro\nPDOMapping=0\n\n[2003]\n";
+    let list = ("SupportedObjects=4\n", "SupportedObjects=5\n5=0x2004\n");
+    finds("check-missing", &[(more, object), list], &[], "missing    2004:00 More: the device has no such entry");
+}
+
+#[test]
+fn writing_is_tried_only_when_asked_for() {
+    let wrong = [(MEASURED, &*MEASURED.replace("AccessType=ro", "AccessType=rw"))];
+    let run = check("check-no-write", &wrong, &[]);
+    assert_eq!(run.code, Some(0), "{}", run.stdout);
+    finds("check-write", &wrong, &["--write"], "access     2000:00 Measured Value: the data sheet says rw, but");
+}
+
+#[test]
+fn values_that_may_change_are_no_difference() {
+    let wrong = [("DefaultValue=5\n", "DefaultValue=6\n")];
+    let run = check("check-defaults", &wrong, &["--defaults"]);
+    assert_eq!(run.code, Some(0), "{}", run.stdout);
+    assert!(run.stdout.contains("default    2001:00 Averaged Samples: it is 5, by the data sheet 6"), "{}", run.stdout);
+}
+
+#[test]
+fn findings_are_fields_for_programs() {
+    let run = check("check-json", &[("LowLimit=1\n", "LowLimit=6\n")], &["--json"]);
+    let told: Vec<Value> = run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(told.len(), 2);
+    for (key, value) in [
+        ("event", json!("finding")),
+        ("kind", json!("limit")),
+        ("difference", json!(true)),
+        ("address", json!("2001:00")),
+        ("value", json!(5)),
+        ("node", json!(7)),
+    ] {
+        assert_eq!(told[0][key], value, "{key}");
+    }
+    assert_eq!(
+        (&told[1]["event"], &told[1]["entries"], &told[1]["differ"]),
+        (&json!("summary"), &json!(22), &json!(1))
+    );
+}
+
+#[test]
+fn a_node_that_is_not_there_is_said_to_be_silent() {
+    let folder = folder("check-silent");
+    std::fs::write(folder.join("sensor.eds"), SHEET).unwrap();
+    let args = ["check", "--bus", "sim:sensor.eds?node=7", "--node", "8", "--device", "sensor.eds"];
+    let run = lexican_in(&folder, &args);
+    assert_eq!(run.code, Some(2));
+    assert!(run.stderr.contains("no answer") && run.stderr.contains("lexican scan"), "{}", run.stderr);
+    let run = lexican_in(&folder, &["check", "--bus", "sim:sensor.eds?node=7", "--device", "none"]);
+    assert_eq!(run.code, Some(2));
+    assert!(run.stderr.contains("--device FILE"), "{}", run.stderr);
+}

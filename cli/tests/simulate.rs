@@ -1,0 +1,325 @@
+//! Simulated devices on a bus of pseudo-terminals: several commands at once against one device, on any machine.
+#![cfg(unix)]
+
+#[path = "common/mod.rs"]
+mod common;
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use common::{Run, folder, lexican, lexican_in};
+use lexican_runtime::host::Link;
+use lexican_runtime::host::slcan::{Settings, Slcan};
+use lexican_runtime::{CobId, Duration, Frame};
+use serde_json::{Value, json};
+
+/// A running `lexican simulate`, which ends with the test.
+struct Simulation {
+    process: Child,
+    stdin: ChildStdin,
+    events: BufReader<ChildStdout>,
+    buses: Vec<String>,
+}
+
+impl Simulation {
+    /// Begins one in a folder, and waits until it serves and has booted.
+    fn begin(folder: &Path, args: &[&str]) -> Self {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_lexican"))
+            // Whatever goes wrong, it does not outlive the tests by long.
+            .args([&["simulate", "--json", "--for", "120"], args].concat())
+            .current_dir(folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let stdin = process.stdin.take().unwrap();
+        let events = BufReader::new(process.stdout.take().unwrap());
+        let mut simulation = Simulation { process, stdin, events, buses: Vec::new() };
+        let serving = simulation.until("serving");
+        let buses = serving["buses"].as_array().unwrap().iter();
+        simulation.buses = buses.map(|bus| bus.as_str().unwrap().to_owned()).collect();
+        if !args.contains(&"none") {
+            assert_eq!(simulation.until("state")["state"], "PRE-OPERATIONAL");
+        }
+        simulation
+    }
+
+    /// The next event of this kind; the others are passed over.
+    #[track_caller]
+    fn until(&mut self, event: &str) -> Value {
+        let mut before = String::new();
+        loop {
+            let mut line = String::new();
+            self.events.read_line(&mut line).unwrap();
+            assert!(!line.is_empty(), "no event {event:?} after:\n{before}");
+            let told: Value = serde_json::from_str(&line).unwrap();
+            if told["event"] == event {
+                return told;
+            }
+            before += &line;
+        }
+    }
+
+    /// Types a line, and returns what is answered.
+    #[track_caller]
+    fn asks(&mut self, line: &str, event: &str) -> Value {
+        writeln!(self.stdin, "{line}").unwrap();
+        self.until(event)
+    }
+
+    /// Runs another command on its first bus.
+    fn run(&self, command: &str, args: &[&str]) -> Run {
+        lexican(&[&[command, "--bus", &self.buses[0]], args].concat())
+    }
+
+    /// The same, which succeeds and says some words.
+    #[track_caller]
+    fn check(&self, command: &str, args: &[&str], words: &str) {
+        let run = self.run(command, args);
+        assert_eq!(run.code, Some(0), "{command} {args:?}: {}", run.stderr);
+        assert!(run.stdout.contains(words), "{command} {args:?}: {}", run.stdout);
+    }
+
+    /// Presses Ctrl-C, and returns the last words and the exit code.
+    fn interrupt(mut self) -> (Value, Option<i32>) {
+        let pid = self.process.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+        let summary = self.until("summary");
+        (summary, self.process.wait().unwrap().code())
+    }
+}
+
+impl Drop for Simulation {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// A data sheet with what the tests want to see: stored parameters, an EMCY, a mapped object.
+const SHEET: &str = include_str!("sensor.eds");
+
+fn sensor(name: &str) -> std::path::PathBuf {
+    let folder = folder(name);
+    std::fs::write(folder.join("sensor.eds"), SHEET).unwrap();
+    folder
+}
+
+#[test]
+fn several_commands_work_with_one_drive() {
+    let mut drive = Simulation::begin(&folder("sim-drive"), &["siko/ag03-1", "--node", "5"]);
+    assert_eq!(drive.buses.len(), 2);
+    drive.check("scan", &[], "node   5  siko/ag03-1");
+    drive.check("write", &["--node", "5", "6060", "profile velocity"], "profile velocity (2)");
+    let written = drive.until("written");
+    assert_eq!((&written["address"], &written["value"], &written["node"]), (&json!("6060:00"), &json!(2), &json!(5)));
+    // It is the same drive for the next command, and known by its identity.
+    let run = drive.run("read", &["--node", "5", "6060"]);
+    assert!(run.stdout.contains("Modes of Operation = profile velocity (2)"), "{}{}", run.stdout, run.stderr);
+    assert!(run.stderr.contains("node 5 is a siko/ag03-1 by its identity"), "{}", run.stderr);
+    drive.check("read", &["--node", "5", "--device", "none", "6060"], "6060:00 = 02");
+    drive.check("nmt", &["start", "--node", "5"], "OPERATIONAL");
+    assert_eq!(drive.until("nmt")["command"], "start");
+    assert_eq!(drive.until("state")["state"], "OPERATIONAL");
+    let refused = drive.run("write", &["--node", "5", "1018:01", "1"]);
+    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
+    assert_eq!(drive.until("refused")["abort_code"], "06010002");
+    let (summary, code) = drive.interrupt();
+    assert_eq!((code, &summary["writes"], &summary["refusals"]), (Some(0), &json!(1), &json!(1)));
+}
+
+#[test]
+fn one_terminal_hears_what_happens_on_the_other() {
+    let drive = Simulation::begin(&folder("sim-monitor"), &["siko/ag03-1", "--node", "5", "--bus", "pty:2"]);
+    let watching = drive.buses[1].clone();
+    let mut monitor = Command::new(env!("CARGO_BIN_EXE_lexican"))
+        .args(["monitor", "--bus", &watching, "--device", "5=siko/ag03-1", "--json", "--for", "60"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(monitor.stdout.take().unwrap()).lines();
+    let mut hears = |what: &str| {
+        let told = lines.find(|line| line.as_ref().unwrap().contains(what));
+        serde_json::from_str::<Value>(&told.expect("it listens for a minute").unwrap()).unwrap()
+    };
+    // A heartbeat tells when the monitor is there.
+    drive.check("write", &["--node", "5", "1017", "raw:100"], "");
+    hears("heartbeat");
+    drive.check("write", &["--node", "5", "6060", "profile velocity"], "");
+    let heard = hears("Modes of Operation");
+    let _ = monitor.kill();
+    let _ = monitor.wait();
+    assert_eq!((&heard["service"], &heard["sdo"]["value"]), (&json!("SDO request"), &json!(2)));
+}
+
+#[test]
+fn a_monitor_tells_that_its_bus_is_gone_and_asks_only_who_speaks() {
+    let mut drive = Simulation::begin(&folder("sim-removed"), &["siko/ag03-1", "--node", "5"]);
+    drive.check("write", &["--node", "5", "1017", "raw:100"], "");
+    let mut monitor = Command::new(env!("CARGO_BIN_EXE_lexican"))
+        .args(["monitor", "--bus", &drive.buses[1], "--identify", "--json", "--for", "60"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(monitor.stdout.take().unwrap()).lines();
+    let mut until = |event: &str| {
+        let mut asked = Vec::new();
+        let found = lines.by_ref().map(|line| serde_json::from_str::<Value>(&line.unwrap()).unwrap()).find(|told| {
+            asked.extend((told["service"] == "SDO request").then(|| told["node"].clone()));
+            told["event"] == event
+        });
+        (found.expect("it listens for a minute"), asked)
+    };
+    let (identified, asked) = until("identified");
+    assert_eq!((&identified["device"], asked), (&json!("siko/ag03-1"), vec![json!(5), json!(5)]));
+    drive.asks("quit", "summary");
+    drop(drive);
+    assert_eq!(until("bus").0["state"], "removed");
+    let _ = monitor.kill();
+    let _ = monitor.wait();
+}
+
+#[test]
+fn a_simulated_device_tells_that_somebody_has_its_node_id() {
+    let mut sensor = Simulation::begin(&sensor("sim-twin"), &["sensor.eds", "--node", "7"]);
+    let path = sensor.buses[0].strip_prefix("slcan:").unwrap();
+    let mut link = Slcan::open(path, Settings::default()).unwrap();
+    link.send(&Frame::from_array(CobId::standard(0x707).unwrap(), [0x05])).unwrap();
+    let told = sensor.until("two-nodes");
+    assert!(told["text"].as_str().unwrap().contains("another node 7"), "{told}");
+}
+
+#[test]
+fn lines_control_a_device_made_of_its_data_sheet() {
+    let mut sensor = Simulation::begin(&sensor("sim-control"), &["sensor.eds", "--node", "7"]);
+    assert_eq!(sensor.asks("get \"Measured Value\"", "answer")["text"], "2000:00 Measured Value = 0");
+    assert_eq!(sensor.asks("set 2000 1234", "answer")["text"], "2000:00 Measured Value = 1234");
+    sensor.check("read", &["--node", "7", "2000"], "2000:00 = D2 04");
+    let emcy = sensor.asks("emcy 3120 04 01 02", "emcy");
+    assert_eq!(
+        (&emcy["code"], &emcy["register"], &emcy["msef"]),
+        (&json!("3120"), &json!("05"), &json!("01 02 00 00 00"))
+    );
+    assert_eq!(sensor.asks("emcy clear", "emcy")["code"], "0000");
+    assert_eq!(sensor.asks("power off", "state")["state"], Value::Null);
+    let silent = sensor.run("read", &["--node", "7", "--device", "none", "2000"]);
+    assert_eq!(silent.code, Some(2), "{}", silent.stderr);
+    assert!(silent.stderr.contains("lexican scan"), "{}", silent.stderr);
+    sensor.asks("power on", "boot-up");
+    sensor.check("read", &["--node", "7", "2000"], "2000:00 = 00 00");
+    for (line, words) in [
+        ("jump", "is no command"),
+        ("get 7000", "does not exist"),
+        ("set 2000 99999", "99999 is no INTEGER16"),
+        ("set 2000 9999", "too high"),
+        ("battery_v = 2.5", "has no inputs"),
+    ] {
+        let error = sensor.asks(line, "error");
+        assert!(error["text"].as_str().unwrap().contains(words), "{line}: {error}");
+    }
+    assert!(sensor.asks("help", "answer")["text"].as_str().unwrap().contains("power on|off|cycle"));
+    assert!(sensor.asks("status", "answer")["text"].as_str().unwrap().starts_with("node 7: PRE-OPERATIONAL"));
+    assert!(sensor.asks("quit", "summary")["seconds"].is_number());
+}
+
+#[test]
+fn process_data_are_sent_when_an_object_is_set() {
+    let mut sensor = Simulation::begin(&sensor("sim-pdo"), &["sensor.eds", "--node", "7"]);
+    sensor.check("nmt", &["start", "--node", "7"], "");
+    sensor.until("state");
+    sensor.asks("set 2000 -5", "answer");
+    let pdo = loop {
+        let pdo = sensor.until("pdo");
+        if pdo["fields"][0]["value"] == -5 {
+            break pdo;
+        }
+    };
+    assert_eq!((&pdo["direction"], &pdo["fields"][0]["name"]), (&json!("transmit"), &json!("Measured Value")));
+}
+
+#[test]
+fn what_is_stored_survives_in_a_file() {
+    let folder = sensor("sim-eeprom");
+    let args = ["sensor.eds", "--node", "7", "--eeprom", "kept.txt"];
+    let mut first = Simulation::begin(&folder, &args);
+    first.check("write", &["--node", "7", "--type", "UNSIGNED16", "2001", "77"], "");
+    first.check("write", &["--node", "7", "--type", "UNSIGNED32", "1010:01", "0x65766173"], "");
+    first.check("write", &["--node", "7", "--type", "UNSIGNED16", "2001", "78"], "");
+    first.asks("power cycle", "boot-up");
+    first.check("read", &["--node", "7", "2001"], "2001:00 = 4D 00");
+    drop(first);
+    let second = Simulation::begin(&folder, &args);
+    second.check("read", &["--node", "7", "2001"], "2001:00 = 4D 00");
+    second.check("write", &["--node", "7", "--type", "UNSIGNED32", "1011:01", "0x64616F6C"], "");
+    second.check("nmt", &["reset-node", "--node", "7"], "");
+    second.check("read", &["--node", "7", "2001"], "2001:00 = 05 00");
+    drop(second);
+    std::fs::write(folder.join("kept.txt"), "something else\n").unwrap();
+    let run = lexican_in(&folder, &[&["simulate"], &args[..]].concat());
+    assert_eq!(run.code, Some(2));
+    assert!(run.stderr.contains("kept.txt:1: this is not what"), "{}", run.stderr);
+}
+
+#[test]
+fn a_drive_keeps_its_parameters_and_follows_a_script() {
+    let folder = folder("sim-script");
+    std::fs::write(folder.join("day.toml"), "[[step]]\nafter_ms = 10\nbattery_v = 2.1\n").unwrap();
+    let args = ["siko/ag03-1", "--node", "5", "--eeprom", "eeprom.txt"];
+    let mut drive = Simulation::begin(&folder, &[&args[..], &["--script", "day.toml"]].concat());
+    assert!(drive.until("emcy")["register"].is_string());
+    drive.asks("clear = \"all\"", "answer");
+    let error = drive.asks("battery_v = \"full\"", "error");
+    assert!(error["text"].as_str().unwrap().contains("battery_v"), "{error}");
+    assert!(drive.asks("emcy 3120", "error")["text"].as_str().unwrap().contains("fault"));
+    drive.check("write", &["--node", "5", "2410:01", "raw:77"], "");
+    drive.interrupt();
+    let again = Simulation::begin(&folder, &args);
+    again.check("read", &["--node", "5", "--device", "none", "2410:01"], "2410:01 = 4D");
+    drop(again);
+    std::fs::write(folder.join("bad.toml"), "[[step]]\nbatery_v = 2.1\n").unwrap();
+    let run = lexican_in(&folder, &["simulate", "siko/ag03-1", "--node", "5", "--script", "bad.toml"]);
+    assert!(run.code == Some(2) && run.stderr.contains("bad.toml:2:"), "{}", run.stderr);
+}
+
+#[test]
+fn a_device_without_node_id_gets_one_by_lss() {
+    let folder = sensor("sim-lss");
+    let mut sensor = Simulation::begin(&folder, &["sensor.eds", "--node", "none"]);
+    let path = sensor.buses[0].strip_prefix("slcan:").unwrap();
+    let mut link = Slcan::open(path, Settings::default()).unwrap();
+    let id = |raw| CobId::standard(raw).unwrap();
+    let mut asks = |data: [u8; 8], answered: bool| {
+        link.send(&Frame::from_array(id(0x7E5), data)).unwrap();
+        let until = link.now() + Duration::from_secs(10);
+        answered.then(|| link.receive_frame(until).unwrap().expect("an answer").to_string())
+    };
+    assert_eq!(asks([0x51, 0, 0, 0, 0, 0x80, 0, 0], true).as_deref(), Some("7E4#4F00000000000000"));
+    asks([0x04, 1, 0, 0, 0, 0, 0, 0], false);
+    assert_eq!(asks([0x11, 9, 0, 0, 0, 0, 0, 0], true).as_deref(), Some("7E4#1100000000000000"));
+    assert_eq!(asks([0x04, 0, 0, 0, 0, 0, 0, 0], true).as_deref(), Some("709#00"));
+    drop(link);
+    assert_eq!(sensor.until("lss")["command"], "fastscan");
+    sensor.until("boot-up");
+    let args = ["read", "--bus", &sensor.buses[0], "--node", "9", "--device", "sensor.eds", "Device Type"];
+    let run = lexican_in(&folder, &args);
+    assert!(run.stdout.contains("1000:00 Device Type = 0"), "{}", run.stderr);
+}
+
+#[test]
+fn what_cannot_be_simulated_says_why() {
+    let check = |args: &[&str], words: &str| {
+        let run = lexican(&[&["simulate"], args].concat());
+        assert_eq!(run.code, Some(2), "{args:?}");
+        assert!(run.stderr.contains(words), "{args:?}: {}", run.stderr);
+    };
+    check(&["siko/ag03-1", "--bus", "pty:0"], "\"0\" is not a number of pseudo-terminals");
+    check(&["siko/ag03-1", "--bus", "pty:x"], "\"x\" is not a number of pseudo-terminals");
+    check(&["siko/ag03-1", "--bus", "log:x"], "a log takes no frames");
+    check(&["siko/ag03-1", "--node", "none"], "this drive has no LSS");
+    check(&["siko/ag03-1", "--script", "missing.toml"], "missing.toml");
+    check(&["siko/ag03-1", "--node", "0"], "0 is not a node-ID");
+    let folder = sensor("sim-refusals");
+    let run = lexican_in(&folder, &["simulate", "sensor.eds", "--script", "x.toml"]);
+    assert!(run.stderr.contains("only drives that lexican has a simulator of"), "{}", run.stderr);
+}
