@@ -7,7 +7,7 @@
 //! - python-canopen reads the file from disk, and builds a dictionary without rules.
 
 pub(crate) mod peak;
-mod python;
+pub(crate) mod python;
 mod synthetic;
 
 use std::borrow::Cow;

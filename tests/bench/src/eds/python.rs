@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use crate::measure::Contender;
 
-const VERSION: &str = "2.4.1";
+/// Names the Python that has python-canopen.
+const PYTHON: &str = "LEXICAN_PYTHON";
 
 /// Reads the file once before it says that it is ready, as the others do.
 const SCRIPT: &str = "
@@ -72,25 +73,8 @@ impl Drop for Peer {
     }
 }
 
-/// The Python of an environment of its own, made when there is none yet, beside what cargo builds.
-fn interpreter() -> Result<PathBuf, String> {
-    let this = std::env::current_exe().map_err(|error| error.to_string())?;
-    let built = this.ancestors().nth(2).ok_or("the program lies in no target folder")?;
-    let environment = built.join(format!("python-canopen-{VERSION}"));
-    let python = environment.join("bin/python");
-    let has_package =
-        |python: &Path| Command::new(python).args(["-c", "import canopen"]).stderr(Stdio::null()).status();
-    if has_package(&python).is_ok_and(|status| status.success()) {
-        return Ok(python);
-    }
-    eprintln!("installing python-canopen {VERSION} into {}", environment.display());
-    run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
-    run(Command::new(&python).args(["-m", "pip", "install", "--quiet", &format!("canopen=={VERSION}")]))?;
-    Ok(python)
-}
-
-fn run(command: &mut Command) -> Result<(), String> {
-    let line = format!("{command:?}");
-    let output = command.output().map_err(|error| format!("{line}: {error}"))?;
-    if output.status.success() { Ok(()) } else { Err(format!("{line}: {}", output.status)) }
+/// The Python that has python-canopen, which the task makes and names.
+pub(crate) fn interpreter() -> Result<PathBuf, String> {
+    let python = std::env::var_os(PYTHON).ok_or_else(|| format!("{PYTHON} names no Python: cargo xtask bench does"))?;
+    Ok(python.into())
 }
