@@ -1,5 +1,5 @@
-//! Figures, ours and our peers' in one run, printed and written into `tests/bench/*.md`. A crate of its own does it, `tests/bench`: what the peers depend on
-//! stays out of the workspace.
+//! Figures, ours and our peers' in one run, printed and written into `tests/bench/*.md`. A crate of its own does it,
+//! `tests/bench`: what the peers depend on stays out of the workspace.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -8,7 +8,7 @@ use std::process::{Command, ExitStatus, Stdio};
 
 use clap::{Args, ValueEnum};
 
-use crate::{python, vcan};
+use crate::{python, target_folder, vcan};
 
 #[derive(Args)]
 pub(crate) struct Bench {
@@ -48,11 +48,11 @@ pub(crate) fn run(root: &Path, bench: &Bench) -> Result<(), String> {
 
 /// The program runs twice: here over pseudo-terminals, and over vcan where there is one.
 fn bus(root: &Path) -> Result<(), String> {
-    let folder = vcan::target_folder(root).join("interop");
-    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let results = target_folder(root).join("interop");
+    fs::create_dir_all(&results).map_err(|error| format!("{}: {error}", results.display()))?;
     let python = python::environment(root)?;
     succeeded(cargo(root, "build").status().map_err(failed)?)?;
-    let program = bench_folder(root).join("release/lexican-bench");
+    let program = folder(root).join("release/lexican-bench");
     let mut text = format!(
         "# Figures: bus\n\nSDO over a bus, beside python-canopen ({}), made by `cargo xtask bench bus`. Each side \
          is a process of its own; a client reads 1000h, one read after the other, and a round trip is two frames. \
@@ -63,11 +63,11 @@ fn bus(root: &Path) -> Result<(), String> {
         python::PACKAGES.join(", ")
     );
     for link in ["slcan", "vcan"] {
-        let table = folder.join(format!("bench-{link}.md"));
+        let table = results.join(format!("bench-{link}.md"));
         let [program, python, table_word] = [&program, &python, &table].map(|path| path.to_string_lossy().into_owned());
         let line = [&*program, "bus", link, &python, &table_word];
         if link == "vcan" {
-            vcan::run_command(root, &line, &[&folder])?;
+            vcan::run_command(root, &line, &[&results])?;
         } else {
             python::directly(&line)?;
         }
@@ -114,7 +114,7 @@ fn load() -> String {
 fn cargo(root: &Path, verb: &str) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args([verb, "--quiet", "--release", "--manifest-path"]).arg(root.join("tests/bench/Cargo.toml"));
-    command.arg("--target-dir").arg(bench_folder(root));
+    command.arg("--target-dir").arg(folder(root));
     command
 }
 
@@ -126,7 +126,7 @@ fn failed(error: std::io::Error) -> String {
     format!("the benchmark failed: {error}")
 }
 
-/// Below the workspace's own, and so ignored by git and removed with it.
-fn bench_folder(root: &Path) -> PathBuf {
-    vcan::target_folder(root).join("bench")
+/// Where it is built: below the workspace's own, and so ignored by git and removed with it.
+pub(crate) fn folder(root: &Path) -> PathBuf {
+    target_folder(root).join("bench")
 }

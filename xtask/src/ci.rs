@@ -5,6 +5,9 @@ use std::process::Command;
 
 use clap::ValueEnum;
 
+use crate::checkout;
+use crate::disk::Free;
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Job {
     /// rustfmt
@@ -27,18 +30,54 @@ pub(crate) enum Job {
     Corpus,
     /// the tests that want a kernel with CAN, in one
     Vcan,
-    /// lexican against python-canopen, both ways
+    /// lexican against python-canopen, both ways: what the tables say
     Interop,
 }
 
 pub(crate) fn run(root: &Path, job: Option<Job>) -> Result<(), String> {
     let jobs = job.map_or_else(|| Job::value_variants().to_vec(), |job| vec![job]);
+    if let Some(free) = Free::for_builds(root) {
+        println!("{free}");
+    }
+    let is_clean = is_clean(root);
     for job in jobs {
         let name = job.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
         println!("== {name}");
-        job.run(root).map_err(|error| format!("{error}\nrun it again alone: cargo xtask ci {name}"))?;
+        let outcome = job.run(root).and_then(|()| if is_clean { still_clean(root) } else { Ok(()) });
+        outcome
+            .map_err(|error| format!("{error}\n{}run it again alone: cargo xtask ci {name}", short_of_space(root)))?;
     }
     Ok(())
+}
+
+/// Whether the checkout can be watched for what jobs change in it.
+fn is_clean(root: &Path) -> bool {
+    let why = match checkout::changes(root) {
+        Ok(changes) if changes.is_empty() => return true,
+        Ok(_) => "it has changes already".to_owned(),
+        Err(error) => error,
+    };
+    println!("skipped: whether jobs leave the checkout as it is: {why}");
+    false
+}
+
+/// Tests and measurements leave the checkout as it is: what they make belongs into the target folder.
+fn still_clean(root: &Path) -> Result<(), String> {
+    let changes = checkout::changes(root)?;
+    if changes.is_empty() {
+        return Ok(());
+    }
+    Err(format!("the job has left changes in the checkout:\n{changes}commit them, or let the job write elsewhere"))
+}
+
+/// The likely cause of a failure, and what to do about it, when the disk is about full.
+fn short_of_space(root: &Path) -> String {
+    match Free::for_builds(root) {
+        Some(free) if free.is_short() => format!(
+            "only {free}: that is the likely cause\nmake room: cargo clean, or a larger disk by CARGO_TARGET_DIR\n"
+        ),
+        _ => String::new(),
+    }
 }
 
 pub(crate) fn bless(root: &Path) -> Result<(), String> {
@@ -58,8 +97,9 @@ impl Job {
                     let runtime = ["clippy", "-p", "lexican-runtime", "--no-default-features", "--features", features];
                     cargo(root, &[&runtime[..], &["--", "-D", "warnings"]].concat(), &[])?;
                 }
-                let benchmarks = ["clippy", "--manifest-path", "tests/bench/Cargo.toml", "--locked"];
-                cargo(root, &[&benchmarks[..], &["--", "-D", "warnings"]].concat(), &[])
+                let folder = crate::bench::folder(root).to_string_lossy().into_owned();
+                let benchmarks = ["clippy", "--manifest-path", "tests/bench/Cargo.toml", "--target-dir", &folder];
+                cargo(root, &[&benchmarks[..], &["--locked", "--", "-D", "warnings"]].concat(), &[])
             }
             Job::Targets => targets(root),
             Job::Doc => cargo(root, &["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")]),
@@ -68,7 +108,7 @@ impl Job {
             Job::Test => readme_command(root, "tests"),
             Job::Verify => crate::verify::run(root, true),
             Job::Corpus => crate::corpus::run(root, &root.join("eds/tests/golden")),
-            Job::Interop => crate::interop::run(root),
+            Job::Interop => crate::interop::run(root, true),
             Job::Vcan => {
                 let tests = ["test", "-p", "lexican-tests", "--test", "link_socketcan"];
                 // Built here, where it is quick; in the guest it only runs.

@@ -3,8 +3,10 @@
 //! A task that fails says what to do about it, and the process exits with 1.
 
 mod bench;
+mod checkout;
 mod ci;
 mod corpus;
+mod disk;
 mod interop;
 mod outside;
 mod python;
@@ -45,8 +47,12 @@ enum Task {
     },
     /// Measure what generated code costs: the compiler's time, lines, the instructions of one write
     Size,
-    /// Run lexican against python-canopen, both ways, over slcan and vcan, and write the table of results
-    Interop,
+    /// Run lexican against python-canopen, both ways, over slcan and vcan, and write the tables of results
+    Interop {
+        /// Only check that the tables are right, but for what is measured
+        #[arg(long)]
+        check: bool,
+    },
     /// Compare the AG03/1 with every table of its manual, and write the report
     Verify {
         /// Only check that the report is right
@@ -67,7 +73,7 @@ fn main() -> ExitCode {
         Task::Bless => ci::bless(&root),
         Task::Corpus { folder } => corpus::run(&root, &folder),
         Task::Size => size::run(&root),
-        Task::Interop => interop::run(&root),
+        Task::Interop { check } => interop::run(&root, check),
         Task::Verify { check } => verify::run(&root, check),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
@@ -84,4 +90,9 @@ fn main() -> ExitCode {
 fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.parent().expect("xtask lies in the workspace").to_path_buf()
+}
+
+/// Where cargo puts what it makes.
+fn target_folder(root: &Path) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder))
 }

@@ -1,4 +1,4 @@
-//! Crates that tasks write below `target/`, outside of the workspace, to see what the compiler makes of
+//! Crates that tasks write below the target folder, outside of the workspace, to see what the compiler makes of
 //! generated code.
 
 use std::fs;
@@ -8,13 +8,12 @@ use std::process::{Command, Output};
 /// The command that users run, built as they run it.
 pub(crate) fn lexican(root: &Path) -> Result<PathBuf, String> {
     run(Command::new(cargo()).args(["build", "--quiet", "--release", "-p", "lexican"]).current_dir(root))?;
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    Ok(target.join("release").join(format!("lexican{}", std::env::consts::EXE_SUFFIX)))
+    Ok(crate::target_folder(root).join("release").join(format!("lexican{}", std::env::consts::EXE_SUFFIX)))
 }
 
-/// An empty folder `target/<name>`.
+/// An empty folder of this name below the target folder.
 pub(crate) fn empty_folder(root: &Path, name: &str) -> Result<PathBuf, String> {
-    let folder = root.join("target").join(name);
+    let folder = crate::target_folder(root).join(name);
     if folder.exists() {
         fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }

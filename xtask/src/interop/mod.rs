@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::python::{self, directly};
-use crate::vcan;
+use crate::{target_folder, vcan};
 use table::{Column, Table};
 
 /// Who plays what.
@@ -57,8 +57,9 @@ const PAGE: &str = "tests/interop/README.md";
 const SUMMARY: &str = "README.md";
 const MARKERS: [&str; 2] = ["<!-- made by cargo xtask interop -->\n", "<!-- until here -->\n"];
 
-pub(crate) fn run(root: &Path) -> Result<(), String> {
-    let folder = vcan::target_folder(root).join("interop");
+/// Runs everything and writes the tables; with `check` only looks whether the written ones are right.
+pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
+    let folder = target_folder(root).join("interop");
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let python = python::environment(root)?;
     for (program, package) in [("candump", "can-utils"), ("tshark", "tshark")] {
@@ -69,23 +70,43 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     crate::ci::cargo(root, &["build", "--release", "-p", "lexican", "-p", "lexican-tests", "--bins"], &[])?;
     let run = Run { root, folder, python };
     let tables = [run.table(&SERVICES)?, run.table(&DRIVE)?];
-    let text = table::page(&tables);
-    fs::write(root.join(PAGE), &text).map_err(|error| format!("{PAGE}: {error}"))?;
-    println!("{text}");
-    write_summary(&root.join(SUMMARY), &table::summary(&tables))?;
+    let page = table::page(&tables);
+    println!("{page}");
     let failed: usize = tables.iter().map(|table| table.count("failed")).sum();
-    if failed == 0 { Ok(()) } else { Err(format!("{failed} services failed: see {}", run.folder.display())) }
+    if failed > 0 {
+        return Err(format!("{failed} services failed: see {}", run.folder.display()));
+    }
+    let summary = with_summary(&read(root, SUMMARY)?, &table::summary(&tables))?;
+    for (name, text) in [(PAGE, &page), (SUMMARY, &summary)] {
+        if check {
+            same(root, name, text)?;
+        } else {
+            fs::write(root.join(name), text).map_err(|error| format!("{name}: {error}"))?;
+        }
+    }
+    Ok(())
 }
 
-fn write_summary(path: &Path, summary: &str) -> Result<(), String> {
-    let whole = || -> Option<String> {
-        let text = fs::read_to_string(path).ok()?;
+/// The text with another summary between the markers.
+fn with_summary(text: &str, summary: &str) -> Result<String, String> {
+    let parts = || {
         let (before, rest) = text.split_once(MARKERS[0])?;
         let (_, after) = rest.split_once(MARKERS[1])?;
         Some([before, MARKERS[0], "\n", summary, "\n", MARKERS[1], after].concat())
     };
-    let text = whole().ok_or_else(|| format!("{}: it has no lines {MARKERS:?}", path.display()))?;
-    fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))
+    parts().ok_or_else(|| format!("{SUMMARY}: it has no lines {MARKERS:?}"))
+}
+
+/// An error unless the file has the text, whatever the measured figures are.
+fn same(root: &Path, name: &str, text: &str) -> Result<(), String> {
+    match table::difference(&read(root, name)?, text) {
+        None => Ok(()),
+        Some(difference) => Err(format!("{name} is stale: {difference}\nmend it: cargo xtask interop")),
+    }
+}
+
+fn read(root: &Path, name: &str) -> Result<String, String> {
+    fs::read_to_string(root.join(name)).map_err(|error| format!("{name}: {error}"))
 }
 
 /// What all runs need.
@@ -110,10 +131,11 @@ impl Run<'_> {
     fn column(&self, direction: &'static Direction, link: &'static str) -> Result<Column, String> {
         let results = self.folder.join(format!("{}-{link}.txt", direction.name));
         let script = self.root.join("tests/interop/run.py");
-        let program = vcan::target_folder(self.root).join("release").join(direction.program);
+        let program = target_folder(self.root).join("release").join(direction.program);
         let [python, script, program, results_word] =
             [&self.python, &script, &program, &results].map(|path| path.to_string_lossy().into_owned());
-        let line = [&*python, &script, &program, direction.name, link, &results_word];
+        // -B: no byte code beside the scripts.
+        let line = [&*python, "-B", &script, &program, direction.name, link, &results_word];
         // A service that failed is in the results, too: the table tells it.
         let outcome = match link {
             "vcan" => vcan::run_command(self.root, &line, &[&self.folder]),
@@ -131,7 +153,7 @@ impl Run<'_> {
 
     /// What tshark and lexican make of a recorded bus: a line of results.
     fn compare(&self, log: &Path) -> Result<String, String> {
-        let lexican = vcan::target_folder(self.root).join("release/lexican");
+        let lexican = target_folder(self.root).join("release/lexican");
         let script = self.root.join("tests/interop/compare.py");
         let output = Command::new("python3").arg(script).arg(lexican).arg(log).output();
         let output = output.map_err(|error| format!("python3: {error}"))?;

@@ -123,15 +123,40 @@ pub(super) fn summary(tables: &[Table]) -> String {
     text
 }
 
-/// What makes a remark a result.
+/// What makes a remark a result: it was measured.
 const FIGURES: [&str; 3] = ["/s, ", " agree", " frames, "];
+
+fn is_measured(remark: &str) -> bool {
+    FIGURES.iter().any(|unit| remark.contains(unit))
+}
+
+/// The first line in which two pages differ, whatever was measured: a verdict, a note, a service.
+pub(super) fn difference(written: &str, made: &str) -> Option<String> {
+    let (mut written, mut made) = (written.lines(), made.lines());
+    loop {
+        match (written.next(), made.next()) {
+            (None, None) => return None,
+            (old, new) if old.map(without_figures) == new.map(without_figures) => {}
+            (old, new) => {
+                let [old, new] = [old, new].map(|line| line.unwrap_or("(no line)"));
+                return Some(format!("\n  written: {old}\n  found:   {new}"));
+            }
+        }
+    }
+}
+
+/// A line with `ok` in every cell that was measured.
+fn without_figures(line: &str) -> String {
+    let cells = line.split('|').map(|cell| if is_measured(cell) { " ok " } else { cell });
+    cells.collect::<Vec<_>>().join("|")
+}
 
 /// Verdict or figures; a remark on what is not well becomes a note.
 fn cell<'a>(result: Option<&'a (String, String)>, notes: &mut Vec<&'a str>) -> String {
     match result.map(|(verdict, remark)| (verdict.as_str(), remark.as_str())) {
         None => "-".to_owned(),
         // Figures are the result.
-        Some(("ok", remark)) if FIGURES.iter().any(|unit| remark.contains(unit)) => remark.to_owned(),
+        Some(("ok", remark)) if is_measured(remark) => remark.to_owned(),
         Some(("ok", _)) => "ok".to_owned(),
         Some((verdict, remark)) => {
             let known = notes.iter().position(|note| *note == remark);
@@ -161,5 +186,19 @@ mod tests {
         assert_eq!(cell(Some(&rate), &mut notes), "700/s, 5 us");
         assert_eq!(cell(None, &mut notes), "-");
         assert_eq!(notes, ["no blocks", "no answer"]);
+    }
+
+    #[test]
+    fn pages_differ_by_a_verdict_and_not_by_a_figure() {
+        let page = |lss: &str, reads: &str, note: &str| {
+            format!("| service | ours |\n| --- | --- |\n| LSS | {lss} |\n| reads | {reads} |\n\n1. {note}\n")
+        };
+        let written = page("fault (1)", "700/s, 5 us", "no LSS");
+        assert_eq!(difference(&written, &page("fault (1)", "912/s, 4 us", "no LSS")), None);
+        let found = |page: String| difference(&written, &page).unwrap();
+        assert_eq!(found(page("ok", "700/s, 5 us", "")), "\n  written: | LSS | fault (1) |\n  found:   | LSS | ok |");
+        assert!(found(page("fault (1)", "failed (2)", "no LSS")).contains("found:   | reads | failed (2) |"));
+        assert!(found(page("fault (1)", "700/s, 5 us", "slow LSS")).contains("1. slow LSS"));
+        assert!(found(written.clone() + "| SYNC | ok |\n").contains("written: (no line)"));
     }
 }

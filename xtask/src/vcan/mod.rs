@@ -58,7 +58,7 @@ fn run(root: &Path, arguments: &Arguments) -> Result<u8, String> {
         let status = Command::new(program).args(rest).status().map_err(|error| format!("{program}: {error}"))?;
         return Ok(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(125));
     }
-    let kernel = uml::Kernel::in_cache(&target_folder(root).join("vcan"))?;
+    let kernel = uml::Kernel::in_cache(&crate::target_folder(root).join("vcan"))?;
     kernel.run(&arguments.command, arguments.time_limit, &arguments.writable)
 }
 
@@ -83,9 +83,4 @@ fn set_up(interface: &str) -> bool {
         let _ = Command::new(program).args(words).stdout(Stdio::null()).stderr(Stdio::null()).status();
     }
     is_up()
-}
-
-/// Where cargo puts what it makes.
-pub(crate) fn target_folder(root: &Path) -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder))
 }
