@@ -3,10 +3,12 @@
 
 mod common;
 
+use std::cell::Cell;
+
 use common::testing::TestOd;
 use common::{FULL, NODE};
 use lexican_runtime::device::{Behaviour, Device, Event};
-use lexican_runtime::host::{BusState, Link, LinkError, Node, Notice, Participant, VirtualBus, VirtualLink};
+use lexican_runtime::host::{BusState, Incoming, Link, LinkError, Node, Notice, Participant, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
 /// A device that counts the frames that reach it, and keeps what they do.
@@ -142,4 +144,39 @@ fn a_flood_of_frames_neither_holds_up_the_heartbeat_nor_the_end() {
     assert!(bench.participant.node().heard > 600, "{}", bench.participant.node().heard);
     let beats = core::iter::from_fn(|| bench.other.receive_frame(now).unwrap());
     assert_eq!(beats.filter(|frame| frame.id().raw() == 0x705).count(), 10);
+}
+
+/// A link on which every look at the clock takes 10 us, and on which a frame comes whenever one is waited for.
+struct Slow {
+    now: Cell<Instant>,
+    frame: Frame,
+}
+
+impl Link for Slow {
+    fn now(&self) -> Instant {
+        self.now.set(self.now.get() + Duration::from_micros(10));
+        self.now.get()
+    }
+    fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+        assert!(self.now() < Instant::from_micros(1_000_000), "the device goes on sending without end");
+        Ok(())
+    }
+    fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
+        Ok(Some(Incoming::Frame(self.frame)))
+    }
+}
+
+#[test]
+fn a_sync_period_shorter_than_the_machine_can_keep_makes_nobody_deaf() {
+    let mut station = Station::new();
+    // 1006h: 1 us; then 1005h: the device produces SYNC.
+    for frame in ["605#2306100001000000", "605#2305100080000040"] {
+        station.device.poll_transmit(Instant::ZERO, &mut station.od);
+        station.handle_frame(Instant::ZERO, &common::frame(frame));
+    }
+    station.heard = 0;
+    let link = Slow { now: Cell::new(Instant::ZERO), frame: common::frame("605#4000100000000000") };
+    let mut participant = Participant::new(link, station);
+    assert!(participant.run(Instant::from_micros(10_000)).unwrap().is_none());
+    assert!(participant.node().heard > 10, "{}", participant.node().heard);
 }

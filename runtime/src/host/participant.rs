@@ -64,23 +64,24 @@ impl<L: Link, N: Node> Participant<L, N> {
                 Sent::Some => false,
                 Sent::Refused(refusal) => return Ok(Some(Notice::Refused(refusal))),
             };
-            let now = self.link.now();
-            let deadline = self.node.poll_timeout();
-            if deadline.is_some_and(|deadline| deadline <= now) {
-                self.node.handle_timeout(now);
-                continue;
-            }
             if is_over {
                 return Ok(None);
             }
-            let patience = if is_done { deadline.map_or(until, |deadline| deadline.min(until)) } else { now };
-            match self.link.receive(patience)? {
-                Some(Incoming::Frame(frame)) => self.node.handle_frame(self.link.now(), &frame),
+            let deadline = self.node.poll_timeout().map_or(until, |deadline| deadline.min(until));
+            let patience = if is_done { deadline } else { self.link.now() };
+            let incoming = self.link.receive(patience)?;
+            let now = self.link.now();
+            match incoming {
+                Some(Incoming::Frame(frame)) => self.node.handle_frame(now, &frame),
                 Some(Incoming::State(state)) => return Ok(Some(Notice::State(state))),
                 None => {}
             }
-            // Not before something was received: a caller that is late is not to make the node deaf.
-            is_over = self.link.now() >= until;
+            // What gets due meanwhile waits: a period that is too short for the machine must not make the node deaf.
+            while self.node.poll_timeout().is_some_and(|deadline| deadline <= now) {
+                self.node.handle_timeout(now);
+            }
+            // Not before something was received: nor must a caller that is late.
+            is_over = now >= until;
         }
     }
 
