@@ -325,11 +325,11 @@ impl Link for Slcan {
                 pause(wake.since(self.now()));
             } else {
                 match self.message(wake) {
-                    Ok(Some(message)) => {
-                        if let Some(frame) = self.hear(message) {
-                            return Ok(Some(Incoming::Frame(frame)));
-                        }
-                    }
+                    Ok(Some(message)) => match self.hear(message) {
+                        Some(frame) => return Ok(Some(Incoming::Frame(frame))),
+                        // More may have been read with it, and nobody tells that again.
+                        None => continue,
+                    },
                     Ok(None) => {}
                     Err(_) => self.lose(),
                 }
@@ -373,4 +373,31 @@ impl Heard {
 
 fn is_pause(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use crate::CobId;
+
+    /// A link to a terminal, and the terminal's other end.
+    fn link() -> (Slcan, Port, Port) {
+        let (far, near) = Port::pair().unwrap();
+        let link = Slcan::open(&near.name().unwrap(), Settings { bit_rate: None, baud: 0 }).unwrap();
+        (link, far, near)
+    }
+
+    #[test]
+    fn what_was_read_with_an_acknowledgement_is_told_at_once() {
+        let (mut link, mut far, _near) = link();
+        far.write_all(b"z\rt0801FF\rz\rt0801FE\r").unwrap();
+        let frames = [0xFF, 0xFE].map(|byte| Frame::from_array(CobId::SYNC, [byte]));
+        // A shell that waits for the port asks what has come, and waits again after it was told nothing.
+        for frame in frames {
+            let now = link.now();
+            assert_eq!(link.receive(now).unwrap(), Some(Incoming::Frame(frame)));
+        }
+        let now = link.now();
+        assert_eq!(link.receive(now).unwrap(), None);
+    }
 }
