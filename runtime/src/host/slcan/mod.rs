@@ -170,7 +170,7 @@ impl Slcan {
             }
             let remaining = self.clock.until(until);
             let Some(port) = &mut self.port else { return Err(io::ErrorKind::NotConnected.into()) };
-            port.set_timeout(remaining.into())?;
+            port.set_timeout(timeout(remaining))?;
             match port.read(&mut self.heard.bytes) {
                 Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
                 Ok(len) => self.heard.fill(len),
@@ -211,7 +211,7 @@ impl Slcan {
         while !self.unsent.is_empty() {
             let Some(port) = &mut self.port else { return Err(io::ErrorKind::NotConnected.into()) };
             let remaining = self.clock.until(until);
-            port.set_timeout(remaining.into())?;
+            port.set_timeout(timeout(remaining))?;
             match port.write(&self.unsent) {
                 Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
                 Ok(len) => drop(self.unsent.drain(..len)),
@@ -369,6 +369,11 @@ impl Heard {
         self.next += 1;
         Some(byte)
     }
+}
+
+/// As a port takes it. Windows counts in milliseconds, and takes none of them for "without a limit" (`COMMTIMEOUTS`).
+fn timeout(span: Duration) -> core::time::Duration {
+    if cfg!(windows) { span.max(Duration::from_millis(1)).into() } else { span.into() }
 }
 
 fn is_pause(error: &io::Error) -> bool {
