@@ -57,17 +57,14 @@ pub enum NotALogLine {
 }
 
 fn instant(stamp: &str) -> Option<Instant> {
-    let (seconds, fraction) = stamp.split_once('.')?;
-    let micros: u64 = match fraction.len() {
-        6 => fraction.parse().ok()?,
-        _ => return None,
-    };
-    Some(Instant::from_micros(seconds.parse::<u64>().ok()?.checked_mul(1_000_000)?.checked_add(micros)?))
+    let (seconds, fraction) = stamp.split_once('.').filter(|(_, fraction)| fraction.len() == 6)?;
+    let (seconds, micros) = (decimal(seconds)?, decimal(fraction)?);
+    Some(Instant::from_micros(seconds.checked_mul(1_000_000)?.checked_add(micros)?))
 }
 
 fn frame(word: &str) -> Option<Frame> {
     let (id, data) = word.split_once('#')?;
-    let number = u32::from_str_radix(id, 16).ok()?;
+    let number = hex(id.as_bytes())?;
     // candump tells the formats apart by the number of digits.
     let id = match id.len() {
         3 => CobId::standard(u16::try_from(number).ok()?)?,
@@ -75,14 +72,22 @@ fn frame(word: &str) -> Option<Frame> {
         _ => return None,
     };
     if let Some(len) = data.strip_prefix('R') {
-        return Frame::remote(id, if len.is_empty() { 0 } else { len.parse().ok()? });
+        return Frame::remote(id, if len.is_empty() { 0 } else { u8::try_from(decimal(len)?).ok()? });
     }
-    if !data.is_ascii() || data.len() % 2 != 0 {
-        return None;
-    }
-    let bytes: Option<Vec<u8>> =
-        (0..data.len()).step_by(2).map(|i| u8::from_str_radix(&data[i..i + 2], 16).ok()).collect();
-    Frame::new(id, &bytes?)
+    let (bytes, rest) = data.as_bytes().as_chunks::<2>();
+    let bytes: Option<Vec<u8>> = bytes.iter().map(|digits| u8::try_from(hex(digits)?).ok()).collect();
+    Frame::new(id, &bytes?).filter(|_| rest.is_empty())
+}
+
+/// A number without a sign, which Rust would take.
+fn decimal(digits: &str) -> Option<u64> {
+    digits.parse().ok().filter(|_| !digits.starts_with('+'))
+}
+
+/// The same of hexadecimal digits.
+fn hex(digits: &[u8]) -> Option<u32> {
+    let digits = str::from_utf8(digits).ok()?;
+    u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
 }
 
 #[cfg(test)]
@@ -114,6 +119,11 @@ mod tests {
             ("(1.000000) can0 800#", NotALogLine::Frame),
             ("(1.000000) can0 605#4", NotALogLine::Frame),
             ("(1.000000) can0 605#é0", NotALogLine::Frame),
+            ("(1.000000) can0 +05#", NotALogLine::Frame),
+            ("(1.000000) can0 605#+1", NotALogLine::Frame),
+            ("(1.000000) can0 605#R+1", NotALogLine::Frame),
+            ("(+1.000000) can0 605#", NotALogLine::Stamp),
+            ("(1.+00001) can0 605#", NotALogLine::Stamp),
             ("(1.000000) can0 605##1112233", NotALogLine::Frame),
             ("(1.000000) can0 605#112233445566778899", NotALogLine::Frame),
         ] {
