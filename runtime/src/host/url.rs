@@ -102,12 +102,12 @@ impl FromStr for BusUrl {
     type Err = BusUrlError;
 
     fn from_str(text: &str) -> Result<Self, BusUrlError> {
-        let Some((scheme, rest)) = text.split_once(':') else { return bare(text) };
+        let (scheme, rest) = text.split_once(':').unwrap_or(("socketcan", text));
         match scheme {
             "socketcan" => {
                 let (interface, parameters) = Parameters::split(rest)?;
                 parameters.none_but(&[])?;
-                bare(interface)
+                socketcan(interface)
             }
             "slcan" => {
                 let (port, parameters) = Parameters::split(rest)?;
@@ -148,8 +148,8 @@ impl FromStr for BusUrl {
     }
 }
 
-/// A bare name is an interface of the kernel: at most 15 bytes, without `/` and white space.
-fn bare(name: &str) -> Result<BusUrl, BusUrlError> {
+/// An interface of the kernel: at most 15 bytes, without `/` and white space.
+fn socketcan(name: &str) -> Result<BusUrl, BusUrlError> {
     let name = required(name, "can0")?;
     let is_port = name.contains('/') || name.strip_prefix("COM").is_some_and(|n| n.parse::<u16>().is_ok());
     if is_port {
@@ -178,11 +178,17 @@ impl Parameters {
         Ok((head, Parameters(pairs.collect::<Result<_, _>>()?)))
     }
 
+    /// Whether these are all known, and none is there twice.
     fn none_but(&self, known: &'static [&'static str]) -> Result<(), BusUrlError> {
-        match self.0.iter().find(|(key, _)| !known.contains(&key.as_str())) {
-            Some((key, _)) => Err(BusUrlError::Key { key: key.clone(), known }),
-            None => Ok(()),
+        for (at, (key, _)) in self.0.iter().enumerate() {
+            if !known.contains(&key.as_str()) {
+                return Err(BusUrlError::Key { key: key.clone(), known });
+            }
+            if self.0.iter().skip(at + 1).any(|(other, _)| other == key) {
+                return Err(BusUrlError::Twice { key: key.clone() });
+            }
         }
+        Ok(())
     }
 
     fn get(&self, wanted: &str) -> Option<&str> {
@@ -267,6 +273,12 @@ pub enum BusUrlError {
         key: String,
         /// The names that it could have.
         known: &'static [&'static str],
+    },
+    /// A parameter that is there twice: which value counts, nobody says.
+    #[error("there are two of the parameter `{key}`")]
+    Twice {
+        /// The parameter's name.
+        key: String,
     },
     /// A parameter with a value that it cannot have.
     #[error("{key}={value} is not {wanted}")]
@@ -382,6 +394,8 @@ mod tests {
         );
         refused("slcan:COM3?speed=1", "there is no parameter `speed` here; there is bitrate, baud");
         refused("socketcan:can0?bitrate=1", "there is no parameter `bitrate` here");
+        refused("can0?bitrate=1", "there is no parameter `bitrate` here");
+        refused("slcan:COM3?baud=1&baud=2", "there are two of the parameter `baud`");
         refused("slcan:COM3?bitrate=fast", "bitrate=fast is not a number of bit/s");
         refused("slcan:COM3?bitrate", "`bitrate` is not a parameter; write key=value, joined by &");
         refused("log:a?pace=slow", "pace=slow is not real or virtual");
