@@ -82,6 +82,23 @@ impl DataType {
         }
     }
 
+    /// Whether this is a number of which no bit is a sign.
+    #[must_use]
+    pub const fn is_unsigned(self) -> bool {
+        use DataType as D;
+        matches!(
+            self,
+            D::Unsigned8
+                | D::Unsigned16
+                | D::Unsigned24
+                | D::Unsigned32
+                | D::Unsigned40
+                | D::Unsigned48
+                | D::Unsigned56
+                | D::Unsigned64
+        )
+    }
+
     /// Whether the most significant bit is a sign.
     #[must_use]
     pub const fn is_signed(self) -> bool {

@@ -145,13 +145,15 @@ const fn allows(direction: Direction, mapping: PdoMapping) -> bool {
     )
 }
 
-/// An object is mapped whole; text and bytes are as long as the image has room for.
+/// An object is mapped whole; text and bytes are as long as the image has room for. A type that the device defines
+/// itself (DEFTYPE) is held in the smallest UNSIGNED that has its bits: 12 bits are an UNSIGNED16.
 fn length_fits(entry: &Entry, bits: u8) -> bool {
-    match entry.data_type.bits() {
+    match (entry.data_type, entry.data_type.size()) {
         // A BOOLEAN is one bit, but some data sheets map a whole byte for it.
-        Some(1) => bits == 1 || bits == 8,
-        Some(size) => size == bits,
-        None => (1..=64).contains(&bits) && bits.is_multiple_of(8) && u16::from(bits / 8) <= entry.capacity,
+        (DataType::Boolean, _) => bits == 1 || bits == 8,
+        (data_type, Some(size)) if data_type.is_unsigned() => usize::from(bits).div_ceil(8) == size,
+        (data_type, Some(_)) => data_type.bits() == Some(bits),
+        (_, None) => (1..=64).contains(&bits) && bits.is_multiple_of(8) && u16::from(bits / 8) <= entry.capacity,
     }
 }
 
@@ -213,6 +215,14 @@ mod tests {
         assert_eq!(check(3, 8, Direction::Receive), Err(AbortCode::NOT_MAPPABLE));
         assert_eq!(check(1, 1, Direction::Receive), Ok(()));
         assert_eq!(check(9, 8, Direction::Receive), Err(AbortCode::NO_SUCH_SUB_INDEX));
+        // A DEFTYPE of 60 bits is an UNSIGNED64 here; one of 56 bits would be an UNSIGNED56.
+        for (bits, expected) in [(57, Ok(())), (60, Ok(())), (64, Ok(())), (56, Err(AbortCode::NOT_MAPPABLE))] {
+            assert_eq!(check(4, bits, Direction::Transmit), expected, "{bits} bits");
+        }
+        assert_eq!(check(2, 1, Direction::Transmit), Ok(()));
+        for (sub, bits) in [(2, 0), (2, 9), (3, 12)] {
+            assert_eq!(check(sub, bits, Direction::Receive), Err(AbortCode::NOT_MAPPABLE), "{sub}: {bits} bits");
+        }
         let text = |bits| super::check(Mapped::new(0x2001, 0, bits), Direction::Receive, 0, &od());
         assert_eq!((text(24), text(25)), (Ok(()), Err(AbortCode::NOT_MAPPABLE)));
     }
