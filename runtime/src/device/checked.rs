@@ -3,11 +3,12 @@
 
 use super::behaviour::{Behaviour, ChangeRule, ErrorControlRule};
 use super::identifiers::{SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED};
-use super::{RpdoSlot, TpdoSlot};
+use super::{Device, RpdoSlot, TpdoSlot};
 use crate::abort::AbortCode;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, Direction, Entry, Mapped, ObjectDictionary};
 use crate::service::mapping::{self, Mapping};
+use crate::service::nmt::Nmt;
 use crate::service::objects;
 use crate::wire::nmt::NmtState;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
@@ -15,14 +16,30 @@ use crate::wire::pdo::{PdoCobId, TransmissionType};
 /// A dictionary that is lent on to an SDO server.
 pub(super) struct Checked<'a> {
     pub(super) od: &'a mut dyn ObjectDictionary,
-    pub(super) state: NmtState,
+    state: NmtState,
     pub(super) behaviour: &'a Behaviour,
     pub(super) rpdos: &'a [RpdoSlot],
     pub(super) tpdos: &'a [TpdoSlot],
     /// How many heartbeats the device has room to consume.
-    pub(super) monitored: usize,
+    monitored: usize,
     /// How many servers the device has room for, the default one among them.
     pub(super) server_room: usize,
+}
+
+impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
+    Device<RPDOS, TPDOS, SERVERS, MONITORED>
+{
+    /// The dictionary as clients may write it. It gets what it looks at and not all of the device, whose server is
+    /// lent elsewhere meanwhile.
+    pub(super) fn checked<'a>(
+        od: &'a mut dyn ObjectDictionary,
+        nmt: &Nmt,
+        behaviour: &'a Behaviour,
+        rpdos: &'a [RpdoSlot],
+        tpdos: &'a [TpdoSlot],
+    ) -> Checked<'a> {
+        Checked { od, state: nmt.state(), behaviour, rpdos, tpdos, monitored: MONITORED, server_room: SERVERS }
+    }
 }
 
 impl ObjectDictionary for Checked<'_> {

@@ -21,15 +21,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// written: PDOs, servers and heartbeats beyond the room there is, mappings that cannot be, identifiers that
     /// are restricted or that two services have. Defaults of a data sheet are not asked like a manager's writes.
     pub fn misconfigured<'a>(&'a self, od: &'a mut dyn ObjectDictionary) -> impl Iterator<Item = Misconfigured> + 'a {
-        let checked = Checked {
-            od,
-            state: self.nmt.state(),
-            behaviour: &self.behaviour,
-            rpdos: &self.rpdos,
-            tpdos: &self.tpdos,
-            monitored: MONITORED,
-            server_room: SERVERS,
-        };
+        let checked = Self::checked(od, &self.nmt, &self.behaviour, &self.rpdos, &self.tpdos);
         Defaults { checked, next: Address::new(0x1000, 0) }
     }
 }

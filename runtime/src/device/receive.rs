@@ -170,15 +170,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         od: &'a mut dyn ObjectDictionary,
     ) -> Option<(&'a mut SdoServer, Checked<'a>)> {
         let server = self.servers.get_mut(at)?.as_mut()?;
-        let checked = Checked {
-            od,
-            state: self.nmt.state(),
-            behaviour: &self.behaviour,
-            rpdos: &self.rpdos,
-            tpdos: &self.tpdos,
-            monitored: MONITORED,
-            server_room: SERVERS,
-        };
+        let checked = Self::checked(od, &self.nmt, &self.behaviour, &self.rpdos, &self.tpdos);
         Some((server, checked))
     }
 
