@@ -236,14 +236,8 @@ impl<const NODES: usize> Manager<NODES> {
     /// # Errors
     ///
     /// [`Unsent`].
-    ///
-    /// # Panics
-    ///
-    /// Never: a PDO has at most eight bytes.
     pub fn send_pdo<P: Pdo>(&mut self, id: CobId, pdo: P) -> Result<(), Unsent> {
-        let bytes = pdo.to_raw().to_le_bytes();
-        let data = bytes.get(..P::LENGTH).unwrap_or(&bytes);
-        self.outbox.send(Frame::new(id, data).expect("a PDO has at most eight bytes"))
+        self.outbox.send(pdo.frame(id))
     }
 
     /// Asks for a PDO of `len` bytes that a device transmits under `id`; more than eight count as eight.

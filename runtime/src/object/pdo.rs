@@ -4,6 +4,8 @@
 //! first in the lowest bits (CiA 301, 7.2.2.4.1, figure 22 with 7.1.4).
 
 use super::Address;
+use crate::frame::Frame;
+use crate::id::CobId;
 
 /// A PDO with a fixed mapping, as a struct with one field per mapped object.
 pub trait Pdo: Copy {
@@ -35,6 +37,16 @@ pub trait Pdo: Copy {
         let mut raw = [0; 8];
         raw.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
         Ok(Self::from_raw(u64::from_le_bytes(raw)))
+    }
+
+    /// The frame that carries the values under `id`.
+    ///
+    /// # Panics
+    ///
+    /// Never: a PDO has at most eight bytes.
+    fn frame(self, id: CobId) -> Frame {
+        let bytes = self.to_raw().to_le_bytes();
+        Frame::new(id, bytes.get(..Self::LENGTH).unwrap_or(&bytes)).expect("a PDO has at most eight bytes")
     }
 }
 
@@ -209,5 +221,6 @@ mod tests {
         let value = Three { bit: 1, word: 0x8001 };
         assert_eq!(Three::from_data(&[0x03, 0x00, 0xFF, 0xAA]), Ok(value));
         assert_eq!(pack(value), [0x03, 0x00, 0x01]);
+        assert_eq!(std::format!("{}", value.frame(CobId::SYNC)), "080#030001");
     }
 }
