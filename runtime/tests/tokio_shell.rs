@@ -143,6 +143,37 @@ fn a_frame_handed_over_is_sent_though_the_runtime_shuts_down() {
     assert_eq!(witness.receive_frame(Instant::from_micros(1000)).unwrap(), Some(frame));
 }
 
+/// A link that never has room, and counts who waits in it for that.
+struct Jammed(Arc<AtomicUsize>);
+
+impl Link for Jammed {
+    fn now(&self) -> Instant {
+        Instant::ZERO
+    }
+    fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        Err(LinkError::Full)
+    }
+    fn try_send(&mut self, _: &Frame) -> Result<(), LinkError> {
+        Err(LinkError::Full)
+    }
+    fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
+        Ok(None)
+    }
+}
+
+#[test]
+fn a_link_without_room_holds_up_the_end_of_the_runtime_for_one_frame_and_not_for_each() {
+    let waits = Arc::new(AtomicUsize::new(0));
+    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    runtime.block_on(async {
+        let network = Network::spawn(Jammed(Arc::clone(&waits))).unwrap();
+        (0..10).for_each(|node| network.post(Frame::from_array(CobId::NMT, [2, node])).unwrap());
+    });
+    drop(runtime);
+    assert_eq!(waits.load(Ordering::Relaxed), 1);
+}
+
 /// A link over sockets, of which it takes the second when told to: a link that reconnects.
 #[cfg(unix)]
 struct Reconnecting {

@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::vec::Vec;
 
 use super::{Link, LinkError};
-use crate::id::CobId;
+use crate::id::{CobId, NodeId};
 use crate::manager::{Manager, Remote};
+use crate::time::Instant;
 
 /// Everybody, or only the nodes that the manager looks after. Those may become others at any time: what the
 /// link listens to follows.
@@ -24,6 +25,14 @@ impl Audience {
     pub(super) fn choose(&mut self, others: Option<Vec<CobId>>) {
         self.others = others;
         self.is_doubtful = true;
+    }
+
+    /// Looks after a node that nobody looks after yet: it is to be read or written, and heard.
+    pub(super) fn include(&mut self, node: NodeId, manager: &mut Manager<127>, now: Instant) {
+        if manager.remote(node).is_none() {
+            manager.add(now, Remote::new(node)).expect("there is room for all 127 nodes");
+            self.is_doubtful = true;
+        }
     }
 
     /// To be called when the manager may have got to look after other nodes.

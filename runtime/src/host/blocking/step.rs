@@ -5,7 +5,7 @@ use crate::abort::AbortCode;
 use crate::host::link::MOST_SENT;
 use crate::host::{AccessError, Incoming, Link, LinkError};
 use crate::id::NodeId;
-use crate::manager::{BeginError, Event, Manager, Payloads, Remote};
+use crate::manager::{BeginError, Event, Manager, Payloads};
 use crate::service::sdo_client::{self, Payload};
 use crate::time::{Duration, Instant};
 
@@ -35,10 +35,7 @@ impl<L: Link> Network<L> {
         begin: impl FnOnce(&mut Manager<127>, Instant) -> Result<(), BeginError>,
     ) -> Result<u32, AccessError> {
         let now = self.now();
-        if self.manager.remote(node).is_none() {
-            self.manager.add(now, Remote::new(node)).expect("there is room for all 127 nodes");
-            self.audience.doubt();
-        }
+        self.audience.include(node, &mut self.manager, now);
         begin(&mut self.manager, now).expect("the shell runs one transfer at a time");
         match self.finish(payload) {
             Ok(sdo_client::Event::Done { len, .. }) => Ok(len),

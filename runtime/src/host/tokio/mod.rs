@@ -52,7 +52,7 @@ pub enum Event {
 
 /// What a handle asks the task for.
 enum Command {
-    Transfer(Transfer),
+    Transfer(NodeId, Transfer),
     Send(Frame, Reply),
     Tell(Tell),
     Listen(Option<Vec<CobId>>),
@@ -147,9 +147,7 @@ impl Network {
     ///
     /// [`LinkError`].
     pub async fn send_pdo<P: Pdo>(&self, id: CobId, pdo: P) -> Result<(), LinkError> {
-        let bytes = pdo.to_raw().to_le_bytes();
-        self.send(Frame::new(id, bytes.get(..P::LENGTH).unwrap_or(&bytes)).expect("a PDO has at most eight bytes"))
-            .await
+        self.send(pdo.frame(id)).await
     }
 
     /// Sends a frame as it is; it is on its way to the bus when this returns.
@@ -218,8 +216,8 @@ impl Network {
         payload: Bytes,
     ) -> Result<Vec<u8>, AccessError> {
         let (reply, answer) = oneshot::channel();
-        let transfer = Transfer::new(node, address, write, payload, reply);
-        self.commands.send(Command::Transfer(transfer)).await.map_err(|_| LinkError::Closed)?;
+        let transfer = Transfer { address, write, payload, begun: false, reply };
+        self.commands.send(Command::Transfer(node, transfer)).await.map_err(|_| LinkError::Closed)?;
         answer.await.map_err(|_| LinkError::Closed)?
     }
 }

@@ -55,15 +55,13 @@ impl Outgoing {
         }
     }
 
-    /// Sends the frame that waits, or loses it: there will be no other time.
-    pub(super) fn flush(&mut self, link: &mut impl Link) {
-        if let Some(Waiting { frame, reply, .. }) = self.0.take() {
-            tell(reply, link.send(&frame));
-        }
+    /// The frame that waits, and who waits for it: there will be no other time.
+    pub(super) fn take(&mut self) -> Option<(Frame, Option<Reply>)> {
+        self.0.take().map(|waiting| (waiting.frame, waiting.reply))
     }
 }
 
-fn tell(reply: Option<Reply>, outcome: Result<(), LinkError>) {
+pub(super) fn tell(reply: Option<Reply>, outcome: Result<(), LinkError>) {
     if let Some(reply) = reply {
         // Nobody may be waiting any more.
         drop(reply.send(outcome));

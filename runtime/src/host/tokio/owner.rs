@@ -4,10 +4,11 @@ use std::boxed::Box;
 
 use tokio::sync::{broadcast, mpsc};
 
-use super::outgoing::Outgoing;
+use super::outgoing::{Outgoing, tell};
 use super::readiness::Readiness;
 use super::transfers::Transfers;
 use super::{Command, Event};
+use crate::frame::Frame;
 use crate::host::audience::Audience;
 use crate::host::link::MOST_SENT;
 use crate::host::{Incoming, Link, LinkError};
@@ -31,13 +32,22 @@ pub(super) struct Owner<L: Link> {
     more: bool,
 }
 
-/// What was taken is sent, however the task ends: it may be what stops a machine.
+/// What was taken is sent, however the task ends: it may be what stops a machine. For room, all of it together waits
+/// as long as one frame does.
 impl<L: Link> Drop for Owner<L> {
     fn drop(&mut self) {
-        self.outgoing.flush(&mut self.link);
+        let mut is_full = false;
+        let mut send = |link: &mut L, frame: Frame, reply| {
+            let outcome = if is_full { link.try_send(&frame) } else { link.send(&frame) };
+            is_full |= matches!(outcome, Err(LinkError::Full));
+            tell(reply, outcome);
+        };
+        if let Some((frame, reply)) = self.outgoing.take() {
+            send(&mut self.link, frame, reply);
+        }
         while let Ok(command) = self.inbox.try_recv() {
             if let Command::Send(frame, reply) = command {
-                drop(reply.send(self.link.send(&frame)));
+                send(&mut self.link, frame, Some(reply));
             }
         }
     }
@@ -92,15 +102,14 @@ impl<L: Link> Owner<L> {
         match command {
             Command::Tell(what) => {
                 what(&mut self.manager, self.link.now());
-                self.transfers.restart_lost(&mut self.manager, self.link.now());
                 self.audience.doubt();
+                self.transfers.restart_lost(&mut self.manager, &mut self.audience, self.link.now());
             }
             Command::Send(frame, reply) => self.outgoing.send(&mut self.link, frame, Some(reply)),
-            Command::Transfer(transfer) => {
-                if self.manager.remote(transfer.node()).is_none() {
-                    self.audience.doubt();
-                }
-                self.transfers.add(transfer, &mut self.manager, self.link.now());
+            Command::Transfer(node, transfer) => {
+                let now = self.link.now();
+                self.audience.include(node, &mut self.manager, now);
+                self.transfers.add(node, transfer, &mut self.manager, now);
             }
             Command::Listen(others) => self.audience.choose(others),
         }

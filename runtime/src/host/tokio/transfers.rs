@@ -5,37 +5,28 @@ use std::vec::Vec;
 
 use tokio::sync::oneshot;
 
+use crate::host::audience::Audience;
 use crate::host::{AccessError, Bytes};
 use crate::id::NodeId;
-use crate::manager::{Manager, Payloads, Remote};
+use crate::manager::{Manager, Payloads};
 use crate::object::Address;
 use crate::service::sdo_client::{self, Payload};
 use crate::time::Instant;
 
 /// One transfer, and who waits for it.
 pub(super) struct Transfer {
-    node: NodeId,
-    address: Address,
+    pub(super) address: Address,
     /// The number of bytes to write; `None` to read.
-    write: Option<u32>,
-    payload: Bytes,
-    begun: bool,
-    reply: oneshot::Sender<Result<Vec<u8>, AccessError>>,
+    pub(super) write: Option<u32>,
+    pub(super) payload: Bytes,
+    pub(super) begun: bool,
+    pub(super) reply: oneshot::Sender<Result<Vec<u8>, AccessError>>,
 }
 
 impl Transfer {
-    pub(super) const fn new(
-        node: NodeId,
-        address: Address,
-        write: Option<u32>,
-        payload: Bytes,
-        reply: oneshot::Sender<Result<Vec<u8>, AccessError>>,
-    ) -> Self {
-        Transfer { node, address, write, payload, begun: false, reply }
-    }
-
-    pub(super) const fn node(&self) -> NodeId {
-        self.node
+    /// Whether it is under way, or somebody still waits for it.
+    fn counts(&self) -> bool {
+        self.begun || !self.reply.is_closed()
     }
 }
 
@@ -57,12 +48,13 @@ impl Payloads for Transfers {
 }
 
 impl Transfers {
-    /// Takes a transfer, and begins it when no other with its node is under way.
-    pub(super) fn add(&mut self, transfer: Transfer, manager: &mut Manager<127>, now: Instant) {
-        let node = transfer.node;
-        let waiting = self.of.entry(node).or_default();
-        waiting.push_back(transfer);
-        if waiting.len() == 1 {
+    /// Takes a transfer with a node that the manager looks after, and begins it when no other with it is under way.
+    pub(super) fn add(&mut self, node: NodeId, transfer: Transfer, manager: &mut Manager<127>, now: Instant) {
+        let all = self.of.entry(node).or_default();
+        // Whoever has lost patience once does so again: what they have left behind must not pile up.
+        all.retain(Transfer::counts);
+        all.push_back(transfer);
+        if all.len() == 1 {
             self.begin(node, manager, now);
         }
     }
@@ -82,9 +74,10 @@ impl Transfers {
     }
 
     /// Begins transfers anew whose SDO client the application has replaced under them.
-    pub(super) fn restart_lost(&mut self, manager: &mut Manager<127>, now: Instant) {
-        let nodes: Vec<NodeId> = self.of.keys().copied().collect();
+    pub(super) fn restart_lost(&mut self, manager: &mut Manager<127>, audience: &mut Audience, now: Instant) {
+        let nodes: Vec<NodeId> = self.of.iter().filter(|(_, all)| !all.is_empty()).map(|(node, _)| *node).collect();
         for node in nodes {
+            audience.include(node, manager, now);
             let begun = self.of.get(&node).and_then(VecDeque::front).is_some_and(|transfer| transfer.begun);
             if !(begun && manager.sdo(node).is_ok_and(|sdo| sdo.is_busy())) {
                 self.begin(node, manager, now);
@@ -94,19 +87,41 @@ impl Transfers {
 
     /// Begins the first transfer with a node that somebody still wants.
     fn begin(&mut self, node: NodeId, manager: &mut Manager<127>, now: Instant) {
-        let Some(waiting) = self.of.get_mut(&node) else { return };
-        while waiting.front().is_some_and(|transfer| transfer.reply.is_closed()) {
-            waiting.pop_front();
+        let Some(all) = self.of.get_mut(&node) else { return };
+        while all.front().is_some_and(|transfer| transfer.reply.is_closed()) {
+            all.pop_front();
         }
-        let Some(transfer) = waiting.front_mut() else { return };
-        if manager.remote(node).is_none() {
-            manager.add(now, Remote::new(node)).expect("there is room for all 127 nodes");
-        }
+        let Some(transfer) = all.front_mut() else { return };
         let begun = match transfer.write {
             Some(len) => manager.write(now, node, transfer.address, len),
             None => manager.read(now, node, transfer.address),
         };
         // When the application has a transfer of its own under way, its end brings the next attempt.
         transfer.begun = begun.is_ok();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::manager::Remote;
+
+    #[test]
+    fn calls_that_were_dropped_leave_nothing_behind_while_another_is_under_way() {
+        let (node, mut manager, mut transfers) = (NodeId::literal(1), Manager::new(), Transfers::default());
+        manager.add(Instant::ZERO, Remote::new(node)).unwrap();
+        let mut add = || {
+            let (reply, answer) = oneshot::channel();
+            let (address, payload) = (Address::new(0x1000, 0), Bytes::default());
+            let transfer = Transfer { address, write: None, payload, begun: false, reply };
+            transfers.add(node, transfer, &mut manager, Instant::ZERO);
+            answer
+        };
+        // One under way, one that is wanted, and between them those of somebody who has lost patience.
+        let _under_way = add();
+        drop(add());
+        let _wanted = add();
+        (0..1000).for_each(|_| drop(add()));
+        assert!(transfers.of[&node].len() <= 3, "{}", transfers.of[&node].len());
     }
 }
