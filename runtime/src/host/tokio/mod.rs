@@ -14,6 +14,10 @@
 
 mod outgoing;
 mod owner;
+#[cfg(unix)]
+mod readiness;
+#[cfg(not(unix))]
+#[path = "looking.rs"]
 mod readiness;
 mod transfers;
 
@@ -31,8 +35,11 @@ use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::manager::{self, Manager};
 use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 use crate::wire::nmt::{NmtCommand, NmtMessage};
+
+/// How long one look at a link may last that cannot be waited for.
+const LOOK: Duration = Duration::from_millis(1);
 
 /// A handle of a network whose task runs in the background. When the last one is dropped, the task ends.
 #[derive(Clone, Debug)]
