@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anstyle::{AnsiColor, Style};
+use indicatif::{ProgressBar, ProgressStyle};
 
 /// How a command ended that did what it was asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,6 +108,12 @@ pub(crate) fn note(message: impl Display) {
 pub(crate) fn warn(message: impl Display) {
     let warning = AnsiColor::Yellow.on_default().bold();
     let _ = writeln!(anstream::stderr().lock(), "{warning}warning{warning:#}: {message}");
+}
+
+/// A bar on stderr for something that takes a while; where stderr is no terminal, nothing is shown.
+pub(crate) fn progress(template: &str, steps: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template(template).expect("the template is valid");
+    ProgressBar::new(steps).with_style(style)
 }
 
 /// Text in a style; without one where stdout is no terminal, because [`anstream`] takes it out again.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{Link, Pace};
 use lexican_runtime::object::Address;
@@ -18,7 +18,7 @@ use crate::bus::failure::link_failure;
 use crate::decode::Decoder;
 use crate::decode::twins::{Evidence, Twins};
 use crate::identity::recognise;
-use crate::output::{Failure, Outcome, styled};
+use crate::output::{Failure, Outcome, progress, styled};
 
 /// Find the nodes of a bus
 ///
@@ -87,10 +87,6 @@ struct Scanner<L> {
 
 impl<L: Link> Scanner<L> {
     fn new(link: L, wait: Duration) -> Self {
-        // Where stderr is no terminal, nothing is shown.
-        let progress = ProgressBar::new(NodeId::all().count() as u64);
-        let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}");
-        progress.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         Scanner {
             link,
             wait,
@@ -99,7 +95,7 @@ impl<L: Link> Scanner<L> {
             segmented: Vec::new(),
             decoder: Decoder::new(),
             twins: Twins::default(),
-            progress,
+            progress: progress("{msg} {wide_bar} {pos}/{len}", NodeId::all().count() as u64),
         }
     }
 

@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use anstyle::{AnsiColor, Style};
-use indicatif::{ProgressBar, ProgressStyle};
 use lexican_eds::model::Entry;
 use lexican_eds::types::DataType;
 use lexican_runtime::NodeId;
@@ -18,7 +17,7 @@ use serde_json::{Value as Json, json};
 
 use crate::bus::failure::access_failure;
 use crate::bus::{Node, NodeArgs, network};
-use crate::output::{Failure, Outcome, styled};
+use crate::output::{Failure, Outcome, progress, styled};
 use crate::values::Known;
 use crate::values::told::Told;
 use crate::values::wire::{fitting, parse};
@@ -107,10 +106,7 @@ impl<L: Link> Inspection<'_, L> {
     /// Reads all entries first: what one value means and may be depends on others.
     fn read_all(&mut self, known: &mut Known<'_>) -> Result<BTreeMap<Address, Answer>, Failure> {
         let entries: Vec<_> = known.device.entries().collect();
-        // Where stderr is no terminal, nothing is shown.
-        let progress = ProgressBar::new(entries.len() as u64);
-        let style = ProgressStyle::with_template("reading {msg} {wide_bar} {pos}/{len}");
-        progress.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        let progress = progress("reading {msg} {wide_bar} {pos}/{len}", entries.len() as u64);
         let mut answers = BTreeMap::new();
         for entry in entries {
             progress.set_message(address(entry).to_string());

@@ -4,9 +4,9 @@ use std::fmt::Display;
 use std::io::Write;
 
 use anstyle::Style;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
-use crate::output::styled;
+use crate::output::{progress, styled};
 
 /// Stdout for the frames, and a progress display on stderr.
 pub(crate) struct Console {
@@ -18,9 +18,8 @@ pub(crate) struct Console {
 impl Console {
     /// A console for a run of so many steps; in real time with a progress display.
     pub(crate) fn new(realtime: bool, steps: usize) -> Self {
-        let progress = if realtime { ProgressBar::new(steps as u64) } else { ProgressBar::hidden() };
-        let style = ProgressStyle::with_template("{bar:12.cyan/dim} {pos:>2}/{len}  {wide_msg}");
-        progress.set_style(style.expect("the template is valid"));
+        let template = "{bar:12.cyan/dim} {pos:>2}/{len}  {wide_msg}";
+        let progress = if realtime { progress(template, steps as u64) } else { ProgressBar::hidden() };
         Console { progress, listened_to: true }
     }
 

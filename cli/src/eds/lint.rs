@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use lexican_eds::diagnostics::sarif;
 use lexican_eds::{Diagnostic, Diagnostics, Input, Severity};
 
 use crate::device::{input, no_object, with_overlays};
-use crate::output::{Failure, Outcome};
+use crate::output::{Failure, Outcome, progress};
 
 /// Check data sheets: every finding with its place, the line it is about, and how to mend it
 ///
@@ -126,7 +126,11 @@ fn short(finding: &Diagnostic, input: &Input) -> String {
 
 /// Calls `work` for every item on all processors; the results are in the order of the items.
 fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let progress = progress(items.len());
+    // Where there is little to do, nobody would want to see a bar.
+    let progress = match items.len() {
+        0..8 => ProgressBar::hidden(),
+        many => progress("{bar:40.cyan/dim} {pos}/{len} data sheets", many as u64),
+    };
     let next = AtomicUsize::new(0);
     let results = Mutex::new(Vec::with_capacity(items.len()));
     let worker = || {
@@ -149,16 +153,6 @@ fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> 
     let mut results = results.into_inner().expect("no worker panics");
     results.sort_by_key(|(number, _)| *number);
     results.into_iter().map(|(_, result)| result).collect()
-}
-
-/// A bar on a terminal, when there is enough to do that anybody would want one.
-fn progress(files: usize) -> ProgressBar {
-    if files < 8 {
-        return ProgressBar::hidden();
-    }
-    let style =
-        ProgressStyle::with_template("{bar:40.cyan/dim} {pos}/{len} data sheets").expect("the template is valid");
-    ProgressBar::new(files as u64).with_style(style)
 }
 
 fn print(format: Format, checked: &[Checked]) -> Result<(), Failure> {
