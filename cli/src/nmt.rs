@@ -1,17 +1,21 @@
 //! `lexican nmt`: commands to the state machine of nodes.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
-use lexican_runtime::host::Pace;
-use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{Link, Pace};
+use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
-use lexican_runtime::{Duration, NodeId};
+use lexican_runtime::{Duration, Frame, Instant, NodeId};
+use serde_json::json;
 
 use crate::bus::failure::link_failure;
-use crate::bus::{BusArgs, node_id};
-use crate::output::{Failure, Outcome};
+use crate::bus::{BusArgs, let_leave, node_id};
+use crate::output::{Failure, Outcome, warn};
 
 /// Send an NMT command to a node, or to all
+///
+/// Nobody answers to NMT; with --wait the command listens until it has been obeyed. Exit code 1 when it has not.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -30,14 +34,22 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with = "node")]
     all: bool,
 
-    /// Print a JSON object
+    /// Wait until the node tells that it is in its state, or after a reset that it has booted; no longer than so
+    /// many ms
+    ///
+    /// A node that sends no heartbeat is asked by node guarding. Of all nodes, those count that are heard or answer,
+    /// and the command always lasts that long.
+    #[arg(long, value_name = "MS")]
+    wait: Option<u64>,
+
+    /// Print JSON objects
     #[arg(long)]
     json: bool,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican nmt --bus can0 start --node 5
+    lexican nmt --bus can0 start --node 5 --wait 2000
     lexican nmt --bus can0 reset-node --all";
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
@@ -66,26 +78,267 @@ impl From<Command> for NmtCommand {
     }
 }
 
-/// NMT has no answer; so long the frame may take to leave.
-const LEAVING: Duration = Duration::from_millis(20);
+/// A node that is not in its state, and was not heard for so long, is asked for its state.
+const UNHEARD: Duration = Duration::from_millis(250);
+
+/// Between two questions: 127 of them shall not crowd anybody else out.
+const PAUSE: Duration = Duration::from_millis(1);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let mut network = Network::new(args.bus.open(Pace::Virtual)?.settled()?.link);
+    let mut link = args.bus.open(Pace::Virtual)?.settled()?.link;
     let message = NmtMessage { command: args.command.into(), node: args.node };
-    network.command(message.command, message.node).map_err(|error| link_failure(&error))?;
-    let until = network.now() + LEAVING;
-    while network.next_event(until).map_err(|error| link_failure(&error))?.is_some() {}
-    let whom = message.node.map_or("all nodes".to_owned(), |node| format!("node {node}"));
-    let what = match message.command.target() {
-        NmtState::Initialising => message.command.to_string(),
-        state => format!("enter {state}"),
-    };
+    link.send(&message.frame()).map_err(|error| link_failure(&error))?;
+    match args.wait {
+        Some(wait_ms) => {
+            let mut watch = Watch { link, message, heard: BTreeMap::new() };
+            watch.watch(Duration::from_millis(wait_ms))?;
+            print_states(args.json, wait_ms, &watch)
+        }
+        None => {
+            let_leave(&mut link)?;
+            print_command(args.json, message)?;
+            Ok(Outcome::Clean)
+        }
+    }
+}
+
+/// Somebody who follows what nodes tell of their states after a command.
+struct Watch<L> {
+    link: L,
+    message: NmtMessage,
+    /// What each node told last; after a reset, INITIALISING is its boot-up message and stays.
+    heard: BTreeMap<NodeId, NmtState>,
+}
+
+impl<L: Link> Watch<L> {
+    /// Listens until the node is in its state. Nobody knows how many nodes all are: that takes the whole time.
+    fn watch(&mut self, span: Duration) -> Result<(), Failure> {
+        let end = self.link.now() + span;
+        let mut first = true;
+        loop {
+            self.listen(end.min(self.link.now() + UNHEARD))?;
+            if self.link.now() >= end || self.message.node.is_some_and(|node| self.has_reached(node)) {
+                return Ok(());
+            }
+            self.ask(first)?;
+            first = false;
+        }
+    }
+
+    fn listen(&mut self, until: Instant) -> Result<(), Failure> {
+        while let Some(frame) = self.link.receive_frame(until).map_err(|error| link_failure(&error))? {
+            self.hear(&frame);
+            // A flood of frames must not hold up the end.
+            if self.link.now() >= until || self.message.node.is_some_and(|node| self.has_reached(node)) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn hear(&mut self, frame: &Frame) {
+        let node = ErrorControl::node(frame.id()).filter(|node| !frame.is_remote() && self.message.concerns(*node));
+        if let (Some(node), Some(told)) = (node, ErrorControl::parse(frame.data()))
+            && !(self.is_reset() && self.has_reached(node))
+        {
+            self.heard.insert(node, told.state);
+        }
+    }
+
+    /// Asks for the state by node guarding (CiA 301, 7.2.8.2.2): what sends heartbeats need not answer. After a reset
+    /// there is nothing to ask for: a node that has booted says so.
+    fn ask(&mut self, everybody: bool) -> Result<(), Failure> {
+        if self.is_reset() {
+            return Ok(());
+        }
+        let concerned = NodeId::all().filter(|node| self.message.concerns(*node) && !self.has_reached(*node));
+        let asked: Vec<_> = concerned
+            .filter(|node| everybody || self.message.node.is_some() || self.heard.contains_key(node))
+            .collect();
+        for node in asked {
+            self.link.send(&ErrorControl::request(node)).map_err(|error| link_failure(&error))?;
+            self.listen(self.link.now() + PAUSE)?;
+        }
+        Ok(())
+    }
+
+    fn is_reset(&self) -> bool {
+        self.message.command.target() == NmtState::Initialising
+    }
+
+    fn has_reached(&self, node: NodeId) -> bool {
+        self.heard.get(&node) == Some(&self.message.command.target())
+    }
+}
+
+fn print_command(as_json: bool, message: NmtMessage) -> Result<(), Failure> {
     let mut stdout = anstream::stdout().lock();
-    if args.json {
+    if as_json {
         let node = message.node.map(NodeId::get);
-        writeln!(stdout, "{}", serde_json::json!({ "node": node, "command": message.command.to_string() }))?;
+        writeln!(stdout, "{}", json!({ "node": node, "command": message.command.to_string() }))?;
     } else {
+        let whom = message.node.map_or("all nodes".to_owned(), |node| format!("node {node}"));
+        let what = match message.command.target() {
+            NmtState::Initialising => message.command.to_string(),
+            state => format!("enter {state}"),
+        };
         writeln!(stdout, "{whom}: {what}")?;
     }
-    Ok(Outcome::Clean)
+    Ok(())
+}
+
+/// What became of the nodes.
+fn print_states<L: Link>(as_json: bool, wait_ms: u64, watch: &Watch<L>) -> Result<Outcome, Failure> {
+    let mut stdout = anstream::stdout().lock();
+    let nodes: BTreeSet<_> = watch.heard.keys().copied().chain(watch.message.node).collect();
+    for &node in &nodes {
+        let (state, reached) = (watch.heard.get(&node), watch.has_reached(node));
+        if as_json {
+            let state = state.map(|state| state.to_string());
+            let command = watch.message.command.to_string();
+            let line = json!({ "node": node.get(), "command": command, "state": state, "reached": reached });
+            writeln!(stdout, "{line}")?;
+            continue;
+        }
+        match state {
+            Some(NmtState::Initialising) if reached => writeln!(stdout, "node {node}: has booted")?,
+            Some(state) if reached => writeln!(stdout, "node {node}: {state}")?,
+            Some(_) if watch.is_reset() => warn(format_args!("node {node} has not booted within {wait_ms} ms")),
+            Some(state) => warn(format_args!("node {node} is {state} after {wait_ms} ms")),
+            None => warn(format_args!("nothing was heard of node {node} within {wait_ms} ms")),
+        }
+    }
+    if nodes.is_empty() && !as_json {
+        warn(format_args!("no node was heard within {wait_ms} ms"));
+    }
+    stdout.flush()?;
+    let reached = !nodes.is_empty() && nodes.iter().all(|node| watch.has_reached(*node));
+    Ok(if reached { Outcome::Clean } else { Outcome::Found })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lexican_runtime::CobId;
+    use lexican_runtime::host::{Node, VirtualBus};
+    use lexican_runtime::wire::nmt::NmtCommand::{EnterPreOperational, ResetNode, Start, Stop};
+    use std::collections::VecDeque;
+
+    /// A node that changes its state a while after it was told so.
+    struct Slow {
+        node: NodeId,
+        state: NmtState,
+        delay: Duration,
+        /// Zero for none.
+        heartbeat: Duration,
+        next_beat: Option<Instant>,
+        change: Option<(Instant, NmtState)>,
+        unsent: VecDeque<Frame>,
+    }
+
+    impl Slow {
+        fn new(node: u8, delay_ms: u64, heartbeat_ms: u64) -> Self {
+            let heartbeat = Duration::from_millis(heartbeat_ms);
+            Slow {
+                node: NodeId::literal(node),
+                state: NmtState::PreOperational,
+                delay: Duration::from_millis(delay_ms),
+                heartbeat,
+                next_beat: (!heartbeat.is_zero()).then_some(Instant::ZERO),
+                change: None,
+                unsent: VecDeque::new(),
+            }
+        }
+
+        fn tell(&mut self, state: NmtState) {
+            self.unsent.push_back(ErrorControl::heartbeat(state).frame(self.node));
+        }
+    }
+
+    impl Node for Slow {
+        fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+            if let Some(message) = NmtMessage::parse(frame.data()).filter(|_| frame.id() == CobId::NMT)
+                && message.concerns(self.node)
+            {
+                self.change = Some((now + self.delay, message.command.target()));
+            } else if *frame == ErrorControl::request(self.node) && self.heartbeat.is_zero() {
+                self.tell(self.state);
+            }
+        }
+        fn handle_timeout(&mut self, now: Instant) {
+            if let Some((_, state)) = self.change.take_if(|(at, _)| *at <= now) {
+                self.state = state;
+                if state == NmtState::Initialising {
+                    self.tell(state);
+                    self.state = NmtState::PreOperational;
+                }
+            }
+            if let Some(beat) = self.next_beat.filter(|beat| *beat <= now) {
+                self.next_beat = Some(beat + self.heartbeat);
+                self.tell(self.state);
+            }
+        }
+        fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+            self.unsent.pop_front()
+        }
+        fn poll_timeout(&self) -> Option<Instant> {
+            [self.next_beat, self.change.map(|(at, _)| at)].into_iter().flatten().min()
+        }
+    }
+
+    /// Which nodes are seen to reach their state, which are not, and after which time.
+    fn wait(nodes: Vec<Slow>, command: NmtCommand, node: u8, wait_ms: u64) -> (Vec<u8>, Vec<u8>, u64) {
+        let bus = VirtualBus::with_bit_rate(500);
+        nodes.into_iter().for_each(|node| bus.attach(node));
+        let mut link = bus.link();
+        let message = NmtMessage { command, node: NodeId::new(node) };
+        link.send(&message.frame()).unwrap();
+        let mut watch = Watch { link, message, heard: BTreeMap::new() };
+        watch.watch(Duration::from_millis(wait_ms)).unwrap();
+        let nodes = watch.heard.keys();
+        let (reached, others) = nodes.partition::<Vec<_>, _>(|node| watch.has_reached(**node));
+        let numbers = |nodes: Vec<&NodeId>| nodes.into_iter().map(|node| node.get()).collect();
+        (numbers(reached), numbers(others), bus.now().as_micros() / 1000)
+    }
+
+    #[test]
+    fn a_heartbeat_tells_the_state() {
+        let (reached, _, after_ms) = wait(vec![Slow::new(5, 730, 100), Slow::new(6, 0, 100)], Start, 5, 5000);
+        assert_eq!(reached, [5]);
+        assert!((730..=830).contains(&after_ms), "{after_ms}");
+    }
+
+    #[test]
+    fn a_node_without_heartbeat_is_asked() {
+        for command in [Start, Stop] {
+            let (reached, _, after_ms) = wait(vec![Slow::new(5, 730, 0)], command, 5, 5000);
+            assert_eq!(reached, [5]);
+            assert!((730..=1010).contains(&after_ms), "{after_ms}");
+        }
+    }
+
+    #[test]
+    fn a_reset_is_over_with_the_boot_up_message() {
+        let (reached, _, after_ms) = wait(vec![Slow::new(5, 730, 100)], ResetNode, 5, 5000);
+        assert_eq!((reached, after_ms), (vec![5], 730));
+        let (reached, others, _) = wait(vec![Slow::new(5, 7300, 100)], ResetNode, 5, 5000);
+        assert_eq!((reached, others), (vec![], vec![5]));
+    }
+
+    #[test]
+    fn a_node_that_is_late_or_silent_has_not_reached_its_state() {
+        let late = wait(vec![Slow::new(5, 6000, 100)], Start, 5, 5000);
+        assert_eq!(late, (vec![], vec![5], 5000));
+        let silent = wait(vec![Slow::new(6, 0, 100)], Start, 5, 5000);
+        assert_eq!(silent, (vec![], vec![], 5000));
+    }
+
+    #[test]
+    fn of_all_nodes_those_count_that_are_heard() {
+        let nodes = || vec![Slow::new(5, 0, 0), Slow::new(6, 1500, 1000), Slow::new(7, 9000, 0)];
+        assert_eq!(wait(nodes(), Start, 0, 5000), (vec![5, 6], vec![7], 5000));
+        assert_eq!(wait(nodes(), EnterPreOperational, 0, 5000), (vec![5, 6, 7], vec![], 5000));
+        let booted = wait(nodes(), ResetNode, 0, 20_000);
+        assert_eq!(booted, (vec![5, 6, 7], vec![], 20_000));
+    }
 }

@@ -53,6 +53,11 @@ fn a_scan_finds_and_recognises_the_drive() {
     check(&["nmt", "--bus", DRIVE, "start", "--node", "5"], 0, "node 5: enter OPERATIONAL");
     check(&["nmt", "--bus", DRIVE, "reset-node", "--all"], 0, "all nodes: reset node");
     check(&["nmt", "--bus", DRIVE, "stop", "--node", "5", "--json"], 0, "\"node\":5");
+    check(&["nmt", "--bus", DRIVE, "start", "--node", "5", "--wait", "2000"], 0, "node 5: OPERATIONAL\n");
+    check(&["nmt", "--bus", DRIVE, "reset-node", "--all", "--wait", "2000"], 0, "node 5: has booted\n");
+    check(&["nmt", "--bus", DRIVE, "start", "--node", "6", "--wait", "2000"], 1, "nothing was heard of node 6");
+    let states = lexican(&["nmt", "--bus", DRIVE, "start", "--all", "--wait", "2000", "--json"]);
+    assert_eq!(states.stdout, "{\"command\":\"start\",\"node\":5,\"reached\":true,\"state\":\"OPERATIONAL\"}\n");
 }
 
 #[test]

@@ -129,6 +129,14 @@ pub(crate) fn network<L: Link>(link: L) -> Result<Network<L>, Failure> {
     Ok(network)
 }
 
+/// Lets the last frame leave that nobody answers.
+pub(crate) fn let_leave(link: &mut impl Link) -> Result<(), Failure> {
+    const LEAVING: Duration = Duration::from_millis(20);
+    let until = link.now() + LEAVING;
+    while link.receive(until).map_err(|error| link_failure(&error))?.is_some() && link.now() < until {}
+    Ok(())
+}
+
 /// What a node is by its identity, and says so.
 fn identify(network: &mut Network<Box<dyn Link + Send>>, node: NodeId) -> Result<Option<Device>, Failure> {
     let mut number = |sub| match network.read_bytes(node, Address::new(0x1018, sub)) {
