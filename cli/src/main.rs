@@ -13,6 +13,7 @@ mod devices;
 mod eds;
 mod generate;
 mod identity;
+mod lss;
 mod monitor;
 mod nmt;
 mod output;
@@ -55,6 +56,8 @@ enum Command {
     Read(read::Args),
     Write(write::Args),
     Nmt(nmt::Args),
+    #[command(subcommand)]
+    Lss(lss::Command),
     Monitor(monitor::Args),
     Check(check::Args),
     Simulate(simulate::Args),
@@ -71,6 +74,7 @@ fn main() -> ExitCode {
         Command::Read(args) => read::run(&args),
         Command::Write(args) => write::run(&args),
         Command::Nmt(args) => nmt::run(&args),
+        Command::Lss(command) => command.run(),
         Command::Monitor(args) => monitor::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Simulate(args) => simulate::run(&args),

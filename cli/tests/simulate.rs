@@ -11,7 +11,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use common::{Run, folder, lexican, lexican_in};
 use lexican_runtime::host::Link;
 use lexican_runtime::host::slcan::{Settings, Slcan};
-use lexican_runtime::{CobId, Duration, Frame};
+use lexican_runtime::{CobId, Frame};
 use serde_json::{Value, json};
 
 /// A running `lexican simulate`, which ends with the test.
@@ -70,7 +70,8 @@ impl Simulation {
 
     /// Runs another command on its first bus.
     fn run(&self, command: &str, args: &[&str]) -> Run {
-        lexican(&[&[command, "--bus", &self.buses[0]], args].concat())
+        let command: Vec<_> = command.split(' ').chain(["--bus", &self.buses[0]]).collect();
+        lexican(&[&command, args].concat())
     }
 
     /// The same, which succeeds and says some words.
@@ -285,25 +286,65 @@ fn a_drive_keeps_its_parameters_and_follows_a_script() {
 #[test]
 fn a_device_without_node_id_gets_one_by_lss() {
     let folder = sensor("sim-lss");
-    let mut sensor = Simulation::begin(&folder, &["sensor.eds", "--node", "none"]);
-    let path = sensor.buses[0].strip_prefix("slcan:").unwrap();
-    let mut link = Slcan::open(path, Settings::default()).unwrap();
-    let id = |raw| CobId::standard(raw).unwrap();
-    let mut asks = |data: [u8; 8], answered: bool| {
-        link.send(&Frame::from_array(id(0x7E5), data)).unwrap();
-        let until = link.now() + Duration::from_secs(10);
-        answered.then(|| link.receive_frame(until).unwrap().expect("an answer").to_string())
-    };
-    assert_eq!(asks([0x51, 0, 0, 0, 0, 0x80, 0, 0], true).as_deref(), Some("7E4#4F00000000000000"));
-    asks([0x04, 1, 0, 0, 0, 0, 0, 0], false);
-    assert_eq!(asks([0x11, 9, 0, 0, 0, 0, 0, 0], true).as_deref(), Some("7E4#1100000000000000"));
-    assert_eq!(asks([0x04, 0, 0, 0, 0, 0, 0, 0], true).as_deref(), Some("709#00"));
-    drop(link);
-    assert_eq!(sensor.until("lss")["command"], "fastscan");
+    let mut sensor = Simulation::begin(&folder, &["sensor.eds", "--node", "none", "--eeprom", "kept.txt"]);
+    // Steps longer than they need be: beside a busy build, no answer must mean no, too.
+    let found = sensor.run("lss find", &["--one", "--json", "--step", "100"]);
+    let found: Value = serde_json::from_str(&found.stdout).unwrap_or_else(|_| panic!("{}", found.stderr));
+    assert_eq!(found, json!({ "vendor": 0, "product": 3, "revision": 1, "serial": 42, "device": null }));
+    assert_eq!(sensor.until("lss")["command"], "switch-global");
+    let select = ["--vendor", "0", "--product", "3h", "--revision", "0x1", "--serial", "42"];
+    sensor.check("lss inquire", &select, "vendor 0h, product 3h, revision 1h, serial 2Ah, no node-ID\n");
+    let given = sensor.run("lss node-id", &[&select[..], &["9", "--store", "--json"]].concat());
+    let given: Value = serde_json::from_str(&given.stdout).unwrap_or_else(|_| panic!("{}", given.stderr));
+    assert_eq!([&given["node"], &given["node_id"]], [&Value::Null, &json!(9)]);
+    assert_eq!([&given["booted"], &given["stored"]], [&json!(true), &json!(true)]);
     sensor.until("boot-up");
-    let args = ["read", "--bus", &sensor.buses[0], "--node", "9", "--device", "sensor.eds", "Device Type"];
-    let run = lexican_in(&folder, &args);
-    assert!(run.stdout.contains("1000:00 Device Type = 0"), "{}", run.stderr);
+    assert!(std::fs::read_to_string(folder.join("kept.txt")).unwrap().contains("node 9\n"));
+    sensor.check("lss inquire", &[], "serial 2Ah, node-ID 9\n");
+    let none = sensor.run("lss find", &["--step", "100"]);
+    assert_eq!((none.code, none.stdout.contains("no device without node-ID answers")), (Some(1), true));
+
+    // From now on it has a node-ID, which changes with the next reset.
+    let again = sensor.run("lss node-id", &["10"]);
+    assert!(again.stderr.contains("it is node 9 until its communication is reset"), "{}", again.stderr);
+    assert!(again.stderr.contains("not stored"), "{}", again.stderr);
+    sensor.check("nmt", &["reset-communication", "--node", "9"], "reset communication");
+    sensor.until("boot-up");
+    sensor.check("read", &["--node", "10", "--device", "none", "1000"], "1000:00 = 00 00 00 00");
+    let rate = sensor.run("lss bit-rate", &["250"]);
+    assert!(rate.stdout.ends_with("serial 2Ah: 250 kbit/s\n"), "{}", rate.stdout);
+    assert!(rate.stderr.contains("neither activated nor stored"), "{}", rate.stderr);
+    sensor.check(
+        "lss bit-rate",
+        &["--all", "500", "--activate", "20", "--json"],
+        "\"activated\":true,\"kbit_per_s\":500",
+    );
+    sensor.check("lss store", &["--all"], "all devices: stored\n");
+    sensor.check("nmt", &["start", "--node", "10", "--wait", "10000"], "node 10: OPERATIONAL\n");
+}
+
+#[test]
+fn what_lss_cannot_do_says_why() {
+    let sensor = Simulation::begin(&sensor("sim-no-lss"), &["sensor.eds", "--node", "7"]);
+    let check = |command: &str, args: &[&str], words: &str| {
+        let run = sensor.run(command, args);
+        assert_eq!(run.code, Some(2), "{command} {args:?}: {}", run.stdout);
+        assert!(run.stderr.contains(words), "{command} {args:?}: {}", run.stderr);
+    };
+    check("lss inquire", &["--unconfigured", "--step", "100"], "`lexican scan` shows those that have one");
+    check("lss node-id", &["--unconfigured", "--step", "100", "5"], "no device without node-ID answers");
+    check("lss store", &["--vendor", "1", "--product", "1", "--revision", "1", "--serial", "1"], "no device with this");
+    check("lss store", &["--vendor", "1"], "--product");
+    check("lss store", &["--vendor", "1", "--unconfigured"], "cannot be used with");
+    check("lss store", &["--serial", "2G"], "405, 0x195 or 195h");
+    check("lss node-id", &["128"], "node-IDs are 1 to 127");
+    check("lss bit-rate", &["100"], "1000, 800, 500, 250, 125, 50, 20, 10 and auto");
+    let drive = Simulation::begin(&folder("sim-no-lss-drive"), &["siko/ag03-1", "--node", "5"]);
+    let run = drive.run("lss inquire", &[]);
+    assert!(run.code == Some(2) && run.stderr.contains("no device answers to LSS"), "{}", run.stderr);
+    let run = drive.run("nmt", &["start", "--node", "6", "--wait", "300"]);
+    assert_eq!(run.code, Some(1));
+    assert!(run.stderr.contains("nothing was heard of node 6 within 300 ms"), "{}", run.stderr);
 }
 
 #[test]

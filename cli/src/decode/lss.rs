@@ -5,11 +5,11 @@ use lexican_runtime::wire::lss::{Bound, LssRequest, LssResponse, LssState, Part}
 use serde_json::{Value as Json, json};
 
 /// CiA 305, table 1: the bit rates in kbit/s by their index; `None` is reserved.
-const BIT_TIMING_TABLE: [Option<u16>; 9] =
+pub(crate) const BIT_TIMING_TABLE: [Option<u16>; 9] =
     [Some(1000), Some(800), Some(500), Some(250), Some(125), None, Some(50), Some(20), Some(10)];
 
 /// The entry that stands for "find it out".
-const AUTOMATIC: u8 = 9;
+pub(crate) const AUTOMATIC: u8 = 9;
 
 /// `select by product = 1402h`.
 pub(super) fn request_text(request: LssRequest) -> String {
@@ -34,7 +34,7 @@ pub(super) fn request_text(request: LssRequest) -> String {
 }
 
 /// `selected`, `node-ID taken`.
-pub(super) fn response_text(response: LssResponse) -> String {
+pub(crate) fn response_text(response: LssResponse) -> String {
     match response {
         LssResponse::Selected => "selected".to_owned(),
         LssResponse::ConfigureNode { error, specific } => {
@@ -53,7 +53,7 @@ pub(super) fn response_text(response: LssResponse) -> String {
 }
 
 /// Whether a device refuses.
-pub(super) fn refuses(response: LssResponse) -> bool {
+pub(crate) fn refuses(response: LssResponse) -> bool {
     match response {
         LssResponse::ConfigureNode { error, .. }
         | LssResponse::ConfigureBitTiming { error, .. }
@@ -103,7 +103,7 @@ pub(super) fn request_json(request: LssRequest) -> Json {
     }
 }
 
-pub(super) fn response_json(response: LssResponse) -> Json {
+pub(crate) fn response_json(response: LssResponse) -> Json {
     let command =
         |name: &str| json!({ "from": "device", "command": name, "code": format!("{:02X}", response.emit()[0]) });
     let result =

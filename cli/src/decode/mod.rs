@@ -1,7 +1,7 @@
 //! Frames in words and in fields: which service, which node, and what it says by name and unit.
 
 mod detail;
-mod lss;
+pub(crate) mod lss;
 mod network;
 mod pdo;
 mod sdo;

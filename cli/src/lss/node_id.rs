@@ -1,0 +1,108 @@
+//! `lexican lss node-id`: a node-ID for a device.
+
+use std::str::FromStr;
+
+use lexican_runtime::NodeId;
+use lexican_runtime::host::Link;
+use serde_json::json;
+
+use super::session::{Selected, Session};
+use super::{LinkArgs, SelectArgs, print, print_refusal, selected_json, words};
+use crate::bus::node_id;
+use crate::output::{Failure, Outcome, note, warn};
+
+/// Give a device a node-ID
+///
+/// A device without node-ID boots with it at once; one that has another keeps that until its communication is reset.
+/// Exit code 1 when the device refuses.
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    link: LinkArgs,
+
+    #[command(flatten)]
+    select: SelectArgs,
+
+    /// Let the device store it, so that it has it without power, too
+    #[arg(long)]
+    store: bool,
+
+    /// Give it even if another node has it already
+    #[arg(long)]
+    force: bool,
+
+    /// The node-ID, 1 to 127; none takes it away
+    #[arg(value_name = "ID")]
+    node: New,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican lss node-id --bus can0 5                                (the only device on the bus)
+    lexican lss node-id --bus can0 --unconfigured 5 --store         (the next one without node-ID)
+    lexican lss node-id --bus can0 --vendor 195h --product 0 --revision 10000h --serial 42 5";
+
+/// The node-ID that a device is to have, if it is to have one.
+#[derive(Clone, Copy, Debug)]
+struct New(Option<NodeId>);
+
+impl FromStr for New {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "none" { Ok(New(None)) } else { node_id(text).map(|node| New(Some(node))) }
+    }
+}
+
+pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
+    args.link.work(|session| give(session, args))
+}
+
+fn give<L: Link>(session: &mut Session<L>, args: &Args) -> Result<Outcome, Failure> {
+    let New(new) = args.node;
+    let selected = session.select(args.select.whom())?;
+    if let Some(new) = new.filter(|new| !args.force && selected.node != Some(*new))
+        && session.is_taken(new)?
+    {
+        return Err(Failure::new(format_args!("another node has the node-ID {new}"))
+            .help("`lexican scan` shows who is there; --force gives it all the same"));
+    }
+    if let Err(refusal) = session.configure_node(new)? {
+        return print_refusal(args.link.json, Some(selected), refusal);
+    }
+    if args.store
+        && let Err(refusal) = session.store()?
+    {
+        return print_refusal(args.link.json, Some(selected), refusal);
+    }
+    let booted = match (selected.node, new) {
+        (None, Some(new)) => session.boot(new)?,
+        _ => false,
+    };
+    let more = json!({ "node_id": new.map(NodeId::get), "booted": booted, "stored": args.store });
+    print(args.link.json, selected_json(Some(selected)), more, &text(selected, new))?;
+    advise(selected, new, booted, args.store);
+    Ok(Outcome::Clean)
+}
+
+fn text(selected: Selected, new: Option<NodeId>) -> String {
+    let taken = new.map_or_else(|| "no node-ID any more".to_owned(), |new| format!("node-ID {new}"));
+    format!("{}: {taken}", words(selected.identity))
+}
+
+/// What is still to be done, or to be known.
+fn advise(selected: Selected, new: Option<NodeId>, booted: bool, stored: bool) {
+    match selected.node {
+        Some(old) if new != Some(old) => note(format_args!(
+            "it is node {old} until its communication is reset: `lexican nmt reset-communication --node {old}`"
+        )),
+        None if new.is_some() && !booted => {
+            warn("no boot-up message was heard: some devices take their node-ID when they are switched on only");
+        }
+        _ => {}
+    }
+    if !stored {
+        note("not stored: without power the device forgets it, unless --store is given");
+    }
+}
