@@ -368,6 +368,38 @@ async fn neither_an_idle_bus_nor_a_lost_one_keeps_the_task_busy() {
     assert!((30..50).contains(&lost), "a lost bus: {lost} times in 10 s");
 }
 
+/// A link that has read a frame already when the shell gets it, so that its socket tells nothing.
+#[cfg(unix)]
+struct Prepared(Arc<UnixDatagram>, Option<Frame>);
+
+#[cfg(unix)]
+impl Link for Prepared {
+    fn now(&self) -> Instant {
+        Instant::ZERO
+    }
+    fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+        Ok(())
+    }
+    fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
+        Ok(self.1.take().map(Incoming::Frame))
+    }
+    fn descriptor(&self) -> Option<Descriptor> {
+        Some(self.0.clone())
+    }
+}
+
+#[cfg(unix)]
+#[tokio::test(start_paused = true)]
+async fn what_a_link_has_read_before_the_shell_gets_it_is_told_at_once() {
+    let (socket, _other_end) = UnixDatagram::pair().unwrap();
+    let boot_up = Frame::from_array(CobId::of_node(0x700, SILENT), [0]);
+    let started = tokio::time::Instant::now();
+    let network = Network::spawn(Prepared(Arc::new(socket), Some(boot_up))).unwrap();
+    let event = network.events().recv().await.unwrap();
+    assert_eq!(event, Event::Manager(manager::Event::BootedUp { node: SILENT }));
+    assert!(started.elapsed() < std::time::Duration::from_millis(10), "{:?}", started.elapsed());
+}
+
 #[test]
 fn handles_and_calls_can_move_between_threads() {
     fn is_send<T: Send>(_: &T) {}

@@ -68,7 +68,8 @@ impl<L: Link> Owner<L> {
             audience: Audience::default(),
             events,
             inbox,
-            more: false,
+            // The link may have read something already.
+            more: true,
         })
     }
 
