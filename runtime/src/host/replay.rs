@@ -22,7 +22,7 @@ pub struct Replay {
     /// The number of the line that `next` stands on.
     line: usize,
     interface: Option<String>,
-    next: Option<(Instant, Frame)>,
+    next: Option<Result<(Instant, Frame), ReplayError>>,
     now: Instant,
     /// The clock on the wall and the log's time when it began, if they are to pass alike.
     pacer: Option<(Clock, Instant)>,
@@ -45,8 +45,9 @@ impl Replay {
             now: Instant::ZERO,
             pacer: None,
         };
-        replay.next = replay.read()?;
-        replay.now = replay.next.map_or(Instant::ZERO, |(at, _)| at);
+        let first = replay.read()?;
+        replay.now = first.map_or(Instant::ZERO, |(at, _)| at);
+        replay.next = first.map(Ok);
         replay.pacer = (pace == Pace::RealTime).then(|| (Clock::new(), replay.now));
         Ok(replay)
     }
@@ -91,13 +92,19 @@ impl Link for Replay {
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        let Some((at, frame)) = self.next else { return Err(LinkError::Ended) };
-        if at > until {
+        if let Some(Ok((at, _))) = self.next
+            && at > until
+        {
             self.pass_to(until);
             return Ok(None);
         }
+        let (at, frame) = match self.next.take() {
+            Some(Ok(next)) => next,
+            Some(Err(error)) => return Err(LinkError::Io(io::Error::other(error))),
+            None => return Err(LinkError::Ended),
+        };
         self.pass_to(at);
-        self.next = self.read().map_err(|error| LinkError::Io(io::Error::other(error)))?;
+        self.next = self.read().transpose();
         Ok(Some(Incoming::Frame(frame)))
     }
 }
@@ -167,11 +174,13 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_line_is_named() {
+    fn a_bad_line_is_named_after_the_frames_before_it() {
         let path = log("bad", "(5.000100) can0 080#\nnonsense\n");
         let mut link = Replay::open(&path, None, Pace::Virtual).unwrap();
+        assert_eq!(link.receive_frame(at(9_000_000)).unwrap().map(|frame| frame.id().raw()), Some(0x080));
         let error = link.receive(at(9_000_000)).unwrap_err().to_string();
         assert!(error.contains(".log:2: the line does not begin with a time stamp"), "{error}");
+        assert!(matches!(link.receive(at(9_000_000)), Err(LinkError::Ended)));
         fs::remove_file(path).unwrap();
     }
 }
