@@ -35,11 +35,12 @@ pub struct Drive<L: Link, K: Kind> {
 }
 
 impl<L: Link, K: Kind> Drive<L, K> {
-    /// Connects to the drive at `node`, and makes sure that it is of this kind. Nothing is changed in the drive.
+    /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver goes
+    /// by. Nothing is changed in the drive.
     ///
     /// # Errors
     ///
-    /// [`Error::NotThisDrive`]; [`Error::Sdo`] when nobody answers.
+    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] when nobody answers.
     pub fn connect(link: L, node: NodeId) -> Result<Self, Error> {
         let session = Session::new(node, K::DESCRIPTION);
         let mut drive = Drive { link: Some(link), session, kind: PhantomData };

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use lexican_runtime::CobId;
 use lexican_runtime::host::LinkError;
 use lexican_runtime::object::{Address, LengthMismatch, OutOfRange};
 use lexican_runtime::profile::cia402::{Command, State};
@@ -159,6 +160,17 @@ pub enum Error {
         profile: u16,
         /// 1008h, when the device has it.
         name: Option<String>,
+    },
+    /// A PDO or the emergency object of the node has another COB-ID than in the predefined connection set (CiA 301,
+    /// 7.3.5), by which the driver talks, or does not exist.
+    #[error("{address}: the driver goes by COB-ID {:X}h, and the node is set up with {found:08X}h", expected.raw())]
+    OtherCobId {
+        /// 1400h:01, say.
+        address: Address,
+        /// By what the driver goes.
+        expected: CobId,
+        /// What the object holds; its bit 31 says that there is none.
+        found: u32,
     },
     /// The drive has booted in the middle of an operation: it was reset, or its power failed.
     #[error("the drive has restarted")]

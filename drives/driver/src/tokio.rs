@@ -46,11 +46,12 @@ pub struct Drive<K: Kind> {
 }
 
 impl<K: Kind> Drive<K> {
-    /// Connects to the drive at `node`, and makes sure that it is of this kind. Nothing is changed in the drive.
+    /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver goes
+    /// by. Nothing is changed in the drive.
     ///
     /// # Errors
     ///
-    /// [`Error::NotThisDrive`]; [`Error::Sdo`] when nobody answers.
+    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] when nobody answers.
     pub async fn connect(network: Network, node: NodeId) -> Result<Self, Error> {
         let (events, desk) = (network.events(), Desk::new(node, K::DESCRIPTION));
         let mut drive = Drive { network, events, node, desk, kind: PhantomData };

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use lexican_runtime::host::{Fate, Link, VirtualBus, VirtualLink};
+use lexican_runtime::object::{Address, Object, Rw};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{AbortCode, CobId, Duration, Frame, NodeId};
 use siko_ag03_1::Direction;
@@ -416,6 +417,35 @@ fn another_device_is_not_taken_for_the_drive() {
         Err(Error::NotThisDrive { vendor_id: 0x195, profile: 402, name: None, .. }) => {}
         other => panic!("{:?}", other.err()),
     }
+}
+
+#[test]
+fn cob_ids_that_the_driver_does_not_go_by_are_told_of() {
+    let setups: [(Object<u32, Rw>, u32, bool); 9] = [
+        (od::RPDO1_PARAMETER.cob_id(), 0x206, false),
+        (od::RPDO3_PARAMETER.cob_id(), 0x8000_0405, false),
+        (od::RPDO4_PARAMETER.cob_id(), 0x2000_0505, false),
+        (od::TPDO1_PARAMETER.cob_id(), 0x285, false),
+        (od::TPDO1_PARAMETER.cob_id(), 0x4000_0185, true),
+        (od::TPDO3_PARAMETER.cob_id(), 0x8000_0385, true),
+        (od::COB_ID_EMERGENCY_MESSAGE, 0x86, false),
+        (od::COB_ID_EMERGENCY_MESSAGE, 0x8000_0085, true),
+        (od::COB_ID_SYNC_MESSAGE, 0x81, true),
+    ];
+    for (object, cob_id, connects) in setups {
+        let mut bench = Bench::new();
+        bench.drive.write(object, cob_id).unwrap();
+        match Drive::connect(bench.bus.link(), NODE) {
+            Ok(_) => assert!(connects, "{object:?}"),
+            Err(Error::OtherCobId { address, found, .. }) => {
+                assert_eq!((address, found, connects), (object.address(), cob_id, false));
+            }
+            Err(error) => panic!("{object:?}: {error}"),
+        }
+    }
+    let error =
+        Error::OtherCobId { address: Address::new(0x1400, 1), expected: CobId::of_node(0x200, NODE), found: 0x206 };
+    assert_eq!(error.to_string(), "1400:01: the driver goes by COB-ID 205h, and the node is set up with 00000206h");
 }
 
 #[test]

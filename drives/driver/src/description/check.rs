@@ -6,6 +6,10 @@ use super::{Description, Number, Pdo, Test, Word};
 use crate::fault::ByteOrder;
 use crate::mode::Mode;
 
+/// The PDOs of the predefined connection set (CiA 301, 7.3.5), by which the driver finds their parameters.
+const RECEIVE: [u16; 4] = [0x200, 0x300, 0x400, 0x500];
+const TRANSMIT: [u16; 4] = [0x180, 0x280, 0x380, 0x480];
+
 impl Description {
     /// What cannot be right in it, one sentence each; nothing in a good description. For the tests of a drive's crate.
     #[must_use]
@@ -17,9 +21,11 @@ impl Description {
             }
         };
         let outputs = [self.outputs.control, self.outputs.position, self.outputs.velocity];
-        for pdo in outputs.iter().flatten().chain(self.inputs) {
-            let size = pdo.size(self);
-            find(size > 8, format!("the PDO {:X}h has {size} bytes", pdo.base));
+        let outputs = outputs.iter().flatten().map(|pdo| (pdo, RECEIVE));
+        for (pdo, predefined) in outputs.chain(self.inputs.iter().map(|pdo| (pdo, TRANSMIT))) {
+            let (base, size) = (pdo.base, pdo.size(self));
+            find(size > 8, format!("the PDO {base:X}h has {size} bytes"));
+            find(!predefined.contains(&base), format!("the COB-ID {base:X}h is not that of such a PDO"));
         }
         for (number, what) in self.moved() {
             find(!number.fits_i32(), format!("{} is no {what} of 32 bits with a sign", number.address()));
@@ -115,6 +121,11 @@ mod tests {
         check(
             Description { outputs: Outputs { control: Some(long), ..base.outputs }, ..base },
             &["the PDO 200h has 9 bytes"],
+        );
+        let elsewhere = Pdo { base: 0x180, signals: &[Signal::ControlWord] };
+        check(
+            Description { outputs: Outputs { control: Some(elsewhere), ..base.outputs }, ..base },
+            &["the COB-ID 180h is not that of such a PDO"],
         );
         let mut objects = base.objects;
         objects.actual_position = Number::new(0x6064, 0x00, DataType::Unsigned32);

@@ -183,6 +183,12 @@ impl Desk {
         shared.running = false;
     }
 
+    /// The node-ID.
+    #[must_use]
+    pub fn node(&self) -> NodeId {
+        self.node
+    }
+
     /// What kind of drive it is.
     #[must_use]
     pub fn description(&self) -> &'static Description {

@@ -1,48 +1,19 @@
-//! What is set up once: identity, operating mode, calibration, approach, emergencies, units.
+//! What is set up once: operating mode, calibration, approach, emergencies, units.
 
 use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::State;
-use lexican_runtime::service::sdo_client::SdoError;
 
+use super::identify::characters;
 use super::power::{cause, is_fault, state_of};
 use super::refusal::require_rest;
 use super::velocity::unasked;
 use crate::description::{Approach, Calibration, Homing, Number};
 use crate::desk::Desk;
 use crate::error::{Capability, Error, Missing, Refusal};
-use crate::fault::ByteOrder;
 use crate::mode::Mode;
 use crate::units::Units;
 
-const DEVICE_TYPE: Number = Number::new(0x1000, 0x00, DataType::Unsigned32);
-const DEVICE_NAME: Number = Number::new(0x1008, 0x00, DataType::Unsigned32);
 const SOFTWARE_VERSION: Number = Number::new(0x100A, 0x00, DataType::Unsigned32);
-const VENDOR_ID: Number = Number::new(0x1018, 0x01, DataType::Unsigned32);
-
-/// Makes sure that the node is the drive that is described.
-///
-/// # Errors
-///
-/// [`Error::NotThisDrive`]; as [`Desk::read`].
-pub async fn identify(desk: &Desk) -> Result<(), Error> {
-    let (expected, identity) = (desk.description().name, desk.description().identity);
-    let profile = (desk.get(DEVICE_TYPE).await? & 0xFFFF) as u16;
-    let vendor_id = desk.get(VENDOR_ID).await? as u32;
-    let name = match characters(desk, DEVICE_NAME).await {
-        Ok(name) => Some(name),
-        Err(Error::Sdo(SdoError::Aborted { .. })) => None,
-        Err(error) => return Err(error),
-    };
-    let named = match (identity.names, &name) {
-        (None, None) => true,
-        (Some(names), Some(name)) => names.iter().any(|begin| name.starts_with(begin)),
-        _ => false,
-    };
-    if named && (profile, vendor_id) == (identity.profile, identity.vendor_id) {
-        return Ok(());
-    }
-    Err(Error::NotThisDrive { expected, vendor_id, profile, name })
-}
 
 /// The version of the drive's firmware (100Ah): four characters, such as "1.00".
 ///
@@ -212,14 +183,4 @@ pub async fn units(desk: &Desk) -> Result<Units, Error> {
         numerator: desk.get(objects.numerator).await? as u32,
         denominator: desk.get(objects.denominator).await? as u32,
     })
-}
-
-/// Four characters, in the order that the drive sends them.
-async fn characters(desk: &Desk, object: Number) -> Result<String, Error> {
-    let number = desk.get(object).await? as u32;
-    let bytes = match desk.description().identity.characters {
-        ByteOrder::HighFirst => number.to_be_bytes(),
-        ByteOrder::LowFirst | ByteOrder::Either => number.to_le_bytes(),
-    };
-    Ok(bytes.iter().map(|&byte| char::from(byte)).filter(|&character| character != '\0').collect())
 }

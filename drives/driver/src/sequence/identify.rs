@@ -1,0 +1,87 @@
+//! Whether the node is the drive that is described, and is set up as the driver talks to it.
+
+use lexican_runtime::CobId;
+use lexican_runtime::object::DataType;
+use lexican_runtime::service::sdo_client::SdoError;
+
+use crate::description::Number;
+use crate::desk::Desk;
+use crate::error::Error;
+use crate::fault::ByteOrder;
+
+const DEVICE_TYPE: Number = Number::new(0x1000, 0x00, DataType::Unsigned32);
+const DEVICE_NAME: Number = Number::new(0x1008, 0x00, DataType::Unsigned32);
+const EMERGENCIES: Number = Number::new(0x1014, 0x00, DataType::Unsigned32);
+const VENDOR_ID: Number = Number::new(0x1018, 0x01, DataType::Unsigned32);
+
+/// "Does not exist", in a COB-ID of 1014h, 1400h and 1800h (CiA 301, 7.5.2.17, 7.5.2.35, 7.5.2.37).
+const NOT_VALID: u32 = 1 << 31;
+
+/// Makes sure that the node is the drive that is described, and that its PDOs and emergencies have the COB-IDs by which
+/// the driver talks to it.
+///
+/// # Errors
+///
+/// [`Error::NotThisDrive`], [`Error::OtherCobId`]; as [`Desk::read`].
+pub async fn identify(desk: &Desk) -> Result<(), Error> {
+    let (expected, identity) = (desk.description().name, desk.description().identity);
+    let profile = (desk.get(DEVICE_TYPE).await? & 0xFFFF) as u16;
+    let vendor_id = desk.get(VENDOR_ID).await? as u32;
+    let name = match characters(desk, DEVICE_NAME).await {
+        Ok(name) => Some(name),
+        Err(Error::Sdo(SdoError::Aborted { .. })) => None,
+        Err(error) => return Err(error),
+    };
+    let named = match (identity.names, &name) {
+        (None, None) => true,
+        (Some(names), Some(name)) => names.iter().any(|begin| name.starts_with(begin)),
+        _ => false,
+    };
+    if !named || (profile, vendor_id) != (identity.profile, identity.vendor_id) {
+        return Err(Error::NotThisDrive { expected, vendor_id, profile, name });
+    }
+    check_cob_ids(desk).await
+}
+
+/// An order that does not arrive starts nothing; but one that another PDO takes, or a status word that is none, might.
+async fn check_cob_ids(desk: &Desk) -> Result<(), Error> {
+    let outputs = desk.description().outputs;
+    for pdo in [outputs.control, outputs.position, outputs.velocity].iter().flatten() {
+        check_cob_id(desk, pdo_parameter(0x1400, 0x200, pdo.base), pdo.base, true).await?;
+    }
+    // What the drive does not tell unasked, it is asked for.
+    for pdo in desk.description().inputs {
+        check_cob_id(desk, pdo_parameter(0x1800, 0x180, pdo.base), pdo.base, false).await?;
+    }
+    check_cob_id(desk, EMERGENCIES, 0x080, false).await
+}
+
+/// The COB-ID of the PDO that has `base` in the predefined connection set (CiA 301, 7.3.5).
+fn pdo_parameter(index: u16, first: u16, base: u16) -> Number {
+    Number::new(index.wrapping_add(base.wrapping_sub(first) >> 8), 0x01, DataType::Unsigned32)
+}
+
+/// A node that does not have the object cannot have another COB-ID.
+async fn check_cob_id(desk: &Desk, object: Number, base: u16, needed: bool) -> Result<(), Error> {
+    let found = match desk.get(object).await {
+        Ok(found) => found as u32,
+        Err(Error::Sdo(SdoError::Aborted { .. })) => return Ok(()),
+        Err(error) => return Err(error),
+    };
+    let expected = CobId::of_node(base, desk.node());
+    let right = match found & NOT_VALID {
+        0 => CobId::from_parameter(found) == expected,
+        _ => !needed,
+    };
+    if right { Ok(()) } else { Err(Error::OtherCobId { address: object.address(), expected, found }) }
+}
+
+/// Four characters, in the order that the drive sends them.
+pub(super) async fn characters(desk: &Desk, object: Number) -> Result<String, Error> {
+    let number = desk.get(object).await? as u32;
+    let bytes = match desk.description().identity.characters {
+        ByteOrder::HighFirst => number.to_be_bytes(),
+        ByteOrder::LowFirst | ByteOrder::Either => number.to_le_bytes(),
+    };
+    Ok(bytes.iter().map(|&byte| char::from(byte)).filter(|&character| character != '\0').collect())
+}
