@@ -7,6 +7,7 @@ use lexican_runtime::object::{Address, Object, Rw};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{AbortCode, CobId, Duration, Frame, NodeId};
 use siko_ag03_1::Direction;
+use siko_ag03_1::driver::sequence::Setting;
 use siko_ag03_1::driver::{Drive, Error, Missing, Mode, Outcome, VelocityOutcome};
 use siko_ag03_1::fault::{Cause, Fault};
 use siko_ag03_1::od;
@@ -380,6 +381,32 @@ fn parameters_are_read_compared_written_and_restored() {
     assert_eq!(left.iter().map(|difference| difference.address).collect::<Vec<_>>(), [od::LOOP_LENGTH.address()]);
     bench.drive.restore(Some(ParameterSet::Standard)).unwrap();
     assert_eq!(bench.drive.compare_parameters(&factory).unwrap(), []);
+}
+
+/// A limit waits for the other one, and the calibration value for both, whatever the drive had before.
+#[test]
+fn a_set_of_parameters_is_written_in_whatever_order_the_drive_takes_it() {
+    let limits = od::SOFTWARE_POSITION_LIMIT;
+    let set = |low, high, calibration| {
+        [
+            (od::CALIBRATION_VALUE.address(), calibration),
+            (limits.limit_1().address(), high),
+            (limits.limit_2().address(), low),
+        ]
+        .map(|(address, value)| Setting { address, value })
+    };
+    let mut bench = Bench::new();
+    for (low, high, calibration) in
+        [(800_000, 2_000_000, 900_000), (-2_000_000, -800_000, -900_000), (0, 10, 5), (-1_000_000, 1_000_000, 0)]
+    {
+        let settings = set(low, high, calibration);
+        bench.drive.write_parameters(&settings).unwrap();
+        assert_eq!(bench.drive.compare_parameters(&settings).unwrap(), []);
+        assert_eq!(i64::from(bench.position()), calibration);
+    }
+    let refused = bench.drive.write_parameters(&set(0, 10, 1_000_000));
+    let Err(Error::Sdo(SdoError::Aborted { address, .. })) = refused else { panic!("{refused:?}") };
+    assert_eq!(address, od::CALIBRATION_VALUE.address());
 }
 
 #[test]

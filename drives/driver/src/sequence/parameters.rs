@@ -66,24 +66,43 @@ pub async fn compare_parameters(desk: &Desk, settings: &[Setting]) -> Result<Vec
 /// # Errors
 ///
 /// [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a travel is under way; [`Error::Sdo`] with the
-/// first setting that the drive refuses.
+/// first setting that the drive refuses. Others may have been written by then: a value that is out of place waits
+/// for the rest, such as one limit for the other.
 pub async fn write_parameters(desk: &Desk, settings: &[Setting]) -> Result<(), Error> {
     for &Setting { address, value } in settings {
         object(desk, address).map_or(Ok(()), |object| object.check(value))?;
     }
     require_rest(desk).await?;
-    let mut later = Vec::new();
-    for difference in compare_parameters(desk, settings).await? {
-        match write(desk, difference).await {
-            // Of two limits the one may have to wait for the other.
-            Err(Error::Sdo(SdoError::Aborted { code: AbortCode::MAXIMUM_BELOW_MINIMUM, .. })) => later.push(difference),
-            done => done?,
+    let mut left = compare_parameters(desk, settings).await?;
+    loop {
+        let (mut waiting, mut refusal) = (Vec::new(), None);
+        for &difference in &left {
+            match write(desk, difference).await {
+                Err(Error::Sdo(error)) if is_out_of_place(error) => {
+                    waiting.push(difference);
+                    refusal.get_or_insert(error);
+                }
+                done => done?,
+            }
+        }
+        match refusal {
+            Some(error) if waiting.len() == left.len() => return Err(error.into()),
+            Some(_) => left = waiting,
+            None => return Ok(()),
         }
     }
-    for difference in later {
-        write(desk, difference).await?;
-    }
-    Ok(())
+}
+
+/// Whether a value is refused that may be right once others are written: of two limits, or of a position between them.
+fn is_out_of_place(error: SdoError) -> bool {
+    let SdoError::Aborted { code, .. } = error else { return false };
+    const OUT_OF_PLACE: [AbortCode; 4] = [
+        AbortCode::MAXIMUM_BELOW_MINIMUM,
+        AbortCode::INVALID_VALUE,
+        AbortCode::VALUE_TOO_HIGH,
+        AbortCode::VALUE_TOO_LOW,
+    ];
+    OUT_OF_PLACE.contains(&code)
 }
 
 /// Keeps all parameters for when there is no power.
