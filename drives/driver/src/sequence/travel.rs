@@ -208,6 +208,15 @@ pub(super) async fn come_to_rest(desk: &Desk) -> Result<(), Error> {
     stand_still(desk, desk.description().stopping()).await
 }
 
+/// The drive has been told to stop, and stands. A travel that it does not tell of is interrupted then, and goes on
+/// with the next word that takes back Stop: so it is not forgotten.
+pub(super) fn stopped(desk: &Desk) {
+    let mut shared = desk.lock();
+    let interrupted = shared.travelling && desk.description().status.positioning.is_none();
+    shared.rest();
+    (shared.travelling, shared.paused) = (interrupted, interrupted);
+}
+
 /// Sends a word that stops the drive, until it stands. The word means the same when it comes again, so that
 /// one that gets lost is sent again; and braking may take a minute with the gentlest deceleration.
 pub(super) async fn stand_still(desk: &Desk, word: u16) -> Result<(), Error> {
@@ -298,13 +307,24 @@ async fn tells_under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
         let shared = desk.lock();
         (shared.travelling, shared.paused)
     };
-    if !travelling || paused || status_word & bits.target_reached != 0 {
-        return Ok(travelling && paused);
+    if !travelling || paused {
+        return Ok(travelling);
+    }
+    if status_word & bits.target_reached != 0 {
+        return is_halted(desk).await;
     }
     Ok(status_word & bits.internal_limit == 0 || moves(desk, status_word).await?)
 }
 
-/// Whether the drive moves.
+/// Whether somebody else has told the drive to stop: the control word tells what it was told last, by whomever.
+async fn is_halted(desk: &Desk) -> Result<bool, Error> {
+    let description = desk.description();
+    let word = desk.get(description.objects.control_word).await?;
+    Ok(word & i64::from(description.control.stop) != 0)
+}
+
+/// Whether the drive moves. Its bit may tell so in one mode only, or from some velocity on; and not every drive has a
+/// velocity to read in both modes.
 pub(super) async fn moves(desk: &Desk, status_word: u16) -> Result<bool, Error> {
     match desk.description().status.moving {
         Some(moving) => desk.holds(moving, status_word).await,

@@ -5,7 +5,7 @@ use lexican_runtime::profile::cia402::State;
 
 use super::power::{at_rest, cause, is_fault, state_of};
 use super::refusal::{Order, refuse};
-use super::travel::come_to_rest;
+use super::travel::{come_to_rest, stopped};
 use crate::description::Number;
 use crate::desk::Desk;
 use crate::error::{Capability, Error, VelocityOutcome};
@@ -75,6 +75,6 @@ pub(super) fn unasked(desk: &Desk) -> Option<Number> {
 /// As [`Desk::read`].
 pub async fn stop(desk: &Desk) -> Result<(), Error> {
     come_to_rest(desk).await?;
-    at_rest(desk);
+    stopped(desk);
     Ok(())
 }

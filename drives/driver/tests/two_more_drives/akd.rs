@@ -277,6 +277,63 @@ fn a_travel_that_somebody_else_has_ended_is_forgotten_when_the_drive_is_enabled(
     assert_eq!(outcome.unwrap(), Outcome::Reached { position: 0 });
 }
 
+/// In Halt, the bit of a target that is reached tells that the drive stands.
+#[test]
+fn a_travel_that_somebody_else_halts_is_not_over() {
+    let script = "
+        > 203#0F00
+        > 603#237A6000A08C0000
+        > 203#1F00
+        = 6041:00 1237
+        > 203#0F00
+        = 6040:00 010F            another manager
+        = 6041:00 0637
+        ~ 300
+        = 6040:00 000F            it takes back Halt
+        = 6041:00 0237
+        ~ 300
+        = 6064:00 8CA0
+        = 6041:00 0637
+    ";
+    let outcome = enabled::<ByPdo, _>(script, |drive| {
+        drive.start_moving_to(36_000)?;
+        drive.pass(Duration::from_millis(200))?;
+        let other = drive.move_to(0).unwrap_err();
+        assert_eq!(other.to_string(), "the drive would refuse: a travel is under way");
+        drive.finish()
+    });
+    assert_eq!(outcome.unwrap(), Outcome::Reached { position: 36_000 });
+}
+
+/// The next word without Halt goes on with it: so it does not come before the travel is resumed, or forgotten.
+#[test]
+fn a_travel_that_is_stopped_is_not_forgotten() {
+    let script = "
+        > 203#0F00
+        > 603#237A6000A08C0000
+        > 203#1F00
+        = 6041:00 1237
+        > 203#0F00
+        = 6041:00 0237
+        = 606C:00 00001000
+        > 203#0F01
+        = 606C:00 00000000
+        > 203#0F01            again, since it might not have begun to move
+        = 6041:00 0637
+        > 203#0F00
+        = 606C:00 00001000
+        = 6041:00 0237
+    ";
+    enabled::<ByPdo, _>(script, |drive| {
+        drive.start_moving_to(36_000)?;
+        drive.stop()?;
+        let other = drive.move_to(0).unwrap_err();
+        assert_eq!(other.to_string(), "the drive would refuse: a travel is under way");
+        drive.resume()
+    })
+    .unwrap();
+}
+
 #[test]
 fn a_travel_that_a_limit_ends_is_told_as_such() {
     let script = "
