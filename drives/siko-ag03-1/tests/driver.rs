@@ -268,6 +268,22 @@ fn a_quick_stop_does_not_enable_a_drive_that_is_not() {
     assert_eq!(bench.drive.state().unwrap(), State::SwitchOnDisabled);
 }
 
+/// Its way to OPERATION ENABLED leads through states without torque: a drive that still brakes would coast there.
+#[test]
+fn a_drive_that_brakes_by_quick_stop_stands_before_it_is_enabled() {
+    let mut bench = Bench::new();
+    bench.drive.write(od::MOTOR_PARAMETER_SET.v_pos(), od::Speed(200)).unwrap();
+    bench.drive.enable().unwrap();
+    bench.drive.start_moving_to(100_000).unwrap();
+    bench.pass_ms(3000);
+    let stopped_at = bench.position();
+    bench.control(0x010B);
+    bench.drive.enable().unwrap();
+    assert_eq!((bench.velocity(), bench.drive.state().unwrap()), (0, State::OperationEnabled));
+    // 200 rev/min with 4 rev/s² take 2222 increments.
+    assert!(bench.position() - stopped_at < 2300, "{stopped_at} to {}", bench.position());
+}
+
 #[test]
 fn a_drive_that_does_not_stop_is_told_of() {
     let mut bench = Bench::running();

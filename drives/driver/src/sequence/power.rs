@@ -70,6 +70,11 @@ pub async fn enable(desk: &Desk) -> Result<(), Error> {
     match state_of(status_word)? {
         State::OperationEnabled => {}
         state if is_fault(state) => return Err(Error::Fault(cause(desk).await?)),
+        // It brakes, and the way leads through states in which it would coast.
+        State::QuickStopActive => {
+            brake(desk).await?;
+            at_rest(desk);
+        }
         // Whatever was under way, the drive has forgotten it.
         _ => at_rest(desk),
     }
@@ -161,8 +166,8 @@ pub async fn reset_fault(desk: &Desk) -> Result<Option<Cause>, Error> {
 /// Waits until a drive stands that brakes by itself.
 async fn brake(desk: &Desk) -> Result<(), Error> {
     match come_to_stand(desk, desk.now() + desk.description().times.braking).await? {
-        0 => Ok(()),
-        velocity => Err(stuck(desk, velocity)),
+        None => Ok(()),
+        Some(velocity) => Err(stuck(desk, velocity)),
     }
 }
 

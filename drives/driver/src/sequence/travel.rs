@@ -229,21 +229,21 @@ pub(super) async fn stand_still(desk: &Desk, word: u16) -> Result<(), Error> {
         }
         match come_to_stand(desk, desk.now() + times.reaction).await? {
             // It may have been told to move only just now, and not have begun: nothing tells that a PDO has arrived.
-            0 if by_pdo && !desk.has_settled() => desk.settle().await?,
-            0 => return Ok(()),
-            velocity if desk.now() >= end => return Err(stuck(desk, velocity)),
-            _ => {}
+            None if by_pdo && !desk.has_settled() => desk.settle().await?,
+            None => return Ok(()),
+            Some(velocity) if desk.now() >= end => return Err(stuck(desk, velocity)),
+            Some(_) => {}
         }
     }
 }
 
-/// Waits until the drive stands, no longer than `until`; the last velocity.
-pub(super) async fn come_to_stand(desk: &Desk, until: Instant) -> Result<i32, Error> {
+/// Waits until the drive stands, no longer than `until`; how fast it still moves then, or `None` when it stands.
+pub(super) async fn come_to_stand(desk: &Desk, until: Instant) -> Result<Option<i32>, Error> {
     loop {
         // Read after the command was sent, so that it has had its effect.
-        let velocity = desk.velocity().await?;
-        if velocity == 0 || desk.now() >= until {
-            return Ok(velocity);
+        let moves = moves(desk, desk.status().await?).await?;
+        if !moves || desk.now() >= until {
+            return Ok(if moves { Some(desk.velocity().await?) } else { None });
         }
         desk.next_status().await?;
     }
@@ -258,10 +258,10 @@ pub(super) async fn withdraw(desk: &Desk) -> Result<(), Error> {
     while state_of(desk.status().await?)? == State::OperationEnabled {
         come_to_rest(desk).await?;
         desk.pass(times.reaction).await?;
-        match desk.velocity().await? {
-            0 => break,
-            velocity if desk.now() >= end => return Err(stuck(desk, velocity)),
-            _ => {}
+        match come_to_stand(desk, desk.now()).await? {
+            None => break,
+            Some(velocity) if desk.now() >= end => return Err(stuck(desk, velocity)),
+            Some(_) => {}
         }
     }
     // An order that was taken late, and does not show, would go on with the next one. Outside OPERATION ENABLED the
@@ -326,8 +326,10 @@ async fn is_halted(desk: &Desk) -> Result<bool, Error> {
 /// Whether the drive moves. Its bit may tell so in one mode only, or from some velocity on; and not every drive has a
 /// velocity to read in both modes.
 pub(super) async fn moves(desk: &Desk, status_word: u16) -> Result<bool, Error> {
-    match desk.description().status.moving {
-        Some(moving) => desk.holds(moving, status_word).await,
-        None => Ok(desk.velocity().await? != 0),
+    if let Some(moving) = desk.description().status.moving
+        && desk.holds(moving, status_word).await?
+    {
+        return Ok(true);
     }
+    Ok(desk.velocity().await? != 0)
 }
