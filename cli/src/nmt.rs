@@ -194,7 +194,7 @@ fn print_states<L: Link>(as_json: bool, wait_ms: u64, watch: &Watch<L>) -> Resul
     for &node in &nodes {
         let (state, reached) = (watch.heard.get(&node), watch.has_reached(node));
         if as_json {
-            let state = state.map(|state| state.to_string());
+            let state = state.map(ToString::to_string);
             let command = watch.message.command.to_string();
             let line = json!({ "node": node.get(), "command": command, "state": state, "reached": reached });
             writeln!(stdout, "{line}")?;

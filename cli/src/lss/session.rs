@@ -456,15 +456,15 @@ mod tests {
             answers += u32::from(frame.id() == lss::RESPONSE);
             if frame.id() == lss::RESPONSE && answers == 20 { Fate::Lose } else { Fate::Deliver }
         });
-        fails(work(&bus, |session| session.fastscan()), "which nobody confirms", "--step 100");
+        fails(work(&bus, Session::fastscan), "which nobody confirms", "--step 100");
     }
 
     #[test]
     fn a_device_without_fastscan_is_noticed() {
         let (bus, devices) = bus(&[(42, 0)]);
-        assert!(!work(&self::bus(&[(7, 5)]).0, |session| session.somebody_is_unconfigured()).unwrap());
+        assert!(!work(&self::bus(&[(7, 5)]).0, Session::somebody_is_unconfigured).unwrap());
         devices[0].lock().unwrap().knows_fastscan = false;
-        assert!(work(&bus, |session| session.somebody_is_unconfigured()).unwrap());
+        assert!(work(&bus, Session::somebody_is_unconfigured).unwrap());
         fails(work(&bus, |session| session.select(Whom::Unconfigured)), "searched for", "--vendor");
         let (bus, _) = self::bus(&[(7, 5)]);
         fails(work(&bus, |session| session.select(Whom::Unconfigured)), "without node-ID", "lexican scan");
