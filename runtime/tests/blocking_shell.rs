@@ -78,6 +78,23 @@ fn a_transfer_that_the_link_refused_does_not_stand_in_the_way_of_the_next() {
 }
 
 #[test]
+fn a_read_of_the_applications_own_is_not_taken_for_the_shell_s() {
+    let other = NodeId::literal(6);
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(Station::new(NODE));
+    bus.attach(Station::new(other));
+    let mut network = Network::new(bus.link());
+    for node in [NODE, other] {
+        assert_eq!(network.read(node, DEVICE_TYPE).unwrap(), 0x0002_0192);
+    }
+    for node in [NODE, other] {
+        let now = network.now();
+        network.manager().read(now, NODE, HEARTBEAT.address()).unwrap();
+        assert_eq!(network.read(node, DEVICE_TYPE).unwrap(), 0x0002_0192);
+    }
+}
+
+#[test]
 fn only_the_own_nodes_are_heard_when_only_they_are_wanted_and_all_again_later() {
     let other = NodeId::literal(6);
     let bus = VirtualBus::with_bit_rate(500);

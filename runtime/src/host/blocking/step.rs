@@ -18,12 +18,25 @@ const KEPT: usize = 1024;
 /// What came of a step.
 #[derive(PartialEq, Eq)]
 pub(super) enum Step {
-    /// Something happened that ends nothing.
+    /// Something happened that ends no transfer.
     On,
-    /// The transfer under way ended.
-    Sdo(sdo_client::Event),
+    /// The transfer with a node ended.
+    Sdo(NodeId, sdo_client::Event),
     /// The time is over.
     Over,
+}
+
+/// The payload of the transfer with one node. Others, which the application has begun by itself, have none.
+struct Lent<'a, P> {
+    node: NodeId,
+    payload: &'a mut P,
+    nothing: [u8; 0],
+}
+
+impl<P: Payload> Payloads for Lent<'_, P> {
+    fn of_node(&mut self, node: NodeId) -> &mut dyn Payload {
+        if node == self.node { self.payload } else { &mut self.nothing }
+    }
 }
 
 impl<L: Link> Network<L> {
@@ -34,10 +47,15 @@ impl<L: Link> Network<L> {
         payload: &mut impl Payload,
         begin: impl FnOnce(&mut Manager<127>, Instant) -> Result<(), BeginError>,
     ) -> Result<u32, AccessError> {
-        let now = self.now();
+        let mut now = self.now();
         self.audience.include(node, &mut self.manager, now);
-        begin(&mut self.manager, now).expect("the shell runs one transfer at a time");
-        match self.finish(payload) {
+        // One that the application has begun by itself comes first.
+        if self.manager.sdo(node).is_ok_and(|sdo| sdo.is_busy()) {
+            self.finish(node, &mut [0; 0])?;
+            now = self.now();
+        }
+        begin(&mut self.manager, now).expect("no other transfer with the node is under way");
+        match self.finish(node, &mut Lent { node, payload, nothing: [] }) {
             Ok(sdo_client::Event::Done { len, .. }) => Ok(len),
             Ok(sdo_client::Event::Failed(error)) => Err(AccessError::Sdo { node, error }),
             Err(error) => {
@@ -48,18 +66,22 @@ impl<L: Link> Network<L> {
         }
     }
 
-    fn finish(&mut self, payload: &mut impl Payload) -> Result<sdo_client::Event, LinkError> {
+    fn finish(&mut self, node: NodeId, payload: &mut dyn Payloads) -> Result<sdo_client::Event, LinkError> {
         loop {
             let until = self.manager.poll_timeout().expect("a transfer has a deadline");
-            let Step::Sdo(event) = self.step(until, payload)? else { continue };
-            // The node may have to be told that the transfer is over. It need not hear it.
-            let _ = self.transmit(payload);
-            return Ok(event);
+            match self.step(until, payload)? {
+                Step::Sdo(ended, event) if ended == node => {
+                    // The node may have to be told that the transfer is over. It need not hear it.
+                    let _ = self.transmit(payload);
+                    return Ok(event);
+                }
+                _ => {}
+            }
         }
     }
 
     /// Sends what is to be sent, then takes one frame, deadline or change of the bus, not after `until`.
-    pub(super) fn step(&mut self, until: Instant, payload: &mut impl Payload) -> Result<Step, LinkError> {
+    pub(super) fn step(&mut self, until: Instant, payload: &mut dyn Payloads) -> Result<Step, LinkError> {
         let is_done = self.transmit(payload)?;
         let deadline = self.manager.poll_timeout().filter(|deadline| *deadline <= until);
         let patience = if is_done { deadline.unwrap_or(until) } else { self.link.now() };
@@ -82,7 +104,7 @@ impl<L: Link> Network<L> {
             return Ok(Step::Over);
         }
         Ok(match event {
-            Some(Event::Sdo { event, .. }) => Step::Sdo(event),
+            Some(Event::Sdo { node, event }) => Step::Sdo(node, event),
             Some(event) => {
                 self.keep(event);
                 Step::On
