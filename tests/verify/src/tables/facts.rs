@@ -1,12 +1,14 @@
 //! Numbers that stand in running text.
 
+use std::collections::BTreeMap;
+
 use lexican_eds::model::Value;
 use siko_ag03_1::od;
 use siko_ag03_1::parameter::PARAMETERS;
 use siko_ag03_1::sim::{COMMUNICATION_PROFILE, DEVICE_PROFILE};
 
 use super::sheet::Sheet;
-use crate::bench::{Bench, NODE};
+use crate::bench::{Bench, Memory, NODE, once};
 use crate::checker::{Against, Checker};
 use crate::manual::Manual;
 
@@ -109,7 +111,16 @@ fn by_code(key: &str) -> Option<(String, &'static str, Against)> {
     Some((found, unit, Against::Code))
 }
 
+/// What is found, and its unit.
+type Found = Option<(String, &'static str)>;
+
 fn by_drive(key: &str) -> Option<(String, &'static str, Against)> {
+    static MEMORY: Memory<String, Found> = Memory::new(BTreeMap::new());
+    let (found, unit) = once(&MEMORY, key.to_owned(), || ask(key))?;
+    Some((found, unit, Against::Drive))
+}
+
+fn ask(key: &str) -> Found {
     let mut bench = Bench::new();
     let boot_up = bench.hear(0).first().copied();
     let (found, unit) = match key {
@@ -152,7 +163,7 @@ fn by_drive(key: &str) -> Option<(String, &'static str, Against)> {
         "7.12.2.23:inhibit time only with" => (inhibited().join(", "), ""),
         _ => return None,
     };
-    Some((found, unit, Against::Drive))
+    Some((found, unit))
 }
 
 /// The least whole velocity at which the drive says that it moves.

@@ -1,11 +1,13 @@
 //! Faults: table 2 with its conditions and blink codes, and the emergency codes of table 20.
 
+use std::collections::BTreeMap;
+
 use lexican_runtime::wire::emcy::CodeOrder;
 use siko_ag03_1::fault::Fault;
 use siko_ag03_1::sim::Setup;
 use siko_ag03_1::sim::inputs::{BusState, Inputs, Shaft};
 
-use crate::bench::{Bench, NODE};
+use crate::bench::{Bench, Memory, NODE, once};
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
 use crate::notation::yes;
@@ -79,26 +81,45 @@ fn table_2(checker: &mut Checker<'_>, manual: &Manual, row: &Row, fault: &Fault)
         _ => String::new(),
     };
     checker.cell(row, "condition", Against::Code, condition);
-    let [before, after] = causes(fault.letter);
-    let mut bench = travelling();
-    bench.world(before);
-    bench.hear(5000);
-    let spared = letters(&bench);
-    bench.world(after);
-    let seconds = (0..=10).find(|_| {
-        let there = letters(&bench) == fault.letter.to_string();
-        if !there {
-            bench.hear(1000);
-        }
-        there
-    });
-    let found = format!("{spared:?}, then {:?}", letters(&bench));
+    let Fall { spared, fallen, seconds, blinks } = fall(fault.letter);
+    let found = format!("{spared:?}, then {fallen:?}");
     checker.that(row, "letter", Against::Drive, spared.is_empty() && seconds.is_some(), found);
-    let blinks = super::leds::blinks(&mut bench, |lights| lights.status);
     checker.cell(row, "blinks", Against::Drive, blinks);
     // Only fault C says how long it takes.
     let duration = seconds.filter(|_| fault.letter == 'C').map_or(String::new(), |seconds| seconds.to_string());
     checker.cell(row, "duration_s", Against::Drive, duration);
+}
+
+/// How a drive falls into a fault.
+#[derive(Clone)]
+struct Fall {
+    /// The letters of its faults shortly before, and then.
+    spared: String,
+    fallen: String,
+    /// How long it takes, if it comes.
+    seconds: Option<u32>,
+    blinks: usize,
+}
+
+fn fall(letter: char) -> Fall {
+    static MEMORY: Memory<char, Fall> = Memory::new(BTreeMap::new());
+    once(&MEMORY, letter, || {
+        let [before, after] = causes(letter);
+        let mut bench = travelling();
+        bench.world(before);
+        bench.hear(5000);
+        let spared = letters(&bench);
+        bench.world(after);
+        let seconds = (0..=10).find(|_| {
+            let there = letters(&bench) == letter.to_string();
+            if !there {
+                bench.hear(1000);
+            }
+            there
+        });
+        let fallen = letters(&bench);
+        Fall { spared, fallen, seconds, blinks: super::leds::blinks(&mut bench, |lights| lights.status) }
+    })
 }
 
 fn table_20(checker: &mut Checker<'_>, manual: &Manual, row: &Row, code: u16, letter: &str) {
@@ -119,24 +140,44 @@ fn table_20(checker: &mut Checker<'_>, manual: &Manual, row: &Row, code: u16, le
         }
         return;
     }
-    let mut bench = travelling();
-    let heard = provoke(&mut bench, code, letter);
+    let Emergency { heard, communication_ends, state_fault, newest } = emergency(code, letter);
     if code != 0xFF03 {
         checker.that(row, "code", Against::Drive, heard.get(..2) == Some(&bytes), format!("{heard:02X?}"));
     }
-    let ends = matches!(bench.see(|drive, _| drive.inputs().bus), BusState::Passive | BusState::Off);
-    let silent = bench.read(0x1000, 0) == Err(0);
-    checker.cell(row, "communication_ends", Against::Drive, yes(ends && silent));
-    let faulty = bench.status() & 0x0F == 0x08;
+    checker.cell(row, "communication_ends", Against::Drive, yes(communication_ends));
     let printed = match code {
         0x8120 | 0x8140 => "",
-        _ => yes(faulty),
+        _ => yes(state_fault),
     };
     checker.cell(row, "state_fault", Against::Drive, printed);
-    let first = siko_ag03_1::od::PRE_DEFINED_ERROR_FIELD.at(1);
-    let newest = first.map(|first| bench.see(|drive, _| drive.storage().get(first).0));
-    let is_stored = newest == Some(code);
-    checker.cell(row, "stored", Against::Drive, if code == 0 { "" } else { yes(is_stored) });
+    checker.cell(row, "stored", Against::Drive, if code == 0 { "" } else { yes(newest == Some(code)) });
+}
+
+/// An emergency, and the drive after it.
+#[derive(Clone)]
+struct Emergency {
+    /// The data of its frame; empty when none came.
+    heard: Vec<u8>,
+    communication_ends: bool,
+    state_fault: bool,
+    /// 1003h:01.
+    newest: Option<u16>,
+}
+
+fn emergency(code: u16, letter: &str) -> Emergency {
+    static MEMORY: Memory<(u16, String), Emergency> = Memory::new(BTreeMap::new());
+    once(&MEMORY, (code, letter.to_owned()), || {
+        let mut bench = travelling();
+        let heard = provoke(&mut bench, code, letter);
+        let ends = matches!(bench.see(|drive, _| drive.inputs().bus), BusState::Passive | BusState::Off);
+        let first = siko_ag03_1::od::PRE_DEFINED_ERROR_FIELD.at(1);
+        Emergency {
+            heard,
+            communication_ends: ends && bench.read(0x1000, 0) == Err(0),
+            state_fault: bench.status() & 0x0F == 0x08,
+            newest: first.map(|first| bench.see(|drive, _| drive.storage().get(first).0)),
+        }
+    })
 }
 
 /// Brings the emergency about; its data.

@@ -1,11 +1,13 @@
 //! The network: NMT commands and states, SDO commands, aborts and examples, node address, and LEDs.
 
+use std::collections::BTreeMap;
+
 use lexican_runtime::wire::nmt::NmtState;
 use siko_ag03_1::sim::inputs::Key;
 use siko_ag03_1::sim::{DipSwitches, Setup, Termination};
 
 use super::sheet::Sheet;
-use crate::bench::{Bench, NODE};
+use crate::bench::{Bench, Memory, NODE, once};
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
 use crate::notation::{bytes, hex, print, yes};
@@ -37,7 +39,30 @@ fn nmt_commands(checker: &mut Checker<'_>) {
         let Some(row) = checker.row("nmt.csv", code) else { continue };
         checker.place(row, "7.2.2.6", "17");
         checker.cell(row, "transition", Against::Manual, transition);
-        let command = hex(code).unwrap_or(0) as u8;
+        let Followed { from, to, own, starts_cold } = followed(hex(code).unwrap_or(0) as u8);
+        checker.cell(row, "to", Against::Drive, to.join("; "));
+        checker.cell(row, "from", Against::Drive, from.join("; "));
+        // What 81h does is not said; that it does the same is E52.
+        let cold_start = if code == "82" && starts_cold { "cold start" } else { "" };
+        checker.cell(row, "note", Against::Drive, cold_start);
+        checker.that(row, "data_2", Against::Drive, own && row.get("data_2") == "node or 0", "node or 0");
+    }
+}
+
+/// What the drive makes of an NMT command.
+#[derive(Clone)]
+struct Followed {
+    /// The states that it leaves, and where to.
+    from: Vec<&'static str>,
+    to: Vec<&'static str>,
+    /// It follows no command that is for another node.
+    own: bool,
+    starts_cold: bool,
+}
+
+fn followed(command: u8) -> Followed {
+    static MEMORY: Memory<u8, Followed> = Memory::new(BTreeMap::new());
+    once(&MEMORY, command, || {
         let (mut to, mut from, mut own) = (Vec::new(), Vec::new(), true);
         for (name, enter) in STATES {
             for (node, heard) in [(NODE.get(), true), (0, true), (6, false)] {
@@ -56,13 +81,8 @@ fn nmt_commands(checker: &mut Checker<'_>) {
         }
         to.dedup();
         from.dedup();
-        checker.cell(row, "to", Against::Drive, to.join("; "));
-        checker.cell(row, "from", Against::Drive, from.join("; "));
-        // What 81h does is not said; that it does the same is E52.
-        let cold_start = if code == "82" && starts_cold(command) { "cold start" } else { "" };
-        checker.cell(row, "note", Against::Drive, cold_start);
-        checker.that(row, "data_2", Against::Drive, own && row.get("data_2") == "node or 0", "node or 0");
-    }
+        Followed { from, to, own, starts_cold: starts_cold(command) }
+    })
 }
 
 /// Whether a command does what power-on does: what the EEPROM does not keep is as it was in the beginning.

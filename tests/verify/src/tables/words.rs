@@ -1,13 +1,15 @@
 //! Bits: the system status word (table 1), the statusword (table 21), the controlword (table 23), and what must
 //! hold before anything moves (chapter 2.2).
 
+use std::collections::BTreeMap;
+
 use lexican_eds::model::Device;
 
 use super::claims;
 use super::claims::with;
 use super::sheet::Sheet;
 use super::states::{held, in_velocity_mode, moving_to, running_at, with_inputs};
-use crate::bench::Bench;
+use crate::bench::{Bench, Memory, once};
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
 
@@ -66,34 +68,42 @@ fn system_status(checker: &mut Checker<'_>, manual: &Manual, device: &Device, ro
         named.is_some() != matches!(bit, "0" | "1" | "2"),
         named.unwrap_or("no name"),
     );
-    let bench = match (bit, value, mode) {
-        ("0" | "1" | "2", "0", "") | ("5" | "6" | "9" | "14", "0", "positioning") => Bench::new(),
-        ("3", "1", "positioning") | ("7" | "11", "0", "") | ("11", "0", "positioning") => Bench::enabled(),
-        ("3", "0", "positioning") | ("4", "1", "") | ("14", "1", "positioning") => moving_to(5000, 1000),
-        ("3", "1", "velocity") => running_at(30, 10_000),
-        ("3", "0", "velocity") => running_at(68, 100),
-        ("4" | "8" | "10" | "12" | "13" | "15", "0", "") | ("7", "1", "") => Bench::new(),
-        ("5", "1", "positioning") => beyond(true, Bench::new()),
-        ("6", "1", "positioning") => beyond(false, Bench::new()),
-        ("5", "0", "velocity") => beyond(true, in_velocity_mode()),
-        ("6", "0", "velocity") => beyond(false, in_velocity_mode()),
-        ("8" | "11", "1", "") => with_inputs(|inputs| inputs.internal_error = true),
-        ("9", "1", "positioning") => in_loop(1000),
-        ("9" | "14", "0", "velocity") => running_at(30, 1000),
-        ("10", "1", "") => with_inputs(|inputs| inputs.output_stage_supply_100mv = 0),
-        ("12", "1", "") => with_inputs(|inputs| inputs.battery_10mv = 250),
-        ("13", "1", "") => overcurrent(),
-        ("15", "1", "") => held(),
-        _ => return,
-    };
+    let Some(word) = shown(bit, value, mode) else { return };
     checker.key(row);
-    let word = bench.system();
     let found = row.number::<u16>("bit").map_or(0, |bit| word.checked_shr(bit.into()).unwrap_or(0) & 1);
     checker.cell(row, "value", Against::Drive, found);
     let said = claims::system(bit, value, mode).unwrap_or_default();
     checker.cell(row, "meaning", Against::Drive, said);
     let term = manual.row("terms.csv", &format!("SystemStatus:{bit}")).map_or("", |term| term.get("printed"));
     checker.cell(row, "name", Against::Manual, term);
+}
+
+/// The system status word in a situation that shows what a row is about.
+fn shown(bit: &str, value: &str, mode: &str) -> Option<u16> {
+    static MEMORY: Memory<[String; 3], Option<u16>> = Memory::new(BTreeMap::new());
+    once(&MEMORY, [bit, value, mode].map(str::to_owned), || {
+        let bench = match (bit, value, mode) {
+            ("0" | "1" | "2", "0", "") | ("5" | "6" | "9" | "14", "0", "positioning") => Bench::new(),
+            ("3", "1", "positioning") | ("7" | "11", "0", "") | ("11", "0", "positioning") => Bench::enabled(),
+            ("3", "0", "positioning") | ("4", "1", "") | ("14", "1", "positioning") => moving_to(5000, 1000),
+            ("3", "1", "velocity") => running_at(30, 10_000),
+            ("3", "0", "velocity") => running_at(68, 100),
+            ("4" | "8" | "10" | "12" | "13" | "15", "0", "") | ("7", "1", "") => Bench::new(),
+            ("5", "1", "positioning") => beyond(true, Bench::new()),
+            ("6", "1", "positioning") => beyond(false, Bench::new()),
+            ("5", "0", "velocity") => beyond(true, in_velocity_mode()),
+            ("6", "0", "velocity") => beyond(false, in_velocity_mode()),
+            ("8" | "11", "1", "") => with_inputs(|inputs| inputs.internal_error = true),
+            ("9", "1", "positioning") => in_loop(1000),
+            ("9" | "14", "0", "velocity") => running_at(30, 1000),
+            ("10", "1", "") => with_inputs(|inputs| inputs.output_stage_supply_100mv = 0),
+            ("12", "1", "") => with_inputs(|inputs| inputs.battery_10mv = 250),
+            ("13", "1", "") => overcurrent(),
+            ("15", "1", "") => held(),
+            _ => return None,
+        };
+        Some(bench.system())
+    })
 }
 
 /// Whether a fault stays while CW.7 is 1 all the time, and goes with its next edge.
@@ -138,21 +148,31 @@ fn situations(bit: &str, mode: &str) -> Option<(Option<Bench>, Bench)> {
     })
 }
 
+/// The status words of both situations.
+fn words(bit: &str, mode: &str) -> Option<[Option<u16>; 2]> {
+    static MEMORY: Memory<[String; 2], Option<[Option<u16>; 2]>> = Memory::new(BTreeMap::new());
+    once(&MEMORY, [bit, mode].map(str::to_owned), || {
+        let (set, clear) = situations(bit, mode)?;
+        Some([set, Some(clear)].map(|bench| bench.map(|bench| bench.status())))
+    })
+}
+
 fn statusword(checker: &mut Checker<'_>, manual: &Manual, device: &Device, row: &Row) {
     checker.place(row, "7.4", "21");
     let (bit, mode) = (row.get("bit"), row.get("mode"));
-    let Some((set, clear)) = situations(bit, mode) else { return };
+    let Some(words) = words(bit, mode) else { return };
     checker.key(row);
     let at = row.number::<u16>("bit").unwrap_or(0);
-    let found = [set.as_ref().map(|bench| bench.status() >> at & 1), Some(clear.status() >> at & 1)];
-    let agrees = found == [set.is_some().then_some(1), Some(0)];
+    let found = words.map(|word| word.map(|word| word >> at & 1));
+    let is_set = words[0].is_some();
+    let agrees = found == [is_set.then_some(1), Some(0)];
     checker.that(row, "bit", Against::Drive, agrees, format!("{found:?}"));
     checker.cell(row, "meaning_of_1", Against::Drive, claims::status(bit, mode).unwrap_or_default());
     let term = manual.row("terms.csv", &format!("Statusword:{bit}")).map_or("", |term| term.get("printed"));
     let name = row.get("name");
     let printed = match name {
         "reserved" => term.is_empty(),
-        "" => set.is_none(),
+        "" => !is_set,
         name => term.split(" / ").any(|part| part == name),
     };
     checker.that(row, "name", Against::Manual, printed, term);
@@ -186,6 +206,11 @@ fn controlword(checker: &mut Checker<'_>, device: &Device, row: &Row) {
 
 /// What a bit of the controlword does to a drive in OPERATION ENABLED.
 pub(super) fn effect(bit: &str, mode: &str) -> &'static str {
+    static MEMORY: Memory<[String; 2], &str> = Memory::new(BTreeMap::new());
+    once(&MEMORY, [bit, mode].map(str::to_owned), || tried(bit, mode))
+}
+
+fn tried(bit: &str, mode: &str) -> &'static str {
     let mask = bit.parse::<u16>().ok().and_then(|bit| 1_u16.checked_shl(bit.into())).unwrap_or(0);
     let mut bench = if mode == "velocity" { in_velocity_mode() } else { Bench::enabled() };
     let state = |bench: &Bench| bench.status() & 0x6F;
@@ -255,28 +280,13 @@ fn start_condition(checker: &mut Checker<'_>, manual: &Manual, row: &Row) {
         _ => "2.2.2",
     };
     checker.cell(row, "chapter", Against::Manual, chapter);
-    let start: fn(&mut Bench) = match operation {
-        "positioning" => |bench| bench.command(0x405, 0x001F, 100),
-        "inching" => |bench| bench.control(0x200F),
-        "velocity" => |bench| bench.command(0x505, 0x000F, 30),
-        "positioning ready" | "velocity ready" => return ready(checker, row, operation),
-        _ => return,
-    };
-    let make = || if operation == "velocity" { in_velocity_mode() } else { Bench::enabled() };
-    // What the meaning rules out; the bit is compared with what it shows then.
-    let mut violated = match row.get("meaning") {
-        "no fault" => with(make(), |inputs| inputs.internal_error = true),
-        "output stage supplied" => with(make(), |inputs| inputs.output_stage_supply_100mv = 0),
-        "not above upper limit" => beyond(true, make()),
-        "not below lower limit" => beyond(false, make()),
-        "no active travel job" if operation == "velocity" => running_at(30, 1000),
-        "no active travel job" => moving_to(5000, 1000),
-        _ => return,
-    };
+    if operation.ends_with(" ready") {
+        return ready(checker, row, operation);
+    }
+    let Some(violation) = violation(operation, row.get("meaning")) else { return };
     checker.key(row);
     let at = row.number::<u16>("bit").unwrap_or(0);
-    let clear = make().system() >> at & 1;
-    let set = violated.system() >> at & 1;
+    let [clear, set] = [violation.met, violation.unmet].map(|word| word.checked_shr(at.into()).unwrap_or(0) & 1);
     // In velocity mode bit 14 has no meaning (table 1): it is 0 in any case.
     let shows = set != clear || (operation, bit, row.get("meaning")) == ("velocity", "14", "no active travel job");
     checker.that(
@@ -286,11 +296,11 @@ fn start_condition(checker: &mut Checker<'_>, manual: &Manual, row: &Row) {
         shows && row.number("value") == Some(clear),
         format!("{clear}, else {set}"),
     );
-    start(&mut violated);
-    violated.hear(20_000);
-    let position = violated.see(|drive, now| drive.position(now));
-    let refused =
-        if operation == "velocity" && bit == "14" { true } else { position == if bit == "14" { 5000 } else { 0 } };
+    let refused = if operation == "velocity" && bit == "14" {
+        true
+    } else {
+        violation.position == if bit == "14" { 5000 } else { 0 }
+    };
     checker.that(row, "bit", Against::Drive, refused, "starts nevertheless");
     let named = manual.rows("system_status.csv").iter().find(|named| named.get("bit") == bit);
     let named = named.map_or("", |named| named.get("name"));
@@ -299,12 +309,48 @@ fn start_condition(checker: &mut Checker<'_>, manual: &Manual, row: &Row) {
     checker.cell(row, "word", Against::Drive, "1002");
 }
 
+/// A start although a condition is not met.
+#[derive(Clone)]
+struct Violation {
+    /// The system status word while the condition is met, and while it is not.
+    met: u16,
+    unmet: u16,
+    /// Where the drive is some time after the start.
+    position: i32,
+}
+
+fn violation(operation: &str, meaning: &str) -> Option<Violation> {
+    static MEMORY: Memory<[String; 2], Option<Violation>> = Memory::new(BTreeMap::new());
+    once(&MEMORY, [operation, meaning].map(str::to_owned), || {
+        let start: fn(&mut Bench) = match operation {
+            "positioning" => |bench| bench.command(0x405, 0x001F, 100),
+            "inching" => |bench| bench.control(0x200F),
+            "velocity" => |bench| bench.command(0x505, 0x000F, 30),
+            _ => return None,
+        };
+        let make = || if operation == "velocity" { in_velocity_mode() } else { Bench::enabled() };
+        // What the meaning rules out; the bit is compared with what it shows then.
+        let mut bench = match meaning {
+            "no fault" => with(make(), |inputs| inputs.internal_error = true),
+            "output stage supplied" => with(make(), |inputs| inputs.output_stage_supply_100mv = 0),
+            "not above upper limit" => beyond(true, make()),
+            "not below lower limit" => beyond(false, make()),
+            "no active travel job" if operation == "velocity" => running_at(30, 1000),
+            "no active travel job" => moving_to(5000, 1000),
+            _ => return None,
+        };
+        let (met, unmet) = (make().system(), bench.system());
+        start(&mut bench);
+        bench.hear(20_000);
+        Some(Violation { met, unmet, position: bench.see(|drive, now| drive.position(now)) })
+    })
+}
+
 fn ready(checker: &mut Checker<'_>, row: &Row, operation: &str) {
-    let bench = if operation == "velocity ready" { in_velocity_mode() } else { Bench::enabled() };
-    // 0 says that nothing is missing; ZSW is a word that the drive does not have.
-    let (bit, value) = ("11", bench.system() >> 11 & 1);
-    checker.cell(row, "bit", Against::Drive, bit);
+    let (value, all) = readiness(operation == "velocity ready");
+    checker.cell(row, "bit", Against::Drive, "11");
     checker.key(row);
+    // ZSW is a word that the drive does not have.
     if operation == "velocity ready" {
         checker.cell(row, "value", Against::Drive, value);
         checker.cell(row, "word", Against::Drive, "1002");
@@ -312,13 +358,22 @@ fn ready(checker: &mut Checker<'_>, row: &Row, operation: &str) {
         checker.cell(row, "word", Against::Manual, "ZSW");
         checker.cell(row, "value", Against::Manual, 1);
     }
-    // Ready when all of them are met, and not when one is not: those are the rows above.
-    let make = || if operation == "velocity ready" { in_velocity_mode() } else { Bench::enabled() };
-    let unmet = [
-        with(make(), |inputs| inputs.internal_error = true),
-        with(make(), |inputs| inputs.output_stage_supply_100mv = 0),
-        if operation == "velocity ready" { running_at(30, 1000) } else { moving_to(5000, 1000) },
-    ];
-    let all = value == 0 && unmet.iter().all(|bench| bench.system() >> 11 & 1 == 1);
     checker.cell(row, "meaning", Against::Drive, if all { "all conditions met" } else { "some conditions met" });
+}
+
+/// Bit 11 of a drive that is ready, where 0 says that nothing is missing; and whether it says so only when all
+/// conditions are met, which are those of the rows above.
+fn readiness(in_velocity: bool) -> (u16, bool) {
+    static MEMORY: Memory<bool, (u16, bool)> = Memory::new(BTreeMap::new());
+    once(&MEMORY, in_velocity, || {
+        let make = || if in_velocity { in_velocity_mode() } else { Bench::enabled() };
+        let bit = |bench: &Bench| bench.system() >> 11 & 1;
+        let unmet = [
+            with(make(), |inputs| inputs.internal_error = true),
+            with(make(), |inputs| inputs.output_stage_supply_100mv = 0),
+            if in_velocity { running_at(30, 1000) } else { moving_to(5000, 1000) },
+        ];
+        let value = bit(&make());
+        (value, value == 0 && unmet.iter().all(|bench| bit(bench) == 1))
+    })
 }
