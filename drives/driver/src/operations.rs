@@ -117,6 +117,8 @@ macro_rules! operations {
 
             /// Inching: travels once by the width that the drive is set to, and waits for the end.
             ///
+            /// No bit takes a step back. What stops the drive before its end, does so by quick stop.
+            ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; [`Error::Refused`] before anything moves; [`Error::NotTaken`].
@@ -129,7 +131,7 @@ macro_rules! operations {
             /// [`Error::Unsupported`]; [`Error::Refused`] before anything moves; [`Error::NotTaken`].
             fn inch(desk, direction: Direction) -> () = sequence::inch(desk, direction);
 
-            /// Ends inching, and says where the drive stands.
+            /// Ends inching, and says where the drive stands. A step leaves it in QUICK STOP ACTIVE.
             ///
             /// # Errors
             ///
@@ -143,11 +145,13 @@ macro_rules! operations {
             /// [`Error::Unsupported`]; [`Error::Refused`] before anything moves.
             fn run_at(desk, velocity: i32) -> VelocityOutcome = sequence::run_at(desk, velocity, desk.patience());
 
-            /// Stops the drive in velocity mode; returns once it stands.
+            /// Stops whatever moves with its programmed deceleration; returns once the drive stands. A travel is
+            /// interrupted: [`Drive::resume`] goes on with it, and [`Drive::disable`] forgets it. A step is stopped
+            /// quickly, and leaves the drive in QUICK STOP ACTIVE.
             ///
             /// # Errors
             ///
-            /// When the drive cannot be read.
+            /// [`Error::NotStopped`]; when the drive cannot be read.
             fn stop(desk) -> () = sequence::stop(desk);
 
             /// Where the drive is (6064h).

@@ -5,7 +5,9 @@ use std::sync::{Arc, Mutex};
 use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, NodeId};
 use siko_ag03_1::Direction;
+use siko_ag03_1::driver::sequence::Setting;
 use siko_ag03_1::driver::{Drive, Error, Mode};
+use siko_ag03_1::od;
 use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::control;
@@ -108,4 +110,27 @@ fn a_driver_that_is_dropped_does_not_enable_a_drive_that_another_manager_has_dis
     bus.advance(Duration::from_millis(10));
     let mut other = Drive::connect(bus.link(), NODE).unwrap();
     assert_eq!(other.state().unwrap(), State::SwitchedOn);
+}
+
+/// A drive that runs at 0 runs at another velocity as soon as that is written.
+#[test]
+fn a_drive_in_velocity_mode_is_stopped_before_it_is_set_up() {
+    for velocity in [0, 1] {
+        let mut bench = Bench::enabled(Mode::Velocity);
+        bench.drive.run_at(velocity).unwrap();
+        let faster = Setting { address: od::TARGET_VELOCITY.address(), value: 100 };
+        for result in [
+            bench.drive.write_parameters(&[faster]),
+            bench.drive.set_mode(Mode::Positioning),
+            bench.drive.calibrate(0),
+            bench.drive.restore(None),
+        ] {
+            assert_eq!(result.unwrap_err().to_string(), "the drive would refuse: a travel is under way");
+        }
+        bench.bus.advance(Duration::from_secs(1));
+        assert_eq!(bench.simulated.lock().unwrap().velocity(bench.bus.now()), velocity);
+        bench.drive.stop().unwrap();
+        bench.check_stop_stays(|drive| drive.write_parameters(&[faster]));
+        bench.drive.set_mode(Mode::Positioning).unwrap();
+    }
 }

@@ -40,6 +40,9 @@ pub struct Inching {
     pub negative: u16,
     /// How far a step goes; its sign is the direction.
     pub width: Number,
+    /// What tells, while inching, that the drive takes no other order. It may tell so for other reasons too, such as a
+    /// limit that is passed. `None` for a drive whose movement is all that shows.
+    pub busy: Option<Test>,
     /// How long inching takes to show that it has begun.
     pub begins: Duration,
 }

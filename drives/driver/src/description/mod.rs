@@ -113,6 +113,8 @@ pub struct Objects {
     pub actual_velocity: Number,
     /// 607Ah.
     pub target_position: Number,
+    /// How far from its target the drive may settle (6067h); `None` when it does not tell.
+    pub position_window: Option<Number>,
     /// 607Dh, in either order; two equal ones do not limit.
     pub position_limits: Option<[Number; 2]>,
     /// The latest fault (1003h:01): the low 16 bits are its code.
@@ -301,6 +303,7 @@ impl Objects {
         actual_position: Number::new(0x6064, 0x00, DataType::Integer32),
         actual_velocity: Number::new(0x606C, 0x00, DataType::Integer32),
         target_position: Number::new(0x607A, 0x00, DataType::Integer32),
+        position_window: Some(Number::new(0x6067, 0x00, DataType::Unsigned32)),
         position_limits: Some([
             Number::new(0x607D, 0x01, DataType::Integer32),
             Number::new(0x607D, 0x02, DataType::Integer32),

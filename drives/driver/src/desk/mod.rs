@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 
 use lexican_runtime::object::Address;
-use lexican_runtime::profile::cia402::State;
+use lexican_runtime::profile::cia402::{Command, State};
 use lexican_runtime::service::sdo_client::{Scalar, SdoError};
 use lexican_runtime::wire::emcy::{CodeOrder, Emergency};
 use lexican_runtime::wire::heartbeat::ErrorControl;
@@ -63,6 +63,8 @@ pub(crate) struct Shared {
     pub(crate) settled: bool,
     /// Velocity mode has been started and not stopped.
     pub(crate) running: bool,
+    /// What has been started is a step of inching operation: an edge, which no bit takes back.
+    pub(crate) stepping: bool,
     /// How long travels may take.
     pub(crate) patience: Duration,
 }
@@ -95,6 +97,7 @@ impl Desk {
             settles: Instant::ZERO,
             settled: true,
             running: false,
+            stepping: false,
             patience: Duration::from_secs(600),
         };
         Desk { node, description, shared: Arc::new(Mutex::new(shared)) }
@@ -120,8 +123,12 @@ impl Desk {
     pub(crate) fn let_go(&self) -> Option<Frame> {
         self.begin(self.now());
         let obeys = self.told_state().is_none_or(|state| state == State::OperationEnabled);
-        let moving = self.lock().moving;
-        (moving && obeys).then(|| self.control_frame(self.description.stopping()))
+        let (moving, stepping) = {
+            let shared = self.lock();
+            (shared.moving, shared.stepping)
+        };
+        let quick = self.description.word(Command::QuickStop);
+        (moving && obeys).then(|| self.control_frame(if stepping { quick } else { self.description.stopping() }))
     }
 
     /// Lets a sequence go on as far as it can.
@@ -366,5 +373,6 @@ impl Shared {
         self.travelling = false;
         self.settled = true;
         self.running = false;
+        self.stepping = false;
     }
 }

@@ -2,16 +2,20 @@
 
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
+use lexican_runtime::service::sdo_client::SdoError;
 
-use super::power::{at_rest, state_of};
+use super::power::state_of;
 use super::refusal::{Order, refuse};
-use super::travel::{come_to_rest, end_of_travel, moves, withdraw};
+use super::travel::{come_to_rest, end_of_travel, moves, stopped, withdraw};
 use crate::description::Inching;
 use crate::desk::Desk;
 use crate::direction::Direction;
 use crate::error::{Capability, Error, Outcome};
 
 /// A step of the width that the drive is set to, and waits for the end.
+///
+/// A step is ordered by an edge, and nothing but the state machine takes it back: what stops a drive stops a step by
+/// quick stop.
 ///
 /// # Errors
 ///
@@ -25,30 +29,39 @@ pub async fn step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
         refuse(desk, Order::Inch(direction)).await?;
         return Ok(Outcome::Reached { position: desk.position().await? });
     }
-    begin(desk, direction, inching, inching.step).await?;
+    begin(desk, inching, Begin { direction, bit: inching.step, width: Some(width) }).await?;
+    finish_step(desk, within).await
+}
+
+/// Waits for the end of a step. That the drive stands is not its end yet: it begins and ends more slowly than its
+/// velocity tells.
+async fn finish_step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
+    let (bits, times) = (desk.description().status, desk.description().times);
     let until = desk.now() + within;
+    let mut moved = desk.now();
     loop {
         let status_word = desk.status().await?;
-        let over = !moves(desk, status_word).await? || state_of(status_word)? != State::OperationEnabled;
-        if over && let Some(outcome) = end_of_travel(desk, reason(desk).await?).await? {
+        let state = state_of(status_word)?;
+        let stands = !moves(desk, status_word).await?;
+        if !stands {
+            moved = desk.now();
+        }
+        let rests = stands && desk.now() >= moved + times.reaction;
+        let reached = stands && status_word & bits.target_reached != 0 && !is_inching(desk).await?;
+        let limited = rests && status_word & bits.internal_limit != 0;
+        if (state != State::OperationEnabled || reached || limited)
+            && let Some(outcome) = end_of_travel(desk, status_word).await?
+        {
             return Ok(outcome);
+        }
+        if rests {
+            // Nothing tells why: so the driver does not take for granted that it will not go on.
+            return Ok(Outcome::Interrupted { state, position: desk.position().await? });
         }
         if desk.now() >= until {
             return Ok(Outcome::TimedOut { position: desk.position().await? });
         }
         desk.next_status().await?;
-    }
-}
-
-/// The status word, once it tells why the drive stands: that may be a moment after it has come to stand.
-async fn reason(desk: &Desk) -> Result<u16, Error> {
-    let bits = desk.description().status;
-    let told = |word| {
-        word & (bits.target_reached | bits.internal_limit) != 0
-            || State::from_status_word(word) != Some(State::OperationEnabled)
-    };
-    match desk.await_status(told).await? {
-        Ok(word) | Err(word) => Ok(word),
     }
 }
 
@@ -64,27 +77,41 @@ pub async fn inch(desk: &Desk, direction: Direction) -> Result<(), Error> {
         Direction::Positive => inching.positive,
         Direction::Negative => inching.negative,
     };
-    begin(desk, direction, inching, bit).await
+    begin(desk, inching, Begin { direction, bit, width: None }).await
 }
 
-async fn begin(desk: &Desk, direction: Direction, inching: Inching, bit: u16) -> Result<(), Error> {
-    refuse(desk, Order::Inch(direction)).await?;
+/// What is to begin.
+struct Begin {
+    direction: Direction,
+    /// The bit of the control word whose edge begins it.
+    bit: u16,
+    /// How far a step goes.
+    width: Option<i64>,
+}
+
+async fn begin(desk: &Desk, inching: Inching, order: Begin) -> Result<(), Error> {
+    refuse(desk, Order::Inch(order.direction)).await?;
     let from = desk.position().await?;
+    let was_busy = is_inching(desk).await?;
     let word = desk.description().moving();
     // The order is an edge, and Stop forbids it.
     desk.control(word).await?;
-    desk.lock().moving = true;
+    {
+        let mut shared = desk.lock();
+        shared.moving = true;
+        shared.stepping = order.width.is_some();
+    }
     desk.unsettle();
-    desk.control(word | bit).await?;
+    desk.control(word | order.bit).await?;
     let until = desk.now() + desk.description().times.reaction;
     desk.pass(inching.begins).await?;
     loop {
         let status_word = desk.status().await?;
-        // Inching is not acknowledged: the movement is all that shows, or the fault that it has led to.
-        if moves(desk, status_word).await? || state_of(status_word)? != State::OperationEnabled {
-            return Ok(());
-        }
-        if desk.position().await? != from {
+        // Inching is not acknowledged: what follows from it is all that shows, or the fault that it has led to.
+        if state_of(status_word)? != State::OperationEnabled
+            || !was_busy && is_inching(desk).await?
+            || has_begun(desk, &order, from).await?
+        {
             return Ok(());
         }
         if desk.now() >= until {
@@ -92,6 +119,34 @@ async fn begin(desk: &Desk, direction: Direction, inching: Inching, bit: u16) ->
             return Err(Error::NotTaken { status_word });
         }
         desk.next_status().await?;
+    }
+}
+
+/// Whether the drive tells that it is inching, or takes no other order for another reason.
+pub(super) async fn is_inching(desk: &Desk) -> Result<bool, Error> {
+    let Some(busy) = desk.description().inching.and_then(|inching| inching.busy) else { return Ok(false) };
+    let status_word = desk.status().await?;
+    desk.holds(busy, status_word).await
+}
+
+/// Whether the drive turns as it was told, or has gone further than a shaft does that settles, or that somebody
+/// touches; or as far as it was told, if that is less.
+async fn has_begun(desk: &Desk, order: &Begin, from: i32) -> Result<bool, Error> {
+    let forward = if order.direction == Direction::Negative { -1 } else { 1 };
+    if i64::from(desk.velocity().await?) * forward > 0 {
+        return Ok(true);
+    }
+    let gone = (i64::from(desk.position().await?) - i64::from(from)) * forward;
+    let enough = window(desk).await?.saturating_add(1);
+    Ok(gone >= order.width.map_or(enough, |width| enough.min(width.abs())))
+}
+
+/// How far from its target the drive may settle; 0 when it does not tell.
+async fn window(desk: &Desk) -> Result<i64, Error> {
+    let Some(object) = desk.description().objects.position_window else { return Ok(0) };
+    match desk.get(object).await {
+        Err(Error::Sdo(SdoError::Aborted { .. })) => Ok(0),
+        window => window,
     }
 }
 
@@ -104,6 +159,6 @@ pub async fn stop_inching(desk: &Desk) -> Result<i32, Error> {
     desk.need(desk.description().inching, Capability::Inching)?;
     // Not without Stop: its falling edge would go on with an interrupted travel, or run at the last velocity.
     come_to_rest(desk).await?;
-    at_rest(desk);
+    stopped(desk);
     desk.position().await
 }

@@ -1,8 +1,9 @@
 //! Why the drive would refuse an order, found out before anything moves.
 
+use super::inching::is_inching;
 use super::power::{cause, is_fault, state_of};
 use super::setup::shown_mode;
-use super::travel::under_way;
+use super::travel::{moves, under_way};
 use crate::description::{Gear, Orders, Word};
 use crate::desk::{Desk, narrow};
 use crate::direction::Direction;
@@ -133,11 +134,20 @@ fn conditions(desk: &Desk, orders: Orders, status_word: u16, system: u32) -> imp
     .map(|row| row.missing)
 }
 
-/// What the driver has ordered, and has not ended, where the drive does not tell that one is under way.
+/// What the driver has ordered, and has not ended. The drive need not tell of that: not of a velocity of 0, at which
+/// it runs as soon as it is told another one, nor of slow inching.
 async fn unfinished(desk: &Desk, orders: Orders, status_word: u16) -> Result<Option<Missing>, Error> {
+    if !orders.contains(Orders::FROM_REST) || State::from_status_word(status_word) != Some(State::OperationEnabled) {
+        return Ok(None);
+    }
     let told = desk.description().status.positioning.is_some();
-    let running = desk.lock().running;
-    let unfinished = !told && orders.contains(Orders::FROM_REST) && (running || under_way(desk, status_word).await?);
+    let (running, moving) = {
+        let shared = desk.lock();
+        (shared.running, shared.moving)
+    };
+    let unfinished = running
+        || !told && under_way(desk, status_word).await?
+        || moving && (moves(desk, status_word).await? || is_inching(desk).await?);
     Ok(unfinished.then_some(Missing::NoTravel))
 }
 

@@ -3,7 +3,8 @@
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, Instant};
 
-use super::power::{at_rest, cause, is_fault, reach, state_of, stuck};
+use super::inching::is_inching;
+use super::power::{at_rest, cause, is_fault, quick_stop, reach, state_of, stuck};
 use super::refusal::{Order, refuse};
 use crate::description::Release;
 use crate::desk::Desk;
@@ -60,6 +61,7 @@ pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
         shared.moving = true;
         shared.travelling = true;
         shared.paused = false;
+        shared.stepping = false;
     }
     desk.unsettle();
     desk.control_position(description.moving() | description.control.new_setpoint, target).await?;
@@ -203,8 +205,16 @@ impl Drop for Resumption<'_> {
     }
 }
 
-/// Stops whatever moves, in either mode, with its programmed deceleration.
+/// Stops whatever moves, in either mode, with its programmed deceleration; a step by a quick stop, since Stop
+/// interrupts travels only.
 pub(super) async fn come_to_rest(desk: &Desk) -> Result<(), Error> {
+    let stepping = desk.lock().stepping;
+    if stepping && desk.may_be_stopped().await? {
+        let moves = come_to_stand(desk, desk.now()).await?.is_some();
+        if moves || is_inching(desk).await? {
+            return quick_stop(desk).await;
+        }
+    }
     stand_still(desk, desk.description().stopping()).await
 }
 

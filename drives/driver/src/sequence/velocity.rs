@@ -1,4 +1,4 @@
-//! Velocity mode.
+//! Velocity mode, and the stop for both modes.
 
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
@@ -30,6 +30,7 @@ pub async fn run_at(desk: &Desk, velocity: i32, within: Duration) -> Result<Velo
         shared.running = true;
         shared.moving = true;
         shared.travelling = false;
+        shared.stepping = false;
     }
     desk.unsettle();
     desk.control_velocity(description.moving(), velocity).await?;
@@ -68,11 +69,11 @@ pub(super) fn unasked(desk: &Desk) -> Option<Number> {
     desk.description().velocity.filter(|_| control.idle & control.stop == 0).map(|velocities| velocities.target)
 }
 
-/// Stops the drive in velocity mode; returns once it stands.
+/// Stops whatever moves with its programmed deceleration, a step by quick stop; returns once the drive stands.
 ///
 /// # Errors
 ///
-/// As [`Desk::read`].
+/// [`Error::NotStopped`]; as [`Desk::read`].
 pub async fn stop(desk: &Desk) -> Result<(), Error> {
     come_to_rest(desk).await?;
     stopped(desk);

@@ -39,6 +39,7 @@ static AG02: Description = Description {
         actual_position: Number::new(0x6064, 0x00, I32),
         actual_velocity: Number::new(0x606C, 0x00, I32),
         target_position: Number::new(0x607A, 0x00, I32).within(-9_999_999, 9_999_999),
+        position_window: Some(Number::new(0x6067, 0x00, U16)),
         position_limits: Some([Number::new(0x607D, 0x01, I32), Number::new(0x607D, 0x02, I32)]),
         latest_fault: Number::new(0x1003, 0x01, U16),
     },
@@ -110,6 +111,7 @@ static AG02: Description = Description {
         positive: 1 << 14,
         negative: 1 << 15,
         width: Number::new(0x2415, 0x00, I32),
+        busy: None,
         begins: Duration::from_millis(50),
     }),
     calibration: Some(Calibration::Write(Number::new(0x607C, 0x00, I32).within(-999_999, 999_999))),
@@ -374,6 +376,28 @@ fn it_runs_by_table_26() {
         Ok::<_, Error>(outcomes)
     });
     assert_eq!(outcomes.unwrap(), [68, 30].map(|velocity| VelocityOutcome::Reached { velocity }));
+}
+
+/// This one tells of inching by its movement only: a shaft that settles is not taken for it.
+#[test]
+fn inching_has_begun_when_the_drive_turns_as_it_was_told() {
+    let script = "
+        > 205#0F00
+        > 205#0F40
+        = 6064:00 A           within the window
+        ~ 100
+        = 6064:00 FFFFFF00    the other way
+        ~ 100
+        = 606C:00 1E
+        > 205#0F01
+        = 606C:00 0
+    ";
+    enabled(script, |drive| {
+        drive.inch(Direction::Positive)?;
+        assert_eq!(drive.velocity()?, 30);
+        drive.stop_inching()
+    })
+    .unwrap();
 }
 
 #[test]

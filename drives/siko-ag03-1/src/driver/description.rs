@@ -32,6 +32,7 @@ pub static AG03_1: Description = Description {
         actual_position: Number::of(od::POSITION_ACTUAL_VALUE),
         actual_velocity: Number::of(od::VELOCITY_ACTUAL_VALUE),
         target_position: positions(Number::of(od::TARGET_POSITION), od::TARGET_POSITION.limits()),
+        position_window: Some(Number::of(od::POSITION_WINDOW)),
         position_limits: Some([
             Number::of(od::SOFTWARE_POSITION_LIMIT.limit_1()),
             Number::of(od::SOFTWARE_POSITION_LIMIT.limit_2()),
@@ -87,6 +88,8 @@ pub static AG03_1: Description = Description {
         positive: control::INCHING_2_POSITIVE,
         negative: control::INCHING_2_NEGATIVE,
         width: Number::of(od::DELTA_JOG),
+        // "No active travel job" is a condition for readiness (table 21).
+        busy: Some(Test::of_status(status::READY).clear()),
         begins: Duration::from_millis(50),
     }),
     calibration: Some(Calibration::Write(positions(Number::of(od::CALIBRATION_VALUE), od::CALIBRATION_VALUE.limits()))),
@@ -125,14 +128,14 @@ pub static AG03_1: Description = Description {
     emergencies: Some(EmergencySwitch::CIA_301),
 };
 
-/// RPDO1, RPDO3, RPDO4 (figures 17 to 19). There is no RPDO2.
+/// RPDO1, RPDO3, RPDO4 (figures 20 to 22). There is no RPDO2.
 const OUTPUTS: Outputs = Outputs {
     control: Some(Pdo { base: 0x200, signals: &[Signal::ControlWord] }),
     position: Some(Pdo { base: 0x400, signals: &[Signal::ControlWord, Signal::TargetPosition] }),
     velocity: Some(Pdo { base: 0x500, signals: &[Signal::ControlWord, Signal::TargetVelocity] }),
 };
 
-/// TPDO1, TPDO3 with the position, TPDO4 with the velocity (figures 20 to 22). There is no TPDO2.
+/// TPDO1, TPDO3 with the position, TPDO4 with the velocity (figures 17 to 19). There is no TPDO2.
 const INPUTS: &[Pdo] = &[
     Pdo { base: 0x180, signals: &[Signal::StatusWord] },
     Pdo { base: 0x380, signals: &[Signal::StatusWord, Signal::Other(4)] },
