@@ -6,48 +6,21 @@ use lexican_codegen::{Options, Output, compile};
 use lexican_eds::Span;
 use lexican_eds::model::{
     AccessType, BitField, Bits, Condition, ConditionalRange, Device, Direction, Entry, Enumeration, Mapped, Meaning,
-    Named, NmtState, Object, ObjectKind, ObjectList, Pdo, Quantity, Unit, Value,
+    Named, NmtState, Object, ObjectKind, Pdo, Quantity, Unit, Value,
 };
 use lexican_eds::types::DataType;
 use proptest::prelude::*;
 
 fn entry(index: u16, sub: u8, name: &str, data_type: DataType, access: AccessType) -> Entry {
-    Entry {
-        index,
-        sub,
-        name: name.into(),
-        data_type,
-        access,
-        pdo_mapping: false,
-        default: None,
-        configured: None,
-        low: None,
-        high: None,
-        denotation: None,
-        download_file: None,
-        upload_file: None,
-        meaning: Meaning::Plain,
-        ranges: Vec::new(),
-        persistent: false,
-        writable_in: None,
-        description: None,
-        span: Span::default(),
-    }
+    let mut entry = Entry::new(index, sub, Span::default());
+    (entry.name, entry.data_type, entry.access) = (name.into(), data_type, access);
+    entry
 }
 
 fn object(name: &str, kind: ObjectKind, entries: Vec<Entry>) -> Object {
-    Object {
-        index: entries[0].index,
-        name: name.into(),
-        list: ObjectList::Optional,
-        kind,
-        entries,
-        description: None,
-        flags: 0,
-        denotation: None,
-        links: Vec::new(),
-        span: Span::default(),
-    }
+    let mut object = Object::new(entries[0].index, kind, Span::default());
+    (object.name, object.entries) = (name.into(), entries);
+    object
 }
 
 fn variable(entry: Entry) -> Object {

@@ -2,7 +2,7 @@
 //! and `[xxxxDenotation]` of a DCF.
 
 use crate::check;
-use crate::model::{AccessType, Entry, Object, ObjectKind, Value};
+use crate::model::{Entry, Object, ObjectKind, Value};
 use crate::object::{Fields, Key, ObjectFacts, Parts};
 use crate::read::{Numbered, Reader};
 use crate::section::ObjectPart;
@@ -23,13 +23,16 @@ impl<'a, 's> Reader<'a, 's> {
             }
             return;
         }
-        let mut count = Entry::new(object.index, 0, object.span);
-        count.name = "NrOfObjects".to_owned();
-        count.data_type = DataType::Unsigned8;
-        count.access = AccessType::Ro;
-        count.default = Some(Value::Integer(facts.compact.into()));
-        let template = self.entry(object.index, 0, object.span, fields, ObjectKind::Variable);
-        object.entries.push(count);
+        object.entries.push(Entry {
+            name: "NrOfObjects".to_owned(),
+            data_type: DataType::Unsigned8,
+            default: Some(Value::Integer(facts.compact.into())),
+            ..Entry::new(object.index, 0, object.span)
+        });
+        let mut fields = *fields;
+        // The denotation is that of the object.
+        fields[Key::Denotation as usize] = None;
+        let template = self.entry(object.index, 0, object.span, &fields, ObjectKind::Variable);
         self.compact_entries += usize::from(facts.compact);
         if self.compact_entries > MAX_COMPACT_ENTRIES {
             let found = check::compact_objects_stand_for_a_bounded_number_of_entries::found;
@@ -38,7 +41,7 @@ impl<'a, 's> Reader<'a, 's> {
         }
         for sub in 1..=facts.compact.min(0xFE) {
             let name = format!("{}{sub}", object.name);
-            object.entries.push(Entry { sub, name, denotation: None, ..template.clone() });
+            object.entries.push(Entry { sub, name, ..template.clone() });
         }
     }
 

@@ -6,7 +6,7 @@
 //! as pieces of `Granularity` fit into a frame.
 
 use crate::eds::Facts;
-use crate::model::{AccessType, Device, Direction, Entry, Object, ObjectKind, ObjectList, Value};
+use crate::model::{AccessType, Device, Direction, Entry, Object, ObjectKind, Value};
 use crate::object::ObjectFacts;
 use crate::pdo::{MAX_PDOS, communication_parameter, mapping_parameter};
 use crate::section::SectionKind;
@@ -44,8 +44,7 @@ pub(crate) fn expand(device: &mut Device, facts: &mut Facts<'_>) {
     if parameters.is_empty() {
         return;
     }
-    let facts_of = |object: &Object| ObjectFacts::implied(object.span, object.kind);
-    facts.objects.extend(parameters.iter().map(facts_of));
+    facts.objects.extend(parameters.iter().map(|object| ObjectFacts::implied(object.kind)));
     device.objects.append(&mut parameters);
     let mut both: Vec<_> = device.objects.drain(..).zip(facts.objects.drain(..)).collect();
     both.sort_by_key(|(object, _)| object.index);
@@ -129,18 +128,8 @@ impl Parameters<'_> {
         let direction = if self.direction == Direction::Receive { "RPDO" } else { "TPDO" };
         let mut count = self.entry(index, 0, "Highest sub-index", DataType::Unsigned8, Some(Value::Integer(highest)));
         count.access = access;
-        Object {
-            index,
-            name: format!("{direction} {} {what} parameter", self.number),
-            list: ObjectList::Optional,
-            kind: ObjectKind::Record,
-            entries: vec![count],
-            description: None,
-            flags: 0,
-            links: Vec::new(),
-            denotation: None,
-            span: self.span,
-        }
+        let name = format!("{direction} {} {what} parameter", self.number);
+        Object { name, entries: vec![count], ..Object::new(index, ObjectKind::Record, self.span) }
     }
 
     fn entry(&self, index: u16, sub: u8, name: &str, data_type: DataType, default: Option<Value>) -> Entry {

@@ -58,8 +58,8 @@ pub(crate) const COMMISSIONING: [&str; 7] =
 
 impl<'a, 's> Reader<'a, 's> {
     /// Everything but objects and modules. Whether the section was one of these.
-    pub(crate) fn info(&mut self, kind: SectionKind, section: &'s Section<'a>, device: &mut Device) -> bool {
-        match kind {
+    pub(crate) fn info(&mut self, section: &'s Section<'a>, device: &mut Device) -> bool {
+        match section.kind {
             SectionKind::FileInfo => device.file = self.file_info(section),
             SectionKind::DeviceInfo => device.info = self.device_info(section),
             SectionKind::DummyUsage => device.dummies = self.dummies(section),

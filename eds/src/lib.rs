@@ -85,8 +85,8 @@ pub fn load(input: &Input) -> (model::Device, Diagnostics) {
     let mut out = Diagnostics::default();
     let mut device = model::Device::default();
     if readable(&input.eds, &mut out) {
-        let tokens = syntax::tokenize(&input.eds, &mut out);
-        let syntax = syntax::Syntax::new(&input.eds, &tokens);
+        let syntax::Tokens { text, lengths } = syntax::tokenize(&input.eds, &mut out);
+        let syntax = syntax::Syntax::new(&input.eds, &text, lengths);
         let (read, facts) = eds::read(syntax, &mut out);
         device = read;
         let mut changes = overlay::Changes::default();

@@ -29,8 +29,8 @@ pub(crate) struct Listed {
 
 impl<'a, 's> Reader<'a, 's> {
     /// The list that a section is, if it is one.
-    pub(crate) fn list(&mut self, kind: SectionKind, section: &'s Section<'a>) -> Option<List> {
-        let list = match kind {
+    pub(crate) fn list(&mut self, section: &'s Section<'a>) -> Option<List> {
+        let list = match section.kind {
             SectionKind::MandatoryObjects => ObjectList::Mandatory,
             SectionKind::OptionalObjects => ObjectList::Optional,
             SectionKind::ManufacturerObjects => ObjectList::Manufacturer,

@@ -2,6 +2,7 @@
 //! compared and simulated. Nothing in here is text any more but names and descriptions.
 
 use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
 
 use crate::source::Span;
 use crate::types::DataType;
@@ -41,7 +42,7 @@ pub struct Device {
     pub tools: Vec<Tool>,
 }
 
-/// One index of the dictionary.
+/// One index of the dictionary. What only few objects have, its [`ObjectDetails`], are fields like its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Object {
     /// The index.
@@ -54,16 +55,22 @@ pub struct Object {
     pub kind: ObjectKind,
     /// The values: one at sub-index 0 of a VAR or DOMAIN; ascending by sub-index otherwise.
     pub entries: Vec<Entry>,
-    /// What the overlay says.
-    pub description: Option<String>,
     /// `ObjFlags`: bit 0 refuses a write on download, bit 1 refuses a read on scan.
     pub flags: u32,
+    /// Where the data sheet describes it.
+    pub span: Span,
+    pub(crate) details: Apart<ObjectDetails>,
+}
+
+/// What only few objects have.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ObjectDetails {
+    /// What the overlay says.
+    pub description: Option<String>,
     /// `[xxxxObjectLinks]`: objects that belong to this one.
     pub links: Vec<u16>,
     /// `Denotation` of a DCF.
     pub denotation: Option<String>,
-    /// Where the data sheet describes it.
-    pub span: Span,
 }
 
 /// Which of the three lists of a data sheet names an object.
@@ -97,7 +104,7 @@ pub enum ObjectKind {
     Record,
 }
 
-/// One entry: what an SDO can address.
+/// One entry: what an SDO can address. What only few entries have, its [`EntryDetails`], are fields like its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
     /// The index.
@@ -114,6 +121,14 @@ pub struct Entry {
     pub pdo_mapping: bool,
     /// `DefaultValue`.
     pub default: Option<Value>,
+    /// Where the data sheet describes it.
+    pub span: Span,
+    pub(crate) details: Apart<EntryDetails>,
+}
+
+/// What only few entries have.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EntryDetails {
     /// `ParameterValue` of a DCF.
     pub configured: Option<Value>,
     /// `LowLimit`.
@@ -136,8 +151,6 @@ pub struct Entry {
     pub writable_in: Option<Vec<NmtState>>,
     /// What the overlay says, for the documentation.
     pub description: Option<String>,
-    /// Where the data sheet describes it.
-    pub span: Span,
 }
 
 /// A value of the data sheet.
@@ -501,6 +514,27 @@ impl Device {
 }
 
 impl Object {
+    /// An object of which nothing is known but where it is.
+    #[must_use]
+    pub fn new(index: u16, kind: ObjectKind, span: Span) -> Self {
+        Self {
+            index,
+            name: String::new(),
+            list: ObjectList::Optional,
+            kind,
+            entries: Vec::new(),
+            flags: 0,
+            span,
+            details: Apart::NONE,
+        }
+    }
+
+    /// The same with these details instead of its own.
+    #[must_use]
+    pub fn with_details(self, details: ObjectDetails) -> Self {
+        Self { details: Apart::new(details), ..self }
+    }
+
     /// The entry at this sub-index.
     #[must_use]
     pub fn entry(&self, sub: u8) -> Option<&Entry> {
@@ -521,19 +555,15 @@ impl Entry {
             access: AccessType::Ro,
             pdo_mapping: false,
             default: None,
-            configured: None,
-            low: None,
-            high: None,
-            denotation: None,
-            upload_file: None,
-            download_file: None,
-            meaning: Meaning::Plain,
-            ranges: Vec::new(),
-            persistent: false,
-            writable_in: None,
-            description: None,
             span,
+            details: Apart::NONE,
         }
+    }
+
+    /// The same with these details instead of its own.
+    #[must_use]
+    pub fn with_details(self, details: EntryDetails) -> Self {
+        Self { details: Apart::new(details), ..self }
     }
 }
 
@@ -631,6 +661,93 @@ impl Value {
             Self::Integer(number) => Some(*number),
             _ => None,
         }
+    }
+}
+
+/// Kept apart from what every object and entry has, and only where there is something to keep: a data sheet may
+/// have 65,536 objects of a few bytes each, and limits, overlays and configurations are far larger than those.
+#[derive(Clone, Debug)]
+pub(crate) struct Apart<T>(Option<Box<T>>);
+
+/// What can be kept apart.
+pub(crate) trait Details: Default + PartialEq + 'static {
+    /// Those of most objects or entries: the default.
+    fn none() -> &'static Self;
+}
+
+impl<T: Details> Apart<T> {
+    const NONE: Self = Self(None);
+
+    fn new(details: T) -> Self {
+        Self((details != *T::none()).then(|| Box::new(details)))
+    }
+
+    fn get(&self) -> &T {
+        self.0.as_deref().unwrap_or(T::none())
+    }
+
+    fn get_mut(&mut self) -> &mut T {
+        self.0.get_or_insert_default()
+    }
+}
+
+impl<T: Details> PartialEq for Apart<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.get() == other.get()
+    }
+}
+
+impl Details for ObjectDetails {
+    fn none() -> &'static Self {
+        static NONE: ObjectDetails = ObjectDetails { description: None, links: Vec::new(), denotation: None };
+        &NONE
+    }
+}
+
+impl Details for EntryDetails {
+    fn none() -> &'static Self {
+        static NONE: EntryDetails = EntryDetails {
+            configured: None,
+            low: None,
+            high: None,
+            denotation: None,
+            upload_file: None,
+            download_file: None,
+            meaning: Meaning::Plain,
+            ranges: Vec::new(),
+            persistent: false,
+            writable_in: None,
+            description: None,
+        };
+        &NONE
+    }
+}
+
+impl Deref for Object {
+    type Target = ObjectDetails;
+
+    fn deref(&self) -> &ObjectDetails {
+        self.details.get()
+    }
+}
+
+impl DerefMut for Object {
+    fn deref_mut(&mut self) -> &mut ObjectDetails {
+        self.details.get_mut()
+    }
+}
+
+impl Deref for Entry {
+    type Target = EntryDetails;
+
+    fn deref(&self) -> &EntryDetails {
+        self.details.get()
+    }
+}
+
+impl DerefMut for Entry {
+    fn deref_mut(&mut self) -> &mut EntryDetails {
+        self.details.get_mut()
     }
 }
 

@@ -46,8 +46,8 @@ impl<'a, 's> Reader<'a, 's> {
     }
 
     /// `[SupportedModules]`, `[ConnectedModules]`, `[DynamicChannels]` and `[Tools]`. Whether it was one of these.
-    pub(crate) fn extras(&mut self, kind: SectionKind, section: &'s Section<'a>, device: &mut Device) -> bool {
-        match kind {
+    pub(crate) fn extras(&mut self, section: &'s Section<'a>, device: &mut Device) -> bool {
+        match section.kind {
             SectionKind::SupportedModules => {
                 let [count] = self.fields(section, &["NrOfEntries"]);
                 let said: Option<u16> = self.number(count);

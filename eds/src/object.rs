@@ -1,7 +1,7 @@
 //! Objects and their entries (CiA 306-1).
 
 use crate::check;
-use crate::model::{AccessType, Entry, Object, ObjectKind, ObjectList, Value};
+use crate::model::{AccessType, Entry, EntryDetails, Object, ObjectKind, ObjectList, Value};
 use crate::number;
 use crate::read::Reader;
 use crate::section::ObjectPart;
@@ -66,12 +66,12 @@ pub(crate) type Fields<'a, 's> = [Option<&'s Pair<'a>>; KEYS.len()];
 /// What the rules want to know of an object beyond the model.
 #[derive(Clone, Debug)]
 pub(crate) struct ObjectFacts {
-    /// `[1018]`, when there is such a section.
-    pub(crate) header: Option<Span>,
+    /// Whether there is a section `[1018]`.
+    pub(crate) header: bool,
     /// How many `[1018subN]` there are.
-    pub(crate) subs: usize,
+    pub(crate) subs: u16,
     /// `SubNumber`.
-    pub(crate) sub_number: Option<(u16, Span)>,
+    pub(crate) sub_number: Option<u16>,
     /// `CompactSubObj`, when it is not 0.
     pub(crate) compact: u8,
     /// What `ObjectType` says, when it says something.
@@ -83,17 +83,9 @@ pub(crate) struct ObjectFacts {
 }
 
 impl ObjectFacts {
-    /// Of an object that follows from what stands at `span`.
-    pub(crate) fn implied(span: Span, kind: ObjectKind) -> Self {
-        Self {
-            header: Some(span),
-            subs: 0,
-            sub_number: None,
-            compact: 0,
-            declared: Some(kind),
-            listed: None,
-            implied: true,
-        }
+    /// Of an object that no section describes.
+    pub(crate) fn implied(kind: ObjectKind) -> Self {
+        Self { header: true, subs: 0, sub_number: None, compact: 0, declared: Some(kind), listed: None, implied: true }
     }
 }
 
@@ -108,9 +100,9 @@ impl<'a, 's> Reader<'a, 's> {
         let place = parts.first().map_or(Span::default(), |(_, section)| self.syntax.name_span(section));
         let fields = header.map_or([None; KEYS.len()], |header| self.fields(header, &KEYS));
         let facts = ObjectFacts {
-            header: header.map(|_| place),
-            subs,
-            sub_number: self.sub_number(&fields),
+            header: header.is_some(),
+            subs: subs as u16,
+            sub_number: self.number(nonempty(fields[Key::SubNumber as usize])),
             compact: self.number(nonempty(fields[Key::CompactSubObj as usize])).unwrap_or(0),
             declared: self.object_type(fields[Key::ObjectType as usize]),
             listed: None,
@@ -118,19 +110,15 @@ impl<'a, 's> Reader<'a, 's> {
         };
         let kind = kind(&facts);
         let mut object = Object {
-            index,
             name: self.text(fields[Key::ParameterName as usize]).unwrap_or_default(),
-            list: ObjectList::Optional,
-            kind,
             entries: Vec::with_capacity(subs.max(1)),
-            description: None,
             flags: self.number(nonempty(fields[Key::ObjFlags as usize])).unwrap_or(0),
-            links: Vec::new(),
-            denotation: None,
-            span: place,
+            ..Object::new(index, kind, place)
         };
         if kind.has_subs() {
-            object.denotation = self.text(fields[Key::Denotation as usize]);
+            if let Some(denotation) = self.text(fields[Key::Denotation as usize]) {
+                object.denotation = Some(denotation);
+            }
             self.compact_entries(&mut object, &facts, &fields);
             self.sub_entries(&mut object, parts);
         } else if header.is_some() {
@@ -150,19 +138,24 @@ impl<'a, 's> Reader<'a, 's> {
         kind: ObjectKind,
     ) -> Entry {
         let field = |key: Key| fields[key as usize];
-        let mut entry = Entry::new(index, sub, span);
-        entry.name = self.text(field(Key::ParameterName)).unwrap_or_default();
-        entry.data_type = self.data_type(field(Key::DataType), kind, span);
-        entry.access = self.access(field(Key::AccessType), kind, span);
-        entry.pdo_mapping = self.flag(field(Key::PdoMapping));
-        entry.default = self.value(field(Key::DefaultValue), entry.data_type);
-        entry.configured = self.value(field(Key::ParameterValue), entry.data_type);
-        entry.low = self.value(field(Key::LowLimit), entry.data_type);
-        entry.high = self.value(field(Key::HighLimit), entry.data_type);
-        entry.denotation = self.text(field(Key::Denotation));
-        entry.upload_file = self.text(field(Key::UploadFile));
-        entry.download_file = self.text(field(Key::DownloadFile));
-        entry
+        let data_type = self.data_type(field(Key::DataType), kind, span);
+        let entry = Entry {
+            name: self.text(field(Key::ParameterName)).unwrap_or_default(),
+            data_type,
+            access: self.access(field(Key::AccessType), kind, span),
+            pdo_mapping: self.flag(field(Key::PdoMapping)),
+            default: self.value(field(Key::DefaultValue), data_type),
+            ..Entry::new(index, sub, span)
+        };
+        entry.with_details(EntryDetails {
+            configured: self.value(field(Key::ParameterValue), data_type),
+            low: self.value(field(Key::LowLimit), data_type),
+            high: self.value(field(Key::HighLimit), data_type),
+            denotation: self.text(field(Key::Denotation)),
+            upload_file: self.text(field(Key::UploadFile)),
+            download_file: self.text(field(Key::DownloadFile)),
+            ..EntryDetails::default()
+        })
     }
 
     /// `DefaultValue`, `ParameterValue` or a limit; `None` when there is none, or after a report.
@@ -207,11 +200,6 @@ impl<'a, 's> Reader<'a, 's> {
             self.out.push(check::object_types_are_known::found(code, self.syntax.value_span(pair)));
         }
         kind
-    }
-
-    fn sub_number(&mut self, fields: &Fields<'a, 's>) -> Option<(u16, Span)> {
-        let pair = nonempty(fields[Key::SubNumber as usize])?;
-        Some((self.number(Some(pair))?, self.syntax.value_span(pair)))
     }
 
     fn data_type(&mut self, pair: Option<&'s Pair<'a>>, kind: ObjectKind, span: Span) -> DataType {
@@ -281,7 +269,7 @@ pub(crate) fn nonempty<'a, 's>(pair: Option<&'s Pair<'a>>) -> Option<&'s Pair<'a
 /// What the object is, whatever its type says: with sub-indices it cannot be a variable.
 fn kind(facts: &ObjectFacts) -> ObjectKind {
     // What is known of an object without a section of its own are its sub-indices.
-    let several = facts.subs > 0 || facts.compact > 0 || facts.header.is_none();
+    let several = facts.subs > 0 || facts.compact > 0 || !facts.header;
     match facts.declared {
         Some(kind) if kind.has_subs() || !several => kind,
         _ if facts.compact > 0 && facts.subs == 0 => ObjectKind::Array,

@@ -84,6 +84,14 @@ impl SectionKind {
         }
     }
 
+    /// The module that it belongs to.
+    pub(crate) fn module(self) -> Option<u16> {
+        match self {
+            Self::Module(number, _) => Some(number),
+            _ => None,
+        }
+    }
+
     fn numbered(name: &str) -> Option<Self> {
         if let Some((index, part)) = object(name) {
             return Some(Self::Object(index, part));

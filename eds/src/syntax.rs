@@ -9,16 +9,24 @@ use ini::{Ini, ParseOption};
 
 use crate::check;
 use crate::diagnostics::Diagnostics;
+use crate::section::SectionKind;
 use crate::source::{Source, Span};
 
 /// The longest line that CiA 306-1 allows.
 pub(crate) const MAX_LINE_LENGTH: usize = 255;
 
-/// The first half: what rust-ini made of the repaired lines, close together. [`Syntax`] borrows from it.
+/// The first half: what rust-ini made of the repaired lines, close together. [`Syntax`] borrows the text, and has
+/// no use for the lengths any more once it is made.
 #[derive(Default)]
 pub(crate) struct Tokens {
     /// All names, keys and values one after the other.
-    text: String,
+    pub(crate) text: String,
+    pub(crate) lengths: Lengths,
+}
+
+/// Where the names, keys and values in a text end.
+#[derive(Default)]
+pub(crate) struct Lengths {
     sections: Vec<SectionToken>,
     keys: Vec<KeyToken>,
 }
@@ -47,9 +55,10 @@ pub(crate) struct Syntax<'a> {
 #[derive(Debug)]
 pub(crate) struct Section<'a> {
     pub(crate) name: &'a str,
+    pub(crate) kind: SectionKind,
     /// From 0.
     pub(crate) line: u32,
-    pub(crate) pairs: Vec<Pair<'a>>,
+    pub(crate) pairs: Box<[Pair<'a>]>,
 }
 
 /// `key=value`, both without blanks around.
@@ -123,7 +132,8 @@ const PORTION: usize = if cfg!(test) { 8 } else { 64 * 1024 };
 pub(crate) fn tokenize(source: &Source, out: &mut Diagnostics) -> Tokens {
     let mut clean = String::with_capacity(source.text().len().min(PORTION) + 256);
     // Keys before the first section are in one without name.
-    let mut tokens = Tokens { sections: vec![SectionToken { line: 0, name: 0, keys: 0 }], ..Tokens::default() };
+    let mut tokens = Tokens::default();
+    tokens.lengths.sections.push(SectionToken { line: 0, name: 0, keys: 0 });
     let mut portion = Portion::default();
     let mut complete = true;
     for number in 0..source.line_count() {
@@ -132,17 +142,17 @@ pub(crate) fn tokenize(source: &Source, out: &mut Diagnostics) -> Tokens {
         if clean.len() >= PORTION {
             complete &= tokens.read(&clean, &portion).is_some();
             clean.clear();
-            portion = Portion::after(&tokens);
+            portion = Portion::after(&tokens.lengths);
         }
         match text {
             Line::Blank | Line::Comment(_) => continue,
             Line::Section { name, .. } => {
-                tokens.sections.push(SectionToken { line, name: 0, keys: 0 });
+                tokens.lengths.sections.push(SectionToken { line, name: 0, keys: 0 });
                 push_section(&mut clean, name);
             }
             Line::Pair { key, value, .. } => {
-                tokens.keys.push(KeyToken { line, key: 0, value: 0 });
-                if let Some(section) = tokens.sections.last_mut() {
+                tokens.lengths.keys.push(KeyToken { line, key: 0, value: 0 });
+                if let Some(section) = tokens.lengths.sections.last_mut() {
                     section.keys += 1;
                 }
                 push_pair(&mut clean, key, value);
@@ -171,10 +181,10 @@ struct Portion {
 }
 
 impl Portion {
-    fn after(tokens: &Tokens) -> Self {
-        let section = tokens.sections.len().saturating_sub(1);
-        let section_keys = tokens.sections.last().map_or(0, |section| section.keys);
-        Portion { section, section_keys, keys: tokens.keys.len() }
+    fn after(lengths: &Lengths) -> Self {
+        let section = lengths.sections.len().saturating_sub(1);
+        let section_keys = lengths.sections.last().map_or(0, |section| section.keys);
+        Portion { section, section_keys, keys: lengths.keys.len() }
     }
 }
 
@@ -184,9 +194,9 @@ impl Tokens {
     fn read(&mut self, clean: &str, portion: &Portion) -> Option<()> {
         let options = ParseOption { enabled_quote: false, enabled_escape: false, ..ParseOption::default() };
         let ini = Ini::load_from_str_opt(clean, options).ok()?;
-        let mut keys = self.keys.iter_mut().skip(portion.keys);
+        let mut keys = self.lengths.keys.iter_mut().skip(portion.keys);
         let mut tokenized = ini.iter().filter(|(name, pairs)| name.is_some() || !pairs.is_empty()).peekable();
-        for (number, section) in self.sections.iter_mut().enumerate().skip(portion.section) {
+        for (number, section) in self.lengths.sections.iter_mut().enumerate().skip(portion.section) {
             let mut expected = section.keys;
             if number == portion.section {
                 expected -= portion.section_keys;
@@ -216,8 +226,8 @@ impl Tokens {
     /// The same from the lines themselves.
     fn fill_from_lines(&mut self, source: &Source) {
         self.text.clear();
-        let mut keys = self.keys.iter_mut();
-        for section in &mut self.sections {
+        let mut keys = self.lengths.keys.iter_mut();
+        for section in &mut self.lengths.sections {
             let name = match Line::of(source.line(section.line as usize)) {
                 Line::Section { name, .. } => name,
                 _ => "",
@@ -235,24 +245,24 @@ impl Tokens {
 }
 
 impl<'a> Syntax<'a> {
-    pub(crate) fn new(source: &'a Source, tokens: &'a Tokens) -> Self {
-        let mut rest = tokens.text.as_str();
+    pub(crate) fn new(source: &'a Source, text: &'a str, lengths: Lengths) -> Self {
+        let mut rest = text;
         let mut next = |length: u32| {
             let (text, after) = rest.split_at_checked(length as usize).unwrap_or((rest, ""));
             rest = after;
             text
         };
-        let mut keys = tokens.keys.iter();
-        let mut sections = Vec::with_capacity(tokens.sections.len());
-        for section in &tokens.sections {
+        let mut keys = lengths.keys.iter();
+        let mut sections = Vec::with_capacity(lengths.sections.len());
+        for section in &lengths.sections {
             let name = next(section.name);
             let of_section = keys.by_ref().take(section.keys as usize);
-            let pairs: Vec<Pair<'a>> = of_section
+            let pairs: Box<[Pair<'a>]> = of_section
                 .map(|token| Pair { key: next(token.key), value: next(token.value), line: token.line })
                 .collect();
             // The section before the first is one only when it holds something.
             if !sections.is_empty() || !pairs.is_empty() || section.line > 0 || !name.is_empty() {
-                sections.push(Section { name, line: section.line, pairs });
+                sections.push(Section { name, kind: SectionKind::of(name), line: section.line, pairs });
             }
         }
         Self { source, sections }
@@ -352,8 +362,8 @@ mod tests {
     fn read(text: &str, check: impl FnOnce(&Syntax<'_>, &Diagnostics)) {
         let source = Source::new("x.eds", text);
         let mut out = Diagnostics::default();
-        let tokens = tokenize(&source, &mut out);
-        let syntax = Syntax::new(&source, &tokens);
+        let Tokens { text, lengths } = tokenize(&source, &mut out);
+        let syntax = Syntax::new(&source, &text, lengths);
         check(&syntax, &out);
     }
 

@@ -333,7 +333,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::model::{AccessType, DynamicChannel, Tool};
+    use crate::model::{AccessType, DynamicChannel, EntryDetails, ObjectDetails, Tool};
     use crate::source::Span;
     use crate::{Input, Source, load};
 
@@ -386,11 +386,10 @@ mod tests {
         ) -> Entry {
             let [default, configured, low, high] = values;
             let [denotation, upload_file, download_file] = texts;
-            Entry {
-                name, data_type, access, pdo_mapping, default, configured, low, high,
-                denotation, upload_file, download_file,
-                ..Entry::new(0, 0, Span::default())
-            }
+            let entry = Entry { name, data_type, access, pdo_mapping, default, ..Entry::new(0, 0, Span::default()) };
+            entry.with_details(EntryDetails {
+                configured, low, high, denotation, upload_file, download_file, ..EntryDetails::default()
+            })
         }
     }
 
@@ -415,7 +414,8 @@ mod tests {
             // The name and the denotation of a single value are those of its entry.
             let name = if kind.has_subs() { name } else { entries[0].name.clone() };
             let denotation = denotation.filter(|_| kind.has_subs());
-            Object { index: 0, name, list, kind, entries, description: None, flags, links, denotation, span: Span::default() }
+            let object = Object { name, list, entries, flags, ..Object::new(0, kind, Span::default()) };
+            object.with_details(ObjectDetails { links, denotation, ..ObjectDetails::default() })
         }
     }
 

@@ -32,13 +32,20 @@ fn odd_sections_and_lines_take_at_most_thirty_times_the_size_of_the_file() {
     check("lists", 30.0);
 }
 
-/// A line of a few bytes stands for an object and its entry, which have room for all that a data sheet can say.
-/// There are at most 65,536 objects, and as many entries as lines.
 #[test]
-fn empty_objects_take_at_most_sixty_times_the_size_of_the_file() {
-    check("unknown_keys_of_sections", 40.0);
-    check("empty_objects", 60.0);
-    check("empty_subs", 60.0);
+fn poor_objects_take_at_most_thirty_times_the_size_of_the_file() {
+    check("unknown_keys_of_sections", 30.0);
+    check("empty_objects", 30.0);
+    check("empty_subs", 30.0);
+    check("limited_subs", 30.0);
+    check("linked_objects", 30.0);
+}
+
+/// Seven bytes stand for an object and its entry here. There are at most 65,536 of them, which is 20 MB.
+#[test]
+fn all_objects_without_content_take_at_most_forty_five_times_the_size_of_the_file() {
+    check("nothing_but_objects", 45.0);
+    check("short_objects", 40.0);
 }
 
 /// The child: reads one file and prints by how many KiB the peak of the process exceeds what it had before.
@@ -98,6 +105,10 @@ fn shaped(shape: &str) -> String {
         "unknown_sections" => repeat("", |n| format!("[section {n}]\n")),
         "empty_sections" => repeat("", |_| "[]\n".to_owned()),
         "empty_objects" => repeat("", |n| format!("[{n:X}]\n")),
+        "nothing_but_objects" => (0..=0xFFFF).map(|n| format!("[{n:X}]\n")).collect(),
+        "short_objects" => (0..=0xFFFF).map(|n| format!("[{n:X}]\nk=\n")).collect(),
+        "limited_subs" => repeat("", |n| format!("[{:X}sub{:X}]\nLowLimit=0\n", n / 254, n % 254)),
+        "linked_objects" => (0..=0xFFFF).map(|n| format!("[{n:X}ObjectLinks]\n1=1\n")).collect(),
         "empty_subs" => repeat("", |n| format!("[{:X}sub{:X}]\n", n / 254, n % 254)),
         "stray_lines" => repeat("", |n| format!("x{n}\n")),
         "odd_values" => repeat("", |n| format!("[{n:X}]\nDataType=7\nDefaultValue=x\nLowLimit=08\n")),

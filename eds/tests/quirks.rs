@@ -45,8 +45,8 @@ fn node_id_formulas_stay_symbolic_in_all_spellings_and_in_limits() {
         ("0x80000000+$NODEID", 0x8000_0000),
     ] {
         let (entry, _) = variable("7", &format!("DefaultValue={text}\nLowLimit={text}\nHighLimit={text}"));
-        for value in [entry.default, entry.low, entry.high] {
-            assert_eq!(value, Some(Value::NodeIdPlus(offset)), "{text:?}");
+        for value in [&entry.default, &entry.low, &entry.high] {
+            assert_eq!(value, &Some(Value::NodeIdPlus(offset)), "{text:?}");
         }
     }
 }
@@ -340,7 +340,7 @@ fn commissioning_is_read_in_both_spellings() {
 #[test]
 fn signed_limits_as_unsigned_hexadecimal_are_negative() {
     let (entry, diagnostics) = variable("4", "LowLimit=0x80000000\nHighLimit=0x7FFFFFFF");
-    assert_eq!((entry.low, entry.high), (Some(Value::Integer(-0x8000_0000)), Some(Value::Integer(0x7FFF_FFFF))));
+    assert_eq!((&entry.low, &entry.high), (&Some(Value::Integer(-0x8000_0000)), &Some(Value::Integer(0x7FFF_FFFF))));
     assert!(!has(&diagnostics, "eds::limits-reversed") && !has(&diagnostics, "eds::limit-outside-type"));
 }
 

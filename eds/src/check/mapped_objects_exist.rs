@@ -28,7 +28,7 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
     }
     for ((index, sub), places) in missing {
         let names: Vec<String> = places.iter().map(|(pdo, _)| super::pdo_name(pdo)).collect();
-        let names = super::listed(&names.iter().map(String::as_str).collect::<Vec<_>>());
+        let names = super::listed(&names, String::clone);
         let mut finding = RULE.finding(format!("there is no {index:04X}:{sub:02X} for {names} to map"));
         for (at, &(pdo, number)) in places.iter().take(MAX_PLACES).enumerate() {
             let span = context.mapping_span(pdo, number);

@@ -428,13 +428,14 @@ fn plural(count: usize, word: &str) -> String {
 }
 
 /// `2000`, `2000 and 2001`, `2000, 2001, 2002 and 17 more`.
-fn listed(words: &[&str]) -> String {
+fn listed<T>(things: &[T], word: impl Fn(&T) -> String) -> String {
     const SHOWN: usize = 6;
-    match words {
+    let words = |things: &[T]| things.iter().map(&word).collect::<Vec<_>>().join(", ");
+    match things {
         [] => String::new(),
-        [only] => (*only).to_owned(),
-        [first @ .., last] if words.len() <= SHOWN => format!("{} and {last}", first.join(", ")),
-        _ => format!("{} and {} more", words[..SHOWN - 1].join(", "), words.len() - (SHOWN - 1)),
+        [only] => word(only),
+        [first @ .., last] if things.len() <= SHOWN => format!("{} and {}", words(first), word(last)),
+        _ => format!("{} and {} more", words(&things[..SHOWN - 1]), things.len() - (SHOWN - 1)),
     }
 }
 

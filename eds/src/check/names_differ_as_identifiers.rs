@@ -39,13 +39,12 @@ fn report<'a>(
     context: &Context<'_>,
     out: &mut Diagnostics,
 ) {
-    let mut names: Vec<(String, Address)> = names.map(|(name, address)| (identifier(name), address)).collect();
+    let names = names.map(|(name, address)| (identifier(name), address));
     // Without a letter a name becomes no identifier; the address is the name then.
-    names.retain(|(name, _)| !name.is_empty());
+    let mut names: Vec<(String, Address)> = names.filter(|(name, _)| !name.is_empty()).collect();
     names.sort();
     for namesakes in names.chunk_by(|a, b| a.0 == b.0).filter(|namesakes| namesakes.len() > 1) {
-        let addresses: Vec<String> = namesakes.iter().map(|(_, address)| shown(*address)).collect();
-        let listed = super::listed(&addresses.iter().map(String::as_str).collect::<Vec<_>>());
+        let listed = super::listed(namesakes, |(_, address)| shown(*address));
         let mut finding = RULE.finding(format!("the {what} {listed} have the same name"));
         for (at, (_, address)) in namesakes.iter().take(MAX_PLACES).enumerate() {
             let span = name_span(context, *address);

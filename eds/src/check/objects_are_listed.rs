@@ -18,8 +18,7 @@ const MAX_PLACES: usize = 4;
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     let unlisted = context.objects().filter(|(_, facts)| facts.listed.is_none() && !facts.implied);
     let unlisted: Vec<_> = unlisted.map(|(object, _)| object).collect();
-    let indices: Vec<String> = unlisted.iter().map(|object| format!("{:04X}", object.index)).collect();
-    let indices = super::listed(&indices.iter().map(String::as_str).collect::<Vec<_>>());
+    let indices = super::listed(&unlisted, |object| format!("{:04X}", object.index));
     let message = match unlisted.len() {
         0 => return,
         1 => format!("the object {indices} is in none of the lists"),

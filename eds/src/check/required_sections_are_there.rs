@@ -22,7 +22,7 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
         (SectionKind::MandatoryObjects, "MandatoryObjects"),
     ];
     for (kind, name) in required {
-        if !context.facts.kinds.contains(&kind) {
+        if context.facts.section(kind).is_none() {
             out.push(RULE.finding(format!("the section `[{name}]` is missing")).at(Span::eds(0, 0), ""));
         }
     }

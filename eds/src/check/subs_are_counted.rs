@@ -2,6 +2,7 @@
 
 use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
+use crate::object::Key;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::sub-count",
@@ -15,9 +16,10 @@ pub(crate) const RULE: Rule = Rule {
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     for (object, facts) in context.objects() {
-        let found = super::are(facts.subs, "sub-index");
+        let found = super::are(facts.subs.into(), "sub-index");
         match facts.sub_number {
-            Some((said, span)) if usize::from(said) != facts.subs && facts.compact == 0 && object.kind.has_subs() => {
+            Some(said) if said != facts.subs && facts.compact == 0 && object.kind.has_subs() => {
+                let span = context.value_span(object.span, Key::SubNumber);
                 let finding = RULE.finding(format!("there {found}, not {said}")).at(span, "says otherwise");
                 let last = object.entries.last().filter(|entry| entry.span != object.span);
                 out.push(match last {
@@ -25,7 +27,7 @@ fn check(context: &Context<'_>, out: &mut Diagnostics) {
                     None => finding,
                 });
             }
-            None if facts.subs > 0 && facts.header.is_some() => {
+            None if facts.subs > 0 && facts.header => {
                 let finding = RULE.finding(format!("there {found}, but no `SubNumber`"));
                 out.push(finding.at(object.span, ""));
             }

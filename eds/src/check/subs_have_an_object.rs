@@ -14,7 +14,7 @@ pub(crate) const RULE: Rule = Rule {
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     for (object, facts) in context.objects() {
-        if facts.header.is_none() {
+        if !facts.header {
             let finding = RULE.finding(format!("the section `[{:04X}]` is missing", object.index));
             out.push(finding.at(object.span, "belongs to it"));
         }

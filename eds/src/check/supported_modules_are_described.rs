@@ -1,8 +1,10 @@
 //! Every supported module is described.
 
+use std::collections::BTreeSet;
+
 use super::{Context, Rule};
 use crate::diagnostics::{Diagnostics, Severity};
-use crate::section::{ModulePart, SectionKind};
+use crate::section::SectionKind;
 
 pub(crate) const RULE: Rule = Rule {
     code: "eds::module-without-section",
@@ -14,13 +16,10 @@ pub(crate) const RULE: Rule = Rule {
 };
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
-    let described = |number: u16| {
-        let kinds = &context.facts.kinds;
-        let at = kinds.partition_point(|kind| *kind < SectionKind::Module(number, ModulePart::Info));
-        matches!(kinds.get(at), Some(SectionKind::Module(found, _)) if *found == number)
-    };
+    let sections = context.facts.syntax.sections.iter();
+    let described: BTreeSet<u16> = sections.filter_map(|section| section.kind.module()).collect();
     let Some(section) = context.facts.section(SectionKind::SupportedModules) else { return };
-    for module in context.device.modules.iter().filter(|module| !described(module.number)) {
+    for module in context.device.modules.iter().filter(|module| !described.contains(&module.number)) {
         let finding = RULE.finding(format!("the module {} is not described", module.number));
         out.push(finding.at(context.facts.syntax.name_span(section), ""));
     }

@@ -16,7 +16,7 @@ pub(crate) const RULE: Rule = Rule {
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
     for (object, facts) in context.objects() {
-        if !object.kind.has_subs() || facts.header.is_none() || facts.declared == Some(object.kind) {
+        if !object.kind.has_subs() || !facts.header || facts.declared == Some(object.kind) {
             continue;
         }
         let span = context.value_span(object.span, Key::ObjectType);

@@ -96,6 +96,8 @@ impl Diagnostic {
     }
 
     fn label(mut self, span: Span, text: String, primary: bool) -> Self {
+        // Most findings have one place, and there may be thousands of findings.
+        self.labels.reserve_exact(1);
         self.labels.push(Label { span, text, primary });
         self
     }
