@@ -451,6 +451,18 @@ fn a_drive_is_steered_out_of_a_fault_into_operation() {
 }
 
 #[test]
+fn a_fault_is_reset_though_the_control_word_has_its_bit_already() {
+    let mut network = Network::started();
+    network.drive = Some(State::Fault);
+    network.od.set(0x6041, 0, State::Fault.status_bits().into());
+    network.od.set(0x6040, 0, 0x0080);
+    let steering = Steering { target: State::SwitchOnDisabled, transitions: Transitions::CIA_402, control_word: 0 };
+    let end = network.run([steer(&steering)].into_iter());
+    assert!(matches!(end, procedure::Event::Finished { steps: 1 }), "{end:?}");
+    assert_eq!(network.drive, Some(State::SwitchOnDisabled));
+}
+
+#[test]
 fn where_no_way_leads_the_drive_is_not_steered() {
     let mut network = Network::started();
     network.drive = Some(State::SwitchOnDisabled);

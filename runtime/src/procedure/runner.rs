@@ -18,6 +18,8 @@ pub struct Runner<'a, I> {
     /// How many steps were begun.
     count: usize,
     step: Option<Step<'a>>,
+    /// What the step has written last.
+    written: Option<u64>,
     activity: Activity,
     /// The node has booted since it was commanded last.
     booted: bool,
@@ -100,7 +102,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
     /// which is due at once.
     #[must_use]
     pub fn new(node: NodeId, client: SdoClient, steps: I) -> Self {
-        Runner { node, client, steps, count: 0, step: None, activity: Activity::Next, booted: false }
+        Runner { node, client, steps, count: 0, step: None, written: None, activity: Activity::Next, booted: false }
     }
 
     /// The node.
@@ -189,6 +191,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
 
     fn begin_next(&mut self, now: Instant) -> Option<Event<'a>> {
         self.step = self.steps.next();
+        self.written = None;
         let Some(step) = self.step else {
             self.activity = Activity::Over;
             return Some(Event::Finished { steps: self.count });
@@ -240,7 +243,10 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
             Some(Step::Await { mask, value, poll, .. }) if got & mask != value & mask => self.pause(now, poll, until),
             // The control word was written: look what came of it.
             Some(Step::Steer { acted, poll, .. }) if address == acted => self.pause(now, poll, until),
-            Some(Step::Steer { acted, steer, poll, .. }) => self.steer(now, steer.decide(got), got, acted, poll, until),
+            Some(Step::Steer { acted, steer, poll, .. }) => {
+                let decision = steer.decide(got, self.written);
+                self.steer(now, decision, got, acted, poll, until)
+            }
             _ => self.begin_next(now),
         }
     }
@@ -259,6 +265,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
             Decision::Wait => self.pause(now, poll, until),
             Decision::Impossible => self.fail(StepError::Impossible { observed }),
             Decision::Write(value) => {
+                self.written = Some(value);
                 self.write(now, acted, Scalar::of(value as u16), until);
                 None
             }

@@ -72,10 +72,11 @@ pub enum Data<'a> {
     Bytes(&'a [u8]),
 }
 
-/// Decides, from what was read, what is to be written.
+/// Decides, from what was read and written, what is to be written.
 pub trait Steer: fmt::Debug {
-    /// What to do now.
-    fn decide(&self, observed: u64) -> Decision;
+    /// What to do now, after `written` was written last in this step; `None` at its beginning, when nobody knows
+    /// what the entry holds.
+    fn decide(&self, observed: u64, written: Option<u64>) -> Decision;
 }
 
 /// What to do in [`Step::Steer`].

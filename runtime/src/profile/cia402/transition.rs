@@ -175,17 +175,26 @@ pub struct Steering {
 }
 
 impl Steer for Steering {
-    fn decide(&self, status_word: u64) -> Decision {
+    fn decide(&self, status_word: u64, written: Option<u64>) -> Decision {
         let Some(state) = State::from_status_word(status_word as u16) else { return Decision::Wait };
         if state == self.target {
             return Decision::Reached;
         }
         match self.transitions.next(state, self.target).map(|arrow| arrow.cause) {
-            // Bit 7 must rise: it is low in every other command.
-            Some(Cause::Command(command)) => Decision::Write(command.apply(self.control_word).into()),
+            Some(Cause::Command(command)) => Decision::Write(self.word(command, written).into()),
             Some(Cause::Internal) => Decision::Wait,
             None => Decision::Impossible,
         }
+    }
+}
+
+impl Steering {
+    /// The control word with a command. Bit 7 must rise to reset a fault: it is lowered first, unless it is low. A
+    /// drive that has a fault ignores the command which that is.
+    fn word(&self, command: Command, written: Option<u64>) -> u16 {
+        let is_low = written.is_some_and(|word| word & u64::from(control::FAULT_RESET) == 0);
+        let command = if command == Command::FaultReset && !is_low { Command::DisableVoltage } else { command };
+        command.apply(self.control_word)
     }
 }
 
