@@ -133,6 +133,37 @@ impl<'m> Checker<'m> {
     }
 }
 
+/// What was found in cells, before it is told to a checker: it can be remembered.
+#[derive(Clone, Default)]
+pub(crate) struct Answers {
+    /// Key of the row, column, whether it agrees, and what was found.
+    cells: Vec<(String, &'static str, bool, String)>,
+    findings: Vec<String>,
+}
+
+impl Answers {
+    /// As [`Checker::that`].
+    pub(crate) fn that(&mut self, row: &Row, column: &'static str, agrees: bool, found: impl Display) {
+        self.cells.push((row.key.clone(), column, agrees, found.to_string()));
+    }
+
+    /// As [`Checker::require`].
+    pub(crate) fn require(&mut self, agrees: bool, finding: impl FnOnce() -> String) {
+        if !agrees {
+            self.findings.push(finding());
+        }
+    }
+
+    /// Tells a checker what the drive has answered about these rows.
+    pub(crate) fn tell(self, checker: &mut Checker<'_>, rows: &[Row]) {
+        let rows: BTreeMap<&str, &Row> = rows.iter().map(|row| (row.key.as_str(), row)).collect();
+        for (key, column, agrees, found) in self.cells {
+            checker.that(rows[key.as_str()], column, Against::Drive, agrees, found);
+        }
+        self.findings.into_iter().for_each(|finding| checker.finding(finding));
+    }
+}
+
 fn cell(row: &Row, column: &str) -> String {
     format!("{}/{}/{column}", row.file, row.key)
 }

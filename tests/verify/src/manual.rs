@@ -121,6 +121,14 @@ fn rows(file: &'static str, keys: &[&str], text: &str) -> Result<Vec<Row>, csv::
     reader.records().map(|record| record.map(row)).collect()
 }
 
+/// Columns and cells of some rows.
+pub(crate) type Cells = Vec<Vec<(String, String)>>;
+
+/// What rows hold, as a key to what is found for them.
+pub(crate) fn cells(rows: &[Row]) -> Cells {
+    rows.iter().map(|row| row.cells.clone()).collect()
+}
+
 /// The columns that make a row's key.
 pub(crate) fn key_columns(file: &str) -> &'static [&'static str] {
     KEYS.iter().find(|(known, _)| *known == file).map_or(&[], |(_, keys)| keys)

@@ -1,11 +1,13 @@
 //! The worked examples, tables 25 and 26, replayed from the tables themselves.
 
+use std::collections::BTreeMap;
+
 use siko_ag03_1::worked_examples::{Action, Example, POSITIONING, VELOCITY};
 
 use super::states::{name_of, state_of};
-use crate::bench::Bench;
-use crate::checker::{Against, Checker};
-use crate::manual::{Manual, Row};
+use crate::bench::{Bench, Memory, once};
+use crate::checker::{Against, Answers, Checker};
+use crate::manual::{Cells, Manual, Row, cells};
 use crate::notation::{bytes, hex};
 
 pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual) {
@@ -14,9 +16,7 @@ pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual) {
 }
 
 fn example(checker: &mut Checker<'_>, manual: &Manual, file: &'static str, chapter: &str, example: &Example) {
-    let mut bench = Bench::new();
-    let set = bench.write(0x6060, 0, example.operating_mode.into(), 1);
-    checker.require(set.is_ok(), || format!("6060:00: {set:08X?}"));
+    static MEMORY: Memory<(u8, Cells), Answers> = Memory::new(BTreeMap::new());
     let in_code: Vec<_> = example.rows.iter().filter(|row| row.in_table).map(|row| row.action).collect();
     let rows = manual.rows(file);
     checker.require(rows.len() == in_code.len(), || format!("{file}: {} rows in the code", in_code.len()));
@@ -39,12 +39,26 @@ fn example(checker: &mut Checker<'_>, manual: &Manual, file: &'static str, chapt
         };
         checker.cell(row, "cob_id", Against::Code, id);
         checker.cell(row, "data", Against::Code, data);
-        step(checker, &mut bench, rows, row);
     }
+    let mode = example.operating_mode;
+    once(&MEMORY, (mode, cells(rows)), || replay(mode, rows)).tell(checker, rows);
 }
 
-/// Does what the row says, and looks whether the drive does too.
-fn step(checker: &mut Checker<'_>, bench: &mut Bench, rows: &[Row], row: &Row) {
+/// Replays the rows, one after the other.
+fn replay(operating_mode: u8, rows: &[Row]) -> Answers {
+    let mut answers = Answers::default();
+    let mut bench = Bench::new();
+    let set = bench.write(0x6060, 0, operating_mode.into(), 1);
+    answers.require(set.is_ok(), || format!("6060:00: {set:08X?}"));
+    for row in rows {
+        let (agrees, found) = step(&mut bench, rows, row);
+        answers.that(row, "meaning", agrees, found);
+    }
+    answers
+}
+
+/// Does what the row says: whether the drive does too, and what it does.
+fn step(bench: &mut Bench, rows: &[Row], row: &Row) -> (bool, String) {
     let meaning = row.get("meaning");
     let Some(id) = hex(row.get("cob_id")) else {
         bench.hear(30_000);
@@ -56,8 +70,7 @@ fn step(checker: &mut Checker<'_>, bench: &mut Bench, rows: &[Row], row: &Row) {
             "target speed reached" => (velocity, target),
             _ => (0, None),
         };
-        checker.that(row, "meaning", Against::Drive, reached && expected == Some(found), found);
-        return;
+        return (reached && expected == Some(found), found.to_string());
     };
     // The table sends the next command while the drive is still on its way.
     bench.hear(500);
@@ -90,7 +103,7 @@ fn step(checker: &mut Checker<'_>, bench: &mut Bench, rows: &[Row], row: &Row) {
     };
     let remote = bench.see(|drive, _| drive.nmt_state().code());
     let operational = (remote == 5) == (meaning != "enter PRE-OPERATIONAL");
-    checker.that(row, "meaning", Against::Drive, expected && operational, format!("{state}, {velocity} rev/min"));
+    (expected && operational, format!("{state}, {velocity} rev/min"))
 }
 
 /// The number in `travel to +5000` or `start at -72 rev/min`.

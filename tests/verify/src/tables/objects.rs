@@ -1,5 +1,7 @@
 //! The objects: every sub-index of chapter 7.12.2, and the names.
 
+use std::collections::BTreeMap;
+
 use lexican_eds::model::{AccessType, Direction, Entry, Meaning, NmtState};
 use lexican_runtime::object::Address;
 use siko_ag03_1::od;
@@ -7,10 +9,10 @@ use siko_ag03_1::parameter::{PARAMETERS, ParameterSet};
 use siko_ag03_1::sim::{Gear, Setup};
 
 use super::sheet::{Sheet, address, number};
-use crate::bench::{Bench, NODE};
-use crate::checker::{Against, Checker};
+use crate::bench::{Bench, Memory, NODE, once};
+use crate::checker::{Against, Answers, Checker};
 use crate::code::{Handle, signed};
-use crate::manual::{Manual, Row};
+use crate::manual::{Cells, Manual, Row, cells};
 use crate::notation::{self, Default, hex, yes};
 
 pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
@@ -224,7 +226,14 @@ fn against_the_code(checker: &mut Checker<'_>, row: &Row, entry: &Entry, handle:
 
 /// Asks the drive for every object: rights, default, range ends, states in which it can be written, EEPROM.
 fn against_the_drive(checker: &mut Checker<'_>, manual: &Manual) {
-    let rows: Vec<(&Row, u16, u8, u8)> = manual.rows("objects.csv").iter().filter_map(asked).collect();
+    static MEMORY: Memory<Cells, Answers> = Memory::new(BTreeMap::new());
+    let rows = manual.rows("objects.csv");
+    once(&MEMORY, cells(rows), || answers(rows)).tell(checker, rows);
+}
+
+fn answers(rows: &[Row]) -> Answers {
+    let mut answers = Answers::default();
+    let rows: Vec<(&Row, u16, u8, u8)> = rows.iter().filter_map(asked).collect();
     let mut bench = Bench::new();
     for (row, index, sub, size) in &rows {
         let read = bench.read(*index, *sub);
@@ -238,15 +247,16 @@ fn against_the_drive(checker: &mut Checker<'_>, manual: &Manual) {
             "read-write" => readable && read.is_ok() && writable,
             _ => false,
         };
-        checker.that(row, "access", Against::Drive, expected, found);
+        answers.that(row, "access", expected, found);
         let exact = bench.write(*index, *sub, 0, if *size == 4 { 2 } else { 4 });
         let refused = !writable || exact == Err(0x0601_0000);
-        checker.that(row, "data_type", Against::Drive, refused, format!("a value of another size: {exact:08X?}"));
+        answers.that(row, "data_type", refused, format!("a value of another size: {exact:08X?}"));
     }
-    defaults(checker, &rows);
-    ranges(checker, &rows);
-    states(checker, &rows);
-    eeprom(checker, &rows);
+    defaults(&mut answers, &rows);
+    ranges(&mut answers, &rows);
+    states(&mut answers, &rows);
+    eeprom(&mut answers, &rows);
+    answers
 }
 
 /// Address and size of a row.
@@ -261,7 +271,7 @@ fn size(index: u16, sub: u8) -> u8 {
     entry.ok().and_then(|entry| entry.data_type.bits()).map_or(4, |bits| bits / 8)
 }
 
-fn defaults(checker: &mut Checker<'_>, rows: &[(&Row, u16, u8, u8)]) {
+fn defaults(answers: &mut Answers, rows: &[(&Row, u16, u8, u8)]) {
     let mut bench = Bench::new();
     for (row, index, sub, _) in rows {
         let expected = match notation::default(row.get("default")) {
@@ -273,17 +283,17 @@ fn defaults(checker: &mut Checker<'_>, rows: &[(&Row, u16, u8, u8)]) {
         let expected = if *index == 0x2101 { expected + 4 } else { expected };
         let Ok(entry) = od::TABLE.entry(Address::new(*index, *sub)) else { continue };
         let found = bench.read(*index, *sub).map(|raw| signed(raw.into(), entry.data_type));
-        checker.that(row, "default", Against::Drive, found == Ok(expected), format!("{found:?}"));
+        answers.that(row, "default", found == Ok(expected), format!("{found:?}"));
     }
 }
 
-fn ranges(checker: &mut Checker<'_>, rows: &[(&Row, u16, u8, u8)]) {
+fn ranges(answers: &mut Answers, rows: &[(&Row, u16, u8, u8)]) {
     for (gear, code) in [(Gear::Reduction24, 2), (Gear::Reduction48, 3)] {
         let mut bench = Bench::with(Setup { gear, ..Setup::new(NODE) });
         // As wide as they can be, so that nothing else is in the way.
         for (sub, limit) in [(2, 9_999_999), (1, -9_999_999)] {
             let wide = bench.write(0x607D, sub, limit, 4);
-            checker.require(wide.is_ok(), || format!("607D:{sub:02X}: {wide:08X?}"));
+            answers.require(wide.is_ok(), || format!("607D:{sub:02X}: {wide:08X?}"));
         }
         for (row, index, sub, size) in rows {
             let printed = row.get("range");
@@ -316,13 +326,13 @@ fn ranges(checker: &mut Checker<'_>, rows: &[(&Row, u16, u8, u8)]) {
             if *index == 0x607D {
                 found.push(write(if *sub == 1 { low } else { high }).is_ok());
             }
-            checker.that(row, "range", Against::Drive, !found.contains(&false), format!("{found:?}"));
+            answers.that(row, "range", !found.contains(&false), format!("{found:?}"));
         }
     }
 }
 
 /// A write that the state forbids is refused with 0800 0022h.
-fn states(checker: &mut Checker<'_>, rows: &[(&Row, u16, u8, u8)]) {
+fn states(answers: &mut Answers, rows: &[(&Row, u16, u8, u8)]) {
     let mut bench = Bench::new();
     for command in [0x80, 0x01] {
         bench.nmt(command);
@@ -333,13 +343,13 @@ fn states(checker: &mut Checker<'_>, rows: &[(&Row, u16, u8, u8)]) {
             let only_before = printed.contains("PRE-OPERATIONAL") && !printed.ends_with(" OPERATIONAL");
             let expected = only_before && command == 0x01 || *index == 0x6040 && command == 0x80;
             let column = if row.get("restriction").is_empty() { "notice" } else { "restriction" };
-            checker.that(row, column, Against::Drive, refused == expected, if refused { "refused" } else { "taken" });
+            answers.that(row, column, refused == expected, if refused { "refused" } else { "taken" });
         }
     }
 }
 
 /// What has a range and can be written keeps its value over a power cycle, or it does not.
-fn eeprom(checker: &mut Checker<'_>, rows: &[(&Row, u16, u8, u8)]) {
+fn eeprom(answers: &mut Answers, rows: &[(&Row, u16, u8, u8)]) {
     let mut bench = Bench::new();
     let mut written = Vec::new();
     let tried = rows.iter().filter(|(row, index, ..)| row.get("access") == "read-write" && *index >= 0x2000);
@@ -357,7 +367,8 @@ fn eeprom(checker: &mut Checker<'_>, rows: &[(&Row, u16, u8, u8)]) {
     bench.hear(0);
     for (row, index, sub, value) in written {
         let found = bench.read(index, sub);
-        checker.cell(row, "eeprom", Against::Drive, yes(found == Ok(value)));
+        let found = yes(found == Ok(value));
+        answers.that(row, "eeprom", row.get("eeprom") == found, found);
     }
 }
 
