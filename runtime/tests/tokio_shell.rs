@@ -132,6 +132,34 @@ async fn a_read_of_the_applications_own_is_not_taken_for_one_of_a_handle() {
     assert_eq!(network.read(node, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
 }
 
+#[tokio::test]
+async fn a_read_of_the_applications_own_leaves_what_a_handle_writes_alone() {
+    let (_, network) = network();
+    let node = NodeId::literal(1);
+    network.read(node, DEVICE_TYPE).await.unwrap();
+    network.tell(move |manager, now| manager.read(now, node, HEARTBEAT.address()).unwrap()).await.unwrap();
+    network.write(node, HEARTBEAT, 100).await.unwrap();
+    assert_eq!(network.read(node, HEARTBEAT).await.unwrap(), 100);
+}
+
+#[tokio::test]
+async fn deadlines_are_kept_where_time_passes_in_the_link() {
+    let bus = VirtualBus::new();
+    let sent = Arc::new(Mutex::new(Vec::new()));
+    let list = Arc::clone(&sent);
+    bus.observe(move |now, _| list.lock().unwrap().push(now.as_micros()));
+    let network = Network::spawn(bus.link()).unwrap();
+    let produce = |manager: &mut manager::Manager<127>, now| {
+        manager.produce_sync(now, CobId::SYNC, Duration::from_micros(1_500), 0);
+    };
+    network.tell(produce).await.unwrap();
+    while sent.lock().unwrap().len() < 10 {
+        tokio::task::yield_now().await;
+    }
+    let sent: Vec<u64> = sent.lock().unwrap().windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(sent.iter().all(|span| *span == 1_500), "{sent:?}");
+}
+
 #[test]
 fn a_frame_handed_over_is_sent_though_the_runtime_shuts_down() {
     let bus = VirtualBus::new();

@@ -82,7 +82,7 @@ impl<L: Link> Owner<L> {
     async fn turn(&mut self) -> Result<bool, LinkError> {
         let now = self.link.now();
         self.transmit(now);
-        let deadline = self.manager.poll_timeout().into_iter().chain(self.outgoing.poll_timeout()).min();
+        let deadline = self.poll_timeout();
         tokio::select! {
             command = self.inbox.recv(), if self.outgoing.is_free() => match command {
                 Some(command) => self.obey(command),
@@ -132,7 +132,10 @@ impl<L: Link> Owner<L> {
     fn listen(&mut self) -> Result<(), LinkError> {
         // Time does not pass while there is something to do.
         let patience = if self.more { Duration::ZERO } else { self.readiness.patience() };
-        let until = self.link.now() + patience;
+        let mut until = self.link.now() + patience;
+        if !patience.is_zero() {
+            until = self.poll_timeout().map_or(until, |deadline| deadline.min(until));
+        }
         self.more = true;
         for _ in 0..MOST_TAKEN {
             match self.link.receive(until)? {
@@ -151,6 +154,10 @@ impl<L: Link> Owner<L> {
             }
         }
         Ok(())
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        [self.manager.poll_timeout(), self.outgoing.poll_timeout()].into_iter().flatten().min()
     }
 
     /// Does what is due.

@@ -34,15 +34,15 @@ impl Transfer {
 #[derive(Default)]
 pub(super) struct Transfers {
     of: BTreeMap<NodeId, VecDeque<Transfer>>,
-    /// What a node without a transfer gets.
+    /// What a node gets that has no transfer, or one of the application's own.
     nothing: [u8; 0],
 }
 
 impl Payloads for Transfers {
     fn of_node(&mut self, node: NodeId) -> &mut dyn Payload {
         match self.of.get_mut(&node).and_then(VecDeque::front_mut) {
-            Some(transfer) => &mut transfer.payload,
-            None => &mut self.nothing,
+            Some(transfer) if transfer.begun => &mut transfer.payload,
+            _ => &mut self.nothing,
         }
     }
 }
