@@ -456,6 +456,31 @@ fn synchronous_rpdos_wait_for_sync() {
     assert!(bench.see(|drive, now| drive.position(now)) > 0);
 }
 
+/// "The controller plausibilizes the target" (table 21, bit 12): the one before is none for a new order.
+#[test]
+fn a_target_out_of_range_starts_nothing() {
+    let mut bench = Bench::operational();
+    for word in ["205#0601", "205#0701", "205#0F01"] {
+        bench.send(word);
+    }
+    bench.write(0x607A, 0, &5000_i32.to_le_bytes());
+    bench.send("405#1F0080969800");
+    bench.pass(1000);
+    assert_eq!(bench.see(|drive, now| (drive.position(now), drive.status_word(now) & 0x5000)), (0, 0));
+    bench.send("405#1F0088130000");
+    bench.pass(100);
+    assert_eq!(bench.see(|drive, now| drive.status_word(now) & 0x5000), 0x5000, "a good one after it");
+    bench.ask("405#070180969800");
+    assert_eq!(bench.see(|drive, _| drive.state()), State::SwitchedOn, "it still commands");
+    bench.pass(1000);
+    bench.send("205#0F01");
+    bench.write(0x6060, 0, &[2]);
+    bench.write(0x60FF, 0, &60_i32.to_le_bytes());
+    bench.send("505#0F00C9000000");
+    bench.pass(1000);
+    assert_eq!(bench.see(|drive, now| drive.velocity(now)), 0);
+}
+
 #[test]
 fn the_heartbeat_tells_the_state() {
     let mut bench = Bench::new();

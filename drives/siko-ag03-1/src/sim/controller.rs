@@ -270,6 +270,13 @@ impl Controller {
         self.settle(now);
     }
 
+    /// Takes a control word whose target is out of range: it may stop, but starts nothing, since the target before is
+    /// none for a new order.
+    pub fn control_without_target(&mut self, now: Instant, word: u16) {
+        let stop = (word | self.control_word) & control::STOP;
+        self.control(now, word & !control::NEW_SETPOINT | stop);
+    }
+
     /// Lets time pass: faults that need some of it.
     pub fn advance(&mut self, now: Instant) {
         self.settle(now);

@@ -311,6 +311,15 @@ impl SimulatedDrive {
         self.show(now);
     }
 
+    /// The dictionary has refused part of what came with the control words.
+    pub(super) fn miss_target(&mut self) {
+        for effect in &mut self.effects {
+            if let Effect::Control(word) = *effect {
+                *effect = Effect::ControlWithoutTarget(word);
+            }
+        }
+    }
+
     /// Everything that follows from what just happened.
     pub(super) fn settle(&mut self, now: Instant) {
         if self.is_running() {
@@ -329,6 +338,7 @@ impl SimulatedDrive {
         for effect in std::mem::take(&mut self.effects) {
             match effect {
                 Effect::Control(word) => self.controller.control(now, word),
+                Effect::ControlWithoutTarget(word) => self.controller.control_without_target(now, word),
                 Effect::Calibrate => self.controller.calibrate(now, parameters.calibration_value),
             }
         }

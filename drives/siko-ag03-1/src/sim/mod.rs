@@ -17,6 +17,7 @@
 //! | the current that holds a position | 50 mA |
 //! | a control word that enables the drive and starts a travel at once | only enables |
 //! | New Setpoint together with Stop, or beyond the limits | not acknowledged |
+//! | a target out of range in an RPDO | not taken; its control word may stop, but starts nothing |
 //! | loop positioning whose turn lies beyond a limit | travels there |
 //! | inching that passes a limit | stops behind it |
 //! | the target that "in position" refers to | that of the last travel, or else 607Ah |

@@ -2,6 +2,7 @@
 
 use lexican_runtime::device::Event;
 use lexican_runtime::host::Node;
+use lexican_runtime::service::rpdo;
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant};
 
@@ -68,6 +69,12 @@ impl SimulatedDrive {
         match event {
             Some(Event::StateChanged(state)) => self.enter(now, state),
             Some(Event::Reset(_)) => self.initialise(now, self.device.node()),
+            Some(Event::RpdoRefused { .. }) => self.miss_target(),
+            Some(Event::Sync { .. })
+                if self.device.applied().any(|(_, event)| matches!(event, rpdo::Event::Refused { .. })) =>
+            {
+                self.miss_target();
+            }
             _ => {}
         }
         self.settle(now);

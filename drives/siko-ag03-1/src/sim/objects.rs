@@ -27,6 +27,8 @@ pub(super) struct Objects<'a> {
 pub(super) enum Effect {
     /// A control word came.
     Control(u16),
+    /// A control word came with a target that is out of range.
+    ControlWithoutTarget(u16),
     /// The calibration value becomes the position.
     Calibrate,
 }
