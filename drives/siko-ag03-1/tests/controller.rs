@@ -342,6 +342,16 @@ fn the_operator_keys_work_in_pre_operational_only() {
 }
 
 #[test]
+fn a_key_that_is_released_for_the_other_one_does_not_go_on() {
+    let mut bench = Bench::new(Parameters::default());
+    bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
+    bench.pass_ms(1000);
+    bench.world(|inputs| inputs.key = Some(Key::Clockwise));
+    bench.pass_ms(1000);
+    assert_eq!((bench.controller.position(bench.now), bench.controller.velocity(bench.now)), (750, 0));
+}
+
+#[test]
 fn a_key_that_is_held_down_is_locked_when_the_drive_becomes_operational() {
     let mut bench = Bench::new(Parameters::default());
     bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));

@@ -365,8 +365,8 @@ impl Controller {
     }
 
     fn inch_by_key(&mut self, now: Instant) {
-        let deceleration = self.parameters.inching().deceleration;
-        let Some(key) = self.inputs.key else { return self.motion.stop_inching(now, deceleration) };
+        self.motion.stop_inching(now, self.parameters.inching().deceleration);
+        let Some(key) = self.inputs.key else { return };
         let direction = match (key, self.parameters.counts_down) {
             (Key::CounterClockwise, false) | (Key::Clockwise, true) => Direction::Positive,
             (Key::Clockwise, false) | (Key::CounterClockwise, true) => Direction::Negative,
