@@ -300,6 +300,28 @@ fn a_quick_stop_brakes_fully_and_forgets_the_travel() {
     assert_eq!(bench.controller.state(), State::QuickStopActive);
 }
 
+/// What brakes needs its motor for it: without torque or supply, it runs out (2.5).
+#[test]
+fn a_quick_stop_that_loses_its_torque_runs_out() {
+    type Loss = fn(&mut Bench);
+    let losses: [(&str, Loss); 3] = [
+        ("disable voltage", |bench| bench.control(0x0100)),
+        ("PRE-OPERATIONAL", |bench| bench.controller.set_network(bench.now, Network::PreOperational)),
+        ("no supply", |bench| bench.world(|inputs| inputs.output_stage_supply_100mv = 0)),
+    ];
+    for (name, loss) in losses {
+        let mut bench = Bench::enabled(Parameters { v_pos: 120, ..Parameters::default() });
+        bench.travel_to(100_000);
+        bench.pass_ms(2000);
+        bench.control(0x010B);
+        bench.pass_ms(100);
+        loss(&mut bench);
+        bench.pass_ms(500);
+        // 2 rev/s: 0.4 rev/s less by braking, and 1 rev/s less by running out.
+        assert_eq!(bench.controller.velocity(bench.now), 36, "{name}");
+    }
+}
+
 #[test]
 fn leaving_operational_releases_the_motor() {
     for network in [Network::PreOperational, Network::Stopped] {

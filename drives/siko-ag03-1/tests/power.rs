@@ -97,6 +97,19 @@ fn a_shaft_that_loses_its_supply_runs_out_and_is_not_forgotten() {
 }
 
 #[test]
+fn a_shaft_that_brakes_when_it_loses_its_supply_runs_out() {
+    let mut bench = Bench::new();
+    bench.enable();
+    bench.travel_to(5000);
+    bench.pass(1000);
+    bench.ask(0x205, &[0x0B, 1]);
+    let there = bench.see(|drive, now| drive.position(now));
+    bench.see(SimulatedDrive::switch_off);
+    bench.pass(1000);
+    assert_eq!(bench.see(|drive, now| drive.position(now)), there + 100);
+}
+
+#[test]
 fn a_reset_under_way_releases_the_motor() {
     for command in [0x81, 0x82] {
         let mut bench = Bench::new();

@@ -76,7 +76,7 @@ impl Controller {
     #[must_use]
     pub(super) fn restarted(&self, now: Instant, inputs: Inputs) -> Self {
         let mut motion = self.motion.clone();
-        if motion.is_active(now) {
+        if motion.is_moving(now) {
             motion.cancel(now, RUN_OUT_DECELERATION);
         }
         motion.forget_job();
@@ -240,10 +240,11 @@ impl Controller {
     /// Goes to SWITCH ON DISABLED.
     fn disable(&mut self, now: Instant) {
         self.control_word = 0;
+        // A fault has stopped the motor and released it already.
         if self.state != State::Fault {
             self.state = State::SwitchOnDisabled;
+            self.release(now);
         }
-        self.release(now);
     }
 
     /// Takes a control word.
@@ -380,10 +381,10 @@ impl Controller {
         }
     }
 
-    /// Takes the torque away. What moves, runs out; what is finished, stays known as such.
+    /// Takes the torque away. What moves, runs out, also if it was braking; what is finished, stays known as such.
     fn release(&mut self, now: Instant) {
         self.running = false;
-        if self.motion.is_active(now) {
+        if self.motion.is_active(now) || self.motion.is_moving(now) {
             self.motion.cancel(now, RUN_OUT_DECELERATION);
         }
     }
