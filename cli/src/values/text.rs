@@ -17,7 +17,7 @@ impl Known<'_> {
         }
         match &entry.meaning {
             Meaning::Quantity(_) => match self.unit(entry) {
-                Some(unit) => quantity(unit, text),
+                Some(unit) => within(entry.data_type, quantity(unit, text)?),
                 None => untyped(entry.data_type, text),
             },
             Meaning::Enumeration(_) if integer(text).is_some() => untyped(entry.data_type, text),
@@ -31,7 +31,7 @@ impl Known<'_> {
             }
             Meaning::BitField(_) if integer(text).is_some() => untyped(entry.data_type, text),
             Meaning::BitField(name) => match self.device.bit_fields.get(name) {
-                Some(field) => bits(field, text),
+                Some(field) => within(entry.data_type, bits(field, text)?),
                 None => untyped(entry.data_type, text),
             },
             Meaning::Plain => untyped(entry.data_type, text),
@@ -46,19 +46,23 @@ pub(crate) fn untyped(data_type: DataType, text: &str) -> Result<Value, String> 
         Class::Boolean if text.eq_ignore_ascii_case("true") => Ok(Value::Integer(1)),
         Class::Boolean if text.eq_ignore_ascii_case("false") => Ok(Value::Integer(0)),
         Class::Boolean | Class::Signed | Class::Unsigned | Class::Time => {
-            let number = integer(text).ok_or_else(wrong)?;
-            match data_type.range() {
-                Some((low, high)) if !(low..=high).contains(&number) => {
-                    Err(format!("{number} is no {data_type}: that is {low} to {high}"))
-                }
-                _ => Ok(Value::Integer(number)),
-            }
+            within(data_type, integer(text).ok_or_else(wrong)?)
         }
         Class::Real => text.parse().map(Value::Real).map_err(|_| wrong()),
         Class::Text => Ok(Value::Text(text.to_owned())),
         Class::Bytes | Class::Other => bytes(text).map(Value::Bytes).ok_or_else(|| {
             format!("{text:?} is no sequence of bytes: write them as pairs of hexadecimal digits, such as 01 A0 FF")
         }),
+    }
+}
+
+/// A number that the type can hold.
+fn within(data_type: DataType, number: i128) -> Result<Value, String> {
+    match data_type.range() {
+        Some((low, high)) if !(low..=high).contains(&number) => {
+            Err(format!("{number} is no {data_type}: that is {low} to {high}"))
+        }
+        _ => Ok(Value::Integer(number)),
     }
 }
 
@@ -90,9 +94,13 @@ fn bytes(text: &str) -> Option<Vec<u8>> {
 }
 
 /// `24.0 V` in counts; exact, or an error.
-fn quantity(unit: &Unit, text: &str) -> Result<Value, String> {
+fn quantity(unit: &Unit, text: &str) -> Result<i128, String> {
     let end = text.find(|letter: char| !matches!(letter, '0'..='9' | '.' | '-' | '+')).unwrap_or(text.len());
     let (number, symbol) = (&text[..end], text[end..].trim());
+    let no_number = || format!("{text:?} is no number of {symbol}: write 1.5 {symbol}", symbol = unit.symbol);
+    if number.is_empty() || symbol.starts_with(',') {
+        return Err(no_number());
+    }
     if !symbol.is_empty() && !symbol.eq_ignore_ascii_case(&unit.symbol) {
         return Err(format!("{text:?} is not in {}", unit.symbol));
     }
@@ -101,12 +109,12 @@ fn quantity(unit: &Unit, text: &str) -> Result<Value, String> {
         let symbol = &unit.symbol;
         return Err(format!("is {text} in {symbol}, or a count? Write \"{text} {symbol}\" or \"raw:{text}\""));
     }
-    let (counts, rest) = counts(unit, number).ok_or_else(|| format!("{text:?} is no number of {}", unit.symbol))?;
+    let (counts, rest) = counts(unit, number).ok_or_else(no_number)?;
     if rest != 0 {
         let step = f64::from(i32::try_from(unit.num).unwrap_or(i32::MAX)) / unit.den as f64;
         return Err(format!("{text} cannot be set: the step is {step} {}", unit.symbol));
     }
-    Ok(Value::Integer(counts))
+    Ok(counts)
 }
 
 /// A decimal number over `num / den`, and what does not divide.
@@ -123,7 +131,7 @@ fn counts(unit: &Unit, number: &str) -> Option<(i128, i128)> {
 }
 
 /// Names joined by `+`; a field of several bits with its number behind its name.
-fn bits(field: &BitField, text: &str) -> Result<Value, String> {
+fn bits(field: &BitField, text: &str) -> Result<i128, String> {
     let mut number = 0_i128;
     for part in text.split('+').map(str::trim) {
         let single = field.fields.iter().find(|named| named.name.eq_ignore_ascii_case(part));
@@ -142,7 +150,7 @@ fn bits(field: &BitField, text: &str) -> Result<Value, String> {
         }
         number |= value << named.value.low;
     }
-    Ok(Value::Integer(number))
+    Ok(number)
 }
 
 fn unknown_bit(field: &BitField, part: &str) -> String {
@@ -201,10 +209,27 @@ mod tests {
     #[test]
     fn fractions_keep_their_sign() {
         let unit = Unit { symbol: "V".to_owned(), method: "volts".to_owned(), num: 1, den: 10, when: None };
-        assert_eq!(quantity(&unit, "-0.5 V"), Ok(Value::Integer(-5)));
-        assert_eq!(quantity(&unit, "24.0"), Ok(Value::Integer(240)));
+        assert_eq!(quantity(&unit, "-0.5 V"), Ok(-5));
+        assert_eq!(quantity(&unit, "24.0"), Ok(240));
         assert!(quantity(&unit, "24.05").is_err());
         assert!(quantity(&unit, "1-2 V").is_err());
         assert!(quantity(&unit, ". V").is_err());
+    }
+
+    #[test]
+    fn what_is_no_value_says_what_would_be_one() {
+        let device = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let known = Known::new(&device);
+        let check = |index, sub, text: &str, words: &str| {
+            let error = known.understand(device.entry(index, sub).unwrap(), text).unwrap_err();
+            assert!(error.contains(words), "{text}: {error}");
+        };
+        check(0x2412, 0, "", "is no number of mm: write 1.5 mm");
+        check(0x2412, 0, "much", "is no number of mm");
+        check(0x2412, 0, "2,5 mm", "is no number of mm");
+        check(0x2412, 0, "2.5 m", "is not in mm");
+        check(0x2412, 0, "250", "\"250 mm\" or \"raw:250\"");
+        check(0x2412, 0, "5000 mm", "500000 is no UNSIGNED16: that is 0 to 65535");
+        check(0x2410, 5, "300", "300 is no UNSIGNED8: that is 0 to 255");
     }
 }
