@@ -254,6 +254,10 @@ fn formatting_is_printed_checked_or_written_whole() {
     assert!(written.windows(name.len()).any(|bytes| bytes == name), "the file stays in code page 1252");
     assert_eq!(lexican_in(&folder, &["eds", "fmt", "--check", "x.eds"]).code, Some(0));
 
+    let shipped = lexican_in(&folder, &["eds", "fmt", "--write", "x.eds", "siko/ag03-1"]);
+    assert_eq!(shipped.code, Some(2));
+    assert!(shipped.stderr.contains("siko/ag03-1 is not a file that could be written"), "{}", shipped.stderr);
+
     std::fs::write(folder.join("empty.eds"), "").unwrap();
     assert_eq!(lexican_in(&folder, &["eds", "fmt", "--write", "empty.eds"]).code, Some(2));
     assert_eq!(std::fs::read(folder.join("empty.eds")).unwrap(), b"");

@@ -32,6 +32,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if args.files.len() > 1 && !args.check && !args.write {
         return Err(Failure::new("several files cannot be printed one after the other").help("use --write or --check"));
     }
+    if let Some(name) = args.files.iter().find(|name| args.write && !Path::new(name).is_file()) {
+        // What is wrong with it may be told better.
+        input(name)?;
+        return Err(Failure::new(format_args!("{name} is not a file that could be written")));
+    }
     let mut outcome = Outcome::Clean;
     for name in &args.files {
         let Input { eds, .. } = readable(input(name)?)?;
@@ -41,11 +46,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             writeln!(anstream::stdout().lock(), "{name}")?;
             outcome = Outcome::Found;
         } else if args.write && changes {
-            let path = Path::new(name);
-            if !path.is_file() {
-                return Err(Failure::new(format_args!("{name} is not a file that could be written")));
-            }
-            write_whole(path, &encoded(&eds, &formatted))?;
+            write_whole(Path::new(name), &encoded(&eds, &formatted))?;
             writeln!(anstream::stdout().lock(), "{name}")?;
         } else if !args.check && !args.write {
             let mut stdout = std::io::stdout().lock();
