@@ -1,8 +1,8 @@
 //! `lexican`: CANopen on the command line.
 //!
 //! [`device`] finds the data sheet that a command is about, [`identity`] recognises one on the bus, [`bus`] opens links
-//! and says what is wrong with them, [`values`] and [`decode`] put values and frames into words and fields, [`output`]
-//! knows how a command ends; every other module is one command.
+//! and says what is wrong with them, [`values`] and [`decode`] put values and frames into words and fields, [`duration`]
+//! reads times, [`output`] knows how a command ends; every other module is one command.
 
 mod bus;
 mod check;
@@ -10,6 +10,7 @@ mod decode;
 mod demo;
 mod device;
 mod devices;
+mod duration;
 mod eds;
 mod generate;
 mod identity;

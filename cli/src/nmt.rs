@@ -11,13 +11,14 @@ use serde_json::json;
 
 use crate::bus::failure::link_failure;
 use crate::bus::{BusArgs, let_leave, node_id};
+use crate::duration::milliseconds;
 use crate::output::{Failure, Outcome, warn};
 
 /// Send an NMT command to a node, or to all
 ///
 /// Nobody answers to NMT; with --wait the command listens until it has been obeyed. Exit code 1 when it has not.
 #[derive(clap::Args, Debug)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, group = clap::ArgGroup::new("whom").required(true).args(["node", "all"]))]
 pub(crate) struct Args {
     #[command(flatten)]
     bus: BusArgs,
@@ -27,11 +28,11 @@ pub(crate) struct Args {
     command: Command,
 
     /// The node-ID, 1 to 127
-    #[arg(long, value_name = "ID", value_parser = node_id, required_unless_present = "all")]
+    #[arg(long, value_name = "ID", value_parser = node_id)]
     node: Option<NodeId>,
 
     /// All nodes
-    #[arg(long, conflicts_with = "node")]
+    #[arg(long)]
     all: bool,
 
     /// Wait until the node tells that it is in its state, or after a reset that it has booted; no longer than so
@@ -39,8 +40,8 @@ pub(crate) struct Args {
     ///
     /// A node that sends no heartbeat is asked by node guarding. Of all nodes, those count that are heard or answer,
     /// and the command always lasts that long.
-    #[arg(long, value_name = "MS")]
-    wait: Option<u64>,
+    #[arg(long, value_name = "MS", value_parser = milliseconds)]
+    wait: Option<Duration>,
 
     /// Print JSON objects
     #[arg(long)]
@@ -89,10 +90,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let message = NmtMessage { command: args.command.into(), node: args.node };
     link.send(&message.frame()).map_err(|error| link_failure(&error))?;
     match args.wait {
-        Some(wait_ms) => {
+        Some(wait) => {
             let mut watch = Watch { link, message, heard: BTreeMap::new() };
-            watch.watch(Duration::from_millis(wait_ms))?;
-            print_states(args.json, wait_ms, &watch)
+            watch.watch(wait)?;
+            print_states(args.json, wait, &watch)
         }
         None => {
             let_leave(&mut link)?;
@@ -188,7 +189,8 @@ fn print_command(as_json: bool, message: NmtMessage) -> Result<(), Failure> {
 }
 
 /// What became of the nodes.
-fn print_states<L: Link>(as_json: bool, wait_ms: u64, watch: &Watch<L>) -> Result<Outcome, Failure> {
+fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Result<Outcome, Failure> {
+    let wait_ms = wait.as_micros() / 1000;
     let mut stdout = anstream::stdout().lock();
     let nodes: BTreeSet<_> = watch.heard.keys().copied().chain(watch.message.node).collect();
     for &node in &nodes {

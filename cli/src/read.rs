@@ -106,6 +106,7 @@ pub(crate) fn print_refusal(as_json: bool, node: NodeId, told: &Told, error: &Sd
             fields.insert("node".to_owned(), json!(node.get()));
             writeln!(anstream::stdout().lock(), "{}", Json::Object(fields))?;
         }
+        SdoError::Aborted { code, .. } => warn(format_args!("{}: the device aborts: {code}", told.title())),
         error => warn(error),
     }
     Ok(())

@@ -17,6 +17,7 @@ use crate::bus::BusArgs;
 use crate::bus::failure::link_failure;
 use crate::decode::Decoder;
 use crate::decode::twins::{Evidence, Twins};
+use crate::duration::milliseconds;
 use crate::identity::recognise;
 use crate::output::{Failure, Outcome, progress, styled};
 
@@ -32,8 +33,8 @@ pub(crate) struct Args {
     bus: BusArgs,
 
     /// How long to wait for answers, in milliseconds
-    #[arg(long, value_name = "MS", default_value_t = 500)]
-    wait: u64,
+    #[arg(long, value_name = "MS", default_value = "500", value_parser = milliseconds)]
+    wait: Duration,
 
     /// Print one JSON object per line
     #[arg(long)]
@@ -65,7 +66,7 @@ struct Found {
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let link = args.bus.open(Pace::Virtual)?.link;
-    let found = Scanner::new(link, Duration::from_millis(args.wait)).scan()?;
+    let found = Scanner::new(link, args.wait).scan()?;
     print(args.json, &found)?;
     let suspicious = found.values().any(|found| !found.evidence.is_empty());
     Ok(if found.is_empty() || suspicious { Outcome::Found } else { Outcome::Clean })

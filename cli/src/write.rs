@@ -2,14 +2,17 @@
 
 use std::io::Write;
 
+use lexican_eds::model::{Entry, Value};
 use lexican_eds::types::DataType;
+use lexican_runtime::AbortCode;
 use lexican_runtime::host::AccessError;
+use lexican_runtime::service::sdo_client::SdoError;
 use serde_json::{Value as Json, json};
 
 use crate::bus::failure::access_failure;
 use crate::bus::object::resolve;
 use crate::bus::{Node, NodeArgs, network};
-use crate::output::{Failure, Outcome};
+use crate::output::{Failure, Outcome, note};
 use crate::read::{learn_conditions, print_refusal, refused};
 use crate::values::Known;
 use crate::values::text::untyped;
@@ -80,6 +83,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         Ok(()) => {}
         Err(AccessError::Sdo { error, .. }) if refused(&error) => {
             print_refusal(args.json, id, &Told::entry(known.as_ref(), address), &error)?;
+            if let (Some(known), Some(entry)) = (&known, entry)
+                && let Some(limits) = limits(known, entry).filter(|_| is_about_the_value(&error))
+            {
+                note(format_args!("the data sheet allows {limits}"));
+            }
             return Ok(Outcome::Found);
         }
         Err(error) => return Err(access_failure(&error)),
@@ -96,6 +104,23 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         writeln!(stdout, "{address} written")?;
     }
     Ok(Outcome::Clean)
+}
+
+/// Whether a node refuses because of what was to be written.
+fn is_about_the_value(error: &SdoError) -> bool {
+    const ABOUT: [AbortCode; 3] = [AbortCode::INVALID_VALUE, AbortCode::VALUE_TOO_HIGH, AbortCode::VALUE_TOO_LOW];
+    matches!(error, SdoError::Aborted { code, .. } if ABOUT.contains(code))
+}
+
+/// `-5.0 V to 30.0 V`: what an entry may be, whatever the others are.
+fn limits(known: &Known<'_>, entry: &Entry) -> Option<String> {
+    let words = |value: &Value| known.describe(entry, value);
+    match (&entry.low, &entry.high) {
+        (Some(low), Some(high)) => Some(format!("{} to {}", words(low), words(high))),
+        (Some(low), None) => Some(format!("{} and more", words(low))),
+        (None, Some(high)) => Some(format!("up to {}", words(high))),
+        (None, None) => None,
+    }
 }
 
 fn data_type(text: &str) -> Result<DataType, String> {

@@ -357,6 +357,7 @@ fn what_cannot_be_simulated_says_why() {
     check(&["siko/ag03-1", "--bus", "pty:0"], "\"0\" is not a number of pseudo-terminals");
     check(&["siko/ag03-1", "--bus", "pty:x"], "\"x\" is not a number of pseudo-terminals");
     check(&["siko/ag03-1", "--bus", "log:x"], "a log takes no frames");
+    check(&["siko/ag03-1", "--bus", "sim:siko/ag03-1"], "nobody else can be on a simulated bus");
     check(&["siko/ag03-1", "--node", "none"], "this drive has no LSS");
     check(&["siko/ag03-1", "--script", "missing.toml"], "missing.toml");
     check(&["siko/ag03-1", "--node", "0"], "0 is not a node-ID");

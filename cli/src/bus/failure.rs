@@ -11,7 +11,7 @@ use crate::output::{Failure, reason};
 /// Works on any machine, whatever its kernel has.
 #[cfg(target_os = "linux")]
 const WITHOUT_CAN: &str =
-    "to try things out without any CAN, run `lexican simulate siko/ag03-1 --bus pty --node 5` in another terminal";
+    "to try things out without any CAN, run `lexican simulate siko/ag03-1 --node 5` in another terminal";
 
 /// Why a bus could not be opened.
 pub(crate) fn open_failure(error: &OpenError) -> Failure {
@@ -28,6 +28,10 @@ pub(crate) fn open_failure(error: &OpenError) -> Failure {
         }
         OpenError::Slcan(slcan::SlcanError::Io { path, error }) => {
             Failure::new(format_args!("cannot open {path}: {}", reason(error)))
+        }
+        OpenError::Slcan(slcan::SlcanError::Missing { path, .. }) if path.starts_with("/dev/pts/") => {
+            Failure::new(format_args!("there is no terminal {path}"))
+                .help("is `lexican simulate` still running? It names the terminals that it makes")
         }
         OpenError::Slcan(slcan::SlcanError::Busy { path }) if path.starts_with("/dev/pts/") => {
             Failure::new(error).help("`lexican simulate` has named another one; --bus pty:4 makes four of them")
@@ -107,7 +111,7 @@ mod tests {
         check(log(io::Error::from_raw_os_error(13)), "cannot open the log bus.log: permission denied", None);
         let can = |error| open_failure(&OpenError::SocketCan(error));
         let interface = || "can0".to_owned();
-        check(can(SocketCanError::NoCan), "this kernel has no CAN", Some("--bus pty"));
+        check(can(SocketCanError::NoCan), "this kernel has no CAN", Some("lexican simulate"));
         check(can(SocketCanError::Down { interface: interface() }), "can0 is down; set it up with `ip link", None);
         let missing = SocketCanError::Missing { interface: interface(), present: vec!["can1".to_owned()] };
         check(can(missing), "there is no interface can0; is the adapter plugged in", None);
@@ -117,6 +121,8 @@ mod tests {
         check(serial(slcan::SlcanError::Missing { path: path(), present: vec![] }), "is the adapter plugged in?", None);
         check(serial(slcan::SlcanError::Denied { path: path() }), "usermod -aG dialout", None);
         check(serial(slcan::SlcanError::Busy { path: path() }), "in use by another program", None);
+        let gone = slcan::SlcanError::Missing { path: "/dev/pts/3".to_owned(), present: vec![] };
+        check(serial(gone), "there is no terminal /dev/pts/3", Some("lexican simulate"));
         let busy = slcan::SlcanError::Busy { path: "/dev/pts/3".to_owned() };
         check(serial(busy), "in use by another program", Some("pty:4"));
         let io = |text: &str| slcan::SlcanError::Io { path: path(), error: io::Error::other(text.to_owned()) };

@@ -109,7 +109,9 @@ impl NodeArgs {
         let named = self.device.as_deref().filter(|name| *name != NO_DEVICE).map(Loaded::named).transpose()?;
         let Bus { link, simulated } = self.bus.open(Pace::Virtual)?.settled()?;
         let id = self.node.or(simulated.as_ref().map(|(id, _)| *id));
-        let id = id.ok_or_else(|| Failure::new("which node? Name it with --node ID"))?;
+        let id = id.ok_or_else(|| {
+            Failure::new("which node?").help("name it with --node ID; `lexican scan` shows who is there")
+        })?;
         if self.device.is_some() {
             return Ok(Node { link, id, device: named.map(|loaded| loaded.device) });
         }

@@ -11,14 +11,17 @@ pub(crate) fn resolve(device: Option<&Device>, text: &str) -> Result<Address, Fa
     if let Some(address) = address(text) {
         return Ok(address);
     }
+    let no_address = || Failure::new(format_args!("{text:?} is not an address such as 6064 or 2410:05"));
     let Some(device) = device else {
-        return Err(Failure::new(format_args!("{text:?} is not an address such as 6064 or 2410:05"))
-            .help("names are understood when --device says what the node is"));
+        return Err(no_address().help("names are understood when --device says what the node is"));
     };
     let wanted = plain(text);
     let found: Vec<_> = device.entries().filter(|entry| names(device, entry).contains(&wanted)).collect();
     match found.as_slice() {
         [entry] => Ok(Address::new(entry.index, entry.sub)),
+        [] if is_like_an_address(text) => {
+            Err(no_address().help("it has four hexadecimal digits, from 1000 on, and two behind the colon"))
+        }
         [] => Err(Failure::new(format_args!("the data sheet names no object {text:?}")).help(advice(device, &wanted))),
         several => {
             let list: Vec<_> = several.iter().map(|entry| describe(device, entry)).collect();
@@ -43,6 +46,12 @@ fn address(text: &str) -> Option<Address> {
     // A shorter number is not an index: 1000h is the lowest of an object.
     let index = hex(index, 4).filter(|index| *index >= 0x1000)?;
     Some(Address::new(index, u8::try_from(hex(sub, 2)?).ok()?))
+}
+
+/// Whether somebody has an address in mind that is none.
+fn is_like_an_address(text: &str) -> bool {
+    let letters = |letter: char| letter.is_ascii_hexdigit() || matches!(letter, ':' | 'x' | 'X' | 'h' | 'H');
+    text.starts_with(|first: char| first.is_ascii_digit()) && text.chars().all(letters)
 }
 
 /// The names that an entry answers to: its own, and with that of its object before it.
@@ -110,6 +119,11 @@ mod tests {
             assert!(resolve(Some(&device()), text).is_err(), "{text}");
         }
         assert!(resolve(None, "controlword").is_err());
+        let advice = |text| resolve(Some(&device()), text).unwrap_err().words().1.unwrap_or_default().to_owned();
+        for text in ["60", "60640", "6064:100", "6064:", "0x60", "6064:0:0"] {
+            assert!(advice(text).contains("four hexadecimal digits"), "{text}");
+        }
+        assert!(advice("2nd target").contains("eds dump"));
     }
 
     #[test]

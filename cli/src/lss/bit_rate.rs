@@ -32,7 +32,7 @@ pub(crate) struct Args {
     /// Let the devices be silent for so many ms, then change, and be silent for as long again
     ///
     /// The command ends when that is over; then the interface must be set to the new bit rate.
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", value_parser = delay_ms)]
     activate: Option<u16>,
 
     /// In kbit/s: 1000, 800, 500, 250, 125, 50, 20 or 10; auto lets the device find it out
@@ -42,8 +42,8 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican lss bit-rate --bus can0 --all 250 --store                  (effective when switched on again)
-    lexican lss bit-rate --bus can0 --all 250 --store --activate 1000  (effective after a second)
+    lexican lss bit-rate --bus can0 --all 250 --store                  (for the next start)
+    lexican lss bit-rate --bus can0 --all 250 --store --activate 1000  (in a second)
     ip link set can0 down; ip link set can0 up type can bitrate 250000";
 
 /// An entry of the table of CiA 305.
@@ -64,6 +64,11 @@ fn rate(text: &str) -> Result<Rate, String> {
         let all: Vec<_> = rates.map(|(_, rate)| rate.to_string()).collect();
         format!("CiA 305 has no bit rate of {text} kbit/s; it has {} and auto", all.join(", "))
     })
+}
+
+/// What fits into the request.
+fn delay_ms(text: &str) -> Result<u16, String> {
+    text.parse().map_err(|_| format!("{text:?} is not a number of milliseconds, 0 to {}", u16::MAX))
 }
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {

@@ -16,6 +16,7 @@ use serde_json::{Map, Value as Json, json};
 
 use crate::bus::BusArgs;
 use crate::decode::lss::response_text;
+use crate::duration::milliseconds;
 use crate::identity::recognise;
 use crate::output::{Failure, Outcome, warn};
 use session::{Selected, Session, Times, Whom};
@@ -59,12 +60,12 @@ struct LinkArgs {
     bus: BusArgs,
 
     /// How long to wait for an answer, in milliseconds
-    #[arg(long, value_name = "MS", default_value_t = 500)]
-    wait: u64,
+    #[arg(long, value_name = "MS", default_value = "500", value_parser = milliseconds)]
+    wait: Duration,
 
     /// How long each of the 133 steps of the search for devices without node-ID lasts, in milliseconds
-    #[arg(long, value_name = "MS", default_value_t = 25)]
-    step: u64,
+    #[arg(long, value_name = "MS", default_value = "25", value_parser = milliseconds)]
+    step: Duration,
 
     /// Print one JSON object per line
     #[arg(long)]
@@ -78,7 +79,7 @@ impl LinkArgs {
         work: impl FnOnce(&mut Session<Box<dyn Link + Send>>) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         let link = self.bus.open(Pace::Virtual)?.settled()?.link;
-        let times = Times { answer: Duration::from_millis(self.wait), step: Duration::from_millis(self.step) };
+        let times = Times { answer: self.wait, step: self.step };
         Session::run(link, times, work)
     }
 }

@@ -81,14 +81,15 @@ fn give<L: Link>(session: &mut Session<L>, args: &Args) -> Result<Outcome, Failu
         _ => false,
     };
     let more = json!({ "node_id": new.map(NodeId::get), "booted": booted, "stored": args.store });
-    print(args.link.json, selected_json(Some(selected)), more, &text(selected, new))?;
+    print(args.link.json, selected_json(Some(selected)), more, &text(selected, new, booted))?;
     advise(selected, new, booted, args.store);
     Ok(Outcome::Clean)
 }
 
-fn text(selected: Selected, new: Option<NodeId>) -> String {
+fn text(selected: Selected, new: Option<NodeId>, booted: bool) -> String {
     let taken = new.map_or_else(|| "no node-ID any more".to_owned(), |new| format!("node-ID {new}"));
-    format!("{}: {taken}", words(selected.identity))
+    let booted = if booted { ", and has booted with it" } else { "" };
+    format!("{}: {taken}{booted}", words(selected.identity))
 }
 
 /// What is still to be done, or to be known.

@@ -14,7 +14,8 @@ use crate::bus::{Bus, BusArgs, NO_DEVICE, node_id};
 use crate::decode::twins::Twins;
 use crate::decode::{Decoded, Decoder};
 use crate::device::Loaded;
-use crate::output::{Failure, Outcome};
+use crate::duration;
+use crate::output::{Failure, Outcome, note};
 use crate::print;
 use crate::values::hex;
 use identify::{Asker, Overheard};
@@ -45,8 +46,8 @@ pub(crate) struct Args {
     count: Option<u64>,
 
     /// Stop after so many seconds
-    #[arg(long = "for", value_name = "SECONDS")]
-    seconds: Option<u64>,
+    #[arg(long = "for", value_name = "SECONDS", value_parser = duration::seconds)]
+    span: Option<Duration>,
 
     /// Print one JSON object per line
     #[arg(long)]
@@ -77,7 +78,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let named = named.map(|(node, name)| Ok((*node, Loaded::named(name)?)));
     let mut devices = named.collect::<Result<Vec<_>, Failure>>()?;
     // Whoever watches a simulation wants to see it happen, unless it is over by itself.
-    let pace = if args.seconds.is_some() { Pace::Virtual } else { Pace::RealTime };
+    let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
     let Bus { mut link, simulated } = args.bus.open(pace)?;
     devices.extend(simulated);
     let mut watch = Watch::new(args);
@@ -98,6 +99,8 @@ struct Watch<'a> {
     twins: Twins,
     overheard: Overheard,
     asker: Option<Asker>,
+    /// Whether nothing was heard yet.
+    is_silent: bool,
     json: bool,
     stdout: anstream::AutoStream<StdoutLock<'static>>,
 }
@@ -109,13 +112,14 @@ impl Watch<'_> {
             twins: Twins::default(),
             overheard: Overheard::default(),
             asker: args.identify.then(Asker::default),
+            is_silent: true,
             json: args.json,
             stdout: anstream::stdout().lock(),
         }
     }
 
     fn listen(&mut self, link: &mut dyn Link, args: &Args) -> Result<(), Failure> {
-        let end = args.seconds.map(|seconds| link.now() + Duration::from_secs(seconds));
+        let end = args.span.map(|span| link.now() + span);
         let mut left = args.count.unwrap_or(u64::MAX);
         while left > 0 {
             let now = link.now();
@@ -146,11 +150,15 @@ impl Watch<'_> {
             }
         }
         self.stdout.flush()?;
+        if self.is_silent && !args.bus.is_log() {
+            note("no frame was heard: are others on this bus, with power and at this bit rate?");
+        }
         Ok(())
     }
 
     /// Tells a frame, and what follows from it.
     fn frame(&mut self, at: Instant, frame: &Frame) -> Result<(), Failure> {
+        self.is_silent = false;
         let decoded = self.decoder.decode(frame);
         let line = if self.json { to_json(at, frame, &decoded) } else { print::line(at, frame, &decoded) };
         writeln!(self.stdout, "{line}")?;

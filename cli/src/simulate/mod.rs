@@ -20,6 +20,7 @@ use lexican_runtime::{Duration, NodeId};
 use crate::bus::simulation::has_simulator;
 use crate::bus::{BusArgs, node_id};
 use crate::device::DeviceArgs;
+use crate::duration::seconds;
 use crate::output::{Failure, Outcome};
 use device::Simulated;
 use report::Report;
@@ -57,8 +58,8 @@ pub(crate) struct Args {
     script: Option<PathBuf>,
 
     /// Stop after so many seconds
-    #[arg(long = "for", value_name = "SECONDS")]
-    seconds: Option<u64>,
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    span: Option<Duration>,
 
     /// Tell of reads and PDOs, too
     #[arg(long, short)]
@@ -141,7 +142,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
         .map_err(|error| Failure::new(format_args!("cannot take note of Ctrl-C: {error}")))?;
-    let end = args.seconds.map(|seconds| now + Duration::from_secs(seconds));
+    let end = args.span.map(|span| now + span);
     session.serve(end, &interrupted, &lines())?;
     session.sum_up(now)?;
     Ok(Outcome::Clean)
@@ -152,6 +153,10 @@ fn open(bus: &Bus) -> Result<(Box<dyn Link + Send>, Vec<String>), Failure> {
     match bus {
         Bus::Ptys(count) => open_ptys(*count),
         Bus::Url(BusUrl::Log { .. }) => Err(Failure::new("a log takes no frames: nobody there would hear the device")),
+        Bus::Url(BusUrl::Simulation { .. }) => {
+            Err(Failure::new("nobody else can be on a simulated bus: it is inside the command")
+                .help("without --bus there will be pseudo-terminals, on which other commands find the device"))
+        }
         Bus::Url(url) => Ok((BusArgs::named(url.clone()).open(Pace::RealTime)?.link, vec![url.to_string()])),
     }
 }

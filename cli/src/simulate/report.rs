@@ -153,7 +153,9 @@ impl<'a> Report<'a> {
             fields.insert("node".to_owned(), json!(self.node.map(NodeId::get)));
             writeln!(stdout, "{}", Json::Object(fields))?;
         } else {
-            writeln!(stdout, "{:>12}  {text}", at.to_string())?;
+            // What has several lines is a table.
+            let gap = if text.contains('\n') { "\n" } else { "  " };
+            writeln!(stdout, "{:>12}{gap}{text}", at.to_string())?;
         }
         stdout.flush()
     }

@@ -115,12 +115,24 @@ impl<'a> Session<'a> {
         // Where nobody listens on stderr there is nobody to tell.
         let _ = writeln!(stderr, "{who}: {name}, {entries} entries: {}", self.device().abilities());
         let _ = writeln!(stderr, "on {}", urls.join(" and "));
-        if let (Some(first), Some(last), Some(node)) = (urls.first(), urls.last(), node) {
+        if let (Some(first), Some(last)) = (urls.first(), urls.last()) {
             let device = args.device.name();
+            let lines = match node {
+                Some(node) => [
+                    format!("monitor --bus {last} --device {node}={device}"),
+                    format!("scan --bus {first}"),
+                    format!("read --bus {first} --node {node} --device {device} 1000 1018:01"),
+                ],
+                None => [
+                    format!("monitor --bus {last}"),
+                    format!("lss find --bus {first}"),
+                    format!("lss node-id --bus {first} --unconfigured 5"),
+                ],
+            };
             let _ = writeln!(stderr, "in other terminals:");
-            let _ = writeln!(stderr, "    lexican monitor --bus {last} --device {node}={device}");
-            let _ = writeln!(stderr, "    lexican scan --bus {first}");
-            let _ = writeln!(stderr, "    lexican read --bus {first} --node {node} --device {device} 1000 1018:01");
+            for line in lines {
+                let _ = writeln!(stderr, "    lexican {line}");
+            }
         }
         if std::io::stdin().is_terminal() && is_listening() {
             let _ = writeln!(stderr, "here: help lists what can be typed; Ctrl-C ends");
