@@ -33,19 +33,16 @@ pub(crate) fn integer(text: &str) -> Option<Read<i128>> {
     if let Some(value) = plain_integer(text) {
         return Some(value);
     }
-    if let Some((before, _)) = text.split_once([';', '#']).filter(|(before, _)| !before.is_empty()) {
+    if let (before, oddity @ Some(_)) = without_comment(text) {
         let value = integer(before)?.value;
-        return Some(Read { value, oddity: Some(Oddity::Comment) });
+        return Some(Read { value, oddity });
     }
     odd_integer(text).map(|value| Read { value, oddity: Some(Oddity::Spelling) })
 }
 
 /// `$NODEID` plus numbers in any order; `None` when no variable is in it.
 pub(crate) fn formula(text: &str) -> Option<Read<i64>> {
-    let (text, mut oddity) = match text.split_once(';') {
-        Some((before, _)) => (before, Some(Oddity::Comment)),
-        None => (text, None),
-    };
+    let (text, mut oddity) = without_comment(text);
     let mut offset: i64 = 0;
     let mut variables = 0;
     for term in text.split('+').map(str::trim) {
@@ -58,7 +55,9 @@ pub(crate) fn formula(text: &str) -> Option<Read<i64>> {
             }
             variables += 1;
         } else {
-            offset = offset.checked_add(i64::try_from(plain_integer(term)?.value).ok()?)?;
+            let read = plain_integer(term)?;
+            oddity = oddity.or(read.oddity);
+            offset = offset.checked_add(i64::try_from(read.value).ok()?)?;
         }
     }
     (variables == 1).then_some(Read { value: offset, oddity })
@@ -85,6 +84,14 @@ pub(crate) fn value(text: &str, data_type: DataType) -> Result<Option<Read<Value
         },
     };
     Ok(Some(read))
+}
+
+/// What stands before a comment on the same line.
+fn without_comment(text: &str) -> (&str, Option<Oddity>) {
+    match text.split_once([';', '#']) {
+        Some((before, _)) => (before.trim_end(), Some(Oddity::Comment)),
+        None => (text, None),
+    }
 }
 
 /// Decimal, `0x` and octal with a leading zero, with a sign.
@@ -120,10 +127,12 @@ fn odd_integer(text: &str) -> Option<i128> {
         return Some(0);
     }
     if let Some(hex) = text.strip_suffix(['h', 'H']).filter(|hex| !hex.is_empty()) {
-        let digits = hex.trim_start_matches("0x");
+        let digits = hex.strip_prefix("0x").unwrap_or(hex);
         return digits.bytes().all(|b| b.is_ascii_hexdigit()).then(|| i128::from_str_radix(digits, 16).ok())?;
     }
-    let number: f64 = text.trim_end_matches(['f', 'F']).parse().ok()?;
+    // The suffix of C needs a point before it: `1F` is hexadecimal without `0x`, and nobody knows.
+    let decimal = text.strip_suffix(['f', 'F']).filter(|decimal| decimal.contains('.')).unwrap_or(text);
+    let number: f64 = decimal.parse().ok()?;
     let whole = number.is_finite() && number.fract() == 0.0 && number.abs() < 1e15;
     (whole && text.bytes().any(|b| b.is_ascii_digit())).then_some(number as i128)
 }
@@ -138,10 +147,7 @@ fn signed(text: &str, value: i128, data_type: DataType) -> i128 {
 
 /// A REAL: decimal, or hexadecimal for the bits of IEEE 754.
 fn real(text: &str, data_type: DataType) -> Option<Read<Value>> {
-    let (number, mut oddity) = match text.split_once(';') {
-        Some((before, _)) => (before.trim(), Some(Oddity::Comment)),
-        None => (text, None),
-    };
+    let (number, mut oddity) = without_comment(text);
     if let Some(hex) = number.strip_prefix("0x").or_else(|| number.strip_prefix("0X")) {
         let value = match data_type {
             DataType::Real32 => f32::from_bits(u32::from_str_radix(hex, 16).ok()?).into(),
@@ -172,14 +178,13 @@ fn bytes(text: &str, data_type: DataType) -> Read<Value> {
 
 /// A value of a type that nobody knows.
 fn any(text: &str) -> Read<Value> {
-    let value = if let Some(formula) = formula(text) {
-        Value::NodeIdPlus(formula.value)
-    } else if let Some(number) = plain_integer(text) {
-        Value::Integer(number.value)
+    if let Some(Read { value, oddity }) = formula(text) {
+        Read { value: Value::NodeIdPlus(value), oddity }
+    } else if let Some(Read { value, oddity }) = plain_integer(text) {
+        Read { value: Value::Integer(value), oddity }
     } else {
-        Value::Text(text.to_owned())
-    };
-    Read { value, oddity: None }
+        Read { value: Value::Text(text.to_owned()), oddity: None }
+    }
 }
 
 #[cfg(test)]
@@ -215,6 +220,9 @@ mod tests {
     fn what_is_no_integer_is_refused() {
         for text in
             ["", "x", "0x", "1.5", "--1", "0x-1", "12 V", "h", "f", "nan", "inf", "0xG", ";", "9".repeat(60).as_str()]
+                // Hexadecimal without 0x, which must not pass for the 1.0f of C.
+                .into_iter()
+                .chain(["1F", "0F", "1f", "FF", "0x0x1Fh", "1.0ff"])
         {
             assert_eq!(integer(text), None, "{text:?}");
         }
@@ -235,6 +243,8 @@ mod tests {
         check("0x100+$NODEID+0x80", 0x180, None);
         check("$MY_NODE_ID+0x200", 0x200, Some(Oddity::Variable));
         check("$NODEID+0x80 ; emergency", 0x80, Some(Oddity::Comment));
+        check("$NODEID+0x80 # emergency", 0x80, Some(Oddity::Comment));
+        check("$NODEID+010", 8, Some(Oddity::Octal));
         for text in ["", "0x180", "$NODEID+$NODEID", "$NODEID+", "$+1", "$NODEID 0x180", "$NODEID-1"] {
             assert_eq!(formula(text), None, "{text:?}");
         }
@@ -264,6 +274,11 @@ mod tests {
         check("file.bin", D::Domain, Some(Value::Text("file.bin".into())));
         check("17", D::Other(0x42), Some(Value::Integer(17)));
         check("x17", D::Other(0x42), Some(Value::Text("x17".into())));
+        check("1.5 # rad", D::Real32, Some(Value::Real(1.5)));
+        assert_eq!(
+            value("010", D::Other(0x42)),
+            Ok(Some(Read { value: Value::Integer(8), oddity: Some(Oddity::Octal) }))
+        );
         for text in ["12 V", "x", "nan"] {
             assert_eq!(value(text, D::Unsigned8), Err(()), "{text:?}");
             assert_eq!(value(text, D::Real32), Err(()), "{text:?}");

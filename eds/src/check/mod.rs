@@ -325,7 +325,7 @@ impl Rule {
     }
 }
 
-/// Reports an integer that its data type cannot have.
+/// Reports a number that its data type cannot have.
 fn outside_type(
     rule: &Rule,
     context: &Context<'_>,
@@ -337,10 +337,18 @@ fn outside_type(
     // Of a type that the device defines nobody knows whether it has a sign.
     let defined = || context.device.bits(entry.data_type).map(|bits| (-(1 << (bits - 1)), (1 << bits) - 1));
     let range = entry.data_type.range().or_else(|| matches!(entry.data_type, DataType::Other(_)).then(defined)?);
-    let Some((Value::Integer(value), (low, high))) = value.zip(range) else { return };
-    if !(low..=high).contains(value) {
+    let within = |low: &i128, high: &i128| range.is_none_or(|range| range.0 <= *low && *high <= range.1);
+    let fits = match value {
+        Some(Value::Integer(value)) => within(value, value),
+        // For every node it must.
+        Some(&Value::NodeIdPlus(offset)) => within(&(i128::from(offset) + 1), &(i128::from(offset) + 127)),
+        Some(&Value::Real(value)) => entry.data_type != DataType::Real32 || (value as f32).is_finite(),
+        Some(Value::Text(_) | Value::Bytes(_)) | None => true,
+    };
+    if !fits {
+        let range = range.map_or(format!("{:e} to {:e}", f32::MIN, f32::MAX), |(low, high)| format!("{low} to {high}"));
         let finding = rule.finding(format!("`{}` does not fit into {}", key.name(), entry.data_type));
-        let finding = finding.at(context.entry_span(entry, key), format!("{low} to {high} do"));
+        let finding = finding.at(context.entry_span(entry, key), format!("{range} do"));
         out.push(finding.and(context.entry_span(entry, Key::DataType), "the data type"));
     }
 }
