@@ -246,6 +246,23 @@ fn torque_deactivation_can_be_resumed() {
     assert_eq!(bench.drive.finish().unwrap(), Outcome::Reached { position: 5000 });
 }
 
+/// An edge that has not helped does not stand in the way of the next one.
+#[test]
+fn a_travel_that_its_load_still_forbids_is_resumed_once_that_is_gone() {
+    let mut bench = Bench::enabled();
+    bench.drive.set_torque_threshold(Some(40)).unwrap();
+    bench.drive.start_moving_to(5000).unwrap();
+    bench.pass_ms(1000);
+    bench.world(|inputs| inputs.load_ma = 1500);
+    for _ in 0..2 {
+        assert!(matches!(bench.drive.finish().unwrap(), Outcome::TorqueDeactivated { .. }));
+        assert!(matches!(bench.drive.resume(), Err(Error::NotTaken { .. })));
+    }
+    bench.world(|inputs| inputs.load_ma = 500);
+    bench.drive.resume().unwrap();
+    assert_eq!(bench.drive.finish().unwrap(), Outcome::Reached { position: 5000 });
+}
+
 #[test]
 fn a_quick_stop_ends_a_travel() {
     let mut bench = Bench::enabled();
@@ -334,6 +351,19 @@ fn velocities_are_reached_and_changed() {
         refused(bench.drive.run_at(velocity), &[Missing::VelocityWithinGear { velocity, most: 200 }]);
     }
     refused(bench.drive.move_to(0), &[Missing::Mode(Mode::Velocity)]);
+}
+
+#[test]
+fn a_drive_that_has_lost_its_supply_in_velocity_mode_runs_again_when_it_is_told_to() {
+    let mut bench = Bench::running();
+    bench.drive.run_at(60).unwrap();
+    bench.world(|inputs| inputs.output_stage_supply_100mv = 0);
+    bench.pass_ms(2000);
+    refused(bench.drive.run_at(60), &[Missing::Supply]);
+    bench.world(|inputs| inputs.output_stage_supply_100mv = 240);
+    bench.pass_ms(2000);
+    assert_eq!(bench.velocity(), 0, "not by itself");
+    assert!(matches!(bench.drive.run_at(60).unwrap(), VelocityOutcome::Reached { .. }));
 }
 
 #[test]

@@ -55,6 +55,8 @@ pub(crate) struct Shared {
     /// Something that moves has been started, and nothing has shown yet that it stands still.
     pub(crate) moving: bool,
     pub(crate) paused: bool,
+    /// An edge that was to go on with the interrupted travel has not been seen to.
+    pub(crate) unheeded: bool,
     /// A travel has been started, and nothing has shown yet that it is over.
     pub(crate) travelling: bool,
     /// Until when the drive may tell of what was before the last order.
@@ -93,6 +95,7 @@ impl Desk {
             restarted: false,
             moving: false,
             paused: false,
+            unheeded: false,
             travelling: false,
             settles: Instant::ZERO,
             settled: true,
@@ -370,6 +373,7 @@ impl Shared {
     pub(crate) fn rest(&mut self) {
         self.moving = false;
         self.paused = false;
+        self.unheeded = false;
         self.travelling = false;
         self.settled = true;
         self.running = false;

@@ -61,6 +61,7 @@ pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
         shared.moving = true;
         shared.travelling = true;
         shared.paused = false;
+        shared.unheeded = false;
         shared.stepping = false;
     }
     desk.unsettle();
@@ -109,7 +110,7 @@ pub(super) async fn end_of_travel(desk: &Desk, status_word: u16) -> Result<Optio
     let state = state_of(status_word)?;
     if state == State::OperationEnabled && under_way(desk, status_word).await? {
         let Some(torque) = desk.description().torque_deactivation else { return Ok(None) };
-        let stands = desk.has_settled() && !moves(desk, status_word).await? && !desk.lock().paused;
+        let stands = desk.has_settled() && !moves(desk, status_word).await?;
         let deactivated = stands && desk.get(torque.state).await? as u32 & torque.active != 0;
         let position = desk.position().await?;
         return Ok(deactivated.then_some(Outcome::TorqueDeactivated { position }));
@@ -148,7 +149,11 @@ pub(super) async fn end_of_travel(desk: &Desk, status_word: u16) -> Result<Optio
 pub async fn interrupt(desk: &Desk) -> Result<(), Error> {
     require_travel(desk).await?;
     let description = desk.description();
-    desk.lock().paused = true;
+    {
+        let mut shared = desk.lock();
+        shared.paused = true;
+        shared.unheeded = false;
+    }
     stand_still(desk, description.moving() | description.held() | description.control.stop).await
 }
 
@@ -161,14 +166,19 @@ pub async fn resume(desk: &Desk) -> Result<(), Error> {
     require_travel(desk).await?;
     let description = desk.description();
     let word = description.moving() | description.held();
-    if !desk.lock().paused {
-        // The drive has stopped by itself: the edge that resumes has to be made.
+    let (paused, unheeded) = {
+        let shared = desk.lock();
+        (shared.paused, shared.unheeded)
+    };
+    if !paused || unheeded {
+        // The drive has stopped by itself, or has not gone on at the last edge: there has to be another one.
         desk.control(word | description.control.stop).await?;
     }
     let mut resumption = Resumption { desk, seen: false };
     {
         let mut shared = desk.lock();
         shared.paused = false;
+        shared.unheeded = false;
         shared.moving = true;
     }
     desk.unsettle();
@@ -200,7 +210,9 @@ struct Resumption<'a> {
 impl Drop for Resumption<'_> {
     fn drop(&mut self) {
         if !self.seen {
-            self.desk.lock().paused = true;
+            let mut shared = self.desk.lock();
+            shared.paused = true;
+            shared.unheeded = true;
         }
     }
 }

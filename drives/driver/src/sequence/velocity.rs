@@ -21,8 +21,10 @@ pub async fn run_at(desk: &Desk, velocity: i32, within: Duration) -> Result<Velo
     let description = desk.description();
     let velocities = desk.need(description.velocity, Capability::Mode(Mode::Velocity))?;
     velocities.target.check(velocity.into())?;
-    if !desk.lock().running {
-        // Running begins with a falling edge of Stop; and until the new velocity is there, none is to be run at.
+    let running = desk.lock().running;
+    if !running || desk.velocity().await? == 0 {
+        // Running begins with a falling edge of Stop, also for a drive that has stopped by itself; and until the new
+        // velocity is there, none is to be run at.
         desk.control(description.stopping()).await?;
     }
     {
