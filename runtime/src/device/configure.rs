@@ -152,18 +152,22 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     fn load_rpdos(&mut self, od: &mut dyn ObjectDictionary) {
         let mut numbers = 1..=512;
         for at in 0..RPDOS {
-            let Some(number) = numbers.find(|&number| pdo_exists(Direction::Receive, number, od)) else { break };
+            let Some(number) = numbers.find(|&number| pdo_exists(Direction::Receive, number, od)) else { return };
             let slot = RpdoSlot { number, pdo: self.rpdo_of(number, od) };
-            self.rpdos.iter_mut().skip(at).take(1).for_each(|place| *place = slot);
+            if let Some(place) = self.rpdos.get_mut(at) {
+                *place = slot;
+            }
         }
     }
 
     fn load_tpdos(&mut self, od: &mut dyn ObjectDictionary) {
         let mut numbers = 1..=512;
         for at in 0..TPDOS {
-            let Some(number) = numbers.find(|&number| pdo_exists(Direction::Transmit, number, od)) else { break };
+            let Some(number) = numbers.find(|&number| pdo_exists(Direction::Transmit, number, od)) else { return };
             let slot = TpdoSlot { number, pdo: self.tpdo_of(number, od) };
-            self.tpdos.iter_mut().skip(at).take(1).for_each(|place| *place = slot);
+            if let Some(place) = self.tpdos.get_mut(at) {
+                *place = slot;
+            }
         }
     }
 
