@@ -123,8 +123,13 @@ impl VirtualBus {
     }
 
     /// A bus of `kbit_per_s`: 125 is CANopen's classic, 500 what many drives come with.
+    ///
+    /// # Panics
+    ///
+    /// When it is 0: nothing would ever arrive.
     #[must_use]
     pub fn with_bit_rate(kbit_per_s: u32) -> Self {
+        assert!(kbit_per_s > 0, "a bus has a bit rate");
         let bus = VirtualBus::new();
         bus.lock().kbit_per_s = Some(kbit_per_s);
         bus
