@@ -119,6 +119,7 @@ fn a_drive_dropped_at_the_end_of_main_is_told_to_stop() {
 #[derive(Clone, Copy, Debug)]
 enum Order {
     Inch,
+    Step,
     Travel,
     Run,
 }
@@ -128,14 +129,24 @@ impl Order {
     fn starts(self) -> &'static str {
         match self {
             Order::Inch => "205#0F40",
+            Order::Step => "205#0F20",
             Order::Travel => "405#1F00",
             Order::Run => "505#0F00",
+        }
+    }
+
+    /// The frame that stops it.
+    fn stops(self) -> &'static str {
+        match self {
+            Order::Step => "205#0201",
+            _ => "205#0F01",
         }
     }
 
     async fn give(self, drive: &mut Drive) -> Result<(), Error> {
         match self {
             Order::Inch => drive.inch(Direction::Positive).await,
+            Order::Step => drive.step().await.map(drop),
             Order::Travel => drive.start_moving_to(20_000).await,
             Order::Run => drive.run_at(60).await.map(drop),
         }
@@ -167,7 +178,7 @@ async fn cancelled(order: Order, polls: u32) -> bool {
     assert!(!sent[before..].iter().any(starts), "{order:?} after {polls} polls: {sent:?}");
     let started = sent[..before].iter().any(starts);
     assert!(
-        !started || sent[before..].iter().any(|frame| frame == "205#0F01"),
+        !started || sent[before..].iter().any(|frame| frame == order.stops()),
         "{order:?} after {polls} polls: {sent:?}"
     );
     false
@@ -175,7 +186,7 @@ async fn cancelled(order: Order, polls: u32) -> bool {
 
 #[tokio::test]
 async fn an_order_that_is_cancelled_at_any_await_does_not_start_the_drive_later() {
-    for order in [Order::Inch, Order::Travel, Order::Run] {
+    for order in [Order::Inch, Order::Step, Order::Travel, Order::Run] {
         let mut polls = 1;
         while !cancelled(order, polls).await {
             polls += 1;

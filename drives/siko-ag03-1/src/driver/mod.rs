@@ -5,10 +5,11 @@
 //!
 //! # What stops the drive when the application does not
 //!
-//! A `Drive` that is dropped, also by a panic that unwinds, sends a stop if the drive may be moving. That is all
-//! that the driver can do: **nothing here supervises the process that it runs in.** After SIGKILL, `abort`, a
-//! crash of the machine or a cable that breaks, nobody sends that stop: a travel goes on to its target, and
-//! inching and velocity mode go on until something else ends them.
+//! A `Drive` that is dropped, also by a panic that unwinds, sends a stop if the drive may be moving: a quick stop in the
+//! middle of inching operation 1, which Stop does not end (table 23 has Stop interrupt a positioning). That is all that
+//! the driver can do: **nothing here supervises the process that it runs in.** After SIGKILL, `abort`, a crash of the
+//! machine or a cable that breaks, nobody sends that stop: a travel goes on to its target, and inching and velocity
+//! mode go on until something else ends them.
 //!
 //! The drive itself can watch over its manager, by life guarding (7.2.11), which is off unless it is armed:
 //! write [`GUARD_TIME`](crate::od::GUARD_TIME) (100Ch, ms) and [`LIFE_TIME_FACTOR`](crate::od::LIFE_TIME_FACTOR)
