@@ -43,3 +43,8 @@ pub use lexican_driver::Direction;
 pub mod od {
     lexican_runtime::include_od!("siko_ag03_1");
 }
+
+/// The README, so that what it shows compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -15,8 +15,8 @@
 //! write [`GUARD_TIME`](crate::od::GUARD_TIME) (100Ch, ms) and [`LIFE_TIME_FACTOR`](crate::od::LIFE_TIME_FACTOR)
 //! (100Dh), and request the node's state (a remote frame on 700h + node-ID) at least once per guard time. Once the
 //! first request has come, and then none for guard time times factor, the drive goes to SWITCH ON DISABLED, where
-//! its motor has no torque. Life guarding and heartbeats exclude each other (1017h must be 0). The driver sends no such requests:
-//! they must come from the process that is to be watched over. None of this replaces an emergency stop.
+//! its motor has no torque. Life guarding and heartbeats exclude each other (1017h must be 0). The driver sends no such
+//! requests: they must come from the process that is to be watched over. None of this replaces an emergency stop.
 
 mod description;
 
