@@ -281,6 +281,9 @@ impl Node for Mailbox {
     }
 }
 
+/// How many events may happen without time passing: a bug in a node would make that endless.
+const MOST_AT_ONCE: u32 = 1_000_000;
+
 type Observer = Box<dyn FnMut(Instant, &Frame) + Send>;
 type Judge = Box<dyn FnMut(u64, &Frame) -> Fate + Send>;
 
@@ -297,7 +300,7 @@ struct State {
     fate: Option<Judge>,
     frames: u64,
     pacer: Option<Pacer>,
-    /// How many events happened without time passing: a bug in a node would make that endless.
+    /// How many events happened without time passing.
     standstill: u32,
 }
 
@@ -336,6 +339,8 @@ impl State {
             return false;
         };
         self.pass_to(next);
+        self.standstill += 1;
+        assert!(self.standstill < MOST_AT_ONCE, "a node sends or expires without end while no time passes");
         if let Some(arrived) = self.wire.take_if(|frame| frame.arrives <= next) {
             self.decide(arrived);
         } else if let Some(at) = self.delayed.iter().position(|frame| frame.arrives <= next) {
@@ -375,9 +380,6 @@ impl State {
         if next > self.now {
             self.standstill = 0;
             self.now = next;
-        } else {
-            self.standstill += 1;
-            assert!(self.standstill < 1_000_000, "a node sends or expires without end while no time passes");
         }
         if let Some(pacer) = &self.pacer {
             let due = pacer.wall + core::time::Duration::from(self.now.since(pacer.bus));
@@ -504,6 +506,24 @@ mod tests {
         assert_eq!(a.receive(Instant::from_micros(50)).unwrap(), None);
         assert_eq!(a.now(), Instant::from_micros(50));
         assert_eq!(b.receive_frame(Instant::from_micros(50)).unwrap(), Some(frame(0x123, &[1])));
+    }
+
+    #[test]
+    fn whoever_looks_often_is_not_taken_for_a_node_without_end() {
+        let bus = VirtualBus::new();
+        let mut link = bus.link();
+        bus.lock().standstill = MOST_AT_ONCE - 1;
+        for _ in 0..10 {
+            assert_eq!(link.receive(link.now()).unwrap(), None);
+        }
+    }
+
+    #[test]
+    fn a_node_that_goes_on_without_time_passing_is_noticed() {
+        let bus = VirtualBus::new();
+        bus.attach(Metronome { every: Duration::ZERO, ..metronome(0x100) });
+        bus.lock().standstill = MOST_AT_ONCE - 100;
+        assert!(std::thread::spawn(move || bus.advance(Duration::from_millis(20))).join().is_err());
     }
 
     #[test]
