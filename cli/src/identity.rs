@@ -4,6 +4,18 @@ use std::sync::LazyLock;
 
 use lexican_eds::library;
 use lexican_eds::model::Device;
+use lexican_runtime::object::Address;
+
+/// The vendor-ID.
+pub(crate) const VENDOR: Address = Address::new(0x1018, 1);
+/// The product code.
+pub(crate) const PRODUCT: Address = Address::new(0x1018, 2);
+
+/// `vendor 195h`, `product 0h`, `revision 10000h`, `serial 2Ah`: those of the four numbers that there are.
+pub(crate) fn words(numbers: [Option<u32>; 4]) -> impl Iterator<Item = String> {
+    let names = ["vendor", "product", "revision", "serial"];
+    names.into_iter().zip(numbers).filter_map(|(name, number)| Some(format!("{name} {:X}h", number?)))
+}
 
 /// A device of the library with its data sheet read.
 pub(crate) struct Shipped {

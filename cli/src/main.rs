@@ -4,6 +4,7 @@
 //! and says what is wrong with them, [`values`] and [`decode`] put values and frames into words and fields, [`duration`]
 //! reads times, [`output`] knows how a command ends; every other module is one command.
 
+mod access;
 mod bus;
 mod check;
 mod decode;
@@ -19,11 +20,9 @@ mod monitor;
 mod nmt;
 mod output;
 mod print;
-mod read;
 mod scan;
 mod simulate;
 mod values;
-mod write;
 
 use std::process::ExitCode;
 
@@ -54,8 +53,8 @@ enum Command {
     Eds(eds::Command),
     Gen(generate::Args),
     Scan(scan::Args),
-    Read(read::Args),
-    Write(write::Args),
+    Read(access::read::Args),
+    Write(access::write::Args),
     Nmt(nmt::Args),
     #[command(subcommand)]
     Lss(lss::Command),
@@ -72,8 +71,8 @@ fn main() -> ExitCode {
         Command::Eds(command) => command.run(),
         Command::Gen(args) => generate::run(&args),
         Command::Scan(args) => scan::run(&args),
-        Command::Read(args) => read::run(&args),
-        Command::Write(args) => write::run(&args),
+        Command::Read(args) => access::read::run(&args),
+        Command::Write(args) => access::write::run(&args),
         Command::Nmt(args) => nmt::run(&args),
         Command::Lss(command) => command.run(),
         Command::Monitor(args) => monitor::run(&args),

@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::bus::failure::link_failure;
 use crate::bus::{BusArgs, let_leave, node_id};
 use crate::duration::milliseconds;
-use crate::output::{Failure, Outcome, warn};
+use crate::output::{Failure, Outcome, fields, tell, warn};
 
 /// Send an NMT command to a node, or to all
 ///
@@ -173,19 +173,13 @@ impl<L: Link> Watch<L> {
 }
 
 fn print_command(as_json: bool, message: NmtMessage) -> Result<(), Failure> {
-    let mut stdout = anstream::stdout().lock();
-    if as_json {
-        let node = message.node.map(NodeId::get);
-        writeln!(stdout, "{}", json!({ "node": node, "command": message.command.to_string() }))?;
-    } else {
-        let whom = message.node.map_or("all nodes".to_owned(), |node| format!("node {node}"));
-        let what = match message.command.target() {
-            NmtState::Initialising => message.command.to_string(),
-            state => format!("enter {state}"),
-        };
-        writeln!(stdout, "{whom}: {what}")?;
-    }
-    Ok(())
+    let whom = message.node.map_or("all nodes".to_owned(), |node| format!("node {node}"));
+    let what = match message.command.target() {
+        NmtState::Initialising => message.command.to_string(),
+        state => format!("enter {state}"),
+    };
+    let object = json!({ "node": message.node.map(NodeId::get), "command": message.command.to_string() });
+    tell(as_json, fields(object), format_args!("{whom}: {what}"))
 }
 
 /// What became of the nodes.

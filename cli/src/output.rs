@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Map, Value as Json};
 
 /// How a command ended that did what it was asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,6 +115,26 @@ pub(crate) fn warn(message: impl Display) {
 pub(crate) fn progress(template: &str, steps: u64) -> ProgressBar {
     let style = ProgressStyle::with_template(template).expect("the template is valid");
     ProgressBar::new(steps).with_style(style)
+}
+
+/// A result on stdout: an object for programs, a line for people.
+pub(crate) fn tell(as_json: bool, fields: Map<String, Json>, text: impl Display) -> Result<(), Failure> {
+    let mut stdout = anstream::stdout().lock();
+    if as_json {
+        writeln!(stdout, "{}", Json::Object(fields))?;
+    } else {
+        writeln!(stdout, "{text}")?;
+    }
+    stdout.flush()?;
+    Ok(())
+}
+
+/// The fields of a JSON object.
+pub(crate) fn fields(object: Json) -> Map<String, Json> {
+    match object {
+        Json::Object(fields) => fields,
+        _ => Map::new(),
+    }
 }
 
 /// Text in a style; without one where stdout is no terminal, because [`anstream`] takes it out again.

@@ -18,7 +18,7 @@ use crate::bus::failure::link_failure;
 use crate::decode::Decoder;
 use crate::decode::twins::{Evidence, Twins};
 use crate::duration::milliseconds;
-use crate::identity::recognise;
+use crate::identity::{recognise, words};
 use crate::output::{Failure, Outcome, progress, styled};
 
 /// Find the nodes of a bus
@@ -238,6 +238,7 @@ fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> 
     }
     if found.is_empty() && !as_json {
         writeln!(stdout, "no node answers; are they on this bus, with power and at this bit rate?")?;
+        writeln!(stdout, "those that have no node-ID yet are found by `lexican lss find`")?;
     }
     stdout.flush()?;
     Ok(())
@@ -260,9 +261,7 @@ impl Found {
             0 => "device type 0: no profile".to_owned(),
             profile => format!("CiA {profile} (device type {number:08X}h)"),
         }));
-        let names = ["vendor", "product", "revision", "serial"];
-        let numbers = (1..).zip(names).filter_map(|(sub, name)| Some(format!("{name} {:X}h", self.identity(sub)?)));
-        parts.extend(numbers);
+        parts.extend(words([1, 2, 3, 4].map(|sub| self.identity(sub))));
         parts.extend(self.state.map(|state| state.to_string()));
         if parts.is_empty() { "answers, but has no device type".to_owned() } else { parts.join(", ") }
     }
@@ -281,12 +280,13 @@ impl Found {
 mod tests {
     use super::*;
     use crate::bus::virtual_device::VirtualDevice;
+    use crate::device::Loaded;
     use lexican_eds::model::{Device, Value};
     use lexican_runtime::host::VirtualBus;
 
     /// A sheet with another serial number.
     fn sheet(serial: i128) -> Device {
-        let mut device = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let mut device = Loaded::named("siko/ag03-1").unwrap().device;
         let identity = device.objects.iter_mut().find(|object| object.index == 0x1018).unwrap();
         identity
             .entries

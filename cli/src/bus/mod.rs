@@ -7,15 +7,16 @@ pub(crate) mod pty;
 pub(crate) mod simulation;
 pub(crate) mod virtual_device;
 
+use std::str::FromStr;
+
 use lexican_eds::model::Device;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, BusUrl, Link, Pace};
-use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, NodeId};
 
 use crate::device::Loaded;
-use crate::identity::recognise;
+use crate::identity::{PRODUCT, VENDOR, recognise};
 use crate::output::{Failure, note};
 use failure::{access_failure, link_failure, open_failure};
 
@@ -141,17 +142,29 @@ pub(crate) fn let_leave(link: &mut impl Link) -> Result<(), Failure> {
 
 /// What a node is by its identity, and says so.
 fn identify(network: &mut Network<Box<dyn Link + Send>>, node: NodeId) -> Result<Option<Device>, Failure> {
-    let mut number = |sub| match network.read_bytes(node, Address::new(0x1018, sub)) {
+    let mut number = |address| match network.read_bytes(node, address) {
         Ok(data) => Ok(<[u8; 4]>::try_from(data).ok().map(u32::from_le_bytes)),
         Err(AccessError::Sdo { error, .. }) if !matches!(error, SdoError::TimedOut { .. }) => Ok(None),
         // A node that is silent now will be silent to what it is to be asked.
         Err(error) => Err(access_failure(&error)),
     };
-    let Some(vendor) = number(1)? else { return Ok(None) };
-    let product = number(2)?.unwrap_or(0);
+    let Some(vendor) = number(VENDOR)? else { return Ok(None) };
+    let product = number(PRODUCT)?.unwrap_or(0);
     let Some(shipped) = recognise(vendor, product) else { return Ok(None) };
     note(format_args!("node {node} is a {} by its identity (1018h); --device none takes it for unknown", shipped.id));
     Ok(Some(shipped.device.clone()))
+}
+
+/// A node-ID on the command line where none is possible, too.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NodeOrNone(pub(crate) Option<NodeId>);
+
+impl FromStr for NodeOrNone {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "none" { Ok(NodeOrNone(None)) } else { node_id(text).map(|node| NodeOrNone(Some(node))) }
+    }
 }
 
 /// A node-ID on the command line.

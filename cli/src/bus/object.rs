@@ -91,9 +91,10 @@ fn nearness(name: &str, wanted: &str) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::Loaded;
 
     fn device() -> Device {
-        lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0
+        Loaded::named("siko/ag03-1").unwrap().device
     }
 
     #[test]

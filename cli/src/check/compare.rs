@@ -6,7 +6,7 @@ use lexican_runtime::object::Address;
 use lexican_runtime::{AbortCode, NodeId};
 
 use crate::values::wire::{fitting, parse};
-use crate::values::{Known, hex};
+use crate::values::{Known, hex, resolved};
 
 /// How a device answered when an entry was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -116,7 +116,7 @@ impl Comparison<'_> {
 
     fn limit(&self, entry: &Entry, value: &Value) -> Option<Finding> {
         let number = value.as_integer()?;
-        let bound = |bound: &Option<Value>| self.resolved(bound.as_ref()?)?.as_integer();
+        let bound = |bound: &Option<Value>| resolved(bound.as_ref()?, self.node).as_integer();
         let ranges = entry.ranges.iter().filter(|range| self.known.holds(&range.when));
         let ranges = ranges.map(|range| (Some(range.low), Some(range.high)));
         let all = ranges.chain([(bound(&entry.low), bound(&entry.high))]);
@@ -130,7 +130,7 @@ impl Comparison<'_> {
 
     /// A constant, and what CiA 301 has as one, is as the data sheet says. Other values are compared when asked for.
     fn constant(&self, entry: &Entry, value: &Value) -> Option<Finding> {
-        let expected = entry.configured.as_ref().or(entry.default.as_ref()).and_then(|value| self.resolved(value))?;
+        let expected = entry.configured.as_ref().or(entry.default.as_ref()).map(|value| resolved(value, self.node))?;
         if expected == *value {
             return None;
         }
@@ -158,13 +158,6 @@ impl Comparison<'_> {
             finding(Kind::Count, &text)
         })
     }
-
-    fn resolved(&self, value: &Value) -> Option<Value> {
-        match value {
-            Value::NodeIdPlus(offset) => Some(Value::Integer(i128::from(*offset) + i128::from(self.node.get()))),
-            other => Some(other.clone()),
-        }
-    }
 }
 
 fn finding(kind: Kind, text: &str) -> Finding {
@@ -184,7 +177,7 @@ fn refused(list: ObjectList, entry: &Entry, code: AbortCode) -> Option<Finding> 
             Some(finding(Kind::Missing, &format!("the device has no such entry{mandatory}")))
         }
         AbortCode::WRITE_ONLY | AbortCode::UNSUPPORTED_ACCESS => {
-            let text = format!("the data sheet says {}, but the device does not let it be read", access(entry.access));
+            let text = format!("the data sheet says {}, but the device does not let it be read", entry.access.name());
             Some(finding(Kind::Access, &text))
         }
         code => Some(finding(Kind::Unchecked, &format!("it could not be read: {code}"))),
@@ -218,17 +211,6 @@ fn identity(info: &DeviceInfo, entry: &Entry, value: &Value) -> Option<Finding> 
     let found = value.as_integer()?;
     (found != i128::from(expected))
         .then(|| finding(Kind::Identity, &format!("another {what}: {found:X}h, by the data sheet {expected:X}h")))
-}
-
-fn access(access: AccessType) -> &'static str {
-    match access {
-        AccessType::Ro => "ro",
-        AccessType::Wo => "wo",
-        AccessType::Rw => "rw",
-        AccessType::Rwr => "rwr",
-        AccessType::Rww => "rww",
-        AccessType::Const => "const",
-    }
 }
 
 /// The address of an entry.

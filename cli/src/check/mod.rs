@@ -3,7 +3,6 @@
 mod compare;
 
 use std::collections::BTreeMap;
-use std::io::Write;
 
 use anstyle::{AnsiColor, Style};
 use lexican_eds::model::Entry;
@@ -13,11 +12,11 @@ use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Link};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
-use serde_json::{Value as Json, json};
+use serde_json::json;
 
 use crate::bus::failure::access_failure;
 use crate::bus::{Node, NodeArgs, network};
-use crate::output::{Failure, Outcome, progress, styled};
+use crate::output::{Failure, Outcome, fields, progress, styled, tell};
 use crate::values::Known;
 use crate::values::told::Told;
 use crate::values::wire::{fitting, parse};
@@ -171,23 +170,16 @@ struct Tally {
 impl Tally {
     fn print(self, as_json: bool, node: NodeId) -> Result<(), Failure> {
         let Tally { entries, differ, unchecked } = self;
-        let mut stdout = anstream::stdout().lock();
-        if as_json {
-            let line = json!({
-                "event": "summary", "node": node.get(), "entries": entries, "differ": differ, "unchecked": unchecked,
-            });
-            writeln!(stdout, "{line}")?;
-        } else {
-            let verdict = match differ {
-                0 => "as the data sheet says".to_owned(),
-                1 => "1 is not as the data sheet says".to_owned(),
-                many => format!("{many} are not as the data sheet says"),
-            };
-            let rest = if unchecked > 0 { format!("; {unchecked} could not be checked") } else { String::new() };
-            writeln!(stdout, "node {node}: {entries} entries, {verdict}{rest}")?;
-        }
-        stdout.flush()?;
-        Ok(())
+        let verdict = match differ {
+            0 => "as the data sheet says".to_owned(),
+            1 => "1 is not as the data sheet says".to_owned(),
+            many => format!("{many} are not as the data sheet says"),
+        };
+        let rest = if unchecked > 0 { format!("; {unchecked} could not be checked") } else { String::new() };
+        let object = json!({
+            "event": "summary", "node": node.get(), "entries": entries, "differ": differ, "unchecked": unchecked,
+        });
+        tell(as_json, fields(object), format_args!("node {node}: {entries} entries, {verdict}{rest}"))
     }
 }
 
@@ -199,19 +191,15 @@ fn told(known: &Known<'_>, entry: &Entry, answer: &Answer) -> Told {
 }
 
 fn print(as_json: bool, node: NodeId, told: &Told, finding: &Finding) -> Result<(), Failure> {
-    let mut stdout = anstream::stdout().lock();
-    if as_json {
-        let mut fields = told.json();
-        fields.insert("event".to_owned(), json!("finding"));
-        fields.insert("node".to_owned(), json!(node.get()));
-        fields.insert("kind".to_owned(), json!(finding.kind.name()));
-        fields.insert("difference".to_owned(), json!(finding.kind.is_difference()));
-        fields.insert("finding".to_owned(), json!(finding.text));
-        writeln!(stdout, "{}", Json::Object(fields))?;
-    } else {
-        let style = if finding.kind.is_difference() { AnsiColor::Red.on_default() } else { Style::new().dimmed() };
-        let kind = styled(style, format_args!("{:<9}", finding.kind.name()));
-        writeln!(stdout, "{kind}  {}: {}", told.title(), finding.text)?;
-    }
-    Ok(())
+    let mut object = told.json();
+    object.extend(fields(json!({
+        "event": "finding",
+        "node": node.get(),
+        "kind": finding.kind.name(),
+        "difference": finding.kind.is_difference(),
+        "finding": finding.text,
+    })));
+    let style = if finding.kind.is_difference() { AnsiColor::Red.on_default() } else { Style::new().dimmed() };
+    let kind = styled(style, format_args!("{:<9}", finding.kind.name()));
+    tell(as_json, object, format_args!("{kind}  {}: {}", told.title(), finding.text))
 }

@@ -10,7 +10,6 @@ pub(crate) mod twins;
 use std::collections::BTreeMap;
 
 use lexican_eds::model::Device;
-use lexican_runtime::wire::lss::{LssRequest, LssResponse};
 use lexican_runtime::{Frame, NodeId};
 
 use crate::values::Known;
@@ -88,8 +87,8 @@ impl<'a> Decoder<'a> {
             (0x700, Some(node)) => network::error_control(node, frame),
             // Which PDO a device of ours sends or receives was asked above.
             (base @ 0x180..=0x500, Some(node)) if !self.nodes.contains_key(&node) => pdo::predefined(base, node, frame),
-            _ if id == 0x7E5 => lss_request(frame),
-            _ if id == 0x7E4 => lss_response(frame),
+            _ if id == 0x7E5 => lss::request(frame),
+            _ if id == 0x7E4 => lss::response(frame),
             _ => Decoded::new(Service::Unknown, "", None),
         }
     }
@@ -131,32 +130,10 @@ impl Decoded {
     }
 }
 
-fn lss_request(frame: &Frame) -> Decoded {
-    match LssRequest::parse(frame.data()) {
-        Some(request) => Decoded {
-            text: lss::request_text(request),
-            detail: Detail::LssRequest(request),
-            ..Decoded::new(Service::Lss, "LSS request", None)
-        },
-        None => Decoded::unreadable(Service::Lss, "LSS request", None, frame),
-    }
-}
-
-fn lss_response(frame: &Frame) -> Decoded {
-    match LssResponse::parse(frame.data()) {
-        Some(response) => Decoded {
-            text: lss::response_text(response),
-            alarming: lss::refuses(response),
-            detail: Detail::LssResponse(response),
-            ..Decoded::new(Service::Lss, "LSS response", None)
-        },
-        None => Decoded::unreadable(Service::Lss, "LSS response", None, frame),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::Loaded;
     use lexican_runtime::CobId;
 
     const NODE: NodeId = NodeId::literal(5);
@@ -164,7 +141,7 @@ mod tests {
     /// Decodes the frames one after the other, as one bus; the device of node 5 is known.
     #[track_caller]
     fn check(script: &[(&str, &str)]) {
-        let (device, _) = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input());
+        let device = Loaded::named("siko/ag03-1").unwrap().device;
         let mut decoder = Decoder::new();
         decoder.introduce(NODE, &device);
         for (frame, words) in script {
@@ -284,7 +261,7 @@ mod tests {
 
     #[test]
     fn no_frame_is_beyond_words() {
-        let device = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let device = Loaded::named("siko/ag03-1").unwrap().device;
         let mut decoder = Decoder::new();
         decoder.introduce(NODE, &device);
         let mut twins = twins::Twins::default();

@@ -53,10 +53,9 @@ fn new(received: bool, number: u16, node: NodeId) -> Decoded {
 /// The COB-ID of a PDO: as seen on the bus, else by default.
 fn cob_id(known: &Known<'_>, node: NodeId, pdo: &model::Pdo) -> Option<CobId> {
     let index = parameter(pdo, 0x1400, 0x1800)?;
-    let parameter = known.seen(index, 1).and_then(|seen| u32::try_from(seen).ok()).or_else(|| match pdo.cob_id {
-        Some(Value::Integer(number)) => u32::try_from(number).ok(),
-        Some(Value::NodeIdPlus(offset)) => u32::try_from(offset + i64::from(node.get())).ok(),
-        _ => None,
+    let parameter = known.seen(index, 1).and_then(|seen| u32::try_from(seen).ok()).or_else(|| {
+        let described = values::resolved(pdo.cob_id.as_ref()?, node).as_integer()?;
+        u32::try_from(described).ok()
     })?;
     let parameter = PdoCobId(parameter);
     parameter.is_valid().then(|| parameter.id())

@@ -7,8 +7,6 @@ mod node_id;
 mod session;
 mod store;
 
-use std::io::Write;
-
 use lexican_runtime::host::{Link, Pace};
 use lexican_runtime::wire::lss::{Identity, LssResponse};
 use lexican_runtime::{Duration, NodeId};
@@ -17,8 +15,8 @@ use serde_json::{Map, Value as Json, json};
 use crate::bus::BusArgs;
 use crate::decode::lss::response_text;
 use crate::duration::milliseconds;
-use crate::identity::recognise;
-use crate::output::{Failure, Outcome, warn};
+use crate::identity::{self, recognise};
+use crate::output::{Failure, Outcome, fields, tell, warn};
 use session::{Selected, Session, Times, Whom};
 
 /// Give node-IDs and bit rates to devices that have LSS (CiA 305)
@@ -147,8 +145,9 @@ fn title(selected: Option<Selected>) -> String {
 /// `siko/ag03-1, vendor 195h, product 0h, revision 10000h, serial 2Ah`.
 fn words(identity: Identity) -> String {
     let Identity { vendor, product, revision, serial } = identity;
-    let device = recognise(vendor, product).map_or_else(String::new, |known| format!("{}, ", known.id));
-    format!("{device}vendor {vendor:X}h, product {product:X}h, revision {revision:X}h, serial {serial:X}h")
+    let device = recognise(vendor, product).map(|known| known.id.to_owned());
+    let numbers = identity::words([vendor, product, revision, serial].map(Some));
+    device.into_iter().chain(numbers).collect::<Vec<_>>().join(", ")
 }
 
 /// The same in fields.
@@ -168,25 +167,10 @@ fn selected_json(selected: Option<Selected>) -> Map<String, Json> {
     fields
 }
 
-/// The fields of an object.
-fn fields(object: Json) -> Map<String, Json> {
-    match object {
-        Json::Object(fields) => fields,
-        _ => Map::new(),
-    }
-}
-
-/// The result of a command: an object for programs, a line for people.
-fn print(as_json: bool, mut object: Map<String, Json>, more: Json, text: &str) -> Result<(), Failure> {
-    let mut stdout = anstream::stdout().lock();
-    if as_json {
-        object.extend(fields(more));
-        writeln!(stdout, "{}", Json::Object(object))?;
-    } else {
-        writeln!(stdout, "{text}")?;
-    }
-    stdout.flush()?;
-    Ok(())
+/// Tells a device and what has become of it.
+fn print(as_json: bool, mut device: Map<String, Json>, more: Json, text: &str) -> Result<(), Failure> {
+    device.extend(fields(more));
+    tell(as_json, device, text)
 }
 
 /// That a device refused: an object for programs, a warning for people.

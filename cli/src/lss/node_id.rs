@@ -1,14 +1,12 @@
 //! `lexican lss node-id`: a node-ID for a device.
 
-use std::str::FromStr;
-
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Link;
 use serde_json::json;
 
 use super::session::{Selected, Session};
 use super::{LinkArgs, SelectArgs, print, print_refusal, selected_json, words};
-use crate::bus::node_id;
+use crate::bus::NodeOrNone;
 use crate::output::{Failure, Outcome, note, warn};
 
 /// Give a device a node-ID
@@ -34,7 +32,7 @@ pub(crate) struct Args {
 
     /// The node-ID, 1 to 127; none takes it away
     #[arg(value_name = "ID")]
-    node: New,
+    node: NodeOrNone,
 }
 
 const EXAMPLES: &str = "\
@@ -43,24 +41,12 @@ Examples:
     lexican lss node-id --bus can0 --unconfigured 5 --store         (the next one without node-ID)
     lexican lss node-id --bus can0 --vendor 195h --product 0 --revision 10000h --serial 42 5";
 
-/// The node-ID that a device is to have, if it is to have one.
-#[derive(Clone, Copy, Debug)]
-struct New(Option<NodeId>);
-
-impl FromStr for New {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "none" { Ok(New(None)) } else { node_id(text).map(|node| New(Some(node))) }
-    }
-}
-
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     args.link.work(|session| give(session, args))
 }
 
 fn give<L: Link>(session: &mut Session<L>, args: &Args) -> Result<Outcome, Failure> {
-    let New(new) = args.node;
+    let NodeOrNone(new) = args.node;
     let selected = session.select(args.select.whom())?;
     if let Some(new) = new.filter(|new| !args.force && selected.node != Some(*new))
         && session.is_taken(new)?

@@ -7,10 +7,7 @@ use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use crate::decode::{Decoded, Detail, Side};
-use crate::identity::{Shipped, recognise};
-
-const VENDOR: Address = Address::new(0x1018, 1);
-const PRODUCT: Address = Address::new(0x1018, 2);
+use crate::identity::{PRODUCT, Shipped, VENDOR, recognise};
 
 /// Somebody else may be in the middle of a transfer: so long a channel must have been quiet.
 const QUIET: Duration = Duration::from_millis(200);

@@ -14,11 +14,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 
+use lexican_runtime::Duration;
 use lexican_runtime::host::{BusUrl, Link, Pace};
-use lexican_runtime::{Duration, NodeId};
 
 use crate::bus::simulation::has_simulator;
-use crate::bus::{BusArgs, node_id};
+use crate::bus::{BusArgs, NodeOrNone};
 use crate::device::DeviceArgs;
 use crate::duration::seconds;
 use crate::output::{Failure, Outcome};
@@ -43,11 +43,11 @@ pub(crate) struct Args {
     ///
     /// pty makes two, so that one can watch while the other acts; pty:4 makes four.
     #[arg(long, value_name = "URL", default_value = "pty")]
-    bus: Bus,
+    bus: Place,
 
     /// The node-ID, 1 to 127; none for a device that waits for LSS to give it one
     #[arg(long, value_name = "ID", default_value = "1")]
-    node: Address,
+    node: NodeOrNone,
 
     /// Keep stored parameters in a file, as a device does in its EEPROM
     #[arg(long, value_name = "FILE")]
@@ -86,36 +86,26 @@ Examples:
 
 /// Where the device is to be.
 #[derive(Clone, Debug)]
-enum Bus {
+enum Place {
     /// On so many pseudo-terminals.
     Ptys(usize),
     Url(BusUrl),
 }
 
-impl FromStr for Bus {
+impl FromStr for Place {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         const MOST: usize = 16;
         match text.split_once(':').unwrap_or((text, "2")) {
             ("pty", count) => match count.parse() {
-                Ok(count @ 1..=MOST) => Ok(Bus::Ptys(count)),
+                Ok(count @ 1..=MOST) => Ok(Place::Ptys(count)),
                 _ => Err(format!("{count:?} is not a number of pseudo-terminals: that is 1 to {MOST}")),
             },
-            _ => text.parse().map(Bus::Url).map_err(|error: lexican_runtime::host::url::BusUrlError| error.to_string()),
+            _ => {
+                text.parse().map(Place::Url).map_err(|error: lexican_runtime::host::url::BusUrlError| error.to_string())
+            }
         }
-    }
-}
-
-/// The node-ID on the command line.
-#[derive(Clone, Copy, Debug)]
-struct Address(Option<NodeId>);
-
-impl FromStr for Address {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "none" { Ok(Address(None)) } else { node_id(text).map(|node| Address(Some(node))) }
     }
 }
 
@@ -149,15 +139,17 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 /// The bus, and what others have to name to be on it.
-fn open(bus: &Bus) -> Result<(Box<dyn Link + Send>, Vec<String>), Failure> {
-    match bus {
-        Bus::Ptys(count) => open_ptys(*count),
-        Bus::Url(BusUrl::Log { .. }) => Err(Failure::new("a log takes no frames: nobody there would hear the device")),
-        Bus::Url(BusUrl::Simulation { .. }) => {
+fn open(place: &Place) -> Result<(Box<dyn Link + Send>, Vec<String>), Failure> {
+    match place {
+        Place::Ptys(count) => open_ptys(*count),
+        Place::Url(BusUrl::Log { .. }) => {
+            Err(Failure::new("a log takes no frames: nobody there would hear the device"))
+        }
+        Place::Url(BusUrl::Simulation { .. }) => {
             Err(Failure::new("nobody else can be on a simulated bus: it is inside the command")
                 .help("without --bus there will be pseudo-terminals, on which other commands find the device"))
         }
-        Bus::Url(url) => Ok((BusArgs::named(url.clone()).open(Pace::RealTime)?.link, vec![url.to_string()])),
+        Place::Url(url) => Ok((BusArgs::named(url.clone()).open(Pace::RealTime)?.link, vec![url.to_string()])),
     }
 }
 

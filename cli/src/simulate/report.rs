@@ -8,6 +8,7 @@ use lexican_runtime::{Frame, Instant, NodeId};
 use serde_json::{Map, Value as Json, json};
 
 use crate::decode::{Decoded, Decoder, Detail, Sdo, Side};
+use crate::output;
 use crate::values::told::Told;
 
 /// What has happened so far.
@@ -85,11 +86,7 @@ impl<'a> Report<'a> {
 
     /// Something happened that no frame tells.
     pub(super) fn event(&self, at: Instant, event: &str, text: &str, fields: Json) -> io::Result<()> {
-        let fields = match fields {
-            Json::Object(fields) => fields,
-            _ => Map::new(),
-        };
-        self.say(at, event, text, fields)
+        self.say(at, event, text, output::fields(fields))
     }
 
     fn concerns(&self, decoded: &Decoded) -> bool {

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use lexican_eds::model::{BitField, Condition, Device, Entry, Meaning, Unit, Value};
 use lexican_eds::types::{Class, DataType};
+use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::{Command, State};
 
@@ -165,6 +166,14 @@ pub(crate) fn name(device: &Device, entry: &Entry) -> String {
     match device.object(entry.index) {
         Some(object) if object.entries.len() > 1 => format!("{}, {}", object.name, entry.name),
         _ => entry.name.clone(),
+    }
+}
+
+/// The value that a node has where its data sheet counts from the node-ID.
+pub(crate) fn resolved(value: &Value, node: NodeId) -> Value {
+    match value {
+        Value::NodeIdPlus(offset) => Value::Integer(i128::from(*offset) + i128::from(node.get())),
+        other => other.clone(),
     }
 }
 

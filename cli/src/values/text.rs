@@ -161,10 +161,11 @@ fn unknown_bit(field: &BitField, part: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::Loaded;
 
     #[test]
     fn texts_are_values_of_the_entry() {
-        let device = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let device = Loaded::named("siko/ag03-1").unwrap().device;
         let known = Known::new(&device);
         let check = |index, sub, text: &str, number: Option<i128>| {
             let entry = device.entry(index, sub).unwrap();
@@ -218,7 +219,7 @@ mod tests {
 
     #[test]
     fn what_is_no_value_says_what_would_be_one() {
-        let device = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let device = Loaded::named("siko/ag03-1").unwrap().device;
         let known = Known::new(&device);
         let check = |index, sub, text: &str, words: &str| {
             let error = known.understand(device.entry(index, sub).unwrap(), text).unwrap_err();

@@ -150,10 +150,11 @@ fn is_text(data: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::Loaded;
 
     #[test]
     fn a_value_is_told_as_count_in_its_unit_and_in_words() {
-        let device = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let device = Loaded::named("siko/ag03-1").unwrap().device;
         let known = Known::new(&device);
         let check = |index, sub, data: &[u8], fields: &str| {
             let told = Told::transferred(Some(&known), Address::new(index, sub), data);

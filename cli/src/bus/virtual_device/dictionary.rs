@@ -8,6 +8,7 @@ use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, NodeId};
 
+use crate::values::resolved;
 use crate::values::wire::{encode, parse};
 
 /// More than this is not kept of one entry.
@@ -120,8 +121,8 @@ impl Slot {
     fn new(node: NodeId, entry: &model::Entry) -> Self {
         // What CiA 301 does not define is a block of bytes to whoever transfers it.
         let data_type = DataType::from_code(entry.data_type.code()).unwrap_or(DataType::Domain);
-        let number = |value: &Option<Value>| resolved(value.as_ref()?, node)?.as_integer();
-        let default = entry.configured.as_ref().or(entry.default.as_ref()).and_then(|value| resolved(value, node));
+        let number = |value: &Option<Value>| resolved(value.as_ref()?, node).as_integer();
+        let default = entry.configured.as_ref().or(entry.default.as_ref()).map(|value| resolved(value, node));
         let default = default.and_then(|value| encode(entry.data_type, &value));
         let default = default.unwrap_or_else(|| vec![0; data_type.size().unwrap_or(0)]);
         Slot {
@@ -203,13 +204,6 @@ impl ObjectDictionary for SheetDictionary {
     }
 }
 
-fn resolved(value: &Value, node: NodeId) -> Option<Value> {
-    match value {
-        Value::NodeIdPlus(offset) => Some(Value::Integer(i128::from(*offset) + i128::from(node.get()))),
-        other => Some(other.clone()),
-    }
-}
-
 fn access(access: AccessType) -> Access {
     match access {
         AccessType::Ro => Access::Ro,
@@ -231,12 +225,13 @@ fn mapping(entry: &model::Entry) -> PdoMapping {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::Loaded;
 
     const NODE: NodeId = NodeId::literal(5);
 
     #[test]
     fn limits_follow_the_entry_that_decides_them() {
-        let sheet = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let sheet = Loaded::named("siko/ag03-1").unwrap().device;
         let mut dictionary = SheetDictionary::new(NODE, &sheet);
         let mut with_gear = |gear: u8, velocity: i32| {
             dictionary.slots.get_mut(&Address::new(0x2102, 0)).unwrap().value = vec![gear];
@@ -251,7 +246,7 @@ mod tests {
 
     #[test]
     fn an_entry_is_written_in_its_states_only() {
-        let mut sheet = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let mut sheet = Loaded::named("siko/ag03-1").unwrap().device;
         let entry = sheet.objects.iter_mut().find(|object| object.index == 0x6060).unwrap().entries.first_mut();
         entry.unwrap().writable_in = Some(vec![model::NmtState::PreOperational]);
         let mut dictionary = SheetDictionary::new(NODE, &sheet);

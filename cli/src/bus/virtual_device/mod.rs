@@ -216,6 +216,7 @@ impl Node for VirtualDevice {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::Loaded;
     use lexican_runtime::host::blocking::Network;
     use lexican_runtime::host::{AccessError, VirtualBus, VirtualLink};
     use lexican_runtime::service::sdo_client::SdoError;
@@ -226,7 +227,7 @@ mod tests {
 
     /// A bus with a device that has the dictionary of the shipped drive but is no drive.
     fn network() -> (VirtualBus, Network<VirtualLink>) {
-        let sheet = lexican_eds::load(&lexican_eds::library::find("siko/ag03-1").unwrap().input()).0;
+        let sheet = Loaded::named("siko/ag03-1").unwrap().device;
         let bus = VirtualBus::new();
         bus.attach(VirtualDevice::power_on(Instant::ZERO, NODE, &sheet));
         let link = bus.link();

@@ -1,19 +1,16 @@
 //! `lexican write`: an object of a node, by name and unit.
 
-use std::io::Write;
-
 use lexican_eds::model::{Entry, Value};
 use lexican_eds::types::DataType;
 use lexican_runtime::AbortCode;
 use lexican_runtime::host::AccessError;
 use lexican_runtime::service::sdo_client::SdoError;
-use serde_json::{Value as Json, json};
 
+use super::{learn_conditions, print, print_refusal, refused};
 use crate::bus::failure::access_failure;
 use crate::bus::object::resolve;
 use crate::bus::{Node, NodeArgs, network};
 use crate::output::{Failure, Outcome, note};
-use crate::read::{learn_conditions, print_refusal, refused};
 use crate::values::Known;
 use crate::values::text::untyped;
 use crate::values::told::Told;
@@ -93,16 +90,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         Err(error) => return Err(access_failure(&error)),
     }
     let told = Told::transferred(known.as_ref(), address, &data);
-    let mut stdout = anstream::stdout().lock();
-    if args.json {
-        let mut fields = told.json();
-        fields.insert("node".to_owned(), json!(id.get()));
-        writeln!(stdout, "{}", Json::Object(fields))?;
-    } else if entry.is_some() {
-        writeln!(stdout, "{} = {}", told.title(), told.words())?;
-    } else {
-        writeln!(stdout, "{address} written")?;
-    }
+    let text = match entry {
+        Some(_) => format!("{} = {}", told.title(), told.words()),
+        None => format!("{address} written"),
+    };
+    print(args.json, id, told.json(), &text)?;
     Ok(Outcome::Clean)
 }
 
