@@ -314,6 +314,13 @@ fn a_device_without_node_id_gets_one_by_lss() {
     let rate = sensor.run("lss bit-rate", &["250"]);
     assert!(rate.stdout.ends_with("serial 2Ah: 250 kbit/s\n"), "{}", rate.stdout);
     assert!(rate.stderr.contains("neither activated nor stored"), "{}", rate.stderr);
+    let refused = sensor.run("lss bit-rate", &["auto"]);
+    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
+    assert!(refused.stderr.contains("serial 2Ah: refused: bit rate not supported"), "{}", refused.stderr);
+    let refused = sensor.run("lss bit-rate", &["auto", "--all", "--json", "--store", "--activate", "20"]);
+    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
+    let refused: Value = serde_json::from_str(&refused.stdout).unwrap();
+    assert_eq!([&refused["error"], &refused["refusal"]], [&json!(1), &json!("refused: bit rate not supported")]);
     sensor.check(
         "lss bit-rate",
         &["--all", "500", "--activate", "20", "--json"],
@@ -345,6 +352,25 @@ fn what_lss_cannot_do_says_why() {
     let run = drive.run("nmt", &["start", "--node", "6", "--wait", "300"]);
     assert_eq!(run.code, Some(1));
     assert!(run.stderr.contains("nothing was heard of node 6 within 300 ms"), "{}", run.stderr);
+}
+
+#[test]
+fn a_new_user_is_told_what_to_do_next() {
+    let folder = sensor("sim-new-user");
+    let check = |node: &str, words: &[&str]| {
+        let run = lexican_in(&folder, &["simulate", "sensor.eds", "--node", node, "--for", "0.1"]);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        words.iter().for_each(|words| assert!(run.stderr.contains(words), "{words}: {}", run.stderr));
+    };
+    check("7", &["lexican monitor --bus slcan:", "--device 7=sensor.eds", "lexican scan --bus slcan:"]);
+    check("none", &["lexican monitor --bus slcan:", "lexican lss find --bus slcan:", "--unconfigured 5"]);
+    let sensor = Simulation::begin(&folder, &["sensor.eds", "--node", "none"]);
+    let silent = sensor.run("monitor", &["--for", "0.1"]);
+    assert_eq!((silent.code, silent.stdout.as_str()), (Some(0), ""));
+    assert!(silent.stderr.contains("no frame was heard"), "{}", silent.stderr);
+    let nobody = sensor.run("scan", &["--wait", "100"]);
+    assert_eq!(nobody.code, Some(1), "{}", nobody.stderr);
+    assert!(nobody.stdout.contains("lexican lss find"), "{}", nobody.stdout);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::session::no_fastscan;
 use super::{LinkArgs, identity_json, print, words};
-use crate::output::{Failure, Outcome};
+use crate::output::{Failure, Outcome, note};
 
 /// Find the devices that have no node-ID, one after the other
 ///
@@ -34,6 +34,9 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
             }
         }
         if found > 0 {
+            if !as_json {
+                note("`lexican lss node-id --unconfigured ID` gives the first of them a node-ID");
+            }
             return Ok(Outcome::Clean);
         }
         if session.somebody_is_unconfigured()? {

@@ -449,6 +449,16 @@ mod tests {
     }
 
     #[test]
+    fn a_device_that_somebody_has_left_selected_is_found_all_the_same() {
+        let (bus, devices) = bus(&[(42, 0)]);
+        let switch = lss::LssRequest::SwitchGlobal(LssState::Configuration).frame();
+        bus.link().send(&switch).unwrap();
+        bus.advance(Duration::from_millis(1));
+        assert_eq!(devices[0].lock().unwrap().lss.state(), LssState::Configuration);
+        assert_eq!(work(&bus, Session::fastscan).unwrap(), Some(identity(42)));
+    }
+
+    #[test]
     fn a_scan_that_lost_an_answer_says_what_to_do() {
         let (bus, _) = bus(&[(42, 0)]);
         let mut answers = 0;
