@@ -96,6 +96,14 @@ pub enum Error {
         /// What it does not have.
         what: Capability,
     },
+    /// A setting is for an object that is no parameter of the drive; nothing was sent.
+    #[error("{address} is no parameter of the {drive}")]
+    NoParameter {
+        /// The kind of drive.
+        drive: &'static str,
+        /// The object.
+        address: Address,
+    },
     /// The drive would not do it; nothing has moved.
     #[error("the drive would refuse: {0}")]
     Refused(Refusal),

@@ -201,7 +201,7 @@ macro_rules! operations {
             ///
             /// # Errors
             ///
-            /// When the drive cannot be read.
+            /// [`Error::NoParameter`] before anything is sent; when the drive cannot be read.
             fn compare_parameters(desk, settings: &[Setting]) -> Vec<Difference> =
                 sequence::compare_parameters(desk, settings);
 
@@ -209,8 +209,9 @@ macro_rules! operations {
             ///
             /// # Errors
             ///
-            /// [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a travel is under way;
-            /// [`Error::Sdo`] with the first one that the drive refuses.
+            /// [`Error::NoParameter`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a
+            /// travel is under way; [`Error::Sdo`] with the first one that the drive refuses, whatever it is written
+            /// after.
             fn write_parameters(desk, settings: &[Setting]) -> () = sequence::write_parameters(desk, settings);
 
             /// Keeps all parameters for when there is no power (1010h).

@@ -456,6 +456,17 @@ fn a_set_of_parameters_is_written_in_whatever_order_the_drive_takes_it() {
 }
 
 #[test]
+fn a_setting_that_is_no_parameter_is_told_of_before_anything_is_sent() {
+    let mut bench = Bench::new();
+    let foreign = Setting { address: Address::new(0x2410, 0x07), value: 1 };
+    let good = Setting { address: od::POS_TYPE.address(), value: 1 };
+    let error = bench.drive.write_parameters(&[good, foreign]).unwrap_err();
+    assert_eq!(error.to_string(), "2410:07 is no parameter of the SIKO AG03/1");
+    assert!(matches!(bench.drive.compare_parameters(&[foreign]), Err(Error::NoParameter { .. })));
+    assert_eq!(bench.drive.read(od::POS_TYPE).unwrap(), od::PositioningType::DIRECT);
+}
+
+#[test]
 fn calibration_sets_the_position() {
     let mut bench = Bench::new();
     bench.drive.calibrate(2500).unwrap();

@@ -8,7 +8,7 @@ use super::refusal::require_rest;
 use crate::description::Number;
 use crate::desk::Desk;
 use crate::error::{Capability, Error};
-use crate::parameter::ParameterSet;
+use crate::parameter::{Parameter, ParameterSet};
 
 /// The value of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,16 +44,18 @@ pub async fn read_parameters(desk: &Desk) -> Result<Vec<Setting>, Error> {
     Ok(settings)
 }
 
-/// Which of the settings the drive does not have. Those that are no parameters of it are not compared.
+/// Which of the settings the drive does not have.
 ///
 /// # Errors
 ///
-/// As [`Desk::read`].
+/// [`Error::NoParameter`] before anything is sent; as [`Desk::read`].
 pub async fn compare_parameters(desk: &Desk, settings: &[Setting]) -> Result<Vec<Difference>, Error> {
+    for setting in settings {
+        object(desk, setting.address)?;
+    }
     let mut differences = Vec::new();
     for &Setting { address, value } in settings {
-        let Some(object) = object(desk, address) else { continue };
-        let found = desk.get(object).await?;
+        let found = desk.get(object(desk, address)?).await?;
         if found != value {
             differences.push(Difference { address, expected: value, found });
         }
@@ -65,12 +67,12 @@ pub async fn compare_parameters(desk: &Desk, settings: &[Setting]) -> Result<Vec
 ///
 /// # Errors
 ///
-/// [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a travel is under way; [`Error::Sdo`] with the
-/// first setting that the drive refuses. Others may have been written by then: a value that is out of place waits
+/// [`Error::NoParameter`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a travel is under
+/// way; [`Error::Sdo`] with the first setting that the drive refuses. Others may have been written by then: a value that is out of place waits
 /// for the rest, such as one limit for the other.
 pub async fn write_parameters(desk: &Desk, settings: &[Setting]) -> Result<(), Error> {
     for &Setting { address, value } in settings {
-        object(desk, address).map_or(Ok(()), |object| object.check(value))?;
+        object(desk, address)?.check(value)?;
     }
     require_rest(desk).await?;
     let mut left = compare_parameters(desk, settings).await?;
@@ -134,13 +136,11 @@ pub async fn restore(desk: &Desk, set: Option<ParameterSet>) -> Result<(), Error
 }
 
 async fn write(desk: &Desk, difference: Difference) -> Result<(), Error> {
-    match object(desk, difference.address) {
-        Some(object) => desk.set(object, difference.expected).await,
-        None => Ok(()),
-    }
+    desk.set(object(desk, difference.address)?, difference.expected).await
 }
 
-fn object(desk: &Desk, address: Address) -> Option<Number> {
-    let found = desk.description().parameters.iter().find(|parameter| parameter.address == address)?;
-    Some(found.object())
+fn object(desk: &Desk, address: Address) -> Result<Number, Error> {
+    let found = desk.description().parameters.iter().find(|parameter| parameter.address == address);
+    let drive = desk.description().name;
+    found.map(Parameter::object).ok_or(Error::NoParameter { drive, address })
 }
