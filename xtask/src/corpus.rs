@@ -28,6 +28,9 @@ pub(crate) fn run(root: &Path, folder: &Path) -> Result<(), String> {
         }
     }
     let (modules, members) = crates.finish()?;
+    if modules == 0 {
+        return Err(format!("all {} files were refused:\n{}", files.len(), refused.join("\n")));
+    }
     outside::cargo_in(root, &workspace, &["clippy", "--quiet", "--workspace", "--", "-D", "warnings"])?;
     refused.iter().for_each(|line| println!("refused: {line}"));
     println!(

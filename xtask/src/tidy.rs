@@ -1,6 +1,5 @@
 //! Habits that no compiler checks. Each is a function that returns what it found wrong.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -45,41 +44,49 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
 
 /// Dependencies between our packages go only where [`ARROWS`] allows.
 fn arrows(root: &Path) -> Result<Vec<String>, String> {
-    let allowed: BTreeMap<&str, &[&str]> = ARROWS.iter().copied().collect();
     let mut found = Vec::new();
     for manifest in manifests(root)? {
         let shown = manifest.strip_prefix(root).unwrap_or(&manifest).display().to_string();
-        let text = fs::read_to_string(&manifest).map_err(|error| format!("{shown}: {error}"))?;
-        let table: toml::Table = text.parse().map_err(|error| format!("{shown}: {error}"))?;
-        let Some(name) = table.get("package").and_then(|package| package.get("name")).and_then(toml::Value::as_str)
-        else {
-            continue;
-        };
-        let Some(allowed) = allowed.get(name) else {
-            found.push(format!("{shown}: package {name} has no arrows in xtask/src/tidy.rs"));
-            continue;
-        };
-        for section in ["dependencies", "build-dependencies"] {
-            let uses = table.get(section).and_then(toml::Value::as_table);
-            for used in uses.into_iter().flat_map(toml::Table::keys) {
-                if used.starts_with("lexican") && !allowed.contains(&used.as_str()) {
-                    found.push(format!("{shown}: {name} must not use {used}"));
-                }
-            }
-        }
+        found.extend(arrows_of(&shown, &read_toml(&manifest)?));
     }
     Ok(found)
 }
 
+fn arrows_of(shown: &str, manifest: &toml::Table) -> Vec<String> {
+    let name = manifest.get("package").and_then(|package| package.get("name")).and_then(toml::Value::as_str);
+    let name = name.unwrap_or_default();
+    let Some((_, allowed)) = ARROWS.iter().find(|(package, _)| *package == name) else {
+        return vec![format!("{shown}: package {name} has no arrows in xtask/src/tidy.rs")];
+    };
+    // Those of one system are below `target.<which>`. What tests use may point anywhere.
+    let targets = manifest.get("target").and_then(toml::Value::as_table);
+    let targets = targets.into_iter().flat_map(toml::Table::values).filter_map(toml::Value::as_table);
+    let tables = [manifest].into_iter().chain(targets);
+    let sections = tables.flat_map(|table| ["dependencies", "build-dependencies"].map(|section| table.get(section)));
+    let used = sections.flatten().filter_map(toml::Value::as_table).flat_map(toml::Table::keys);
+    let wrong = used.filter(|used| used.starts_with("lexican") && !allowed.contains(&used.as_str()));
+    wrong.map(|used| format!("{shown}: {name} must not use {used}")).collect()
+}
+
+/// The manifests of all members of the workspace.
 fn manifests(root: &Path) -> Result<Vec<PathBuf>, String> {
+    let workspace = read_toml(&root.join("Cargo.toml"))?;
+    let members = workspace.get("workspace").and_then(|workspace| workspace.get("members"));
+    let members = members.and_then(toml::Value::as_array).ok_or("Cargo.toml: the workspace has no members")?;
     let mut manifests = Vec::new();
-    for package in ["eds", "codegen", "runtime", "cli", "tests", "tests/verify", "xtask"] {
-        manifests.push(root.join(package).join("Cargo.toml"));
+    for member in members.iter().filter_map(toml::Value::as_str) {
+        match member.strip_suffix("/*") {
+            Some(folder) => manifests.extend(entries(&root.join(folder))?.iter().map(|path| path.join("Cargo.toml"))),
+            None => manifests.push(root.join(member).join("Cargo.toml")),
+        }
     }
-    for drive in entries(&root.join("drives"))?.iter().filter(|drive| drive.is_dir()) {
-        manifests.push(drive.join("Cargo.toml"));
-    }
+    manifests.retain(|manifest| manifest.exists());
     Ok(manifests)
+}
+
+fn read_toml(path: &Path) -> Result<toml::Table, String> {
+    let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    text.parse().map_err(|error| format!("{}: {error}", path.display()))
 }
 
 struct Source {
@@ -177,6 +184,49 @@ mod tests {
         assert_eq!(findings("drives/driver/tests/other_drives.rs", text), [""; 0]);
         assert_eq!(findings("drives/siko-ag03-1/src/lib.rs", text), [""; 0]);
         assert_eq!(findings("runtime/src/device.rs", "//! Room.\n// takes no damage\n"), [""; 0]);
+    }
+
+    #[test]
+    fn what_must_be_deterministic_has_no_hash_map() {
+        let text = "//! Room.\nuse std::collections::HashMap;\n";
+        assert_eq!(findings("eds/src/model.rs", text).len(), 1);
+        assert_eq!(findings("codegen/src/emit.rs", text).len(), 1);
+        assert_eq!(findings("cli/src/main.rs", text), [""; 0]);
+    }
+
+    #[test]
+    fn a_test_is_not_ignored() {
+        let text = concat!("//! Room.\n    #[", "ignore = \"later\"]\nfn test() {}\n");
+        assert_eq!(findings("cli/tests/scan.rs", text).len(), 1);
+    }
+
+    #[test]
+    fn a_file_has_800_lines_at_most() {
+        let lines = |count: usize| "//! Room.\n".to_owned() + &"//\n".repeat(count - 1);
+        assert_eq!(findings("cli/src/main.rs", &lines(800)), [""; 0]);
+        assert_eq!(findings("cli/src/main.rs", &lines(801)).len(), 1);
+    }
+
+    #[test]
+    fn dependencies_go_where_they_may() {
+        let found = |sections: &str| {
+            let manifest = format!("package.name = \"lexican-driver\"\n{sections}");
+            arrows_of("drives/driver/Cargo.toml", &manifest.parse().unwrap())
+        };
+        assert_eq!(found("[dependencies]\nlexican-runtime = \"1\"\nthiserror = \"2\"\n"), [""; 0]);
+        assert_eq!(found("[dev-dependencies]\nlexican-siko-ag03-1 = \"1\"\n"), [""; 0]);
+        let wrong = ["drives/driver/Cargo.toml: lexican-driver must not use lexican-eds"];
+        assert_eq!(found("[dependencies]\nlexican-eds = \"1\"\n"), wrong);
+        assert_eq!(found("[build-dependencies]\nlexican-eds = \"1\"\n"), wrong);
+        assert_eq!(found("[target.'cfg(unix)'.dependencies]\nlexican-eds = \"1\"\n"), wrong);
+        let unknown: toml::Table = "package.name = \"lexican-new\"\n".parse().unwrap();
+        assert_eq!(arrows_of("new/Cargo.toml", &unknown).len(), 1);
+    }
+
+    #[test]
+    fn every_package_with_arrows_is_there() {
+        let manifests = manifests(&crate::root()).unwrap();
+        assert_eq!(manifests.len(), ARROWS.len(), "{manifests:?}");
     }
 
     #[test]
