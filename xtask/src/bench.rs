@@ -127,6 +127,6 @@ fn failed(error: std::io::Error) -> String {
 }
 
 /// Where it is built: below the workspace's own, and so ignored by git and removed with it.
-pub(crate) fn folder(root: &Path) -> PathBuf {
+fn folder(root: &Path) -> PathBuf {
     target_folder(root).join("bench")
 }

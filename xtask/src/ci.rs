@@ -97,7 +97,8 @@ impl Job {
                     let runtime = ["clippy", "-p", "lexican-runtime", "--no-default-features", "--features", features];
                     cargo(root, &[&runtime[..], &["--", "-D", "warnings"]].concat(), &[])?;
                 }
-                let folder = crate::bench::folder(root).to_string_lossy().into_owned();
+                // In the workspace's folder: what both depend on is compiled once.
+                let folder = crate::target_folder(root).to_string_lossy().into_owned();
                 let benchmarks = ["clippy", "--manifest-path", "tests/bench/Cargo.toml", "--target-dir", &folder];
                 cargo(root, &[&benchmarks[..], &["--locked", "--", "-D", "warnings"]].concat(), &[])
             }
@@ -110,7 +111,8 @@ impl Job {
             Job::Corpus => crate::corpus::run(root, &root.join("eds/tests/golden")),
             Job::Interop => crate::interop::run(root, true),
             Job::Vcan => {
-                let tests = ["test", "-p", "lexican-tests", "--test", "link_socketcan"];
+                // With the features that the workspace's tests have been built with.
+                let tests = ["test", "--workspace", "--test", "link_socketcan"];
                 // Built here, where it is quick; in the guest it only runs.
                 cargo(root, &[&tests[..], &["--no-run"]].concat(), &[])?;
                 let required = ["env", "LEXICAN_REQUIRE_CAN=1", "cargo"];
@@ -140,15 +142,20 @@ fn targets(root: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs the command that the README gives for `purpose`: the line after `# <purpose>` in a `sh` block.
+/// Runs the command that the README gives for `purpose`.
 fn readme_command(root: &Path, purpose: &str) -> Result<(), String> {
     let readme = std::fs::read_to_string(root.join("README.md")).map_err(|error| format!("README.md: {error}"))?;
+    let words =
+        command_for(&readme, purpose).ok_or_else(|| format!("README.md: no cargo command below `# {purpose}`"))?;
+    cargo(root, &words, &[])
+}
+
+/// The arguments of cargo in the line after `# <purpose>`.
+fn command_for<'r>(readme: &'r str, purpose: &str) -> Option<Vec<&'r str>> {
     let marker = format!("# {purpose}");
     let mut lines = readme.lines().skip_while(|line| !line.starts_with(&marker));
-    let command = lines.nth(1).filter(|line| line.starts_with("cargo "));
-    let command = command.ok_or(format!("README.md has no line with a cargo command below `{marker}`"))?;
-    let words: Vec<&str> = command.split_ascii_whitespace().skip(1).collect();
-    cargo(root, &words, &[])
+    let command = lines.nth(1)?.strip_prefix("cargo ")?;
+    Some(command.split_ascii_whitespace().collect())
 }
 
 pub(crate) fn cargo(root: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
@@ -162,4 +169,19 @@ pub(crate) fn cargo(root: &Path, arguments: &[&str], environment: &[(&str, &str)
         .status()
         .map_err(|error| format!("{line}: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_readme_has_a_command_for_both_of_its_jobs() {
+        let readme = "# Title\n```sh\n# tests: all\ncargo test --workspace\n\n# other\nls\n```\n";
+        assert_eq!(command_for(readme, "tests"), Some(vec!["test", "--workspace"]));
+        assert_eq!(command_for(readme, "other"), None);
+        assert_eq!(command_for(readme, "main job"), None);
+        let readme = include_str!("../../README.md");
+        assert!(command_for(readme, "main job").is_some() && command_for(readme, "tests").is_some());
+    }
 }
