@@ -69,8 +69,9 @@ impl Description {
 
     fn tests(&self) -> impl Iterator<Item = Test> {
         let conditions = self.conditions.iter().map(|row| row.when);
-        let status = [self.status.positioning, self.status.moving, self.velocity.map(|velocity| velocity.reached)];
-        conditions.chain(status.into_iter().flatten())
+        let status = [self.status.positioning, self.status.moving];
+        let modes = [self.velocity.map(|velocity| velocity.reached), self.inching.and_then(|inching| inching.busy)];
+        conditions.chain(status.into_iter().chain(modes).flatten())
     }
 
     fn codes(&self) -> impl Iterator<Item = u16> {
@@ -87,11 +88,12 @@ impl Pdo {
 
 #[cfg(test)]
 mod tests {
+    use lexican_runtime::Duration;
     use lexican_runtime::object::DataType;
     use lexican_runtime::profile::cia402::{self, Modes, Transitions};
 
     use super::*;
-    use crate::description::{Condition, ControlBits, Orders, Outputs, Signal};
+    use crate::description::{Condition, ControlBits, Inching, Orders, Outputs, Signal};
     use crate::error::Missing;
     use crate::fault::{Code, Codes};
 
@@ -131,6 +133,15 @@ mod tests {
         objects.actual_position = Number::new(0x6064, 0x00, DataType::Unsigned32);
         check(Description { objects, ..base }, &["6064:00 is no position of 32 bits with a sign"]);
         check(Description { conditions: NOWHERE, ..base }, &["bits 400h of a status register that is not there"]);
+        let inching = Inching {
+            step: 1 << 13,
+            positive: 1 << 14,
+            negative: 1 << 15,
+            width: Number::new(0x2415, 0x00, DataType::Integer32),
+            busy: Some(Test::of_system(1 << 11)),
+            begins: Duration::from_millis(50),
+        };
+        check(Description { inching: Some(inching), ..base }, &["bits 800h of a status register that is not there"]);
         check(
             Description { control: ControlBits { stop: 1 << 3, ..base.control }, ..base },
             &["0008h has bits of commands"],
