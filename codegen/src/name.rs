@@ -12,9 +12,15 @@ pub(crate) enum Case {
     Pascal,
 }
 
+/// So many letters of a name become an identifier: rustdoc writes a file named after it, and 255 is the most that file
+/// systems allow.
+const MAX_LENGTH: usize = 200;
+
 /// The identifier for a name; empty when the name has no letter and no digit.
 pub(crate) fn identifier(name: &str, case: Case) -> String {
-    let joined = join(&words(name), case);
+    let mut joined = join(&words(name), case);
+    joined.truncate(MAX_LENGTH);
+    joined.truncate(joined.trim_end_matches('_').len());
     if joined.starts_with(|c: char| c.is_ascii_digit()) {
         format!("_{joined}")
     } else if joined.is_empty() || syn::parse_str::<syn::Ident>(&joined).is_ok() && joined != "gen" {
@@ -34,7 +40,9 @@ pub(crate) fn with_suffix(identifier: &str, suffix: &str, case: Case) -> String 
         Case::Snake => format!("{identifier}_{suffix}"),
         // A digit in front of a digit needs the separator: `Mode2_6040` is not `Mode26040`.
         Case::Pascal => {
-            let separator = if identifier.ends_with(|c: char| c.is_ascii_digit()) { "_" } else { "" };
+            let digits_meet =
+                identifier.ends_with(|c: char| c.is_ascii_digit()) && suffix.starts_with(|c: char| c.is_ascii_digit());
+            let separator = if digits_meet { "_" } else { "" };
             format!("{identifier}{separator}{}", join(&words(suffix), case))
         }
     }
@@ -127,7 +135,16 @@ mod tests {
     fn a_suffix_stands_where_a_keyword_had_its_underscore() {
         assert_eq!(with_suffix(&identifier("self", Case::Snake), "3000_02", Case::Snake), "self_3000_02");
         assert_eq!(with_suffix(&identifier("self", Case::Pascal), "3000", Case::Pascal), "Self3000");
+        assert_eq!(with_suffix(&identifier("mode 2", Case::Pascal), "6040", Case::Pascal), "Mode2_6040");
+        assert_eq!(with_suffix(&identifier("mode 2", Case::Pascal), "values", Case::Pascal), "Mode2Values");
         assert_eq!(with_suffix(&identifier("2nd", Case::Shouty), "3000", Case::Shouty), "_2ND_3000");
+    }
+
+    #[test]
+    fn no_identifier_is_too_long_for_a_file_name() {
+        let letters = "x".repeat(MAX_LENGTH);
+        check(&format!("{letters}yz"), &letters.to_uppercase(), &letters, &format!("X{}", &letters[1..]));
+        assert_eq!(identifier(&"abc ".repeat(99), Case::Snake).len(), MAX_LENGTH - 1);
     }
 
     #[test]

@@ -84,12 +84,25 @@ pub(super) fn paragraph(text: Option<&str>) -> Vec<String> {
     if escaped.is_empty() { Vec::new() } else { vec![String::new(), escaped] }
 }
 
+/// Words with single blanks between them, and nothing that a reader of the code does not see.
+pub(super) fn one_line(text: &str) -> String {
+    let words: Vec<&str> = text
+        .split(|c: char| c.is_whitespace() || c.is_control() || turns_text(c))
+        .filter(|word| !word.is_empty())
+        .collect();
+    words.join(" ")
+}
+
+/// Whether a character changes the direction of the text after it: rustc refuses it in comments, because code would
+/// look other than it is (`text_direction_codepoint_in_comment`).
+fn turns_text(c: char) -> bool {
+    matches!(c, '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
+}
+
 /// Text that means itself in Markdown, on one line.
 pub(super) fn escape(text: &str) -> String {
-    let words: Vec<&str> =
-        text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|word| !word.is_empty()).collect();
     let mut escaped = String::new();
-    for (at, c) in words.join(" ").char_indices() {
+    for (at, c) in one_line(text).char_indices() {
         let is_markup = matches!(c, '\\' | '`' | '*' | '_' | '[' | ']' | '<' | '>' | '#' | '|' | '~' | '$' | '&');
         // At the start of a line these make lists, quotes and headings; `1.` does as well.
         let starts_block = at == 0 && matches!(c, '-' | '+' | '=' | '/' | ':' | '!');
@@ -248,5 +261,6 @@ mod tests {
         check("1. item 2.5", "1\\. item 2.5");
         check("see https://a.b", "see https\\://a.b");
         check("/// x", "\\/// x");
+        check("a\u{202E}b \u{2066}c\u{2069}", "a b c");
     }
 }

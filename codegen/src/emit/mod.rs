@@ -51,9 +51,8 @@ pub(crate) fn emit(plan: &Plan<'_>, options: &Options) -> String {
 
 /// What the data sheet calls itself: the output must not depend on where it lies.
 fn origin(plan: &Plan<'_>) -> String {
-    let name = plan.device.file.name.as_deref().unwrap_or_default();
-    let name: String = name.chars().filter(|c| !c.is_control()).collect();
-    if name.trim().is_empty() { "a data sheet".into() } else { format!("`{}`", name.trim()) }
+    let name = docs::one_line(plan.device.file.name.as_deref().unwrap_or_default());
+    if name.is_empty() { "a data sheet".into() } else { format!("`{name}`") }
 }
 
 impl Context<'_> {

@@ -40,7 +40,8 @@ enum Sort {
 type Key<'a> = (Sort, &'a str, DataType);
 
 /// Names that a newtype's own members must leave free.
-const RESERVED: &[&str] = &["BITS", "NAMES", "UNITS", "as_ref", "deref", "hash", "index", "len", "name", "neg", "not"];
+const RESERVED: &[&str] =
+    &["BITS", "NAMES", "UNITS", "as_ref", "deref", "hash", "index", "len", "name", "neg", "new", "not"];
 
 /// The types that entries use, and which entry uses which.
 pub(crate) fn collect<'a>(device: &'a Device, findings: &mut Diagnostics) -> (Vec<Newtype<'a>>, Types) {
