@@ -1,12 +1,12 @@
 //! PDOs as structs.
 
 use lexican_eds::model::{Direction, Pdo, Value};
-use lexican_eds::types::Class;
+use lexican_eds::types::{Class, DataType};
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::{Context, docs, literal};
-use crate::plan::{Field, PdoItem};
+use crate::plan::{Field, PdoItem, fits_every_node};
 
 pub(super) fn pdo(context: &Context<'_>, item: &PdoItem<'_>) -> TokenStream {
     let (object, pdo) = (&context.object, item.pdo);
@@ -152,7 +152,10 @@ enum CobId {
 /// data sheet says nothing.
 fn default_cob_id(pdo: &Pdo) -> Option<CobId> {
     match (&pdo.cob_id, pdo.number) {
-        (Some(Value::NodeIdPlus(base)), _) => u32::try_from(*base).ok().map(CobId::NodeIdPlus),
+        (&Some(Value::NodeIdPlus(base)), _) => {
+            let fits = fits_every_node(base, DataType::Unsigned32);
+            fits.then(|| u32::try_from(base).ok().map(CobId::NodeIdPlus))?
+        }
         (Some(Value::Integer(value)), _) => u32::try_from(*value).ok().map(CobId::Fixed),
         (None, 1..=4) => {
             let first = if pdo.direction == Direction::Receive { 0x200 } else { 0x180 };

@@ -14,7 +14,7 @@ use lexican_eds::{Diagnostic, Diagnostics, Severity};
 pub(crate) use newtype::{Newtype, NewtypeKind, companion};
 pub(crate) use object::{Access, Default, Handle, Item, Mapping, Shape};
 pub(crate) use pdo::{Field, PdoItem};
-pub(crate) use value::{Number, fitting, raw};
+pub(crate) use value::{Number, fits_every_node, fitting, raw};
 
 use crate::scope::{self, Claim};
 

@@ -4,7 +4,7 @@ use lexican_eds::Diagnostics;
 use lexican_eds::model::{AccessType, Device, Entry, Object, ObjectKind, Value};
 use lexican_eds::types::{Class, DataType};
 
-use super::{Number, Type, Types, address_suffix, fitting, has_values, type_of, warning};
+use super::{Number, Type, Types, address_suffix, fits_every_node, fitting, has_values, type_of, warning};
 use crate::name::Case;
 use crate::scope::{self, Claim};
 
@@ -161,7 +161,9 @@ fn rights(entry: &Entry) -> (Access, Mapping) {
 fn initial(entry: &Entry, value: Option<&Value>, what: &str, findings: &mut Diagnostics) -> Option<Default> {
     let value = value.filter(|_| has_values(entry.data_type))?;
     match (value, entry.data_type.class()) {
-        (&Value::NodeIdPlus(base), Class::Signed | Class::Unsigned) => Some(Default::NodeIdPlus(base)),
+        (&Value::NodeIdPlus(base), Class::Signed | Class::Unsigned) if fits_every_node(base, entry.data_type) => {
+            Some(Default::NodeIdPlus(base))
+        }
         (value, _) => number(entry, value, what, findings).map(Default::Number),
     }
 }
@@ -189,7 +191,9 @@ fn number(entry: &Entry, value: &Value, what: &str, findings: &mut Diagnostics) 
     let number = fitting(value, entry.data_type);
     if number.is_none() {
         let why = match value {
-            Value::NodeIdPlus(_) => "depends on the node-ID, which no handle knows".to_owned(),
+            &Value::NodeIdPlus(base) if fits_every_node(base, entry.data_type) => {
+                "depends on the node-ID, which no handle knows".to_owned()
+            }
             _ => format!("is not a value of {}", entry.data_type),
         };
         let message = format!("the {what} of {:04X}:{:02X} {why}", entry.index, entry.sub);

@@ -22,6 +22,12 @@ pub(crate) fn fitting(value: &Value, data_type: DataType) -> Option<Number> {
     }
 }
 
+/// Whether a number that the node-ID is added to is one of `data_type` for every node.
+pub(crate) fn fits_every_node(base: i64, data_type: DataType) -> bool {
+    let base = i128::from(base);
+    data_type.range().is_some_and(|(low, high)| low <= base + 1 && base + 127 <= high)
+}
+
 /// What a REAL32 rounds to infinity is none of its values.
 fn real(number: f64, data_type: DataType) -> Option<Number> {
     let held = if data_type == DataType::Real32 { f64::from(number as f32) } else { number };

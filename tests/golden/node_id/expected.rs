@@ -197,6 +197,75 @@ impl IdentityObjectRecord {
     }
 }
 
+/// TPDO 1 communication
+///
+/// Address 0x1800 · RECORD
+#[doc(alias("0x1800", "1800"))]
+pub const TPDO_1_COMMUNICATION: Tpdo1CommunicationRecord = Tpdo1CommunicationRecord;
+
+/// The members of [`TPDO_1_COMMUNICATION`].
+pub struct Tpdo1CommunicationRecord;
+
+impl Tpdo1CommunicationRecord {
+    /// Highest sub-index
+    ///
+    /// Address 0x1800:00 · UNSIGNED8 · const · default 2
+    #[doc(alias("0x1800:00", "1800"))]
+    pub const fn highest_sub_index(
+        &self,
+    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
+        ::lexican_runtime::object::Object::new(0x1800, 0x00).with_default(2)
+    }
+    /// COB-ID beyond 32 bits
+    ///
+    /// Address 0x1800:01 · UNSIGNED32 · rw
+    #[doc(alias("0x1800:01", "1800"))]
+    pub const fn cob_id_beyond_32_bits(
+        &self,
+    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1800, 0x01)
+    }
+    /// Transmission type
+    ///
+    /// Address 0x1800:02 · UNSIGNED8 · rw · default 255
+    #[doc(alias("0x1800:02", "1800"))]
+    pub const fn transmission_type(
+        &self,
+    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1800, 0x02).with_default(255)
+    }
+}
+
+/// TPDO 1 mapping
+///
+/// Address 0x1A00 · RECORD
+#[doc(alias("0x1A00", "1A00"))]
+pub const TPDO_1_MAPPING: Tpdo1MappingRecord = Tpdo1MappingRecord;
+
+/// The members of [`TPDO_1_MAPPING`].
+pub struct Tpdo1MappingRecord;
+
+impl Tpdo1MappingRecord {
+    /// Highest sub-index
+    ///
+    /// Address 0x1A00:00 · UNSIGNED8 · const · default 1
+    #[doc(alias("0x1A00:00", "1A00"))]
+    pub const fn highest_sub_index(
+        &self,
+    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
+        ::lexican_runtime::object::Object::new(0x1A00, 0x00).with_default(1)
+    }
+    /// Mapped
+    ///
+    /// Address 0x1A00:01 · UNSIGNED32 · const · default 0x10010008
+    #[doc(alias("0x1A00:01", "1A00"))]
+    pub const fn mapped(
+        &self,
+    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Const> {
+        ::lexican_runtime::object::Object::new(0x1A00, 0x01).with_default(0x10010008)
+    }
+}
+
 /// node-ID
 ///
 /// Address 0x2000:00 · UNSIGNED8 · ro · default node-ID
@@ -205,6 +274,71 @@ pub const NODE_ID: ::lexican_runtime::object::Object<
     u8,
     ::lexican_runtime::object::Ro,
 > = ::lexican_runtime::object::Object::new(0x2000, 0x00).with_default_node_id_plus(0x0);
+
+/// beyond its type
+///
+/// Address 0x2001:00 · UNSIGNED8 · ro
+#[doc(alias("0x2001:00", "2001"))]
+pub const BEYOND_ITS_TYPE: ::lexican_runtime::object::Object<
+    u8,
+    ::lexican_runtime::object::Ro,
+> = ::lexican_runtime::object::Object::new(0x2001, 0x00);
+
+/// Transmit PDO 1, as mapped by default in 1A00.
+///
+/// transmission type 255 · 1 byte
+///
+/// Directions are the device's: it transmits this PDO.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tpdo1 {
+    /// Error register
+    ///
+    /// Address 0x1001:00 · 8 bits, from bit 0
+    pub error_register: ErrorRegister,
+}
+
+impl Tpdo1 {
+    /// What is mapped, in order.
+    pub const MAPPING: &'static [::lexican_runtime::object::Mapped] = &[
+        ::lexican_runtime::object::Mapped::new(0x1001, 0x00, 8),
+    ];
+    /// The default of the transmission type.
+    pub const TRANSMISSION_TYPE: u8 = 255;
+    /// The data of a frame.
+    pub fn pack(self) -> [u8; 1] {
+        ::lexican_runtime::object::pack(self)
+    }
+    /// The values of a frame's data; bytes beyond the mapped ones are ignored.
+    ///
+    /// # Errors
+    ///
+    /// When there are fewer bytes than mapped.
+    pub fn unpack(
+        data: &[u8],
+    ) -> ::core::result::Result<Self, ::lexican_runtime::object::MappedLengthMismatch> {
+        ::lexican_runtime::object::Pdo::from_data(data)
+    }
+}
+
+impl ::lexican_runtime::object::Pdo for Tpdo1 {
+    const DIRECTION: ::lexican_runtime::object::Direction = ::lexican_runtime::object::Direction::Transmit;
+    const NUMBER: u16 = 1;
+    const MAPPING: &'static [::lexican_runtime::object::Mapped] = Tpdo1::MAPPING;
+    fn to_raw(self) -> u64 {
+        ::lexican_runtime::object::place(
+            ::lexican_runtime::object::Value::to_raw(self.error_register),
+            0,
+            8,
+        )
+    }
+    fn from_raw(raw: u64) -> Self {
+        Self {
+            error_register: ::lexican_runtime::object::Value::from_raw(
+                ::lexican_runtime::object::take(raw, 0, 8),
+            ),
+        }
+    }
+}
 
 /// All entries with their defaults, as the device serves them.
 pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::Table {
@@ -274,30 +408,78 @@ pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::
             )
             .at(22, 4),
         ::lexican_runtime::object::Entry::new(
+                0x1800,
+                0x00,
+                ::lexican_runtime::object::DataType::Unsigned8,
+                ::lexican_runtime::object::Access::Const,
+                ::lexican_runtime::object::PdoMapping::None,
+            )
+            .at(26, 1),
+        ::lexican_runtime::object::Entry::new(
+                0x1800,
+                0x01,
+                ::lexican_runtime::object::DataType::Unsigned32,
+                ::lexican_runtime::object::Access::Rw,
+                ::lexican_runtime::object::PdoMapping::None,
+            )
+            .at(27, 4),
+        ::lexican_runtime::object::Entry::new(
+                0x1800,
+                0x02,
+                ::lexican_runtime::object::DataType::Unsigned8,
+                ::lexican_runtime::object::Access::Rw,
+                ::lexican_runtime::object::PdoMapping::None,
+            )
+            .at(31, 1),
+        ::lexican_runtime::object::Entry::new(
+                0x1A00,
+                0x00,
+                ::lexican_runtime::object::DataType::Unsigned8,
+                ::lexican_runtime::object::Access::Const,
+                ::lexican_runtime::object::PdoMapping::None,
+            )
+            .at(32, 1),
+        ::lexican_runtime::object::Entry::new(
+                0x1A00,
+                0x01,
+                ::lexican_runtime::object::DataType::Unsigned32,
+                ::lexican_runtime::object::Access::Const,
+                ::lexican_runtime::object::PdoMapping::None,
+            )
+            .at(33, 4),
+        ::lexican_runtime::object::Entry::new(
                 0x2000,
                 0x00,
                 ::lexican_runtime::object::DataType::Unsigned8,
                 ::lexican_runtime::object::Access::Ro,
                 ::lexican_runtime::object::PdoMapping::None,
             )
-            .at(26, 1),
+            .at(37, 1),
+        ::lexican_runtime::object::Entry::new(
+                0x2001,
+                0x00,
+                ::lexican_runtime::object::DataType::Unsigned8,
+                ::lexican_runtime::object::Access::Ro,
+                ::lexican_runtime::object::PdoMapping::None,
+            )
+            .at(38, 1),
     ],
     limits: &[],
-    image: b"\0\0\0\0\0\x80\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\0",
+    image: b"\0\0\0\0\0\x80\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x02\0\0\0\0\xFF\x01\x08\0\x01\x10\0\0",
     node_relative: &[
         ::lexican_runtime::object::NodeRelative {
             offset: 5,
             size: 4,
         },
         ::lexican_runtime::object::NodeRelative {
-            offset: 26,
+            offset: 37,
             size: 1,
         },
     ],
 };
 
 /// The dictionary of a device: all values.
-pub type Storage = ::lexican_runtime::object::Dictionary<27>;
+pub type Storage = ::lexican_runtime::object::Dictionary<39>;
 
 /// A dictionary with the defaults of the data sheet for this node-ID.
 pub fn storage(node: ::lexican_runtime::NodeId) -> Storage {
