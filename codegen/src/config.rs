@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use lexican_eds::{Diagnostics, Input, Severity, Source, library};
+use lexican_eds::{Diagnostics, Input, Severity, Source, check, library};
 
-use crate::compile::{Options, compile};
+use crate::compile::{FINDINGS, Options, compile};
 use crate::error::Error;
 use crate::name::{self, Case};
 
@@ -20,8 +20,8 @@ const MAX_WARNINGS: usize = 20;
 #[must_use = "nothing happens before `generate`"]
 pub struct Config {
     sheets: Vec<Sheet>,
-    /// An overlay that came before any data sheet.
-    stray: Option<PathBuf>,
+    /// What came before the data sheet that it belongs to.
+    stray: Option<Stray>,
     rules: Vec<Rule>,
     out_dir: Option<PathBuf>,
     options: Options,
@@ -32,6 +32,12 @@ struct Sheet {
     origin: Origin,
     overlays: Vec<PathBuf>,
     module: Option<String>,
+}
+
+#[derive(Clone, Debug)]
+enum Stray {
+    Overlay(PathBuf),
+    Module(String),
 }
 
 #[derive(Clone, Debug)]
@@ -66,15 +72,16 @@ impl Config {
     pub fn overlay(mut self, path: impl AsRef<Path>) -> Self {
         match self.sheets.last_mut() {
             Some(sheet) => sheet.overlays.push(path.as_ref().to_owned()),
-            None => self.stray = Some(path.as_ref().to_owned()),
+            None => self.stray = Some(Stray::Overlay(path.as_ref().to_owned())),
         }
         self
     }
 
     /// Names the file of the data sheet that was added last, without `.rs`.
     pub fn module(mut self, name: &str) -> Self {
-        if let Some(sheet) = self.sheets.last_mut() {
-            sheet.module = Some(name.to_owned());
+        match self.sheets.last_mut() {
+            Some(sheet) => sheet.module = Some(name.to_owned()),
+            None => self.stray = Some(Stray::Module(name.to_owned())),
         }
         self
     }
@@ -125,14 +132,19 @@ impl Config {
     ///
     /// See [`Error`]. Nothing is written then, not even for data sheets without errors.
     pub fn generate(self) -> Result<(), Error> {
-        if let Some(path) = self.stray {
-            return Err(Error::OverlayFirst(path));
+        match self.stray {
+            Some(Stray::Overlay(path)) => return Err(Error::OverlayFirst(path)),
+            Some(Stray::Module(name)) => return Err(Error::ModuleFirst(name)),
+            None => {}
         }
         if self.sheets.is_empty() {
             return Err(Error::NoDataSheet);
         }
         if syn::parse_str::<syn::Path>(&self.options.runtime_path).is_err() {
             return Err(Error::RuntimePath(self.options.runtime_path));
+        }
+        if let Some(Rule { code, .. }) = self.rules.iter().find(|rule| !codes().any(|code| code == rule.code)) {
+            return Err(Error::UnknownCode { code: code.clone(), near: near(code, codes()) });
         }
         let out_dir = self.out_dir.or_else(|| env::var_os("OUT_DIR").map(PathBuf::from)).ok_or(Error::NoOutDir)?;
         // Without any such line Cargo would watch every file of the package.
@@ -173,7 +185,12 @@ impl Sheet {
             }
             Origin::Library(name) => match library::find(name) {
                 Some(shipped) => (shipped.id.to_owned(), shipped.input()),
-                None => return Err(Error::UnknownDevice { name: name.clone(), near: near(name) }),
+                None => {
+                    return Err(Error::UnknownDevice {
+                        name: name.clone(),
+                        near: near(name, library::all().iter().map(|shipped| shipped.id)),
+                    });
+                }
             },
         };
         for path in &self.overlays {
@@ -252,13 +269,18 @@ fn write(path: &Path, code: &str) -> Result<(), Error> {
     })
 }
 
-/// Devices of the library with names like this one, the nearest first.
-fn near(name: &str) -> Vec<&'static str> {
+/// The codes of all findings that there can be.
+fn codes() -> impl Iterator<Item = &'static str> {
+    check::rules().iter().map(|rule| rule.code).chain(FINDINGS.iter().map(|finding| finding.code))
+}
+
+/// Names that look like this one, the nearest first.
+fn near(name: &str, all: impl Iterator<Item = &'static str>) -> Vec<&'static str> {
     let wanted = name.to_lowercase();
-    let distances = library::all().iter().map(|shipped| (distance(&wanted, shipped.id), shipped.id));
-    let mut near: Vec<_> = distances.filter(|&(distance, id)| distance <= 3.max(id.len() / 3)).collect();
+    let distances = all.map(|known| (distance(&wanted, known), known));
+    let mut near: Vec<_> = distances.filter(|&(distance, known)| distance <= 3.max(known.len() / 3)).collect();
     near.sort_unstable();
-    near.into_iter().map(|(_, id)| id).take(3).collect()
+    near.into_iter().map(|(_, known)| known).take(3).collect()
 }
 
 /// How many letters must be added, removed or replaced to come from one text to the other (Levenshtein).

@@ -16,6 +16,17 @@ pub enum Error {
     /// An overlay was given before any data sheet that it could correct.
     #[error("the overlay {} comes before the data sheet that it corrects", .0.display())]
     OverlayFirst(PathBuf),
+    /// A name was given before any data sheet that it could name the file of.
+    #[error("the name `{0}` comes before the data sheet whose file it names")]
+    ModuleFirst(String),
+    /// No finding has a code that was denied or allowed.
+    #[error("there is no finding `{code}`{}", did_you_mean(.near))]
+    UnknownCode {
+        /// The code.
+        code: String,
+        /// Codes that look like it.
+        near: Vec<&'static str>,
+    },
     /// A file cannot be read.
     #[error("cannot read {}: {reason}", path.display())]
     Read {
@@ -55,7 +66,7 @@ pub enum Error {
     #[error("`{0}` is not the path of a crate or module, such as `::lexican_runtime`")]
     RuntimePath(String),
     /// Two data sheets would be written to one file.
-    #[error("two data sheets would be written to `{0}.rs`: give one of them another file name")]
+    #[error("two data sheets would be written to `{0}.rs`: name one of them with `.module(\"…\")`")]
     SameName(String),
     /// The data sheet or its overlay has errors, or no object at all.
     #[error("{summary}")]

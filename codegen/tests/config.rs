@@ -127,7 +127,7 @@ fn nothing_is_written_when_one_of_several_is_refused() {
     let good = write(&out, "good.eds", SHEET);
     let bad = write(&out, "bad.eds", "");
     check_refused(&out, Config::new().eds(&good).eds(bad), &["bad.eds"]);
-    check_refused(&out, Config::new().eds(&good).eds(write(&out, "GOOD.dcf", SHEET)), &["`good.rs`"]);
+    check_refused(&out, Config::new().eds(&good).eds(write(&out, "GOOD.dcf", SHEET)), &["`good.rs`", ".module("]);
 }
 
 #[test]
@@ -136,6 +136,10 @@ fn a_wrong_configuration_says_what_to_call() {
     let sheet = write(&out, "drive.eds", SHEET);
     check_refused(&out, Config::new(), &[".eds("]);
     check_refused(&out, Config::new().overlay("x.toml").eds(&sheet), &["x.toml", "before the data sheet"]);
+    check_refused(&out, Config::new().module("valve").eds(&sheet), &["`valve`", "before the data sheet"]);
+    let mistyped = Config::new().eds(&sheet).deny("cia301::mising-object");
+    check_refused(&out, mistyped, &["no finding `cia301::mising-object`", "did you mean `cia301::missing-object`"]);
+    check_refused(&out, Config::new().eds(&sheet).allow("no such thing"), &["no finding `no such thing`"]);
     check_refused(&out, Config::new().eds(&sheet).runtime_path("not a path"), &["`not a path`"]);
     check_refused(&out, Config::new().eds(&sheet).overlay(out.join("no.toml")), &["cannot read", "no.toml"]);
 }
