@@ -4,8 +4,9 @@ use std::future::Future;
 use std::pin::{Pin, pin};
 use std::task::Poll;
 
-use lexican_driver::description::Outputs;
+use lexican_driver::description::{Calibration, Inching, Number, Outputs, Test};
 use lexican_driver::{Description, Desk, Direction, Error, Mode, Session, sequence};
+use lexican_runtime::object::DataType;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use proptest::prelude::*;
 
@@ -13,6 +14,19 @@ const NODE: NodeId = NodeId::literal(5);
 
 static BY_PDO: Description = Description::CIA_402;
 static BY_SDO: Description = Description { outputs: Outputs::BY_SDO, inputs: &[], ..Description::CIA_402 };
+
+static INCHING: Description = Description {
+    inching: Some(Inching {
+        step: 1 << 13,
+        positive: 1 << 14,
+        negative: 1 << 15,
+        width: Number::new(0x2415, 0x00, DataType::Integer32),
+        busy: Some(Test::of_status(1 << 8).clear()),
+        begins: Duration::from_millis(50),
+    }),
+    calibration: Some(Calibration::Write(Number::new(0x607C, 0x00, DataType::Integer32))),
+    ..Description::CIA_402
+};
 
 /// Everything that a drive of CiA 402 can be told, each on its own: an error ends only what it belongs to.
 async fn everything(desk: &Desk) {
@@ -25,6 +39,9 @@ async fn everything(desk: &Desk) {
     let _ = sequence::resume(desk).await;
     let _ = sequence::finish(desk, within, &mut |_| {}).await;
     let _ = sequence::inch(desk, Direction::Positive).await;
+    let _ = sequence::stop_inching(desk).await;
+    let _ = sequence::step(desk, within).await;
+    let _ = sequence::calibrate(desk, 0).await;
     let _ = sequence::set_mode(desk, Mode::Velocity).await;
     let _ = sequence::run_at(desk, 100, within).await;
     let _ = sequence::stop(desk).await;
@@ -99,6 +116,57 @@ proptest! {
     ) {
         prop_assert!(ends(&BY_PDO, &frames));
         prop_assert!(ends(&BY_SDO, &frames));
+    }
+}
+
+/// Runs a sequence on a node that answers everything, by these values in turn: reads with them, writes with an abort for
+/// every seventh one; whether it ends.
+fn ends_on_answers(description: &'static Description, values: &[u32]) -> bool {
+    let mut session = Session::new(NODE, description);
+    let desk = session.desk();
+    let mut now = Instant::ZERO;
+    let mut sequence = pin!(everything(&desk));
+    let mut values = values.iter().cycle();
+    for _ in 0..500_000 {
+        if session.poll(now, sequence.as_mut()).is_ready() {
+            return true;
+        }
+        let mut answered = false;
+        while let Some(request) = session.poll_transmit(now) {
+            let (0x605, &[command, low, high, sub, ..]) = (request.id().raw(), request.data()) else { continue };
+            let value = values.next().copied().unwrap_or(0);
+            let (command, value) = match command {
+                0x40 => (0x42, value),
+                0x80 => continue,
+                _ if value % 7 == 0 => (0x80, 0x0800_0022),
+                _ => (0x60, 0),
+            };
+            let [a, b, c, d] = value.to_le_bytes();
+            now += Duration::from_micros(500);
+            let answer = Frame::from_array(CobId::of_node(0x580, NODE), [command, low, high, sub, a, b, c, d]);
+            session.handle_frame(now, &answer);
+            answered = true;
+        }
+        if !answered {
+            now = session.poll_timeout().unwrap_or(now).max(now);
+            session.handle_timeout(now);
+        }
+    }
+    false
+}
+
+/// Small numbers, extreme ones, and status words, those of a drive that is enabled most of all.
+fn value() -> impl Strategy<Value = u32> {
+    let status = any::<u32>().prop_map(|word| word & !0x6F | 0x27);
+    prop_oneof![4 => status, 2 => 0_u32..4, 1 => Just(i32::MIN as u32), 1 => Just(i32::MAX as u32), 1 => any::<u32>()]
+}
+
+proptest! {
+    #[test]
+    fn no_answers_make_a_sequence_panic_or_wait_without_end(values in proptest::collection::vec(value(), 1..40)) {
+        prop_assert!(ends_on_answers(&BY_PDO, &values));
+        prop_assert!(ends_on_answers(&BY_SDO, &values));
+        prop_assert!(ends_on_answers(&INCHING, &values));
     }
 }
 
