@@ -10,6 +10,7 @@ use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::vec::Vec;
 
+use super::clock::pause;
 use super::{BusState, Incoming, Link, LinkError};
 use crate::{CobId, Duration, Frame, Instant};
 
@@ -190,14 +191,26 @@ impl VirtualBus {
 
     /// Lets time pass until `until`, with all that happens on the way.
     pub fn advance_to(&self, until: Instant) {
-        let mut state = self.lock();
-        while state.step(until) {}
+        while self.step(until) {}
     }
 
     /// Lets `span` pass, with all that happens on the way.
     pub fn advance(&self, span: Duration) {
         let until = self.now() + span;
         self.advance_to(until);
+    }
+
+    /// One event, not later than `until`, or in real time a part of the wait for it; `false` when none is left.
+    fn step(&self, until: Instant) -> bool {
+        let mut state = self.lock();
+        let lead = state.lead(until);
+        if lead.is_zero() {
+            return state.step(until);
+        }
+        // Meanwhile the bus is everybody's.
+        drop(state);
+        pause(lead.min(TURN));
+        true
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -236,7 +249,7 @@ impl Link for VirtualLink {
             if let Some(incoming) = lock(&self.mailbox).incoming.pop_front() {
                 return Ok(Some(incoming));
             }
-            if !self.bus.lock().step(until) {
+            if !self.bus.step(until) {
                 return Ok(lock(&self.mailbox).incoming.pop_front());
             }
         }
@@ -280,6 +293,9 @@ impl Node for Mailbox {
         None
     }
 }
+
+/// How long whoever waits in real time may miss what others send meanwhile.
+const TURN: Duration = Duration::from_millis(1);
 
 /// How many events may happen without time passing: a bug in a node would make that endless.
 const MOST_AT_ONCE: u32 = 1_000_000;
@@ -375,16 +391,25 @@ impl State {
         deadlines.chain(arrivals).min().map(|next| next.max(self.now))
     }
 
-    #[expect(clippy::disallowed_methods, reason = "real time is what was asked for")]
     fn pass_to(&mut self, next: Instant) {
         if next > self.now {
             self.standstill = 0;
             self.now = next;
         }
-        if let Some(pacer) = &self.pacer {
-            let due = pacer.wall + core::time::Duration::from(self.now.since(pacer.bus));
-            std::thread::sleep(due.saturating_duration_since(std::time::Instant::now()));
+    }
+
+    /// In real time, how long the clock on the wall takes to the next event, or to `until`. What it shows by now has
+    /// passed on the bus, too.
+    fn lead(&mut self, until: Instant) -> Duration {
+        let Some(wall) = self.pacer.as_ref().map(|pacer| pacer.bus + pacer.wall.elapsed().into()) else {
+            return Duration::ZERO;
+        };
+        if self.wire.is_none() {
+            self.arbitrate();
         }
+        let goal = self.next_event().filter(|next| *next <= until).unwrap_or(until);
+        self.pass_to(wall.min(goal));
+        goal.since(wall)
     }
 
     fn decide(&mut self, sent: InFlight) {
@@ -524,6 +549,24 @@ mod tests {
         bus.attach(Metronome { every: Duration::ZERO, ..metronome(0x100) });
         bus.lock().standstill = MOST_AT_ONCE - 100;
         assert!(std::thread::spawn(move || bus.advance(Duration::from_millis(20))).join().is_err());
+    }
+
+    #[test]
+    fn in_real_time_whoever_waits_lets_others_send_meanwhile() {
+        let bus = VirtualBus::new();
+        bus.set_pace(Pace::RealTime);
+        let (mut a, mut b) = (bus.link(), bus.link());
+        let late = Instant::from_micros(5_000_000);
+        let heard = std::thread::spawn(move || (a.receive_frame(late).unwrap(), a.now()));
+        while bus.now() == Instant::ZERO {
+            std::thread::yield_now();
+        }
+        b.send(&frame(0x123, &[1])).unwrap();
+        // Whoever of them it is that carries the frame.
+        b.receive(bus.now() + Duration::from_millis(5)).unwrap();
+        let (heard, now) = heard.join().unwrap();
+        assert_eq!(heard, Some(frame(0x123, &[1])));
+        assert!(now < Instant::from_micros(4_000_000), "{now}");
     }
 
     #[test]
