@@ -18,7 +18,7 @@ use std::vec::Vec;
 use super::{Link, Pace, Replay, ReplayError};
 
 /// The speed of a serial line when the URL tells none, in bit/s.
-const BAUD: u32 = 115_200;
+pub(super) const BAUD: u32 = 115_200;
 
 /// The name of a bus. Reads from text and prints as the text that reads back as the same.
 #[derive(Clone, Debug, PartialEq, Eq)]

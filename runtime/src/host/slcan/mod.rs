@@ -31,8 +31,8 @@ use crate::{Duration, Frame, Instant};
 /// The bit rates that the protocol has a command for, in bit/s: `S0` to `S8`.
 pub const BIT_RATES: [u32; 9] = [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
 
-/// The speed of a serial line when none is given. USB adapters take any.
-pub const BAUD: u32 = 115_200;
+/// The speed of a serial line when none is given, in bit/s. USB adapters take any.
+pub const BAUD: u32 = super::url::BAUD;
 
 /// How long an adapter may take to answer a command.
 const ANSWER: Duration = Duration::from_millis(50);
@@ -245,10 +245,20 @@ impl Slcan {
                 Err(_) => self.lose(),
             }
         } else {
-            self.ask = self.now() + INQUIRY;
-            if self.write(b"F\r").is_err_and(|error| !is_pause(&error)) {
-                self.lose();
-            }
+            self.ask_state();
+        }
+    }
+
+    fn ask_state(&mut self) {
+        self.ask = self.now() + INQUIRY;
+        let asked = self.write(b"F\r");
+        self.notice(asked);
+    }
+
+    /// A port that fails belongs to an adapter that is gone; one that is only slow does not.
+    fn notice(&mut self, outcome: io::Result<()>) {
+        if outcome.is_err_and(|error| !is_pause(&error)) {
+            self.lose();
         }
     }
 
@@ -273,12 +283,7 @@ impl Slcan {
             Message::Frame(frame) => return Some(frame),
             Message::State(state) => self.state = state,
             // Something is wrong with the bus, or with the question what: once may be enough.
-            Message::Refused if self.state == BusState::Active && self.now() >= self.ask => {
-                self.ask = self.now() + INQUIRY;
-                if self.write(b"F\r").is_err_and(|error| !is_pause(&error)) {
-                    self.lose();
-                }
-            }
+            Message::Refused if self.state == BusState::Active && self.now() >= self.ask => self.ask_state(),
             Message::Refused | Message::Done | Message::Other => {}
         }
         None
@@ -310,9 +315,8 @@ impl Link for Slcan {
         loop {
             self.inquire();
             // What was begun is completed, whether or not anything follows.
-            if self.flush_unsent(Duration::ZERO).is_err_and(|error| !is_pause(&error)) {
-                self.lose();
-            }
+            let flushed = self.flush_unsent(Duration::ZERO);
+            self.notice(flushed);
             if self.state != self.told {
                 self.told = self.state;
                 return Ok(Some(Incoming::State(self.state)));
