@@ -70,7 +70,7 @@ impl<'a, 's> Reader<'a, 's> {
         true
     }
 
-    /// `[Comments]`, with an empty line where a number is missing.
+    /// `[Comments]`, in the order of the numbers.
     pub(crate) fn comments(&mut self, section: &'s Section<'a>) -> Vec<String> {
         let ([count], lines) = self.numbered(section, "Line", 10, &["Lines"]);
         self.count(count, lines.len());

@@ -1,8 +1,10 @@
 //! Modular devices, dynamic channels and tools (CiA 306-1).
 
+use std::collections::BTreeMap;
+
 use crate::check;
-use crate::model::{AccessType, Device, DynamicChannel, Module, SubExtension, Tool};
-use crate::model::{Object, ObjectKind};
+use crate::model::{AccessType, Device, DynamicChannel, Module, Object, ObjectKind, SubExtension, Tool};
+use crate::number;
 use crate::object::{KEYS, Key, nonempty};
 use crate::read::Reader;
 use crate::section::{ModulePart, ObjectPart, SectionKind};
@@ -63,7 +65,8 @@ impl<'a, 's> Reader<'a, 's> {
             SectionKind::DynamicChannels => device.channels = self.channels(section),
             SectionKind::Tools => {
                 let [count] = self.fields(section, &["Items"]);
-                let _: Option<u16> = self.number(count);
+                let is_tool = |section: &&Section<'_>| matches!(section.kind, SectionKind::Tool(_));
+                self.count(count, self.syntax.sections.iter().filter(is_tool).count());
             }
             SectionKind::Tool(_) => {
                 let [name, command] = self.fields(section, &["Name", "Command"]);
@@ -123,30 +126,36 @@ impl<'a, 's> Reader<'a, 's> {
     fn sub_extension(&mut self, index: u16, section: &'s Section<'a>) -> SubExtension {
         let span = self.syntax.name_span(section);
         let [count, extend, fields @ ..] = self.fields(section, &SUB_EXTENSION);
-        let kind = nonempty(fields[Key::ObjectType as usize])
-            .and_then(|pair| ObjectKind::from_code(self.number(Some(pair))?))
-            .unwrap_or(ObjectKind::Variable);
-        let numbers = count.map_or("", |pair| pair.value).split([',', ';']);
-        let numbers = numbers.filter_map(|number| number.trim().parse().ok()).collect();
         SubExtension {
             entry: self.entry(index, 1, span, &fields, ObjectKind::Variable),
-            kind,
-            count: numbers,
+            kind: self.object_type(fields[Key::ObjectType as usize]).unwrap_or(ObjectKind::Variable),
+            count: self.counts(count),
             next_index: self.flag(extend),
         }
     }
 
+    /// `2`, or `2,4,2` by slot.
+    fn counts(&mut self, pair: Option<&'s Pair<'a>>) -> Vec<u16> {
+        let Some(pair) = pair else { return Vec::new() };
+        let numbers = pair.value.split([',', ';']).filter(|number| !number.trim().is_empty());
+        let number = |text: &str| u16::try_from(number::integer(text)?.value).ok();
+        numbers.map(number).collect::<Option<_>>().unwrap_or_else(|| {
+            self.out.push(check::numbers_are_numbers::found(pair.key, self.syntax.value_span(pair)));
+            Vec::new()
+        })
+    }
+
     fn channels(&mut self, section: &'s Section<'a>) -> Vec<DynamicChannel> {
         const KINDS: [&str; 4] = ["Type", "Dir", "Range", "PPOffset"];
-        let mut segments: std::collections::BTreeMap<u32, [Option<&'s Pair<'a>>; 4]> = Default::default();
+        let mut segments: BTreeMap<u32, [Option<&'s Pair<'a>>; 4]> = BTreeMap::new();
         let mut said = None;
         for pair in &section.pairs {
             let digits = pair.key.trim_start_matches(|c: char| !c.is_ascii_digit());
             let word = &pair.key[..pair.key.len() - digits.len()];
             let kind = KINDS.iter().position(|kind| kind.eq_ignore_ascii_case(word));
             match (kind, digits.parse()) {
-                (Some(kind), Ok(number)) => segments.entry(number).or_default()[kind] = Some(pair),
-                _ if pair.key.eq_ignore_ascii_case("NrOfSeg") => said = Some(pair),
+                (Some(kind), Ok(number)) => self.keep_first(&mut segments.entry(number).or_default()[kind], pair),
+                _ if pair.key.eq_ignore_ascii_case("NrOfSeg") => self.keep_first(&mut said, pair),
                 _ => self.unknown(pair),
             }
         }
@@ -157,15 +166,23 @@ impl<'a, 's> Reader<'a, 's> {
     fn channel(&mut self, section: &'s Section<'a>, pairs: [Option<&'s Pair<'a>>; 4]) -> Option<DynamicChannel> {
         let [data_type, access, range, offset] = pairs;
         let span = range.map_or(self.syntax.name_span(section), |pair| self.syntax.value_span(pair));
+        let data_type = match nonempty(data_type) {
+            Some(pair) => self.data_type(Some(pair), ObjectKind::Variable, span),
+            None => DataType::Other(0),
+        };
+        let access = match nonempty(access) {
+            Some(pair) => self.access(Some(pair), ObjectKind::Variable, span),
+            None => AccessType::Rww,
+        };
         let (first, last) = range.map_or("", |pair| pair.value).split_once('-').unwrap_or_default();
-        let index = |text: &str| u16::try_from(crate::number::integer(text)?.value).ok();
+        let index = |text: &str| u16::try_from(number::integer(text)?.value).ok();
         let (Some(first), Some(last)) = (index(first), index(last)) else {
             self.out.push(check::dynamic_channels_have_a_range::found(span));
             return None;
         };
         Some(DynamicChannel {
-            data_type: self.number(data_type).map_or(DataType::Other(0), DataType::from_code),
-            access: access.and_then(|pair| AccessType::from_name(pair.value)).unwrap_or(AccessType::Rww),
+            data_type,
+            access,
             first,
             last,
             offset: self.number(nonempty(offset)).unwrap_or(0),

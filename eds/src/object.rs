@@ -192,7 +192,8 @@ impl<'a, 's> Reader<'a, 's> {
         }
     }
 
-    fn object_type(&mut self, pair: Option<&'s Pair<'a>>) -> Option<ObjectKind> {
+    /// `ObjectType`, when it says something.
+    pub(crate) fn object_type(&mut self, pair: Option<&'s Pair<'a>>) -> Option<ObjectKind> {
         let pair = nonempty(pair)?;
         let code: u8 = self.number(Some(pair))?;
         let kind = ObjectKind::from_code(code);
@@ -202,7 +203,8 @@ impl<'a, 's> Reader<'a, 's> {
         kind
     }
 
-    fn data_type(&mut self, pair: Option<&'s Pair<'a>>, kind: ObjectKind, span: Span) -> DataType {
+    /// `DataType` of what is described at `span`.
+    pub(crate) fn data_type(&mut self, pair: Option<&'s Pair<'a>>, kind: ObjectKind, span: Span) -> DataType {
         let missing = if kind == ObjectKind::Domain { DataType::Domain } else { DataType::Other(0) };
         let Some(pair) = nonempty(pair) else {
             // The object code of a DOMAIN says it all, and a NULL has none.
@@ -222,7 +224,8 @@ impl<'a, 's> Reader<'a, 's> {
         data_type
     }
 
-    fn access(&mut self, pair: Option<&'s Pair<'a>>, kind: ObjectKind, span: Span) -> AccessType {
+    /// `AccessType` of what is described at `span`.
+    pub(crate) fn access(&mut self, pair: Option<&'s Pair<'a>>, kind: ObjectKind, span: Span) -> AccessType {
         let Some(pair) = nonempty(pair) else {
             if !matches!(kind, ObjectKind::Domain | ObjectKind::Null | ObjectKind::DefType) {
                 self.out.push(check::entries_have_an_access_type::found(span));

@@ -169,7 +169,8 @@ impl<'a, 's> Reader<'a, 's> {
         self.group(&check::keys_are_known::RULE, pair.key, self.syntax.key_span(pair));
     }
 
-    fn keep_first(&mut self, slot: &mut Option<&'s Pair<'a>>, pair: &'s Pair<'a>) {
+    /// Fills a slot; of several pairs with one key the first counts.
+    pub(crate) fn keep_first(&mut self, slot: &mut Option<&'s Pair<'a>>, pair: &'s Pair<'a>) {
         match slot {
             Some(first) => self.repeated(first, pair),
             None => *slot = Some(pair),

@@ -96,7 +96,7 @@ impl SectionKind {
         if let Some((index, part)) = object(name) {
             return Some(Self::Object(index, part));
         }
-        if let Some(number) = name.strip_prefix("tool") {
+        if let Some(number) = name.strip_prefix("tool").filter(|number| !number.starts_with('+')) {
             return Some(Self::Tool(number.parse().ok()?));
         }
         let rest = name.strip_prefix('m')?;

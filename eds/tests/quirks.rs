@@ -190,6 +190,61 @@ fn modules_of_modular_devices_are_read() {
     assert!(!has(&diagnostics, "eds::unknown-section") && !has(&diagnostics, "eds::unknown-key"));
 }
 
+/// `2:7 eds::bad-number` for each finding.
+fn places(diagnostics: &Diagnostics, text: &str) -> Vec<String> {
+    let source = Source::new("quirk.eds", text);
+    let place = |finding: &lexican_eds::Diagnostic| source.position(finding.span().expect("has a place").start);
+    diagnostics.iter().map(|finding| format!("{} {}", place(finding), finding.code)).collect()
+}
+
+/// All findings of these codes are told, and at these places.
+#[track_caller]
+fn check_places(text: &str, codes: &[&str], expected: &[&str]) -> Device {
+    let (device, diagnostics) = read(text);
+    let mut found = places(&diagnostics, text);
+    found.retain(|place| codes.iter().any(|code| place.ends_with(code)));
+    assert_eq!(found, expected, "{text}");
+    device
+}
+
+#[test]
+fn nothing_odd_in_a_sub_extension_is_dropped_in_silence() {
+    let text = "[M1SubExt6000]\nDataType=5\nAccessType=ro\nObjectType=99\nCount=abc\n\
+                [M1SubExt6001]\nDataType=5\nAccessType=ro\nCount=2,0x3;\n";
+    let expected = ["4:12 eds::bad-object-type", "5:7 eds::bad-number"];
+    let device = check_places(text, &["eds::bad-object-type", "eds::bad-number"], &expected);
+    let counts: Vec<_> = device.modules[0].extends.iter().map(|extension| extension.count.clone()).collect();
+    assert_eq!(counts, [vec![], vec![2, 3]]);
+}
+
+#[test]
+fn nothing_odd_in_dynamic_channels_is_dropped_in_silence() {
+    let text = "[DynamicChannels]\nNrOfSeg=1\nType1=5\nType1=9999\nDir1=zz\nRange1=0xA000-0xA03F\nPPOffset1=0\n\
+                Type2=9999\nRange2=0xA040-0xA07F\n";
+    let codes = ["eds::duplicate-key", "eds::bad-access-type", "eds::unknown-data-type", "eds::entry-count"];
+    let expected =
+        ["2:9 eds::entry-count", "4:1 eds::duplicate-key", "5:6 eds::bad-access-type", "8:7 eds::unknown-data-type"];
+    let device = check_places(text, &codes, &expected);
+    assert_eq!(device.channels[0].data_type, DataType::Unsigned8);
+}
+
+#[test]
+fn tools_are_counted_and_have_a_number() {
+    let text = "[Tools]\nItems=3\n[Tool1]\nName=a\nCommand=b\n[Tool+2]\nName=c\n";
+    check_places(
+        text,
+        &["eds::entry-count", "eds::unknown-section"],
+        &["2:7 eds::entry-count", "6:2 eds::unknown-section"],
+    );
+}
+
+#[test]
+fn a_section_without_name_is_told_where_it_is() {
+    let code = ["eds::key-outside-section"];
+    check_places("[FileInfo]\n[]\n", &code, &["2:2 eds::key-outside-section"]);
+    check_places("[FileInfo]\n[]\nx=1\n", &code, &["3:1 eds::key-outside-section"]);
+}
+
 #[test]
 fn every_data_type_of_cia_301_has_its_width() {
     for &data_type in DataType::ALL {

@@ -2,7 +2,6 @@
 
 use super::Rule;
 use crate::diagnostics::{Diagnostic, Severity};
-use crate::source::Span;
 use crate::syntax::{Section, Syntax};
 
 pub(crate) const RULE: Rule = Rule {
@@ -15,10 +14,12 @@ pub(crate) const RULE: Rule = Rule {
 };
 
 pub(crate) fn found(syntax: &Syntax<'_>, section: &Section<'_>) -> Diagnostic {
-    let span = section.pairs.first().map_or(Span::default(), |pair| syntax.key_span(pair));
-    RULE.finding(format!(
-        "{} before the first section or in one without name",
-        super::plural(section.pairs.len(), "key")
-    ))
-    .at(span, "ignored")
+    let (message, span) = match &*section.pairs {
+        [] => ("a section has no name".to_owned(), syntax.name_span(section)),
+        pairs @ [first, ..] => {
+            let keys = super::plural(pairs.len(), "key");
+            (format!("{keys} before the first section or in one without name"), syntax.key_span(first))
+        }
+    };
+    RULE.finding(message).at(span, "ignored")
 }
