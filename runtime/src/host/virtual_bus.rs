@@ -7,7 +7,7 @@
 
 use std::boxed::Box;
 use std::collections::{BTreeSet, VecDeque};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::vec::Vec;
 
 use super::clock::pause;
@@ -146,7 +146,7 @@ impl VirtualBus {
     pub fn link(&self) -> VirtualLink {
         let mailbox = Arc::new(Mutex::new(Mailbox::default()));
         self.attach(Arc::clone(&mailbox));
-        self.lock().links.push(Arc::downgrade(&mailbox));
+        self.lock().links.push(Arc::clone(&mailbox));
         VirtualLink { bus: self.clone(), mailbox }
     }
 
@@ -167,9 +167,11 @@ impl VirtualBus {
     pub fn set_state(&self, condition: BusState) {
         let mut state = self.lock();
         if core::mem::replace(&mut state.condition, condition) != condition {
-            for mailbox in state.links.iter().filter_map(Weak::upgrade) {
-                lock(&mailbox).incoming.push_back(Incoming::State(condition));
-            }
+            state.links.retain(|mailbox| {
+                let mut mailbox = lock(mailbox);
+                mailbox.take(Incoming::State(condition));
+                !mailbox.closed
+            });
         }
     }
 
@@ -279,10 +281,18 @@ struct Mailbox {
     closed: bool,
 }
 
+impl Mailbox {
+    fn take(&mut self, incoming: Incoming) {
+        if !self.closed {
+            self.incoming.push_back(incoming);
+        }
+    }
+}
+
 impl Node for Mailbox {
     fn handle_frame(&mut self, _: Instant, frame: &Frame) {
-        if !self.closed && (self.wanted.is_empty() || self.wanted.contains(&frame.id())) {
-            self.incoming.push_back(Incoming::Frame(*frame));
+        if self.wanted.is_empty() || self.wanted.contains(&frame.id()) {
+            self.take(Incoming::Frame(*frame));
         }
     }
     fn handle_timeout(&mut self, _: Instant) {}
@@ -309,7 +319,7 @@ struct State {
     kbit_per_s: Option<u32>,
     condition: BusState,
     stations: Vec<Station>,
-    links: Vec<Weak<Mutex<Mailbox>>>,
+    links: Vec<Arc<Mutex<Mailbox>>>,
     wire: Option<InFlight>,
     delayed: Vec<InFlight>,
     observers: Vec<Observer>,
@@ -588,6 +598,18 @@ mod tests {
             heard.push(frame.id().raw());
         }
         assert_eq!(heard, [1, 1, 7, 4, 2]);
+    }
+
+    #[test]
+    fn nothing_piles_up_for_a_link_that_is_gone() {
+        let bus = VirtualBus::new();
+        let link = bus.link();
+        let mailbox = Arc::clone(&link.mailbox);
+        drop(link);
+        bus.link().send(&frame(1, &[])).unwrap();
+        bus.advance(Duration::from_millis(1));
+        bus.set_state(BusState::Off);
+        assert!(lock(&mailbox).incoming.is_empty());
     }
 
     #[test]
