@@ -44,7 +44,7 @@ pub fn md(device: &Device) -> String {
         if object.kind.has_subs() {
             row[2] = format!("{}: {}", object.name, entry.name);
         }
-        let cells = row.map(|cell| cell.replace('\\', "\\\\").replace('|', "\\|").replace(['\r', '\n'], " "));
+        let cells = row.map(|cell| cell.replace('\\', "\\\\").replace('|', "\\|").replace(char::is_control, " "));
         let _ = writeln!(out, "| {} |", cells.join(" | "));
     }
     out

@@ -27,9 +27,10 @@ impl<'a> Facts<'a> {
 }
 
 impl Facts<'_> {
-    /// The object that a place in the data sheet is about, and the sub-index when it has a section of its own.
+    /// The object that a place in the data sheet is about, and the sub-index when it has a section of its own; none
+    /// for the beginning of the file, which stands for the whole.
     pub(crate) fn address_of(&self, span: Span) -> Option<(u16, Option<u8>)> {
-        if span.source != 0 {
+        if span.source != 0 || span == Span::eds(0, 0) {
             return None;
         }
         let sections = &self.syntax.sections;

@@ -53,6 +53,41 @@ fn sarif_holds_rules_and_results() {
 }
 
 #[test]
+fn sarif_names_files_by_uri() {
+    let uri = |name: &str| {
+        let input = Input::new(Source::new(name, "x"));
+        let log = load(&input).1.to_sarif(&input);
+        let place = &log["runs"][0]["results"][0]["locations"][0]["physicalLocation"];
+        place["artifactLocation"]["uri"].as_str().map(str::to_owned)
+    };
+    assert_eq!(uri("eds/drive-2_a.eds").as_deref(), Some("eds/drive-2_a.eds"));
+    assert_eq!(uri("a drive#1 100%: ü.eds").as_deref(), Some("a%20drive%231%20100%25%3A%20%C3%BC.eds"));
+}
+
+#[test]
+fn what_a_terminal_would_obey_is_shown_and_not_sent() {
+    let input =
+        Input::new(Source::new("x.eds", "[2000]\nParameterName=a\u{1b}[31mb\nKey\u{1b}]0;title\u{7}\u{9b}=1\n"));
+    let (device, diagnostics) = load(&input);
+    let short: String = diagnostics.iter().map(|finding| finding.render_short(&input) + "\n").collect();
+    assert!(short.contains("`Key␛]0;title␇\u{FFFD}`"), "{short}");
+    for text in [short, diagnostics.render(&input), dump::md(&device)] {
+        assert!(!text.contains(|c: char| c.is_control() && c != '\n'), "{text:?}");
+    }
+}
+
+#[test]
+fn what_is_missing_from_the_whole_file_is_accepted_at_no_object() {
+    let input = Input::new(Source::new("x.eds", "[1000]\n"));
+    let (_, diagnostics) = load(&input);
+    let missing = diagnostics.iter().find(|finding| finding.code == "eds::missing-section").expect("it is found");
+    assert_eq!(
+        missing.help.as_deref(),
+        Some("no overlay is needed for it; mend the file for the sake of other readers")
+    );
+}
+
+#[test]
 fn severities_are_changed_by_code() {
     let (_, mut diagnostics) = load(&input());
     assert!(!diagnostics.has_errors());

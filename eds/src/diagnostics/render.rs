@@ -38,7 +38,7 @@ impl Diagnostic {
             Some((source, span)) => format!("{}:{}: ", source.name(), source.position(span.start)),
             None => String::new(),
         };
-        format!("{place}{}[{}]: {}", self.severity.name(), self.code, self.message)
+        visible(&format!("{place}{}[{}]: {}", self.severity.name(), self.code, self.message))
     }
 
     fn render_with(&self, input: &Input, renderer: &Renderer) -> String {
@@ -58,8 +58,20 @@ impl Diagnostic {
         if let Some(help) = &self.help {
             group = group.element(Level::HELP.message(help.as_str()));
         }
-        renderer.render(&[group])
+        // It shows the controls of ASCII as pictures, but hands on those of 80h to 9Fh, which terminals obey as well.
+        let is_c1 = |c: char| matches!(c, '\u{80}'..='\u{9F}');
+        renderer.render(&[group]).replace(is_c1, "\u{FFFD}")
     }
+}
+
+/// A line in which nothing moves a cursor, changes a colour or rings a bell: names come from files of others.
+fn visible(line: &str) -> String {
+    let picture = |c: char| match c {
+        '\0'..='\u{1F}' => char::from_u32(0x2400 + u32::from(c)).unwrap_or(char::REPLACEMENT_CHARACTER),
+        _ if c.is_control() => char::REPLACEMENT_CHARACTER,
+        _ => c,
+    };
+    line.chars().map(picture).collect()
 }
 
 /// Longer pieces are not shown, only named.

@@ -1,6 +1,7 @@
 //! Findings as SARIF 2.1.0, the format that code hosts show beside the lines.
 
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
@@ -78,7 +79,7 @@ fn location(label: &super::Label, input: &Input) -> Option<Value> {
     let end = source.position(label.span.end);
     Some(json!({
         "physicalLocation": {
-            "artifactLocation": { "uri": source.name() },
+            "artifactLocation": { "uri": uri(source.name()) },
             "region": {
                 "startLine": start.line,
                 "startColumn": start.column,
@@ -88,4 +89,20 @@ fn location(label: &super::Label, input: &Input) -> Option<Value> {
         },
         "message": { "text": label.text },
     }))
+}
+
+/// A path as a relative reference (RFC 3986): what is neither letter, digit nor one of `-._~/` is escaped.
+fn uri(path: &str) -> String {
+    let mut uri = String::with_capacity(path.len());
+    for byte in path.bytes() {
+        match byte {
+            b'\\' if cfg!(windows) => uri.push('/'),
+            b'-' | b'.' | b'_' | b'~' | b'/' => uri.push(byte.into()),
+            _ if byte.is_ascii_alphanumeric() => uri.push(byte.into()),
+            _ => {
+                let _ = write!(uri, "%{byte:02X}");
+            }
+        }
+    }
+    uri
 }
