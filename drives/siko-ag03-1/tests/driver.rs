@@ -399,6 +399,30 @@ fn a_driver_that_is_dropped_stops_the_drive() {
     assert_eq!(simulated.lock().unwrap().velocity(bus.now()), 0);
 }
 
+/// TPDO1 has an inhibit time: what it told last need not be what is so.
+#[test]
+fn a_driver_that_is_dropped_at_once_stops_the_drive() {
+    type Order = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
+    let orders: [(Mode, Order); 3] = [
+        (Mode::Positioning, |drive| drive.inch(Direction::Negative)),
+        (Mode::Positioning, |drive| drive.start_moving_to(5000)),
+        (Mode::Velocity, |drive| drive.run_at(200).map(drop)),
+    ];
+    for (mode, order) in orders {
+        let mut bench = Bench::enabled();
+        bench.drive.disable().unwrap();
+        bench.drive.set_mode(mode).unwrap();
+        bench.pass_ms(300);
+        bench.drive.set_patience(Duration::from_millis(20));
+        bench.drive.enable().unwrap();
+        order(&mut bench.drive).unwrap();
+        let Bench { bus, simulated, drive } = bench;
+        drop(drive);
+        bus.advance(Duration::from_secs(2));
+        assert_eq!(simulated.lock().unwrap().velocity(bus.now()), 0, "{mode}");
+    }
+}
+
 #[test]
 fn a_driver_that_is_released_leaves_the_drive_moving() {
     let Bench { bus, simulated, mut drive } = Bench::enabled();

@@ -44,7 +44,8 @@ pub(crate) struct Shared {
     /// When the sequence wants to be polled even though nothing came.
     pub(crate) wake: Option<Instant>,
     pub(crate) status_word: u16,
-    /// The same, as long as nothing tells that it is out of date.
+    /// The same, or a later one that was asked for, as long as nothing tells that it is out of date; `None` too for a
+    /// drive that says nothing unasked.
     pub(crate) told: Option<u16>,
     /// How many status words have come: a sequence waits for the next one.
     pub(crate) status_words: u64,
@@ -232,7 +233,11 @@ impl Desk {
     ///
     /// As [`Desk::read`].
     pub async fn status(&self) -> Result<u16, Error> {
-        Ok(self.get(self.description.objects.status_word).await? as u16)
+        let word = self.get(self.description.objects.status_word).await? as u16;
+        // What the drive says unasked may be late, by the inhibit time of its PDO.
+        let mut shared = self.lock();
+        shared.told = shared.told.map(|_| word);
+        Ok(word)
     }
 
     /// Whether a word that stops the drive may be sent. In any state but OPERATION ENABLED the word would enable it,
@@ -252,7 +257,7 @@ impl Desk {
         }
     }
 
-    /// The state in which the drive is by what it last said unasked.
+    /// The state in which the drive is by what it last said.
     fn told_state(&self) -> Option<State> {
         State::from_status_word(self.lock().told?)
     }
