@@ -115,26 +115,33 @@ impl<L: Link> Watch<L> {
     /// Listens until the node is in its state. Nobody knows how many nodes all are: that takes the whole time.
     fn watch(&mut self, span: Duration) -> Result<(), Failure> {
         let end = self.link.now() + span;
-        let mut first = true;
-        loop {
-            self.listen(end.min(self.link.now() + UNHEARD))?;
-            if self.link.now() >= end || self.message.node.is_some_and(|node| self.has_reached(node)) {
-                return Ok(());
+        // Who has little time asks soon.
+        let patience = UNHEARD.min(Duration::from_micros(span.as_micros() / 2));
+        let mut everybody = true;
+        while self.link.now() < end && !self.is_over() {
+            self.listen(end.min(self.link.now() + patience))?;
+            if self.link.now() < end && !self.is_over() {
+                self.ask(everybody)?;
+                everybody = false;
             }
-            self.ask(first)?;
-            first = false;
         }
+        Ok(())
     }
 
     fn listen(&mut self, until: Instant) -> Result<(), Failure> {
         while let Some(frame) = self.link.receive_frame(until).map_err(|error| link_failure(&error))? {
             self.hear(&frame);
             // A flood of frames must not hold up the end.
-            if self.link.now() >= until || self.message.node.is_some_and(|node| self.has_reached(node)) {
+            if self.link.now() >= until || self.is_over() {
                 break;
             }
         }
         Ok(())
+    }
+
+    /// Whether the one node that is meant is in its state.
+    fn is_over(&self) -> bool {
+        self.message.node.is_some_and(|node| self.has_reached(node))
     }
 
     fn hear(&mut self, frame: &Frame) {
@@ -219,6 +226,8 @@ mod tests {
     use lexican_runtime::host::{Node, VirtualBus};
     use lexican_runtime::wire::nmt::NmtCommand::{EnterPreOperational, ResetNode, Start, Stop};
     use std::collections::VecDeque;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// A node that changes its state a while after it was told so.
     struct Slow {
@@ -282,10 +291,24 @@ mod tests {
         }
     }
 
-    /// Which nodes are seen to reach their state, which are not, and after which time.
-    fn wait(nodes: Vec<Slow>, command: NmtCommand, node: u8, wait_ms: u64) -> (Vec<u8>, Vec<u8>, u64) {
+    /// What came of waiting.
+    #[derive(Debug, PartialEq)]
+    struct Seen {
+        reached: Vec<u8>,
+        others: Vec<u8>,
+        after_ms: u64,
+        /// How many times somebody was asked.
+        questions: usize,
+    }
+
+    fn wait(nodes: Vec<Slow>, command: NmtCommand, node: u8, wait_ms: u64) -> Seen {
         let bus = VirtualBus::with_bit_rate(500);
         nodes.into_iter().for_each(|node| bus.attach(node));
+        let questions = Arc::new(AtomicUsize::new(0));
+        let count = Arc::clone(&questions);
+        bus.observe(move |_, frame| {
+            count.fetch_add(usize::from(frame.is_remote()), Ordering::Relaxed);
+        });
         let mut link = bus.link();
         let message = NmtMessage { command, node: NodeId::new(node) };
         link.send(&message.frame()).unwrap();
@@ -294,47 +317,60 @@ mod tests {
         let nodes = watch.heard.keys();
         let (reached, others) = nodes.partition::<Vec<_>, _>(|node| watch.has_reached(**node));
         let numbers = |nodes: Vec<&NodeId>| nodes.into_iter().map(|node| node.get()).collect();
-        (numbers(reached), numbers(others), bus.now().as_micros() / 1000)
+        Seen {
+            reached: numbers(reached),
+            others: numbers(others),
+            after_ms: bus.now().as_micros() / 1000,
+            questions: questions.load(Ordering::Relaxed),
+        }
+    }
+
+    #[track_caller]
+    fn check(seen: &Seen, reached: &[u8], others: &[u8], after_ms: std::ops::RangeInclusive<u64>) {
+        assert_eq!((seen.reached.as_slice(), seen.others.as_slice()), (reached, others));
+        assert!(after_ms.contains(&seen.after_ms), "{seen:?}");
     }
 
     #[test]
     fn a_heartbeat_tells_the_state() {
-        let (reached, _, after_ms) = wait(vec![Slow::new(5, 730, 100), Slow::new(6, 0, 100)], Start, 5, 5000);
-        assert_eq!(reached, [5]);
-        assert!((730..=830).contains(&after_ms), "{after_ms}");
+        let seen = wait(vec![Slow::new(5, 730, 100), Slow::new(6, 0, 100)], Start, 5, 5000);
+        check(&seen, &[5], &[], 730..=830);
     }
 
     #[test]
     fn a_node_without_heartbeat_is_asked() {
         for command in [Start, Stop] {
-            let (reached, _, after_ms) = wait(vec![Slow::new(5, 730, 0)], command, 5, 5000);
-            assert_eq!(reached, [5]);
-            assert!((730..=1010).contains(&after_ms), "{after_ms}");
+            let seen = wait(vec![Slow::new(5, 730, 0)], command, 5, 5000);
+            check(&seen, &[5], &[], 730..=1010);
+            assert_eq!(seen.questions, 3);
         }
+        // Who has little time asks soon.
+        check(&wait(vec![Slow::new(5, 0, 0)], Start, 5, 100), &[5], &[], 50..=51);
     }
 
     #[test]
     fn a_reset_is_over_with_the_boot_up_message() {
-        let (reached, _, after_ms) = wait(vec![Slow::new(5, 730, 100)], ResetNode, 5, 5000);
-        assert_eq!((reached, after_ms), (vec![5], 730));
-        let (reached, others, _) = wait(vec![Slow::new(5, 7300, 100)], ResetNode, 5, 5000);
-        assert_eq!((reached, others), (vec![], vec![5]));
+        let seen = wait(vec![Slow::new(5, 730, 100)], ResetNode, 5, 5000);
+        check(&seen, &[5], &[], 730..=731);
+        assert_eq!(seen.questions, 0);
+        check(&wait(vec![Slow::new(5, 7300, 100)], ResetNode, 5, 5000), &[], &[5], 5000..=5000);
     }
 
     #[test]
     fn a_node_that_is_late_or_silent_has_not_reached_its_state() {
-        let late = wait(vec![Slow::new(5, 6000, 100)], Start, 5, 5000);
-        assert_eq!(late, (vec![], vec![5], 5000));
+        check(&wait(vec![Slow::new(5, 6000, 100)], Start, 5, 5000), &[], &[5], 5000..=5000);
         let silent = wait(vec![Slow::new(6, 0, 100)], Start, 5, 5000);
-        assert_eq!(silent, (vec![], vec![], 5000));
+        check(&silent, &[], &[], 5000..=5000);
+        assert_eq!(silent.questions, 19, "it may just be slow to come");
     }
 
     #[test]
     fn of_all_nodes_those_count_that_are_heard() {
         let nodes = || vec![Slow::new(5, 0, 0), Slow::new(6, 1500, 1000), Slow::new(7, 9000, 0)];
-        assert_eq!(wait(nodes(), Start, 0, 5000), (vec![5, 6], vec![7], 5000));
-        assert_eq!(wait(nodes(), EnterPreOperational, 0, 5000), (vec![5, 6, 7], vec![], 5000));
-        let booted = wait(nodes(), ResetNode, 0, 20_000);
-        assert_eq!(booted, (vec![5, 6, 7], vec![], 20_000));
+        let seen = wait(nodes(), Start, 0, 5000);
+        check(&seen, &[5, 6], &[7], 5000..=5000);
+        assert!(seen.questions < 127 + 30, "who was never heard is asked once: {seen:?}");
+        check(&wait(nodes(), EnterPreOperational, 0, 5000), &[5, 6, 7], &[], 5000..=5000);
+        check(&wait(nodes(), ResetNode, 0, 20_000), &[5, 6, 7], &[], 20_000..=20_000);
     }
 }

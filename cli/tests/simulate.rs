@@ -368,6 +368,9 @@ fn a_new_user_is_told_what_to_do_next() {
     let silent = sensor.run("monitor", &["--for", "0.1"]);
     assert_eq!((silent.code, silent.stdout.as_str()), (Some(0), ""));
     assert!(silent.stderr.contains("no frame was heard"), "{}", silent.stderr);
+    let nobody = sensor.run("nmt", &["start", "--all", "--wait", "100"]);
+    assert_eq!(nobody.code, Some(1), "{}", nobody.stdout);
+    assert!(nobody.stderr.contains("no node was heard within 100 ms"), "{}", nobody.stderr);
     let nobody = sensor.run("scan", &["--wait", "100"]);
     assert_eq!(nobody.code, Some(1), "{}", nobody.stderr);
     assert!(nobody.stdout.contains("lexican lss find"), "{}", nobody.stdout);

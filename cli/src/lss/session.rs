@@ -359,7 +359,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use crate::bus::virtual_device::{Memory, VirtualDevice};
-    use lexican_runtime::host::{Fate, Node, VirtualBus, VirtualLink};
+    use lexican_runtime::host::{Fate, LinkError, Node, VirtualBus, VirtualLink};
     use lexican_runtime::service::lss_device::{LssDevice, LssHost, StoreError};
 
     const TIMES: Times = Times { answer: Duration::from_millis(500), step: Duration::from_millis(25) };
@@ -373,6 +373,9 @@ mod tests {
         lss: LssDevice,
         host: Host,
         knows_fastscan: bool,
+        /// How long it thinks before it answers.
+        slowness: Duration,
+        answers_at: Option<Instant>,
     }
 
     #[derive(Default)]
@@ -395,14 +398,17 @@ mod tests {
         fn handle_frame(&mut self, now: Instant, frame: &Frame) {
             if self.knows_fastscan || frame.data().first() != Some(&0x51) {
                 self.lss.handle_frame(now, frame, &mut self.host);
+                self.answers_at = Some(now + self.slowness);
             }
         }
-        fn handle_timeout(&mut self, _: Instant) {}
+        fn handle_timeout(&mut self, _: Instant) {
+            self.answers_at = None;
+        }
         fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-            self.lss.poll_transmit(now)
+            if self.answers_at.is_none() { self.lss.poll_transmit(now) } else { None }
         }
         fn poll_timeout(&self) -> Option<Instant> {
-            None
+            self.answers_at
         }
     }
 
@@ -411,7 +417,8 @@ mod tests {
         let bus = VirtualBus::with_bit_rate(500);
         let bare = |&(serial, node): &(u32, u8)| {
             let lss = LssDevice::new(identity(serial), NodeId::new(node));
-            Arc::new(Mutex::new(Bare { lss, host: Host::default(), knows_fastscan: true }))
+            let (host, slowness) = (Host::default(), Duration::ZERO);
+            Arc::new(Mutex::new(Bare { lss, host, knows_fastscan: true, slowness, answers_at: None }))
         };
         let devices: Vec<_> = devices.iter().map(bare).collect();
         devices.iter().for_each(|device| bus.attach(Arc::clone(device)));
@@ -495,8 +502,15 @@ mod tests {
         let (bus, devices) = bus(&[(42, 5), (43, 6), (44, 0)]);
         let by_serial = |serial| work(&bus, |session| session.select(Whom::Identity(identity(serial))));
         assert_eq!(by_serial(43).unwrap(), Selected { identity: identity(43), node: NodeId::new(6) });
-        fails(by_serial(45), "no device with this identity", "1018h");
         assert_eq!(devices[1].lock().unwrap().lss.state(), LssState::Waiting, "when all is done");
+        fails(by_serial(45), "no device with this identity", "1018h");
+        let given_up = work(&bus, |session| {
+            session.select(Whom::Identity(identity(43)))?;
+            Err::<(), _>(Failure::new("given up"))
+        });
+        fails(given_up, "given up", "");
+        bus.advance(Duration::from_millis(1));
+        assert_eq!(devices[1].lock().unwrap().lss.state(), LssState::Waiting, "also when it fails");
     }
 
     #[test]
@@ -530,6 +544,40 @@ mod tests {
         assert!(!boots.unwrap());
         assert_eq!(devices[0].lock().unwrap().host.stored, Some(NodeId::new(9)));
         assert_eq!(devices[1].lock().unwrap().host.stored, None);
+    }
+
+    #[test]
+    fn a_heartbeat_is_no_boot_up_message() {
+        /// Was there before with the node-ID.
+        struct Alive(bool);
+        impl Node for Alive {
+            fn handle_frame(&mut self, _: Instant, _: &Frame) {
+                self.0 = true;
+            }
+            fn handle_timeout(&mut self, _: Instant) {}
+            fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+                let beat = ErrorControl::heartbeat(NmtState::Operational).frame(NodeId::literal(9));
+                std::mem::take(&mut self.0).then_some(beat)
+            }
+            fn poll_timeout(&self) -> Option<Instant> {
+                None
+            }
+        }
+        let (bus, _) = bus(&[(42, 0)]);
+        bus.attach(Alive(false));
+        assert!(!work(&bus, |session| session.boot(NodeId::literal(9))).unwrap());
+    }
+
+    #[test]
+    fn storing_may_take_its_time() {
+        let (bus, devices) = bus(&[(42, 5)]);
+        let stored = work(&bus, |session| {
+            session.select(Whom::Only)?;
+            devices[0].lock().unwrap().slowness = Duration::from_secs(2);
+            session.store()
+        });
+        assert_eq!(stored.unwrap(), Ok(()));
+        fails(work(&bus, |session| session.select(Whom::Only)), "no device answers", "");
     }
 
     #[test]
@@ -578,20 +626,26 @@ mod tests {
 
     #[test]
     fn other_frames_do_not_hold_up_what_is_overdue() {
-        /// Sends as much as the bus carries.
-        struct Flood;
-        impl Node for Flood {
-            fn handle_frame(&mut self, _: Instant, _: &Frame) {}
-            fn handle_timeout(&mut self, _: Instant) {}
-            fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-                Some(Frame::from_array(CobId::of_node(0x180, NodeId::literal(9)), [0; 8]))
+        /// A bus with so many frames that there is always one.
+        struct Flood(Instant);
+        impl Link for Flood {
+            fn now(&self) -> Instant {
+                self.0
             }
-            fn poll_timeout(&self) -> Option<Instant> {
-                None
+            fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
+                Ok(())
+            }
+            fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
+                self.0 += Duration::from_micros(100);
+                assert!(self.0 < Instant::from_micros(60_000_000), "nothing is ever over");
+                let frame = Frame::from_array(CobId::of_node(0x180, NodeId::literal(9)), [0; 8]);
+                Ok(Some(Incoming::Frame(frame)))
             }
         }
-        let (bus, _) = bus(&[(42, 5)]);
-        bus.attach(Flood);
-        fails(work(&bus, |session| session.select(Whom::Identity(identity(1)))), "no device", "power");
+        let flooded = Session::run(Flood(Instant::ZERO), TIMES, |session| {
+            assert_eq!(session.fastscan()?, None);
+            session.select(Whom::Only)
+        });
+        fails(flooded, "no device answers", "power");
     }
 }
