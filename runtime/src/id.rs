@@ -107,6 +107,11 @@ impl CobId {
         }
     }
 
+    /// Whether a number can be a COB-ID parameter: where bit 29 is clear, bits 11 to 28 are, too.
+    pub(crate) const fn is_parameter(value: u32) -> bool {
+        value & Self::EXTENDED != 0 || value & Self::EXTENDED_MAX <= Self::STANDARD_MAX
+    }
+
     /// `base + node`, as the predefined connection set counts. `base` is a multiple of 80h, so that
     /// base and node-ID together stay within 11 bits.
     ///
@@ -181,6 +186,9 @@ mod tests {
         assert_eq!(CobId::from_parameter(0xC000_0185), CobId::standard(0x185).unwrap());
         assert_eq!(CobId::from_parameter(0xA000_0185), CobId::extended(0x185).unwrap());
         assert_eq!(CobId::extended(0x185).unwrap().to_parameter(), 0x2000_0185);
+        let are = |values: [u32; 3]| values.map(CobId::is_parameter);
+        assert_eq!(are([0xC000_07FF, 0x2000_0800, 0x3FFF_FFFF]), [true; 3]);
+        assert_eq!(are([0x0000_0800, 0x8000_1185, 0x1000_0000]), [false; 3]);
         assert_eq!(std::format!("{} {}", CobId::NMT, CobId::extended(0x185).unwrap()), "000 00000185");
     }
 

@@ -57,6 +57,7 @@ fn a_mapping_that_cannot_be_is_told_by_its_entry_or_its_length() {
 fn parameters_of_a_pdo_that_cannot_be_are_told() {
     let invalid = AbortCode::INVALID_VALUE;
     check("1400:01 u32 rw - 0x605", &[("1400:01", invalid)]);
+    check("1400:01 u32 rw - 0x1205", &[("1400:01", invalid)]);
     check("1400:02 u8 rw - 253", &[("1400:02", invalid)]);
     check("1800:02 u8 rw - 250\n1800:06 u8 rw - 241", &[("1800:02", invalid), ("1800:06", invalid)]);
     let taken = AbortCode::PARAMETER_INCOMPATIBLE;

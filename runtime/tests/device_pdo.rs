@@ -266,6 +266,19 @@ fn a_restricted_or_taken_identifier_is_refused() {
 }
 
 #[test]
+fn an_identifier_of_more_than_11_bits_needs_the_bit_that_says_so() {
+    let mut bench = Bench::full();
+    let refused = Err(AbortCode::INVALID_VALUE.0);
+    for (index, sub) in [(0x1800, 1), (0x1400, 1), (0x1014, 0), (0x1005, 0), (0x1012, 0), (0x1201, 1)] {
+        assert_eq!(bench.write(index, sub, 4, 0x8000_1186), refused, "{index:04X}");
+        let before = bench.read(index, sub).unwrap();
+        assert_eq!(bench.write(index, sub, 4, before | 0x1000_0000), refused, "{index:04X}");
+    }
+    bench.write(0x1800, 1, 4, 0xA000_1186).unwrap();
+    bench.write(0x1800, 1, 4, 0x2000_1186).unwrap();
+}
+
+#[test]
 fn reserved_transmission_types_are_refused() {
     let mut bench = Bench::full();
     for (index, refused) in [(0x1400, 241..=253_u8), (0x1800, 241..=251)] {

@@ -85,6 +85,7 @@ impl Checked<'_> {
     /// Whether `value` may be written now.
     pub(super) fn check(&mut self, address: Address, value: u64) -> Result<(), AbortCode> {
         let (index, sub) = (address.index(), address.sub());
+        require(!is_cob_id(address) || CobId::is_parameter(value as u32), AbortCode::INVALID_VALUE)?;
         match (index, sub) {
             (0x1003, 0) => require(value == 0, AbortCode::INVALID_VALUE),
             (0x1005, 0) => self.check_sync_cob_id(value as u32),
@@ -316,6 +317,16 @@ pub(super) fn type_exists(direction: Direction, code: u32) -> bool {
         TransmissionType::Reserved(_) => false,
         TransmissionType::Remote | TransmissionType::SynchronousRemote => direction == Direction::Transmit,
         _ => true,
+    }
+}
+
+/// Whether an entry holds the COB-ID of a service.
+fn is_cob_id(address: Address) -> bool {
+    match address.index() {
+        0x1005 | 0x1012 | 0x1014 => address.sub() == 0,
+        0x1200..=0x12FF => matches!(address.sub(), 1 | 2),
+        0x1400..=0x15FF | 0x1800..=0x19FF => address.sub() == 1,
+        _ => false,
     }
 }
 

@@ -95,7 +95,7 @@ impl Checked<'_> {
 
     fn check_default_identifier(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
         let id = CobId::from_parameter(value);
-        require(!id.is_restricted(), AbortCode::INVALID_VALUE)?;
+        require(CobId::is_parameter(value) && !id.is_restricted(), AbortCode::INVALID_VALUE)?;
         require(!self.is_taken(id, address), AbortCode::PARAMETER_INCOMPATIBLE)
     }
 
