@@ -13,13 +13,13 @@ use lexican_runtime::object::{Address, Object, Ro};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
-use shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, Station};
+use shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, station};
 
 const NODE: NodeId = NodeId::literal(5);
 
 fn network() -> Network<VirtualLink> {
     let bus = VirtualBus::with_bit_rate(500);
-    bus.attach(Station::new(NODE));
+    bus.attach(station(NODE));
     Network::new(bus.link())
 }
 
@@ -81,8 +81,8 @@ fn a_transfer_that_the_link_refused_does_not_stand_in_the_way_of_the_next() {
 fn a_read_of_the_applications_own_is_not_taken_for_the_shell_s() {
     let other = NodeId::literal(6);
     let bus = VirtualBus::with_bit_rate(500);
-    bus.attach(Station::new(NODE));
-    bus.attach(Station::new(other));
+    bus.attach(station(NODE));
+    bus.attach(station(other));
     let mut network = Network::new(bus.link());
     for node in [NODE, other] {
         assert_eq!(network.read(node, DEVICE_TYPE).unwrap(), 0x0002_0192);
@@ -98,8 +98,8 @@ fn a_read_of_the_applications_own_is_not_taken_for_the_shell_s() {
 fn only_the_own_nodes_are_heard_when_only_they_are_wanted_and_all_again_later() {
     let other = NodeId::literal(6);
     let bus = VirtualBus::with_bit_rate(500);
-    bus.attach(Station::new(NODE));
-    bus.attach(Station::new(other));
+    bus.attach(station(NODE));
+    bus.attach(station(other));
     let mut network = Network::new(bus.link());
     network.listen_to_own(&[]).unwrap();
     assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);

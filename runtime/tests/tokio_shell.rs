@@ -16,7 +16,7 @@ use lexican_runtime::manager::Remote;
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId, manager};
-use shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, Station};
+use shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, station};
 
 const SILENT: NodeId = NodeId::literal(100);
 
@@ -24,7 +24,7 @@ const SILENT: NodeId = NodeId::literal(100);
 fn network() -> (VirtualBus, Network) {
     let bus = VirtualBus::with_bit_rate(500);
     for node in NodeId::all().take(8) {
-        bus.attach(Station::new(node));
+        bus.attach(station(node));
     }
     let network = Network::spawn(bus.link()).expect("a virtual link needs nothing to be waited for");
     (bus, network)
@@ -287,7 +287,7 @@ fn crowded(refusals: usize) -> (VirtualBus, Network, Arc<Mutex<Vec<String>>>) {
     let heard = Arc::new(Mutex::new(Vec::new()));
     let list = Arc::clone(&heard);
     bus.observe(move |_, frame| list.lock().unwrap().push(frame.to_string()));
-    bus.attach(Station::new(NodeId::literal(1)));
+    bus.attach(station(NodeId::literal(1)));
     let refusals = Arc::new(AtomicUsize::new(refusals));
     let network = Network::spawn(Crowded { link: bus.link(), refusals }).unwrap();
     (bus, network, heard)

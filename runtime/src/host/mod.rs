@@ -8,12 +8,14 @@ mod bytes;
 pub mod candump;
 mod clock;
 mod link;
+mod node;
 mod participant;
 mod replay;
 #[cfg(feature = "slcan")]
 pub mod slcan;
 #[cfg(all(feature = "socketcan", target_os = "linux"))]
 pub mod socketcan;
+mod station;
 #[cfg(feature = "tokio")]
 pub mod tokio;
 pub mod url;
@@ -24,7 +26,9 @@ pub use bytes::Bytes;
 #[cfg(unix)]
 pub use link::Descriptor;
 pub use link::{BusState, Incoming, Link, LinkError};
+pub use node::Node;
 pub use participant::{Notice, Participant};
 pub use replay::{Replay, ReplayError};
+pub use station::Station;
 pub use url::BusUrl;
-pub use virtual_bus::{Fate, Node, Pace, VirtualBus, VirtualLink};
+pub use virtual_bus::{Fate, Pace, VirtualBus, VirtualLink};

@@ -7,83 +7,13 @@
 
 use std::boxed::Box;
 use std::collections::{BTreeSet, VecDeque};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::vec::Vec;
 
 use super::clock::pause;
-use super::{BusState, Incoming, Link, LinkError};
+use super::node::lock;
+use super::{BusState, Incoming, Link, LinkError, Node};
 use crate::{CobId, Duration, Frame, Instant};
-
-/// Whatever takes part in a bus: the four verbs of a composite, with its dictionary already lent.
-pub trait Node {
-    /// Takes a frame that somebody else sent.
-    fn handle_frame(&mut self, now: Instant, frame: &Frame);
-    /// Takes note that [`Node::poll_timeout`] has come. The next one must be later, or `None`, once
-    /// this was called often enough.
-    fn handle_timeout(&mut self, now: Instant);
-    /// The next frame to send.
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
-    /// When to call [`Node::handle_timeout`].
-    fn poll_timeout(&self) -> Option<Instant>;
-
-    /// The identifiers of all frames that concern the node, as [`Device::cob_ids`] tells them; none for all
-    /// frames. A link that can then leaves out the others.
-    ///
-    /// [`Device::cob_ids`]: crate::device::Device::cob_ids
-    fn concerns(&self) -> Vec<CobId> {
-        Vec::new()
-    }
-
-    /// Another number than before when [`Node::concerns`] may say something else; see [`Device::generation`].
-    ///
-    /// [`Device::generation`]: crate::device::Device::generation
-    fn generation(&self) -> u32 {
-        0
-    }
-}
-
-impl<N: Node + ?Sized> Node for Box<N> {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        (**self).handle_frame(now, frame);
-    }
-    fn handle_timeout(&mut self, now: Instant) {
-        (**self).handle_timeout(now);
-    }
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        (**self).poll_transmit(now)
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        (**self).poll_timeout()
-    }
-    fn concerns(&self) -> Vec<CobId> {
-        (**self).concerns()
-    }
-    fn generation(&self) -> u32 {
-        (**self).generation()
-    }
-}
-
-/// A node that somebody else keeps an eye on.
-impl<N: Node> Node for Arc<Mutex<N>> {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        lock(self).handle_frame(now, frame);
-    }
-    fn handle_timeout(&mut self, now: Instant) {
-        lock(self).handle_timeout(now);
-    }
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        lock(self).poll_transmit(now)
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        lock(self).poll_timeout()
-    }
-    fn concerns(&self) -> Vec<CobId> {
-        lock(self).concerns()
-    }
-    fn generation(&self) -> u32 {
-        lock(self).generation()
-    }
-}
 
 /// What becomes of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -476,11 +406,6 @@ fn arbitration(frame: &Frame) -> (u32, bool, u32, bool) {
     let id = frame.id();
     let base = if id.is_extended() { id.raw() >> 18 } else { id.raw() };
     (base, id.is_extended(), id.raw(), frame.is_remote())
-}
-
-fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A panic elsewhere has already failed whatever this belongs to; it need not fail twice.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

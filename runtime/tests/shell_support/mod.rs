@@ -1,9 +1,8 @@
 //! A small device for the tests of the shells.
 
-use lexican_runtime::device::{Behaviour, Device};
-use lexican_runtime::host::Node;
+use lexican_runtime::host::Station;
 use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, Object, PdoMapping, Ro, Rw, Table};
-use lexican_runtime::{Frame, Instant, NodeId};
+use lexican_runtime::{Instant, NodeId};
 
 pub(crate) const DEVICE_TYPE: Object<u32, Ro> = Object::new(0x1000, 0);
 pub(crate) const HEARTBEAT: Object<u16, Rw> = Object::new(0x1017, 0).with_limits(0, 1000);
@@ -25,29 +24,7 @@ static TABLE: Table = Table {
     node_relative: &[],
 };
 
-/// A device with its dictionary, for the bus.
-pub(crate) struct Station(Device, Dictionary<28>);
-
-impl Station {
-    /// A device that has just been switched on.
-    pub(crate) fn new(node: NodeId) -> Self {
-        let mut station = Station(Device::new(node, Behaviour::CIA_301), Dictionary::new(&TABLE, node));
-        station.0.restart(Instant::ZERO, &mut station.1);
-        station
-    }
-}
-
-impl Node for Station {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        self.0.handle_frame(now, frame, &mut self.1);
-    }
-    fn handle_timeout(&mut self, now: Instant) {
-        self.0.handle_timeout(now, &mut self.1);
-    }
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.0.poll_transmit(now, &mut self.1)
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.0.poll_timeout()
-    }
+/// A device that has just been switched on.
+pub(crate) fn station(node: NodeId) -> Station<28> {
+    Station::new(Instant::ZERO, node, Dictionary::new(&TABLE, node))
 }

@@ -1,0 +1,111 @@
+//! What takes part in a bus.
+
+use std::boxed::Box;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::vec::Vec;
+
+use crate::{CobId, Frame, Instant};
+
+/// Whatever takes part in a bus: the four verbs of a composite, with its dictionary already lent.
+pub trait Node {
+    /// Takes a frame that somebody else sent.
+    fn handle_frame(&mut self, now: Instant, frame: &Frame);
+    /// Takes note that [`Node::poll_timeout`] has come. The next one must be later, or `None`, once
+    /// this was called often enough.
+    fn handle_timeout(&mut self, now: Instant);
+    /// The next frame to send.
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
+    /// When to call [`Node::handle_timeout`].
+    fn poll_timeout(&self) -> Option<Instant>;
+
+    /// The identifiers of all frames that concern the node, as [`Device::cob_ids`] tells them; none for all
+    /// frames. A link that can then leaves out the others.
+    ///
+    /// [`Device::cob_ids`]: crate::device::Device::cob_ids
+    fn concerns(&self) -> Vec<CobId> {
+        Vec::new()
+    }
+
+    /// Another number than before when [`Node::concerns`] may say something else; see [`Device::generation`].
+    ///
+    /// [`Device::generation`]: crate::device::Device::generation
+    fn generation(&self) -> u32 {
+        0
+    }
+}
+
+impl<N: Node + ?Sized> Node for Box<N> {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        (**self).handle_frame(now, frame);
+    }
+    fn handle_timeout(&mut self, now: Instant) {
+        (**self).handle_timeout(now);
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        (**self).poll_transmit(now)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        (**self).poll_timeout()
+    }
+    fn concerns(&self) -> Vec<CobId> {
+        (**self).concerns()
+    }
+    fn generation(&self) -> u32 {
+        (**self).generation()
+    }
+}
+
+/// A node that somebody else keeps an eye on.
+impl<N: Node> Node for Arc<Mutex<N>> {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        lock(self).handle_frame(now, frame);
+    }
+    fn handle_timeout(&mut self, now: Instant) {
+        lock(self).handle_timeout(now);
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        lock(self).poll_transmit(now)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        lock(self).poll_timeout()
+    }
+    fn concerns(&self) -> Vec<CobId> {
+        lock(self).concerns()
+    }
+    fn generation(&self) -> u32 {
+        lock(self).generation()
+    }
+}
+
+/// Several nodes in one place, behind one link. They do not hear each other.
+impl<N: Node> Node for Vec<N> {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        self.iter_mut().for_each(|node| node.handle_frame(now, frame));
+    }
+    fn handle_timeout(&mut self, now: Instant) {
+        for node in self {
+            if node.poll_timeout().is_some_and(|deadline| deadline <= now) {
+                node.handle_timeout(now);
+            }
+        }
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.iter_mut().find_map(|node| node.poll_transmit(now))
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.iter().filter_map(Node::poll_timeout).min()
+    }
+    fn concerns(&self) -> Vec<CobId> {
+        let each: Vec<Vec<CobId>> = self.iter().map(Node::concerns).collect();
+        // One that wants all frames wants them for all.
+        if each.iter().any(Vec::is_empty) { Vec::new() } else { each.concat() }
+    }
+    fn generation(&self) -> u32 {
+        self.iter().fold(0, |sum, node| sum.wrapping_add(node.generation()))
+    }
+}
+
+pub(super) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // A panic elsewhere has already failed whatever this belongs to; it need not fail twice.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
