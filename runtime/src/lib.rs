@@ -1,4 +1,16 @@
-//! CANopen without I/O.
+//! CANopen, the device's side and the manager's, without I/O.
+//!
+//! | who wants to | takes |
+//! | --- | --- |
+//! | read, write and command the nodes of a bus | `host::blocking::Network`, or `host::tokio::Network` |
+//! | be a node, on an operating system | `host::Station` behind a `host::Participant` |
+//! | be a node, without one | [`device::Device`], lent a dictionary at each call |
+//! | decide alone when anything is sent | [`manager::Manager`], and the [services](service) |
+//! | read frames | [`wire`] |
+//! | try any of this without hardware | `host::VirtualBus` |
+//!
+//! Objects are handles that `lexican-codegen` makes of a data sheet ([`include_od!`]). What the data sheet does not allow
+//! does not compile where a type can say it, and is not sent where only the value can.
 //!
 //! From the bottom up:
 //!
@@ -9,7 +21,8 @@
 //! - [`device`] and [`manager`]: the composites, one for either side;
 //! - [`procedure`]: sequences of steps as data, and what runs them;
 //! - [`profile`]: what device profiles add;
-//! - `host`, behind the feature `std`: links and shells, the only part that does I/O.
+//! - `host`, behind the feature `std`: links and shells, the only part that does I/O. Links to interfaces have features
+//!   of their own, `socketcan` and `slcan`; so has the shell for `tokio`.
 //!
 //! What is absent: no clock is read (time is an argument), no frame is queued (transmissions are
 //! pulled and computed from state), nothing is allocated, nothing is `unsafe`, nothing is global.
