@@ -3,6 +3,27 @@
 //! Waiting for an answer does not make the shell deaf. What else the manager learns meanwhile, it
 //! keeps for [`Network::next_event`]: the last 1024 events, the oldest dropped first and counted. While a
 //! long transfer sends, frames are received and deadlines kept.
+//!
+//! ```no_run
+//! use lexican_runtime::host::BusUrl;
+//! use lexican_runtime::host::blocking::Network;
+//! use lexican_runtime::object::{Object, Ro};
+//! use lexican_runtime::wire::nmt::NmtCommand;
+//! use lexican_runtime::{Duration, NodeId};
+//!
+//! // Generated from the data sheet: `od::DEVICE_TYPE`.
+//! const DEVICE_TYPE: Object<u32, Ro> = Object::new(0x1000, 0);
+//!
+//! let node = NodeId::literal(5);
+//! let mut network = Network::new("can0".parse::<BusUrl>()?.open()?);
+//! println!("{:#X}", network.read(node, DEVICE_TYPE)?);
+//! network.command(NmtCommand::Start, Some(node))?;
+//! let until = network.now() + Duration::from_secs(10);
+//! while let Some(event) = network.next_event(until)? {
+//!     println!("{event:?}");
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod step;
 

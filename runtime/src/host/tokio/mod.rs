@@ -11,6 +11,25 @@
 //! - A frame that the interface has no room for waits for it up to 100 ms, and everything that is to be sent
 //!   after it waits behind it, in order. Meanwhile frames are received and deadlines kept. Then it is lost, as
 //!   on a bad bus: a call that sends is told so, a transfer notices that no answer comes.
+//!
+//! ```no_run
+//! use lexican_runtime::NodeId;
+//! use lexican_runtime::host::BusUrl;
+//! use lexican_runtime::host::tokio::Network;
+//! use lexican_runtime::object::{Object, Ro};
+//!
+//! // Generated from the data sheet: `od::DEVICE_TYPE`.
+//! const DEVICE_TYPE: Object<u32, Ro> = Object::new(0x1000, 0);
+//!
+//! # async fn run() -> Result<(), Box<dyn std::error::Error>> {
+//! let network = Network::spawn("can0".parse::<BusUrl>()?.open()?)?;
+//! let [one, other] = [5, 6].map(NodeId::literal);
+//! // A node that does not answer holds up nobody else.
+//! let types = tokio::join!(network.read(one, DEVICE_TYPE), network.read(other, DEVICE_TYPE));
+//! println!("{types:?}");
+//! # Ok(())
+//! # }
+//! ```
 
 mod outgoing;
 mod owner;
