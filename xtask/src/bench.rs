@@ -8,7 +8,7 @@ use std::process::{Command, ExitStatus, Stdio};
 
 use clap::{Args, ValueEnum};
 
-use crate::{python, target_folder, vcan};
+use crate::{command, python, target_folder, vcan};
 
 #[derive(Args)]
 pub(crate) struct Bench {
@@ -69,7 +69,7 @@ fn bus(root: &Path) -> Result<(), String> {
         if link == "vcan" {
             vcan::run_command(root, &line, &[&results])?;
         } else {
-            python::directly(&line)?;
+            command::run(&line)?;
         }
         let figures = fs::read_to_string(&table).map_err(|error| format!("{}: {error}", table.display()))?;
         text = format!("{text}\n{figures}");
@@ -112,7 +112,7 @@ fn load() -> String {
 
 /// Cargo, on the way to the program.
 fn cargo(root: &Path, verb: &str) -> Command {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    let mut command = command::cargo();
     command.args([verb, "--quiet", "--release", "--manifest-path"]).arg(root.join("tests/bench/Cargo.toml"));
     command.arg("--target-dir").arg(folder(root));
     command

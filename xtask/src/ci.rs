@@ -5,8 +5,8 @@ use std::process::Command;
 
 use clap::ValueEnum;
 
-use crate::checkout;
 use crate::disk::Free;
+use crate::{checkout, command};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Job {
@@ -159,10 +159,9 @@ fn command_for<'r>(readme: &'r str, purpose: &str) -> Option<Vec<&'r str>> {
 }
 
 pub(crate) fn cargo(root: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let line = format!("cargo {}", arguments.join(" "));
     println!("$ {line}");
-    let status = Command::new(cargo)
+    let status = command::cargo()
         .args(arguments)
         .envs(environment.iter().copied())
         .current_dir(root)

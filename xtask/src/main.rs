@@ -5,6 +5,7 @@
 mod bench;
 mod checkout;
 mod ci;
+mod command;
 mod corpus;
 mod disk;
 mod interop;

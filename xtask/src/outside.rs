@@ -5,9 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use crate::command;
+
 /// The command that users run, built as they run it.
 pub(crate) fn lexican(root: &Path) -> Result<PathBuf, String> {
-    run(Command::new(cargo()).args(["build", "--quiet", "--release", "-p", "lexican"]).current_dir(root))?;
+    run(command::cargo().args(["build", "--quiet", "--release", "-p", "lexican"]).current_dir(root))?;
     Ok(crate::target_folder(root).join("release").join(format!("lexican{}", std::env::consts::EXE_SUFFIX)))
 }
 
@@ -46,11 +48,7 @@ pub(crate) fn cargo_in(root: &Path, folder: &Path, arguments: &[&str]) -> Result
         fs::copy(root.join("Cargo.lock"), &lock).map_err(|error| format!("{}: {error}", lock.display()))?;
     }
     let target = folder.join("target");
-    run(Command::new(cargo()).args(arguments).current_dir(folder).env("CARGO_TARGET_DIR", target))
-}
-
-fn cargo() -> std::ffi::OsString {
-    std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
+    run(command::cargo().args(arguments).current_dir(folder).env("CARGO_TARGET_DIR", target))
 }
 
 fn run(command: &mut Command) -> Result<Output, String> {

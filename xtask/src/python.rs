@@ -2,7 +2,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+
+use crate::command;
 
 /// What the environment consists of.
 pub(crate) const PACKAGES: [&str; 3] = ["canopen==2.4.1", "python-can==4.6.1", "pyserial==3.5"];
@@ -17,18 +18,9 @@ pub(crate) fn environment(root: &Path) -> Result<PathBuf, String> {
     }
     let venv_word = venv.to_string_lossy().into_owned();
     let python_word = python.to_string_lossy().into_owned();
-    directly(&["python3", "-m", "venv", "--clear", &venv_word])
+    command::run(&["python3", "-m", "venv", "--clear", &venv_word])
         .map_err(|error| format!("{error}\ninstall it: apt-get install python3-venv"))?;
-    directly(&[&[&*python_word, "-m", "pip", "install", "--quiet"], &PACKAGES[..]].concat())?;
+    command::run(&[&[&*python_word, "-m", "pip", "install", "--quiet"], &PACKAGES[..]].concat())?;
     fs::write(complete, PACKAGES.join("\n")).map_err(|error| error.to_string())?;
     Ok(python)
-}
-
-/// Runs a command on this machine, and shows it.
-pub(crate) fn directly(words: &[&str]) -> Result<(), String> {
-    let line = words.join(" ");
-    println!("$ {line}");
-    let (program, arguments) = words.split_first().ok_or("no command")?;
-    let status = Command::new(program).args(arguments).status().map_err(|error| format!("{line}: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
 }

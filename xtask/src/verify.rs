@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use crate::python::directly;
-use crate::{ci, target_folder};
+use crate::{ci, command, target_folder};
 
 /// Writes the report anew; with `check` only looks whether it is right.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
@@ -12,5 +11,5 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     let program = target_folder(root).join("debug").join(format!("lexican-verify{}", std::env::consts::EXE_SUFFIX));
     let program = program.to_string_lossy();
     let line: &[&str] = if check { &[&program, "--check"] } else { &[&program] };
-    directly(line)
+    command::run(line)
 }

@@ -9,8 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::python::{self, directly};
-use crate::{target_folder, vcan};
+use crate::{command, python, target_folder, vcan};
 use table::{Column, Table};
 
 /// Who plays what.
@@ -139,7 +138,7 @@ impl Run<'_> {
         // A service that failed is in the results, too: the table tells it.
         let outcome = match link {
             "vcan" => vcan::run_command(self.root, &line, &[&self.folder]),
-            _ => directly(&line),
+            _ => command::run(&line),
         };
         let mut column = Column::read(direction, link, &results).map_err(|error| match outcome {
             Err(reason) => reason,
