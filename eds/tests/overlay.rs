@@ -150,3 +150,42 @@ fn findings_in_an_overlay_name_its_lines() {
     let text = load(&input).1.render(&input);
     assert!(text.contains("error[overlay::missing-reason]") && text.contains(" --> x.toml:4:9"), "{text}");
 }
+
+/// What is expected where the overlay has something else, for each finding of that kind.
+#[track_caller]
+fn check_expected(overlay: &str, expected: &[&str]) {
+    let (_, diagnostics) = read(&[overlay]);
+    let wrong = diagnostics.iter().filter(|finding| finding.code == "overlay::bad-value");
+    assert_eq!(wrong.map(|finding| finding.message.as_str()).collect::<Vec<_>>(), expected, "{overlay}");
+}
+
+#[test]
+fn one_wrong_value_is_one_finding_that_says_what_is_right() {
+    let object = |key: &str| format!("[object.\"2000\"]\nreason = \"r\"\n{key}\n");
+    check_expected(&object("name = 5"), &["expected a text"]);
+    check_expected(&object("description = 5"), &["expected a text"]);
+    check_expected(&object("default = \"\""), &["expected a value of UNSIGNED16"]);
+    check_expected(&object("low = \"NULL\""), &["expected a value of UNSIGNED16"]);
+    check_expected(&object("data_type = -1"), &["expected a number from 0 to 65535"]);
+    check_expected(&object("data_type = 0x99999"), &["expected a number from 0 to 65535"]);
+    check_expected(&object("data_type = 0x400"), &["expected the name of a data type of CiA 301, or its number"]);
+    check_expected(&object("data_type = \"WORD\""), &["expected the name of a data type of CiA 301, or its number"]);
+    check_expected(&object("writable_in = []"), &["expected at least one state"]);
+    check_expected(
+        &object("ranges = [ { when = \"x\", low = 1, high = 2 } ]"),
+        &["expected a condition such as \"2102:00 == 2\""],
+    );
+    check_expected(
+        "[quantity.Speed]\nunits = [ { symbol = \"m\", method = \"metres\", scale = \"x\" } ]\n",
+        &["expected a scale such as \"1/100\""],
+    );
+    check_expected(
+        "[[pdo]]\ndirection = \"up\"\nnumber = 1\n[[pdo]]\ndirection = \"receive\"\nnumber = 513\n",
+        &["expected \"receive\" or \"transmit\"", "expected a number from 1 to 512"],
+    );
+    check_expected("[[pdo]]\nnumber = 1\n", &["expected a PDO with `direction` and `number`"]);
+    check_expected(
+        &object("default = 1\nranges = [ { low = 1 } ]"),
+        &["expected a range with `when`, `low` and `high`"],
+    );
+}

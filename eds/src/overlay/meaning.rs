@@ -56,6 +56,7 @@ impl Reader<'_> {
     /// `description`, and the list under `key`.
     fn described<'n, 'i>(&mut self, node: &'n Node<'i>, key: &str) -> (Option<String>, Vec<&'n Node<'i>>) {
         let (mut description, mut list) = (None, None);
+        let before = self.out.len();
         for (name, node) in self.table(node).into_iter().flatten() {
             match name.get_ref().as_ref() {
                 "description" => description = self.text(node),
@@ -63,7 +64,7 @@ impl Reader<'_> {
                 _ => self.unknown(name),
             }
         }
-        let list: Option<Vec<&Node<'_>>> = self.expect(node, list, &format!("a table with `{key}`"));
+        let list: Option<Vec<&Node<'_>>> = self.expect_whole(node, before, list, &format!("a table with `{key}`"));
         (description, list.unwrap_or_default())
     }
 
@@ -74,6 +75,7 @@ impl Reader<'_> {
         read: impl Fn(&mut Self, &Node<'_>) -> Option<T>,
     ) -> Option<Named<T>> {
         let (mut name, mut description, mut value) = (None, None, None);
+        let before = self.out.len();
         for (key, node) in self.table(node)? {
             match key.get_ref().as_ref() {
                 "name" => name = self.text(node),
@@ -83,7 +85,7 @@ impl Reader<'_> {
             }
         }
         let named = name.zip(value).map(|(name, value)| Named { name, description, value });
-        self.expect(node, named, &format!("a table with `{what}` and `name`"))
+        self.expect_whole(node, before, named, &format!("a table with `{what}` and `name`"))
     }
 
     /// `3` or `"4..7"`.
@@ -106,6 +108,7 @@ impl Reader<'_> {
 
     fn unit(&mut self, node: &Node<'_>) -> Option<Unit> {
         let (mut symbol, mut method, mut scale, mut when) = (None, None, None, None);
+        let before = self.out.len();
         for (key, node) in self.table(node)? {
             match key.get_ref().as_ref() {
                 "symbol" => symbol = self.text(node),
@@ -117,7 +120,7 @@ impl Reader<'_> {
         }
         let unit = symbol.zip(method).zip(scale);
         let unit = unit.map(|((symbol, method), (num, den))| Unit { symbol, method, num, den, when });
-        self.expect(node, unit, "a unit with `symbol`, `method` and `scale`")
+        self.expect_whole(node, before, unit, "a unit with `symbol`, `method` and `scale`")
     }
 
     /// A word that can be the name of a method.

@@ -231,10 +231,12 @@ impl Reader<'_> {
                 "enumeration" => self.each(node, Self::enumeration),
                 "bit_field" => self.each(node, Self::bit_field),
                 "quantity" => self.each(node, Self::quantity),
-                "pdo" => self.pdos(node),
+                "pdo" => {}
                 _ => self.unknown(key),
             }
         }
+        // At last, because mappings are as long as the data types, which may have been corrected.
+        table.iter().filter(|(key, _)| key.get_ref() == "pdo").for_each(|(_, node)| self.pdos(node));
         if !header {
             let start = Span { source: self.number, start: 0, end: 0 };
             self.out.push(check::overlays_name_their_format::missing(start));

@@ -44,6 +44,8 @@ impl Reader<'_> {
         for (key, node) in table {
             match key.get_ref().as_ref() {
                 "accept" => self.accept(index, None, node),
+                // Of a single value they are read with its entry.
+                "name" | "description" if !kind.has_subs() => {}
                 "name" => {
                     if let Some(name) = self.text(node) {
                         self.device.objects[at].name = name;
@@ -74,6 +76,12 @@ impl Reader<'_> {
                 // The words are about the object; all the rest is about every entry, and told once.
                 (entry.name, entry.description) = before;
                 told.get_or_insert_with(|| self.out.clone());
+            } else {
+                let object = &mut self.device.objects[at];
+                object.name.clone_from(&entry.name);
+                if entry.description.is_some() {
+                    object.description.clone_from(&entry.description);
+                }
             }
         }
         if let Some(told) = told {
@@ -133,11 +141,14 @@ impl Reader<'_> {
     }
 
     fn data_type(&mut self, entry: &mut Entry, node: &Node<'_>) {
-        let by_name = node.get_ref().as_str().map(DataType::from_name);
-        let data_type = match by_name {
-            Some(by_name) => self.expect(node, by_name, "the name of a data type of CiA 301"),
-            None => self.number(node).map(DataType::from_code),
+        let data_type = match node.get_ref().as_str() {
+            Some(name) => DataType::from_name(name),
+            None => match self.number(node) {
+                Some(code) => Some(DataType::from_code(code)).filter(|data_type| !data_type.is_unknown()),
+                None => return,
+            },
         };
+        let data_type = self.expect(node, data_type, "the name of a data type of CiA 301, or its number");
         if let Some(data_type) = data_type {
             self.corrected(entry, Key::DataType, node, entry.data_type == data_type);
             entry.data_type = data_type;
@@ -209,6 +220,7 @@ impl Reader<'_> {
 
     fn range(&mut self, node: &Node<'_>) -> Option<ConditionalRange> {
         let (mut when, mut low, mut high) = (None, None, None);
+        let before = self.out.len();
         for (key, node) in self.table(node)? {
             match key.get_ref().as_ref() {
                 "when" => when = self.condition(node),
@@ -218,7 +230,7 @@ impl Reader<'_> {
             }
         }
         let range = when.zip(low.zip(high)).map(|(when, (low, high))| ConditionalRange { when, low, high });
-        let range = self.expect(node, range, "a range with `when`, `low` and `high`")?;
+        let range = self.expect_whole(node, before, range, "a range with `when`, `low` and `high`")?;
         if range.low > range.high {
             self.push(check::overlay_ranges_are_in_order::found, node);
         }
@@ -227,7 +239,9 @@ impl Reader<'_> {
 
     fn states(&mut self, node: &Node<'_>) -> Option<Vec<NmtState>> {
         let mut states = Vec::new();
-        for node in self.array(node)? {
+        let nodes = self.array(node)?;
+        self.expect(node, (!nodes.is_empty()).then_some(()), "at least one state")?;
+        for node in nodes {
             let state = match node.get_ref().as_str() {
                 Some("pre-operational") => Some(NmtState::PreOperational),
                 Some("operational") => Some(NmtState::Operational),

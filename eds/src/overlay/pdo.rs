@@ -4,6 +4,7 @@ use super::value::address;
 use super::{Node, Reader};
 use crate::check;
 use crate::model::{Device, Direction, Mapped, Pdo};
+use crate::pdo::MAX_PDOS;
 use crate::source::Span;
 use crate::types::DataType;
 
@@ -29,6 +30,7 @@ impl Reader<'_> {
     fn pdo(&mut self, node: &Node<'_>) -> Option<Pdo> {
         let (mut direction, mut number, mut cob_id, mut transmission_type) = (None, None, None, None);
         let mut mapping = Vec::new();
+        let before = self.out.len();
         for (key, node) in self.table(node)? {
             match key.get_ref().as_ref() {
                 "direction" => {
@@ -40,9 +42,8 @@ impl Reader<'_> {
                     direction = self.expect(node, word, "\"receive\" or \"transmit\"");
                 }
                 "number" => {
-                    number = self.number(node);
-                    let valid = number.filter(|number| (1..=crate::pdo::MAX_PDOS).contains(number));
-                    number = self.expect(node, valid, "a number from 1 to 512");
+                    let valid = |number: i128| u16::try_from(number).ok().filter(|n| (1..=MAX_PDOS).contains(n));
+                    number = self.integer(node).and_then(|n| self.expect(node, valid(n), "a number from 1 to 512"));
                 }
                 "cob_id" => cob_id = self.value(node, DataType::Unsigned32),
                 "transmission_type" => transmission_type = self.number(node),
@@ -61,7 +62,7 @@ impl Reader<'_> {
             mapping,
             dynamic: false,
         });
-        self.expect(node, pdo, "a PDO with `direction` and `number`")
+        self.expect_whole(node, before, pdo, "a PDO with `direction` and `number`")
     }
 
     /// `"6041:00"`, as long as its data type; or a data type such as `"0005:00"` for a gap.

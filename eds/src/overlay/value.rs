@@ -34,8 +34,12 @@ impl Reader<'_> {
     /// An integer of some type.
     pub(super) fn number<T: TryFrom<i128>>(&mut self, node: &Node<'_>) -> Option<T> {
         let integer = self.integer(node)?;
-        let number = T::try_from(integer).ok();
-        self.expect(node, number, "a smaller number")
+        let is_signed = T::try_from(-1).is_ok();
+        let expected = match u32::try_from(size_of::<T>() * 8) {
+            Ok(bits) if !is_signed && bits < 64 => format!("a number from 0 to {}", (1_u64 << bits) - 1),
+            _ => "a smaller number".to_owned(),
+        };
+        self.expect(node, T::try_from(integer).ok(), &expected)
     }
 
     /// A value of a data type: a number, a text, or text in the notation of a data sheet.
@@ -49,10 +53,8 @@ impl Reader<'_> {
                 None => return self.expect(node, None, "a number or a text"),
             },
         };
-        match number::value(&text, data_type) {
-            Ok(value) => value.map(|Read { value, .. }| value),
-            Err(()) => self.expect(node, None, &format!("a value of {data_type}")),
-        }
+        let value = number::value(&text, data_type).ok().flatten().map(|Read { value, .. }| value);
+        self.expect(node, value, &format!("a value of {data_type}"))
     }
 
     /// `2102:00 == 2`.
@@ -70,6 +72,18 @@ impl Reader<'_> {
             self.out.push(check::overlay_values_are_of_their_kind::found(expected, span));
         }
         value
+    }
+
+    /// The same for what is made of several values: nothing more is said when one of them is wrong already, of which
+    /// the findings since there were `before` tell.
+    pub(super) fn expect_whole<T>(
+        &mut self,
+        node: &Node<'_>,
+        before: usize,
+        value: Option<T>,
+        expected: &str,
+    ) -> Option<T> {
+        if self.out.len() > before { value } else { self.expect(node, value, expected) }
     }
 
     pub(super) fn push(&mut self, finding: impl FnOnce(Span) -> Diagnostic, node: &Node<'_>) {
