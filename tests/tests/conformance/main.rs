@@ -22,6 +22,7 @@ use lexican_eds::model;
 use lexican_runtime::AbortCode;
 use lexican_runtime::device::Event;
 use lexican_runtime::object::Access;
+use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 
 type Test = fn(&mut Dut);
@@ -682,4 +683,33 @@ fn every_case_of_the_plan_passes_or_is_not_applicable() {
 fn no_case_is_there_twice() {
     let numbers: std::collections::BTreeSet<&str> = CASES.iter().map(|(number, ..)| *number).collect();
     assert_eq!(numbers.len(), CASES.len());
+}
+
+// Beyond the plan.
+
+#[test]
+fn a_sync_start_value_means_nothing_to_a_sync_without_counter() {
+    let mut dut = Dut::new();
+    dut.write_u32(0x1800, 1, 0x8000_0185).unwrap();
+    dut.write(0x1800, 6, &[5]).unwrap();
+    dut.write_u32(0x1800, 1, 0x185).unwrap();
+    assert!(tpdo(&mut dut, 2, NmtState::Operational));
+    assert_eq!([(); 4].map(|()| dut.send("080#").len()), [1, 0, 1, 0]);
+}
+
+#[test]
+fn an_error_that_the_device_still_has_is_not_told_as_over() {
+    let mut dut = Dut::new();
+    dut.write_u32(0x1016, 1, 0x0010_0064).unwrap();
+    dut.send("710#05");
+    assert_eq!(dut.pass_ms(110), ["085#3081110000000000"]);
+    dut.device.emergency(ErrorCode(0x8100), ErrorRegister::COMMUNICATION, [0; 5], &mut dut.od);
+    dut.pull();
+    assert_eq!(dut.take_sent(), ["085#0081110000000000"]);
+    dut.device.clear(ErrorRegister::COMMUNICATION, &mut dut.od);
+    dut.pull();
+    assert_eq!(dut.take_sent(), [""; 0], "the heartbeat is still lost");
+    assert_eq!(dut.read(0x1001, 0), Ok(0x11));
+    assert_eq!(dut.send("710#05"), ["085#0000000000000000"]);
+    assert_eq!(dut.read(0x1001, 0), Ok(0));
 }
