@@ -74,6 +74,19 @@ fn slow_inching_is_seen_to_begin_and_is_under_way_until_it_is_stopped() {
     }
 }
 
+/// The order that has led there need not be taken back for the one that leads back.
+#[test]
+fn from_beyond_a_limit_it_inches_back_at_once() {
+    let mut bench = Bench::inching(30, 50);
+    bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_1(), od::Position(500)).unwrap();
+    bench.drive.inch(Direction::Positive).unwrap();
+    bench.drive.pass(Duration::from_secs(3)).unwrap();
+    assert!(bench.drive.position().unwrap() > 500 && bench.velocity() == 0.0);
+    bench.drive.inch(Direction::Negative).unwrap();
+    bench.drive.pass(Duration::from_secs(2)).unwrap();
+    assert!(bench.drive.stop_inching().unwrap() < 500);
+}
+
 #[test]
 fn a_step_that_loses_its_supply_is_interrupted() {
     let mut bench = Bench::inching(30, 50);

@@ -122,11 +122,13 @@ async fn begin(desk: &Desk, inching: Inching, order: Begin) -> Result<(), Error>
     }
 }
 
-/// Whether the drive tells that it is inching, or takes no other order for another reason.
+/// Whether the drive tells that it is inching, or takes no other order for another reason. Beyond a limit, which may be
+/// one, only its movement tells.
 pub(super) async fn is_inching(desk: &Desk) -> Result<bool, Error> {
     let Some(busy) = desk.description().inching.and_then(|inching| inching.busy) else { return Ok(false) };
     let status_word = desk.status().await?;
-    desk.holds(busy, status_word).await
+    let limited = status_word & desk.description().status.internal_limit != 0;
+    Ok(!limited && desk.holds(busy, status_word).await?)
 }
 
 /// Whether the drive turns as it was told, or has gone further than a shaft does that settles, or that somebody
