@@ -119,8 +119,8 @@ proptest! {
     }
 }
 
-/// Runs a sequence on a node that answers everything, by these values in turn: reads with them, writes with an abort for
-/// every seventh one; whether it ends.
+/// Runs a sequence on a node that answers everything, by these values in turn: reads with them, writes with an abort
+/// for every seventh one; whether it ends.
 fn ends_on_answers(description: &'static Description, values: &[u32]) -> bool {
     let mut session = Session::new(NODE, description);
     let desk = session.desk();
@@ -162,6 +162,8 @@ fn value() -> impl Strategy<Value = u32> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
+
     #[test]
     fn no_answers_make_a_sequence_panic_or_wait_without_end(values in proptest::collection::vec(value(), 1..40)) {
         prop_assert!(ends_on_answers(&BY_PDO, &values));
