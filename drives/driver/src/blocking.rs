@@ -35,8 +35,8 @@ pub struct Drive<L: Link, K: Kind> {
 }
 
 impl<L: Link, K: Kind> Drive<L, K> {
-    /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver goes
-    /// by. Nothing is changed in the drive.
+    /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver
+    /// goes by. Nothing is changed in the drive.
     ///
     /// # Errors
     ///

@@ -57,12 +57,12 @@
 //!
 //! # What stops the drive when the application does not
 //!
-//! An operation that ends in an error after its order was sent, that is not over in time, or whose call is dropped, leaves
-//! the drive doing what it was told last; [`Error::Refused`] and [`Error::Unsupported`] come before anything moves. Then
-//! `stop`, `quick_stop` and `disable` stop whatever moves, and so does dropping the `Drive`.
+//! An operation that ends in an error after its order was sent, that is not over in time, or whose call is dropped,
+//! leaves the drive doing what it was told last; [`Error::Refused`] and [`Error::Unsupported`] come before anything
+//! moves. Then `stop`, `quick_stop` and `disable` stop whatever moves, and so does dropping the `Drive`.
 //!
-//! A `Drive` that is dropped, also by a panic that unwinds, sends a stop if the drive may be moving: a quick stop in the
-//! middle of a step, which nothing else ends. That is all that the driver can do: **nothing here supervises the
+//! A `Drive` that is dropped, also by a panic that unwinds, sends a stop if the drive may be moving: a quick stop in
+//! the middle of a step, which nothing else ends. That is all that the driver can do: **nothing here supervises the
 //! process that it runs in.** After SIGKILL, `abort`, a crash of the machine or a cable that breaks, nobody sends that
 //! stop: a travel goes on to its target, and inching and velocity mode go on until something else ends them. What a
 //! drive can do about that, by life guarding, say, its own crate tells.

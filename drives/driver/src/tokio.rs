@@ -46,8 +46,8 @@ pub struct Drive<K: Kind> {
 }
 
 impl<K: Kind> Drive<K> {
-    /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver goes
-    /// by. Nothing is changed in the drive.
+    /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver
+    /// goes by. Nothing is changed in the drive.
     ///
     /// # Errors
     ///

@@ -19,8 +19,8 @@ pub struct Outputs {
 /// A PDO that the driver sends or hears.
 #[derive(Clone, Copy, Debug)]
 pub struct Pdo {
-    /// The COB-ID without the node-ID, as in the predefined connection set (CiA 301, 7.3.5): 200h, 300h, 400h or 500h of
-    /// a receive PDO, 180h, 280h, 380h or 480h of a transmit PDO.
+    /// The COB-ID without the node-ID, as in the predefined connection set (CiA 301, 7.3.5): 200h, 300h, 400h or 500h
+    /// of a receive PDO, 180h, 280h, 380h or 480h of a transmit PDO.
     pub base: u16,
     /// What it carries, the first byte first; at most eight bytes.
     pub signals: &'static [Signal],

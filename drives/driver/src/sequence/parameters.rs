@@ -68,8 +68,8 @@ pub async fn compare_parameters(desk: &Desk, settings: &[Setting]) -> Result<Vec
 /// # Errors
 ///
 /// [`Error::NoParameter`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a travel is under
-/// way; [`Error::Sdo`] with the first setting that the drive refuses. Others may have been written by then: a value that is out of place waits
-/// for the rest, such as one limit for the other.
+/// way; [`Error::Sdo`] with the first setting that the drive refuses. Others may have been written by then: a value
+/// that is out of place waits for the rest, such as one limit for the other.
 pub async fn write_parameters(desk: &Desk, settings: &[Setting]) -> Result<(), Error> {
     for &Setting { address, value } in settings {
         object(desk, address)?.check(value)?;

@@ -200,8 +200,8 @@ pub async fn resume(desk: &Desk) -> Result<(), Error> {
     }
 }
 
-/// A travel that is told to go on. Unless it is seen to, whatever happens meanwhile, it counts as interrupted, and that the
-/// drive stands is not its end.
+/// A travel that is told to go on. Unless it is seen to, whatever happens meanwhile, it counts as interrupted, and that
+/// the drive stands is not its end.
 struct Resumption<'a> {
     desk: &'a Desk,
     seen: bool,

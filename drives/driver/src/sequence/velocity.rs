@@ -64,8 +64,8 @@ pub async fn run_at(desk: &Desk, velocity: i32, within: Duration) -> Result<Velo
     }
 }
 
-/// The velocity that a drive runs at without another order, as soon as it is enabled in velocity mode, or comes into that
-/// mode enabled: it has to be 0 by then. None where Stop is set while nothing is to move: there it takes an edge.
+/// The velocity that a drive runs at without another order, as soon as it is enabled in velocity mode, or comes into
+/// that mode enabled: it has to be 0 by then. None where Stop is set while nothing is to move: there it takes an edge.
 pub(super) fn unasked(desk: &Desk) -> Option<Number> {
     let control = desk.description().control;
     desk.description().velocity.filter(|_| control.idle & control.stop == 0).map(|velocities| velocities.target)

@@ -5,9 +5,9 @@
 //!
 //! # What stops the drive when the application does not
 //!
-//! A `Drive` that is dropped, also by a panic that unwinds, sends a stop if the drive may be moving: a quick stop in the
-//! middle of inching operation 1, which Stop does not end (table 23 has Stop interrupt a positioning). That is all that
-//! the driver can do: **nothing here supervises the process that it runs in.** After SIGKILL, `abort`, a crash of the
+//! A `Drive` that is dropped, also by a panic that unwinds, sends a stop if the drive may be moving: a quick stop in
+//! the middle of inching operation 1, which Stop does not end (table 23 has Stop interrupt a positioning). That is all
+//! that the driver can do: **nothing here supervises the process that it runs in.** After SIGKILL, `abort`, a crash of the
 //! machine or a cable that breaks, nobody sends that stop: a travel goes on to its target, and inching and velocity
 //! mode go on until something else ends them.
 //!
