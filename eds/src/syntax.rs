@@ -337,7 +337,7 @@ fn part(start: u32, line: &str, part: &str) -> Span {
 fn report(source: &Source, number: usize, out: &mut Diagnostics) {
     let text = source.line(number);
     let start = source.line_range(number).0;
-    if text.len() > MAX_LINE_LENGTH {
+    if text.len() > MAX_LINE_LENGTH && text.chars().count() > MAX_LINE_LENGTH {
         out.push(check::lines_are_at_most_255_characters_long::found(text, start));
     }
     match Line::of(text) {

@@ -408,6 +408,17 @@ fn long_lines_are_read_whole() {
 }
 
 #[test]
+fn lines_and_names_are_as_long_as_their_characters_and_not_their_bytes() {
+    let is_told = |code: &str, letters: usize| {
+        let (_, diagnostics) = read(&format!("[2000]\nParameterName={}\n", "ü".repeat(letters)));
+        has(&diagnostics, code)
+    };
+    let key = "ParameterName=".len();
+    assert_eq!([255, 256].map(|letters| is_told("eds::long-line", letters - key)), [false, true]);
+    assert_eq!([241, 242].map(|letters| is_told("eds::long-name", letters)), [false, true]);
+}
+
+#[test]
 fn keys_and_sections_of_editors_are_told_once() {
     let text = "[2000]\nParameterName=x\nDataType=5\nAccessType=ro\nUnit=mm\nFactor=0.1\n[2001]\nParameterName=y\nDataType=5\nAccessType=ro\nUnit=m\n[PreDefines]\npp=1\n";
     let (_, diagnostics) = read(text);
