@@ -5,9 +5,11 @@
 //! `cargo test -p lexican-tests --test bare -- --nocapture`.
 #![cfg(target_os = "linux")]
 
+mod outside;
+
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::{env, fs};
 
 const CORTEX_M4F: &str = "thumbv7em-none-eabihf";
 
@@ -17,7 +19,8 @@ const FROM_OUTSIDE: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"
 #[test]
 fn a_firmware_without_std_links_and_runs() {
     let archive = build(None);
-    cargo(&["clippy", "--all-targets", "--", "-D", "warnings"]);
+    // With what was built for it: the build script's dependencies are most of the work.
+    outside::succeeds("bare", &["clippy", "--release", "--all-targets", "--", "-D", "warnings"]);
     measure("this machine", &archive);
     run(&archive);
     match run_for_text(Command::new("rustup").args(["target", "list", "--installed"])) {
@@ -30,12 +33,10 @@ fn a_firmware_without_std_links_and_runs() {
 
 /// The archive with the firmware and all that it needs of core.
 fn build(target: Option<&str>) -> PathBuf {
-    let lock = fs::read(root().join("../Cargo.lock")).expect("the workspace has a lock file");
-    fs::write(root().join("bare/Cargo.lock"), lock).expect("the folder can be written to");
     let mut task = vec!["build", "--release"];
     task.extend(target.iter().flat_map(|target| ["--target", target]));
-    cargo(&task);
-    folder().join(target.unwrap_or_default()).join("release/libbare.a")
+    outside::succeeds("bare", &task);
+    outside::target_folder().join(target.unwrap_or_default()).join("release/libbare.a")
 }
 
 /// Links what the main loop reaches, and nothing else; prints what it takes.
@@ -45,7 +46,7 @@ fn measure(machine: &str, archive: &Path) {
         println!("skipped: the toolchain has no rust-lld, so that the size for {machine} is not measured");
         return;
     };
-    let linked = folder().join("linked.elf");
+    let linked = outside::target_folder().join("linked.elf");
     let mut command = Command::new(linker);
     command.args(["-flavor", "gnu", "-static", "--gc-sections", "-z", "norelro"]);
     command.args(["--entry", "bare_run", "--undefined", "bare_run"]);
@@ -70,9 +71,10 @@ fn measure(machine: &str, archive: &Path) {
 /// Runs the firmware on a board written in C.
 #[track_caller]
 fn run(archive: &Path) {
-    let program = folder().join("board");
+    let program = outside::target_folder().join("board");
     let mut compiler = Command::new("cc");
-    compiler.args(["-std=c99", "-Wall", "-Wextra", "-Werror"]).arg(root().join("bare/board.c")).arg(archive);
+    let board = Path::new(env!("CARGO_MANIFEST_DIR")).join("bare/board.c");
+    compiler.args(["-std=c99", "-Wall", "-Wextra", "-Werror"]).arg(board).arg(archive);
     let Ok(output) = compiler.arg("-o").arg(&program).output() else {
         println!("skipped: no C compiler, so that the firmware does not run");
         return;
@@ -143,30 +145,8 @@ fn linker() -> Option<PathBuf> {
     hosts.filter_map(Result::ok).map(|host| host.path().join("bin/rust-lld")).find(|linker| linker.exists())
 }
 
-#[track_caller]
-fn cargo(task: &[&str]) {
-    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let output = Command::new(cargo)
-        .args(task)
-        .current_dir(root().join("bare"))
-        .env("CARGO_TARGET_DIR", folder())
-        // Those of the outer build would make this one start from the beginning.
-        .env_remove("RUSTFLAGS")
-        .output()
-        .expect("cargo can be started");
-    assert!(output.status.success(), "cargo {}\n{}", task.join(" "), String::from_utf8_lossy(&output.stderr));
-}
-
 /// What a command prints; `None` when it cannot be started, or fails.
 fn run_for_text(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).into_owned())
-}
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn folder() -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join("bare")
 }

@@ -1,9 +1,7 @@
 //! Crates as users write them, outside of the workspace: they build, they pass, and clippy is silent.
 //! The golden cases are among them, as modules of a crate in each edition.
 
-use std::path::Path;
-use std::process::Command;
-use std::{env, fs};
+mod outside;
 
 #[test]
 fn a_user_reads_and_writes_with_types() {
@@ -47,30 +45,6 @@ fn golden_code_is_clean_in_edition_2024() {
 
 #[track_caller]
 fn check(folder: &str, task: &[&str]) {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder = root.join(folder);
-    // The versions that the workspace has: Cargo drops what is not needed.
-    let lock = fs::read(root.join("../Cargo.lock")).expect("the workspace has a lock file");
-    fs::write(folder.join("Cargo.lock"), lock).expect("the folder can be written to");
-    cargo(&folder, task);
-    cargo(&folder, &["clippy", "--all-targets", "--", "-D", "warnings"]);
-}
-
-#[track_caller]
-fn cargo(folder: &Path, task: &[&str]) {
-    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let output = Command::new(cargo)
-        .args(&task[..1])
-        .arg("--quiet")
-        .args(&task[1..])
-        .current_dir(folder)
-        .env("CARGO_TARGET_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).join("downstream"))
-        .env("RUSTDOCFLAGS", "-D warnings")
-        // Those of the outer build would make this one start from the beginning.
-        .env_remove("RUSTFLAGS")
-        .output()
-        .expect("cargo can be started");
-    let said = [output.stdout, output.stderr].concat();
-    let said = String::from_utf8_lossy(&said);
-    assert!(output.status.success(), "in {}: cargo {}\n{said}", folder.display(), task.join(" "));
+    outside::succeeds(folder, task);
+    outside::succeeds(folder, &["clippy", "--all-targets", "--", "-D", "warnings"]);
 }
