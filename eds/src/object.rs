@@ -172,7 +172,7 @@ impl<'a, 's> Reader<'a, 's> {
             }
             Err(()) => {
                 let span = self.syntax.value_span(pair);
-                self.out.push(check::values_are_values_of_their_type::found(pair.key, data_type, span));
+                self.out.push(check::values_are_values_of_their_type::found(pair.key, pair.value, data_type, span));
                 None
             }
         }

@@ -408,6 +408,19 @@ fn long_lines_are_read_whole() {
 }
 
 #[test]
+fn hexadecimal_without_0x_is_no_value_and_the_finding_says_why() {
+    for text in ["1F", "FF", "0F"] {
+        let (entry, diagnostics) = variable("7", &format!("DefaultValue={text}"));
+        assert_eq!(entry.default, None, "{text}");
+        let finding = diagnostics.iter().find(|finding| finding.code == "eds::bad-value").expect("it is found");
+        assert_eq!(finding.labels[0].text, "expected UNSIGNED32; hexadecimal numbers begin with `0x`");
+    }
+    let (_, diagnostics) = variable("7", "DefaultValue=twelve");
+    let finding = diagnostics.iter().find(|finding| finding.code == "eds::bad-value").expect("it is found");
+    assert_eq!(finding.labels[0].text, "expected UNSIGNED32");
+}
+
+#[test]
 fn lines_and_names_are_as_long_as_their_characters_and_not_their_bytes() {
     let is_told = |code: &str, letters: usize| {
         let (_, diagnostics) = read(&format!("[2000]\nParameterName={}\n", "ü".repeat(letters)));

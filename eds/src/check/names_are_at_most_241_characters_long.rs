@@ -14,7 +14,7 @@ pub(crate) const RULE: Rule = Rule {
 };
 
 fn check(context: &Context<'_>, out: &mut Diagnostics) {
-    for entry in context.device.entries().filter(|entry| entry.name.chars().count() > 241) {
+    for entry in context.device.entries() {
         let length = entry.name.chars().count();
         if length > 241 {
             let span = context.entry_span(entry, Key::ParameterName);

@@ -15,8 +15,10 @@ pub(crate) const RULE: Rule = Rule {
     check: None,
 };
 
-pub(crate) fn found(key: &str, data_type: DataType, span: Span) -> Diagnostic {
+pub(crate) fn found(key: &str, text: &str, data_type: DataType, span: Span) -> Diagnostic {
+    let is_hexadecimal = text.bytes().all(|b| b.is_ascii_hexdigit());
+    let hint = if is_hexadecimal { "; hexadecimal numbers begin with `0x`" } else { "" };
     RULE.finding(format!("`{key}` is not a value of its data type"))
-        .at(span, format!("expected {data_type}"))
+        .at(span, format!("expected {data_type}{hint}"))
         .help("an overlay can give the value, or the right data type")
 }
