@@ -1,6 +1,6 @@
 //! Documentation of items: always the same facts in the same order, escaped.
 
-use lexican_eds::model::{Condition, Entry, Meaning, NmtState, ObjectKind, Unit, Value};
+use lexican_eds::model::{Condition, Entry, Meaning, NmtState, Unit, Value};
 use lexican_eds::types::Class;
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -34,15 +34,7 @@ pub(super) fn handle(
 /// The documentation of an array or record.
 pub(super) fn whole(context: &Context<'_>, item: &Item<'_>, first: Option<&Handle<'_>>) -> TokenStream {
     let object = item.object;
-    let kind = match object.kind {
-        ObjectKind::Null => "NULL",
-        ObjectKind::Domain => "DOMAIN",
-        ObjectKind::DefType => "DEFTYPE",
-        ObjectKind::DefStruct => "DEFSTRUCT",
-        ObjectKind::Variable => "VAR",
-        ObjectKind::Array => "ARRAY",
-        ObjectKind::Record => "RECORD",
-    };
+    let kind = object.kind.name();
     let index = format!("{:04X}", object.index);
     let mut text = vec![sentence(&object.name, &index), String::new()];
     match first {

@@ -99,13 +99,13 @@ impl<'a> Plan<'a> {
 
     /// The entry at an address.
     pub(crate) fn entry(&self, index: u16, sub: u8) -> Option<&'a Entry> {
-        self.object(index)?.entries.iter().find(|entry| entry.sub == sub)
+        self.device.entry(index, sub)
     }
 
     /// What the data sheet calls an entry; of a single value that is the name of the object.
     pub(crate) fn name(&self, index: u16, sub: u8) -> Option<&'a str> {
-        let object = self.object(index)?;
-        let entry = self.entry(index, sub)?;
+        let object = self.device.object(index)?;
+        let entry = object.entry(sub)?;
         Some(if object.kind.has_subs() { &entry.name } else { &object.name })
     }
 
@@ -127,12 +127,7 @@ impl<'a> Plan<'a> {
 
     /// The highest sub-index that the data sheet describes.
     pub(crate) fn highest_sub(&self, index: u16) -> u8 {
-        self.object(index).and_then(|object| object.entries.last()).map_or(0, |entry| entry.sub)
-    }
-
-    fn object(&self, index: u16) -> Option<&'a Object> {
-        let row = self.device.objects.binary_search_by_key(&index, |object| object.index).ok()?;
-        self.device.objects.get(row)
+        self.device.object(index).and_then(|object| object.entries.last()).map_or(0, |entry| entry.sub)
     }
 }
 

@@ -81,13 +81,11 @@ fn is_single(object: &Object) -> bool {
 }
 
 fn find(device: &Device, mapped: Mapped) -> Option<(&Object, &Entry)> {
-    let row = device.objects.binary_search_by_key(&mapped.index, |object| object.index).ok()?;
-    let object = &device.objects[row];
-    object.entries.iter().find(|entry| entry.sub == mapped.sub).map(|entry| (object, entry))
+    let object = device.object(mapped.index)?;
+    Some((object, object.entry(mapped.sub)?))
 }
 
 fn mapping_object<'a>(device: &'a Device, pdo: &Pdo) -> Option<&'a Object> {
     let base = if pdo.direction == Direction::Receive { 0x1600 } else { 0x1A00 };
-    let index = base + pdo.number.saturating_sub(1);
-    device.objects.iter().find(|object| object.index == index)
+    device.object(base + pdo.number.saturating_sub(1))
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::{Diagnostic, Diagnostics, Severity};
+use super::{Diagnostic, Diagnostics};
 use crate::Input;
 
 /// One SARIF log with a run of this tool over any number of files.
@@ -62,11 +62,7 @@ fn result(diagnostic: &Diagnostic, input: &Input) -> Value {
     }
     json!({
         "ruleId": diagnostic.code,
-        "level": match diagnostic.severity {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-            Severity::Note => "note",
-        },
+        "level": diagnostic.severity.name(),
         "message": { "text": message },
         "locations": places(true),
         "relatedLocations": places(false),
