@@ -1,11 +1,11 @@
 //! A driver for drives of the CiA 402 kind. What a drive does differently is data: its [`Description`].
 //!
 //! ```text
-//! Drive               a thin blocking shell over a link; `tokio::Drive` is the asynchronous one
-//!   Session           the four verbs: frames and deadlines in, frames and deadlines out
-//!     sequence::...   what to do, step by step, written once as async functions
-//!       Desk          where sequences and session meet
-//!         Description objects, PDOs, bits, codes, capabilities: what is particular to a kind of drive
+//! Drive            a thin blocking shell over a link; so is tokio::Drive
+//!   Session        the four verbs: frames and deadlines in and out
+//!     sequence     what to do, step by step, written once
+//!       Desk       where sequences and session meet
+//!   Description    what is particular to a kind of drive
 //! ```
 //!
 //! A crate of a drive describes it, and names its kind; the driver is there:

@@ -277,6 +277,13 @@ impl Description {
         self.outputs.any() || !self.inputs.is_empty()
     }
 
+    /// The velocity that a drive runs at without another order, as soon as it is enabled in velocity mode, or comes into
+    /// that mode enabled: it has to be 0 by then. None where Stop is set while nothing is to move: there it takes an edge.
+    #[must_use]
+    pub fn runs_unasked_at(&self) -> Option<Number> {
+        self.velocity.filter(|_| self.control.idle & self.control.stop == 0).map(|velocities| velocities.target)
+    }
+
     /// The number of a mode; `None` when the drive does not have it.
     #[must_use]
     pub fn code_of(&self, mode: Mode) -> Option<i8> {

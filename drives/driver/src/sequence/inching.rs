@@ -4,9 +4,10 @@ use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::service::sdo_client::SdoError;
 
-use super::power::state_of;
+use super::observe::{is_inching, moves, state_of};
 use super::refusal::{Order, refuse};
-use super::travel::{come_to_rest, end_of_travel, moves, stopped, withdraw};
+use super::rest::{come_to_rest, stopped};
+use super::travel::{end_of_travel, withdraw};
 use crate::description::Inching;
 use crate::desk::Desk;
 use crate::direction::Direction;
@@ -120,15 +121,6 @@ async fn begin(desk: &Desk, inching: Inching, order: Begin) -> Result<(), Error>
         }
         desk.next_status().await?;
     }
-}
-
-/// Whether the drive tells that it is inching, or takes no other order for another reason. Beyond a limit, which may be
-/// one, only its movement tells.
-pub(super) async fn is_inching(desk: &Desk) -> Result<bool, Error> {
-    let Some(busy) = desk.description().inching.and_then(|inching| inching.busy) else { return Ok(false) };
-    let status_word = desk.status().await?;
-    let limited = status_word & desk.description().status.internal_limit != 0;
-    Ok(!limited && desk.holds(busy, status_word).await?)
 }
 
 /// Whether the drive turns as it was told, or has gone further than a shaft does that settles, or that somebody

@@ -1,12 +1,24 @@
 //! What the driver does, step by step: each operation is one `async fn` over a [`Desk`](crate::Desk), whatever shell
 //! runs it.
+//!
+//! ```text
+//! travel  inching  velocity  setup  parameters  identify  measure    what one asks a drive for
+//!   power                                                            the way from state to state
+//!     rest                                                           the way to a standstill
+//!     refusal                                                        what would be refused
+//!       observe                                                      what the drive tells
+//! ```
+//!
+//! Each uses only what is below it, and inching what ends a travel.
 
 mod identify;
 mod inching;
 mod measure;
+mod observe;
 mod parameters;
 mod power;
 mod refusal;
+mod rest;
 mod setup;
 mod travel;
 mod velocity;
@@ -14,9 +26,11 @@ mod velocity;
 pub use identify::identify;
 pub use inching::{inch, step, stop_inching};
 pub use measure::{battery_voltage, set_torque_threshold, temperature, torque_deactivated, torque_threshold};
+pub use observe::{cause, mode, state};
 pub use parameters::{Difference, Setting, compare_parameters, read_parameters, restore, store, write_parameters};
-pub use power::{cause, disable, enable, quick_stop, reset_fault, state};
+pub use power::{disable, enable, reset_fault};
 pub use refusal::{Order, refuse};
-pub use setup::{approach, calibrate, firmware, mode, set_approach, set_emergencies, set_mode, units};
+pub use rest::{quick_stop, stop};
+pub use setup::{approach, calibrate, firmware, set_approach, set_emergencies, set_mode, units};
 pub use travel::{Progress, finish, interrupt, resume, start_travel, travel};
-pub use velocity::{run_at, stop};
+pub use velocity::run_at;

@@ -1,59 +1,20 @@
-//! The state machine: enabling, disabling, quick stop, faults.
+//! The state machine: enabling, disabling, faults.
 
 use lexican_runtime::profile::cia402::{Cause as How, Command, State, Transition};
-use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::nmt::NmtCommand;
 
+use super::observe::{cause, is_fault, mode, state, state_of};
 use super::refusal::require;
-use super::setup::mode;
-use super::travel::{come_to_rest, come_to_stand};
-use super::velocity::unasked;
+use super::rest::{at_rest, brake, come_to_rest};
 use crate::description::Orders;
 use crate::desk::Desk;
-use crate::error::{Error, Missing, Refusal};
+use crate::error::Error;
 use crate::fault::Cause;
 use crate::mode::Mode;
-
-/// How often a quick stop is sent to a drive that does not obey: whoever wants one must hear soon that there is
-/// none.
-const QUICK_STOPS: u32 = 10;
 
 /// Through how many states a drive is led: twice as many as there are. One that falls back again and again is not to be
 /// switched on without end.
 const STEPS: u32 = 16;
-
-/// The state of the drive.
-///
-/// # Errors
-///
-/// As [`Desk::read`]; [`Error::UnknownState`].
-pub async fn state(desk: &Desk) -> Result<State, Error> {
-    state_of(desk.status().await?)
-}
-
-pub(super) fn state_of(status_word: u16) -> Result<State, Error> {
-    State::from_status_word(status_word).ok_or(Error::UnknownState(status_word))
-}
-
-/// Why the drive is in fault: the last emergency, or else the latest entry of 1003h.
-///
-/// # Errors
-///
-/// As [`Desk::read`].
-pub async fn cause(desk: &Desk) -> Result<Cause, Error> {
-    let codes = desk.description().codes;
-    let told = desk.lock().emergency.map(|code| codes.cause(code));
-    if let Some(Cause::Fault(fault)) = told {
-        return Ok(Cause::Fault(fault));
-    }
-    match desk.get(desk.description().objects.latest_fault).await {
-        // The upper half of an entry is the manufacturer's, where there is one (CiA 301, 7.5.2.4).
-        Ok(latest) => Ok(codes.cause(latest as u16)),
-        // There is no entry.
-        Err(Error::Sdo(SdoError::Aborted { .. })) => Ok(Cause::NoError),
-        Err(error) => Err(error),
-    }
-}
 
 /// Leads the drive to OPERATION ENABLED, by way of NMT OPERATIONAL when it takes orders by PDO.
 ///
@@ -79,7 +40,7 @@ pub async fn enable(desk: &Desk) -> Result<(), Error> {
         _ => at_rest(desk),
     }
     require(desk, Orders::ENABLE, status_word).await?;
-    if let Some(velocity) = unasked(desk)
+    if let Some(velocity) = desk.description().runs_unasked_at()
         && state_of(status_word)? != State::OperationEnabled
         && mode(desk).await? == Some(Mode::Velocity)
     {
@@ -101,36 +62,6 @@ pub async fn disable(desk: &Desk) -> Result<(), Error> {
         _ => {}
     }
     reach(desk, State::SwitchOnDisabled).await?;
-    at_rest(desk);
-    Ok(())
-}
-
-/// Brakes with full deceleration and forgets the travel; the motor keeps its torque, unless the drive is set to release
-/// it then (605Ah). [`disable`] or [`enable`] lead on.
-///
-/// # Errors
-///
-/// [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NoReaction`];
-/// [`Error::NotStopped`].
-pub async fn quick_stop(desk: &Desk) -> Result<(), Error> {
-    let command = Command::QuickStop;
-    let stopping = |word| State::from_status_word(word) == Some(State::QuickStopActive);
-    let mut left = QUICK_STOPS;
-    let moving = desk.lock().moving;
-    loop {
-        // Before anything is asked: a drive in another state ignores it, and so does one that has obeyed.
-        desk.control(desk.description().word(command)).await?;
-        left -= 1;
-        let Err(word) = desk.await_status(stopping).await? else { break };
-        match state_of(word)? {
-            State::OperationEnabled if left > 0 => {}
-            state @ State::OperationEnabled => return Err(Error::NoReaction { state, command }),
-            // It has obeyed, and released its motor by itself (605Ah).
-            State::SwitchOnDisabled if moving => break,
-            state => return Err(Error::Refused(Refusal(vec![Missing::Enabled(state)]))),
-        }
-    }
-    brake(desk).await?;
     at_rest(desk);
     Ok(())
 }
@@ -161,14 +92,6 @@ pub async fn reset_fault(desk: &Desk) -> Result<Option<Cause>, Error> {
     desk.lock().emergency = None;
     at_rest(desk);
     Ok(Some(was))
-}
-
-/// Waits until a drive stands that brakes by itself.
-async fn brake(desk: &Desk) -> Result<(), Error> {
-    match come_to_stand(desk, desk.now() + desk.description().times.braking).await? {
-        None => Ok(()),
-        Some(velocity) => Err(stuck(desk, velocity)),
-    }
 }
 
 /// Commands the drive from state to state until it is in `goal`.
@@ -205,19 +128,6 @@ fn start(desk: &Desk) {
     }
 }
 
-pub(super) fn is_fault(state: State) -> bool {
-    matches!(state, State::Fault | State::FaultReactionActive)
-}
-
 fn is_reaction(status_word: u16) -> bool {
     State::from_status_word(status_word) == Some(State::FaultReactionActive)
-}
-
-pub(super) fn at_rest(desk: &Desk) {
-    desk.lock().rest();
-}
-
-/// The drive has been told to stop, and does not.
-pub(super) fn stuck(desk: &Desk, velocity: i32) -> Error {
-    Error::NotStopped { velocity, unit: desk.description().status.velocity_unit }
 }

@@ -1,16 +1,13 @@
 //! Why the drive would refuse an order, found out before anything moves.
 
-use super::inching::is_inching;
-use super::power::{cause, is_fault, state_of};
-use super::setup::shown_mode;
-use super::travel::{moves, under_way};
+use lexican_runtime::profile::cia402::State;
+
+use super::observe::{cause, is_fault, is_inching, moves, shown_mode, state_of, under_way};
 use crate::description::{Gear, Orders, Word};
 use crate::desk::{Desk, narrow};
 use crate::direction::Direction;
 use crate::error::{Capability, Error, Missing, Refusal};
 use crate::mode::Mode;
-
-use lexican_runtime::profile::cia402::State;
 
 /// What the drive is about to be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

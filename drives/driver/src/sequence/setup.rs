@@ -4,9 +4,8 @@ use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::State;
 
 use super::identify::characters;
-use super::power::{cause, is_fault, state_of};
+use super::observe::{cause, is_fault, shown_mode, state_of};
 use super::refusal::require_rest;
-use super::velocity::unasked;
 use crate::description::{Approach, Calibration, Homing, Number};
 use crate::desk::Desk;
 use crate::error::{Capability, Error, Missing, Refusal};
@@ -22,15 +21,6 @@ const SOFTWARE_VERSION: Number = Number::new(0x100A, 0x00, DataType::Unsigned32)
 /// As [`Desk::read`].
 pub async fn firmware(desk: &Desk) -> Result<String, Error> {
     characters(desk, SOFTWARE_VERSION).await
-}
-
-/// The operating mode; `None` for one that the driver does not know.
-///
-/// # Errors
-///
-/// As [`Desk::read`].
-pub async fn mode(desk: &Desk) -> Result<Option<Mode>, Error> {
-    Ok(desk.description().mode_of(shown_mode(desk).await?))
 }
 
 /// Changes the operating mode, unless it is set already.
@@ -51,7 +41,7 @@ pub async fn set_mode(desk: &Desk, mode: Mode) -> Result<(), Error> {
 /// Writes 6060h, and waits until the drive shows that it has taken the mode.
 async fn choose(desk: &Desk, code: i8) -> Result<(), Error> {
     let (modes, times) = (desk.description().modes, desk.description().times);
-    if let Some(velocity) = unasked(desk)
+    if let Some(velocity) = desk.description().runs_unasked_at()
         && desk.description().mode_of(code.into()) == Some(Mode::Velocity)
     {
         desk.set(velocity, 0).await?;
@@ -67,12 +57,6 @@ async fn choose(desk: &Desk, code: i8) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// The number of the operating mode, where the drive shows it.
-pub(super) async fn shown_mode(desk: &Desk) -> Result<i64, Error> {
-    let modes = desk.description().modes;
-    desk.get(modes.shown.unwrap_or(modes.chosen)).await
 }
 
 /// Makes `position` the actual position, which the drive keeps.

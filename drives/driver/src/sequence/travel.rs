@@ -3,9 +3,10 @@
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, Instant};
 
-use super::inching::is_inching;
-use super::power::{at_rest, cause, is_fault, quick_stop, reach, state_of, stuck};
+use super::observe::{cause, is_fault, moves, state_of, tells_under_way, under_way};
+use super::power::reach;
 use super::refusal::{Order, refuse};
+use super::rest::{at_rest, come_to_rest, come_to_stand, stand_still, stuck};
 use crate::description::Release;
 use crate::desk::Desk;
 use crate::error::{Error, Missing, Outcome, Refusal};
@@ -217,60 +218,6 @@ impl Drop for Resumption<'_> {
     }
 }
 
-/// Stops whatever moves, in either mode, with its programmed deceleration; a step by a quick stop, since Stop
-/// interrupts travels only.
-pub(super) async fn come_to_rest(desk: &Desk) -> Result<(), Error> {
-    let stepping = desk.lock().stepping;
-    if stepping && desk.may_be_stopped().await? {
-        let moves = come_to_stand(desk, desk.now()).await?.is_some();
-        if moves || is_inching(desk).await? {
-            return quick_stop(desk).await;
-        }
-    }
-    stand_still(desk, desk.description().stopping()).await
-}
-
-/// The drive has been told to stop, and stands. A travel that it does not tell of is interrupted then, and goes on
-/// with the next word that takes back Stop: so it is not forgotten.
-pub(super) fn stopped(desk: &Desk) {
-    let mut shared = desk.lock();
-    let interrupted = shared.travelling && desk.description().status.positioning.is_none();
-    shared.rest();
-    (shared.travelling, shared.paused) = (interrupted, interrupted);
-}
-
-/// Sends a word that stops the drive, until it stands. The word means the same when it comes again, so that
-/// one that gets lost is sent again; and braking may take a minute with the gentlest deceleration.
-pub(super) async fn stand_still(desk: &Desk, word: u16) -> Result<(), Error> {
-    let times = desk.description().times;
-    let by_pdo = desk.description().outputs.control.is_some();
-    let end = desk.now() + times.braking;
-    loop {
-        if desk.may_be_stopped().await? {
-            desk.control(word).await?;
-        }
-        match come_to_stand(desk, desk.now() + times.reaction).await? {
-            // It may have been told to move only just now, and not have begun: nothing tells that a PDO has arrived.
-            None if by_pdo && !desk.has_settled() => desk.settle().await?,
-            None => return Ok(()),
-            Some(velocity) if desk.now() >= end => return Err(stuck(desk, velocity)),
-            Some(_) => {}
-        }
-    }
-}
-
-/// Waits until the drive stands, no longer than `until`; how fast it still moves then, or `None` when it stands.
-pub(super) async fn come_to_stand(desk: &Desk, until: Instant) -> Result<Option<i32>, Error> {
-    loop {
-        // Read after the command was sent, so that it has had its effect.
-        let moves = moves(desk, desk.status().await?).await?;
-        if !moves || desk.now() >= until {
-            return Ok(if moves { Some(desk.velocity().await?) } else { None });
-        }
-        desk.next_status().await?;
-    }
-}
-
 /// Takes back an order that the drive has not taken. The order may still be on its way, behind the word that
 /// takes it back: so the drive has to stand for as long as a command may take.
 pub(super) async fn withdraw(desk: &Desk) -> Result<(), Error> {
@@ -305,53 +252,4 @@ async fn require_travel(desk: &Desk) -> Result<(), Error> {
         state => Missing::Enabled(state),
     };
     Err(Error::Refused(Refusal(vec![missing])))
-}
-
-/// Whether a travel is under way, moving or interrupted. One that has only just been ordered is, even if the drive
-/// still tells that the one before is over.
-pub(super) async fn under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
-    let told = tells_under_way(desk, status_word).await?;
-    let fresh = !desk.settled(told) && desk.lock().travelling;
-    Ok(told || fresh)
-}
-
-/// Whether the drive tells so.
-///
-/// Where the drive does not say so, it is until its target is reached, or it has come to stand at a limit; but in an
-/// interruption the same bit tells that the drive stands, and before the first travel it tells nothing, so that the
-/// driver goes by what it has ordered.
-async fn tells_under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
-    let bits = desk.description().status;
-    if let Some(positioning) = bits.positioning {
-        return desk.holds(positioning, status_word).await;
-    }
-    let (travelling, paused) = {
-        let shared = desk.lock();
-        (shared.travelling, shared.paused)
-    };
-    if !travelling || paused {
-        return Ok(travelling);
-    }
-    if status_word & bits.target_reached != 0 {
-        return is_halted(desk).await;
-    }
-    Ok(status_word & bits.internal_limit == 0 || moves(desk, status_word).await?)
-}
-
-/// Whether somebody else has told the drive to stop: the control word tells what it was told last, by whomever.
-async fn is_halted(desk: &Desk) -> Result<bool, Error> {
-    let description = desk.description();
-    let word = desk.get(description.objects.control_word).await?;
-    Ok(word & i64::from(description.control.stop) != 0)
-}
-
-/// Whether the drive moves. Its bit may tell so in one mode only, or from some velocity on; and not every drive has a
-/// velocity to read in both modes.
-pub(super) async fn moves(desk: &Desk, status_word: u16) -> Result<bool, Error> {
-    if let Some(moving) = desk.description().status.moving
-        && desk.holds(moving, status_word).await?
-    {
-        return Ok(true);
-    }
-    Ok(desk.velocity().await? != 0)
 }

@@ -1,12 +1,11 @@
-//! Velocity mode, and the stop for both modes.
+//! Velocity mode.
 
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
 
-use super::power::{at_rest, cause, is_fault, state_of};
+use super::observe::{cause, is_fault, state_of};
 use super::refusal::{Order, refuse};
-use super::travel::{come_to_rest, stopped};
-use crate::description::Number;
+use super::rest::at_rest;
 use crate::desk::Desk;
 use crate::error::{Capability, Error, VelocityOutcome};
 use crate::mode::Mode;
@@ -62,22 +61,4 @@ pub async fn run_at(desk: &Desk, velocity: i32, within: Duration) -> Result<Velo
         }
         status_word = desk.next_status().await?;
     }
-}
-
-/// The velocity that a drive runs at without another order, as soon as it is enabled in velocity mode, or comes into
-/// that mode enabled: it has to be 0 by then. None where Stop is set while nothing is to move: there it takes an edge.
-pub(super) fn unasked(desk: &Desk) -> Option<Number> {
-    let control = desk.description().control;
-    desk.description().velocity.filter(|_| control.idle & control.stop == 0).map(|velocities| velocities.target)
-}
-
-/// Stops whatever moves with its programmed deceleration, a step by quick stop; returns once the drive stands.
-///
-/// # Errors
-///
-/// [`Error::NotStopped`]; as [`Desk::read`].
-pub async fn stop(desk: &Desk) -> Result<(), Error> {
-    come_to_rest(desk).await?;
-    stopped(desk);
-    Ok(())
 }

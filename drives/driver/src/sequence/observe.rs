@@ -1,0 +1,119 @@
+//! What the drive tells: its state, its mode, what is under way.
+
+use lexican_runtime::profile::cia402::State;
+use lexican_runtime::service::sdo_client::SdoError;
+
+use crate::desk::Desk;
+use crate::error::Error;
+use crate::fault::Cause;
+use crate::mode::Mode;
+
+/// The state of the drive.
+///
+/// # Errors
+///
+/// As [`Desk::read`]; [`Error::UnknownState`].
+pub async fn state(desk: &Desk) -> Result<State, Error> {
+    state_of(desk.status().await?)
+}
+
+pub(super) fn state_of(status_word: u16) -> Result<State, Error> {
+    State::from_status_word(status_word).ok_or(Error::UnknownState(status_word))
+}
+
+pub(super) fn is_fault(state: State) -> bool {
+    matches!(state, State::Fault | State::FaultReactionActive)
+}
+
+/// Why the drive is in fault: the last emergency, or else the latest entry of 1003h.
+///
+/// # Errors
+///
+/// As [`Desk::read`].
+pub async fn cause(desk: &Desk) -> Result<Cause, Error> {
+    let codes = desk.description().codes;
+    let told = desk.lock().emergency.map(|code| codes.cause(code));
+    if let Some(Cause::Fault(fault)) = told {
+        return Ok(Cause::Fault(fault));
+    }
+    match desk.get(desk.description().objects.latest_fault).await {
+        // The upper half of an entry is the manufacturer's, where there is one (CiA 301, 7.5.2.4).
+        Ok(latest) => Ok(codes.cause(latest as u16)),
+        // There is no entry.
+        Err(Error::Sdo(SdoError::Aborted { .. })) => Ok(Cause::NoError),
+        Err(error) => Err(error),
+    }
+}
+
+/// The operating mode; `None` for one that the driver does not know.
+///
+/// # Errors
+///
+/// As [`Desk::read`].
+pub async fn mode(desk: &Desk) -> Result<Option<Mode>, Error> {
+    Ok(desk.description().mode_of(shown_mode(desk).await?))
+}
+
+/// The number of the operating mode, where the drive shows it.
+pub(super) async fn shown_mode(desk: &Desk) -> Result<i64, Error> {
+    let modes = desk.description().modes;
+    desk.get(modes.shown.unwrap_or(modes.chosen)).await
+}
+
+/// Whether the drive moves. Its bit may tell so in one mode only, or from some velocity on; and not every drive has a
+/// velocity to read in both modes.
+pub(super) async fn moves(desk: &Desk, status_word: u16) -> Result<bool, Error> {
+    if let Some(moving) = desk.description().status.moving
+        && desk.holds(moving, status_word).await?
+    {
+        return Ok(true);
+    }
+    Ok(desk.velocity().await? != 0)
+}
+
+/// Whether a travel is under way, moving or interrupted. One that has only just been ordered is, even if the drive
+/// still tells that the one before is over.
+pub(super) async fn under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
+    let told = tells_under_way(desk, status_word).await?;
+    let fresh = !desk.settled(told) && desk.lock().travelling;
+    Ok(told || fresh)
+}
+
+/// Whether the drive tells so.
+///
+/// Where the drive does not say so, it is until its target is reached, or it has come to stand at a limit; but in an
+/// interruption the same bit tells that the drive stands, and before the first travel it tells nothing, so that the
+/// driver goes by what it has ordered.
+pub(super) async fn tells_under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
+    let bits = desk.description().status;
+    if let Some(positioning) = bits.positioning {
+        return desk.holds(positioning, status_word).await;
+    }
+    let (travelling, paused) = {
+        let shared = desk.lock();
+        (shared.travelling, shared.paused)
+    };
+    if !travelling || paused {
+        return Ok(travelling);
+    }
+    if status_word & bits.target_reached != 0 {
+        return is_halted(desk).await;
+    }
+    Ok(status_word & bits.internal_limit == 0 || moves(desk, status_word).await?)
+}
+
+/// Whether somebody else has told the drive to stop: the control word tells what it was told last, by whomever.
+async fn is_halted(desk: &Desk) -> Result<bool, Error> {
+    let description = desk.description();
+    let word = desk.get(description.objects.control_word).await?;
+    Ok(word & i64::from(description.control.stop) != 0)
+}
+
+/// Whether the drive tells that it is inching, or takes no other order for another reason. Beyond a limit, which may be
+/// one, only its movement tells.
+pub(super) async fn is_inching(desk: &Desk) -> Result<bool, Error> {
+    let Some(busy) = desk.description().inching.and_then(|inching| inching.busy) else { return Ok(false) };
+    let status_word = desk.status().await?;
+    let limited = status_word & desk.description().status.internal_limit != 0;
+    Ok(!limited && desk.holds(busy, status_word).await?)
+}
