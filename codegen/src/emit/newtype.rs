@@ -28,9 +28,9 @@ fn base(context: &Context<'_>, newtype: &Newtype<'_>, what: &str) -> TokenStream
     let ident = format_ident!("{}", newtype.ident);
     let inner = literal::rust_type(object, newtype.data_type);
     let data_type = format_ident!("{}", format!("{:?}", newtype.data_type));
-    let mut text = vec![docs::sentence(newtype.name, what)];
+    // The name says no more than the type's own.
+    let mut text = vec![docs::sentence(newtype.description.unwrap_or(newtype.name), what)];
     let what = format_ident!("{what}");
-    text.extend(docs::paragraph(newtype.description));
     if let NewtypeKind::Quantity { quantity, .. } = newtype.kind {
         let units: Vec<String> =
             quantity.units.iter().map(|unit| format!("Unit: {}.", docs::unit(context, unit))).collect();

@@ -23,8 +23,6 @@ pub const REVISION_NUMBER: u32 = 0x00010002;
 /// The bit rates that the device knows, in kbit/s.
 pub const BIT_RATES_KBIT: &[u16] = &[125, 250, 500, 1000];
 
-/// Error register
-///
 /// Which kinds of error are present (CiA 301, 7.5.2.2).
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct ErrorRegister(

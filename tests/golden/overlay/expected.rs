@@ -69,8 +69,6 @@ impl ::lexican_runtime::object::Enumeration for Gear {
     ];
 }
 
-/// OperatingMode
-///
 /// How the drive moves.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct OperatingMode(
@@ -102,8 +100,6 @@ impl ::lexican_runtime::object::Enumeration for OperatingMode {
     ];
 }
 
-/// ControlWord
-///
 /// Commands to the drive.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct ControlWord(
@@ -169,8 +165,6 @@ impl ::lexican_runtime::object::BitField for ControlWord {
     ];
 }
 
-/// Error register
-///
 /// Which kinds of error are present (CiA 301, 7.5.2.2).
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct ErrorRegister(
@@ -580,8 +574,6 @@ impl ::lexican_runtime::object::Quantity for Turns {
     ];
 }
 
-/// Voltage
-///
 /// A voltage.
 ///
 /// Unit: V, 1/10 per count.

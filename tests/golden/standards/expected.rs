@@ -26,8 +26,6 @@ pub const DEVICE_PROFILE: u16 = 0x0192;
 /// The bit rates that the device knows, in kbit/s.
 pub const BIT_RATES_KBIT: &[u16] = &[125, 250, 500, 1000];
 
-/// Error behaviour
-///
 /// Which NMT state a device goes to by itself in an error (CiA 301).
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct ErrorBehaviour(
@@ -54,8 +52,6 @@ impl ::lexican_runtime::object::Enumeration for ErrorBehaviour {
     ];
 }
 
-/// Mode of operation
-///
 /// What the drive controls; negative values are the manufacturer's (CiA 402).
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct ModeOfOperation(
@@ -103,8 +99,6 @@ impl ::lexican_runtime::object::Enumeration for ModeOfOperation {
     ];
 }
 
-/// Quick stop option
-///
 /// How the drive stops in a quick stop, and where it stays (CiA 402).
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct QuickStopOption(
@@ -149,8 +143,6 @@ impl ::lexican_runtime::object::Enumeration for QuickStopOption {
     ];
 }
 
-/// Controlword
-///
 /// Commands to the drive (CiA 402).
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Controlword(
@@ -276,8 +268,6 @@ impl ::lexican_runtime::object::BitField for Controlword {
     ];
 }
 
-/// Error register
-///
 /// Which kinds of error are present (CiA 301, 7.5.2.2).
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct ErrorRegister(
@@ -365,8 +355,6 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
     ];
 }
 
-/// Statusword
-///
 /// The state of the drive (CiA 402).
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct Statusword(
@@ -552,8 +540,6 @@ impl ::lexican_runtime::object::BitField for Statusword {
     ];
 }
 
-/// Supported drive modes
-///
 /// Which modes of operation the drive has (CiA 402).
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd, Eq, Ord, Hash)]
 pub struct SupportedDriveModes(
