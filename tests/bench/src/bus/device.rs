@@ -4,10 +4,9 @@ use std::io::Read;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use lexican_runtime::device::{Behaviour, Device};
-use lexican_runtime::host::{BusUrl, Node, Participant};
+use lexican_runtime::host::{BusUrl, Link, Participant, Station};
 use lexican_runtime::object::{Access, DataType, Dictionary, Entry, PdoMapping, Table};
-use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_runtime::{Duration, NodeId};
 
 use super::Outcome;
 
@@ -28,7 +27,8 @@ pub(super) fn run(url: &str, first: &str, count: &str) -> Outcome<()> {
     let link = url.parse::<BusUrl>()?.open()?;
     let (first, count) = (first.parse::<u8>()?, count.parse::<u8>()?);
     let nodes: Result<Vec<NodeId>, _> = (first..first + count).map(NodeId::try_from).collect();
-    let stations = Stations(nodes?.into_iter().map(Station::new).collect());
+    let station = |node| Station::new(link.now(), node, Dictionary::new(&TABLE, node));
+    let stations: Vec<Station<7>> = nodes?.into_iter().map(station).collect();
     let mut participant = Participant::new(link, stations);
     let ended = end_of_input();
     println!("ready");
@@ -48,41 +48,4 @@ fn end_of_input() -> Arc<AtomicBool> {
         tell.store(true, Ordering::Relaxed);
     });
     ended
-}
-
-struct Station(Device, Dictionary<7>);
-
-impl Station {
-    fn new(node: NodeId) -> Self {
-        let mut station = Station(Device::new(node, Behaviour::CIA_301), Dictionary::new(&TABLE, node));
-        station.0.restart(Instant::ZERO, &mut station.1);
-        station
-    }
-}
-
-struct Stations(Vec<Station>);
-
-impl Node for Stations {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        for Station(device, od) in &mut self.0 {
-            device.handle_frame(now, frame, od);
-        }
-    }
-    fn handle_timeout(&mut self, now: Instant) {
-        for Station(device, od) in &mut self.0 {
-            device.handle_timeout(now, od);
-        }
-    }
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.0.iter_mut().find_map(|Station(device, od)| device.poll_transmit(now, od))
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.0.iter().filter_map(|Station(device, _)| device.poll_timeout()).min()
-    }
-    fn concerns(&self) -> Vec<CobId> {
-        self.0.iter().flat_map(|Station(device, _)| device.cob_ids()).collect()
-    }
-    fn generation(&self) -> u32 {
-        self.0.iter().fold(0, |sum, Station(device, _)| sum.wrapping_add(device.generation()))
-    }
 }

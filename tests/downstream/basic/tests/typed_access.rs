@@ -1,42 +1,18 @@
 //! Typed reads and writes through the blocking shell, against a device that serves the same dictionary.
 
 use basic::od;
-use lexican_runtime::device::{Behaviour, Device};
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{AccessError, Node, VirtualBus, VirtualLink};
+use lexican_runtime::host::{AccessError, Station, VirtualBus, VirtualLink};
 use lexican_runtime::object::{Access, ObjectDictionary, OutOfRange, Pdo};
-use lexican_runtime::{Frame, Instant, NodeId};
+use lexican_runtime::NodeId;
 
 const DRIVE: NodeId = NodeId::literal(5);
 
-/// A drive that only holds its values.
-struct Drive {
-    device: Device,
-    od: od::Storage,
-}
-
-impl Node for Drive {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        self.device.handle_frame(now, frame, &mut self.od);
-    }
-    fn handle_timeout(&mut self, now: Instant) {
-        self.device.handle_timeout(now, &mut self.od);
-    }
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.device.poll_transmit(now, &mut self.od)
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.device.poll_timeout()
-    }
-}
-
 /// A bus with one drive, as `set` has prepared it.
 fn network(set: impl FnOnce(&mut od::Storage)) -> Network<VirtualLink> {
-    let mut drive = Drive { device: Device::new(DRIVE, Behaviour::CIA_301), od: od::storage(DRIVE) };
-    set(&mut drive.od);
-    drive.device.restart(Instant::ZERO, &mut drive.od);
-    let bus = VirtualBus::new();
-    bus.attach(drive);
+    let (bus, mut od) = (VirtualBus::new(), od::storage(DRIVE));
+    set(&mut od);
+    bus.attach(Station::new(bus.now(), DRIVE, od));
     Network::new(bus.link())
 }
 
