@@ -303,9 +303,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// Takes a frame. Frames that are not for this device cost little and do nothing.
     #[inline]
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
-        if !self.filter.may_contain(frame.id()) {
-            return None;
-        }
+        if self.filter.may_contain(frame.id()) { self.take_frame(now, frame, od) } else { None }
+    }
+
+    /// Apart, so that whoever calls [`Device::handle_frame`] has only the question in its own code.
+    #[inline(never)]
+    fn take_frame(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
         // The application may have changed the state since, and a request may ask for the error register.
         self.end_communication_error(od);
         if let Some(at) = self.server_of(frame.id()) {
