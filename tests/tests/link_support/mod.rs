@@ -5,9 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 
-use lexican_runtime::device::{Behaviour, Device};
 use lexican_runtime::host::tokio::Network;
-use lexican_runtime::host::{AccessError, Link, Node, Participant};
+use lexican_runtime::host::{AccessError, Link, Node, Participant, Station};
 use lexican_runtime::manager::Remote;
 use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, Object, PdoMapping, Ro, Rw, Table};
 use lexican_runtime::service::sdo_client::{SdoClient, SdoError};
@@ -42,17 +41,13 @@ static TABLE: Table = Table {
 
 /// A few devices with an RPDO, which count the frames that reach them.
 struct Stations {
-    all: Vec<(Device, Dictionary<22>)>,
+    all: Vec<Station<22>>,
     heard: Arc<AtomicUsize>,
 }
 
 impl Stations {
     fn new(now: Instant, nodes: &[NodeId], heard: Arc<AtomicUsize>) -> Self {
-        let station = |node: &NodeId| {
-            let (mut device, mut od) = (Device::new(*node, Behaviour::CIA_301), Dictionary::new(&TABLE, *node));
-            device.restart(now, &mut od);
-            (device, od)
-        };
+        let station = |node: &NodeId| Station::new(now, *node, Dictionary::new(&TABLE, *node));
         Stations { all: nodes.iter().map(station).collect(), heard }
     }
 }
@@ -60,26 +55,22 @@ impl Stations {
 impl Node for Stations {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.heard.fetch_add(1, Ordering::Relaxed);
-        for (device, od) in &mut self.all {
-            device.handle_frame(now, frame, od);
-        }
+        self.all.handle_frame(now, frame);
     }
     fn handle_timeout(&mut self, now: Instant) {
-        for (device, od) in &mut self.all {
-            device.handle_timeout(now, od);
-        }
+        self.all.handle_timeout(now);
     }
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.all.iter_mut().find_map(|(device, od)| device.poll_transmit(now, od))
+        self.all.poll_transmit(now)
     }
     fn poll_timeout(&self) -> Option<Instant> {
-        self.all.iter().filter_map(|(device, _)| device.poll_timeout()).min()
+        self.all.poll_timeout()
     }
     fn concerns(&self) -> Vec<CobId> {
-        self.all.iter().flat_map(|(device, _)| device.cob_ids()).collect()
+        self.all.concerns()
     }
     fn generation(&self) -> u32 {
-        self.all.iter().fold(0, |sum, (device, _)| sum.wrapping_add(device.generation()))
+        self.all.generation()
     }
 }
 
