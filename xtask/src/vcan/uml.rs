@@ -14,6 +14,9 @@ use std::time::{Duration, Instant};
 /// The program that the guest begins with, run by busybox.
 const GUEST: &str = include_str!("guest.sh");
 
+/// What the guest's kernel lacks on processors that are newer than it; see the file.
+const XSTATE: &str = include_str!("xstate.c");
+
 /// What is taken out of the package, besides the kernel.
 const MODULES: [&str; 8] = ["overlay", "can-dev", "can", "can-raw", "can-bcm", "vcan", "vxcan", "slcan"];
 
@@ -26,7 +29,7 @@ const TRIES: u32 = 3;
 const OUT_OF_TIME: u8 = 124;
 
 pub(super) struct Kernel {
-    /// `linux.uml`, `busybox` and `modules/`.
+    /// `linux.uml`, `busybox`, `xstate.so` and the modules.
     folder: PathBuf,
 }
 
@@ -43,7 +46,30 @@ impl Kernel {
                 )
             })?;
         }
+        kernel.compile_xstate()?;
         Ok(kernel)
+    }
+
+    /// The library that the kernel is started with. It is compiled here, since no package has it.
+    fn compile_xstate(&self) -> Result<(), String> {
+        let library = self.xstate();
+        if library.is_file() {
+            return Ok(());
+        }
+        let source = self.folder.join("xstate.c");
+        fs::write(&source, XSTATE).map_err(|error| format!("{}: {error}", source.display()))?;
+        let new = library.with_extension("new");
+        let mut cc = Command::new("cc");
+        cc.args(["-shared", "-fPIC", "-O2", "-o"]).arg(&new).arg(&source).arg("-ldl");
+        let status = cc.status().map_err(|error| format!("cc: {error}; install a C compiler: apt-get install gcc"))?;
+        if !status.success() {
+            return Err(format!("cc cannot compile {}: {status}", source.display()));
+        }
+        fs::rename(&new, &library).map_err(|error| format!("{}: {error}", library.display()))
+    }
+
+    fn xstate(&self) -> PathBuf {
+        self.folder.join("xstate.so")
     }
 
     fn fetch(&self) -> Result<(), String> {
@@ -217,6 +243,7 @@ impl Job {
             .args(["mem=768M", "umid=vm", "noreboot", "quiet", "panic=-1", "root=/dev/root", "rootfstype=hostfs"])
             .args(["rootflags=/", "ro", "con=null", "con0=null,fd:2", "ssl=null", "ssl0=null,fd:1", "ssl1=fd:0,null"])
             .args([format!("uml_dir={folder}/uml"), format!("init={folder}/init")])
+            .env("LD_PRELOAD", kernel.xstate())
             // Closed when this process ends, however it does: the guest's sign to end, too.
             .stdin(Stdio::piped())
             .stderr(fs::File::create(self.folder.join("console"))?)
