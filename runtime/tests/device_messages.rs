@@ -6,6 +6,7 @@ use common::testing::TestOd;
 use common::{Bench, FULL, NODE};
 use lexican_runtime::device::{Behaviour, Device, Event};
 use lexican_runtime::object::TimeOfDay;
+use lexican_runtime::service::sdo_server::SizesIndicated;
 use lexican_runtime::wire::emcy::{CodeOrder, ErrorCode, ErrorRegister};
 use lexican_runtime::{AbortCode, Duration, Instant};
 
@@ -197,7 +198,7 @@ fn devices_deviate_in_byte_order_history_and_what_they_report() {
         emcy_code_order: CodeOrder::HighByteFirst,
         empty_history_is_zero: true,
         unreported: &[ErrorCode::PDO_LENGTH],
-        sdo_sizes_indicated: false,
+        sdo_sizes_indicated: SizesIndicated { expedited: [true, true, true, false], longer: true },
         ..Behaviour::CIA_301
     };
     let mut bench = Bench::new(TestOd::new(FULL), behaviour);
@@ -205,6 +206,7 @@ fn devices_deviate_in_byte_order_history_and_what_they_report() {
     assert_eq!(bench.sent(), ["085#3120050000000000"]);
     assert_eq!(bench.read(0x1003, 2), Ok(0));
     assert_eq!(bench.send("605#4000100000000000"), ["585#4200100092010000"]);
+    assert_eq!(bench.send("605#4001100000000000"), ["585#4F01100005000000"]);
     let mut bench = bench.operational();
     assert_eq!(bench.send("205#01"), NOTHING);
 }

@@ -5,6 +5,7 @@ mod sdo_support;
 
 use lexican_runtime::object::{Access, Address, DataType};
 use lexican_runtime::service::sdo_client::{self, SdoClient};
+use lexican_runtime::service::sdo_server::SizesIndicated;
 use lexican_runtime::{CobId, Duration, Frame};
 use proptest::prelude::*;
 use sdo_support::{Bus, Growing, NODE, Od, at, pattern};
@@ -84,10 +85,12 @@ proptest! {
         steps in prop::collection::vec(step(), 1..120),
         block_size in prop::sample::select(vec![1, 2, 5, 127_u8]),
         padded: bool,
-        sized: bool,
+        expedited: [bool; 4],
+        longer: bool,
     ) {
         let mut bus = Bus::new(dictionary());
-        bus.server = bus.server.with_block_size(block_size).with_padded_writes(padded).with_sizes_indicated(sized);
+        bus.server = bus.server.with_block_size(block_size).with_padded_writes(padded);
+        bus.server = bus.server.with_sizes_indicated(SizesIndicated { expedited, longer });
         for step in steps {
             match step {
                 Step::Frame(data) => {

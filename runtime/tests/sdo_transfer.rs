@@ -4,7 +4,7 @@ mod sdo_support;
 
 use lexican_runtime::object::{Access, DataType};
 use lexican_runtime::service::sdo_client::{Event, Scalar, SdoClient, SdoError};
-use lexican_runtime::service::sdo_server::{self, SdoServer};
+use lexican_runtime::service::sdo_server::{self, SdoServer, SizesIndicated};
 use lexican_runtime::{AbortCode, Frame, Instant};
 use sdo_support::{Bus, NODE, Od, at, frame, pattern};
 
@@ -42,7 +42,7 @@ fn server() -> SdoServer {
 #[test]
 fn the_examples_of_the_manual_are_answered_byte_for_byte() {
     let od = check_server(
-        server().with_sizes_indicated(false),
+        server().with_sizes_indicated(SizesIndicated::NONE),
         &[("605#407C600000000000", "585#427C6000C4090000"), ("605#237D600280841E00", "585#607D600200000000")],
     );
     assert_eq!(od.value(at(0x607D, 2)), 2_000_000_i32.to_le_bytes());

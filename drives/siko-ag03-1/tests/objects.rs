@@ -67,7 +67,7 @@ impl Bench {
         self.link.send(&request).unwrap();
         let answer = self.link.receive_frame(self.bus.now()).unwrap().unwrap();
         match *answer.data() {
-            [0x42, _, _, _, a, b, c, d] => Ok(u32::from_le_bytes([a, b, c, d])),
+            [0x42 | 0x4B | 0x4F, _, _, _, a, b, c, d] => Ok(u32::from_le_bytes([a, b, c, d])),
             [0x80, _, _, _, a, b, c, d] => Err(u32::from_le_bytes([a, b, c, d])),
             _ => panic!("{answer} is no answer to a read"),
         }
@@ -91,6 +91,9 @@ fn the_sdo_examples_of_chapter_7_2_8_are_answered_byte_for_byte() {
     let mut bench = Bench::new();
     assert_eq!(bench.ask("605#237C6000C4090000"), ["585#607C600000000000"]);
     assert_eq!(bench.ask("605#407C600000000000"), ["585#427C6000C4090000"]);
+    // Table 18 has the commands for values of one and of two bytes.
+    assert_eq!(bench.ask("605#4000210000000000"), ["585#4F0021000A000000"]);
+    assert_eq!(bench.ask("605#4067600000000000"), ["585#4B6760000A000000"]);
     assert_eq!(bench.ask("605#237D600280841E00"), ["585#607D600200000000"]);
 }
 

@@ -133,7 +133,7 @@ fn the_switches_are_read_at_power_on_and_at_no_other_time() {
     }
     bench.see(SimulatedDrive::power_cycle);
     assert_eq!(bench.pass(0), ["707#00"]);
-    assert_eq!(bench.ask(0x607, &[0x40, 0x01, 0x21, 0, 0, 0, 0, 0]), ["587#4201210007000000"]);
+    assert_eq!(bench.ask(0x607, &[0x40, 0x01, 0x21, 0, 0, 0, 0, 0]), ["587#4F01210007000000"]);
     assert_eq!(bench.ask(0x607, &[0x40, 0x14, 0x10, 0, 0, 0, 0, 0]), ["587#4214100087000000"]);
     bench.see(|drive, _| drive.set_switches(DipSwitches::default()));
     bench.see(SimulatedDrive::power_cycle);

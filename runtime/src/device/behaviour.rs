@@ -1,6 +1,7 @@
 //! How devices differ where CiA 301 leaves it open, and where they deviate from it: as data.
 
 use crate::object::WritableIn;
+use crate::service::sdo_server::SizesIndicated;
 use crate::service::tpdo::Triggers;
 use crate::wire::emcy::{CodeOrder, ErrorCode};
 use crate::wire::pdo::TransmissionType;
@@ -61,9 +62,8 @@ pub struct Behaviour {
     pub unreported: &'static [ErrorCode],
     /// What happens when heartbeat and guarding are both asked for.
     pub error_control: ErrorControlRule,
-    /// Whether answers to SDO reads tell the number of bytes. Where they do not, an expedited one has
-    /// command 42h.
-    pub sdo_sizes_indicated: bool,
+    /// Which answers to SDO reads indicate how many bytes they have.
+    pub sdo_sizes_indicated: SizesIndicated,
 }
 
 impl Behaviour {
@@ -84,7 +84,7 @@ impl Behaviour {
         records_communication_errors: true,
         unreported: &[],
         error_control: ErrorControlRule::HeartbeatFirst,
-        sdo_sizes_indicated: true,
+        sdo_sizes_indicated: SizesIndicated::ALL,
     };
 
     pub(super) const fn triggers(&self, transmission: TransmissionType) -> Triggers {

@@ -3,6 +3,7 @@
 use lexican_runtime::NodeId;
 use lexican_runtime::device::{Behaviour, ChangeRule, ErrorControlRule};
 use lexican_runtime::object::ObjectDictionary;
+use lexican_runtime::service::sdo_server::SizesIndicated;
 use lexican_runtime::service::tpdo::Triggers;
 use lexican_runtime::wire::emcy::ErrorCode;
 
@@ -38,8 +39,8 @@ pub const BEHAVIOUR: Behaviour = Behaviour {
         ErrorCode::RPDO_TIMEOUT,
     ],
     error_control: ErrorControlRule::Exclusive,
-    // The worked example of 7.2.8 answers 42h; table 18 has 43h, 4Bh and 4Fh.
-    sdo_sizes_indicated: false,
+    // Table 18 has 4Fh, 4Bh and 43h; the worked example of 7.2.8.1 answers four bytes with 42h.
+    sdo_sizes_indicated: SizesIndicated { expedited: [true, true, true, false], longer: true },
     ..Behaviour::CIA_301
 };
 

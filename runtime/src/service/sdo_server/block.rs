@@ -101,7 +101,7 @@ impl SdoServer {
         }
         let sender = Sender::new(block_size, crc)?;
         self.state = State::BlockUpload(BlockUpload { source, sender, phase: Phase::Starting });
-        let size = size.filter(|_| self.sizes_indicated);
+        let size = size.filter(|_| self.sizes_indicated.longer);
         self.answer(ServerResponse::InitiateBlockUpload { address, crc: true, size });
         Ok(Progress::Continues)
     }

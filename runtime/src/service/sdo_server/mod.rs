@@ -38,7 +38,7 @@ pub struct SdoServer {
     request: CobId,
     response: CobId,
     timeout: Duration,
-    sizes_indicated: bool,
+    sizes_indicated: SizesIndicated,
     padded_writes: bool,
     block_size: u8,
     state: State,
@@ -48,6 +48,28 @@ pub struct SdoServer {
     reply: Option<Raw>,
     /// When the client has waited too long; of no meaning in `Idle`.
     deadline: Instant,
+}
+
+/// Which answers to reads indicate how many bytes they have. An expedited one that does not has the command 42h.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SizesIndicated {
+    /// Expedited ones of 1, 2, 3 and 4 bytes.
+    pub expedited: [bool; 4],
+    /// Those in segments and in blocks.
+    pub longer: bool,
+}
+
+impl SizesIndicated {
+    /// All of them, which is the rule.
+    pub const ALL: SizesIndicated = SizesIndicated { expedited: [true; 4], longer: true };
+    /// None of them.
+    pub const NONE: SizesIndicated = SizesIndicated { expedited: [false; 4], longer: false };
+
+    /// Whether an expedited answer of `len` bytes does.
+    #[inline]
+    fn expedited(self, len: usize) -> bool {
+        len.checked_sub(1).and_then(|at| self.expedited.get(at)).copied().unwrap_or(false)
+    }
 }
 
 /// What happened to an entry.
@@ -110,7 +132,7 @@ impl SdoServer {
             request,
             response,
             timeout: Duration::from_secs(1),
-            sizes_indicated: true,
+            sizes_indicated: SizesIndicated::ALL,
             padded_writes: false,
             block_size: BlockSegment::MAX_SEQUENCE,
             state: State::Idle,
@@ -132,10 +154,9 @@ impl SdoServer {
         SdoServer { timeout, ..self }
     }
 
-    /// Whether answers to reads tell the number of bytes; they do unless told otherwise. Without it, an
-    /// expedited upload is answered with command 42h, as some devices do.
+    /// Indicates the number of bytes in these answers to reads only; without it, in all of them.
     #[must_use]
-    pub const fn with_sizes_indicated(self, sizes_indicated: bool) -> Self {
+    pub const fn with_sizes_indicated(self, sizes_indicated: SizesIndicated) -> Self {
         SdoServer { sizes_indicated, ..self }
     }
 

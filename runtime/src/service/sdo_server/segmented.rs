@@ -55,14 +55,15 @@ impl SdoServer {
 
     #[inline]
     fn answer_upload(&mut self, address: Address, data: Expedited) -> Progress {
-        let data = if self.sizes_indicated { data } else { data.without_len() };
+        let indicated = data.len().is_some_and(|len| self.sizes_indicated.expedited(len));
+        let data = if indicated { data } else { data.without_len() };
         self.answer(ServerResponse::InitiateUpload { address, content: Content::Expedited(data) });
         Progress::Read
     }
 
     fn begin_segments(&mut self, source: Source, od: &mut dyn ObjectDictionary) -> Progress {
         let address = source.address();
-        let size = if self.sizes_indicated { source.size(od) } else { None };
+        let size = if self.sizes_indicated.longer { source.size(od) } else { None };
         self.state = State::Upload(Upload { source, offset: 0, toggle: false });
         self.answer(ServerResponse::InitiateUpload { address, content: Content::Segmented { size } });
         Progress::Continues
