@@ -229,6 +229,7 @@ fn windows_and_limits_are_inclusive() {
     bench.control(0x400F);
     bench.pass_ms(1000);
     assert_eq!(bench.controller.position(bench.now), 1000, "no inching from the limit on");
+    assert!(bench.has(status::TARGET_REACHED), "what is not started replaces nothing");
     bench.control(0x000F);
     bench.set(|parameters| parameters.delta_inch = -10);
     bench.control(0x200F);
@@ -239,6 +240,42 @@ fn windows_and_limits_are_inclusive() {
         bench.system_shows(pattern);
         bench.controller.calibrate(bench.now, 2000 - position);
         bench.system_shows(pattern);
+    }
+}
+
+/// From where the drive stands at a limit, by whichever order, and whether or not the other way was tried first.
+#[test]
+fn at_a_limit_the_way_back_is_free() {
+    type Order = fn(&mut Bench, bool);
+    let orders: [(&str, Order); 4] = [
+        ("inching 1", |bench, _| bench.control(0x200F)),
+        ("inching 2", |bench, up| bench.control(if up { 0x400F } else { 0x800F })),
+        ("a key", |bench, up| {
+            bench.controller.set_network(bench.now, Network::PreOperational);
+            bench.world(|inputs| inputs.key = Some(if up { Key::CounterClockwise } else { Key::Clockwise }));
+        }),
+        ("a travel", |bench, _| bench.travel_to(0)),
+    ];
+    for (name, order) in orders {
+        for (limits, limit, delta_inch) in [([-1000, 333], 333, -100), ([-333, 1000], -333, 100)] {
+            for ((numerator, denominator), tried) in [((1, 1), false), ((378, 100), false), ((7, 9), true)] {
+                let parameters = Parameters { limits, delta_inch, numerator, denominator, ..Parameters::default() };
+                let mut bench = Bench::enabled(parameters);
+                bench.travel_to(limit);
+                bench.pass_ms(60_000);
+                assert!(bench.controller.position(bench.now) == limit && !bench.has(status::INTERNAL_LIMIT));
+                if tried {
+                    bench.control(if limit > 0 { 0x400F } else { 0x800F });
+                    bench.pass_ms(1000);
+                    assert_eq!(bench.controller.position(bench.now), limit);
+                }
+                bench.control(0x000F);
+                order(&mut bench, limit < 0);
+                bench.pass_ms(1000);
+                let back = (limit - bench.controller.position(bench.now)) * limit.signum();
+                assert!(back > 0, "{name} from {limit}: {back}");
+            }
+        }
     }
 }
 
@@ -633,6 +670,52 @@ fn a_load_that_is_too_high_is_a_lag_error_and_no_fault() {
     bench.pass_ms(60_000);
     bench.system_shows("0000 0000 0000 1000");
     assert_eq!(bench.codes(), []);
+}
+
+/// Table 1 excepts no mode from bit 15.
+#[test]
+fn a_load_that_is_too_high_is_a_lag_error_in_inching_too() {
+    type Start = fn(&mut Bench);
+    let starts: [(&str, Start); 3] = [
+        ("inching 1", |bench| bench.control(0x200F)),
+        ("inching 2", |bench| bench.control(0x800F)),
+        ("key", |bench| {
+            bench.controller.set_network(bench.now, Network::PreOperational);
+            bench.world(|inputs| inputs.key = Some(Key::Clockwise));
+        }),
+    ];
+    for (name, start) in starts {
+        let mut bench = Bench::enabled(Parameters { delta_inch: -5000, ..Parameters::default() });
+        bench.control(0x000F);
+        start(&mut bench);
+        bench.pass_ms(1000);
+        assert!(!bench.has(status::WARNING), "{name}");
+        bench.world(|inputs| inputs.attainable_rpm = Some(15));
+        bench.pass_ms(1000);
+        assert_eq!(bench.controller.velocity(bench.now), -15, "{name}: it follows at once");
+        bench.system_shows("1xxx xxx0 xxx1 xxxx");
+        assert!(bench.has(status::WARNING), "{name}");
+        bench.world(|inputs| inputs.attainable_rpm = None);
+        bench.pass_ms(1000);
+        assert_eq!(bench.controller.velocity(bench.now), -30, "{name}");
+        bench.system_shows("0xxx xxx0 xxx1 xxxx");
+        assert!(!bench.has(status::WARNING), "{name}");
+    }
+}
+
+/// What is told to end does not go on because its load changes.
+#[test]
+fn inching_that_ends_does_not_begin_again_with_another_load() {
+    let mut bench = Bench::enabled(Parameters { inching_stop: 1, a_inch: 10, ..Parameters::default() });
+    bench.control(0x000F);
+    bench.control(0x400F);
+    bench.pass_ms(3000);
+    bench.control(0x000F);
+    bench.world(|inputs| inputs.attainable_rpm = Some(15));
+    bench.pass_ms(100);
+    assert!(!bench.has(status::WARNING));
+    bench.pass_ms(3000);
+    assert_eq!(bench.controller.velocity(bench.now), 0);
 }
 
 #[test]

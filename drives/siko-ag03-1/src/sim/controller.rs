@@ -346,12 +346,12 @@ impl Controller {
         }
     }
 
-    /// Beyond a limit, inching leads back only.
+    /// At a limit and beyond it, inching leads back only.
     fn may_inch(&self, now: Instant, direction: Direction) -> bool {
         let shown = self.parameters.position(self.motion.state(now).position);
         self.parameters.position_limits().is_none_or(|(low, high)| match direction {
-            Direction::Positive => shown <= high,
-            Direction::Negative => shown >= low,
+            Direction::Positive => shown < high,
+            Direction::Negative => shown > low,
         })
     }
 

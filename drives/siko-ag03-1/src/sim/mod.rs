@@ -20,9 +20,25 @@
 //! | a target out of range in an RPDO | not taken; its control word may stop, but starts nothing |
 //! | loop positioning whose turn lies beyond a limit | travels there |
 //! | inching that passes a limit | stops behind it |
+//! | inching outwards from exactly at a limit, where the drive is not beyond it | is not started |
+//! | inching with Stop (bit 8) set | is not started |
+//! | inching, and "no active travel job" | clears the ready bits of 1002h and 6041h, but not bit 14; the driver relies on it |
+//! | the deceleration of inching 1, and d-Pos (parameter 31) during inching | a-Inch; d-Pos is of no meaning |
+//! | the end of inching 1, and bit 10 of 6041h | is a target reached |
+//! | torque deactivation (2.3) and in-position mode (parameter 26) in inching | are for travels only |
+//! | 2450h, 2410h:08, :09 and 2416h while the drive inches | hold from the next inching on |
+//! | the loop length (parameter 27) | counts behind the gear, in increments |
+//! | 607Eh is written | the position changes its sign |
+//! | 1011h:01, :02 and the calibration value | 607Ch becomes 0; the position stays |
+//! | the tolerance of the supply (table 21, bit 4) | 18 V to 35 V: no fault A, no fault G |
+//! | guarding requests while 100Ch or 100Dh is 0 | are answered; nothing expires |
+//! | FAULT when NMT leaves OPERATIONAL (7.2.2.3, 7.2.2.5) | stays, until it is reset |
+//! | a start in velocity mode while a job is active (2.2.2; bit 14 is 0 there) | changes the velocity |
+//! | the abort code where table 19 has none | the nearest of its eight |
+//! | 8120h, when the bus is well again | is over, with an EMCY 0000h |
 //! | the target that "in position" refers to | that of the last travel, or else 607Ah |
 //! | 6040h by SDO outside OPERATIONAL | 0800 0022h |
-//! | 2412h, 6060h, 607Eh, 6091h during a travel | 0800 0022h |
+//! | 2412h, 6060h, 607Eh, 6091h and 1011h during a travel | 0800 0022h |
 //! | the order of the bytes of an EMCY code (table 20) | as CiA 301 has it |
 //! | where the absolute encoder jumps, and what a flat battery does to it | nowhere, and nothing |
 //! | "reaching the positioning window" (parameter 26) | the end of the travel |

@@ -78,11 +78,22 @@ impl Limits {
     }
 }
 
+/// The parameters that held when inching was started: later changes do not touch it.
+#[derive(Clone, Copy, Debug)]
+struct Inching {
+    profile: Profile,
+    limits: Option<Limits>,
+}
+
 /// The shaft: where it is, and the job that moves it.
 #[derive(Clone, Debug)]
 pub struct Motion {
     way: Trajectory,
     job: Job,
+    /// How inching, of which the job does not say it, travels.
+    inching: Inching,
+    /// Inching operation 2 is told to end.
+    ending: bool,
     /// The shaft cannot follow: the way is at rest, though the job is not finished.
     blocked: bool,
     /// The velocity that the load allows, in increments/s.
@@ -93,7 +104,14 @@ impl Motion {
     /// A shaft at rest.
     #[must_use]
     pub fn at_rest(now: Instant, position: f64) -> Self {
-        Motion { way: Trajectory::rest(now, position), job: Job::None, blocked: false, ceiling: f64::INFINITY }
+        Motion {
+            way: Trajectory::rest(now, position),
+            job: Job::None,
+            inching: Inching { profile: Profile { speed: 0.0, acceleration: 1.0, deceleration: 1.0 }, limits: None },
+            ending: false,
+            blocked: false,
+            ceiling: f64::INFINITY,
+        }
     }
 
     /// Position and velocity.
@@ -190,25 +208,21 @@ impl Motion {
 
     /// Inching operation 1: a step from here. It ends early behind a limit that lies ahead.
     pub fn step(&mut self, now: Instant, width: f64, profile: Profile, limits: Option<Limits>) {
-        let state = self.state(now);
-        let (target, profile) = (state.position + width, self.within_ceiling(profile));
-        let way = Trajectory::through(now, state, &[target], profile);
-        let way = stopping_behind(way, limits, Direction::of(width), profile.deceleration);
-        self.begin(Job::Step { target }, way);
+        self.inching = Inching { profile, limits };
+        self.step_to(now, self.state(now).position + width);
     }
 
     /// Inching operation 2: moves until [`Motion::stop_inching`], or until a limit that lies ahead is passed.
     pub fn inch(&mut self, now: Instant, direction: Direction, profile: Profile, limits: Option<Limits>) {
-        let (state, profile) = (self.state(now), self.within_ceiling(profile));
-        let way = Trajectory::ramp(now, state, profile.speed * direction.sign(), profile.acceleration);
-        let way = stopping_behind(way, limits, direction, profile.deceleration);
-        self.begin(Job::Inching(direction), way);
+        self.inching = Inching { profile, limits };
+        self.keep_inching(now, direction);
     }
 
     /// Ends inching operation 2.
     pub fn stop_inching(&mut self, now: Instant, deceleration: f64) {
         if matches!(self.job, Job::Inching(_)) {
             self.brake(now, deceleration);
+            self.ending = true;
         }
     }
 
@@ -249,12 +263,16 @@ impl Motion {
         }
     }
 
-    /// Lets the load allow no more than `velocity`, in increments/s. Travels and velocity mode follow at once,
-    /// inching when it is started again.
+    /// Lets the load allow no more than `velocity`, in increments/s; the job goes on with that at once.
     pub fn set_ceiling(&mut self, now: Instant, velocity: f64, acceleration: f64) {
         self.ceiling = velocity;
-        if self.is_moving(now) && !self.blocked {
-            self.unblock(now, acceleration);
+        if !self.is_moving(now) || self.blocked || self.ending {
+            return;
+        }
+        match self.job {
+            Job::Step { target } => self.step_to(now, target),
+            Job::Inching(direction) => self.keep_inching(now, direction),
+            _ => self.unblock(now, acceleration),
         }
     }
 
@@ -264,6 +282,7 @@ impl Motion {
         let told = match self.job {
             Job::Positioning(travel) => travel.profile.speed,
             Job::Velocity(velocity) => velocity.abs(),
+            Job::Step { .. } | Job::Inching(_) if !self.ending => self.inching.profile.speed,
             Job::None | Job::Step { .. } | Job::Inching(_) => return false,
         };
         told > self.ceiling && state.velocity.abs() >= self.ceiling - TINY
@@ -306,6 +325,29 @@ impl Motion {
         self.begin(Job::Positioning(travel), way);
     }
 
+    fn step_to(&mut self, now: Instant, target: f64) {
+        let (state, profile) = (self.state(now), self.within_ceiling(self.inching.profile));
+        let way = Trajectory::through(now, state, &[target], profile);
+        let way = self.stopping_behind(way, Direction::of(target - state.position));
+        self.begin(Job::Step { target }, way);
+    }
+
+    fn keep_inching(&mut self, now: Instant, direction: Direction) {
+        let (state, profile) = (self.state(now), self.within_ceiling(self.inching.profile));
+        let way = Trajectory::ramp(now, state, profile.speed * direction.sign(), profile.acceleration);
+        let way = self.stopping_behind(way, direction);
+        self.begin(Job::Inching(direction), way);
+    }
+
+    /// A limit that lies ahead ends the way. Back from beyond the other one, the way is free.
+    fn stopping_behind(&self, way: Trajectory, direction: Direction) -> Trajectory {
+        let Inching { profile, limits } = self.inching;
+        match limits {
+            Some(limits) => way.stopping_behind(limits.ahead(direction), direction.sign(), profile.deceleration),
+            None => way,
+        }
+    }
+
     fn brake(&mut self, now: Instant, deceleration: f64) {
         self.begin(self.job, Trajectory::ramp(now, self.state(now), 0.0, deceleration));
     }
@@ -315,20 +357,13 @@ impl Motion {
     }
 
     fn begin(&mut self, job: Job, way: Trajectory) {
-        *self = Motion { way, job, blocked: false, ceiling: self.ceiling };
+        (self.way, self.job) = (way, job);
+        (self.ending, self.blocked) = (false, false);
     }
 }
 
 /// In increments/s, far below what anybody sees.
 const TINY: f64 = 1e-6;
-
-/// A limit that lies ahead ends the way. Back from beyond the other one, the way is free.
-fn stopping_behind(way: Trajectory, limits: Option<Limits>, direction: Direction, deceleration: f64) -> Trajectory {
-    match limits {
-        Some(limits) => way.stopping_behind(limits.ahead(direction), direction.sign(), deceleration),
-        None => way,
-    }
-}
 
 #[cfg(test)]
 mod tests {
