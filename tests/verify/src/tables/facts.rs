@@ -143,6 +143,8 @@ fn ask(key: &str) -> Found {
         "7.2.2.2:boot-up identifier plus node-ID" => ((boot_up?.id().raw() - 5).to_string(), ""),
         "7.2.2.2:boot-up data" => (boot_up?.data().first()?.to_string(), ""),
         "7.2.2.4:entering OPERATIONAL sends TPDOs of type" => (sent_at_start(), ""),
+        "7.2.2.3:FAULT becomes" => (fault_becomes(0x80), ""),
+        "7.2.2.5:FAULT becomes" => (fault_becomes(0x02), ""),
         "7.2.9:emergency length" => {
             bench.world(|inputs| inputs.internal_error = true);
             (bench.hear_from(0x085, 0).first()?.len().to_string(), "bytes")
@@ -222,6 +224,14 @@ fn sent_at_start() -> String {
         set.is_ok() && !bench.hear_from(0x185, 0).is_empty()
     });
     types.map(|code: i64| code.to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// The state of a drive in FAULT after an NMT command.
+fn fault_becomes(command: u8) -> String {
+    let mut bench = super::states::with_inputs(|inputs| inputs.internal_error = true);
+    bench.nmt(command);
+    bench.hear(0);
+    super::states::name_of(super::states::state_of(&bench)).to_ascii_uppercase()
 }
 
 fn expired() -> String {
