@@ -1,15 +1,15 @@
 //! Time as the core sees it: a number that the caller passes in. Nothing here reads a clock.
 
 use core::fmt;
-use core::ops::{Add, AddAssign, Sub};
+use core::ops::{Add, AddAssign, Sub, SubAssign};
 
 /// A point in time: microseconds since an origin that the caller chooses. Enough for 584 000 years,
 /// so nothing here wraps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Instant(u64);
 
 /// A span of time in microseconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Duration(u64);
 
 impl Instant {
@@ -101,10 +101,32 @@ impl AddAssign<Duration> for Instant {
     }
 }
 
+/// Saturates at the origin.
+impl Sub<Duration> for Instant {
+    type Output = Instant;
+    fn sub(self, span: Duration) -> Instant {
+        Instant(self.0.saturating_sub(span.0))
+    }
+}
+
+/// [`Instant::since`]: zero when `earlier` is later.
+impl Sub for Instant {
+    type Output = Duration;
+    fn sub(self, earlier: Instant) -> Duration {
+        self.since(earlier)
+    }
+}
+
 impl Add for Duration {
     type Output = Duration;
     fn add(self, other: Duration) -> Duration {
         Duration(self.0.saturating_add(other.0))
+    }
+}
+
+impl AddAssign for Duration {
+    fn add_assign(&mut self, other: Duration) {
+        *self = *self + other;
     }
 }
 
@@ -113,6 +135,12 @@ impl Sub for Duration {
     type Output = Duration;
     fn sub(self, other: Duration) -> Duration {
         Duration(self.0.saturating_sub(other.0))
+    }
+}
+
+impl SubAssign for Duration {
+    fn sub_assign(&mut self, other: Duration) {
+        *self = *self - other;
     }
 }
 
@@ -136,12 +164,80 @@ impl fmt::Display for Instant {
     }
 }
 
+/// In the largest unit that is not larger than the span, without trailing zeros: `1.5 s`, `20 ms`, `2.5 ms`, `0 s`.
 impl fmt::Display for Duration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            us if us % 1_000_000 == 0 => write!(f, "{} s", us / 1_000_000),
-            us if us % 1_000 == 0 => write!(f, "{} ms", us / 1_000),
-            us => write!(f, "{us} us"),
+            us @ 1..1_000 => write!(f, "{us} us"),
+            us @ 1_000..1_000_000 => write_fraction(f, us, 1_000, "ms"),
+            us => write_fraction(f, us, 1_000_000, "s"),
         }
+    }
+}
+
+fn write_fraction(f: &mut fmt::Formatter<'_>, us: u64, unit: u64, name: &str) -> fmt::Result {
+    write!(f, "{}", us / unit)?;
+    let (mut rest, mut digit) = (us % unit, unit / 10);
+    if rest != 0 {
+        f.write_str(".")?;
+    }
+    while rest != 0 {
+        write!(f, "{}", rest / digit)?;
+        (rest, digit) = (rest % digit, digit / 10);
+    }
+    write!(f, " {name}")
+}
+
+/// As it is displayed.
+impl fmt::Debug for Instant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+/// As it is displayed.
+impl fmt::Debug for Duration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::format;
+
+    #[test]
+    fn spans_are_printed_in_a_unit_that_fits() {
+        let texts = [
+            (0, "0 s"),
+            (1, "1 us"),
+            (999, "999 us"),
+            (1_000, "1 ms"),
+            (2_500, "2.5 ms"),
+            (20_001, "20.001 ms"),
+            (1_000_000, "1 s"),
+            (1_500_000, "1.5 s"),
+            (61_000_050, "61.00005 s"),
+            (u64::MAX, "18446744073709.551615 s"),
+        ];
+        for (us, text) in texts {
+            let span = Duration::from_micros(us);
+            assert_eq!((format!("{span}"), format!("{span:?}")), (text.into(), text.into()));
+        }
+        assert_eq!(format!("{:?}", Some(Instant::from_micros(1_500_000))), "Some(1.500000)");
+    }
+
+    #[test]
+    fn points_in_time_are_subtracted_and_never_wrap() {
+        let at = Instant::from_micros;
+        let span = Duration::from_micros;
+        assert_eq!((at(5) - at(3), at(3) - at(5)), (span(2), Duration::ZERO));
+        assert_eq!((at(5) - span(3), at(3) - span(5)), (at(2), Instant::ZERO));
+        let (mut sum, mut rest) = (span(5), span(5));
+        sum += span(2);
+        rest -= span(7);
+        assert_eq!((sum, rest), (span(7), Duration::ZERO));
+        assert_eq!(at(u64::MAX) + span(1), at(u64::MAX));
     }
 }
