@@ -82,11 +82,11 @@ proptest! {
     ) {
         let mut now = Instant::ZERO;
         let dcf = [1, 0, 0, 0, 0x17, 0x10, 0, 2, 0, 0, 0, 100, 0];
-        let plan = BootPlan { configuration: &dcf, configured: Some((1, 1)), start: true, ..BootPlan::default() };
+        let plan = BootPlan { configuration: &dcf[..], configured: Some((1, 1)), start: true, ..BootPlan::default() };
         let heartbeat = Duration::from_millis(250);
-        let mut network = Network::<2>::new(OnLoss::ResetAll);
+        let mut network = Network::<_, 2>::new(OnLoss::ResetAll);
         let client = SdoClient::of_node(NODE);
-        network.assign(NODE, Assignment { client, mandatory: true, boots_again: true, heartbeat, plan }).unwrap();
+        network.assign(NODE, Assignment { client, mandatory: true, boots_again: true, heartbeat, guarding: None, plan }).unwrap();
         network.start(now, Duration::from_secs(1));
         let address = Address::new(0x6041, 0);
         let (poll, timeout) = (Duration::from_millis(10), Duration::from_millis(500));

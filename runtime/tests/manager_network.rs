@@ -5,7 +5,7 @@ mod common;
 use common::FULL;
 use common::testing::TestOd;
 use lexican_runtime::device::{Behaviour, Device, Event};
-use lexican_runtime::manager::{Assignment, Network, NetworkEvent, OnLoss, Startup};
+use lexican_runtime::manager::{Assignment, Guarding, Network, NetworkEvent, OnLoss, Startup};
 use lexican_runtime::procedure::{BootError, BootPlan};
 use lexican_runtime::service::sdo_client::{SdoClient, SdoError};
 use lexican_runtime::wire::lss::Part;
@@ -25,7 +25,7 @@ struct Node {
 }
 
 struct Bus<'a> {
-    network: Network<'a, 4>,
+    network: Network<&'a [u8], 4>,
     nodes: Vec<Node>,
     now: Instant,
     events: Vec<NetworkEvent>,
@@ -33,6 +33,8 @@ struct Bus<'a> {
     /// Which frame gets lost, and how many there were.
     lose: Option<usize>,
     frames: usize,
+    /// Frames to the nodes that begin so get lost.
+    lose_all: &'static str,
 }
 
 fn dictionary(node: NodeId) -> TestOd {
@@ -40,22 +42,23 @@ fn dictionary(node: NodeId) -> TestOd {
     if node == FIVE { od } else { od.without(0x1200).without(0x1800).without(0x1802) }
 }
 
-fn assignment<'a>(node: NodeId, mandatory: bool, plan: BootPlan<'a>) -> Assignment<'a> {
+fn assignment(node: NodeId, mandatory: bool, plan: BootPlan<&[u8]>) -> Assignment<&[u8]> {
     Assignment {
         client: SdoClient::of_node(node),
         mandatory,
         boots_again: true,
         heartbeat: Duration::from_millis(250),
+        guarding: None,
         plan,
     }
 }
 
-fn started<'a>() -> BootPlan<'a> {
+fn started<'a>() -> BootPlan<&'a [u8]> {
     BootPlan { device_type: Some(0x192), configuration: HEARTBEAT, start: true, ..BootPlan::default() }
 }
 
 impl<'a> Bus<'a> {
-    fn new(on_loss: OnLoss, members: &[(NodeId, bool, BootPlan<'a>)]) -> Self {
+    fn new(on_loss: OnLoss, members: &[(NodeId, bool, BootPlan<&'a [u8]>)]) -> Self {
         let mut bus = Bus {
             network: Network::new(on_loss),
             nodes: Vec::new(),
@@ -64,6 +67,7 @@ impl<'a> Bus<'a> {
             log: Vec::new(),
             lose: None,
             frames: 0,
+            lose_all: "nothing",
         };
         for &(node, mandatory, plan) in members {
             bus.network.assign(node, assignment(node, mandatory, plan)).unwrap();
@@ -81,8 +85,10 @@ impl<'a> Bus<'a> {
     }
 
     fn deliver(&mut self, frame: &Frame) {
-        self.log.push(frame.to_string());
-        if self.is_lost() {
+        let text = frame.to_string();
+        let is_lost = text.starts_with(self.lose_all);
+        self.log.push(text);
+        if self.is_lost() || is_lost {
             return;
         }
         for node in self.nodes.iter_mut().filter(|node| node.connected) {
@@ -154,8 +160,8 @@ impl<'a> Bus<'a> {
 fn a_network_boots_is_configured_and_started() {
     let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started()), (SIX, false, started())]);
     bus.start();
-    bus.pass_ms(10);
-    assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready, NetworkEvent::Booted(SIX)]);
+    bus.pass_ms(200);
+    assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Booted(SIX), NetworkEvent::Ready]);
     assert_eq!(bus.states(), [NmtState::Operational; 2]);
     assert_eq!(bus.nodes[1].od.get(0x1017, 0), 100);
     assert_eq!(bus.log[0], "000#8200");
@@ -163,12 +169,12 @@ fn a_network_boots_is_configured_and_started() {
 
 #[test]
 fn a_node_that_is_not_the_expected_one_is_not_started() {
-    let with = |change: fn(&mut BootPlan<'static>)| {
+    let with = |change: fn(&mut BootPlan<&'static [u8]>)| {
         let mut plan = started();
         change(&mut plan);
         plan
     };
-    let cases: [(BootPlan<'_>, BootError); 4] = [
+    let cases: [(BootPlan<&[u8]>, BootError); 4] = [
         (with(|plan| plan.device_type = Some(0x191)), BootError::DeviceType { got: 0x192 }),
         (with(|plan| plan.vendor = Some(1)), BootError::Identity { part: Part::Vendor, got: 0x195 }),
         (with(|plan| plan.product = Some(8)), BootError::Identity { part: Part::Product, got: 7 }),
@@ -194,7 +200,7 @@ fn a_node_that_is_not_the_expected_one_is_not_started() {
 #[test]
 fn a_configuration_that_fails_names_its_entry() {
     let dcf = [&[2, 0, 0, 0], &HEARTBEAT[4..], &[0x00, 0x10, 0, 1, 0, 0, 0, 1]].concat();
-    let plan = BootPlan { configuration: &dcf, ..started() };
+    let plan = BootPlan { configuration: &dcf[..], ..started() };
     let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan)]);
     bus.start();
     bus.pass_ms(10);
@@ -218,7 +224,7 @@ fn a_node_that_has_its_configuration_already_is_not_configured_again() {
     let date = [0x20, 0x10, 1, 4, 0, 0, 0, 9, 0, 0, 0];
     let time = [0x20, 0x10, 2, 4, 0, 0, 0, 8, 0, 0, 0];
     let dcf = [&[3, 0, 0, 0], &HEARTBEAT[4..], &date[..], &time[..]].concat();
-    let plan = BootPlan { configured: Some((9, 8)), configuration: &dcf, ..started() };
+    let plan = BootPlan { configured: Some((9, 8)), configuration: &dcf[..], ..started() };
     let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan)]);
     let writes = |bus: &mut Bus<'_>| {
         bus.log.clear();
@@ -227,8 +233,9 @@ fn a_node_that_has_its_configuration_already_is_not_configured_again() {
         let kept = bus.nodes[0].od.clone();
         let reset = bus.network.poll_transmit(bus.now).unwrap();
         bus.deliver(&reset);
-        bus.nodes[0].od = kept;
-        bus.pass_ms(10);
+        let node = &mut bus.nodes[0];
+        (node.od, _) = (kept.clone(), node.device.restart(bus.now, &mut kept.clone()));
+        bus.pass_ms(200);
         bus.log.iter().filter(|frame| frame.contains("#2")).count()
     };
     assert_eq!(writes(&mut bus), 3);
@@ -241,10 +248,10 @@ fn error_control_must_start_before_the_node_does() {
     let plan = BootPlan { error_control: Duration::from_millis(500), ..started() };
     let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan)]);
     bus.start();
-    bus.pass_ms(20);
+    bus.pass_ms(200);
     assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
 
-    let silent = BootPlan { configuration: &[], ..plan };
+    let silent = BootPlan { configuration: &[][..], ..plan };
     let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, silent)]);
     bus.start();
     bus.pass_ms(1000);
@@ -267,7 +274,7 @@ fn an_optional_node_may_be_missing_and_come_later() {
     bus.nodes[1].connected = true;
     let node = &mut bus.nodes[1];
     node.device.restart(bus.now, &mut node.od);
-    bus.pass_ms(10);
+    bus.pass_ms(200);
     assert_eq!(bus.take_events(), [NetworkEvent::Booted(SIX)]);
     assert_eq!(bus.states(), [NmtState::Operational; 2]);
 }
@@ -418,7 +425,7 @@ fn a_node_that_returns_to_a_stopped_network_is_stopped_too() {
 #[test]
 fn nodes_may_boot_more_slowly_than_their_heartbeat_when_all_are_reset() {
     let at = |ms| Instant::ZERO + Duration::from_millis(ms);
-    let mut network: Network<'_, 4> = Network::new(OnLoss::ResetAll);
+    let mut network: Network<&[u8], 4> = Network::new(OnLoss::ResetAll);
     for node in [FIVE, SIX] {
         network.assign(node, assignment(node, true, started())).unwrap();
     }
@@ -560,4 +567,99 @@ fn a_node_that_is_not_to_be_booted_without_asking_waits() {
     bus.pass_ms(500);
     assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
     assert_eq!(bus.states(), [NmtState::Operational]);
+}
+
+const STARTED_IN_VAIN: BootError = BootError::NotStarted { state: NmtState::PreOperational, starts: 3 };
+
+fn starts(bus: &Bus<'_>) -> usize {
+    bus.log.iter().filter(|frame| frame.starts_with("000#01")).count()
+}
+
+/// Node 5 is mandatory, and deaf to what begins so; node 6 is optional. They have 10 s.
+fn deaf(to: &'static str, plan: BootPlan<&'static [u8]>, start_all: bool) -> Bus<'static> {
+    let heard = BootPlan { configuration: HEARTBEAT, ..plan };
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, plan), (SIX, false, heard)]);
+    bus.network = bus.network.with_start_of_all(start_all);
+    bus.lose_all = to;
+    bus.start();
+    bus.pass_ms(10_000);
+    bus
+}
+
+#[test]
+fn a_node_has_booted_when_it_reports_operational_and_not_before() {
+    let watched = BootPlan { error_control: Duration::from_millis(250), ..started() };
+    let quiet = BootPlan { configuration: &[][..], ..started() };
+    for plan in [started(), watched, quiet] {
+        let mut bus = deaf("000#0105", plan, false);
+        let failed = NetworkEvent::Failed { node: FIVE, mandatory: true, error: STARTED_IN_VAIN };
+        assert_eq!(bus.take_events(), [NetworkEvent::Booted(SIX), failed, NetworkEvent::BootTimeElapsed]);
+        assert_eq!((starts(&bus), bus.network.is_ready()), (4, false), "one for node 6, three for node 5");
+        assert_eq!(bus.states(), [NmtState::PreOperational, NmtState::Operational]);
+        // It is tried again when it boots again.
+        bus.lose_all = "nothing";
+        let node = &mut bus.nodes[0];
+        (node.od, _) = (dictionary(FIVE), node.device.restart(bus.now, &mut node.od));
+        bus.pass_ms(500);
+        assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
+    }
+    assert_eq!(STARTED_IN_VAIN.to_string(), "the node is PRE-OPERATIONAL after 3 commands to start");
+}
+
+#[test]
+fn a_node_that_does_not_report_its_state_has_not_booted() {
+    // It has no heartbeat, and the request for its state does not reach it.
+    let mut bus = deaf("705#R", BootPlan { configuration: &[][..], ..started() }, false);
+    let failed = NetworkEvent::Failed { node: FIVE, mandatory: true, error: BootError::NoState };
+    assert_eq!(bus.take_events(), [NetworkEvent::Booted(SIX), failed, NetworkEvent::BootTimeElapsed]);
+}
+
+#[test]
+fn nodes_that_are_started_at_once_have_booted_when_they_report_it() {
+    // The first command to all gets lost: each is commanded by itself then.
+    let mut bus = deaf("000#0100", started(), true);
+    let ready = [NetworkEvent::Booted(FIVE), NetworkEvent::Booted(SIX), NetworkEvent::Ready];
+    assert_eq!((bus.take_events(), starts(&bus)), (ready.to_vec(), 3));
+    let mut bus = deaf("000#01", started(), true);
+    let failed = |node, mandatory| NetworkEvent::Failed { node, mandatory, error: STARTED_IN_VAIN };
+    assert_eq!(bus.take_events(), [failed(FIVE, true), failed(SIX, false), NetworkEvent::BootTimeElapsed]);
+}
+
+#[test]
+fn a_node_that_leaves_operational_is_reported() {
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started())]);
+    bus.start();
+    bus.pass_ms(500);
+    bus.take_events();
+    bus.nodes[0].device.enter(bus.now, NmtState::PreOperational);
+    bus.pass_ms(500);
+    let state = NmtState::PreOperational;
+    assert_eq!(bus.take_events(), [NetworkEvent::StateChanged { node: FIVE, state }]);
+    assert_eq!(starts(&bus), 1, "who has commanded it, knows why");
+}
+
+#[test]
+fn a_guarded_node_is_asked_and_lost_when_it_does_not_answer() {
+    let mut od = TestOd::new("1F81:05 u32 rw - 0x0064030D\n1016:00 u8 const - 0");
+    let five = Assignment::load(FIVE, SdoClient::of_node(FIVE), &[][..], &mut od).unwrap();
+    let guarding = Guarding { guard_time: Duration::from_millis(100), retry_factor: 3 };
+    assert_eq!((five.guarding, five.plan.error_control), (Some(guarding), Duration::from_millis(300)));
+
+    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started())]);
+    bus.network.assign(FIVE, five).unwrap();
+    bus.start();
+    bus.pass_ms(1_000);
+    assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
+    let asked = bus.log.iter().filter(|frame| *frame == "705#R1").count();
+    assert_eq!(asked, 11, "at the end of its configuration, and every 100 ms");
+    bus.nodes[0].connected = false;
+    bus.pass_ms(500);
+    assert_eq!(bus.take_events(), [NetworkEvent::Lost { node: FIVE, mandatory: true }]);
+    bus.pass_ms(5_000);
+    bus.take_events();
+    bus.nodes[0].connected = true;
+    let node = &mut bus.nodes[0];
+    (node.od, _) = (dictionary(FIVE), node.device.restart(bus.now, &mut node.od));
+    bus.pass_ms(1_000);
+    assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
 }

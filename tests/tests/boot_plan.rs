@@ -8,6 +8,7 @@ use lexican_runtime::procedure::BootPlan;
 use lexican_runtime::{AbortCode, NodeId};
 
 const NODE: NodeId = NodeId::literal(5);
+const NOTHING: &[u8] = &[];
 
 /// Entries of 32 bits.
 struct Objects(BTreeMap<Address, u32>);
@@ -36,7 +37,7 @@ impl ObjectDictionary for Objects {
 }
 
 /// All expectations of a plan, in the order of their objects.
-fn expectations(plan: &BootPlan<'_>) -> [Option<u32>; 5] {
+fn expectations(plan: &BootPlan<&[u8]>) -> [Option<u32>; 5] {
     [plan.device_type, plan.vendor, plan.product, plan.revision, plan.serial]
 }
 
@@ -46,7 +47,7 @@ fn each_object_is_a_field_of_its_own() {
     let expected = (0x1F84..=0x1F88).flat_map(|index| [(index, 0, 127), (index, 4, 4), (index, 5, u32::from(index))]);
     let configured = [(0x1F26, 5, 2_000), (0x1F27, 5, 3_000), (0x1F26, 4, 1), (0x1F27, 4, 1)];
     let mut objects = Objects::new(&expected.chain(configured).collect::<Vec<_>>());
-    let plan = BootPlan::load(NODE, &[1, 2], &mut objects);
+    let plan = BootPlan::load(NODE, &[1, 2][..], &mut objects);
     assert_eq!(expectations(&plan), [0x1F84, 0x1F85, 0x1F86, 0x1F87, 0x1F88].map(Some));
     assert_eq!((plan.configured, plan.configuration), (Some((2_000, 3_000)), &[1, 2][..]));
 }
@@ -55,20 +56,20 @@ fn each_object_is_a_field_of_its_own() {
 fn what_is_0_or_missing_is_not_expected() {
     let zeros: Vec<_> = (0x1F84..=0x1F88).map(|index| (index, 5, 0)).collect();
     for mut objects in [Objects::new(&zeros), Objects::new(&[])] {
-        let plan = BootPlan::load(NODE, &[], &mut objects);
+        let plan = BootPlan::load(NODE, NOTHING, &mut objects);
         assert_eq!(expectations(&plan), [None; 5]);
         assert_eq!((plan.configured, plan.start, plan.keep_alive), (None, true, false));
     }
     // A date without a time says nothing.
     let mut objects = Objects::new(&[(0x1F26, 5, 2_000), (0x1F27, 5, 0)]);
-    assert_eq!(BootPlan::load(NODE, &[], &mut objects).configured, None);
+    assert_eq!(BootPlan::load(NODE, NOTHING, &mut objects).configured, None);
 }
 
 #[test]
 fn starting_and_keeping_alive_have_a_bit_each() {
     for bit in 0..32 {
         let mut objects = Objects::new(&[(0x1F80, 0, 1 << bit), (0x1F81, 5, 1 << bit), (0x1F81, 4, !0)]);
-        let plan = BootPlan::load(NODE, &[], &mut objects);
+        let plan = BootPlan::load(NODE, NOTHING, &mut objects);
         assert_eq!((plan.start, plan.keep_alive), (bit != 3, bit == 4), "bit {bit}");
     }
 }

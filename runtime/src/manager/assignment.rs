@@ -9,8 +9,22 @@ use crate::service::sdo_client::SdoClient;
 use crate::time::Duration;
 
 /// A node that belongs to the network (1F81h).
+///
+/// ```
+/// use lexican_runtime::manager::Assignment;
+/// use lexican_runtime::object::Address;
+/// use lexican_runtime::procedure::{ConciseDcf, Step};
+/// use lexican_runtime::{Duration, NodeId};
+///
+/// let node = NodeId::literal(5);
+/// let mut buffer = [0; 64];
+/// let settings = ConciseDcf::encode([Step::value(Address::new(0x1017, 0), 100_u16)], &mut buffer)?;
+/// let mut drive = Assignment::new(node, settings).with_heartbeat(Duration::from_millis(250));
+/// drive.plan.vendor = Some(0x195);
+/// # Ok::<(), lexican_runtime::procedure::EncodeError>(())
+/// ```
 #[derive(Clone, Debug)]
-pub struct Assignment<'a> {
+pub struct Assignment<C> {
     /// SDO goes over this client.
     pub client: SdoClient,
     /// Without a mandatory node, the network does not start.
@@ -20,8 +34,27 @@ pub struct Assignment<'a> {
     pub boots_again: bool,
     /// The node is lost when no heartbeat comes within this time (1016h of the manager); zero: never.
     pub heartbeat: Duration,
+    /// The node is guarded (1F81h, bits 8 to 31). Either this or a heartbeat; `None`: it is not.
+    pub guarding: Option<Guarding>,
     /// What the node is expected to be, and to be made.
-    pub plan: BootPlan<'a>,
+    pub plan: BootPlan<C>,
+}
+
+/// How a node is guarded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Guarding {
+    /// The time from one request to the next.
+    pub guard_time: Duration,
+    /// The node is lost when it has not answered for this many guard times; 0: never.
+    pub retry_factor: u8,
+}
+
+impl Guarding {
+    /// Within this time a node that lives answers.
+    #[must_use]
+    pub fn life_time(self) -> Duration {
+        self.guard_time.times(self.retry_factor.max(1).into())
+    }
 }
 
 /// What happens when a mandatory node is lost (1F80h, bits 4 and 6).
@@ -36,16 +69,58 @@ pub enum OnLoss {
     StopAll,
 }
 
-impl<'a> Assignment<'a> {
-    /// What the dictionary of the manager says of a node: 1F81h, with the node-ID as its sub-index, the node's
-    /// entry in 1016h, and [`BootPlan::load`]. `None` when the node does not belong to the network.
+impl<C> Assignment<C> {
+    /// A mandatory node with the predefined connection set, of whatever kind, which is given a configuration and started,
+    /// and booted again when it was lost. It is neither guarded, nor is its heartbeat watched.
     #[must_use]
-    pub fn load(
-        node: NodeId,
-        client: SdoClient,
-        configuration: &'a [u8],
-        od: &mut dyn ObjectDictionary,
-    ) -> Option<Self> {
+    pub fn new(node: NodeId, configuration: C) -> Self {
+        let plan = BootPlan {
+            device_type: None,
+            vendor: None,
+            product: None,
+            revision: None,
+            serial: None,
+            configured: None,
+            configuration,
+            error_control: Duration::ZERO,
+            start: true,
+            keep_alive: false,
+        };
+        Assignment {
+            client: SdoClient::of_node(node),
+            mandatory: true,
+            boots_again: true,
+            heartbeat: Duration::ZERO,
+            guarding: None,
+            plan,
+        }
+    }
+
+    /// The network starts without the node, too.
+    #[must_use]
+    pub fn optional(self) -> Self {
+        Assignment { mandatory: false, ..self }
+    }
+
+    /// The node is lost when no heartbeat comes within `time`, and is started only when there is one. Its configuration
+    /// gives it a heartbeat (1017h) that is quicker.
+    #[must_use]
+    pub fn with_heartbeat(self, time: Duration) -> Self {
+        let plan = BootPlan { error_control: time, ..self.plan };
+        Assignment { heartbeat: time, guarding: None, plan, ..self }
+    }
+
+    /// The node is guarded, and started only when it answers.
+    #[must_use]
+    pub fn with_guarding(self, guarding: Guarding) -> Self {
+        let plan = BootPlan { error_control: guarding.life_time(), ..self.plan };
+        Assignment { heartbeat: Duration::ZERO, guarding: Some(guarding), plan, ..self }
+    }
+
+    /// What the dictionary of the manager says of a node: 1F81h, with the node-ID as its sub-index, the node's
+    /// entry in 1016h, and [`BootPlan::load`]. A node whose heartbeat is consumed is not guarded. `None` when the node does not belong to the network.
+    #[must_use]
+    pub fn load(node: NodeId, client: SdoClient, configuration: C, od: &mut dyn ObjectDictionary) -> Option<Self> {
         const MEMBER: u32 = 1 << 0;
         const BOOTS_AGAIN: u32 = 1 << 2;
         const MANDATORY: u32 = 1 << 3;
@@ -56,10 +131,15 @@ impl<'a> Assignment<'a> {
             (entry >> 16 == u32::from(node.get())).then_some(entry & 0xFFFF)
         });
         let heartbeat = Duration::from_millis(heartbeat_ms.unwrap_or(0).into());
-        // A node whose heartbeat is consumed must have one before it is started.
-        let plan = BootPlan { error_control: heartbeat, ..BootPlan::load(node, configuration, od) };
+        let [.., retry_factor, low, high] = assignment.to_le_bytes();
+        let guard_time = Duration::from_millis(u16::from_le_bytes([low, high]).into());
+        let guarding = Guarding { guard_time, retry_factor };
+        let guarding = (heartbeat.is_zero() && !guard_time.is_zero()).then_some(guarding);
+        // A node that is watched must be heard before it is started.
+        let error_control = guarding.map_or(heartbeat, Guarding::life_time);
+        let plan = BootPlan { error_control, ..BootPlan::load(node, configuration, od) };
         let (mandatory, boots_again) = (assignment & MANDATORY != 0, assignment & BOOTS_AGAIN != 0);
-        Some(Assignment { client, mandatory, boots_again, heartbeat, plan })
+        Some(Assignment { client, mandatory, boots_again, heartbeat, guarding, plan })
     }
 }
 

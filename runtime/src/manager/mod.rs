@@ -31,6 +31,7 @@
 //! ```
 
 mod assignment;
+mod member;
 mod network;
 mod remote;
 
@@ -49,7 +50,7 @@ use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::{NmtCommand, NmtState};
 use crate::wire::time;
 
-pub use assignment::{Assignment, OnLoss, Startup};
+pub use assignment::{Assignment, Guarding, OnLoss, Startup};
 pub use network::{Network, NetworkEvent};
 pub use remote::Remote;
 

@@ -11,7 +11,7 @@ mod runner;
 mod step;
 
 pub use boot::{BootError, BootEvent, BootNode, BootPlan};
-pub use concise::{ConciseDcf, ConciseDcfError};
+pub use concise::{ConciseDcf, ConciseDcfError, EncodeError};
 pub use pdo::{PdoSettings, configure_pdo};
 pub use runner::{Event, Failure, Runner, StepError};
 pub use step::{Data, Decision, Steer, Step};

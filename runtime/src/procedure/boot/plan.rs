@@ -1,0 +1,136 @@
+//! What a node is to be, and why it is not.
+
+use crate::id::NodeId;
+use crate::object::ObjectDictionary;
+use crate::procedure::ConciseDcfError;
+use crate::service::objects;
+use crate::service::sdo_client::SdoError;
+use crate::time::Duration;
+use crate::wire::lss::Part;
+use crate::wire::nmt::NmtState;
+
+/// What a node is expected to be, and to be made. `None` and empty mean: whatever it is.
+///
+/// The configuration is borrowed (`&[u8]`) or owned (`Vec<u8>`).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BootPlan<C> {
+    /// Device type, 1000h (1F84h of the manager).
+    pub device_type: Option<u32>,
+    /// Vendor-ID, 1018h:01 (1F85h).
+    pub vendor: Option<u32>,
+    /// Product code, 1018h:02 (1F86h).
+    pub product: Option<u32>,
+    /// Revision number, 1018h:03 (1F87h).
+    pub revision: Option<u32>,
+    /// Serial number, 1018h:04 (1F88h).
+    pub serial: Option<u32>,
+    /// Date and time of the configuration, 1020h:01 and :02 (1F26h, 1F27h). A node that has them is not
+    /// configured again.
+    pub configured: Option<(u32, u32)>,
+    /// The configuration as a [concise DCF](super::ConciseDcf) (1F22h).
+    pub configuration: C,
+    /// The heartbeat, or an answer to guarding, must be heard within this time; zero not to wait for it.
+    pub error_control: Duration,
+    /// Whether the node is started at the end. It has booted when it reports OPERATIONAL: in its heartbeat, or, if it has
+    /// none (1017h is 0), in the answer to a guarding request. Such a request arms life guarding in a node that has a life
+    /// time (100Ch, 100Dh), which is to be guarded then.
+    pub start: bool,
+    /// A node that is OPERATIONAL already is left as it is, and any other one reset first (1F81h bit 4). It tells
+    /// its state within `error_control`, or is asked for it when that is zero.
+    pub keep_alive: bool,
+}
+
+impl<C> BootPlan<C> {
+    /// The plan that the dictionary of the manager has for a node: 1F84h to 1F88h, 1F26h and 1F27h, each
+    /// with the node-ID as its sub-index, where 0 means "whatever it is"; 1F80h bit 3, which leaves starting
+    /// the node to the application; and 1F81h bit 4. `configuration` is what 1F22h holds for the node.
+    #[must_use]
+    pub fn load(node: NodeId, configuration: C, od: &mut dyn ObjectDictionary) -> Self {
+        let mut expected = |index| objects::read_u32(od, index, node.get()).filter(|&value| value != 0);
+        let configured = expected(0x1F26).zip(expected(0x1F27));
+        BootPlan {
+            device_type: expected(0x1F84),
+            vendor: expected(0x1F85),
+            product: expected(0x1F86),
+            revision: expected(0x1F87),
+            serial: expected(0x1F88),
+            configured,
+            configuration,
+            error_control: Duration::ZERO,
+            start: objects::read_u32(od, 0x1F80, 0).unwrap_or(0) & START_BY_APPLICATION == 0,
+            keep_alive: objects::read_u32(od, 0x1F81, node.get()).unwrap_or(0) & KEEP_ALIVE != 0,
+        }
+    }
+}
+
+/// 1F80h: the application starts the nodes.
+const START_BY_APPLICATION: u32 = 1 << 3;
+/// 1F81h: the node is not reset while it is OPERATIONAL.
+const KEEP_ALIVE: u32 = 1 << 4;
+
+/// Why a node does not boot. The letters are those of CiA 302-2, table 4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BootError {
+    /// B: no answer about the device type.
+    #[error("the node does not tell its device type: {0}")]
+    NoDeviceType(SdoError),
+    /// C: another device type.
+    #[error("the device type is {got:08X}h")]
+    DeviceType {
+        /// 1000h of the node.
+        got: u32,
+    },
+    /// D, M, N, O: another identity.
+    #[error("the {part:?} in the identity is {got:08X}h")]
+    Identity {
+        /// Which number of it.
+        part: Part,
+        /// What the node has.
+        got: u32,
+    },
+    /// D, M, N, O: the identity cannot be read.
+    #[error("the node does not tell its identity: {0}")]
+    NoIdentity(SdoError),
+    /// J: the configuration failed.
+    #[error("entry {entry} of the configuration failed: {error}")]
+    Configuration {
+        /// Counted from 1.
+        entry: usize,
+        /// Why.
+        error: SdoError,
+    },
+    /// J: the configuration itself is cut off.
+    #[error(transparent)]
+    BadConfiguration(#[from] ConciseDcfError),
+    /// K: error control did not start.
+    #[error("no heartbeat or guarding answer within {0}")]
+    NoErrorControl(Duration),
+    /// It was reset, since it was not OPERATIONAL, and does not boot.
+    #[error("no boot-up message within {0} after a reset")]
+    NoBootUp(Duration),
+    /// It was started, and reports another state than OPERATIONAL.
+    #[error("the node is {state} after {starts} commands to start")]
+    NotStarted {
+        /// The state it reported last.
+        state: NmtState,
+        /// How often it was commanded.
+        starts: u8,
+    },
+    /// It was started, and does not report its state.
+    #[error("the node was started, but reports its state by neither heartbeat (1017h) nor guarding")]
+    NoState,
+}
+
+impl BootError {
+    /// Whether the node did not answer in time. It may do so when it is asked again.
+    #[must_use]
+    pub const fn is_time_out(&self) -> bool {
+        matches!(
+            self,
+            BootError::NoDeviceType(SdoError::TimedOut { .. })
+                | BootError::NoIdentity(SdoError::TimedOut { .. })
+                | BootError::Configuration { error: SdoError::TimedOut { .. }, .. }
+        )
+    }
+}
