@@ -4,3 +4,8 @@
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 pub struct Readme;
+
+/// The runtime's, which shows objects of a drive that the runtime does not know.
+#[cfg(doctest)]
+#[doc = include_str!("../../runtime/README.md")]
+pub struct RuntimeReadme;
