@@ -32,3 +32,8 @@ mod standard;
 pub use compile::{FINDINGS, Finding, Options, Output, compile};
 pub use config::Config;
 pub use error::Error;
+
+/// The README, so that what it shows compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -119,3 +119,8 @@ fn readable(eds: &Source, out: &mut Diagnostics) -> bool {
     }
     !xml
 }
+
+/// The README, so that what it shows compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

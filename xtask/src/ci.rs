@@ -6,13 +6,13 @@ use std::process::Command;
 use clap::ValueEnum;
 
 use crate::disk::Free;
-use crate::{checkout, command};
+use crate::{checkout, command, package};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Job {
     /// rustfmt
     Fmt,
-    /// clippy, warnings are errors, with and without features
+    /// clippy, warnings are errors, with all features and with each alone
     Clippy,
     /// what does not run here: Windows, macOS, a microcontroller; compiled where their targets are installed
     Targets,
@@ -20,6 +20,12 @@ pub(crate) enum Job {
     Doc,
     /// the habits that no compiler checks
     Tidy,
+    /// dependencies: none unused, licences and duplicates as `deny.toml` has them
+    Dependencies,
+    /// the lowest versions of dependencies that the manifests permit
+    Minimal,
+    /// every package that is published: complete, and built from packages alone
+    Package,
     /// the README's command that runs the main job
     Main,
     /// the README's command that passes the tests
@@ -28,6 +34,8 @@ pub(crate) enum Job {
     Verify,
     /// code generated from every golden data sheet, under clippy
     Corpus,
+    /// what generated code costs, but for times
+    Size,
     /// the tests that want a kernel with CAN, in one
     Vcan,
     /// lexican against python-canopen, both ways: what the tables say
@@ -92,10 +100,12 @@ impl Job {
             }
             Job::Clippy => {
                 cargo(root, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
-                // The core alone, as firmware takes it, and each feature by itself.
-                for features in ["", "std", "socketcan", "slcan", "tokio"] {
-                    let runtime = ["clippy", "-p", "lexican-runtime", "--no-default-features", "--features", features];
-                    cargo(root, &[&runtime[..], &["--", "-D", "warnings"]].concat(), &[])?;
+                // Without features, as firmware takes the core, and each feature by itself.
+                for package in package::published(root)?.iter().filter(|package| !package.features().is_empty()) {
+                    for features in [&[""], &package.features()[..]].concat() {
+                        let alone = ["clippy", "-p", &package.name, "--no-default-features", "--features", features];
+                        cargo(root, &[&alone[..], &["--", "-D", "warnings"]].concat(), &[])?;
+                    }
                 }
                 // In the workspace's folder: what both depend on is compiled once.
                 let folder = crate::target_folder(root).to_string_lossy().into_owned();
@@ -105,10 +115,14 @@ impl Job {
             Job::Targets => targets(root),
             Job::Doc => cargo(root, &["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")]),
             Job::Tidy => crate::tidy::run(root),
+            Job::Dependencies => dependencies(root),
+            Job::Minimal => minimal(root),
+            Job::Package => package::run(root),
             Job::Main => readme_command(root, "main job"),
             Job::Test => readme_command(root, "tests"),
             Job::Verify => crate::verify::run(root, true),
             Job::Corpus => crate::corpus::run(root, &root.join("eds/tests/golden")),
+            Job::Size => crate::size::run(root, true),
             Job::Interop => crate::interop::run(root, true),
             Job::Vcan => {
                 // With the features that the workspace's tests have been built with.
@@ -140,6 +154,30 @@ fn targets(root: &Path) -> Result<(), String> {
         cargo(root, &[&["clippy", "--target", target], packages, &["--", "-D", "warnings"]].concat(), &[])?;
     }
     Ok(())
+}
+
+/// What we are made of.
+fn dependencies(root: &Path) -> Result<(), String> {
+    let hint = |error| format!("{error}\n.ci/run installs what is missing");
+    // By its own name: as a command of cargo it would take its name for a folder, since cargo has started this task.
+    command::run(&["cargo-machete", "--skip-target-dir", &root.to_string_lossy()]).map_err(hint)?;
+    cargo(root, &["deny", "--offline", "--all-features", "check", "licenses", "bans", "sources"], &[]).map_err(hint)
+}
+
+/// Compiles what is published with the lowest versions that its manifests permit, in a copy: the lock file is another.
+fn minimal(root: &Path) -> Result<(), String> {
+    let folder = crate::outside::empty_folder(root, "minimal")?;
+    checkout::copy(root, &folder)?;
+    // It is an option of the resolver that is not stable yet, and changes nothing of what the compiler takes.
+    let unstable = [("RUSTC_BOOTSTRAP", "1")];
+    cargo(&folder, &["-Z", "direct-minimal-versions", "generate-lockfile", "--quiet"], &unstable)?;
+    let target = crate::target_folder(root).join("minimal-target").to_string_lossy().into_owned();
+    let mut arguments = vec!["check", "--quiet", "--locked", "--all-features", "--target-dir", &target];
+    let packages = package::published(root)?;
+    for package in &packages {
+        arguments.extend(["--package", &package.name]);
+    }
+    cargo(&folder, &arguments, &[])
 }
 
 /// Runs the command that the README gives for `purpose`.

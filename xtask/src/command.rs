@@ -1,6 +1,6 @@
 //! Commands that tasks run.
 
-use std::process::Command;
+use std::process::{Command, Output};
 
 /// The cargo that has started the task.
 pub(crate) fn cargo() -> Command {
@@ -14,4 +14,13 @@ pub(crate) fn run(words: &[&str]) -> Result<(), String> {
     let (program, arguments) = words.split_first().ok_or("no command")?;
     let status = Command::new(program).args(arguments).status().map_err(|error| format!("{line}: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
+}
+
+/// Runs a command, and returns what it says when it succeeds.
+pub(crate) fn output(command: &mut Command) -> Result<Output, String> {
+    let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
+    if output.status.success() {
+        return Ok(output);
+    }
+    Err(format!("{command:?}: {}\n{}", output.status, String::from_utf8_lossy(&output.stderr)))
 }

@@ -10,6 +10,7 @@ mod corpus;
 mod disk;
 mod interop;
 mod outside;
+mod package;
 mod python;
 mod size;
 mod tidy;
@@ -47,7 +48,11 @@ enum Task {
         folder: PathBuf,
     },
     /// Measure what generated code costs: the compiler's time, lines, the instructions of one write
-    Size,
+    Size {
+        /// Only check what no machine changes: no times
+        #[arg(long)]
+        check: bool,
+    },
     /// Run lexican against python-canopen, both ways, over slcan and vcan, and write the tables of results
     Interop {
         /// Only check that the tables are right, but for what is measured
@@ -73,7 +78,7 @@ fn main() -> ExitCode {
         Task::Bench(bench) => bench::run(&root, &bench),
         Task::Bless => ci::bless(&root),
         Task::Corpus { folder } => corpus::run(&root, &folder),
-        Task::Size => size::run(&root),
+        Task::Size { check } => size::run(&root, check),
         Task::Interop { check } => interop::run(&root, check),
         Task::Verify { check } => verify::run(&root, check),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),

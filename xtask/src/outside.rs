@@ -3,13 +3,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use crate::command;
 
 /// The command that users run, built as they run it.
 pub(crate) fn lexican(root: &Path) -> Result<PathBuf, String> {
-    run(command::cargo().args(["build", "--quiet", "--release", "-p", "lexican"]).current_dir(root))?;
+    command::output(command::cargo().args(["build", "--quiet", "--release", "-p", "lexican"]).current_dir(root))?;
     Ok(crate::target_folder(root).join("release").join(format!("lexican{}", std::env::consts::EXE_SUFFIX)))
 }
 
@@ -48,13 +48,5 @@ pub(crate) fn cargo_in(root: &Path, folder: &Path, arguments: &[&str]) -> Result
         fs::copy(root.join("Cargo.lock"), &lock).map_err(|error| format!("{}: {error}", lock.display()))?;
     }
     let target = folder.join("target");
-    run(command::cargo().args(arguments).current_dir(folder).env("CARGO_TARGET_DIR", target))
-}
-
-fn run(command: &mut Command) -> Result<Output, String> {
-    let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
-    if output.status.success() {
-        return Ok(output);
-    }
-    Err(format!("{command:?}: {}\n{}", output.status, String::from_utf8_lossy(&output.stderr)))
+    command::output(command::cargo().args(arguments).current_dir(folder).env("CARGO_TARGET_DIR", target))
 }

@@ -69,7 +69,7 @@ fn arrows_of(shown: &str, manifest: &toml::Table) -> Vec<String> {
 }
 
 /// The manifests of all members of the workspace.
-fn manifests(root: &Path) -> Result<Vec<PathBuf>, String> {
+pub(crate) fn manifests(root: &Path) -> Result<Vec<PathBuf>, String> {
     let workspace = read_toml(&root.join("Cargo.toml"))?;
     let members = workspace.get("workspace").and_then(|workspace| workspace.get("members"));
     let members = members.and_then(toml::Value::as_array).ok_or("Cargo.toml: the workspace has no members")?;
@@ -84,7 +84,7 @@ fn manifests(root: &Path) -> Result<Vec<PathBuf>, String> {
     Ok(manifests)
 }
 
-fn read_toml(path: &Path) -> Result<toml::Table, String> {
+pub(crate) fn read_toml(path: &Path) -> Result<toml::Table, String> {
     let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
     text.parse().map_err(|error| format!("{}: {error}", path.display()))
 }
