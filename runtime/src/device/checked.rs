@@ -2,7 +2,7 @@
 //! effect, with the rules of CiA 301, 7.5.2, that no limit of a data sheet can express.
 
 use super::behaviour::{Behaviour, ChangeRule, ErrorControlRule};
-use super::identifiers::{SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED};
+use super::identifiers::{self, SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED, identifier, is_cob_id, switched};
 use super::{Device, RpdoSlot, TpdoSlot};
 use crate::abort::AbortCode;
 use crate::id::{CobId, NodeId};
@@ -10,12 +10,14 @@ use crate::object::{Address, Direction, Entry, Mapped, ObjectDictionary};
 use crate::service::mapping::{self, Mapping};
 use crate::service::nmt::Nmt;
 use crate::service::objects;
+use crate::service::sdo_server::SdoServer;
 use crate::wire::nmt::NmtState;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// A dictionary that is lent on to an SDO server.
 pub(super) struct Checked<'a> {
     pub(super) od: &'a mut dyn ObjectDictionary,
+    node: NodeId,
     state: NmtState,
     pub(super) behaviour: &'a Behaviour,
     pub(super) rpdos: &'a [RpdoSlot],
@@ -38,7 +40,16 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         rpdos: &'a [RpdoSlot],
         tpdos: &'a [TpdoSlot],
     ) -> Checked<'a> {
-        Checked { od, state: nmt.state(), behaviour, rpdos, tpdos, monitored: MONITORED, server_room: SERVERS }
+        Checked {
+            od,
+            node: nmt.node(),
+            state: nmt.state(),
+            behaviour,
+            rpdos,
+            tpdos,
+            monitored: MONITORED,
+            server_room: SERVERS,
+        }
     }
 }
 
@@ -95,8 +106,10 @@ impl Checked<'_> {
             (0x1016, 1..) => self.check_consumed_heartbeat(sub, value as u32),
             (0x1017, 0) => self.check_heartbeat(value),
             (0x1019, 0) => self.check_sync_overflow(value),
+            (0x1028, 1..) => self.check_consumed_emcy(address, value as u32),
             (0x1029, 1..) => require(value <= 2, AbortCode::INVALID_VALUE),
-            (0x1200..=0x12FF, _) => self.check_sdo(address, value as u32),
+            (0x1200, 1 | 2) => self.check_default_sdo(sub, value as u32),
+            (0x1201..=0x12FF, 1 | 2) => self.check_sdo(address, value as u32),
             (0x1400..=0x15FF, _) => self.check_parameter(Direction::Receive, address, value as u32),
             (0x1800..=0x19FF, _) => self.check_parameter(Direction::Transmit, address, value as u32),
             (0x1600..=0x17FF, _) => self.check_mapping(Direction::Receive, address, value as u32),
@@ -123,31 +136,38 @@ impl Checked<'_> {
     /// CiA 301, 7.5.2.5: bits 0 to 29 stay while the device produces SYNC (bit 30).
     fn check_sync_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
         let old = self.current(0x1005, 0);
-        require(!CobId::from_parameter(new).is_restricted(), AbortCode::INVALID_VALUE)?;
+        require(identifier(new).is_some(), AbortCode::INVALID_VALUE)?;
         let can_generate = self.od.entry(Address::new(0x1006, 0)).is_ok();
         require(new & SYNC_GENERATED == 0 || can_generate, AbortCode::INVALID_VALUE)?;
-        self.check_change(old, new, old & new & SYNC_GENERATED != 0)?;
-        self.check_free(Address::new(0x1005, 0), old, new, true)
+        let generates = identifier(old).is_some() && old & SYNC_GENERATED != 0;
+        self.check_change(old, new, generates && new & SYNC_GENERATED != 0)?;
+        self.check_free(Address::new(0x1005, 0), old, Some(new))
     }
 
     /// CiA 301, 7.5.2.15: bits 0 to 29 stay while TIME exists (bits 30 and 31).
     fn check_time_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
         let old = self.current(0x1012, 0);
-        let id = CobId::from_parameter(new);
         let can_be = new & TIME_PRODUCED == 0 || self.behaviour.produces_time;
-        require(!id.is_restricted() && can_be, AbortCode::INVALID_VALUE)?;
-        let stays = old & TIME_EXISTS != 0 && new & TIME_EXISTS != 0;
-        require(!stays || CobId::from_parameter(old) == id, AbortCode::INVALID_VALUE)?;
-        self.check_free(Address::new(0x1012, 0), old, new, new & TIME_EXISTS != 0)
+        require(identifier(new).is_some() && can_be, AbortCode::INVALID_VALUE)?;
+        let existed = identifier(old).filter(|_| old & TIME_EXISTS != 0);
+        let exists = identifier(new).filter(|_| new & TIME_EXISTS != 0);
+        require(stays(existed, exists), AbortCode::INVALID_VALUE)?;
+        self.check_free(Address::new(0x1012, 0), old, exists.and(Some(new)))
     }
 
     /// CiA 301, 7.5.2.17: bits 0 to 29 stay while EMCY exists (bit 31 clear).
     fn check_emcy_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
         let old = self.current(0x1014, 0);
         require(is_allowed(new), AbortCode::INVALID_VALUE)?;
-        let will_be_valid = PdoCobId(new).is_valid();
-        self.check_change(old, new, PdoCobId(old).is_valid() && will_be_valid)?;
-        self.check_free(Address::new(0x1014, 0), old, new, will_be_valid)
+        self.check_change(old, new, switched(old).is_some() && switched(new).is_some())?;
+        self.check_free(Address::new(0x1014, 0), old, switched(new).and(Some(new)))
+    }
+
+    /// CiA 301, 7.5.2.30: bits 0 to 29 stay while the EMCY consumer exists (bit 31 clear). The device
+    /// itself does not listen to it: its application may.
+    fn check_consumed_emcy(&mut self, address: Address, new: u32) -> Result<(), AbortCode> {
+        let old = self.current(address.index(), address.sub());
+        require(is_allowed(new) && stays(switched(old), switched(new)), AbortCode::INVALID_VALUE)
     }
 
     /// Whether an identifier may change; `in_use` before and after.
@@ -200,22 +220,24 @@ impl Checked<'_> {
         require(self.current(0x1006, 0) == 0, AbortCode::DEVICE_STATE)
     }
 
+    /// CiA 301, 7.5.2.33: the identifiers of the default server are what they are.
+    pub(super) fn check_default_sdo(&self, sub: u8, new: u32) -> Result<(), AbortCode> {
+        let server = SdoServer::of_node(self.node);
+        let id = if sub == 1 { server.request_id() } else { server.response_id() };
+        require(new == id.to_parameter(), AbortCode::INVALID_VALUE)
+    }
+
     /// CiA 301, 7.5.2.33: the identifiers of an SDO stay while it exists.
     fn check_sdo(&mut self, address: Address, new: u32) -> Result<(), AbortCode> {
         let (index, sub) = (address.index(), address.sub());
-        if !matches!(sub, 1 | 2) {
-            return Ok(());
-        }
         require(is_allowed(new), AbortCode::INVALID_VALUE)?;
-        let exists = PdoCobId(self.current(index, 1)).is_valid() && PdoCobId(self.current(index, 2)).is_valid();
-        let (old, will_be_valid) = (self.current(index, sub), PdoCobId(new).is_valid());
-        let same = CobId::from_parameter(old) == CobId::from_parameter(new);
-        require(same || !exists || !will_be_valid, AbortCode::INVALID_VALUE)?;
-        self.check_free(address, old, new, will_be_valid)?;
-        let other = objects::read_u32(self.od, index, 3 - sub).map(PdoCobId);
-        let will_exist = will_be_valid && other.is_some_and(PdoCobId::is_valid);
-        let is_new_server = will_exist && !exists && (0x1201..0x1280).contains(&index);
-        let has_room = !is_new_server || self.servers_of(0x1201..0x1280) + 1 < self.server_room;
+        let exists = identifiers::sdo(index, self.od).is_some();
+        let (old, id) = (self.current(index, sub), switched(new));
+        require(!exists || stays(switched(old), id), AbortCode::INVALID_VALUE)?;
+        self.check_free(address, old, id.and(Some(new)))?;
+        let other = objects::read_u32(self.od, index, 3 - sub).and_then(switched);
+        let is_new_server = id.and(other).is_some() && !exists && index < 0x1280;
+        let has_room = !is_new_server || identifiers::sdo_count(0x1201..0x1280, self.od) + 1 < self.server_room;
         require(has_room, AbortCode::DEVICE_INCOMPATIBLE)
     }
 
@@ -225,8 +247,7 @@ impl Checked<'_> {
             self.require_pre_operational()?;
         }
         let index = address.index();
-        let cob_id = PdoCobId(self.current(index, 1));
-        let valid = self.is_valid(cob_id);
+        let valid = self.is_in_use(index);
         match address.sub() {
             1 => self.check_pdo_cob_id(index, valid, new),
             2 => require(type_exists(direction, new), AbortCode::INVALID_VALUE),
@@ -242,13 +263,12 @@ impl Checked<'_> {
     }
 
     fn check_pdo_cob_id(&mut self, index: u16, valid: bool, new: u32) -> Result<(), AbortCode> {
-        let id = CobId::from_parameter(new);
         let will_be_valid = self.is_valid(PdoCobId(new));
-        require(!(will_be_valid && id.is_restricted()), AbortCode::INVALID_VALUE)?;
+        require(!will_be_valid || identifier(new).is_some(), AbortCode::INVALID_VALUE)?;
         let old = self.current(index, 1);
         self.check_change(old, new, valid && will_be_valid)?;
         require(!will_be_valid || valid || self.is_served(index), AbortCode::DEVICE_INCOMPATIBLE)?;
-        self.check_free(Address::new(index, 1), old, new, will_be_valid)
+        self.check_free(Address::new(index, 1), old, will_be_valid.then_some(new))
     }
 
     /// Whether the device has room for the PDO.
@@ -258,14 +278,30 @@ impl Checked<'_> {
     }
 
     /// Two services of one device under one identifier: nobody could tell which is meant. `owner` is the
-    /// parameter that is written. What is there already may be written again.
-    fn check_free(&mut self, owner: Address, old: u32, new: u32, will_exist: bool) -> Result<(), AbortCode> {
-        let taken = will_exist && old != new && self.is_taken(CobId::from_parameter(new), owner);
+    /// parameter that is written, `new` is `None` if the service will not exist. What is there already may be
+    /// written again.
+    fn check_free(&mut self, owner: Address, old: u32, new: Option<u32>) -> Result<(), AbortCode> {
+        let changed = new.filter(|&new| new != old).map(CobId::from_parameter);
+        let taken = changed.is_some_and(|id| self.is_taken(id, owner));
         require(!taken, AbortCode::PARAMETER_INCOMPATIBLE)
+    }
+
+    /// Whether a service of the device has the identifier. The one whose parameter `owner` is does not count.
+    pub(super) fn is_taken(&mut self, id: CobId, owner: Address) -> bool {
+        let rpdos = self.rpdos.iter().map(|slot| (slot.parameter_index(), slot.pdo.parameters().cob_id));
+        let tpdos = self.tpdos.iter().map(|slot| (slot.parameter_index(), slot.pdo.parameters().cob_id));
+        let is_other = |index, cob_id: PdoCobId| index != owner.index() && cob_id.is_valid() && cob_id.id() == id;
+        rpdos.chain(tpdos).any(|(index, cob_id)| is_other(index, cob_id)) || identifiers::is_taken(id, owner, self.od)
     }
 
     pub(super) fn is_valid(&self, cob_id: PdoCobId) -> bool {
         cob_id.is_valid() || !self.behaviour.pdo_bit_31
+    }
+
+    /// Whether the PDO with this communication parameter exists.
+    fn is_in_use(&mut self, parameter: u16) -> bool {
+        let cob_id = self.current(parameter, 1);
+        self.is_valid(PdoCobId(cob_id)) && identifier(cob_id).is_some()
     }
 
     /// CiA 301, 7.5.2.36 and 7.5.2.38: the mapping changes only while the PDO does not exist, and its
@@ -279,8 +315,7 @@ impl Checked<'_> {
             ChangeRule::InPreOperational => self.require_pre_operational()?,
             ChangeRule::WhileInvalid => {
                 // The communication parameter lies 200h below the mapping.
-                let cob_id = PdoCobId(self.current(index - 0x200, 1));
-                require(!self.is_valid(cob_id), AbortCode::UNSUPPORTED_ACCESS)?;
+                require(!self.is_in_use(index - 0x200), AbortCode::UNSUPPORTED_ACCESS)?;
             }
         }
         if sub == 0 {
@@ -320,19 +355,14 @@ pub(super) fn type_exists(direction: Direction, code: u32) -> bool {
     }
 }
 
-/// Whether an entry holds the COB-ID of a service.
-fn is_cob_id(address: Address) -> bool {
-    match address.index() {
-        0x1005 | 0x1012 | 0x1014 => address.sub() == 0,
-        0x1200..=0x12FF => matches!(address.sub(), 1 | 2),
-        0x1400..=0x15FF | 0x1800..=0x19FF => address.sub() == 1,
-        _ => false,
-    }
-}
-
 /// Whether a COB-ID is switched off (bit 31), when it may be any, or not restricted (CiA 301, 7.3.5).
 fn is_allowed(cob_id: u32) -> bool {
-    !PdoCobId(cob_id).is_valid() || !CobId::from_parameter(cob_id).is_restricted()
+    !PdoCobId(cob_id).is_valid() || identifier(cob_id).is_some()
+}
+
+/// Whether a service keeps its identifier for as long as it exists.
+fn stays(before: Option<CobId>, after: Option<CobId>) -> bool {
+    before.zip(after).is_none_or(|(before, after)| before == after)
 }
 
 pub(super) fn require(condition: bool, code: AbortCode) -> Result<(), AbortCode> {

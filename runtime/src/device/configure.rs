@@ -1,7 +1,7 @@
 //! How the communication objects of the dictionary configure the services.
 
 use super::checked::consumed_heartbeat;
-use super::identifiers::{SYNC_GENERATED, TIME_CONSUMED, TIME_PRODUCED};
+use super::identifiers::{self, SYNC_GENERATED, TIME_CONSUMED, TIME_PRODUCED, identifier};
 use super::{Device, RpdoSlot, TpdoSlot};
 use crate::id::CobId;
 use crate::object::{Address, Direction, ObjectDictionary};
@@ -68,13 +68,13 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// The identifiers of all frames that concern the device, perhaps more than once; for links that can leave
     /// out others. They change with [`Device::generation`].
     pub fn cob_ids(&self) -> impl Iterator<Item = CobId> {
-        let fixed = [CobId::NMT, ErrorControl::cob_id(self.node), self.sync_consumer.id()];
+        let fixed = [CobId::NMT, ErrorControl::cob_id(self.node)];
         let heartbeats = self.consumers.iter().flatten().map(|consumer| ErrorControl::cob_id(consumer.node()));
         let requests = self.servers.iter().flatten().map(SdoServer::request_id);
         let rpdos = self.rpdos.iter().map(|slot| &slot.pdo).filter(|pdo| pdo.is_active());
         let tpdos = self.tpdos.iter().map(|slot| &slot.pdo).filter(|pdo| pdo.is_active());
         let pdos = rpdos.map(|pdo| pdo.parameters().cob_id).chain(tpdos.map(|pdo| pdo.parameters().cob_id));
-        let messages = fixed.into_iter().chain(self.time_id).chain(requests);
+        let messages = fixed.into_iter().chain(self.sync_consumer.id()).chain(self.time_id).chain(requests);
         messages.chain(heartbeats).chain(pdos.map(PdoCobId::id))
     }
 
@@ -86,27 +86,28 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     fn load_sync(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
-        let cob_id = objects::read_u32(od, 0x1005, 0).unwrap_or(CobId::SYNC.to_parameter());
-        let period_us = objects::read_u32(od, 0x1006, 0).unwrap_or(0);
+        let id = identifiers::sync(od);
+        let generates = objects::read_u32(od, 0x1005, 0).is_some_and(|cob_id| cob_id & SYNC_GENERATED != 0);
+        let period_us = objects::read_u32(od, 0x1006, 0).filter(|_| generates && id.is_some()).unwrap_or(0);
         let window_us = objects::read_u32(od, 0x1007, 0).unwrap_or(0);
         let overflow = objects::read_u8(od, 0x1019, 0).filter(|n| (2..=240).contains(n)).unwrap_or(0);
-        let id = CobId::from_parameter(cob_id);
         self.sync_consumer.configure(id, overflow, Duration::from_micros(u64::from(window_us)));
-        let period_us = if cob_id & SYNC_GENERATED == 0 { 0 } else { period_us };
-        self.sync_producer.configure(now, id, Duration::from_micros(u64::from(period_us)), overflow);
+        self.sync_producer.configure(
+            now,
+            id.unwrap_or(CobId::SYNC),
+            Duration::from_micros(u64::from(period_us)),
+            overflow,
+        );
     }
 
     fn load_time(&mut self, od: &mut dyn ObjectDictionary) {
-        let cob_id = objects::read_u32(od, 0x1012, 0).unwrap_or(0);
-        let id = |exists: bool| exists.then(|| CobId::from_parameter(cob_id));
-        self.time_id = id(cob_id & TIME_CONSUMED != 0);
-        self.time_producer = id(cob_id & TIME_PRODUCED != 0 && self.behaviour.produces_time);
+        self.time_id = identifiers::time(TIME_CONSUMED, od);
+        self.time_producer = identifiers::time(TIME_PRODUCED, od).filter(|_| self.behaviour.produces_time);
     }
 
     fn load_emcy(&mut self, od: &mut dyn ObjectDictionary) {
-        let cob_id = objects::read_u32(od, 0x1014, 0).map(PdoCobId).filter(|cob_id| cob_id.is_valid());
         let inhibit = objects::read_u16(od, 0x1015, 0).unwrap_or(0);
-        self.emcy.configure(cob_id.map(PdoCobId::id), Duration::from_100us(inhibit));
+        self.emcy.configure(identifiers::emcy(od), Duration::from_100us(inhibit));
     }
 
     /// With a heartbeat there is no life guarding (CiA 301, 7.2.8.3.2.2), also where it had begun before.
@@ -138,8 +139,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     fn load_servers(&mut self, od: &mut dyn ObjectDictionary) {
         self.servers_changed = false;
         let old = core::mem::replace(&mut self.servers, [const { None }; SERVERS]);
-        let default = server(0x1200, od).unwrap_or(SdoServer::of_node(self.node));
-        let others = (0x1201..=0x127F).filter_map(|index| server(index, od));
+        // Whatever 1200h holds: the identifiers of the default server are not configurable (CiA 301, 7.5.2.33).
+        let default = SdoServer::of_node(self.node);
+        let others = (0x1201..=0x127F).filter_map(|index| identifiers::sdo(index, od));
+        let others = others.map(|(request, response)| SdoServer::new(request, response));
         let sizes_indicated = self.behaviour.sdo_sizes_indicated;
         for (place, new) in self.servers.iter_mut().zip(core::iter::once(default).chain(others)) {
             let same =
@@ -219,7 +222,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             .with_acyclic_always(self.behaviour.type_0_at_every_sync)
     }
 
-    /// The COB-ID parameter, with the bits that the device knows.
+    /// The COB-ID parameter, with the bits that the device knows; switched off if no PDO may have its identifier.
     fn pdo_cob_id(&self, index: u16, od: &mut dyn ObjectDictionary) -> PdoCobId {
         let Some(cob_id) = objects::read_u32(od, index, 1) else { return PdoCobId::OFF };
         let mut unknown = 0;
@@ -229,7 +232,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         if !self.behaviour.pdo_bit_30 {
             unknown |= 1 << 30;
         }
-        PdoCobId(cob_id & !unknown)
+        let cob_id = PdoCobId(cob_id & !unknown);
+        if identifier(cob_id.0).is_some() { cob_id } else { cob_id.switched_off() }
     }
 }
 
@@ -243,12 +247,6 @@ fn starts_itself(od: &mut dyn ObjectDictionary) -> bool {
 
 fn heartbeat_period(od: &mut dyn ObjectDictionary) -> Duration {
     Duration::from_millis(u64::from(objects::read_u16(od, 0x1017, 0).unwrap_or(0)))
-}
-
-/// The server that `index` describes; `None` when there is none, or it is switched off.
-fn server(index: u16, od: &mut dyn ObjectDictionary) -> Option<SdoServer> {
-    let mut cob_id = |sub| objects::read_u32(od, index, sub).map(PdoCobId).filter(|cob_id| cob_id.is_valid());
-    Some(SdoServer::new(cob_id(1)?.id(), cob_id(2)?.id()))
 }
 
 /// Whether the dictionary has both parameters of a PDO. Compatibility entries may have one only.

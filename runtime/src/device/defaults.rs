@@ -5,10 +5,9 @@ use core::fmt;
 
 use super::checked::{Checked, require, type_exists};
 use super::configure::pdo_exists;
-use super::identifiers::{SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED};
+use super::identifiers::{self, SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED, identifier};
 use super::{Device, Misconfigured};
 use crate::abort::AbortCode;
-use crate::id::CobId;
 use crate::object::{Address, Direction, Mapped, ObjectDictionary};
 use crate::service::mapping::{self, Mapping};
 use crate::service::objects;
@@ -19,7 +18,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
 {
     /// What the dictionary holds after [`Device::restart`] and the device does not serve, or not as it is
     /// written: PDOs, servers and heartbeats beyond the room there is, mappings that cannot be, identifiers that
-    /// are restricted or that two services have. Defaults of a data sheet are not asked like a manager's writes.
+    /// are restricted (no service has them) or that two services have (SYNC and TIME go before SDO, and SDO before
+    /// RPDOs). Defaults of a data sheet are not checked when they are loaded, as a manager's writes are.
     pub fn misconfigured<'a>(&'a self, od: &'a mut dyn ObjectDictionary) -> impl Iterator<Item = Misconfigured> + 'a {
         let checked = Self::checked(od, &self.nmt, &self.behaviour, &self.rpdos, &self.tpdos);
         Defaults { checked, next: Address::new(0x1000, 0) }
@@ -68,7 +68,8 @@ impl Checked<'_> {
             0x1016 | 0x1029 if sub > 0 => self.check(address, value),
             0x1017 if sub == 0 => self.check(address, value),
             0x1019 if sub == 0 => require(matches!(value, 0 | 2..=240), AbortCode::INVALID_VALUE),
-            0x1200..=0x127F if matches!(sub, 1 | 2) => self.check_default_server(address, value as u32),
+            0x1200 if matches!(sub, 1 | 2) => self.check_default_sdo(sub, value as u32),
+            0x1201..=0x127F if matches!(sub, 1 | 2) => self.check_default_server(address, value as u32),
             0x1400..=0x15FF => self.check_default_parameter(Direction::Receive, address, value as u32),
             0x1800..=0x19FF => self.check_default_parameter(Direction::Transmit, address, value as u32),
             0x1600..=0x17FF if sub == 0 => self.check_default_length(index, value),
@@ -94,19 +95,18 @@ impl Checked<'_> {
     }
 
     fn check_default_identifier(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
-        let id = CobId::from_parameter(value);
-        require(CobId::is_parameter(value) && !id.is_restricted(), AbortCode::INVALID_VALUE)?;
+        let id = identifier(value).ok_or(AbortCode::INVALID_VALUE)?;
         require(!self.is_taken(id, address), AbortCode::PARAMETER_INCOMPATIBLE)
     }
 
     fn check_default_server(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
-        // The identifiers of the default server are restricted, but for others.
-        if address.index() == 0x1200 || !PdoCobId(value).is_valid() {
+        if !PdoCobId(value).is_valid() {
             return Ok(());
         }
         self.check_default_identifier(address, value)?;
-        let served = self.servers_of(0x1201..address.index()) + 1 < self.server_room;
-        require(address.sub() != 1 || !self.server_exists(address.index()) || served, AbortCode::DEVICE_INCOMPATIBLE)
+        let served = identifiers::sdo_count(0x1201..address.index(), self.od) + 1 < self.server_room;
+        let exists = identifiers::sdo(address.index(), self.od).is_some();
+        require(address.sub() != 1 || !exists || served, AbortCode::DEVICE_INCOMPATIBLE)
     }
 
     fn check_default_parameter(&mut self, direction: Direction, address: Address, value: u32) -> Result<(), AbortCode> {

@@ -1,8 +1,11 @@
-//! Which identifiers the services of a device have: each of them belongs to one service.
+//! Which identifiers the COB-ID parameters of a device give to its services.
+//!
+//! A service exists if its parameter says so and names an identifier that a service may have. So no service can
+//! take NMT, error control or the default SDO server from the device, whatever its dictionary holds: their
+//! identifiers are restricted (CiA 301, 7.3.5).
 
-use super::checked::Checked;
 use crate::id::CobId;
-use crate::object::Address;
+use crate::object::{Address, ObjectDictionary};
 use crate::service::objects;
 use crate::wire::pdo::PdoCobId;
 use core::ops::Range;
@@ -16,46 +19,63 @@ pub(super) const TIME_PRODUCED: u32 = 1 << 30;
 /// 1012h: TIME exists for a device that consumes or produces it.
 pub(super) const TIME_EXISTS: u32 = TIME_CONSUMED | TIME_PRODUCED;
 
-impl Checked<'_> {
-    /// Whether a service of the device has the identifier. The one whose parameter `owner` is does not count.
-    pub(super) fn is_taken(&mut self, id: CobId, owner: Address) -> bool {
-        self.is_taken_by_pdo(id, owner) || self.is_taken_by_message(id, owner) || self.is_taken_by_sdo(id, owner)
+/// Whether an entry holds the COB-ID of a service.
+pub(super) fn is_cob_id(address: Address) -> bool {
+    match address.index() {
+        0x1005 | 0x1012 | 0x1014 => address.sub() == 0,
+        0x1028 => address.sub() > 0,
+        0x1200..=0x12FF => matches!(address.sub(), 1 | 2),
+        0x1400..=0x15FF | 0x1800..=0x19FF => address.sub() == 1,
+        _ => false,
     }
+}
 
-    fn is_taken_by_pdo(&self, id: CobId, owner: Address) -> bool {
-        let rpdos = self.rpdos.iter().map(|slot| (slot.parameter_index(), slot.pdo.parameters().cob_id));
-        let tpdos = self.tpdos.iter().map(|slot| (slot.parameter_index(), slot.pdo.parameters().cob_id));
-        rpdos.chain(tpdos).any(|(index, cob_id)| index != owner.index() && cob_id.is_valid() && cob_id.id() == id)
-    }
+/// The identifier in a COB-ID parameter; `None` if no service may have it.
+pub(super) fn identifier(parameter: u32) -> Option<CobId> {
+    let id = CobId::from_parameter(parameter);
+    (CobId::is_parameter(parameter) && !id.is_restricted()).then_some(id)
+}
 
-    fn is_taken_by_message(&mut self, id: CobId, owner: Address) -> bool {
-        let sync = objects::read_u32(self.od, 0x1005, 0).unwrap_or(CobId::SYNC.to_parameter());
-        let time = objects::read_u32(self.od, 0x1012, 0).filter(|time| time & TIME_EXISTS != 0);
-        let emcy = objects::read_u32(self.od, 0x1014, 0).filter(|&emcy| PdoCobId(emcy).is_valid());
-        let messages = [(0x1005, Some(sync)), (0x1012, time), (0x1014, emcy)];
-        messages.into_iter().any(|(index, cob_id)| {
-            index != owner.index() && cob_id.is_some_and(|cob_id| CobId::from_parameter(cob_id) == id)
-        })
-    }
+/// The identifier of a service that bit 31 switches off; `None` if it does not exist.
+pub(super) fn switched(parameter: u32) -> Option<CobId> {
+    if PdoCobId(parameter).is_valid() { identifier(parameter) } else { None }
+}
 
-    /// Whether an SDO has both its identifiers.
-    pub(super) fn server_exists(&mut self, index: u16) -> bool {
-        [1, 2].into_iter().all(|sub| objects::read_u32(self.od, index, sub).is_some_and(|it| PdoCobId(it).is_valid()))
-    }
+/// The identifier of SYNC (1005h). A device without the object has the predefined one.
+pub(super) fn sync(od: &mut dyn ObjectDictionary) -> Option<CobId> {
+    identifier(objects::read_u32(od, 0x1005, 0).unwrap_or(CobId::SYNC.to_parameter()))
+}
 
-    /// How many servers of these indices there are.
-    pub(super) fn servers_of(&mut self, indices: Range<u16>) -> usize {
-        indices.filter(|&index| self.server_exists(index)).count()
-    }
+/// The identifier of TIME (1012h), where one of the bits in `roles` is set.
+pub(super) fn time(roles: u32, od: &mut dyn ObjectDictionary) -> Option<CobId> {
+    objects::read_u32(od, 0x1012, 0).filter(|time| time & roles != 0).and_then(identifier)
+}
 
-    /// Servers (1200h and up) and clients (1280h and up). The identifiers of the default server are restricted
-    /// where it has no object.
-    fn is_taken_by_sdo(&mut self, id: CobId, owner: Address) -> bool {
-        let mut has = |index, sub| {
-            let cob_id = objects::read_u32(self.od, index, sub).map(PdoCobId);
-            let counts = Address::new(index, sub) != owner;
-            counts && cob_id.is_some_and(|cob_id| cob_id.is_valid() && cob_id.id() == id)
-        };
-        (0x1200..=0x12FF).any(|index| has(index, 1) || has(index, 2))
-    }
+/// The identifier of EMCY (1014h).
+pub(super) fn emcy(od: &mut dyn ObjectDictionary) -> Option<CobId> {
+    objects::read_u32(od, 0x1014, 0).and_then(switched)
+}
+
+/// The identifiers of requests and answers of an SDO channel other than the default server (1201h and up); `None`
+/// unless both exist.
+pub(super) fn sdo(index: u16, od: &mut dyn ObjectDictionary) -> Option<(CobId, CobId)> {
+    let mut id = |sub| objects::read_u32(od, index, sub).and_then(switched);
+    Some((id(1)?, id(2)?))
+}
+
+/// How many SDO channels of these indices there are.
+pub(super) fn sdo_count(indices: Range<u16>, od: &mut dyn ObjectDictionary) -> usize {
+    indices.filter(|&index| sdo(index, od).is_some()).count()
+}
+
+/// Whether SYNC, TIME, EMCY or an SDO of the device has the identifier. The one whose parameter `owner` is does not
+/// count.
+pub(super) fn is_taken(id: CobId, owner: Address, od: &mut dyn ObjectDictionary) -> bool {
+    let messages = [(0x1005, sync(od)), (0x1012, time(TIME_EXISTS, od)), (0x1014, emcy(od))];
+    let by_message = messages.into_iter().any(|(index, it)| index != owner.index() && it == Some(id));
+    let mut by_sdo = |index, sub| {
+        let counts = Address::new(index, sub) != owner;
+        counts && objects::read_u32(od, index, sub).and_then(switched) == Some(id)
+    };
+    by_message || (0x1201..=0x12FF).any(|index| by_sdo(index, 1) || by_sdo(index, 2))
 }

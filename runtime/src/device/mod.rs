@@ -311,7 +311,9 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     fn take_frame(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
         // The application may have changed the state since, and a request may ask for the error register.
         self.end_communication_error(od);
-        if let Some(at) = self.server_of(frame.id()) {
+        if !self.is_sync_or_time(frame.id())
+            && let Some(at) = self.server_of(frame.id())
+        {
             let event = self.handle_request(at, now, frame, od);
             return self.follow_sdo(now, event, od);
         }

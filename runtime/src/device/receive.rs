@@ -39,7 +39,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
 
     fn handle_message(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
         let id = frame.id();
-        if id == self.sync_consumer.id() {
+        if self.sync_consumer.id() == Some(id) {
             let event = self.sync_consumer.handle_frame(now, frame)?;
             if event.length_error {
                 self.raise_communication_error(ErrorCode::SYNC_LENGTH, od);
@@ -123,6 +123,13 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             }
         }
         rpdo_event(number, event)
+    }
+
+    /// Whether the identifier is one of messages that go before SDO, should a data sheet give both the same one.
+    #[inline]
+    pub(super) fn is_sync_or_time(&self, id: CobId) -> bool {
+        let id = Some(id);
+        id == self.sync_consumer.id() || id == self.time_id
     }
 
     /// The place of the server that has requests of this identifier.

@@ -45,6 +45,12 @@ impl Nmt {
         Nmt { node, state: NmtState::Initialising, boot_up: false }
     }
 
+    /// The node-ID.
+    #[must_use]
+    pub const fn node(&self) -> NodeId {
+        self.node
+    }
+
     /// The state.
     #[must_use]
     pub const fn state(&self) -> NmtState {

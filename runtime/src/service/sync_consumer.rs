@@ -17,7 +17,7 @@ pub struct Event {
 /// Receives SYNC, and keeps the window in which synchronous PDOs may be sent.
 #[derive(Clone, Copy, Debug)]
 pub struct SyncConsumer {
-    id: CobId,
+    id: Option<CobId>,
     counts: bool,
     window: Duration,
     window_end: Option<Instant>,
@@ -28,21 +28,27 @@ impl SyncConsumer {
     /// Receives SYNC with the COB-ID 080h, without counter and window.
     #[must_use]
     pub const fn new() -> Self {
-        SyncConsumer { id: CobId::SYNC, counts: false, window: Duration::ZERO, window_end: None, length_error: false }
+        SyncConsumer {
+            id: Some(CobId::SYNC),
+            counts: false,
+            window: Duration::ZERO,
+            window_end: None,
+            length_error: false,
+        }
     }
 
-    /// Receives `id`; `overflow` other than 0 lets expect a counter; `window` is the time after SYNC
+    /// Receives `id`, `None` for no SYNC; `overflow` other than 0 lets expect a counter; `window` is the time after SYNC
     /// in which synchronous PDOs may be sent, zero for any time.
-    pub fn configure(&mut self, id: CobId, overflow: u8, window: Duration) {
+    pub fn configure(&mut self, id: Option<CobId>, overflow: u8, window: Duration) {
         let counts = overflow != 0;
         // Of another SYNC, or another length, nothing is known yet.
         let length_error = self.length_error && id == self.id && counts == self.counts;
         *self = SyncConsumer { id, counts, window, length_error, ..*self };
     }
 
-    /// The COB-ID.
+    /// The COB-ID, if it receives SYNC.
     #[must_use]
-    pub const fn id(&self) -> CobId {
+    pub const fn id(&self) -> Option<CobId> {
         self.id
     }
 
@@ -54,7 +60,7 @@ impl SyncConsumer {
 
     /// Takes a SYNC. One of the wrong length counts too, so that a device keeps in step with the others.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Event> {
-        if frame.id() != self.id || frame.is_remote() {
+        if Some(frame.id()) != self.id || frame.is_remote() {
             return None;
         }
         let sync = Sync::parse(frame.data()).unwrap_or(Sync { counter: frame.data().first().copied() });
@@ -95,7 +101,7 @@ mod tests {
     #[track_caller]
     fn check(overflow: u8, data: &[u8], counter: Option<u8>, length_error: bool) {
         let mut consumer = SyncConsumer::new();
-        consumer.configure(CobId::SYNC, overflow, Duration::ZERO);
+        consumer.configure(Some(CobId::SYNC), overflow, Duration::ZERO);
         let frame = Frame::new(CobId::SYNC, data).unwrap();
         let event = Event { sync: Sync { counter }, length_error };
         assert_eq!(consumer.handle_frame(Instant::ZERO, &frame), Some(event));
@@ -117,16 +123,16 @@ mod tests {
     fn a_wrong_length_is_forgotten_with_what_was_expected() {
         let mut consumer = SyncConsumer::new();
         consumer.handle_frame(Instant::ZERO, &Frame::from_array(CobId::SYNC, [1])).unwrap();
-        consumer.configure(CobId::SYNC, 0, Duration::from_millis(1));
+        consumer.configure(Some(CobId::SYNC), 0, Duration::from_millis(1));
         assert!(consumer.has_length_error());
-        consumer.configure(CobId::SYNC, 10, Duration::ZERO);
+        consumer.configure(Some(CobId::SYNC), 10, Duration::ZERO);
         assert!(!consumer.has_length_error());
     }
 
     #[test]
     fn the_window_closes_after_its_time() {
         let mut consumer = SyncConsumer::new();
-        consumer.configure(CobId::SYNC, 0, Duration::from_micros(500));
+        consumer.configure(Some(CobId::SYNC), 0, Duration::from_micros(500));
         assert_eq!(consumer.poll_timeout(), None);
         consumer.handle_frame(Instant::ZERO, &Frame::from_array(CobId::SYNC, [])).unwrap();
         let end = Instant::from_micros(500);
