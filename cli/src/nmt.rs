@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
-use lexican_runtime::host::{Link, Pace};
+use lexican_runtime::host::{Link, Pace, Pump};
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
@@ -91,7 +91,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     link.send(&message.frame()).map_err(|error| link_failure(&error))?;
     match args.wait {
         Some(wait) => {
-            let mut watch = Watch { link, message, heard: BTreeMap::new() };
+            let mut watch = Watch::new(link, message);
             watch.watch(wait)?;
             print_states(args.json, wait, &watch)
         }
@@ -106,12 +106,17 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 /// Somebody who follows what nodes tell of their states after a command.
 struct Watch<L> {
     link: L,
+    pump: Pump,
     message: NmtMessage,
     /// What each node told last; after a reset, INITIALISING is its boot-up message and stays.
     heard: BTreeMap<NodeId, NmtState>,
 }
 
 impl<L: Link> Watch<L> {
+    fn new(link: L, message: NmtMessage) -> Self {
+        Watch { link, pump: Pump::new(), message, heard: BTreeMap::new() }
+    }
+
     /// Listens until the node is in its state. Nobody knows how many nodes all are: that takes the whole time.
     fn watch(&mut self, span: Duration) -> Result<(), Failure> {
         let end = self.link.now() + span;
@@ -129,12 +134,10 @@ impl<L: Link> Watch<L> {
     }
 
     fn listen(&mut self, until: Instant) -> Result<(), Failure> {
-        while let Some(frame) = self.link.receive_frame(until).map_err(|error| link_failure(&error))? {
+        while !self.is_over()
+            && let Some(frame) = self.pump.receive_frame(&mut self.link, until).map_err(|error| link_failure(&error))?
+        {
             self.hear(&frame);
-            // A flood of frames must not hold up the end.
-            if self.link.now() >= until || self.is_over() {
-                break;
-            }
         }
         Ok(())
     }
@@ -222,6 +225,7 @@ fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::flood::Flood;
     use lexican_runtime::CobId;
     use lexican_runtime::host::{Node, VirtualBus};
     use lexican_runtime::wire::nmt::NmtCommand::{EnterPreOperational, ResetNode, Start, Stop};
@@ -312,7 +316,7 @@ mod tests {
         let mut link = bus.link();
         let message = NmtMessage { command, node: NodeId::new(node) };
         link.send(&message.frame()).unwrap();
-        let mut watch = Watch { link, message, heard: BTreeMap::new() };
+        let mut watch = Watch::new(link, message);
         watch.watch(Duration::from_millis(wait_ms)).unwrap();
         let nodes = watch.heard.keys();
         let (reached, others) = nodes.partition::<Vec<_>, _>(|node| watch.has_reached(**node));
@@ -372,5 +376,16 @@ mod tests {
         assert!(seen.questions < 127 + 30, "who was never heard is asked once: {seen:?}");
         check(&wait(nodes(), EnterPreOperational, 0, 5000), &[5, 6, 7], &[], 5000..=5000);
         check(&wait(nodes(), ResetNode, 0, 20_000), &[5, 6, 7], &[], 20_000..=20_000);
+    }
+
+    #[test]
+    fn a_flood_of_frames_holds_up_neither_questions_nor_the_end() {
+        for node in [NodeId::new(5), None] {
+            let message = NmtMessage { command: Stop, node };
+            let mut watch = Watch::new(Flood::of_heartbeats(), message);
+            watch.watch(Duration::from_secs(2)).unwrap();
+            assert!(watch.link.now() < Instant::from_micros(3_000_000), "{}", watch.link.now());
+            assert!(watch.link.sent > 1, "{} questions", watch.link.sent);
+        }
     }
 }

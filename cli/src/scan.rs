@@ -5,7 +5,7 @@ use std::io::Write;
 
 use indicatif::ProgressBar;
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{Link, Pace};
+use lexican_runtime::host::{Link, Pace, Pump};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::NmtState;
@@ -75,6 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 /// Asks everybody, and listens.
 struct Scanner<L> {
     link: L,
+    pump: Pump,
     wait: Duration,
     found: BTreeMap<NodeId, Found>,
     /// Who has answered the present question.
@@ -90,6 +91,7 @@ impl<L: Link> Scanner<L> {
     fn new(link: L, wait: Duration) -> Self {
         Scanner {
             link,
+            pump: Pump::new(),
             wait,
             found: BTreeMap::new(),
             answered: BTreeSet::new(),
@@ -147,7 +149,7 @@ impl<L: Link> Scanner<L> {
     fn listen(&mut self, span: Duration, until_answered: bool) -> Result<(), Failure> {
         let until = self.link.now() + span;
         while !until_answered || self.answered.len() < self.found.len() {
-            match self.link.receive_frame(until).map_err(|error| link_failure(&error))? {
+            match self.pump.receive_frame(&mut self.link, until).map_err(|error| link_failure(&error))? {
                 Some(frame) => self.hear(&frame)?,
                 None => break,
             }
@@ -279,6 +281,7 @@ impl Found {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::flood::Flood;
     use crate::bus::virtual_device::VirtualDevice;
     use crate::device::Loaded;
     use lexican_eds::model::{Device, Value};
@@ -333,5 +336,11 @@ mod tests {
         let found = scan(&[(5, 42), (5, 42)]);
         let twins = &found[&NodeId::literal(5)];
         assert!(twins.evidence.contains(&Evidence::SecondAnswer) && twins.others.is_empty());
+    }
+
+    #[test]
+    fn a_flood_of_frames_does_not_hold_up_the_end() {
+        let found = Scanner::new(Flood::of_heartbeats(), Duration::from_millis(500)).scan().unwrap();
+        assert_eq!(found.keys().copied().collect::<Vec<_>>(), [NodeId::literal(9)]);
     }
 }

@@ -16,6 +16,9 @@ impl Instant {
     /// The origin.
     pub const ZERO: Instant = Instant(0);
 
+    /// The last point in time: a wait until then ends by something else.
+    pub const MAX: Instant = Instant(u64::MAX);
+
     /// `us` microseconds after the origin.
     #[must_use]
     pub const fn from_micros(us: u64) -> Self {

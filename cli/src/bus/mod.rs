@@ -1,6 +1,8 @@
 //! The bus that a command works on, whatever carries it.
 
 pub(crate) mod failure;
+#[cfg(test)]
+pub(crate) mod flood;
 pub(crate) mod object;
 #[cfg(unix)]
 pub(crate) mod pty;
@@ -11,7 +13,7 @@ use std::str::FromStr;
 
 use lexican_eds::model::Device;
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{AccessError, BusUrl, Link, Pace};
+use lexican_runtime::host::{AccessError, BusUrl, Link, Pace, Pump};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, NodeId};
 
@@ -89,8 +91,7 @@ impl Bus {
     pub(crate) fn settled(mut self) -> Result<Self, Failure> {
         const BOOTING: Duration = Duration::from_millis(100);
         if self.simulated.is_some() {
-            let until = self.link.now() + BOOTING;
-            while self.link.receive(until).map_err(|error| link_failure(&error))?.is_some() {}
+            listen(&mut self.link, BOOTING)?;
         }
         Ok(self)
     }
@@ -135,8 +136,13 @@ pub(crate) fn network<L: Link>(link: L) -> Result<Network<L>, Failure> {
 /// Lets the last frame leave that nobody answers.
 pub(crate) fn let_leave(link: &mut impl Link) -> Result<(), Failure> {
     const LEAVING: Duration = Duration::from_millis(20);
-    let until = link.now() + LEAVING;
-    while link.receive(until).map_err(|error| link_failure(&error))?.is_some() && link.now() < until {}
+    listen(link, LEAVING)
+}
+
+/// Lets `span` pass; what comes meanwhile is not of interest.
+fn listen(link: &mut impl Link, span: Duration) -> Result<(), Failure> {
+    let (mut pump, until) = (Pump::new(), link.now() + span);
+    while pump.receive_frame(link, until).map_err(|error| link_failure(&error))?.is_some() {}
     Ok(())
 }
 

@@ -1,7 +1,7 @@
 //! An LSS manager on a link: selects devices, asks them, and says what to do when they do not answer.
 
 use indicatif::ProgressBar;
-use lexican_runtime::host::{Incoming, Link};
+use lexican_runtime::host::{Link, Pump, StateMachine};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::lss_manager::{Busy, Event, LssError, LssManager};
 use lexican_runtime::wire::heartbeat::ErrorControl;
@@ -17,9 +17,6 @@ use crate::output::{Failure, progress};
 
 /// How much later than the first answer a second one may come, of another device.
 const GRACE: Duration = Duration::from_millis(50);
-
-/// How long frames that have come already are taken when the time for an answer is over.
-const OVERDUE: Duration = Duration::from_millis(20);
 
 /// How long a device may take to write what it stores into its memory.
 const STORING: Duration = Duration::from_secs(3);
@@ -62,6 +59,7 @@ pub(super) type Done = Result<(), LssResponse>;
 /// Work with LSS on a bus.
 pub(super) struct Session<L> {
     link: L,
+    pump: Pump,
     times: Times,
     /// All devices were selected at once, so that all of them answer.
     everybody: bool,
@@ -76,7 +74,7 @@ impl<L: Link> Session<L> {
         times: Times,
         work: impl FnOnce(&mut Session<L>) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        let mut session = Session { link, times, everybody: false, is_over: false };
+        let mut session = Session { link, pump: Pump::new(), times, everybody: false, is_over: false };
         session.hear(&[lss::RESPONSE])?;
         session.deselect()?;
         let outcome = work(&mut session);
@@ -275,28 +273,10 @@ impl<L: Link> Session<L> {
         progress: &ProgressBar,
         begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>,
     ) -> Result<Event, Failure> {
-        let mut manager = self.manager(patience, begin);
-        loop {
-            while let Some(frame) = manager.poll_transmit(self.link.now()) {
-                self.send(&frame)?;
-                progress.inc(1);
-            }
-            let until = manager.poll_timeout().expect("who asks waits for an answer");
-            let event = match self.link.receive(until).map_err(|error| link_failure(&error))? {
-                Some(Incoming::Frame(frame)) => manager.handle_frame(self.link.now(), &frame),
-                Some(Incoming::State(_)) => None,
-                None => manager.handle_timeout(self.link.now()),
-            };
-            // A flood of other frames must not hold up what is overdue.
-            let overdue = self.link.now() >= until + OVERDUE;
-            let event = match event {
-                None if overdue => manager.handle_timeout(self.link.now()),
-                event => event,
-            };
-            if let Some(event) = event {
-                return Ok(event);
-            }
-        }
+        let mut operation = Operation { manager: self.manager(patience, begin), progress };
+        let event =
+            self.pump.run(&mut self.link, &mut operation, Instant::MAX).map_err(|error| link_failure(&error))?;
+        Ok(event.expect("each step of an operation has a deadline"))
     }
 
     fn manager(&self, patience: Duration, begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>) -> LssManager {
@@ -307,12 +287,9 @@ impl<L: Link> Session<L> {
 
     /// Whether there is such a frame before `until`.
     fn wait_for(&mut self, until: Instant, mut wanted: impl FnMut(&Frame) -> bool) -> Result<bool, Failure> {
-        while let Some(frame) = self.link.receive_frame(until).map_err(|error| link_failure(&error))? {
+        while let Some(frame) = self.pump.receive_frame(&mut self.link, until).map_err(|error| link_failure(&error))? {
             if wanted(&frame) {
                 return Ok(true);
-            }
-            if self.link.now() >= until + OVERDUE {
-                break;
             }
         }
         Ok(false)
@@ -325,6 +302,31 @@ impl<L: Link> Session<L> {
     /// Frames with other identifiers do not matter.
     fn hear(&mut self, ids: &[CobId]) -> Result<(), Failure> {
         self.link.listen_to(ids).map_err(|error| link_failure(&error))
+    }
+}
+
+/// An operation that shows its progress.
+struct Operation<'a> {
+    manager: LssManager,
+    progress: &'a ProgressBar,
+}
+
+impl StateMachine for Operation<'_> {
+    type Event = Event;
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Event> {
+        self.manager.handle_frame(now, frame)
+    }
+    fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+        self.manager.handle_timeout(now)
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        let request = self.manager.poll_transmit(now)?;
+        self.progress.inc(1);
+        Some(request)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.manager.poll_timeout()
     }
 }
 
@@ -358,8 +360,9 @@ mod tests {
     use super::*;
     use std::sync::{Arc, Mutex};
 
+    use crate::bus::flood::Flood;
     use crate::bus::virtual_device::{Memory, VirtualDevice};
-    use lexican_runtime::host::{Fate, LinkError, Node, VirtualBus, VirtualLink};
+    use lexican_runtime::host::{Fate, Node, VirtualBus, VirtualLink};
     use lexican_runtime::service::lss_device::{LssDevice, LssHost, StoreError};
 
     const TIMES: Times = Times { answer: Duration::from_millis(500), step: Duration::from_millis(25) };
@@ -626,23 +629,7 @@ mod tests {
 
     #[test]
     fn other_frames_do_not_hold_up_what_is_overdue() {
-        /// A bus with so many frames that there is always one.
-        struct Flood(Instant);
-        impl Link for Flood {
-            fn now(&self) -> Instant {
-                self.0
-            }
-            fn send(&mut self, _: &Frame) -> Result<(), LinkError> {
-                Ok(())
-            }
-            fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
-                self.0 += Duration::from_micros(100);
-                assert!(self.0 < Instant::from_micros(60_000_000), "nothing is ever over");
-                let frame = Frame::from_array(CobId::of_node(0x180, NodeId::literal(9)), [0; 8]);
-                Ok(Some(Incoming::Frame(frame)))
-            }
-        }
-        let flooded = Session::run(Flood(Instant::ZERO), TIMES, |session| {
+        let flooded = Session::run(Flood::of_heartbeats(), TIMES, |session| {
             assert_eq!(session.fastscan()?, None);
             session.select(Whom::Only)
         });

@@ -3,9 +3,9 @@
 mod identify;
 
 use std::collections::BTreeMap;
-use std::io::{StdoutLock, Write};
+use std::io::Write;
 
-use lexican_runtime::host::{Incoming, Link, LinkError, Pace};
+use lexican_runtime::host::{Link, LinkError, Listener, Pace, Pump, Turn};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 use serde_json::{Value as Json, json};
 
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
     let Bus { mut link, simulated } = args.bus.open(pace)?;
     devices.extend(simulated);
-    let mut watch = Watch::new(args);
+    let mut watch = Watch::new(args, anstream::stdout().lock());
     for (node, loaded) in devices.iter().rev() {
         watch.decoder.introduce(*node, &loaded.device);
         watch.overheard.settle(*node);
@@ -93,8 +93,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(Outcome::Clean)
 }
 
-/// Somebody who watches a bus and tells of it on stdout.
-struct Watch<'a> {
+/// Watches a bus, and writes what happens there.
+struct Watch<'a, W> {
     decoder: Decoder<'a>,
     twins: Twins,
     overheard: Overheard,
@@ -102,11 +102,11 @@ struct Watch<'a> {
     /// Whether nothing was heard yet.
     is_silent: bool,
     json: bool,
-    stdout: anstream::AutoStream<StdoutLock<'static>>,
+    out: W,
 }
 
-impl Watch<'_> {
-    fn new(args: &Args) -> Self {
+impl<W: Write> Watch<'_, W> {
+    fn new(args: &Args, out: W) -> Self {
         Watch {
             decoder: Decoder::new(),
             twins: Twins::default(),
@@ -114,12 +114,12 @@ impl Watch<'_> {
             asker: args.identify.then(Asker::default),
             is_silent: true,
             json: args.json,
-            stdout: anstream::stdout().lock(),
+            out,
         }
     }
 
     fn listen(&mut self, link: &mut dyn Link, args: &Args) -> Result<(), Failure> {
-        let end = args.span.map(|span| link.now() + span);
+        let (mut pump, end) = (Pump::new(), args.span.map(|span| link.now() + span));
         let mut left = args.count.unwrap_or(u64::MAX);
         while left > 0 {
             let now = link.now();
@@ -134,22 +134,22 @@ impl Watch<'_> {
             let hour = now + Duration::from_secs(3600);
             let question = self.asker.as_ref().and_then(Asker::poll_timeout);
             let until = [end, question].into_iter().flatten().fold(hour, Instant::min);
-            match link.receive(until) {
-                Ok(Some(Incoming::Frame(frame))) => {
+            match pump.turn(link, &mut Listener, until) {
+                Ok(Turn::Event(frame)) => {
                     self.frame(link.now(), &frame)?;
                     left -= 1;
                 }
-                Ok(Some(Incoming::State(state))) => {
+                Ok(Turn::Bus(state)) => {
                     let fields = json!({ "event": "bus", "state": state.to_string() });
                     self.event(link.now(), fields, &format!("the bus is {state}"))?;
                 }
-                Ok(None) if end.is_some_and(|end| link.now() >= end) => break,
-                Ok(None) => {}
+                Ok(Turn::Over) if end.is_some_and(|end| link.now() >= end) => break,
+                Ok(Turn::Over | Turn::Idle) => {}
                 Err(LinkError::Ended) => break,
                 Err(error) => return Err(link_failure(&error)),
             }
         }
-        self.stdout.flush()?;
+        self.out.flush()?;
         if self.is_silent && !args.bus.is_log() {
             note("no frame was heard: are others on this bus, with power and at this bit rate?");
         }
@@ -161,7 +161,7 @@ impl Watch<'_> {
         self.is_silent = false;
         let decoded = self.decoder.decode(frame);
         let line = if self.json { to_json(at, frame, &decoded) } else { print::line(at, frame, &decoded) };
-        writeln!(self.stdout, "{line}")?;
+        writeln!(self.out, "{line}")?;
         if let Some((node, evidence)) = self.twins.notice(at, &decoded) {
             let fields = json!({ "event": "two-nodes", "node": node.get(), "evidence": evidence.name() });
             self.event(at, fields, &format!("are there two nodes {node}? {evidence}"))?;
@@ -182,9 +182,9 @@ impl Watch<'_> {
         if self.json {
             fields["time"] = seconds(at);
             fields["text"] = json!(text);
-            writeln!(self.stdout, "{fields}")?;
+            writeln!(self.out, "{fields}")?;
         } else {
-            writeln!(self.stdout, "{:>12}  {}", at.to_string(), print::notice(text))?;
+            writeln!(self.out, "{:>12}  {}", at.to_string(), print::notice(text))?;
         }
         Ok(())
     }
@@ -213,4 +213,25 @@ fn seconds(at: Instant) -> Json {
 fn node_device(text: &str) -> Result<(NodeId, String), String> {
     let (node, device) = text.split_once('=').ok_or("write ID=DEVICE, for example 5=siko/ag03-1")?;
     Ok((node_id(node)?, device.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bus::flood::Flood;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    #[test]
+    fn a_flood_of_frames_does_not_hold_up_the_end() {
+        let Line { args } = Line::parse_from(["monitor", "--bus", "can0", "--for", "1"]);
+        let mut flood = Flood::of_heartbeats();
+        Watch::new(&args, std::io::sink()).listen(&mut flood, &args).unwrap();
+        assert!(flood.now() < Instant::from_micros(2_000_000), "{}", flood.now());
+    }
 }

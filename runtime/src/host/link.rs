@@ -108,10 +108,6 @@ pub type Descriptor = std::sync::Arc<dyn std::os::fd::AsRawFd + Send + Sync>;
 #[cfg(any(feature = "tokio", feature = "slcan", all(feature = "socketcan", target_os = "linux")))]
 pub(super) const PATIENCE: crate::Duration = crate::Duration::from_millis(100);
 
-/// How many frames a shell sends before it looks what has come and what is due: at 500 kbit/s they last a
-/// millisecond. A block transfer sends up to 127 in a row.
-pub(super) const MOST_SENT: usize = 4;
-
 /// What comes out of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Incoming {

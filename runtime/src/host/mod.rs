@@ -10,6 +10,7 @@ mod clock;
 mod link;
 mod node;
 mod participant;
+mod pump;
 mod replay;
 #[cfg(feature = "slcan")]
 pub mod slcan;
@@ -28,6 +29,7 @@ pub use link::Descriptor;
 pub use link::{BusState, Incoming, Link, LinkError};
 pub use node::Node;
 pub use participant::{Notice, Participant};
+pub use pump::{Listener, Pump, StateMachine, Turn};
 pub use replay::{Replay, ReplayError};
 pub use station::Station;
 pub use url::BusUrl;

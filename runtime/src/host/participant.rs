@@ -1,7 +1,7 @@
 //! The device shell: a [`Node`] that takes part in the bus behind a [`Link`].
 
-use super::link::MOST_SENT;
-use super::{BusState, Incoming, Link, LinkError, Node};
+use super::pump::{Pump, Turn};
+use super::{BusState, Link, LinkError, Node};
 use crate::time::Instant;
 
 /// A node and its link. The link passes on only what [concerns](Node::concerns) the node, also after a manager
@@ -9,10 +9,9 @@ use crate::time::Instant;
 pub struct Participant<L, N> {
     link: L,
     node: N,
-    /// The [generation](Node::generation) that the link was last told to listen to.
+    pump: Pump,
+    /// The [generation](Node::generation) of the identifiers that the link listens to.
     listening: Option<u32>,
-    /// The link refused the last frame.
-    refused: bool,
 }
 
 /// What happens to a participant's bus.
@@ -27,8 +26,8 @@ pub enum Notice {
 impl<L: Link, N: Node> Participant<L, N> {
     /// Connects a node, which has been switched on, to a bus.
     #[must_use]
-    pub const fn new(link: L, node: N) -> Self {
-        Participant { link, node, listening: None, refused: false }
+    pub fn new(link: L, node: N) -> Self {
+        Participant { link, node, pump: Pump::new(), listening: None }
     }
 
     /// The link's time.
@@ -48,40 +47,26 @@ impl<L: Link, N: Node> Participant<L, N> {
         (self.link, self.node)
     }
 
-    /// Takes part until `until`, `None` then, or until there is something to tell. To be called again at once:
+    /// Takes part until `until`, `None` then, or until there is something to report. To be called again at once:
     /// meanwhile the node is deaf. So it is while a frame waits for room in the interface, at most 100 ms.
     ///
     /// # Errors
     ///
     /// [`LinkError`] when the link is gone for good.
     pub fn run(&mut self, until: Instant) -> Result<Option<Notice>, LinkError> {
-        let mut is_over = false;
         loop {
             // Before anything is sent: the answer to an order to listen elsewhere is the sign to send there.
             self.listen()?;
-            let is_done = match self.transmit()? {
-                Sent::Everything => true,
-                Sent::Some => false,
-                Sent::Refused(refusal) => return Ok(Some(Notice::Refused(refusal))),
-            };
-            if is_over {
-                return Ok(None);
+            match self.pump.turn(&mut self.link, &mut self.node, until) {
+                Ok(Turn::Event(never)) => match never {},
+                Ok(Turn::Bus(state)) => return Ok(Some(Notice::State(state))),
+                Ok(Turn::Idle) => {}
+                Ok(Turn::Over) => return Ok(None),
+                Err(error) if error.is_final() => return Err(error),
+                // Of a series, the first.
+                Err(error) if self.pump.refused() == 1 => return Ok(Some(Notice::Refused(error))),
+                Err(_) => {}
             }
-            let deadline = self.node.poll_timeout().map_or(until, |deadline| deadline.min(until));
-            let patience = if is_done { deadline } else { self.link.now() };
-            let incoming = self.link.receive(patience)?;
-            let now = self.link.now();
-            match incoming {
-                Some(Incoming::Frame(frame)) => self.node.handle_frame(now, &frame),
-                Some(Incoming::State(state)) => return Ok(Some(Notice::State(state))),
-                None => {}
-            }
-            // What gets due meanwhile waits: a period that is too short for the machine must not make the node deaf.
-            while self.node.poll_timeout().is_some_and(|deadline| deadline <= now) {
-                self.node.handle_timeout(now);
-            }
-            // Not before something was received: nor must a caller that is late.
-            is_over = now >= until;
         }
     }
 
@@ -93,28 +78,4 @@ impl<L: Link, N: Node> Participant<L, N> {
         }
         Ok(())
     }
-
-    fn transmit(&mut self) -> Result<Sent, LinkError> {
-        for _ in 0..MOST_SENT {
-            let Some(frame) = self.node.poll_transmit(self.link.now()) else { return Ok(Sent::Everything) };
-            match self.link.send(&frame) {
-                Err(error) if error.is_final() => return Err(error),
-                Err(error) => {
-                    if !core::mem::replace(&mut self.refused, true) {
-                        return Ok(Sent::Refused(error));
-                    }
-                }
-                Ok(()) => self.refused = false,
-            }
-        }
-        Ok(Sent::Some)
-    }
-}
-
-/// How much of what there is to send was sent.
-enum Sent {
-    Everything,
-    Some,
-    /// A frame was refused, the first of a series.
-    Refused(LinkError),
 }

@@ -3,14 +3,14 @@
 use std::time::Instant as WallClock;
 
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{AccessError, Bytes, Incoming, Link};
+use lexican_runtime::host::{AccessError, Bytes, Incoming, Link, Pump};
 use lexican_runtime::manager::{Event, Manager, Remote};
 use lexican_runtime::object::{Address, TimeOfDay};
 use lexican_runtime::service::lss_manager::{self, Busy, LssManager};
 use lexican_runtime::service::sdo_client::{self, SdoClient, SdoError};
 use lexican_runtime::wire::lss::{LssState, Part};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
-use lexican_runtime::{AbortCode, CobId, Duration, Frame, NodeId};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
 use crate::{Outcome, od};
 
@@ -342,20 +342,8 @@ fn operate(
     // Longer than it need be on a bus: no answer must mean no, also beside a busy build.
     let mut lss = LssManager::new().with_timeouts(SECOND, Duration::from_millis(100));
     begin(&mut lss)?;
-    loop {
-        while let Some(frame) = lss.poll_transmit(link.now()) {
-            link.send(&frame)?;
-        }
-        let until = lss.poll_timeout().ok_or("an operation has a deadline")?;
-        let event = match link.receive(until)? {
-            Some(Incoming::Frame(frame)) => lss.handle_frame(link.now(), &frame),
-            Some(Incoming::State(_)) => None,
-            None => lss.handle_timeout(link.now()),
-        };
-        if let Some(event) = event {
-            return Ok(event);
-        }
-    }
+    let event = Pump::new().run(link, &mut lss, Instant::MAX)?;
+    Ok(event.ok_or("an operation has a deadline")?)
 }
 
 /// Reads an entry by block, with the core alone; and whether blocks were used.

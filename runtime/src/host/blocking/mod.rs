@@ -31,10 +31,10 @@ use std::boxed::Box;
 use std::collections::VecDeque;
 use std::vec::Vec;
 
-use self::step::Step;
 use super::access::{AccessError, LONGEST};
 use super::audience::Audience;
 use super::bytes::Bytes;
+use super::pump::{Pump, Turn};
 use super::{Link, LinkError};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
@@ -49,6 +49,7 @@ pub struct Network<L> {
     link: L,
     manager: Box<Manager<127>>,
     audience: Audience,
+    pump: Pump,
     events: VecDeque<Event>,
     missed: u64,
 }
@@ -57,7 +58,14 @@ impl<L: Link> Network<L> {
     /// A network over `link`. Nothing is sent.
     #[must_use]
     pub fn new(link: L) -> Self {
-        Network { link, manager: Box::default(), audience: Audience::default(), events: VecDeque::new(), missed: 0 }
+        Network {
+            link,
+            manager: Box::default(),
+            audience: Audience::default(),
+            pump: Pump::new(),
+            events: VecDeque::new(),
+            missed: 0,
+        }
     }
 
     /// The manager, to be told what it is to look after, and asked what it knows.
@@ -109,7 +117,7 @@ impl<L: Link> Network<L> {
     pub fn command(&mut self, command: NmtCommand, node: Option<NodeId>) -> Result<(), LinkError> {
         self.transmit(&mut Scalar::default())?;
         self.manager.command(command, node).expect("the frame before has just left");
-        self.transmit(&mut Scalar::default()).map(drop)
+        self.transmit(&mut Scalar::default())
     }
 
     /// Sends a PDO that a device receives under `id`.
@@ -120,7 +128,7 @@ impl<L: Link> Network<L> {
     pub fn send_pdo<P: Pdo>(&mut self, id: CobId, pdo: P) -> Result<(), LinkError> {
         self.transmit(&mut Scalar::default())?;
         self.manager.send_pdo(id, pdo).expect("the frame before has just left");
-        self.transmit(&mut Scalar::default()).map(drop)
+        self.transmit(&mut Scalar::default())
     }
 
     /// Sends a frame as it is.
@@ -196,8 +204,10 @@ impl<L: Link> Network<L> {
             if let Some(event) = self.events.pop_front() {
                 return Ok(Some(event));
             }
-            if self.step(until, &mut Scalar::default())? == Step::Over {
-                return Ok(None);
+            match self.turn(until, &mut Scalar::default())? {
+                Turn::Event(event) => self.keep(event),
+                Turn::Over => return Ok(None),
+                Turn::Bus(_) | Turn::Idle => {}
             }
         }
     }

@@ -2,38 +2,24 @@
 
 use super::Network;
 use crate::abort::AbortCode;
-use crate::host::link::MOST_SENT;
-use crate::host::{AccessError, Incoming, Link, LinkError};
+use crate::host::pump::{Lent, Turn};
+use crate::host::{AccessError, Link, LinkError};
 use crate::id::NodeId;
 use crate::manager::{BeginError, Event, Manager, Payloads};
 use crate::service::sdo_client::{self, Payload};
-use crate::time::{Duration, Instant};
+use crate::time::Instant;
 
-/// How long frames that have come already are taken before a deadline that has passed.
-const GRACE: Duration = Duration::from_millis(20);
-
-/// How many events are kept until somebody asks for them.
+/// How many events are kept until the application asks for them.
 const KEPT: usize = 1024;
 
-/// What came of a step.
-#[derive(PartialEq, Eq)]
-pub(super) enum Step {
-    /// Something happened that ends no transfer.
-    On,
-    /// The transfer with a node ended.
-    Sdo(NodeId, sdo_client::Event),
-    /// The time is over.
-    Over,
-}
-
 /// The payload of the transfer with one node. Others, which the application has begun by itself, have none.
-struct Lent<'a, P> {
+struct OfNode<'a, P> {
     node: NodeId,
     payload: &'a mut P,
     nothing: [u8; 0],
 }
 
-impl<P: Payload> Payloads for Lent<'_, P> {
+impl<P: Payload> Payloads for OfNode<'_, P> {
     fn of_node(&mut self, node: NodeId) -> &mut dyn Payload {
         if node == self.node { self.payload } else { &mut self.nothing }
     }
@@ -55,7 +41,7 @@ impl<L: Link> Network<L> {
             now = self.now();
         }
         begin(&mut self.manager, now).expect("no other transfer with the node is under way");
-        match self.finish(node, &mut Lent { node, payload, nothing: [] }) {
+        match self.finish(node, &mut OfNode { node, payload, nothing: [] }) {
             Ok(sdo_client::Event::Done { len, .. }) => Ok(len),
             Ok(sdo_client::Event::Failed(error)) => Err(AccessError::Sdo { node, error }),
             Err(error) => {
@@ -69,63 +55,37 @@ impl<L: Link> Network<L> {
     fn finish(&mut self, node: NodeId, payload: &mut dyn Payloads) -> Result<sdo_client::Event, LinkError> {
         loop {
             let until = self.manager.poll_timeout().expect("a transfer has a deadline");
-            match self.step(until, payload)? {
-                Step::Sdo(ended, event) if ended == node => {
-                    // The node may have to be told that the transfer is over. It need not hear it.
+            match self.turn(until, payload)? {
+                Turn::Event(Event::Sdo { node: ended, event }) if ended == node => {
+                    // The frame that ends a transfer at the node, if there is one. The result does not depend on it.
                     let _ = self.transmit(payload);
                     return Ok(event);
                 }
-                _ => {}
+                Turn::Event(event) => self.keep(event),
+                Turn::Bus(_) | Turn::Idle | Turn::Over => {}
             }
         }
     }
 
-    /// Sends what is to be sent, then takes one frame, deadline or change of the bus, not after `until`.
-    pub(super) fn step(&mut self, until: Instant, payload: &mut dyn Payloads) -> Result<Step, LinkError> {
-        let is_done = self.transmit(payload)?;
-        let deadline = self.manager.poll_timeout().filter(|deadline| *deadline <= until);
-        let patience = if is_done { deadline.unwrap_or(until) } else { self.link.now() };
-        let incoming = self.link.receive(patience)?;
-        let now = self.link.now();
-        let event = match incoming {
-            Some(Incoming::Frame(frame)) => self.manager.handle_frame(now, &frame, payload),
-            Some(Incoming::State(_)) => None,
-            None if deadline.is_some_and(|deadline| deadline <= now) => self.manager.handle_timeout(now),
-            None if is_done => return Ok(Step::Over),
-            None => None,
-        };
-        // A flood of frames must not hold up what is overdue; the frames that have come may be the answer.
-        let overdue = self.manager.poll_timeout().is_some_and(|deadline| deadline + GRACE <= now);
-        let event = match event {
-            None if overdue => self.manager.handle_timeout(now),
-            event => event,
-        };
-        if event.is_none() && now >= until + GRACE {
-            return Ok(Step::Over);
-        }
-        Ok(match event {
-            Some(Event::Sdo { node, event }) => Step::Sdo(node, event),
-            Some(event) => {
-                self.keep(event);
-                Step::On
-            }
-            None => Step::On,
-        })
-    }
-
-    /// Sends what is to be sent; `false` when that may not be all.
-    pub(super) fn transmit(&mut self, payload: &mut dyn Payloads) -> Result<bool, LinkError> {
+    /// One turn of the pump.
+    pub(super) fn turn(&mut self, until: Instant, payload: &mut dyn Payloads) -> Result<Turn<Event>, LinkError> {
         // Before a request is sent whose answer must be heard.
         self.audience.follow(&self.manager, &mut self.link)?;
-        let now = self.link.now();
-        for _ in 0..MOST_SENT {
-            let Some(frame) = self.manager.poll_transmit(now, payload) else { return Ok(true) };
-            self.link.send(&frame)?;
-        }
-        Ok(false)
+        self.pump.turn(&mut self.link, &mut Lent(&mut self.manager, payload), until)
     }
 
-    fn keep(&mut self, event: Event) {
+    /// Sends what is to be sent, or a part of it.
+    pub(super) fn transmit(&mut self, payload: &mut dyn Payloads) -> Result<(), LinkError> {
+        self.audience.follow(&self.manager, &mut self.link)?;
+        self.pump.transmit(&mut self.link, &mut Lent(&mut self.manager, payload)).map(drop)
+    }
+
+    /// Keeps an event for [`Network::next_event`]. The end of a transfer that the application has begun by itself is
+    /// not one.
+    pub(super) fn keep(&mut self, event: Event) {
+        if matches!(event, Event::Sdo { .. }) {
+            return;
+        }
         if self.events.len() == KEPT {
             self.events.pop_front();
             self.missed += 1;

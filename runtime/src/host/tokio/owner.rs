@@ -10,12 +10,12 @@ use super::transfers::Transfers;
 use super::{Command, Event};
 use crate::frame::Frame;
 use crate::host::audience::Audience;
-use crate::host::link::MOST_SENT;
+use crate::host::pump::{Backlog, MOST_SENT};
 use crate::host::{Incoming, Link, LinkError};
 use crate::manager::{self, Manager};
 use crate::time::{Duration, Instant};
 
-/// How many frames are taken before deadlines and commands are looked at again.
+/// How many frames are taken before commands are looked at again, and other tasks have their turn.
 const MOST_TAKEN: usize = 256;
 
 /// Whoever runs the task.
@@ -25,6 +25,7 @@ pub(super) struct Owner<L: Link> {
     manager: Box<Manager<127>>,
     transfers: Transfers,
     outgoing: Outgoing,
+    backlog: Backlog,
     audience: Audience,
     events: broadcast::Sender<Event>,
     inbox: mpsc::Receiver<Command>,
@@ -65,6 +66,7 @@ impl<L: Link> Owner<L> {
             manager: Box::default(),
             transfers: Transfers::default(),
             outgoing: Outgoing::default(),
+            backlog: Backlog::default(),
             audience: Audience::default(),
             events,
             inbox,
@@ -94,7 +96,6 @@ impl<L: Link> Owner<L> {
         // Before a request is sent whose answer must be heard.
         self.audience.follow(&self.manager, &mut self.link)?;
         self.listen()?;
-        self.expire();
         self.readiness.follow(&self.link)?;
         Ok(true)
     }
@@ -138,19 +139,22 @@ impl<L: Link> Owner<L> {
         }
         self.more = true;
         for _ in 0..MOST_TAKEN {
-            match self.link.receive(until)? {
+            let incoming = self.link.receive(until)?;
+            let now = self.link.now();
+            self.backlog.note(now, incoming.is_some());
+            match incoming {
                 Some(Incoming::Frame(frame)) => {
-                    let now = self.link.now();
                     let event = self.manager.handle_frame(now, &frame, &mut self.transfers);
                     self.tell(now, event);
                     self.transmit(now);
                 }
                 // Nobody may be listening.
                 Some(Incoming::State(state)) => drop(self.events.send(Event::Bus(state))),
-                None => {
-                    self.more = false;
-                    return Ok(());
-                }
+                None => self.more = false,
+            }
+            self.expire();
+            if !self.more {
+                break;
             }
         }
         Ok(())
@@ -162,8 +166,7 @@ impl<L: Link> Owner<L> {
 
     /// Does what is due.
     fn expire(&mut self) {
-        let now = self.link.now();
-        while self.manager.poll_timeout().is_some_and(|deadline| deadline <= now) {
+        while let Some(now) = self.backlog.due(|| self.manager.poll_timeout()) {
             let event = self.manager.handle_timeout(now);
             self.tell(now, event);
         }

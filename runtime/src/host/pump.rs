@@ -1,0 +1,399 @@
+//! The loop between a link and what runs on it: send, wait, take a frame, look at the deadline.
+
+use super::{BusState, Incoming, Link, LinkError, Node};
+use crate::manager::{Event, Manager, Payloads};
+use crate::service::lss_manager::{self, LssManager};
+use crate::{Frame, Instant};
+
+/// How many frames a shell sends before it looks what has come and what is due: at 500 kbit/s they last a
+/// millisecond. A block transfer sends up to 127 in a row.
+pub(super) const MOST_SENT: usize = 4;
+
+/// How many frames in a row are taken before what is overdue: about what the receive buffer of a socket holds.
+const MOST_WAITING: u32 = 4096;
+
+/// The four verbs of a composite, with all that it is lent. A [`Node`] is a state machine without events.
+pub trait StateMachine {
+    /// What a frame or a deadline brings.
+    type Event;
+
+    /// Takes a frame that another node sent.
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Self::Event>;
+    /// Does what is due: [`StateMachine::poll_timeout`] has come. The next one must be later, or `None`, after a
+    /// finite number of calls.
+    fn handle_timeout(&mut self, now: Instant) -> Option<Self::Event>;
+    /// The next frame to send.
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
+    /// When to call [`StateMachine::handle_timeout`].
+    fn poll_timeout(&self) -> Option<Instant>;
+}
+
+impl<N: Node + ?Sized> StateMachine for N {
+    type Event = core::convert::Infallible;
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Self::Event> {
+        Node::handle_frame(self, now, frame);
+        None
+    }
+    fn handle_timeout(&mut self, now: Instant) -> Option<Self::Event> {
+        Node::handle_timeout(self, now);
+        None
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        Node::poll_transmit(self, now)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        Node::poll_timeout(self)
+    }
+}
+
+impl StateMachine for LssManager {
+    type Event = lss_manager::Event;
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Self::Event> {
+        self.handle_frame(now, frame)
+    }
+    fn handle_timeout(&mut self, now: Instant) -> Option<Self::Event> {
+        self.handle_timeout(now)
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.poll_transmit(now)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.poll_timeout()
+    }
+}
+
+/// A manager, and the bytes of its transfers.
+pub(super) struct Lent<'a, const NODES: usize>(pub(super) &'a mut Manager<NODES>, pub(super) &'a mut dyn Payloads);
+
+impl<const NODES: usize> StateMachine for Lent<'_, NODES> {
+    type Event = Event;
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Event> {
+        self.0.handle_frame(now, frame, self.1)
+    }
+    fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+        self.0.handle_timeout(now)
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.0.poll_transmit(now, self.1)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.0.poll_timeout()
+    }
+}
+
+/// A state machine that only listens: each frame is an event.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Listener;
+
+impl StateMachine for Listener {
+    type Event = Frame;
+
+    fn handle_frame(&mut self, _: Instant, frame: &Frame) -> Option<Frame> {
+        Some(*frame)
+    }
+    fn handle_timeout(&mut self, _: Instant) -> Option<Frame> {
+        None
+    }
+    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+        None
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        None
+    }
+}
+
+/// What a turn of the [`Pump`] brought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn<E> {
+    /// The state machine reports something.
+    Event(E),
+    /// The bus is in another state.
+    Bus(BusState),
+    /// Nothing to report. The state machine may have taken a frame or a deadline.
+    Idle,
+    /// The wait is over.
+    Over,
+}
+
+/// Runs a [`StateMachine`] over a [`Link`].
+///
+/// **Floods.** Frames that have come by the time of a deadline are handled before it, since one of them may be the
+/// answer that it waits for: the process may have been stopped for a while. A link that has a frame at every look
+/// holds up deadlines and the end of a wait for 4,096 frames, and from then on, until it is found empty, not at all.
+/// At most four frames are sent between two looks.
+#[derive(Clone, Debug, Default)]
+pub struct Pump {
+    backlog: Backlog,
+    /// The link has been looked at since the end of the last wait.
+    has_looked: bool,
+    /// How many frames in a row the link has refused.
+    refused: u32,
+    /// The last frame was refused: what has come is taken before the next one is tried.
+    is_held: bool,
+}
+
+impl Pump {
+    /// A pump that has not run yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Pump::default()
+    }
+
+    /// Sends what is to be sent; then does what is due, or waits for a frame no longer than `until`. Each wait looks
+    /// at the link at least once, so that a caller who is late is not deaf.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`] when the link is gone, or has refused a frame. In the latter case the frame is lost, and the
+    /// next turn goes on.
+    pub fn turn<L: Link + ?Sized, M: StateMachine + ?Sized>(
+        &mut self,
+        link: &mut L,
+        machine: &mut M,
+        until: Instant,
+    ) -> Result<Turn<M::Event>, LinkError> {
+        let may_wait = !core::mem::take(&mut self.is_held) && self.transmit(link, machine)?;
+        let deadline = machine.poll_timeout();
+        if let Some(now) = self.backlog.due(|| deadline) {
+            return Ok(machine.handle_timeout(now).map_or(Turn::Idle, Turn::Event));
+        }
+        if self.has_looked && self.backlog.due(|| Some(until)).is_some() {
+            self.has_looked = false;
+            return Ok(Turn::Over);
+        }
+        let patience = if may_wait { deadline.map_or(until, |deadline| deadline.min(until)) } else { link.now() };
+        let incoming = self.look(link, patience)?;
+        self.has_looked = true;
+        Ok(match incoming {
+            Some(Incoming::Frame(frame)) => {
+                machine.handle_frame(self.backlog.looked, &frame).map_or(Turn::Idle, Turn::Event)
+            }
+            Some(Incoming::State(state)) => Turn::Bus(state),
+            None => Turn::Idle,
+        })
+    }
+
+    /// Runs until there is an event; `None` at `until`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Pump::turn`].
+    pub fn run<L: Link + ?Sized, M: StateMachine + ?Sized>(
+        &mut self,
+        link: &mut L,
+        machine: &mut M,
+        until: Instant,
+    ) -> Result<Option<M::Event>, LinkError> {
+        loop {
+            match self.turn(link, machine, until)? {
+                Turn::Event(event) => return Ok(Some(event)),
+                Turn::Over => return Ok(None),
+                Turn::Bus(_) | Turn::Idle => {}
+            }
+        }
+    }
+
+    /// Waits for a frame, no longer than `until`, even if the link always has one.
+    ///
+    /// # Errors
+    ///
+    /// As [`Pump::turn`].
+    pub fn receive_frame<L: Link + ?Sized>(
+        &mut self,
+        link: &mut L,
+        until: Instant,
+    ) -> Result<Option<Frame>, LinkError> {
+        self.run(link, &mut Listener, until)
+    }
+
+    /// Takes the frames that have come by now, at most 4,096, and sends nothing. Events are dropped.
+    ///
+    /// For those who must know how things are before they send: a frame that they leave out would be answered by
+    /// what is out of date.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`] when the link is gone.
+    pub fn catch_up<L: Link + ?Sized, M: StateMachine + ?Sized>(
+        &mut self,
+        link: &mut L,
+        machine: &mut M,
+    ) -> Result<(), LinkError> {
+        let now = link.now();
+        for _ in 0..MOST_WAITING {
+            match self.look(link, now)? {
+                Some(Incoming::Frame(frame)) => drop(machine.handle_frame(self.backlog.looked, &frame)),
+                Some(Incoming::State(_)) => {}
+                None => break,
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends what is to be sent, at most four frames; whether that was all.
+    ///
+    /// # Errors
+    ///
+    /// As [`Pump::turn`].
+    pub fn transmit<L: Link + ?Sized, M: StateMachine + ?Sized>(
+        &mut self,
+        link: &mut L,
+        machine: &mut M,
+    ) -> Result<bool, LinkError> {
+        let now = link.now();
+        for _ in 0..MOST_SENT {
+            let Some(frame) = machine.poll_transmit(now) else { return Ok(true) };
+            if let Err(error) = link.send(&frame) {
+                self.refused += 1;
+                self.is_held = true;
+                return Err(error);
+            }
+            self.refused = 0;
+        }
+        Ok(false)
+    }
+
+    /// How many frames in a row the link has refused.
+    #[must_use]
+    pub const fn refused(&self) -> u32 {
+        self.refused
+    }
+
+    fn look<L: Link + ?Sized>(&mut self, link: &mut L, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        let incoming = link.receive(until)?;
+        self.backlog.note(link.now(), incoming.is_some());
+        Ok(incoming)
+    }
+}
+
+/// The flood rule, for every shell: what comes first, the frames that wait in the link or what is overdue.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Backlog {
+    /// When the link was last looked at.
+    looked: Instant,
+    /// How many looks in a row brought a frame.
+    taken: u32,
+}
+
+impl Backlog {
+    /// Notes a look at the link, and whether it brought anything.
+    pub(super) const fn note(&mut self, now: Instant, found: bool) {
+        self.looked = now;
+        self.taken = if found { self.taken.saturating_add(1) } else { 0 };
+    }
+
+    /// The time, if `deadline` has come and what was in the link before has been heard, as far as it ever will be.
+    pub(super) fn due(&self, deadline: impl FnOnce() -> Option<Instant>) -> Option<Instant> {
+        let is_heard = self.taken == 0 || self.taken >= MOST_WAITING;
+        (is_heard && deadline()? <= self.looked).then_some(self.looked)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CobId, Duration};
+    use std::vec::Vec;
+
+    /// A link that has a frame at every look, as long as there are any. A look takes a microsecond.
+    struct Flood {
+        now: Instant,
+        left: u32,
+        sent: Vec<Frame>,
+    }
+
+    impl Flood {
+        fn of(left: u32) -> Self {
+            Flood { now: Instant::ZERO, left, sent: Vec::new() }
+        }
+    }
+
+    impl Link for Flood {
+        fn now(&self) -> Instant {
+            self.now
+        }
+        fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+            self.sent.push(*frame);
+            Ok(())
+        }
+        fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+            if let Some(left) = self.left.checked_sub(1) {
+                self.left = left;
+                self.now += Duration::from_micros(1);
+                return Ok(Some(Incoming::Frame(Frame::from_array(CobId::SYNC, [1]))));
+            }
+            self.now = self.now.max(until);
+            Ok(None)
+        }
+    }
+
+    /// Waits for an answer until its deadline. It counts what it hears before, and always has something to send.
+    struct Waiting {
+        deadline: Option<Instant>,
+        heard: u32,
+    }
+
+    impl StateMachine for Waiting {
+        type Event = u32;
+
+        fn handle_frame(&mut self, _: Instant, _: &Frame) -> Option<u32> {
+            self.heard += 1;
+            None
+        }
+        fn handle_timeout(&mut self, _: Instant) -> Option<u32> {
+            self.deadline = None;
+            Some(self.heard)
+        }
+        fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+            Some(Frame::from_array(CobId::NMT, [1, 0]))
+        }
+        fn poll_timeout(&self) -> Option<Instant> {
+            self.deadline
+        }
+    }
+
+    fn at(us: u64) -> Instant {
+        Instant::from_micros(us)
+    }
+
+    #[test]
+    fn what_came_before_a_deadline_is_heard_before_it() {
+        let mut link = Flood::of(1000);
+        let mut machine = Waiting { deadline: Some(at(10)), heard: 0 };
+        assert_eq!(Pump::new().run(&mut link, &mut machine, at(5000)).unwrap(), Some(1000));
+    }
+
+    #[test]
+    fn an_endless_flood_holds_up_a_deadline_for_a_while_and_then_none() {
+        let (mut link, mut pump) = (Flood::of(u32::MAX), Pump::new());
+        let mut machine = Waiting { deadline: Some(at(10)), heard: 0 };
+        assert_eq!(pump.run(&mut link, &mut machine, at(1_000_000)).unwrap(), Some(MOST_WAITING));
+        machine.deadline = Some(at(5000));
+        assert_eq!(pump.run(&mut link, &mut machine, at(1_000_000)).unwrap(), Some(5000));
+        assert_eq!(link.sent.len(), 4 * 5002, "four frames at each turn");
+    }
+
+    #[test]
+    fn a_wait_ends_though_every_frame_is_an_event() {
+        let (mut link, mut pump) = (Flood::of(u32::MAX), Pump::new());
+        let mut heard = 0;
+        while pump.receive_frame(&mut link, at(10)).unwrap().is_some() {
+            heard += 1;
+        }
+        assert_eq!(heard, MOST_WAITING);
+        // Each wait hears something, however late it is.
+        assert!(pump.receive_frame(&mut link, at(10)).unwrap().is_some());
+        assert!(pump.receive_frame(&mut link, at(10)).unwrap().is_none());
+    }
+
+    #[test]
+    fn catching_up_sends_nothing_and_ends() {
+        let mut link = Flood::of(u32::MAX);
+        let mut machine = Waiting { deadline: None, heard: 0 };
+        Pump::new().catch_up(&mut link, &mut machine).unwrap();
+        assert_eq!((machine.heard, link.sent.len()), (MOST_WAITING, 0));
+    }
+}
