@@ -2,6 +2,7 @@
 //!
 //! A task that fails says what to do about it, and the process exits with 1.
 
+mod api;
 mod bench;
 mod checkout;
 mod ci;
@@ -38,6 +39,12 @@ enum Task {
     },
     /// Check the habits that no compiler checks: arrows between crates, names, sizes of files
     Tidy,
+    /// Write the public API of every library anew: review the difference before you commit it
+    Api {
+        /// Only check that the files are right
+        #[arg(long)]
+        check: bool,
+    },
     /// Measure, side by side with our peers
     Bench(bench::Bench),
     /// Write the expected files of all golden tests anew; review the difference before you commit it
@@ -75,6 +82,7 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().task {
         Task::Ci { job } => ci::run(&root, job),
         Task::Tidy => tidy::run(&root),
+        Task::Api { check } => api::run(&root, check),
         Task::Bench(bench) => bench::run(&root, &bench),
         Task::Bless => ci::bless(&root),
         Task::Corpus { folder } => corpus::run(&root, &folder),
