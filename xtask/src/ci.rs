@@ -36,6 +36,8 @@ pub(crate) enum Job {
     Corpus,
     /// what generated code costs, but for times
     Size,
+    /// every fuzz target for a few seconds
+    Fuzz,
     /// the tests that want a kernel with CAN, in one
     Vcan,
     /// lexican against python-canopen, both ways: what the tables say
@@ -123,6 +125,7 @@ impl Job {
             Job::Verify => crate::verify::run(root, true),
             Job::Corpus => crate::corpus::run(root, &root.join("eds/tests/golden")),
             Job::Size => crate::size::run(root, true),
+            Job::Fuzz => crate::fuzz::run(root, None, 5),
             Job::Interop => crate::interop::run(root, true),
             Job::Vcan => {
                 // With the features that the workspace's tests have been built with.

@@ -9,6 +9,7 @@ mod ci;
 mod command;
 mod corpus;
 mod disk;
+mod fuzz;
 mod interop;
 mod outside;
 mod package;
@@ -60,6 +61,8 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
+    /// Feed inputs that libFuzzer makes up to whatever reads some, and look for broken promises
+    Fuzz(fuzz::Arguments),
     /// Run lexican against python-canopen, both ways, over slcan and vcan, and write the tables of results
     Interop {
         /// Only check that the tables are right, but for what is measured
@@ -87,6 +90,7 @@ fn main() -> ExitCode {
         Task::Bless => ci::bless(&root),
         Task::Corpus { folder } => corpus::run(&root, &folder),
         Task::Size { check } => size::run(&root, check),
+        Task::Fuzz(arguments) => arguments.run(&root),
         Task::Interop { check } => interop::run(&root, check),
         Task::Verify { check } => verify::run(&root, check),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),

@@ -137,7 +137,7 @@ fn contains_word(text: &str, word: &str) -> bool {
 
 fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
     let mut sources = Vec::new();
-    for room in ["eds", "codegen", "runtime", "drives", "cli", "tests", "xtask"] {
+    for room in ["eds", "codegen", "runtime", "drives", "cli", "tests", "xtask", "fuzz"] {
         collect(root, &root.join(room), &mut sources)?;
     }
     Ok(sources)

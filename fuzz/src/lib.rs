@@ -1,0 +1,13 @@
+//! What is fuzzed: plain functions of bytes that panic when a promise is broken. libFuzzer calls them from
+//! `fuzz/targets`, and the tests of the workspace with what lies in `fuzz/corpus`.
+
+#[path = "../../runtime/tests/common/mod.rs"]
+mod common;
+#[path = "../../runtime/tests/sdo_support/mod.rs"]
+mod sdo_support;
+
+mod bus;
+mod text;
+
+pub use bus::{device, manager, sdo};
+pub use text::{bus_url, codegen, eds, log, parameters, script, slcan};

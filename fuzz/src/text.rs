@@ -1,0 +1,108 @@
+//! No file and no text makes a reader panic, and what it has read it writes so that it reads the same.
+
+use std::fmt::{Debug, Display};
+use std::str::FromStr;
+
+use lexican_codegen::{Options, compile};
+use lexican_eds::{Input, Source, diff, dump, fmt, load, write};
+use lexican_runtime::host::BusUrl;
+use lexican_runtime::host::candump::Line;
+use lexican_runtime::host::slcan::{Decoder, Message, line};
+use siko_ag03_1::od;
+use siko_ag03_1::sim::NonVolatile;
+use siko_ag03_1::sim::script::Script;
+
+/// Between a data sheet and its overlay.
+const OVERLAY: &[u8] = b"\n=== overlay ===\n";
+
+/// A data sheet, and what follows [`OVERLAY`].
+fn input(data: &[u8]) -> Input {
+    let split = data.windows(OVERLAY.len()).position(|window| window == OVERLAY);
+    let Some(at) = split else { return Input::new(Source::from_bytes("x.eds", data)) };
+    let overlay = String::from_utf8_lossy(&data[at + OVERLAY.len()..]);
+    Input::new(Source::from_bytes("x.eds", &data[..at])).overlay(Source::new("x.toml", overlay))
+}
+
+/// Everything that is done with a data sheet.
+pub fn eds(data: &[u8]) {
+    let input = input(data);
+    let (device, diagnostics) = load(&input);
+    let _ = (diagnostics.render(&input), diagnostics.to_json(&input), diagnostics.to_sarif(&input));
+    let _ = (dump::csv(&device), dump::md(&device), dump::json(&device), write::dcf(&device));
+    assert!(diff::diff(&device, &load(&input).0).is_empty(), "two readings differ");
+    let _ = fmt::normalise(&input.eds);
+    for label in diagnostics.iter().flat_map(|finding| &finding.labels) {
+        let source = input.source(label.span.source).expect("a label is in one of the texts");
+        let range = label.span.start as usize..label.span.end as usize;
+        assert!(source.text().get(range).is_some(), "a label lies within its text");
+    }
+}
+
+/// What is generated is Rust, and is the same again.
+pub fn codegen(data: &[u8]) {
+    let (device, _) = load(&input(data));
+    let whole = Options { storage: true, names: true, ..Options::default() };
+    for options in [Options::default(), whole] {
+        let code = compile(&device, &options).code;
+        if let Err(error) = syn::parse_file(&code) {
+            panic!("{error} at {:?}\n{code}", error.span());
+        }
+        assert!(compile(&device, &options).code == code, "two runs differ");
+    }
+}
+
+/// What a text reads as prints as a text that reads as the same.
+#[track_caller]
+fn round_trip<T: FromStr + Display + PartialEq + Debug>(text: &str) {
+    let Ok(read) = text.parse::<T>() else { return };
+    let printed = read.to_string();
+    assert_eq!(printed.parse().ok().as_ref(), Some(&read), "{text:?} prints as {printed:?}");
+}
+
+/// Lines of `candump -L`.
+pub fn log(data: &[u8]) {
+    String::from_utf8_lossy(data).lines().for_each(round_trip::<Line>);
+}
+
+/// Names of buses.
+pub fn bus_url(data: &[u8]) {
+    String::from_utf8_lossy(data).lines().for_each(round_trip::<BusUrl>);
+}
+
+/// What comes over a serial line.
+pub fn slcan(data: &[u8]) {
+    let mut decoder = Decoder::default();
+    for message in data.iter().filter_map(|byte| decoder.take(*byte)) {
+        if let Message::Frame(frame) = message {
+            let mut again = Decoder::default();
+            let read: Vec<Message> = (line(&frame) + "\r").bytes().filter_map(|byte| again.take(byte)).collect();
+            assert_eq!(read, [Message::Frame(frame)]);
+        }
+    }
+}
+
+/// Scripts of the simulated drive.
+pub fn script(data: &[u8]) {
+    if let Err(error) = Script::from_toml(&String::from_utf8_lossy(data)) {
+        assert!(!error.to_string().is_empty());
+    }
+}
+
+/// What a drive keeps without power, as a file: any text, and the text of any values.
+pub fn parameters(data: &[u8]) {
+    round_trip::<NonVolatile>(&String::from_utf8_lossy(data));
+    let mut kept = NonVolatile::default();
+    for value in data.chunks(9) {
+        let (at, bytes) = value.split_at(1);
+        let mut raw = [0; 8];
+        raw[..bytes.len()].copy_from_slice(bytes);
+        let address = od::PERSISTENT[usize::from(at[0]) % od::PERSISTENT.len()];
+        kept.eeprom.insert(address, u64::from_le_bytes(raw));
+        kept.position = i32::from_le_bytes([raw[0], raw[1], raw[2], raw[3]]);
+    }
+    let text = kept.to_string();
+    assert_eq!(text.parse::<NonVolatile>().ok(), Some(kept));
+    // No part of it is taken for the whole.
+    let cut = data.len() % text.trim_end().len();
+    assert!(text[..cut].parse::<NonVolatile>().is_err());
+}
