@@ -188,6 +188,8 @@ mod tests {
             ("505#0F00B8FFFFFF", "RPDO4 5: Controlword = enable operation, Target Velocity = -72 rev/min"),
             ("385#R6", "TPDO3 5: asked for"),
             ("405#1F00", "!RPDO3 5: 2 bytes instead of 6"),
+            ("205#0601000000000000", "RPDO1 5: Controlword = shutdown + stop, 8 bytes instead of 2"),
+            ("185#370200", "!TPDO1 5: Statusword = OPERATION ENABLED + voltage enabled + remote, 3 bytes instead of 2"),
             ("186#3702", "TPDO1 6: "),
             ("501#00", "RPDO4 1: "),
         ]);

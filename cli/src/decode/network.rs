@@ -1,7 +1,7 @@
 //! What concerns the network: NMT, SYNC, TIME, EMCY and error control.
 
 use lexican_eds::model::Value;
-use lexican_runtime::wire::emcy::{CodeOrder, Emergency};
+use lexican_runtime::wire::emcy::{CodeOrder, Emergency, ErrorCode};
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::{NmtMessage, NmtState};
 use lexican_runtime::wire::sync::Sync;
@@ -69,16 +69,14 @@ pub(super) fn emergency(node: NodeId, known: Option<&Known<'_>>, frame: &Frame) 
     let code = emergency.code.0;
     // The error history has the same codes as the messages, by the names of the device.
     let named = known.and_then(|known| known.name_of(known.device.entry(0x1003, 1)?, code.into()));
-    let meaning = named.or(emergency.code.text());
+    let group = || emergency.code.group().and_then(ErrorCode::text);
+    let meaning = named.or(emergency.code.text()).or_else(group);
     let register = known.and_then(|known| {
         let entry = known.device.entry(0x1001, 0)?;
         Some(known.describe(entry, &Value::Integer(emergency.register.0.into())))
     });
     let register = register.unwrap_or_else(|| format!("{:02X}h", emergency.register.0));
-    decoded.text = format!("{code:04X}h");
-    if let Some(meaning) = meaning {
-        decoded.text += &format!(": {meaning}");
-    }
+    decoded.text = named.map_or_else(|| emergency.code.to_string(), |name| format!("{code:04X}h: {name}"));
     decoded.text += &format!(", error register = {register}");
     if emergency.vendor != [0; 5] {
         decoded.text += &format!(", {}", hex(&emergency.vendor));

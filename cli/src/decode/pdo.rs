@@ -26,13 +26,21 @@ pub(super) fn configured(nodes: &mut BTreeMap<NodeId, Known<'_>>, frame: &Frame)
         return Some(decoded);
     }
     let bits: u32 = mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
-    if bits.div_ceil(8) != u32::from(frame.dlc()) {
-        decoded.text = format!("{} bytes instead of {}", frame.dlc(), bits.div_ceil(8));
+    let (expected, len) = (bits.div_ceil(8), u32::from(frame.dlc()));
+    if len < expected {
+        decoded.text = format!("{len} bytes instead of {expected}");
         decoded.alarming = true;
         return Some(decoded);
     }
     let fields = content(known, &mapping, frame.data());
-    decoded.text = fields.iter().map(|field| text(known, field)).collect::<Vec<_>>().join(", ");
+    let mut parts: Vec<_> = fields.iter().map(|field| text(known, field)).collect();
+    if len > expected {
+        // A device takes the bytes that are mapped, and may complain of the others (CiA 301, 7.2.2.4, EMCY 8220h); what
+        // it sends itself is as long as its mapping.
+        parts.push(format!("{len} bytes instead of {expected}"));
+        decoded.alarming = !received;
+    }
+    decoded.text = parts.join(", ");
     decoded.detail = Detail::Pdo(Pdo { number, received, fields });
     Some(decoded)
 }

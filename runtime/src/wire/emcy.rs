@@ -61,11 +61,33 @@ error_codes! {
     DEVICE_SPECIFIC = 0xFF00: "device specific";
 }
 
+impl ErrorCode {
+    /// The group that the code is of, which CiA 301 has for every code but some of profiles: 3120h is of 3100h, mains
+    /// voltage, and 5530h of 5000h, device hardware.
+    #[must_use]
+    pub const fn group(self) -> Option<ErrorCode> {
+        let group = ErrorCode(self.0 & 0xFF00);
+        if group.text().is_some() {
+            return Some(group);
+        }
+        let group = ErrorCode(self.0 & 0xF000);
+        // 0000h is no error, and F000h has its own functions in F0xxh alone.
+        if group.0 != 0 && group.0 != 0xF000 && group.text().is_some() { Some(group) } else { None }
+    }
+}
+
+/// `8210h: PDO not processed due to length error`; of a code that only its group explains `3120h: mains voltage (31xxh)`.
 impl fmt::Display for ErrorCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.text() {
-            Some(text) => write!(f, "{:04X}h: {text}", self.0),
-            None => write!(f, "{:04X}h", self.0),
+        write!(f, "{:04X}h", self.0)?;
+        let group = self.group();
+        match (self.text(), group, group.and_then(ErrorCode::text)) {
+            (Some(text), ..) => write!(f, ": {text}"),
+            (None, Some(ErrorCode(code)), Some(text)) if code & 0x0F00 == 0 && self.0 & 0x0F00 != 0 => {
+                write!(f, ": {text} ({:X}xxxh)", code >> 12)
+            }
+            (None, Some(ErrorCode(code)), Some(text)) => write!(f, ": {text} ({:02X}xxh)", code >> 8),
+            _ => Ok(()),
         }
     }
 }
@@ -209,6 +231,24 @@ mod tests {
         for order in [CodeOrder::LowByteFirst, CodeOrder::HighByteFirst] {
             assert_eq!(Emergency::parse(&emergency.emit(order), order), Some(emergency));
         }
+    }
+
+    #[test]
+    fn every_code_of_cia_301_has_words() {
+        let text = |code| std::format!("{}", ErrorCode(code));
+        assert_eq!(text(0x8210), "8210h: PDO not processed due to length error");
+        assert_eq!(text(0x3120), "3120h: mains voltage (31xxh)");
+        assert_eq!(text(0x5530), "5530h: device hardware (5xxxh)");
+        assert_eq!(text(0x8211), "8211h: protocol error (82xxh)");
+        assert_eq!(text(0x9001), "9001h: external error (90xxh)");
+        assert_eq!(text(0xF001), "F001h: additional functions (F0xxh)");
+        assert_eq!(text(0xFF42), "FF42h: device specific (FFxxh)");
+        assert_eq!(text(0x0000), "0000h: error reset or no error");
+        // CiA 301, table 26: 1xxxh to 9xxxh, F0xxh, FFxxh.
+        let named = (0x1000..=0x9FFF).chain(0xF000..=0xF0FF).chain(0xFF00..=0xFFFF);
+        assert!(named.map(ErrorCode).all(|code| code.group().is_some()));
+        assert_eq!(ErrorCode(0xA000).group(), None);
+        assert_eq!(text(0xF100), "F100h");
     }
 
     #[test]
