@@ -1,5 +1,6 @@
 //! Which device a command is about: a data sheet in a file, or one that lexican brings along.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use lexican_eds::model::Device;
@@ -109,8 +110,18 @@ pub(crate) fn with_overlays(input: Input, overlays: &[PathBuf]) -> Result<Input,
 
 /// A text file, whatever its encoding.
 pub(crate) fn read(path: &Path) -> Result<Source, Failure> {
-    let bytes = std::fs::read(path).map_err(|error| Failure::file("read", path, &error))?;
+    // One byte beyond the bound is enough to be refused, which is a finding.
+    let bytes = read_up_to(path, lexican_eds::source::MAX_BYTES + 1)?;
     Ok(Source::from_bytes(path.display().to_string(), &bytes))
+}
+
+/// The first bytes of a file: it may be larger than the memory, or have no end.
+pub(crate) fn read_up_to(path: &Path, bound: usize) -> Result<Vec<u8>, Failure> {
+    let failed = |error| Failure::file("read", path, &error);
+    let file = std::fs::File::open(path).map_err(failed)?;
+    let mut bytes = Vec::new();
+    file.take(bound as u64).read_to_end(&mut bytes).map_err(failed)?;
+    Ok(bytes)
 }
 
 fn read_error(path: &Path) -> std::io::Error {

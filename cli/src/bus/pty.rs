@@ -5,7 +5,7 @@
 //! adapter it carries frames only while its channel is open, so that nobody finds old frames in it.
 
 use std::io::{ErrorKind, Read, Write};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration as StdDuration;
 
 use lexican_runtime::host::slcan::{Decoder, Message, line};
@@ -20,6 +20,8 @@ const LOOK: StdDuration = StdDuration::from_millis(100);
 
 /// How many lines may wait for somebody who does not read them; what comes then is lost to him.
 const WAITING_LINES: usize = 256;
+/// How many lines may wait for us; then whoever sends more has to wait, as for a serial line that is full.
+const HEARD_LINES: usize = 256;
 
 /// The end of a line that says that a command was carried out.
 const DONE: &str = "\r";
@@ -54,7 +56,7 @@ impl Ptys {
     /// A bus with so many pseudo-terminals.
     #[expect(clippy::disallowed_methods, reason = "a link tells the machine's time, and this is one")]
     pub(crate) fn open(count: usize) -> Result<Self, Failure> {
-        let (sender, heard) = channel();
+        let (sender, heard) = sync_channel(HEARD_LINES);
         let terminals = (0..count).map(|number| Terminal::open(number, &sender)).collect::<Result<_, _>>()?;
         Ok(Ptys { terminals, heard, origin: std::time::Instant::now() })
     }
@@ -117,7 +119,7 @@ impl Ptys {
 }
 
 impl Terminal {
-    fn open(number: usize, heard: &Sender<(usize, Heard)>) -> Result<Self, Failure> {
+    fn open(number: usize, heard: &SyncSender<(usize, Heard)>) -> Result<Self, Failure> {
         let failed = |error| Failure::new(format_args!("cannot open a pseudo-terminal: {error}"));
         let (master, slave) = TTYPort::pair().map_err(failed)?;
         let path = slave.name().ok_or_else(|| Failure::new("a pseudo-terminal has no name"))?;
@@ -139,7 +141,7 @@ impl Terminal {
 
 /// Cuts what comes into lines, until nobody wants them any more.
 #[expect(clippy::disallowed_methods, reason = "a terminal that nobody has open can only be looked at again")]
-fn read(mut terminal: TTYPort, number: usize, heard: &Sender<(usize, Heard)>) {
+fn read(mut terminal: TTYPort, number: usize, heard: &SyncSender<(usize, Heard)>) {
     let (mut buffer, mut line, mut gone) = ([0; 256], String::new(), true);
     loop {
         match terminal.read(&mut buffer) {
@@ -202,5 +204,22 @@ impl Link for Ptys {
                 Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Closed),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_sends_more_than_is_taken_has_to_wait() {
+        const LINES: usize = 4096;
+        let ptys = Ptys::open(1).unwrap();
+        let path = &ptys.terminals[0].path;
+        let mut flood = serialport::new(path, 115_200).timeout(StdDuration::from_millis(500)).open_native().unwrap();
+        // Nobody takes any of them.
+        let sent = (0..LINES).take_while(|_| flood.write_all(&b"t123811223344556677\r".repeat(16)).is_ok()).count();
+        assert!(sent < LINES, "all were kept");
+        drop(ptys);
     }
 }

@@ -5,14 +5,14 @@ mod device;
 mod report;
 mod session;
 
-use std::io::BufRead;
 #[cfg(unix)]
 use std::io::IsTerminal;
+use std::io::{BufRead, Read};
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 
 use lexican_runtime::Duration;
 use lexican_runtime::host::{BusUrl, Link, Pace};
@@ -166,13 +166,14 @@ fn open_ptys(_: usize) -> Result<(Box<dyn Link + Send>, Vec<String>), Failure> {
         .help("name a bus, such as --bus slcan:COM3?bitrate=500000; a pair of virtual serial ports will do"))
 }
 
-/// The lines that are typed; none when nobody can type any.
+/// The lines that are typed; none when nobody can type any. Who types faster than they are carried out waits.
 fn lines() -> Receiver<String> {
-    let (sender, receiver) = channel();
+    const WAITING: usize = 64;
+    let (sender, receiver) = sync_channel(WAITING);
     if is_listening() {
         std::thread::spawn(move || {
-            for line in std::io::stdin().lock().lines() {
-                let Ok(line) = line else { return };
+            let mut stdin = std::io::stdin().lock();
+            while let Ok(Some(line)) = read_line(&mut stdin) {
                 if sender.send(line).is_err() {
                     return;
                 }
@@ -180,6 +181,19 @@ fn lines() -> Receiver<String> {
         });
     }
     receiver
+}
+
+/// A line without its end; `None` at the end of the input. Of a line that is too long for any command, the beginning.
+fn read_line(input: &mut impl BufRead) -> std::io::Result<Option<String>> {
+    const LONGEST: u64 = 4096;
+    let mut line = Vec::new();
+    if input.by_ref().take(LONGEST).read_until(b'\n', &mut line)? == 0 {
+        return Ok(None);
+    }
+    if !line.ends_with(b"\n") {
+        input.skip_until(b'\n')?;
+    }
+    Ok(Some(String::from_utf8_lossy(&line).trim_end().to_owned()))
 }
 
 /// Whether stdin may be read: a process in the background that reads from its terminal is stopped.

@@ -16,7 +16,8 @@ pub(crate) const RULE: Rule = Rule {
 pub(crate) fn found(refusal: crate::source::Refusal) -> Diagnostic {
     use crate::source::{MAX_BYTES, MAX_LINES, Refusal};
     let message = match refusal {
-        Refusal::TooLong { bytes } => format!("the file has {bytes} bytes; at most {MAX_BYTES} are read"),
+        // Who reads no further than that does not know how many there are.
+        Refusal::TooLong { .. } => format!("the file has more than {MAX_BYTES} bytes, which is as many as are read"),
         Refusal::TooManyLines { lines } => format!("the file has {lines} lines; at most {MAX_LINES} are read"),
     };
     RULE.finding(message)

@@ -2,7 +2,7 @@
 
 use std::borrow::ToOwned;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::string::String;
 
@@ -10,6 +10,9 @@ use super::candump::{self, NotALogLine};
 use super::clock::{Clock, pause};
 use super::{Incoming, Link, LinkError, Pace};
 use crate::{Frame, Instant};
+
+/// No line of `candump -L` is as long, whatever the name of the interface; a file without any line end is no log.
+const LONGEST_LINE: u64 = 4096;
 
 /// A [`Link`] that hears the frames of a log, written by `candump -L` or by lexican, and takes none.
 ///
@@ -57,11 +60,15 @@ impl Replay {
         let mut text = String::new();
         loop {
             text.clear();
-            let read = self.lines.read_line(&mut text);
-            if read.map_err(|error| ReplayError::Io { path: self.path.clone(), error })? == 0 {
+            let read = self.lines.by_ref().take(LONGEST_LINE).read_line(&mut text);
+            let read = read.map_err(|error| ReplayError::Io { path: self.path.clone(), error })?;
+            if read == 0 {
                 return Ok(None);
             }
             self.line += 1;
+            if read as u64 == LONGEST_LINE && !text.ends_with('\n') {
+                return Err(ReplayError::LongLine { path: self.path.clone(), line: self.line });
+            }
             if text.trim().is_empty() {
                 continue;
             }
@@ -131,6 +138,14 @@ pub enum ReplayError {
         /// What is wrong with it.
         error: NotALogLine,
     },
+    /// A line of it has more bytes than any line of a log.
+    #[error("{}:{line}: the line does not end; write logs with `candump -L`", path.display())]
+    LongLine {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: usize,
+    },
 }
 
 #[cfg(test)]
@@ -160,6 +175,19 @@ mod tests {
         assert!(matches!(heard(9_000_000), (Ok(Some(0x081)), now) if now == at(5_000_300)));
         assert!(matches!(heard(9_000_000), (Ok(Some(0x082)), now) if now == at(5_000_300)));
         assert!(matches!(heard(9_000_000), (Err(LinkError::Ended), _)));
+        fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn a_line_without_end_is_not_read_to_its_end() {
+        let frame = "(5.000100) can0 080#\n";
+        let path = log("long", &std::format!("{frame}{}", " ".repeat(LONGEST_LINE as usize)));
+        let mut link = Replay::open(&path, None, Pace::Virtual).unwrap();
+        assert_eq!(link.receive_frame(at(9_000_000)).unwrap().map(|frame| frame.id().raw()), Some(0x080));
+        let error = link.receive(at(9_000_000)).unwrap_err().to_string();
+        assert!(error.contains(".log:2: the line does not end"), "{error}");
+        fs::write(&path, std::format!("{}{frame}", " ".repeat(LONGEST_LINE as usize - frame.len()))).unwrap();
+        assert!(Replay::open(&path, None, Pace::Virtual).is_ok());
         fs::remove_file(path).unwrap();
     }
 
