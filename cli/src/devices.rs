@@ -4,11 +4,11 @@ use std::io::Write;
 
 use lexican_eds::library;
 
-use crate::output::{Failure, Outcome, styled};
+use crate::output::{self, Failure, Outcome, styled};
 
 /// Prints one line per device.
 pub(crate) fn run() -> Result<Outcome, Failure> {
-    let mut stdout = anstream::stdout().lock();
+    let mut stdout = output::stdout();
     let width = library::all().iter().map(|shipped| shipped.id.len()).max().unwrap_or(0);
     for shipped in library::all() {
         let (device, _) = lexican_eds::load(&shipped.input());

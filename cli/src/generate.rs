@@ -7,7 +7,7 @@ use lexican_codegen::{Options, compile};
 use lexican_eds::Severity;
 
 use crate::device::DeviceArgs;
-use crate::output::{Failure, Outcome, warn, write_whole};
+use crate::output::{self, Failure, Outcome, warn, write_whole};
 
 /// Generate Rust code from a data sheet: what lexican-codegen does in a build script
 ///
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     match &args.output {
         Some(path) => write_whole(path, output.code.as_bytes())?,
         None => {
-            let mut stdout = std::io::stdout().lock();
+            let mut stdout = output::raw_stdout();
             stdout.write_all(output.code.as_bytes())?;
             stdout.flush()?;
         }

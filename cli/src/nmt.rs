@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::bus::failure::link_failure;
 use crate::bus::{BusArgs, let_leave, node_id};
 use crate::duration::milliseconds;
-use crate::output::{Failure, Outcome, fields, tell, warn};
+use crate::output::{self, Failure, Outcome, fields, tell, warn};
 
 /// Send an NMT command to a node, or to all
 ///
@@ -195,7 +195,7 @@ fn print_command(as_json: bool, message: NmtMessage) -> Result<(), Failure> {
 /// What became of the nodes.
 fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Result<Outcome, Failure> {
     let wait_ms = wait.as_micros() / 1000;
-    let mut stdout = anstream::stdout().lock();
+    let mut stdout = output::stdout();
     let nodes: BTreeSet<_> = watch.heard.keys().copied().chain(watch.message.node).collect();
     for &node in &nodes {
         let (state, reached) = (watch.heard.get(&node), watch.has_reached(node));

@@ -83,7 +83,8 @@ impl Display for Failure {
     }
 }
 
-/// An error while writing to stdout. When nobody reads on (`lexican ... | head`), that is no failure.
+/// An error while writing to stdout. A command that would write for ever ends when nobody reads on (`lexican monitor |
+/// head`), which is no failure; all others write to [`stdout`], and end as they would have.
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         let silent = error.kind() == io::ErrorKind::BrokenPipe;
@@ -97,6 +98,11 @@ pub(crate) fn reason(error: &io::Error) -> String {
     let text = text.split(" (os error").next().unwrap_or_default();
     let mut letters = text.chars();
     letters.next().map(|first| first.to_lowercase().chain(letters).collect()).unwrap_or_default()
+}
+
+/// Whether colours are wanted on stdout: not in a pipe, and not where NO_COLOR is set (<https://no-color.org>).
+pub(crate) fn colours() -> bool {
+    anstream::AutoStream::choice(&io::stdout()) != anstream::ColorChoice::Never
 }
 
 /// Something that the user may want to know, on stderr.
@@ -117,9 +123,38 @@ pub(crate) fn progress(template: &str, steps: u64) -> ProgressBar {
     ProgressBar::new(steps).with_style(style)
 }
 
+/// Stdout. When nobody reads on (`lexican ... | head`), what is written is lost, and the command goes on to its end: its
+/// exit code is a result, too.
+pub(crate) fn stdout() -> Stdout {
+    Stdout(anstream::stdout().lock())
+}
+
+/// The same for text that is to stay as it is, escape sequences in it as well.
+pub(crate) fn raw_stdout() -> Stdout {
+    Stdout(anstream::AutoStream::always_ansi(io::stdout().lock()))
+}
+
+pub(crate) struct Stdout(anstream::AutoStream<io::StdoutLock<'static>>);
+
+impl Write for Stdout {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        unless_broken(self.0.write(bytes), bytes.len())
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        unless_broken(self.0.flush(), ())
+    }
+}
+
+fn unless_broken<T>(result: io::Result<T>, otherwise: T) -> io::Result<T> {
+    match result {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(otherwise),
+        result => result,
+    }
+}
+
 /// A result on stdout: an object for programs, a line for people.
 pub(crate) fn tell(as_json: bool, fields: Map<String, Json>, text: impl Display) -> Result<(), Failure> {
-    let mut stdout = anstream::stdout().lock();
+    let mut stdout = stdout();
     if as_json {
         writeln!(stdout, "{}", Json::Object(fields))?;
     } else {

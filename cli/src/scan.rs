@@ -19,7 +19,7 @@ use crate::decode::Decoder;
 use crate::decode::twins::{Evidence, Twins};
 use crate::duration::milliseconds;
 use crate::identity::{recognise, words};
-use crate::output::{Failure, Outcome, progress, styled};
+use crate::output::{self, Failure, Outcome, progress, styled};
 
 /// Find the nodes of a bus
 ///
@@ -110,7 +110,6 @@ impl<L: Link> Scanner<L> {
         for sub in 1..=4 {
             self.progress.set_message("asking for identities");
             let nodes: Vec<_> = self.found.keys().copied().collect();
-            self.progress.set_length(nodes.len() as u64);
             self.ask(nodes.into_iter(), Address::new(IDENTITY, sub))?;
             self.listen(self.wait, true)?;
             self.listen(GRACE, false)?;
@@ -131,8 +130,11 @@ impl<L: Link> Scanner<L> {
     fn ask(&mut self, nodes: impl Iterator<Item = NodeId>, address: Address) -> Result<(), Failure> {
         self.answered.clear();
         let request = ClientRequest::InitiateUpload { address }.to_bytes();
-        for (number, node) in nodes.enumerate() {
-            self.progress.set_position(number as u64);
+        let nodes: Vec<_> = nodes.collect();
+        self.progress.set_position(0);
+        self.progress.set_length(nodes.len() as u64);
+        for node in nodes {
+            self.progress.inc(1);
             self.send(&Frame::from_array(CobId::of_node(0x600, node), request))?;
             self.listen(PAUSE, false)?;
         }
@@ -211,7 +213,7 @@ fn responder(frame: &Frame) -> Option<NodeId> {
 }
 
 fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> {
-    let mut stdout = anstream::stdout().lock();
+    let mut stdout = output::stdout();
     for (node, found) in found {
         if as_json {
             let others: BTreeMap<_, _> =
@@ -310,6 +312,16 @@ mod tests {
         let until = link.now() + Duration::from_secs(1);
         while link.receive(until).unwrap().is_some() {}
         Scanner::new(link, Duration::from_millis(500)).scan().unwrap()
+    }
+
+    #[test]
+    fn the_progress_never_passes_its_end() {
+        let bus = VirtualBus::with_bit_rate(500);
+        bus.attach(VirtualDevice::power_on(bus.now(), NodeId::literal(5), &sheet(42)));
+        let scanner = Scanner::new(bus.link(), Duration::from_millis(500));
+        let progress = scanner.progress.clone();
+        bus.observe(move |_, _| assert!(progress.position() <= progress.length().unwrap(), "{}", progress.position()));
+        assert_eq!(scanner.scan().unwrap().len(), 1);
     }
 
     #[test]

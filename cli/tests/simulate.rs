@@ -394,3 +394,27 @@ fn what_cannot_be_simulated_says_why() {
     let run = lexican_in(&folder, &["simulate", "sensor.eds", "--script", "x.toml"]);
     assert!(run.stderr.contains("only drives that lexican has a simulator of"), "{}", run.stderr);
 }
+
+#[test]
+fn the_hints_of_a_second_simulation_can_be_followed() {
+    let folder = sensor("sim-second");
+    let first = Simulation::begin(&folder, &["sensor.eds", "--node", "5", "--bus", "pty:3"]);
+    let introduced = |args: &[&str]| lexican_in(&folder, &[&["simulate", "--for", "0.1"], args].concat()).stderr;
+    let second = introduced(&["sensor.eds", "--node", "6", "--bus", &first.buses[0]]);
+    // It has the first terminal for itself: its hints name another one.
+    assert!(second.contains("    lexican scan --bus BUS\n"), "{second}");
+    assert!(second.contains("BUS below is another terminal of the simulation"), "{second}");
+    assert!(!second.contains(&format!("--bus {}", first.buses[0])), "{second}");
+    // One that makes its own terminals names those.
+    let own = introduced(&["sensor.eds", "--node", "6"]);
+    assert!(own.contains("    lexican scan --bus slcan:/dev/pts/") && !own.contains("BUS"), "{own}");
+}
+
+#[test]
+fn a_line_without_end_is_no_command() {
+    let mut sensor = Simulation::begin(&sensor("sim-line"), &["sensor.eds", "--node", "5"]);
+    let long = "x".repeat(1 << 20);
+    let refused = sensor.asks(&long, "error");
+    assert!(refused["text"].as_str().unwrap().len() < 5000);
+    assert!(sensor.asks("status", "answer")["text"].as_str().unwrap().contains("node 5"));
+}

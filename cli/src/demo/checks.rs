@@ -9,7 +9,7 @@ use siko_ag03_1::worked_examples::{Action, Until};
 
 use super::bench::{Recording, Truth};
 use super::play::{Played, Step};
-use crate::output::styled;
+use crate::output::{self, styled};
 
 /// One thing that must have happened.
 pub(crate) struct Check {
@@ -109,19 +109,15 @@ fn frames_in_order(played: &Played, recording: &Recording) -> (usize, usize) {
 
 /// The list at the end of the run.
 pub(crate) fn print(checks: &[Check]) -> io::Result<()> {
-    let mut stdout = anstream::stdout().lock();
+    let mut stdout = output::stdout();
     let width = checks.iter().map(|check| check.what.chars().count()).max().unwrap_or(0);
-    let written = (|| {
-        writeln!(stdout, "\n{}\n", styled(Style::new().bold().underline(), "Checks"))?;
-        for Check { what, seen, passed } in checks {
-            let verdict = match passed {
-                true => styled(AnsiColor::Green.on_default().bold(), "    ok"),
-                false => styled(AnsiColor::Red.on_default().bold(), "FAILED"),
-            };
-            writeln!(stdout, "{verdict}  {what:<width$}  {seen}")?;
-        }
-        stdout.flush()
-    })();
-    // The run counts also when nobody reads what it says.
-    written.or_else(|error: io::Error| if error.kind() == io::ErrorKind::BrokenPipe { Ok(()) } else { Err(error) })
+    writeln!(stdout, "\n{}\n", styled(Style::new().bold().underline(), "Checks"))?;
+    for Check { what, seen, passed } in checks {
+        let verdict = match passed {
+            true => styled(AnsiColor::Green.on_default().bold(), "    ok"),
+            false => styled(AnsiColor::Red.on_default().bold(), "FAILED"),
+        };
+        writeln!(stdout, "{verdict}  {what:<width$}  {seen}")?;
+    }
+    stdout.flush()
 }

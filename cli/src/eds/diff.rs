@@ -6,7 +6,7 @@ use anstyle::{AnsiColor, Style};
 use lexican_eds::diff::{ChangeKind, diff, json};
 
 use crate::device::Loaded;
-use crate::output::{Failure, Outcome, styled};
+use crate::output::{self, Failure, Outcome, styled};
 
 /// Compare two data sheets object by object, whatever their order and spelling
 ///
@@ -37,7 +37,7 @@ enum Format {
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let (before, after) = (Loaded::named(&args.before)?, Loaded::named(&args.after)?);
     let changes = diff(&before.device, &after.device);
-    let mut stdout = anstream::stdout().lock();
+    let mut stdout = output::stdout();
     match args.format {
         Format::Json => writeln!(stdout, "{:#}", json(&changes))?,
         Format::Text => {

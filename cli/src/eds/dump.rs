@@ -5,7 +5,7 @@ use std::io::Write;
 use lexican_eds::dump;
 
 use crate::device::DeviceArgs;
-use crate::output::{Failure, Outcome};
+use crate::output::{self, Failure, Outcome};
 
 /// Print the object dictionary of a data sheet
 ///
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         Format::Json => format!("{:#}\n", dump::json(&loaded.device)),
         Format::Md => dump::md(&loaded.device),
     };
-    let mut stdout = std::io::stdout().lock();
+    let mut stdout = output::raw_stdout();
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
     Ok(if loaded.show_errors() { Outcome::Found } else { Outcome::Clean })

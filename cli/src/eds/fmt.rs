@@ -8,7 +8,7 @@ use lexican_eds::source::Encoding;
 use lexican_eds::{Input, Source};
 
 use crate::device::{Loaded, input};
-use crate::output::{Failure, Outcome, write_whole};
+use crate::output::{self, Failure, Outcome, write_whole};
 
 /// Bring data sheets into the spelling and layout of CiA 306; comments stay where they are
 ///
@@ -43,13 +43,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         let formatted = normalise(&eds);
         let changes = formatted != eds.text();
         if args.check && changes {
-            writeln!(anstream::stdout().lock(), "{name}")?;
+            writeln!(output::stdout(), "{name}")?;
             outcome = Outcome::Found;
         } else if args.write && changes {
             write_whole(Path::new(name), &encoded(&eds, &formatted))?;
-            writeln!(anstream::stdout().lock(), "{name}")?;
+            writeln!(output::stdout(), "{name}")?;
         } else if !args.check && !args.write {
-            let mut stdout = std::io::stdout().lock();
+            let mut stdout = output::raw_stdout();
             stdout.write_all(formatted.as_bytes())?;
             stdout.flush()?;
         }

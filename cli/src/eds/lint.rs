@@ -1,6 +1,6 @@
 //! `lexican eds lint`: what is wrong in data sheets.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,7 +10,7 @@ use lexican_eds::diagnostics::sarif;
 use lexican_eds::{Diagnostic, Diagnostics, Input, Severity};
 
 use crate::device::{input, no_object, with_overlays};
-use crate::output::{Failure, Outcome, progress};
+use crate::output::{self, Failure, Outcome, progress};
 
 /// Check data sheets: every finding with its place, the line it is about, and how to mend it
 ///
@@ -73,7 +73,7 @@ struct Checked {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let colours = std::io::stdout().is_terminal();
+    let colours = output::colours();
     let checked = in_parallel(&args.files, |name| check(args, name, colours));
 
     print(args.format, &checked)?;
@@ -156,7 +156,7 @@ fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> 
 }
 
 fn print(format: Format, checked: &[Checked]) -> Result<(), Failure> {
-    let mut stdout = std::io::stdout().lock();
+    let mut stdout = output::raw_stdout();
     let all = || checked.iter().filter_map(|it| it.findings.as_ref());
     match format {
         Format::Text | Format::Short => checked.iter().try_for_each(|it| stdout.write_all(it.text.as_bytes()))?,

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::session::no_fastscan;
 use super::{LinkArgs, identity_json, print, words};
-use crate::output::{Failure, Outcome, note};
+use crate::output::{self, Failure, Outcome, note};
 
 /// Find the devices that have no node-ID, one after the other
 ///
@@ -43,7 +43,7 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
             return Err(no_fastscan());
         }
         if !as_json {
-            writeln!(anstream::stdout().lock(), "{NOBODY}")?;
+            writeln!(output::stdout(), "{NOBODY}")?;
         }
         Ok(Outcome::Found)
     })

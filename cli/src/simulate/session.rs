@@ -4,14 +4,14 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 
-use lexican_runtime::host::{Link, LinkError, Node, Notice, Participant};
+use lexican_runtime::host::{BusUrl, Link, LinkError, Node, Notice, Participant};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 use serde_json::json;
 
 use super::control::{self, Command};
 use super::device::Simulated;
 use super::report::Report;
-use super::{Args, is_listening};
+use super::{Args, Place, is_listening};
 use crate::bus::failure::link_failure;
 use crate::bus::object::resolve;
 use crate::device::Loaded;
@@ -22,6 +22,11 @@ use crate::values::wire::encode;
 
 /// How long nobody looks whether there is a line, or Ctrl-C.
 const LOOK: Duration = Duration::from_millis(50);
+
+/// What others name as their bus when this command has a terminal of another simulation.
+const OTHER_TERMINAL: &str = "another terminal of the simulation that made it (--bus pty:4 makes four)";
+/// The same of an adapter.
+const OTHER_ADAPTER: &str = "another adapter on the same bus";
 
 pub(super) struct Session<'a> {
     participant: Participant<Box<dyn Link + Send>, Watched<'a>>,
@@ -115,7 +120,16 @@ impl<'a> Session<'a> {
         // Where nobody listens on stderr there is nobody to tell.
         let _ = writeln!(stderr, "{who}: {name}, {entries} entries: {}", self.device().abilities());
         let _ = writeln!(stderr, "on {}", urls.join(" and "));
-        if let (Some(first), Some(last)) = (urls.first(), urls.last()) {
+        // A serial port has room for one program, and that is this one.
+        let others = match &args.bus {
+            Place::Url(BusUrl::Slcan { port, .. }) => {
+                let other = if port.starts_with("/dev/pts/") { OTHER_TERMINAL } else { OTHER_ADAPTER };
+                let _ = writeln!(stderr, "{port} serves this command alone; BUS below is {other}");
+                &["BUS".to_owned()]
+            }
+            _ => urls,
+        };
+        if let (Some(first), Some(last)) = (others.first(), others.last()) {
             let device = args.device.name();
             let lines = match node {
                 Some(node) => [

@@ -236,11 +236,22 @@ pub(crate) fn plain(data_type: DataType, value: &Value) -> String {
             }
             _ => number.to_string(),
         },
-        Value::Real(number) => number.to_string(),
+        Value::Real(number) => real(data_type, *number),
         Value::Text(text) => format!("{text:?}"),
         Value::Bytes(bytes) if bytes.len() > 64 => format!("{} bytes", bytes.len()),
         Value::Bytes(bytes) => hex(bytes),
         Value::NodeIdPlus(offset) => format!("$NODEID+{offset:X}h"),
+    }
+}
+
+/// In as few digits as bring the number back; very large and very small ones with an exponent.
+fn real(data_type: DataType, number: f64) -> String {
+    let is_long = number.is_finite() && number != 0.0 && !(1e-5..1e16).contains(&number.abs());
+    match (data_type == DataType::Real32, is_long) {
+        (true, true) => format!("{:e}", number as f32),
+        (true, false) => (number as f32).to_string(),
+        (false, true) => format!("{number:e}"),
+        (false, false) => number.to_string(),
     }
 }
 
@@ -276,6 +287,22 @@ mod tests {
         check(7, 5, 1, false, "35");
         check(1, 1, 3, false, "0.3333");
         check(i128::from(i64::MIN), 1, 10, true, "-922337203685477580.8");
+    }
+
+    #[test]
+    fn reals_are_printed_shortly() {
+        let check = |data_type, number, text: &str| assert_eq!(plain(data_type, &Value::Real(number)), text);
+        check(DataType::Real64, 5e-324, "5e-324");
+        check(DataType::Real64, -1.5e300, "-1.5e300");
+        check(DataType::Real64, 0.1, "0.1");
+        check(DataType::Real64, -0.0, "-0");
+        check(DataType::Real64, f64::NAN, "NaN");
+        check(DataType::Real64, f64::INFINITY, "inf");
+        check(DataType::Real64, 9_007_199_254_740_993.0, "9007199254740992");
+        check(DataType::Real32, f32::from_bits(1).into(), "1e-45");
+        check(DataType::Real32, 0.1_f32.into(), "0.1");
+        check(DataType::Real32, f32::MAX.into(), "3.4028235e38");
+        check(DataType::Real32, 1.5, "1.5");
     }
 
     #[test]
