@@ -90,6 +90,8 @@ impl Ptys {
             Some(b'F') => "F00\r",
             Some(b'V') => "V0101\r",
             Some(b'N') => "N0000\r",
+            // What we have said ourselves: until somebody who opens a terminal has set it up, it echoes.
+            Some(b'z' | b'^') => return None,
             None | Some(b'S' | b's' | b'M' | b'm' | b'Z' | b'X') => DONE,
             Some(_) => REFUSED,
         };
@@ -210,6 +212,19 @@ impl Link for Ptys {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_echo_of_an_answer_is_not_answered() {
+        let (lines, answers) = sync_channel(8);
+        let mut ptys = Ptys::open(0).unwrap();
+        ptys.terminals.push(Terminal { path: String::new(), lines, open: true });
+        for (line, answer) in
+            [("z", None), ("^G", None), ("O", Some(DONE)), ("t1230", Some(SENT)), ("?", Some(REFUSED))]
+        {
+            ptys.take(0, Heard::Line(line.to_owned()));
+            assert_eq!(answers.try_recv().ok().as_deref(), answer, "{line}");
+        }
+    }
 
     #[test]
     fn who_sends_more_than_is_taken_has_to_wait() {
