@@ -223,6 +223,21 @@ fn an_error_of_communication_ends_without_ending_the_application_s() {
 }
 
 #[test]
+fn an_error_that_the_device_still_has_is_not_reported_as_over() {
+    let mut bench = Bench::full();
+    bench.write(0x1016, 1, 4, 0x0010_0064).unwrap();
+    bench.send("710#05");
+    assert_eq!(bench.pass_ms(110), ["100000 085#3081110000000000"]);
+    bench.device.emergency(ErrorCode(0x8100), ErrorRegister::COMMUNICATION, [0; 5], &mut bench.od);
+    assert_eq!(bench.sent(), ["085#0081110000000000"]);
+    bench.device.clear(ErrorRegister::COMMUNICATION, &mut bench.od);
+    assert_eq!(bench.sent(), NOTHING, "the heartbeat is still lost");
+    assert_eq!(bench.read(0x1001, 0), Ok(0x11));
+    assert_eq!(bench.send("710#05"), ["085#0000000000000000"]);
+    assert_eq!(bench.read(0x1001, 0), Ok(0));
+}
+
+#[test]
 fn an_additional_server_serves_once_it_is_switched_on() {
     let mut bench = Bench::full();
     assert_eq!(bench.send("6D0#4000100000000000"), NOTHING);

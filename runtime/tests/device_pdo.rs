@@ -57,6 +57,17 @@ fn type_n_is_sent_with_every_nth_sync_and_sampled_there() {
 }
 
 #[test]
+fn a_sync_start_value_means_nothing_to_a_sync_without_counter() {
+    let mut bench = Bench::full();
+    bench.write(0x1800, 1, 4, 0x8000_0185).unwrap();
+    bench.write(0x1800, 2, 1, 2).unwrap();
+    bench.write(0x1800, 6, 1, 5).unwrap();
+    bench.write(0x1800, 1, 4, 0x185).unwrap();
+    let mut bench = bench.operational();
+    assert_eq!([(); 4].map(|()| bench.send("080#").len()), [1, 0, 1, 0]);
+}
+
+#[test]
 fn the_sync_start_value_is_waited_for() {
     let mut bench = operational("1800:02 u8 rw - 2\n1800:06 u8 rw - 3\n1019:00 u8 rw - 10");
     let sent: Vec<bool> = (1..=8).map(|counter| !bench.send(&format!("080#{counter:02X}")).is_empty()).collect();
@@ -322,6 +333,7 @@ fn what_cannot_be_mapped_is_refused() {
         assert_eq!(bench.write(index, 1, 4, 0x2FFF_0008), Err(AbortCode::NO_SUCH_OBJECT.0));
         assert_eq!(bench.write(index, 1, 4, 0x2000_0908), Err(AbortCode::NO_SUCH_SUB_INDEX.0));
         bench.write(index, 1, 4, 0x2000_0340).unwrap();
+        assert_eq!(bench.write(index, 0, 1, 9), Err(AbortCode::PDO_LENGTH_EXCEEDED.0), "whatever those hold that are");
         bench.write(index, 2, 4, 0x2000_0208).unwrap();
         assert_eq!(bench.write(index, 0, 1, 2), Err(AbortCode::PDO_LENGTH_EXCEEDED.0), "72 bits");
         assert_eq!(bench.write(index, 0, 1, 9), Err(AbortCode::PDO_LENGTH_EXCEEDED.0), "more than there are");

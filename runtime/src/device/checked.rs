@@ -327,7 +327,8 @@ impl Checked<'_> {
     }
 
     fn check_mapping_length(&mut self, direction: Direction, index: u16, len: u32) -> Result<(), AbortCode> {
-        let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= Mapping::MAX);
+        let has_room = |&len: &u8| len == 0 || self.od.entry(Address::new(index, len)).is_ok();
+        let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= Mapping::MAX).filter(has_room);
         let mut mapping = Mapping::EMPTY;
         for sub in 1..=len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {
             let entry = objects::read_u32(self.od, index, sub).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
