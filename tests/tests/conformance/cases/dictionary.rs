@@ -1,0 +1,147 @@
+//! 4: the object dictionary against the data sheet.
+
+use lexican_eds::model::{Entry, ObjectKind, Value};
+use lexican_runtime::AbortCode;
+use lexican_runtime::wire::nmt::NmtState;
+
+use super::case;
+use crate::tester::{Case, Outcome, Tester, ensure, failed, not_applicable};
+
+pub const CASES: &[Case] = &[
+    case("4.1", "all that may be read is read, and has its size", |t| {
+        for entry in t.entries(|entry| entry.access.readable()) {
+            is_read(t, &entry)?;
+        }
+        Ok(())
+    }),
+    case("4.2", "values are the defaults", |t| are_defaults(t, |_| true)),
+    case("4.3", "what is read-only is not written", |t| {
+        for entry in t.some("is read-only", |entry| !entry.access.writable())? {
+            is_not_written(t, &entry)?;
+        }
+        Ok(())
+    }),
+    case("4.4", "what is write-only is not read", |t| {
+        for entry in t.some("is write-only", |entry| !entry.access.readable())? {
+            is_not_read(t, &entry)?;
+        }
+        Ok(())
+    }),
+    case("4.5", "sub-index FFh tells object type and data type", |t| {
+        let described = t.some("has sub-index FFh", |entry| entry.sub == 0xFF)?;
+        for entry in described {
+            let object = t.sheet.device.object(entry.index).ok_or_else(|| failed("an entry of no object"))?;
+            let kind = object.kind;
+            let element = object.entry(1).map_or(0, |element| element.data_type.code());
+            let structure = t.read(entry.index, 0xFF)?;
+            ensure(structure & 0xFF == u64::from(kind.code()), || format!("{structure:08X}h is no {}", kind.name()))?;
+            // Elements of a record differ; those of an array are of one type.
+            let right = kind != ObjectKind::Array || structure >> 8 == u64::from(element);
+            ensure(right, || format!("{structure:08X}h, the elements are of type {element:04X}h"))?;
+        }
+        Ok(())
+    }),
+    case("4.6", "limits hold", |t| {
+        for (entry, low, high) in limited(t)? {
+            let (index, sub) = (entry.index, entry.sub);
+            for value in [low, high] {
+                t.write(index, sub, value as u32)?;
+                t.reads(index, sub, value as u64)?;
+            }
+            let last = (1_i128 << t.bits(&entry).unwrap_or(0)) - 1;
+            if low > 0 {
+                t.refuses(index, sub, (low - 1) as u32, &[AbortCode::VALUE_TOO_LOW, AbortCode::INVALID_VALUE])?;
+            }
+            if high < last {
+                t.refuses(index, sub, (high + 1) as u32, &[AbortCode::VALUE_TOO_HIGH, AbortCode::INVALID_VALUE])?;
+            }
+        }
+        Ok(())
+    }),
+    case("4.7", "each entry is accessed in the ways that its access type allows, while PDOs work", |t| {
+        t.enter(NmtState::Operational)?;
+        for entry in t.entries(|_| true) {
+            if entry.access.readable() {
+                is_read(t, &entry)?;
+            } else {
+                is_not_read(t, &entry)?;
+            }
+            if !entry.access.writable() {
+                is_not_written(t, &entry)?;
+            }
+        }
+        Ok(())
+    }),
+    case("4.8", "values that a scan may read are the defaults", |t| {
+        are_defaults(t, |flags| flags & NO_READ_ON_SCAN == 0)
+    }),
+    case("4.9", "what was read may be written", |t| {
+        for entry in t.entries(|entry| entry.access.readable() && entry.access.writable()) {
+            let (index, sub) = (entry.index, entry.sub);
+            // 1010h and 1011h want a signature.
+            if t.flags(&entry) & NO_WRITE_ON_DOWNLOAD != 0 || matches!(index, 0x1010 | 0x1011) {
+                continue;
+            }
+            let before = t.read_bytes(index, sub)?;
+            let answer = t.download(index, sub, &before)?;
+            answer.map_err(|code| failed(format!("{index:04X}:{sub:02X} does not take {before:02X?}: {code}")))?;
+            let after = t.read_bytes(index, sub)?;
+            ensure(before == after, || format!("{index:04X}:{sub:02X} was {before:02X?} and is {after:02X?}"))?;
+        }
+        Ok(())
+    }),
+];
+
+/// Bits of `ObjFlags`.
+const NO_WRITE_ON_DOWNLOAD: u32 = 1;
+const NO_READ_ON_SCAN: u32 = 2;
+
+fn is_read(t: &mut Tester<'_>, entry: &Entry) -> Outcome {
+    let (index, sub) = (entry.index, entry.sub);
+    // Of errors that have not occurred there is nothing to read.
+    let may_be_empty = index == 0x1003 && sub > 0;
+    match t.upload(index, sub)? {
+        Ok(bytes) => {
+            let size = t.size(entry);
+            let right = size.is_none_or(|size| size == bytes.len());
+            ensure(right, || format!("{index:04X}:{sub:02X} has {} bytes, not {size:?}", bytes.len()))
+        }
+        Err(AbortCode::NO_DATA) if may_be_empty => Ok(()),
+        Err(code) => Err(failed(format!("reading {index:04X}:{sub:02X}: {code}"))),
+    }
+}
+
+fn is_not_read(t: &mut Tester<'_>, entry: &Entry) -> Outcome {
+    t.refuses_read(entry.index, entry.sub, &[AbortCode::WRITE_ONLY, AbortCode::UNSUPPORTED_ACCESS])
+}
+
+fn is_not_written(t: &mut Tester<'_>, entry: &Entry) -> Outcome {
+    let data = &[0; 8][..t.size(entry).unwrap_or(4)];
+    let codes = [AbortCode::READ_ONLY, AbortCode::UNSUPPORTED_ACCESS];
+    t.refuses_bytes(entry.index, entry.sub, data, &codes)
+}
+
+fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
+    for entry in t.entries(|entry| entry.access.readable()) {
+        let (index, sub) = (entry.index, entry.sub);
+        // 1003h is empty, and 1010h and 1011h tell what they can do.
+        if matches!((index, sub), (0x1003 | 0x1010 | 0x1011, 1..)) || !wanted(t.flags(&entry)) {
+            continue;
+        }
+        t.is_default(&entry)?;
+    }
+    Ok(())
+}
+
+/// The entries with limits that can be written in one message, with the limits.
+pub fn limited(t: &Tester<'_>) -> Outcome<Vec<(Entry, i128, i128)>> {
+    let number = |value: &Option<Value>| value.as_ref().and_then(Value::as_integer);
+    let writable = t.entries(|entry| entry.access.writable() && entry.access.readable());
+    let short = writable.into_iter().filter(|entry| t.bits(entry).is_some_and(|bits| bits <= 32));
+    let limits = short.filter_map(|entry| {
+        let (low, high) = (number(&entry.low)?, number(&entry.high)?);
+        (low >= 0 && low < high).then_some((entry, low, high))
+    });
+    let limited: Vec<_> = limits.collect();
+    if limited.is_empty() { Err(not_applicable("no entry that can be written has limits")) } else { Ok(limited) }
+}

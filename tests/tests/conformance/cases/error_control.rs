@@ -1,0 +1,208 @@
+//! 7: guarding, heartbeat, and one against the other.
+
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
+use lexican_runtime::{AbortCode, CobId};
+
+use super::case;
+use crate::tester::{Case, Outcome, PATIENCE_MS, Tester, ensure, text};
+
+pub const CASES: &[Case] = &[
+    case("7.1", "100Ch and 100Dh are the defaults", |t| {
+        guarded(t)?;
+        for index in [0x100C, 0x100D] {
+            let entry = t.entry(index, 0)?;
+            t.is_default(&entry)?;
+        }
+        Ok(())
+    }),
+    case("7.2", "a guarding request is answered with the state", |t| {
+        guarded(t)?;
+        t.send_remote(t.error_control(), 1)?;
+        t.hears_once(t.error_control(), &[0x7F], PATIENCE_MS)
+    }),
+    case("7.3", "the toggle bit begins with 0, and toggles", |t| {
+        guarded(t)?;
+        // Again after a reset, in the midst of the sequence.
+        for answers in [&[0x7F, 0xFF, 0x7F, 0xFF, 0x7F][..], &[0x7F, 0xFF]] {
+            for answer in answers {
+                t.send_remote(t.error_control(), 1)?;
+                t.hears_once(t.error_control(), &[*answer], PATIENCE_MS)?;
+            }
+            t.nmt(NmtCommand::ResetCommunication)?;
+            t.hear_ms(PATIENCE_MS)?;
+        }
+        Ok(())
+    }),
+    case("7.4", "requests to other nodes are not answered", |t| {
+        guarded(t)?;
+        let own = u16::from(t.node.get());
+        for node in (0..=127).filter(|&node| node != own) {
+            let id = CobId::standard(0x700 + node).unwrap_or(CobId::SYNC);
+            t.send_remote(id, 1)?;
+            t.silence(5)?;
+        }
+        t.is_in(NmtState::PreOperational)
+    }),
+    case("7.5", "100Ch and 100Dh are written", |t| {
+        guard(t)?;
+        t.reads(0x100C, 0, 100)?;
+        t.reads(0x100D, 0, 2)
+    }),
+    case("7.6", "life guarding notices that nobody guards", |t| {
+        guard(t)?;
+        // It begins with the first request, and is content with requests in time.
+        t.silence(500)?;
+        for _ in 0..5 {
+            t.send_remote(t.error_control(), 1)?;
+            let heard = t.hear_ms(150)?;
+            ensure(heard.len() == 1, || format!("{} came while the device is guarded", text(&heard)))?;
+        }
+        lost(t, 80)
+    }),
+    case("7.101", "1017h is written", |t| {
+        t.has(&[0x1017])?;
+        t.write(0x1017, 0, 100)?;
+        t.reads(0x1017, 0, 100)
+    }),
+    case("7.102", "heartbeats come in their time, with the state", |t| {
+        heartbeat(t, 100)?;
+        let beats = t.hears_every(t.error_control(), 100, 10)?;
+        ensure(beats.iter().all(|(_, frame)| frame.data() == [0x7F]), || text(&beats))
+    }),
+    case("7.103", "the heartbeat is switched off", |t| {
+        heartbeat(t, 100)?;
+        t.hears_every(t.error_control(), 100, 3)?;
+        t.write(0x1017, 0, 0)?;
+        t.silence(1000)
+    }),
+    case("7.104", "a node has one heartbeat consumer", |t| {
+        t.entry(0x1016, 2)?;
+        t.write(0x1016, 1, WATCH)?;
+        t.refuses(0x1016, 2, WATCH, &[AbortCode::PARAMETER_INCOMPATIBLE])?;
+        // The same again is no second one.
+        t.write(0x1016, 1, WATCH)
+    }),
+    case("7.105", "heartbeats in time are no error", |t| {
+        watch(t)?;
+        for _ in 0..20 {
+            beat(t, 0x05)?;
+            t.silence(90)?;
+        }
+        Ok(())
+    }),
+    case("7.106", "a heartbeat that is late is an error", |t| {
+        watch(t)?;
+        // The first one begins it.
+        t.silence(300)?;
+        beat(t, 0x05)?;
+        t.silence(90)?;
+        lost(t, 20)
+    }),
+    case("7.107", "after a reset no heartbeat is waited for", |t| {
+        watch(t)?;
+        beat(t, 0x05)?;
+        t.nmt(NmtCommand::ResetNode)?;
+        let heard = t.hear_id(CobId::of_node(0x80, t.node), 500)?;
+        ensure(heard.is_empty(), || format!("{} came after the reset", text(&heard)))?;
+        t.reads(0x1016, 1, 0)?;
+        t.reads(0x1001, 0, 0)
+    }),
+    case("7.201", "heartbeat and guarding have their objects", |t| {
+        both(t)?;
+        for index in [0x100C, 0x100D, 0x1017] {
+            t.read(index, 0)?;
+        }
+        Ok(())
+    }),
+    case("7.202", "heartbeat off: none comes", |t| {
+        both(t)?;
+        heartbeat(t, 0)?;
+        t.silence(1000)
+    }),
+    case("7.203", "heartbeat off, guarding on: requests are answered", |t| {
+        both(t)?;
+        heartbeat(t, 0)?;
+        guard(t)?;
+        for answer in [0x7F, 0xFF] {
+            t.send_remote(t.error_control(), 1)?;
+            t.hears_once(t.error_control(), &[answer], PATIENCE_MS)?;
+        }
+        Ok(())
+    }),
+    case("7.204", "guarding off, heartbeat on: heartbeats come", |t| {
+        both(t)?;
+        heartbeat(t, 100)?;
+        t.hears_every(t.error_control(), 100, 10).map(|_| ())
+    }),
+    case("7.205", "guarding off, heartbeat on: requests are not answered", |t| {
+        both(t)?;
+        heartbeat(t, 100)?;
+        unanswered(t)
+    }),
+    case("7.206", "both on: heartbeats come", |t| {
+        both(t)?;
+        guard(t)?;
+        heartbeat(t, 100)?;
+        let beats = t.hears_every(t.error_control(), 100, 10)?;
+        ensure(beats.iter().all(|(_, frame)| frame.data() == [0x7F]), || text(&beats))
+    }),
+    case("7.207", "both on: requests are not answered", |t| {
+        both(t)?;
+        guard(t)?;
+        heartbeat(t, 100)?;
+        unanswered(t)
+    }),
+];
+
+/// 1016h: node 16, within 100 ms.
+const WATCH: u32 = 16 << 16 | 100;
+
+fn guarded(t: &Tester<'_>) -> Outcome {
+    t.has(&[0x100C, 0x100D])
+}
+
+fn both(t: &Tester<'_>) -> Outcome {
+    t.has(&[0x100C, 0x100D, 0x1017])
+}
+
+/// A life time of 200 ms.
+pub fn guard(t: &mut Tester<'_>) -> Outcome {
+    guarded(t)?;
+    t.write(0x100C, 0, 100)?;
+    t.write(0x100D, 0, 2)
+}
+
+fn heartbeat(t: &mut Tester<'_>, period_ms: u32) -> Outcome {
+    t.has(&[0x1017])?;
+    t.write(0x1017, 0, period_ms)
+}
+
+fn watch(t: &mut Tester<'_>) -> Outcome {
+    t.entry(0x1016, 1)?;
+    t.write(0x1016, 1, WATCH)
+}
+
+/// A heartbeat of the node that is watched.
+fn beat(t: &mut Tester<'_>, state: u8) -> Outcome {
+    t.send(CobId::standard(0x700 | (WATCH >> 16) as u16).unwrap_or(CobId::SYNC), &[state])
+}
+
+/// The emergency of a life guard or heartbeat error comes within so long, once.
+fn lost(t: &mut Tester<'_>, within_ms: u64) -> Outcome {
+    let heard = t.hear_ms(within_ms)?;
+    let is_it = |data: &[u8]| data.len() == 8 && data.starts_with(&[0x30, 0x81]);
+    let right = matches!(&heard[..], [(_, frame)] if frame.id() == CobId::of_node(0x80, t.node) && is_it(frame.data()));
+    ensure(right, || format!("the emergency 8130h was expected, {} came", text(&heard)))?;
+    t.silence(300)
+}
+
+/// Between heartbeats, a request gets no answer.
+fn unanswered(t: &mut Tester<'_>) -> Outcome {
+    for _ in 0..3 {
+        t.state(150)?;
+        t.hear_ms(20)?;
+        t.send_remote(t.error_control(), 1)?;
+        t.silence(50)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,32 @@
+//! The cases of CiA's conformance test plan (CCT 3.0.3.10). The numbers are those of the plan; what a case asks is
+//! said in our words. A case reaches the device by its [`Tester`](crate::tester::Tester) and by nothing else.
+
+mod dictionary;
+mod error_control;
+mod messages;
+mod nmt;
+mod pdo;
+mod pdo_mapping;
+mod sdo;
+mod storing;
+
+use crate::tester::{Case, Outcome, Tester};
+
+/// All of them, in the order of the plan.
+pub fn all() -> impl Iterator<Item = &'static Case> {
+    let chapters = [
+        sdo::CASES,
+        pdo::CASES,
+        pdo_mapping::CASES,
+        dictionary::CASES,
+        messages::CASES,
+        error_control::CASES,
+        storing::CASES,
+        nmt::CASES,
+    ];
+    chapters.into_iter().flatten()
+}
+
+const fn case(id: &'static str, title: &'static str, run: fn(&mut Tester<'_>) -> Outcome) -> Case {
+    Case { id, title, run }
+}

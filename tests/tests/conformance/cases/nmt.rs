@@ -1,0 +1,222 @@
+//! 9 and 10: the NMT states, and the ways from one to the other.
+
+use lexican_eds::model::{Direction, Pdo};
+use lexican_runtime::CobId;
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
+
+use super::pdo::{Transmission, configure, tpdos, transmission};
+use super::{case, error_control, messages};
+use crate::tester::{Case, Outcome, PATIENCE, PATIENCE_MS, Tester, Verdict, ensure, not_applicable, text};
+
+pub const CASES: &[Case] = &[
+    case("9.1", "the device boots up, with its defaults", |t| {
+        for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
+            let changed = [(0x1017, 1000), (0x1006, 10_000), (0x1007, 1)];
+            for (index, value) in changed {
+                if t.entry(index, 0).is_ok() {
+                    t.write(index, 0, value)?;
+                }
+            }
+            t.nmt(command)?;
+            t.hears_once(t.error_control(), &[0], 500)?;
+            for (index, _) in changed {
+                if let Ok(entry) = t.entry(index, 0) {
+                    t.is_default(&entry)?;
+                }
+            }
+        }
+        Ok(())
+    }),
+    case("9.2", "PRE-OPERATIONAL comes with the boot-up message, and has all but PDOs", |t| {
+        t.nmt(NmtCommand::ResetNode)?;
+        t.hears_once(t.error_control(), &[0], 500)?;
+        has_services(t, NmtState::PreOperational)
+    }),
+    case("9.3", "OPERATIONAL has all services, and is left when nobody guards", |t| {
+        has_services(t, NmtState::Operational)?;
+        if t.has(&[0x100C, 0x100D]).is_err() {
+            return Ok(());
+        }
+        for (behaviour, state) in [(0, NmtState::PreOperational), (1, NmtState::Operational), (2, NmtState::Stopped)] {
+            t.nmt(NmtCommand::ResetNode)?;
+            t.hear_ms(PATIENCE_MS)?;
+            if t.entry(0x1029, 1).is_ok() {
+                t.write(0x1029, 1, behaviour)?;
+            } else if behaviour != 0 {
+                continue;
+            }
+            error_control::guard(t)?;
+            t.enter(NmtState::Operational)?;
+            t.is_in(NmtState::Operational)?;
+            t.hear_ms(300)?;
+            t.is_in(state)?;
+        }
+        Ok(())
+    }),
+    case("9.4", "STOPPED has NMT and error control, and nothing else", |t| has_services(t, NmtState::Stopped)),
+    case("10.1", "both resets lead to PRE-OPERATIONAL from every state", |t| {
+        for state in STATES {
+            for node in [t.node.get(), 0] {
+                for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
+                    t.enter(state)?;
+                    t.nmt_to(command, node)?;
+                    t.hears_once(t.error_control(), &[0], 500)?;
+                    reports(t, NmtState::PreOperational)?;
+                }
+            }
+            t.enter(state)?;
+            t.nmt_to(NmtCommand::ResetNode, other(t))?;
+            let booted = t.next(t.error_control(), PATIENCE)?;
+            ensure(booted.is_none(), || "a reset of another node is obeyed")?;
+        }
+        t.nmt(NmtCommand::ResetNode)?;
+        t.hear_ms(PATIENCE_MS)?;
+        // A reset of the communication leaves the parameters of the application alone.
+        let Ok(limited) = super::dictionary::limited(t) else { return Ok(()) };
+        let Some((entry, low, _)) = limited.into_iter().find(|(entry, ..)| entry.index >= 0x2000) else {
+            return Ok(());
+        };
+        let default = t.read(entry.index, entry.sub)?;
+        t.write(entry.index, entry.sub, low as u32)?;
+        for (command, value) in [(NmtCommand::ResetCommunication, low as u64), (NmtCommand::ResetNode, default)] {
+            t.nmt(command)?;
+            t.hear_ms(PATIENCE_MS)?;
+            t.reads(entry.index, entry.sub, value)?;
+        }
+        Ok(())
+    }),
+    case("10.2", "PRE-OPERATIONAL is entered from every state", |t| {
+        transitions(t, NmtCommand::EnterPreOperational, NmtState::PreOperational)
+    }),
+    case("10.3", "OPERATIONAL is entered from every state", |t| {
+        transitions(t, NmtCommand::Start, NmtState::Operational)
+    }),
+    case("10.4", "STOPPED is entered from every state", |t| transitions(t, NmtCommand::Stop, NmtState::Stopped)),
+];
+
+const STATES: [NmtState; 3] = [NmtState::PreOperational, NmtState::Operational, NmtState::Stopped];
+
+/// A node-ID that is not the device's.
+fn other(t: &Tester<'_>) -> u8 {
+    if t.node.get() == 127 { 126 } else { t.node.get() + 1 }
+}
+
+fn transitions(t: &mut Tester<'_>, command: NmtCommand, target: NmtState) -> Outcome {
+    for state in STATES {
+        for node in [t.node.get(), 0] {
+            t.enter(state)?;
+            reports(t, state)?;
+            t.nmt_to(command, node)?;
+            reports(t, target)?;
+        }
+        t.enter(state)?;
+        t.nmt_to(command, other(t))?;
+        reports(t, state)?;
+    }
+    Ok(())
+}
+
+/// The device says which state it is in: when it is guarded, or else by its heartbeat.
+fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+    if t.has(&[0x100C]).is_ok() {
+        // What the command has brought with it is not the answer.
+        t.hear_ms(5)?;
+        return t.is_in(state);
+    }
+    t.has(&[0x1017])?;
+    let told = t.state(1100)?;
+    ensure(told == state.code(), || format!("the heartbeat says {told:02X}, and should be {state}"))
+}
+
+/// What CiA 301, 7.3.2.2.5, gives to the state, and nothing else.
+fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+    let (messages, pdos) = (state != NmtState::Stopped, state == NmtState::Operational);
+    // Error control, of both kinds.
+    if t.has(&[0x100C]).is_ok() {
+        t.enter(state)?;
+        for _ in 0..2 {
+            t.is_in(state)?;
+        }
+    }
+    if t.has(&[0x1017]).is_ok() {
+        t.enter(NmtState::PreOperational)?;
+        t.write(0x1017, 0, 100)?;
+        t.enter(state)?;
+        let beats = t.hears_every(t.error_control(), 100, 3)?;
+        let right = beats.iter().all(|(_, frame)| frame.data() == [state.code()]);
+        ensure(right, || format!("heartbeats {} in {state}", text(&beats)))?;
+        t.enter(NmtState::PreOperational)?;
+        t.write(0x1017, 0, 0)?;
+    }
+    // SDO.
+    t.enter(state)?;
+    t.tell([0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
+    let answers = t.hear_id(CobId::of_node(0x580, t.node), PATIENCE_MS)?;
+    ensure(answers.len() == usize::from(messages), || format!("SDO is answered {} times in {state}", answers.len()))?;
+    // SYNC.
+    if t.has(&[0x1005, 0x1006]).is_ok() {
+        t.enter(NmtState::PreOperational)?;
+        messages::produce(t)?;
+        t.enter(state)?;
+        let syncs = t.hear_id(CobId::SYNC, 105)?;
+        let right = if messages { (9..=11).contains(&syncs.len()) } else { syncs.is_empty() };
+        ensure(right, || format!("{} SYNCs of ten in {state}", syncs.len()))?;
+        t.enter(NmtState::PreOperational)?;
+        t.write(0x1005, 0, 0x80)?;
+        t.write(0x1006, 0, 0)?;
+    }
+    // TPDOs, asked for and by their event timer.
+    if let Ok(tpdos) = tpdos(t) {
+        let asked = configure(t, &tpdos[0], transmission(253))?;
+        t.enter(state)?;
+        t.send_remote(asked.id, asked.len)?;
+        let heard = t.hear_id(asked.id, 50)?;
+        ensure(heard.len() == usize::from(pdos), || format!("{} TPDOs on request in {state}", heard.len()))?;
+        let timed = configure(t, &tpdos[0], Transmission { code: 254, event_timer_ms: 50, sync_start: 0 })?;
+        t.enter(state)?;
+        let heard = t.hear_id(timed.id, 205)?;
+        let right = if pdos { (3..=5).contains(&heard.len()) } else { heard.is_empty() };
+        ensure(right, || format!("{} TPDOs of four by the event timer in {state}", heard.len()))?;
+    }
+    // RPDOs.
+    t.enter(NmtState::PreOperational)?;
+    match received(t) {
+        Ok((id, pdo)) => takes(t, state, id, &pdo),
+        Err(Verdict::NotApplicable(_)) => Ok(()),
+        failed => failed.map(|_| ()),
+    }
+}
+
+/// An RPDO whose objects can be read back, with its identifier.
+fn received(t: &mut Tester<'_>) -> Outcome<(CobId, Pdo)> {
+    for pdo in t.sheet.device.pdos.clone() {
+        let readable = |mapped: &lexican_eds::model::Mapped| {
+            let whole = mapped.bits.is_multiple_of(8);
+            whole && t.entry(mapped.index, mapped.sub).is_ok_and(|entry| entry.access.readable())
+        };
+        if pdo.direction == Direction::Receive && !pdo.mapping.is_empty() && pdo.mapping.iter().all(readable) {
+            let cob_id = t.read(0x13FF + pdo.number, 1)? as u32;
+            if cob_id >> 31 == 0 {
+                return Ok((CobId::from_parameter(cob_id), pdo));
+            }
+        }
+    }
+    Err(not_applicable("no RPDO whose objects can be read"))
+}
+
+fn takes(t: &mut Tester<'_>, state: NmtState, id: CobId, pdo: &Pdo) -> Outcome {
+    t.enter(NmtState::PreOperational)?;
+    let values = |t: &mut Tester<'_>| -> Outcome<Vec<u8>> {
+        let each = pdo.mapping.iter().map(|mapped| t.read_bytes(mapped.index, mapped.sub));
+        Ok(each.collect::<Outcome<Vec<_>>>()?.concat())
+    };
+    let before = values(t)?;
+    let sent: Vec<u8> = before.iter().map(|byte| byte ^ 1).collect();
+    t.enter(state)?;
+    t.send(id, &sent)?;
+    t.hear_ms(20)?;
+    t.enter(NmtState::PreOperational)?;
+    let after = values(t)?;
+    let expected = if state == NmtState::Operational { &sent } else { &before };
+    ensure(after == *expected, || format!("{id}#{sent:02X?} in {state}: the objects have {after:02X?}"))
+}

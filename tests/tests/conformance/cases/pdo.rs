@@ -1,0 +1,212 @@
+//! 3.1 to 3.20: the parameters of PDOs, and when they are sent in which NMT state.
+
+use lexican_eds::model::{Direction, Pdo};
+use lexican_runtime::CobId;
+use lexican_runtime::wire::nmt::NmtState;
+
+use super::case;
+use crate::tester::{Case, Outcome, Tester, ensure, not_applicable};
+
+pub const CASES: &[Case] = &[
+    case("3.1", "the parameters of RPDOs are read", |t| are_read(t, 0x1400..=0x15FF)),
+    case("3.2", "the parameters of TPDOs are read", |t| are_read(t, 0x1800..=0x19FF)),
+    case("3.3", "OPERATIONAL: a remote frame asks for a TPDO", |t| remote(t, NmtState::Operational)),
+    case("3.4", "OPERATIONAL: an event sends a TPDO", |t| event(t, NmtState::Operational)),
+    case("3.5", "OPERATIONAL: the event timer sends a TPDO", |t| timer(t, NmtState::Operational)),
+    case("3.6", "OPERATIONAL: every third SYNC sends a TPDO", |t| cyclic(t, NmtState::Operational)),
+    case("3.7", "OPERATIONAL: the SYNC after an event sends a TPDO", |t| acyclic(t, NmtState::Operational)),
+    case("3.8", "OPERATIONAL: counting begins with the SYNC start value", |t| sync_start(t, NmtState::Operational)),
+    case("3.9", "STOPPED: a remote frame asks in vain", |t| remote(t, NmtState::Stopped)),
+    case("3.10", "STOPPED: an event sends nothing", |t| event(t, NmtState::Stopped)),
+    case("3.11", "STOPPED: the event timer sends nothing", |t| timer(t, NmtState::Stopped)),
+    case("3.12", "STOPPED: every third SYNC sends nothing", |t| cyclic(t, NmtState::Stopped)),
+    case("3.13", "STOPPED: the SYNC after an event sends nothing", |t| acyclic(t, NmtState::Stopped)),
+    case("3.14", "STOPPED: the SYNC start value sends nothing", |t| sync_start(t, NmtState::Stopped)),
+    case("3.15", "PRE-OPERATIONAL: a remote frame asks in vain", |t| remote(t, NmtState::PreOperational)),
+    case("3.16", "PRE-OPERATIONAL: an event sends nothing", |t| event(t, NmtState::PreOperational)),
+    case("3.17", "PRE-OPERATIONAL: the event timer sends nothing", |t| timer(t, NmtState::PreOperational)),
+    case("3.18", "PRE-OPERATIONAL: every third SYNC sends nothing", |t| cyclic(t, NmtState::PreOperational)),
+    case("3.19", "PRE-OPERATIONAL: the SYNC after an event sends nothing", |t| acyclic(t, NmtState::PreOperational)),
+    case("3.20", "PRE-OPERATIONAL: the SYNC start value sends nothing", |t| sync_start(t, NmtState::PreOperational)),
+];
+
+fn are_read(t: &mut Tester<'_>, indices: std::ops::RangeInclusive<u16>) -> Outcome {
+    t.some("of a PDO", |entry| indices.contains(&entry.index))?.iter().try_for_each(|entry| t.is_default(entry))
+}
+
+/// A TPDO that the tester has configured.
+pub struct Tpdo {
+    pub id: CobId,
+    /// The bytes that it has.
+    pub len: usize,
+}
+
+/// How a TPDO is to be sent.
+#[derive(Clone, Copy, Default)]
+pub struct Transmission {
+    pub code: u8,
+    pub event_timer_ms: u16,
+    pub sync_start: u8,
+}
+
+pub fn transmission(code: u8) -> Transmission {
+    Transmission { code, ..Transmission::default() }
+}
+
+/// The TPDOs of the data sheet whose transmission type can be set.
+pub fn tpdos(t: &Tester<'_>) -> Outcome<Vec<Pdo>> {
+    let mut tpdos = t.sheet.device.pdos.clone();
+    tpdos.retain(|pdo| {
+        let settable = |sub| t.entry(0x17FF + pdo.number, sub).is_ok_and(|entry| entry.access.writable());
+        pdo.direction == Direction::Transmit && !pdo.mapping.is_empty() && settable(1) && settable(2)
+    });
+    if tpdos.is_empty() { Err(not_applicable("no TPDO whose transmission type can be set")) } else { Ok(tpdos) }
+}
+
+/// Configures a TPDO while it is switched off, and allows remote frames. The device is PRE-OPERATIONAL then.
+pub fn configure(t: &mut Tester<'_>, pdo: &Pdo, how: Transmission) -> Outcome<Tpdo> {
+    const OFF: u32 = 1 << 31;
+    const NO_REMOTE: u32 = 1 << 30;
+    let index = 0x17FF + pdo.number;
+    t.enter(NmtState::PreOperational)?;
+    let cob_id = t.read(index, 1)? as u32;
+    t.write(index, 1, cob_id | OFF)?;
+    t.write(index, 2, u32::from(how.code))?;
+    for (sub, value) in [(5, u32::from(how.event_timer_ms)), (6, u32::from(how.sync_start))] {
+        match t.entry(index, sub) {
+            Ok(_) => t.write(index, sub, value)?,
+            Err(_) if value == 0 => {}
+            Err(lacks) => return Err(lacks),
+        }
+    }
+    let cob_id = cob_id & !OFF & !NO_REMOTE;
+    t.write(index, 1, cob_id)?;
+    let bits: usize = pdo.mapping.iter().map(|mapped| usize::from(mapped.bits)).sum();
+    Ok(Tpdo { id: CobId::from_parameter(cob_id), len: bits.div_ceil(8) })
+}
+
+/// Each TPDO in turn, configured, with the device in a state, and what entering it has sent heard already.
+fn each(
+    t: &mut Tester<'_>,
+    how: Transmission,
+    state: NmtState,
+    look: impl Fn(&mut Tester<'_>, &Tpdo) -> Outcome,
+) -> Outcome {
+    for pdo in tpdos(t)? {
+        let tpdo = configure(t, &pdo, how)?;
+        t.enter(state)?;
+        look(t, &tpdo)?;
+        // The next one is looked at alone.
+        t.enter(NmtState::PreOperational)?;
+        let cob_id = t.read(0x17FF + pdo.number, 1)? as u32;
+        t.write(0x17FF + pdo.number, 1, cob_id | 1 << 31)?;
+    }
+    Ok(())
+}
+
+fn remote(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+    each(t, transmission(253), state, |t, tpdo| {
+        for _ in 0..2 {
+            t.send_remote(tpdo.id, tpdo.len)?;
+            let heard = t.hear_id(tpdo.id, 50)?;
+            let expected = usize::from(state == NmtState::Operational);
+            ensure(heard.len() == expected, || format!("{} answers {} times in {state}", tpdo.id, heard.len()))?;
+            let whole = heard.iter().all(|(_, frame)| frame.data().len() == tpdo.len);
+            ensure(whole, || format!("{} does not have {} bytes", tpdo.id, tpdo.len))?;
+        }
+        Ok(())
+    })
+}
+
+/// The TPDO that shows the input which the stimulus lets change.
+fn with_input(t: &Tester<'_>) -> Outcome<Pdo> {
+    let (index, sub) = t.stimuli.input;
+    let mapped = |pdo: &Pdo| pdo.mapping.iter().any(|mapped| (mapped.index, mapped.sub) == (index, sub));
+    tpdos(t)?.into_iter().find(mapped).ok_or_else(|| not_applicable("no TPDO shows the input"))
+}
+
+fn event(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+    let pdo = with_input(t)?;
+    for code in [254, 255] {
+        let tpdo = configure(t, &pdo, transmission(code))?;
+        t.apply(t.stimuli.input_starts)?;
+        t.enter(state)?;
+        let heard = t.hear_id(tpdo.id, 200)?;
+        if state == NmtState::Operational {
+            ensure(heard.len() >= 9, || format!("{} comes {} times while the input changes", tpdo.id, heard.len()))?;
+            let differ = heard.windows(2).all(|two| two[0].1.data() != two[1].1.data());
+            ensure(differ, || format!("{} comes without a change", tpdo.id))?;
+            t.apply(t.stimuli.input_stops)?;
+            t.hear_ms(20)?;
+            t.silence(200)?;
+        } else {
+            ensure(heard.is_empty(), || format!("{} comes in {state}", tpdo.id))?;
+            t.enter(NmtState::PreOperational)?;
+            t.apply(t.stimuli.input_stops)?;
+        }
+    }
+    Ok(())
+}
+
+fn timer(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+    each(t, Transmission { code: 254, event_timer_ms: 100, sync_start: 0 }, state, |t, tpdo| {
+        if state == NmtState::Operational {
+            t.hears_every(tpdo.id, 100, 10).map(|_| ())
+        } else {
+            let heard = t.hear_id(tpdo.id, 1000)?;
+            ensure(heard.is_empty(), || format!("{} comes in {state}", tpdo.id))
+        }
+    })
+}
+
+/// How often a TPDO comes after each of some SYNCs.
+fn after_each(t: &mut Tester<'_>, id: CobId, counters: impl Iterator<Item = Option<u8>>) -> Outcome<Vec<usize>> {
+    let mut counts = Vec::new();
+    for counter in counters {
+        t.sync(counter)?;
+        counts.push(t.hear_id(id, 20)?.len());
+    }
+    Ok(counts)
+}
+
+fn compare(counts: &[usize], expected: &[usize], state: NmtState) -> Outcome {
+    let none = vec![0; expected.len()];
+    let expected = if state == NmtState::Operational { expected } else { &none };
+    ensure(counts == expected, || format!("after each SYNC come {counts:?} TPDOs, not {expected:?}, in {state}"))
+}
+
+fn cyclic(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+    each(t, transmission(3), state, |t, tpdo| {
+        let counts = after_each(t, tpdo.id, [None; 9].into_iter())?;
+        compare(&counts, &[0, 0, 1, 0, 0, 1, 0, 0, 1], state)
+    })
+}
+
+fn acyclic(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+    let pdo = with_input(t)?;
+    let tpdo = configure(t, &pdo, transmission(0))?;
+    t.apply(t.stimuli.input_starts)?;
+    t.enter(state)?;
+    // Without SYNC there is nothing, however the input changes.
+    let heard = t.hear_id(tpdo.id, 100)?;
+    ensure(heard.is_empty(), || format!("{} comes without SYNC", tpdo.id))?;
+    let counts = after_each(t, tpdo.id, [None; 4].into_iter())?;
+    compare(&counts, &[1; 4], state)?;
+    if state == NmtState::Operational {
+        t.apply(t.stimuli.input_stops)?;
+        after_each(t, tpdo.id, [None].into_iter())?;
+        let counts = after_each(t, tpdo.id, [None; 3].into_iter())?;
+        compare(&counts, &[0; 3], state)?;
+    }
+    Ok(())
+}
+
+fn sync_start(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+    t.entry(0x1019, 0)?;
+    t.write(0x1019, 0, 10)?;
+    let how = Transmission { code: 2, event_timer_ms: 0, sync_start: 5 };
+    each(t, how, state, |t, tpdo| {
+        let counts = after_each(t, tpdo.id, (1..=8).map(Some))?;
+        compare(&counts, &[0, 0, 0, 0, 1, 0, 1, 0], state)
+    })
+}

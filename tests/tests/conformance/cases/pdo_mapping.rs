@@ -1,0 +1,221 @@
+//! 3.21 to 3.33: the mapping of PDOs.
+
+use lexican_eds::model::{AccessType, Direction, Entry, Pdo};
+use lexican_eds::types::DataType;
+use lexican_runtime::AbortCode;
+use lexican_runtime::wire::nmt::NmtState;
+
+use super::case;
+use super::pdo::{configure, transmission};
+use crate::sdo::Answer;
+use crate::tester::{Case, Outcome, Tester, ensure, failed, not_applicable};
+
+pub const CASES: &[Case] = &[
+    case("3.21", "the mappings are those of the data sheet, and what they map exists", |t| {
+        for pdo in t.sheet.device.pdos.clone() {
+            is_mapped_as_described(t, &pdo)?;
+        }
+        Ok(())
+    }),
+    case("3.22", "a mapping by the procedure is sent", |t| {
+        let pdo = dynamic(t, Direction::Transmit)?;
+        let entry = of_some_value(t, &pdo)?;
+        map(t, &pdo, &[parameter(t, &entry)])?.map_err(|code| failed(format!("the mapping is refused: {code}")))?;
+        let tpdo = configure(t, &pdo, transmission(1))?;
+        t.enter(NmtState::Operational)?;
+        let value = t.read_bytes(entry.index, entry.sub)?;
+        t.sync(None)?;
+        t.hears_once(tpdo.id, &value, 20)
+    }),
+    case("3.23", "a mapping is not changed while it counts", |t| {
+        let pdo = dynamic(t, Direction::Transmit)?;
+        let entry = of_some_value(t, &pdo)?;
+        switch_off(t, &pdo)?;
+        refuses_mapping(t, mapping_index(&pdo), 1, parameter(t, &entry))
+    }),
+    case("3.24", "a mapping is not changed while the PDO exists", |t| {
+        let pdo = dynamic(t, Direction::Transmit)?;
+        refuses_mapping(t, mapping_index(&pdo), 0, 0)
+    }),
+    case("3.25", "more objects than there are entries are not mapped", |t| {
+        let pdo = dynamic(t, Direction::Transmit)?;
+        switch_off(t, &pdo)?;
+        let index = mapping_index(&pdo);
+        let entries = t.entries(|entry| entry.index == index).len() as u32;
+        t.write(index, 0, 0)?;
+        for too_many in [entries, 65] {
+            let codes = [AbortCode::PDO_LENGTH_EXCEEDED, AbortCode::INVALID_VALUE, AbortCode::VALUE_TOO_HIGH];
+            t.refuses(index, 0, too_many, &codes)?;
+        }
+        Ok(())
+    }),
+    case("3.26", "objects of more than eight bytes together are not mapped", |t| {
+        let pdo = dynamic(t, Direction::Transmit)?;
+        let entries = mappable(t, "of eight bytes together", |t, entry| sends(entry) && t.bits(entry) >= Some(8))?;
+        let room = t.entries(|entry| entry.index == mapping_index(&pdo)).len() - 1;
+        let mut longest: Vec<u32> = entries.iter().map(|entry| parameter(t, entry)).collect();
+        longest.sort_by_key(|parameter| std::cmp::Reverse(parameter & 0xFF));
+        longest.truncate(room);
+        let bits: u32 = longest.iter().map(|parameter| parameter & 0xFF).sum();
+        if bits <= 64 {
+            return Err(not_applicable("nothing of more than eight bytes can be put together"));
+        }
+        is_refused(map(t, &pdo, &longest)?, &[AbortCode::PDO_LENGTH_EXCEEDED])
+    }),
+    case("3.27", "an output is received", |t| maps(t, Direction::Receive, "is an output", receives_only)),
+    case("3.28", "an input is not received", |t| does_not_map(t, Direction::Receive, "is an input", sends_only)),
+    case("3.29", "what no PDO maps is not received", |t| {
+        does_not_map(t, Direction::Receive, "no PDO maps", |entry| !entry.pdo_mapping)
+    }),
+    case("3.30", "an input is transmitted", |t| maps(t, Direction::Transmit, "is an input", sends_only)),
+    case("3.31", "an output is not transmitted", |t| {
+        does_not_map(t, Direction::Transmit, "is an output", receives_only)
+    }),
+    case("3.32", "what no PDO maps is not transmitted", |t| {
+        does_not_map(t, Direction::Transmit, "no PDO maps", |entry| !entry.pdo_mapping)
+    }),
+    case("3.33", "a placeholder is received", |t| {
+        let pdo = dynamic(t, Direction::Receive)?;
+        let dummies = t.sheet.device.dummies.clone();
+        let dummy = |data_type: &DataType| Some(u32::from(data_type.code()) << 16 | u32::from(data_type.bits()?));
+        let dummies: Vec<u32> = dummies.iter().filter_map(dummy).filter(|dummy| dummy & 0xFF >= 8).collect();
+        if dummies.is_empty() {
+            return Err(not_applicable("no placeholder"));
+        }
+        for dummy in dummies {
+            is_mapped(t, &pdo, dummy)?;
+        }
+        Ok(())
+    }),
+];
+
+fn sends(entry: &Entry) -> bool {
+    entry.pdo_mapping && !matches!(entry.access, AccessType::Rww | AccessType::Wo)
+}
+
+fn sends_only(entry: &Entry) -> bool {
+    entry.pdo_mapping && matches!(entry.access, AccessType::Ro | AccessType::Rwr | AccessType::Const)
+}
+
+fn receives_only(entry: &Entry) -> bool {
+    entry.pdo_mapping && matches!(entry.access, AccessType::Rww | AccessType::Wo)
+}
+
+/// What a mapping parameter says of an entry.
+fn parameter(t: &Tester<'_>, entry: &Entry) -> u32 {
+    u32::from(entry.index) << 16 | u32::from(entry.sub) << 8 | t.bits(entry).map_or(0, u32::from)
+}
+
+fn parameter_index(pdo: &Pdo) -> u16 {
+    if pdo.direction == Direction::Receive { 0x13FF + pdo.number } else { 0x17FF + pdo.number }
+}
+
+fn mapping_index(pdo: &Pdo) -> u16 {
+    parameter_index(pdo) + 0x200
+}
+
+/// The first PDO whose mapping can be written, and that can be switched off.
+fn dynamic(t: &Tester<'_>, direction: Direction) -> Outcome<Pdo> {
+    let settable = |index, sub| t.entry(index, sub).is_ok_and(|entry| entry.access.writable());
+    let pdos = t.sheet.device.pdos.iter().filter(|pdo| pdo.direction == direction);
+    let mut dynamic = pdos.filter(|pdo| settable(parameter_index(pdo), 1) && settable(mapping_index(pdo), 1));
+    dynamic.next().cloned().ok_or_else(|| not_applicable("no PDO whose mapping can be written"))
+}
+
+fn mappable(t: &Tester<'_>, what: &str, wanted: fn(&Tester<'_>, &Entry) -> bool) -> Outcome<Vec<Entry>> {
+    t.some(what, |entry| t.bits(entry).is_some() && wanted(t, entry))
+}
+
+/// An entry that the TPDO could send and does not, with a value other than zero if there is one.
+fn of_some_value(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome<Entry> {
+    let mapped: Vec<(u16, u8)> = pdo.mapping.iter().map(|mapped| (mapped.index, mapped.sub)).collect();
+    let entries = mappable(t, "to be transmitted", |t, entry| sends(entry) && t.bits(entry) >= Some(8))?;
+    let mut best = None;
+    for entry in entries.into_iter().filter(|entry| !mapped.contains(&(entry.index, entry.sub))) {
+        let value = t.read(entry.index, entry.sub)?;
+        if value != 0 {
+            return Ok(entry);
+        }
+        best = best.or(Some(entry));
+    }
+    best.ok_or_else(|| not_applicable("nothing but the default mapping can be transmitted"))
+}
+
+fn switch_off(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome {
+    let index = parameter_index(pdo);
+    let cob_id = t.read(index, 1)? as u32;
+    t.write(index, 1, cob_id | 1 << 31)
+}
+
+/// Maps some entries by the procedure of CiA 301, 7.5.2.36, but for switching the PDO on.
+fn map(t: &mut Tester<'_>, pdo: &Pdo, entries: &[u32]) -> Outcome<Answer> {
+    switch_off(t, pdo)?;
+    let index = mapping_index(pdo);
+    t.write(index, 0, 0)?;
+    for (sub, entry) in (1..).zip(entries) {
+        if let Err(code) = t.try_write(index, sub, *entry)? {
+            return Ok(Err(code));
+        }
+    }
+    t.try_write(index, 0, entries.len() as u32)
+}
+
+fn is_mapped(t: &mut Tester<'_>, pdo: &Pdo, entry: u32) -> Outcome {
+    map(t, pdo, &[entry])?.map_err(|code| failed(format!("{entry:08X}h is not mapped: {code}")))?;
+    t.reads(mapping_index(pdo), 0, 1)?;
+    t.reads(mapping_index(pdo), 1, u64::from(entry))?;
+    // It exists with this mapping.
+    let cob_id = t.read(parameter_index(pdo), 1)? as u32 & !(1 << 31);
+    t.write(parameter_index(pdo), 1, cob_id)
+}
+
+fn maps(t: &mut Tester<'_>, direction: Direction, what: &str, wanted: fn(&Entry) -> bool) -> Outcome {
+    let pdo = dynamic(t, direction)?;
+    let entries = t.some(what, |entry| wanted(entry) && t.bits(entry).is_some_and(|bits| bits >= 8))?;
+    for entry in entries {
+        let entry = parameter(t, &entry);
+        is_mapped(t, &pdo, entry)?;
+    }
+    Ok(())
+}
+
+fn does_not_map(t: &mut Tester<'_>, direction: Direction, what: &str, wanted: fn(&Entry) -> bool) -> Outcome {
+    let pdo = dynamic(t, direction)?;
+    let entries = t.some(what, |entry| wanted(entry) && t.bits(entry).is_some_and(|bits| bits >= 8))?;
+    for entry in entries {
+        let entry = parameter(t, &entry);
+        is_refused(map(t, &pdo, &[entry])?, &[AbortCode::NOT_MAPPABLE, AbortCode::INVALID_VALUE])?;
+    }
+    Ok(())
+}
+
+fn is_refused(answer: Answer, codes: &[AbortCode]) -> Outcome {
+    match answer {
+        Ok(()) => Err(failed("the mapping is taken")),
+        Err(code) if codes.contains(&code) || code == AbortCode::GENERAL => Ok(()),
+        Err(code) => Err(failed(format!("the mapping is refused with {code}"))),
+    }
+}
+
+fn refuses_mapping(t: &mut Tester<'_>, index: u16, sub: u8, value: u32) -> Outcome {
+    t.refuses(index, sub, value, &[AbortCode::UNSUPPORTED_ACCESS, AbortCode::DEVICE_STATE])
+}
+
+fn is_mapped_as_described(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome {
+    let index = mapping_index(pdo);
+    t.reads(index, 0, pdo.mapping.len() as u64)?;
+    for (sub, mapped) in (1..).zip(&pdo.mapping) {
+        let (object, entry) = (u64::from(mapped.index), u64::from(mapped.sub));
+        t.reads(index, sub, object << 16 | entry << 8 | u64::from(mapped.bits))?;
+        let described = t.entry(mapped.index, mapped.sub).map_err(|lacks| failed(format!("{lacks:?} is mapped")))?;
+        let may_be = if pdo.direction == Direction::Transmit { sends(&described) } else { described.pdo_mapping };
+        let right = may_be && t.bits(&described) == Some(mapped.bits);
+        ensure(right, || format!("{:04X}:{:02X} cannot be mapped like this", mapped.index, mapped.sub))?;
+        if described.access.readable() {
+            let bytes = t.read_bytes(mapped.index, mapped.sub)?;
+            let fits = bytes.len() == usize::from(mapped.bits.div_ceil(8));
+            ensure(fits, || format!("{:04X}:{:02X} has {} bytes", mapped.index, mapped.sub, bytes.len()))?;
+        }
+    }
+    Ok(())
+}

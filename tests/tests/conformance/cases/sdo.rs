@@ -1,0 +1,261 @@
+//! 1 and 2: the data sheet, and SDO.
+
+use lexican_runtime::wire::nmt::NmtCommand;
+use lexican_runtime::{AbortCode, CobId};
+
+use super::case;
+use crate::tester::{Case, Outcome, Tester, ensure, failed, not_applicable};
+
+pub const CASES: &[Case] = &[
+    case("1.0", "the data sheet has no findings", |t| ensure(t.sheet.findings.is_empty(), || &t.sheet.findings)),
+    case("2.1", "1000h is read in one message", |t| {
+        let answer = t.request([0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
+        ensure(answer[..4] == [0x43, 0x00, 0x10, 0], || format!("{answer:02X?}"))?;
+        let entry = t.entry(0x1000, 0)?;
+        let default = entry.default.as_ref().and_then(|value| t.bytes_of(&entry, value));
+        ensure(default.is_none_or(|default| default == answer[4..]), || format!("1000h is {:02X?}", &answer[4..]))
+    }),
+    case("2.2", "communication parameters are written and read back", written_and_read),
+    case("2.3", "1000h is not written", |t| {
+        t.refuses(0x1000, 0, 0, &[AbortCode::READ_ONLY, AbortCode::UNSUPPORTED_ACCESS])
+    }),
+    case("2.4", "an entry that is write-only is not read", |t| {
+        let entries = t.some("is write-only", |entry| !entry.access.readable())?;
+        t.refuses_read(entries[0].index, entries[0].sub, &[AbortCode::WRITE_ONLY, AbortCode::UNSUPPORTED_ACCESS])
+    }),
+    case("2.5", "1000h:01 does not exist", |t| t.refuses_read(0x1000, 1, &[AbortCode::NO_SUCH_SUB_INDEX])),
+    case("2.6", "1004h does not exist", |t| t.refuses_read(0x1004, 0, &[AbortCode::NO_SUCH_OBJECT])),
+    case("2.7", "an unknown command is aborted", |t| {
+        t.aborts([0xE0, 0x00, 0x10, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)
+    }),
+    case("2.8", "four bytes do not fit into one or two", |t| {
+        for bits in [8, 16] {
+            of_another_length(t, bits, &[0; 4], AbortCode::LENGTH_TOO_HIGH)?;
+        }
+        Ok(())
+    }),
+    case("2.9", "one byte does not fill two or four", |t| {
+        for bits in [16, 32] {
+            of_another_length(t, bits, &[0], AbortCode::LENGTH_TOO_LOW)?;
+        }
+        Ok(())
+    }),
+    case("2.10", "a value above its limit is not written", |t| {
+        beyond_its_limit(t, |low_high| low_high.1.checked_add(1), AbortCode::VALUE_TOO_HIGH)
+    }),
+    case("2.11", "a value below its limit is not written", |t| {
+        beyond_its_limit(t, |low_high| low_high.0.checked_sub(1), AbortCode::VALUE_TOO_LOW)
+    }),
+    case("2.12", "1200h has the identifiers of the default server", |t| {
+        t.has(&[0x1200])?;
+        let node = u64::from(t.node.get());
+        t.reads(0x1200, 1, 0x600 + node)?;
+        t.reads(0x1200, 2, 0x580 + node)
+    }),
+    case("2.13", "1000h is read by a client that goes on with segments", |t| {
+        // Four bytes come at once, so there is no segment to be asked for.
+        t.read(0x1000, 0)?;
+        t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)
+    }),
+    case("2.14", "100Ch is written in segments", |t| in_segments(t, 0x100C)),
+    case("2.15", "1017h is written in segments", |t| in_segments(t, 0x1017)),
+    case("2.16", "more than four bytes are read in segments", |t| {
+        let (index, sub, default) = long_text(t)?;
+        let answer = t.request([0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0])?;
+        let size = (default.len() as u32).to_le_bytes();
+        let sized = answer[0] == 0x41 && answer[4..] == size;
+        ensure(sized || answer[0] == 0x40, || format!("{answer:02X?} begins {} bytes", default.len()))?;
+        let bytes = t.read_bytes(index, sub)?;
+        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}"))
+    }),
+    case("2.17", "a wrong toggle bit is aborted", |t| {
+        let (index, sub, _) = long_text(t)?;
+        t.request([0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0])?;
+        t.aborts([0x70, 0, 0, 0, 0, 0, 0, 0], AbortCode::TOGGLE_BIT)
+    }),
+    case("2.18", "segments come to their end, time and again", |t| {
+        let (index, sub, default) = long_text(t)?;
+        for _ in 0..3 {
+            let bytes = t.read_bytes(index, sub)?;
+            ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}"))?;
+            // There is no segment behind the last.
+            t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)?;
+        }
+        Ok(())
+    }),
+    case("2.19", "1000h is read as a block without checksum", |t| {
+        let bytes = t.upload_block((0x1000, 0), false)?;
+        let value = t.read_bytes(0x1000, 0)?;
+        ensure(bytes == value, || format!("{bytes:02X?} as a block, {value:02X?} else"))
+    }),
+    case("2.20", "100Ch is written as a block without checksum", |t| as_block(t, 0x100C, false)),
+    case("2.21", "1017h is written as a block without checksum", |t| as_block(t, 0x1017, false)),
+    case("2.22", "several segments are read as a block without checksum", |t| text_as_block(t, false)),
+    case("2.23", "several segments are read as a block with checksum", |t| text_as_block(t, true)),
+    case("2.24", "100Ch is written as a block with checksum", |t| as_block(t, 0x100C, true)),
+    case("2.25", "1017h is written as a block with checksum", |t| as_block(t, 0x1017, true)),
+    case("2.26", "a block of 128 segments is refused", |t| {
+        let (index, sub, _) = long_text(t)?;
+        let begin = [0xA0, index as u8, (index >> 8) as u8, sub, 128, 0, 0, 0];
+        t.aborts(begin, AbortCode::INVALID_BLOCK_SIZE)
+    }),
+    case("2.27", "segment 128 of a block is not confirmed", |t| {
+        let (index, sub, default) = long_text(t)?;
+        t.request([0xA0, index as u8, (index >> 8) as u8, sub, 127, 0, 0, 0])?;
+        t.tell([0xA3, 0, 0, 0, 0, 0, 0, 0])?;
+        for _ in default.chunks(7) {
+            t.answer()?;
+        }
+        t.aborts([0xA2, 128, 127, 0, 0, 0, 0, 0], AbortCode::INVALID_SEQUENCE_NUMBER)
+    }),
+    case("2.28", "the parameters of more servers are read", |t| {
+        for index in servers(t)? {
+            channel_is_default(t, index)?;
+        }
+        Ok(())
+    }),
+    case("2.29", "the parameters of more servers are the defaults after a reset", |t| {
+        for (number, index) in servers(t)?.into_iter().enumerate() {
+            configure_channel(t, index, number as u32)?;
+            t.nmt(NmtCommand::ResetCommunication)?;
+            t.hear_ms(100)?;
+            channel_is_default(t, index)?;
+        }
+        Ok(())
+    }),
+    case("2.30", "the parameters of clients are stored", |t| {
+        let clients: Vec<u16> = (0x1280..=0x12FF).filter(|&index| t.entry(index, 1).is_ok()).collect();
+        if clients.is_empty() {
+            return Err(not_applicable("no object 1280h to 12FFh"));
+        }
+        t.entry(0x1010, 1)?;
+        for (number, &index) in clients.iter().enumerate() {
+            configure_channel(t, index, number as u32)?;
+        }
+        t.write(0x1010, 1, u32::from_le_bytes(*b"save"))?;
+        t.nmt(NmtCommand::ResetCommunication)?;
+        t.hear_ms(100)?;
+        for (number, &index) in clients.iter().enumerate() {
+            t.reads(index, 1, u64::from(0x6C0 + 2 * number as u32))?;
+            t.reads(index, 2, u64::from(0x6C1 + 2 * number as u32))?;
+        }
+        super::storing::forget(t)
+    }),
+];
+
+fn written_and_read(t: &mut Tester<'_>) -> Outcome {
+    let candidates = [
+        (0x1006, 0, 10_000),
+        (0x1007, 0, 1),
+        (0x1015, 0, 100),
+        (0x1017, 0, 1000),
+        (0x1400, 2, 254),
+        (0x1800, 2, 1),
+        (0x1800, 5, 50),
+    ];
+    let mut written = 0;
+    for (index, sub, value) in candidates {
+        if t.entry(index, sub).is_ok_and(|entry| entry.access.writable()) {
+            t.write(index, sub, value)?;
+            t.reads(index, sub, u64::from(value))?;
+            written += 1;
+        }
+    }
+    if written == 0 { Err(not_applicable("no communication parameter can be written")) } else { Ok(()) }
+}
+
+/// Of the numbers of a width, the first that can be written and that nothing but its length is wrong for.
+fn of_another_length(t: &mut Tester<'_>, bits: u8, data: &[u8], code: AbortCode) -> Outcome {
+    let wanted = |entry: &lexican_eds::model::Entry| entry.access.writable() && t.bits(entry) == Some(bits);
+    let entries = t.some(&format!("of {bits} bits can be written"), wanted)?;
+    for entry in entries {
+        t.refuses_bytes(entry.index, entry.sub, data, &[code, AbortCode::LENGTH_MISMATCH])?;
+    }
+    Ok(())
+}
+
+fn beyond_its_limit(t: &mut Tester<'_>, beyond: fn((i128, i128)) -> Option<i128>, code: AbortCode) -> Outcome {
+    let limited = super::dictionary::limited(t)?;
+    for (entry, low, high) in limited {
+        let bits = u32::from(t.bits(&entry).unwrap_or(0));
+        let fits = |value: &i128| (0..1 << bits).contains(value);
+        let value =
+            beyond((low, high)).filter(fits).ok_or_else(|| not_applicable("the limits are those of the type"))?;
+        t.refuses(entry.index, entry.sub, value as u32, &[code, AbortCode::INVALID_VALUE])?;
+    }
+    Ok(())
+}
+
+/// Ten seconds: long enough to disturb nothing.
+const LONG_MS: u32 = 10_000;
+
+fn in_segments(t: &mut Tester<'_>, index: u16) -> Outcome {
+    t.has(&[index])?;
+    let answer = t.download_segments((index, 0), &LONG_MS.to_le_bytes()[..2])?;
+    answer.map_err(|code| failed(format!("segments are refused: {code}")))?;
+    t.reads(index, 0, u64::from(LONG_MS))
+}
+
+fn as_block(t: &mut Tester<'_>, index: u16, with_crc: bool) -> Outcome {
+    t.has(&[index])?;
+    t.download_block((index, 0), &LONG_MS.to_le_bytes()[..2], with_crc)?;
+    t.reads(index, 0, u64::from(LONG_MS))?;
+    if !with_crc {
+        return Ok(());
+    }
+    // A checksum that is wrong is noticed.
+    let [low, high] = index.to_le_bytes();
+    t.request([0xC6, low, high, 0, 2, 0, 0, 0])?;
+    t.request([0x81, 0, 0, 0, 0, 0, 0, 0])?;
+    t.aborts([0xD5, 0xFF, 0xFF, 0, 0, 0, 0, 0], AbortCode::CRC_ERROR)?;
+    t.reads(index, 0, u64::from(LONG_MS))
+}
+
+/// A text of more than four bytes that the data sheet knows.
+fn long_text(t: &Tester<'_>) -> Outcome<(u16, u8, Vec<u8>)> {
+    let texts = t.entries(|entry| entry.access.readable()).into_iter().filter_map(|entry| {
+        let bytes = t.bytes_of(&entry, entry.default.as_ref()?)?;
+        Some((entry.index, entry.sub, bytes))
+    });
+    texts
+        .into_iter()
+        .max_by_key(|(.., bytes)| bytes.len())
+        .filter(|(.., bytes)| bytes.len() > 4)
+        .ok_or_else(|| not_applicable("no entry of more than four bytes has a default"))
+}
+
+fn text_as_block(t: &mut Tester<'_>, with_crc: bool) -> Outcome {
+    let (index, sub, default) = long_text(t)?;
+    let bytes = t.upload_block((index, sub), with_crc)?;
+    ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?} as a block"))
+}
+
+fn servers(t: &Tester<'_>) -> Outcome<Vec<u16>> {
+    let servers: Vec<u16> = (0x1201..=0x127F).filter(|&index| t.entry(index, 1).is_ok()).collect();
+    if servers.is_empty() { Err(not_applicable("no object 1201h to 127Fh")) } else { Ok(servers) }
+}
+
+/// Two identifiers that no service has by default, for the SDO channel at `index`.
+fn configure_channel(t: &mut Tester<'_>, index: u16, number: u32) -> Outcome {
+    for sub in [1, 2] {
+        let id = 0x6BF + 2 * number + u32::from(sub);
+        t.write(index, sub, 1 << 31 | id)?;
+        t.write(index, sub, id)?;
+        t.reads(index, sub, u64::from(id))?;
+    }
+    if index < 0x1280 {
+        // It serves.
+        let (request, answer) = ((0x6C0 + 2 * number) as u16, (0x6C1 + 2 * number) as u16);
+        let (request, answer) = (CobId::standard(request), CobId::standard(answer));
+        let (Some(request), Some(answer)) = (request, answer) else { return Err(failed("too many servers")) };
+        t.send(request, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
+        let served = t.next(answer, crate::tester::PATIENCE)?;
+        let right = served.is_some_and(|frame| frame.data().starts_with(&[0x43, 0x00, 0x10, 0]));
+        ensure(right, || format!("the server at {index:04X}h does not answer"))?;
+    }
+    Ok(())
+}
+
+fn channel_is_default(t: &mut Tester<'_>, index: u16) -> Outcome {
+    t.entries(|entry| entry.index == index).iter().try_for_each(|entry| t.is_default(entry))
+}

@@ -1,0 +1,113 @@
+//! 8: storing and restoring parameters, and restricted identifiers.
+
+use lexican_runtime::AbortCode;
+use lexican_runtime::wire::nmt::NmtCommand;
+
+use super::case;
+use crate::tester::{Case, Outcome, Tester, failed};
+
+pub const SAVE: u32 = u32::from_le_bytes(*b"save");
+const LOAD: u32 = u32::from_le_bytes(*b"load");
+
+pub const CASES: &[Case] = &[
+    case("8.1", "1010h:01 wants its signature", |t| refuses_signatures(t, 0x1010, 1, LOAD)),
+    case("8.2", "1010h:01 stores", |t| stores(t, 1)),
+    case("8.3", "1011h:01 wants its signature", |t| refuses_signatures(t, 0x1011, 1, SAVE)),
+    case("8.4", "1011h:01 restores with the next reset", |t| restores(t, 1)),
+    case("8.5", "1010h:02 wants its signature", |t| refuses_signatures(t, 0x1010, 2, LOAD)),
+    case("8.6", "1010h:02 stores", |t| stores(t, 2)),
+    case("8.7", "1011h:02 wants its signature", |t| refuses_signatures(t, 0x1011, 2, SAVE)),
+    case("8.8", "1011h:02 restores with the next reset", |t| restores(t, 2)),
+    case("8.9", "1020h is stored", |t| {
+        t.entry(0x1020, 1)?;
+        t.entry(0x1010, 1)?;
+        for (sub, value) in [(1, 1234), (2, 5678)] {
+            t.write(0x1020, sub, value)?;
+        }
+        t.write(0x1010, 1, SAVE)?;
+        reset(t, NmtCommand::ResetNode)?;
+        for (sub, value) in [(1, 1234), (2, 5678)] {
+            t.reads(0x1020, sub, value)?;
+        }
+        forget(t)
+    }),
+    case("8.10", "no service takes a restricted identifier", |t| {
+        // CiA 301, 7.3.5: the first and the last of each range, and this node's own.
+        let node = u32::from(t.node.get());
+        let edges = [0, 1, 0x7F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x6FF, 0x701, 0x77F, 0x780, 0x7FF];
+        let own = [0x580, 0x600, 0x700].map(|base| base + node);
+        let services = t.some("is a COB-ID that can be written", |entry| {
+            let of_message = matches!((entry.index, entry.sub), (0x1005 | 0x1014, 0));
+            let of_pdo = matches!((entry.index, entry.sub), (0x1400..=0x15FF | 0x1800..=0x19FF, 1));
+            let of_sdo = matches!((entry.index, entry.sub), (0x1201..=0x127F, 1 | 2));
+            entry.access.writable() && (of_message || of_pdo || of_sdo)
+        })?;
+        for service in services {
+            let (index, sub) = (service.index, service.sub);
+            // An identifier changes while there is no service. SYNC always exists, if only for its consumers.
+            if index != 0x1005 {
+                let cob_id = t.read(index, sub)? as u32;
+                t.write(index, sub, cob_id | 1 << 31)?;
+            }
+            for restricted in edges.into_iter().chain(own) {
+                t.refuses(index, sub, restricted, &[AbortCode::INVALID_VALUE, AbortCode::PARAMETER_INCOMPATIBLE])?;
+            }
+        }
+        Ok(())
+    }),
+];
+
+fn reset(t: &mut Tester<'_>, command: NmtCommand) -> Outcome {
+    t.nmt(command)?;
+    t.hear_ms(100)?;
+    Ok(())
+}
+
+/// Leaves the device with its defaults, as it was.
+pub fn forget(t: &mut Tester<'_>) -> Outcome {
+    if t.entry(0x1011, 1).is_ok() {
+        t.write(0x1011, 1, LOAD)?;
+    }
+    reset(t, NmtCommand::ResetNode)
+}
+
+fn refuses_signatures(t: &mut Tester<'_>, index: u16, group: u8, of_the_other: u32) -> Outcome {
+    t.entry(index, group)?;
+    let backwards = if index == 0x1010 { *b"evas" } else { *b"daol" };
+    for signature in [u32::from_le_bytes(backwards), of_the_other, 0] {
+        t.refuses(index, group, signature, &[AbortCode::CANNOT_TRANSFER, AbortCode::LOCAL_CONTROL])?;
+    }
+    Ok(())
+}
+
+/// A value is stored, another is not.
+fn stores(t: &mut Tester<'_>, group: u8) -> Outcome {
+    t.entry(0x1010, group)?;
+    t.entry(0x1017, 0)?;
+    let able = t.read(0x1010, group)?;
+    if able & 1 == 0 {
+        return Err(failed("1010h says that it does not store on command"));
+    }
+    t.write(0x1017, 0, 1000)?;
+    t.write(0x1010, group, SAVE)?;
+    t.write(0x1017, 0, 2000)?;
+    for command in [NmtCommand::ResetCommunication, NmtCommand::ResetNode] {
+        reset(t, command)?;
+        t.reads(0x1017, 0, 1000)?;
+    }
+    forget(t)
+}
+
+fn restores(t: &mut Tester<'_>, group: u8) -> Outcome {
+    t.entry(0x1011, group)?;
+    let default = t.read(0x1017, 0)?;
+    t.write(0x1017, 0, 1000)?;
+    t.write(0x1010, group, SAVE)?;
+    reset(t, NmtCommand::ResetNode)?;
+    t.write(0x1011, group, LOAD)?;
+    // Values change with the reset, and not before.
+    t.reads(0x1017, 0, 1000)?;
+    reset(t, NmtCommand::ResetNode)?;
+    t.reads(0x1017, 0, default)?;
+    forget(t)
+}

@@ -1,0 +1,266 @@
+//! SDO as the tester speaks it, byte by byte: some cases break the protocol on purpose.
+
+use lexican_eds::model::Entry;
+use lexican_runtime::wire::crc::Crc;
+use lexican_runtime::{AbortCode, CobId};
+
+use crate::tester::{Outcome, PATIENCE, Tester, Write, ensure, failed};
+
+/// What the server says to a whole transfer.
+pub type Answer<T = ()> = Result<T, AbortCode>;
+
+/// In the first byte of a block transfer: the sender of it has a checksum.
+const CRC: u8 = 1 << 2;
+
+/// The eight bytes of a request or an answer.
+pub type Message = [u8; 8];
+
+fn message(head: &[u8], rest: &[u8]) -> Message {
+    let mut bytes = [0; 8];
+    bytes.iter_mut().zip(head.iter().chain(rest)).for_each(|(to, from)| *to = *from);
+    bytes
+}
+
+fn initiate(command: u8, at: (u16, u8), rest: &[u8]) -> Message {
+    let [low, high] = at.0.to_le_bytes();
+    message(&[command, low, high, at.1], rest)
+}
+
+impl Tester<'_> {
+    fn sdo_ids(&self) -> (CobId, CobId) {
+        (CobId::of_node(0x600, self.node), CobId::of_node(0x580, self.node))
+    }
+
+    /// Sends a request that is answered by one message.
+    pub fn request(&mut self, request: Message) -> Outcome<Message> {
+        self.tell(request)?;
+        self.answer()
+    }
+
+    /// Sends a request without looking for an answer.
+    pub fn tell(&mut self, request: Message) -> Outcome {
+        self.send(self.sdo_ids().0, &request)
+    }
+
+    pub fn answer(&mut self) -> Outcome<Message> {
+        let frame = self.next(self.sdo_ids().1, PATIENCE)?;
+        let frame = frame.ok_or_else(|| failed("the SDO server does not answer"))?;
+        frame.data().try_into().map_err(|_| failed(format!("{frame} is no SDO")))
+    }
+
+    /// An answer that is an abort, or names the entry that was asked for.
+    fn initiated(&mut self, request: Message) -> Outcome<Answer<Message>> {
+        let answer = self.request(request)?;
+        ensure(answer[1..4] == request[1..4], || format!("{answer:02X?} answers {request:02X?}"))?;
+        Ok(abort_of(&answer).map_or(Ok(answer), Err))
+    }
+
+    /// Reads an entry, in one message or in segments, as the server likes.
+    pub fn upload(&mut self, index: u16, sub: u8) -> Outcome<Answer<Vec<u8>>> {
+        let answer = match self.initiated(initiate(0x40, (index, sub), &[]))? {
+            Ok(answer) => answer,
+            Err(code) => return Ok(Err(code)),
+        };
+        match answer[0] {
+            0x42 => return Ok(Ok(answer[4..].to_vec())),
+            0x43 | 0x47 | 0x4B | 0x4F => return Ok(Ok(answer[4..8 - usize::from(answer[0] >> 2 & 3)].to_vec())),
+            0x40 | 0x41 => {}
+            other => return Err(failed(format!("an upload is answered with {other:02X}"))),
+        }
+        let mut bytes = Vec::new();
+        for toggle in [0, 0x10].into_iter().cycle() {
+            let segment = self.request(message(&[0x60 | toggle], &[]))?;
+            if let Some(code) = abort_of(&segment) {
+                return Ok(Err(code));
+            }
+            ensure(segment[0] & 0xF0 == toggle, || format!("{segment:02X?} does not toggle"))?;
+            bytes.extend(&segment[1..8 - usize::from(segment[0] >> 1 & 7)]);
+            if segment[0] & 1 != 0 {
+                break;
+            }
+            ensure(bytes.len() < 1 << 20, || "an upload without end")?;
+        }
+        let announced = u32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]]) as usize;
+        let right = answer[0] == 0x40 || announced == bytes.len();
+        ensure(right, || format!("{announced} bytes are announced, {} come", bytes.len()))?;
+        Ok(Ok(bytes))
+    }
+
+    /// Writes an entry: in one message if it fits.
+    pub fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Outcome<Answer> {
+        if data.is_empty() || data.len() > 4 {
+            return self.download_segments((index, sub), data);
+        }
+        let command = 0x23 | (4 - data.len() as u8) << 2;
+        let answer = self.initiated(initiate(command, (index, sub), data))?;
+        answer.map(|answer| expect(&answer, 0x60)).map_or_else(|code| Ok(Err(code)), |ok| ok.map(Ok))
+    }
+
+    pub fn download_segments(&mut self, at: (u16, u8), data: &[u8]) -> Outcome<Answer> {
+        let size = (data.len() as u32).to_le_bytes();
+        if let Err(code) = self.initiated(initiate(0x21, at, &size))? {
+            return Ok(Err(code));
+        }
+        let mut chunks = data.chunks(7).enumerate().peekable();
+        while let Some((number, chunk)) = chunks.next() {
+            let toggle = (number as u8 & 1) << 4;
+            let last = u8::from(chunks.peek().is_none());
+            let answer = self.request(message(&[toggle | (7 - chunk.len() as u8) << 1 | last], chunk))?;
+            if let Some(code) = abort_of(&answer) {
+                return Ok(Err(code));
+            }
+            expect(&answer, 0x20 | toggle)?;
+        }
+        Ok(Ok(()))
+    }
+
+    /// Writes at most seven bytes as a block.
+    pub fn download_block(&mut self, at: (u16, u8), data: &[u8], with_crc: bool) -> Outcome {
+        let size = (data.len() as u32).to_le_bytes();
+        let answer = self.initiated(initiate(0xC2 | u8::from(with_crc) << 2, at, &size))?.map_err(refused)?;
+        // Whether the server could make a checksum, it says in any case.
+        expect(&answer, 0xA0 | if with_crc { CRC } else { answer[0] & CRC })?;
+        let answer = self.request(message(&[0x81], data))?;
+        ensure(answer[..2] == [0xA2, 1], || format!("{answer:02X?} does not confirm a block of one segment"))?;
+        let [low, high] = if with_crc { crc_of(data) } else { 0 }.to_le_bytes();
+        let unused = 7 - data.len() as u8;
+        let answer = self.request(message(&[0xC1 | unused << 2, low, high], &[]))?;
+        expect(&answer, 0xA1)
+    }
+
+    /// Reads an entry as a block.
+    pub fn upload_block(&mut self, at: (u16, u8), with_crc: bool) -> Outcome<Vec<u8>> {
+        let request = initiate(0xA0 | u8::from(with_crc) << 2, at, &[127]);
+        let answer = self.initiated(request)?.map_err(refused)?;
+        let sized = answer[0] & 2 != 0;
+        expect(&answer, 0xC0 | answer[0] & 2 | if with_crc { CRC } else { answer[0] & CRC })?;
+        let announced = u32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]]) as usize;
+        self.tell(message(&[0xA3], &[]))?;
+        let mut bytes = Vec::new();
+        for number in 1.. {
+            let segment = self.answer()?;
+            let is_next = segment[0] & 0x7F == number && number <= 127;
+            ensure(is_next, || format!("{segment:02X?} is not segment {number} of a block"))?;
+            bytes.extend(&segment[1..]);
+            if segment[0] & 0x80 != 0 {
+                break;
+            }
+        }
+        let confirmed = (bytes.len() / 7) as u8;
+        let end = self.request(message(&[0xA2, confirmed, 127], &[]))?;
+        expect(&end, 0xC1 | end[0] & 0x1C)?;
+        bytes.truncate(bytes.len() - usize::from(end[0] >> 2 & 7));
+        let right = !sized || announced == bytes.len();
+        ensure(right, || format!("{announced} bytes are announced, {} come", bytes.len()))?;
+        let (crc, own) = (u16::from_le_bytes([end[1], end[2]]), crc_of(&bytes));
+        ensure(!with_crc || crc == own, || format!("the checksum is {crc:04X}, of these bytes it is {own:04X}"))?;
+        self.tell(message(&[0xA1], &[]))?;
+        self.silence(20)?;
+        Ok(bytes)
+    }
+
+    // What cases mostly want.
+
+    /// The bytes of an entry that can be read.
+    pub fn read_bytes(&mut self, index: u16, sub: u8) -> Outcome<Vec<u8>> {
+        self.upload(index, sub)?.map_err(|code| failed(format!("reading {index:04X}:{sub:02X}: {code}")))
+    }
+
+    /// The number in an entry that can be read.
+    pub fn read(&mut self, index: u16, sub: u8) -> Outcome<u64> {
+        let bytes = self.read_bytes(index, sub)?;
+        Ok(bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte)))
+    }
+
+    pub fn reads(&mut self, index: u16, sub: u8, expected: u64) -> Outcome {
+        let value = self.read(index, sub)?;
+        ensure(value == expected, || format!("{index:04X}:{sub:02X} is {value:X}h, not {expected:X}h"))
+    }
+
+    /// The value is the default of the data sheet, if it has one.
+    pub fn is_default(&mut self, entry: &Entry) -> Outcome {
+        let (index, sub) = (entry.index, entry.sub);
+        let bytes = self.read_bytes(index, sub)?;
+        let default = entry.default.as_ref().and_then(|value| self.bytes_of(entry, value)).unwrap_or(bytes.clone());
+        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}, by default {default:02X?}"))
+    }
+
+    /// Writes a number with the size that the data sheet gives it.
+    pub fn try_write(&mut self, index: u16, sub: u8, value: u32) -> Outcome<Answer> {
+        let entry = self.entry(index, sub)?;
+        let size = self.size(&entry).unwrap_or(4).min(4);
+        self.download(index, sub, &value.to_le_bytes()[..size])
+    }
+
+    pub fn write(&mut self, index: u16, sub: u8, value: u32) -> Outcome {
+        let answer = self.try_write(index, sub, value)?;
+        answer.map_err(|code| failed(format!("writing {value:X}h to {index:04X}:{sub:02X}: {code}")))
+    }
+
+    pub fn apply(&mut self, write: Write) -> Outcome {
+        self.write(write.index, write.sub, write.value)
+    }
+
+    /// Writes without waiting for the answer, where something else is to be heard first.
+    pub fn tell_write(&mut self, write: Write) -> Outcome {
+        let size = self.size(&self.entry(write.index, write.sub)?).unwrap_or(4).min(4);
+        let command = 0x23 | (4 - size as u8) << 2;
+        self.tell(initiate(command, (write.index, write.sub), &write.value.to_le_bytes()[..size]))
+    }
+
+    /// A write that is to be refused, with one of these codes, and changes nothing.
+    pub fn refuses(&mut self, index: u16, sub: u8, value: u32, codes: &[AbortCode]) -> Outcome {
+        let size = self.size(&self.entry(index, sub)?).unwrap_or(4).min(4);
+        self.refuses_bytes(index, sub, &value.to_le_bytes()[..size], codes)
+    }
+
+    pub fn refuses_bytes(&mut self, index: u16, sub: u8, data: &[u8], codes: &[AbortCode]) -> Outcome {
+        let readable = self.entry(index, sub).is_ok_and(|entry: Entry| entry.access.readable());
+        let before = if readable { Some(self.upload(index, sub)?) } else { None };
+        let answer = self.download(index, sub, data)?;
+        aborted(answer, codes, || format!("writing {data:02X?} to {index:04X}:{sub:02X}"))?;
+        let after = if readable { Some(self.upload(index, sub)?) } else { None };
+        ensure(before == after, || format!("{index:04X}:{sub:02X} is not what it was before a refused write"))
+    }
+
+    pub fn refuses_read(&mut self, index: u16, sub: u8, codes: &[AbortCode]) -> Outcome {
+        let answer = self.upload(index, sub)?;
+        aborted(answer.map(|_| ()), codes, || format!("reading {index:04X}:{sub:02X}"))
+    }
+
+    /// A message that breaks the protocol is aborted, and the server is ready again.
+    pub fn aborts(&mut self, request: Message, code: AbortCode) -> Outcome {
+        let answer = self.request(request)?;
+        let got = abort_of(&answer).map_or(Ok(()), Err);
+        aborted(got, &[code], || format!("{request:02X?}"))?;
+        self.read(0x1000, 0).map(|_| ())
+    }
+}
+
+/// Whether a transfer was refused as it should be. The general error 0800 0000h is always allowed.
+fn aborted(answer: Answer, codes: &[AbortCode], what: impl Fn() -> String) -> Outcome {
+    match answer {
+        Ok(()) => Err(failed(format!("{} is taken", what()))),
+        Err(code) if codes.contains(&code) || code == AbortCode::GENERAL => Ok(()),
+        Err(code) => Err(failed(format!("{} is refused with {code}", what()))),
+    }
+}
+
+fn refused(code: AbortCode) -> crate::tester::Verdict {
+    failed(format!("a block transfer is refused: {code}"))
+}
+
+fn abort_of(answer: &Message) -> Option<AbortCode> {
+    let [.., a, b, c, d] = *answer;
+    (answer[0] == 0x80).then_some(AbortCode(u32::from_le_bytes([a, b, c, d])))
+}
+
+fn expect(answer: &Message, command: u8) -> Outcome {
+    ensure(answer[0] == command, || format!("{answer:02X?} came, its command should be {command:02X}"))
+}
+
+fn crc_of(bytes: &[u8]) -> u16 {
+    let mut crc = Crc::new();
+    crc.update(bytes);
+    crc.get()
+}
