@@ -276,6 +276,12 @@ impl<const NODES: usize> Manager<NODES> {
         self.heartbeat = Some(heartbeat);
     }
 
+    /// The period of the manager's own heartbeat, if it produces one.
+    #[must_use]
+    pub fn heartbeat_period(&self) -> Option<Duration> {
+        self.heartbeat.as_ref().map(HeartbeatProducer::period)
+    }
+
     /// Begins to read an entry of a node. [`Event::Sdo`] ends it.
     ///
     /// # Errors

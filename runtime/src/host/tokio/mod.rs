@@ -82,6 +82,8 @@ enum Command {
     Send(Frame, Reply),
     Tell(Tell),
     Listen(Option<Vec<CobId>>),
+    /// Reply at this time.
+    Alarm(Instant, oneshot::Sender<Instant>),
 }
 
 type Reply = oneshot::Sender<Result<(), LinkError>>;
@@ -226,6 +228,26 @@ impl Network {
     /// [`LinkError::Closed`].
     pub async fn listen_to_all(&self) -> Result<(), LinkError> {
         self.commands.send(Command::Listen(None)).await.map_err(|_| LinkError::Closed)
+    }
+
+    /// The time of the link, by which the network waits.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`].
+    pub async fn now(&self) -> Result<Instant, LinkError> {
+        self.sleep_until(Instant::ZERO).await
+    }
+
+    /// Waits until it is `until` by the link; the time then.
+    ///
+    /// # Errors
+    ///
+    /// [`LinkError`].
+    pub async fn sleep_until(&self, until: Instant) -> Result<Instant, LinkError> {
+        let (reply, answer) = oneshot::channel();
+        self.commands.send(Command::Alarm(until, reply)).await.map_err(|_| LinkError::Closed)?;
+        answer.await.map_err(|_| LinkError::Closed)
     }
 
     /// What happens from now on.

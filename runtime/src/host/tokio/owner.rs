@@ -1,8 +1,9 @@
 //! The task that owns the link and the manager.
 
 use std::boxed::Box;
+use std::vec::Vec;
 
-use tokio::sync::{broadcast, mpsc};
+use tokio::sync::{broadcast, mpsc, oneshot};
 
 use super::outgoing::{Outgoing, tell};
 use super::readiness::Readiness;
@@ -29,6 +30,8 @@ pub(super) struct Owner<L: Link> {
     audience: Audience,
     events: broadcast::Sender<Event>,
     inbox: mpsc::Receiver<Command>,
+    /// Calls that wait for a time.
+    alarms: Vec<(Instant, oneshot::Sender<Instant>)>,
     /// There may be more to receive or to send than was done at once.
     more: bool,
 }
@@ -70,6 +73,7 @@ impl<L: Link> Owner<L> {
             audience: Audience::default(),
             events,
             inbox,
+            alarms: Vec::new(),
             // The link may have read something already.
             more: true,
         })
@@ -114,6 +118,11 @@ impl<L: Link> Owner<L> {
                 self.transfers.add(node, transfer, &mut self.manager, now);
             }
             Command::Listen(others) => self.audience.choose(others),
+            Command::Alarm(at, reply) => {
+                let now = self.link.now();
+                self.alarms.push((at, reply));
+                self.ring(now);
+            }
         }
     }
 
@@ -161,7 +170,20 @@ impl<L: Link> Owner<L> {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        [self.manager.poll_timeout(), self.outgoing.poll_timeout()].into_iter().flatten().min()
+        [self.manager.poll_timeout(), self.outgoing.poll_timeout(), self.next_alarm()].into_iter().flatten().min()
+    }
+
+    fn next_alarm(&self) -> Option<Instant> {
+        self.alarms.iter().map(|(at, _)| *at).min()
+    }
+
+    /// Replies to the calls whose time has come, and forgets those that were dropped.
+    fn ring(&mut self, now: Instant) {
+        let due = |(at, reply): &mut (Instant, oneshot::Sender<Instant>)| *at <= now || reply.is_closed();
+        for (_, reply) in self.alarms.extract_if(.., due) {
+            // The call may have been dropped.
+            let _ = reply.send(now);
+        }
     }
 
     /// Does what is due.
@@ -169,6 +191,9 @@ impl<L: Link> Owner<L> {
         while let Some(now) = self.backlog.due(|| self.manager.poll_timeout()) {
             let event = self.manager.handle_timeout(now);
             self.tell(now, event);
+        }
+        if let Some(now) = self.backlog.due(|| self.next_alarm()) {
+            self.ring(now);
         }
     }
 
