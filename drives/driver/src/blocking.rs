@@ -4,13 +4,15 @@ use std::fmt;
 use std::future::Future;
 use std::marker::PhantomData;
 use std::pin::pin;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::task::Poll;
 
-use lexican_runtime::host::{Link, LinkError};
+use lexican_runtime::host::{Link, LinkError, Pump};
 use lexican_runtime::object::{Object, Readable, Value, Writable};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, NodeId};
 
+use crate::cancel::CancelHandle;
 use crate::description::Approach;
 use crate::desk::Desk;
 use crate::direction::Direction;
@@ -20,17 +22,28 @@ use crate::kind::Kind;
 use crate::mode::Mode;
 use crate::operations::operations;
 use crate::parameter::ParameterSet;
+use crate::protection::{Protection, Supervision};
 use crate::sequence::{self, Difference, Progress, Setting};
 use crate::session::Session;
 use crate::units::Units;
 
-/// A drive of the kind `K` at the other end of a link. Every method blocks until its operation is over.
+/// How often it is looked whether an operation has been cancelled.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// How often a thread that has nothing to keep alive looks again.
+const IDLE: Duration = Duration::from_millis(100);
+
+/// A drive of the kind `K` at the other end of a link. Every method blocks until its operation is over; a
+/// [`CancelHandle`] ends it from another thread.
 ///
-/// A drive that is dropped while it may be moving is told to stop, and standard error says so. A process that is
-/// killed drops nothing: see [the crate](crate#what-stops-the-drive-when-the-application-does-not).
+/// A drive that is dropped while it may be moving is stopped, and standard error says so. A process that is
+/// killed drops nothing: see [the crate](crate#how-a-program-ends-and-what-the-drive-does-then).
 pub struct Drive<L: Link, K: Kind> {
-    link: Option<L>,
-    session: Session,
+    shared: Arc<Shared<L>>,
+    node: NodeId,
+    desk: Desk,
+    supervision: Option<Supervision>,
+    cancel: CancelHandle,
     kind: PhantomData<fn() -> K>,
 }
 
@@ -38,12 +51,20 @@ impl<L: Link, K: Kind> Drive<L, K> {
     /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver
     /// goes by. Nothing is changed in the drive.
     ///
+    /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
+    /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.
+    /// [`Drive::connect_protected`] is for drives that can notice.
+    ///
     /// # Errors
     ///
-    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] when nobody answers.
+    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if nobody answers.
     pub fn connect(link: L, node: NodeId) -> Result<Self, Error> {
         let session = Session::new(node, K::DESCRIPTION);
-        let mut drive = Drive { link: Some(link), session, kind: PhantomData };
+        let desk = session.desk();
+        let machine = Machine { link, session, pump: Pump::new() };
+        let shared = Arc::new(Shared { machine: Mutex::new(Some(machine)), changed: Condvar::new() });
+        let (supervision, cancel) = (None, CancelHandle::default());
+        let mut drive = Drive { shared, node, desk, supervision, cancel, kind: PhantomData };
         match drive.identify() {
             // Its power has only just come on: now it is there.
             Err(Error::Restarted) => drive.identify()?,
@@ -52,59 +73,217 @@ impl<L: Link, K: Kind> Drive<L, K> {
         Ok(drive)
     }
 
+    /// Connects as [`Drive::connect`] does, and arms what lets the drive notice within a time that this program is
+    /// gone: its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
+    /// manual says. The driver keeps it going during operations, and by a thread between them, until the `Drive` is
+    /// dropped or released; after a restart of the drive, the next operation arms it again.
+    ///
+    /// A program that hangs is not gone. None of this replaces an emergency stop.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`]; [`Error::Unsupported`] by a drive that has neither;
+    /// [`Error::HeartbeatExcludesGuarding`]; [`Error::OutOfRange`]; [`Error::Link`] without a thread.
+    pub fn connect_protected(link: L, node: NodeId, supervision: Supervision) -> Result<Self, Error>
+    where
+        L: Send + 'static,
+    {
+        let mut drive = Drive::connect(link, node)?;
+        drive.supervision = Some(supervision);
+        drive.shared.with(|machine| machine.protect(supervision))?;
+        let shared = Arc::clone(&drive.shared);
+        std::thread::Builder::new().spawn(move || shared.keep_alive()).map_err(LinkError::from)?;
+        Ok(drive)
+    }
+
     fn identify(&mut self) -> Result<(), Error> {
         self.run(async |desk: Desk| sequence::identify(&desk).await)
     }
 
-    /// How long travels may take until they count as timed out; ten minutes unless told otherwise.
-    pub fn set_patience(&mut self, patience: Duration) {
-        self.session.desk().lock().patience = patience;
+    /// How the drive notices that this program is gone.
+    #[must_use]
+    pub fn protection(&self) -> Protection {
+        self.shared.with(|machine| machine.session.protection())
     }
 
-    /// Leaves the drive as it is, moving or not, and gives the link back.
+    /// What ends the operation that is under way from another thread, and stops the drive.
     #[must_use]
-    pub fn release(mut self) -> L {
-        self.session.desk().lock().moving = false;
-        self.link.take().expect("a drive has its link until it is released")
+    pub fn cancel_handle(&self) -> CancelHandle {
+        self.cancel.clone()
+    }
+
+    /// How long travels may take until they count as timed out; ten minutes unless set.
+    pub fn set_patience(&mut self, patience: Duration) {
+        self.desk.lock().patience = patience;
+    }
+
+    /// Leaves the drive as it is, moving or not, and gives the link back. Its protection is disarmed; if that fails, the
+    /// drive notices that nobody keeps it going.
+    #[must_use]
+    pub fn release(self) -> L {
+        let mut machine = self.shared.take().expect(HAS_LINK);
+        let protection = machine.session.protection();
+        // The drive does what it is protected by.
+        let _ = machine.run(None, async |desk: Desk| sequence::unprotect(&desk, protection).await);
+        machine.link
     }
 
     /// Runs a sequence to its end: this is all that the shell does.
     ///
     /// # Errors
     ///
-    /// Those of the sequence, and [`Error::Link`].
+    /// Those of the sequence, and [`Error::Link`], [`Error::Cancelled`], [`Error::MayBeMoving`].
     pub fn run<T, F>(&mut self, sequence: impl FnOnce(Desk) -> F) -> Result<T, Error>
     where
         F: Future<Output = Result<T, Error>>,
     {
-        let session = &mut self.session;
-        let link = self.link.as_mut().expect("a drive has its link until it is released");
-        catch_up(link, session)?;
-        session.begin(link.now());
-        let mut sequence = pin!(sequence(session.desk()));
-        loop {
-            let polled = session.poll(link.now(), sequence.as_mut());
-            while let Some(frame) = session.poll_transmit(link.now()) {
-                link.send(&frame)?;
+        self.shared.with(|machine| {
+            if let Some(supervision) = self.supervision {
+                machine.protect(supervision)?;
             }
-            if let Poll::Ready(result) = polled {
-                return result;
-            }
-            let until = session.poll_timeout().unwrap_or(link.now());
-            match link.receive_frame(until)? {
-                Some(frame) => session.handle_frame(link.now(), &frame),
-                None => session.handle_timeout(link.now()),
-            }
+            let result = machine.run(Some(&self.cancel), sequence);
+            machine.session.conclude(result)
+        })
+    }
+}
+
+/// What an operation works with, or else the thread that keeps the drive going.
+struct Shared<L> {
+    /// `None` once the drive is dropped or released.
+    machine: Mutex<Option<Machine<L>>>,
+    changed: Condvar,
+}
+
+const HAS_LINK: &str = "a drive has its link until it is dropped or released";
+
+impl<L: Link> Shared<L> {
+    fn lock(&self) -> MutexGuard<'_, Option<Machine<L>>> {
+        self.machine.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn with<T>(&self, call: impl FnOnce(&mut Machine<L>) -> T) -> T {
+        call(self.lock().as_mut().expect(HAS_LINK))
+    }
+
+    fn take(&self) -> Option<Machine<L>> {
+        let machine = self.lock().take();
+        self.changed.notify_all();
+        machine
+    }
+
+    /// Keeps a protected drive going between operations, until it is dropped or released.
+    fn keep_alive(&self) {
+        let mut machine = self.lock();
+        while let Some(it) = machine.as_mut() {
+            let patience = it.keep_alive();
+            machine = self.changed.wait_timeout(machine, patience.into()).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 }
 
-/// Hears all that has come by now: it is old, and may be older than what is sent next.
-fn catch_up<L: Link>(link: &mut L, session: &mut Session) -> Result<(), LinkError> {
-    while let Some(frame) = link.receive_frame(link.now())? {
-        session.handle_frame(link.now(), &frame);
+/// A link, and what runs over it.
+struct Machine<L> {
+    link: L,
+    session: Session,
+    pump: Pump,
+}
+
+impl<L: Link> Machine<L> {
+    fn run<T, F>(&mut self, cancel: Option<&CancelHandle>, sequence: impl FnOnce(Desk) -> F) -> Result<T, Error>
+    where
+        F: Future<Output = Result<T, Error>>,
+    {
+        // What has come by now is old, and may be older than what is sent next.
+        self.pump.catch_up(&mut self.link, &mut self.session)?;
+        self.session.begin(self.link.now());
+        match self.run_unless_cancelled(cancel, sequence) {
+            Some(result) => result,
+            None => Err(self.cancelled()),
+        }
     }
-    Ok(())
+
+    fn run_unless_cancelled<T, F>(
+        &mut self,
+        cancel: Option<&CancelHandle>,
+        sequence: impl FnOnce(Desk) -> F,
+    ) -> Option<Result<T, Error>>
+    where
+        F: Future<Output = Result<T, Error>>,
+    {
+        let mut sequence = pin!(sequence(self.session.desk()));
+        loop {
+            if cancel.is_some_and(CancelHandle::take) {
+                return None;
+            }
+            let polled = self.session.poll(self.link.now(), sequence.as_mut());
+            let pumped = self.transmit().and_then(|()| match polled {
+                Poll::Ready(_) => Ok(()),
+                Poll::Pending => self.wait(),
+            });
+            match (polled, pumped) {
+                (_, Err(error)) => return Some(Err(error.into())),
+                (Poll::Ready(result), _) => return Some(result),
+                (Poll::Pending, _) => {}
+            }
+        }
+    }
+
+    fn transmit(&mut self) -> Result<(), LinkError> {
+        while !self.pump.transmit(&mut self.link, &mut self.session)? {}
+        Ok(())
+    }
+
+    fn wait(&mut self) -> Result<(), LinkError> {
+        let until = self.link.now() + LOOK;
+        self.pump.turn(&mut self.link, &mut self.session, until).map(drop)
+    }
+
+    fn cancelled(&mut self) -> Error {
+        let (node, stopped) = (self.session.node(), self.session.desk().may_move());
+        match self.run(None, async |desk: Desk| if stopped { sequence::stop(&desk).await } else { Ok(()) }) {
+            Ok(()) => Error::Cancelled { node, stopped },
+            Err(error) => error,
+        }
+    }
+
+    /// Arms what is not, or not any more.
+    fn protect(&mut self, supervision: Supervision) -> Result<(), Error> {
+        if self.session.protection() == Protection::None {
+            let protection = self.run(None, async |desk: Desk| sequence::protect(&desk, supervision).await)?;
+            self.session.keep_alive(self.link.now(), protection);
+        }
+        Ok(())
+    }
+
+    /// Hears what has come, and sends what is due to keep the drive going; how long to wait for the next time.
+    fn keep_alive(&mut self) -> Duration {
+        // An operation reports what is wrong with the link.
+        let _ = self.pump.catch_up(&mut self.link, &mut self.session);
+        let now = self.link.now();
+        while let Some(frame) = self.session.poll_keep_alive(now) {
+            let _ = self.link.send(&frame);
+        }
+        let next = self.session.poll_keep_alive_timeout();
+        next.map_or(IDLE, |next| next.since(now)).max(Duration::from_millis(1))
+    }
+
+    /// Stops a drive that may be moving, and looks whether it obeys; what has come of that.
+    fn let_go(&mut self) -> Option<String> {
+        // The drive may have said that it is not enabled any more; a link that fails now fails again below.
+        let _ = self.pump.catch_up(&mut self.link, &mut self.session);
+        let stop = self.session.desk().let_go()?;
+        if let Err(error) = self.link.send(&stop) {
+            return Some(format!("no stop could be sent: {error}"));
+        }
+        Some(match self.run(None, async |desk: Desk| sequence::look_for_standstill(&desk).await) {
+            Ok(None) => "it has been stopped".to_owned(),
+            Ok(Some(velocity)) => {
+                let unit = self.session.desk().description().status.velocity_unit;
+                format!("a stop has been sent, and it still runs at {velocity} {unit}")
+            }
+            Err(error) => format!("a stop has been sent, and nothing shows that it has arrived: {error}"),
+        })
+    }
 }
 
 macro_rules! blocking {
@@ -130,20 +309,14 @@ operations!(blocking);
 
 impl<L: Link, K: Kind> fmt::Debug for Drive<L, K> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Drive")
-            .field("kind", &K::DESCRIPTION.name)
-            .field("node", &self.session.node())
-            .finish_non_exhaustive()
+        f.debug_struct("Drive").field("kind", &K::DESCRIPTION.name).field("node", &self.node).finish_non_exhaustive()
     }
 }
 
 impl<L: Link, K: Kind> Drop for Drive<L, K> {
     fn drop(&mut self) {
-        // The drive may have said that it is not enabled any more; a link that fails now fails again below.
-        let _ = self.link.as_mut().map(|link| catch_up(link, &mut self.session));
-        let Some(stop) = self.session.desk().let_go() else { return };
-        let told = self.link.as_mut().is_some_and(|link| link.send(&stop).is_ok());
-        let what = if told { "it has been told to stop" } else { "it could not be told to stop" };
-        eprintln!("the drive at node {} was let go while it may be moving: {what}", self.session.node());
+        if let Some(what) = self.shared.take().as_mut().and_then(Machine::let_go) {
+            eprintln!("the drive at node {} was let go while it may be moving: {what}", self.node);
+        }
     }
 }

@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use lexican_runtime::CobId;
 use lexican_runtime::host::LinkError;
 use lexican_runtime::object::{Address, LengthMismatch, OutOfRange};
 use lexican_runtime::profile::cia402::{Command, State};
 use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::{CobId, NodeId};
 
 use crate::fault::Cause;
 use crate::mode::Mode;
@@ -29,6 +29,12 @@ pub enum Outcome {
         /// Where it stands.
         position: i32,
     },
+    /// Another manager, or another handle of this drive, has ordered something else: the drive says that it has reached
+    /// its target, and rests elsewhere than it was ordered to.
+    Overridden {
+        /// Where.
+        position: i32,
+    },
     /// A fault stopped the drive.
     Fault(Cause),
     /// Something else ended the travel: a quick stop, another manager, a lost supply.
@@ -48,8 +54,13 @@ pub enum Outcome {
 /// How setting a velocity ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VelocityOutcome {
-    /// The drive runs within the window around its target velocity.
+    /// The drive runs within the window around its target velocity, in the direction of the order.
     Reached {
+        /// As 606Ch has it.
+        velocity: i32,
+    },
+    /// Another manager, or another handle of this drive, has stopped it, or has ordered another velocity.
+    Overridden {
         /// As 606Ch has it.
         velocity: i32,
     },
@@ -60,7 +71,7 @@ pub enum VelocityOutcome {
         /// For this state.
         state: State,
     },
-    /// The velocity is not reached in time. The drive is still turning.
+    /// The velocity is not reached in time. The drive has its order still; its shaft may stand, or turn the other way.
     TimedOut {
         /// As 606Ch has it.
         velocity: i32,
@@ -126,8 +137,8 @@ pub enum Error {
         /// Where it should be.
         to: State,
     },
-    /// All conditions are met, and still the drive has not taken a travel command in time.
-    #[error("the drive does not take the travel command, and shows no reason (status word {status_word:04X})")]
+    /// All conditions are met, and still the drive has not taken an order in time.
+    #[error("the drive does not take the order, and shows no reason (status word {status_word:04X})")]
     NotTaken {
         /// What it says instead.
         status_word: u16,
@@ -180,9 +191,58 @@ pub enum Error {
         /// What the object holds; its bit 31 says that there is none.
         found: u32,
     },
+    /// The drive sends heartbeats, which exclude life guarding (CiA 301, 7.2.8.2.1), and consumes none.
+    #[error(
+        "the drive sends heartbeats (1017h is {heartbeat_ms} ms), which exclude life guarding: write 0 there first"
+    )]
+    HeartbeatExcludesGuarding {
+        /// 1017h.
+        heartbeat_ms: u16,
+    },
+    /// The operation was cancelled by a [`CancelHandle`](crate::CancelHandle).
+    #[error("cancelled: the drive at node {node} {}", if *.stopped { "has been stopped" } else { "was not moving" })]
+    Cancelled {
+        /// The drive.
+        node: NodeId,
+        /// Whether it may have been moving, and now stands.
+        stopped: bool,
+    },
+    /// An operation failed, and the drive may be moving: it has been ordered to, and has not been seen to stand.
+    #[error("{error}; the drive at node {node} may still be moving")]
+    MayBeMoving {
+        /// The drive.
+        node: NodeId,
+        /// Why the operation failed.
+        error: Box<Error>,
+    },
     /// The drive has booted in the middle of an operation: it was reset, or its power failed.
     #[error("the drive has restarted")]
     Restarted,
+}
+
+impl Error {
+    /// Why the operation failed, whether the drive may be moving or not.
+    #[must_use]
+    pub fn into_cause(self) -> Error {
+        match self {
+            Error::MayBeMoving { error, .. } => error.into_cause(),
+            error => error,
+        }
+    }
+
+    /// Whether the operation has ended before it has changed anything, or with a drive that does not move.
+    pub(crate) const fn leaves_at_rest(&self) -> bool {
+        matches!(
+            self,
+            Error::OutOfRange(_)
+                | Error::Unsupported { .. }
+                | Error::NoParameter { .. }
+                | Error::Refused(_)
+                | Error::Fault(_)
+                | Error::Cancelled { .. }
+                | Error::MayBeMoving { .. }
+        )
+    }
 }
 
 /// Something that not every kind of drive can do.
@@ -211,6 +271,8 @@ pub enum Capability {
     Units,
     /// Switching emergency messages.
     EmergencySwitch,
+    /// Noticing that its manager is gone.
+    Protection,
 }
 
 /// Which conditions are not met.
@@ -239,6 +301,10 @@ pub enum Missing {
     BelowUpperLimit,
     /// The position is below the lower limit.
     AboveLowerLimit,
+    /// The position is at the upper limit.
+    ShortOfUpperLimit,
+    /// The position is at the lower limit.
+    ShortOfLowerLimit,
     /// A limit switch is active.
     OffLimitSwitch(u8),
     /// The target is outside the limits.
@@ -276,6 +342,7 @@ impl fmt::Display for Capability {
             Capability::Temperature => f.write_str("temperature to read"),
             Capability::Battery => f.write_str("battery voltage to read"),
             Capability::Units => f.write_str("units that are known"),
+            Capability::Protection => f.write_str("life guarding and no free heartbeat consumer"),
             Capability::EmergencySwitch => f.write_str("switch for emergency messages"),
         }
     }
@@ -303,6 +370,8 @@ impl fmt::Display for Missing {
             Missing::Travel => f.write_str("no travel is under way"),
             Missing::BelowUpperLimit => f.write_str("its position is above the upper limit"),
             Missing::AboveLowerLimit => f.write_str("its position is below the lower limit"),
+            Missing::ShortOfUpperLimit => f.write_str("its position is at the upper limit"),
+            Missing::ShortOfLowerLimit => f.write_str("its position is at the lower limit"),
             Missing::OffLimitSwitch(number) => write!(f, "its limit switch {number} is active"),
             Missing::TargetWithinLimits { target, low, high } => {
                 write!(f, "the target {target} is outside its limits, {low} to {high}")

@@ -55,19 +55,30 @@
 //!   [`Error::Refused`], and what the drive does not have as [`Error::Unsupported`], before anything is sent.
 //! - No sequence does I/O or reads a clock.
 //!
-//! # What stops the drive when the application does not
+//! # How a program ends, and what the drive does then
 //!
 //! An operation that ends in an error after its order was sent, that is not over in time, or whose call is dropped,
-//! leaves the drive doing what it was told last; [`Error::Refused`] and [`Error::Unsupported`] come before anything
-//! moves. Then `stop`, `quick_stop` and `disable` stop whatever moves, and so does dropping the `Drive`.
+//! leaves the drive doing what it was ordered last; such an error is [`Error::MayBeMoving`]. [`Error::Refused`] and
+//! [`Error::Unsupported`] come before anything moves. `stop`, `quick_stop` and `disable` stop whatever moves, and so does
+//! dropping the `Drive`: by a quick stop in the middle of a step, which nothing else ends.
 //!
-//! A `Drive` that is dropped, also by a panic that unwinds, sends a stop if the drive may be moving: a quick stop in
-//! the middle of a step, which nothing else ends. That is all that the driver can do: **nothing here supervises the
-//! process that it runs in.** After SIGKILL, `abort`, a crash of the machine or a cable that breaks, nobody sends that
-//! stop: a travel goes on to its target, and inching and velocity mode go on until something else ends them. What a
-//! drive can do about that, by life guarding, say, its own crate tells.
+//! | The program | sends | so the drive | and one that is protected |
+//! | --- | --- | --- | --- |
+//! | returns, or ends in an error | a stop, as the `Drive` is dropped | stands | also notices later |
+//! | panics, and unwinds | the same | stands | also notices later |
+//! | gets SIGINT or SIGTERM, and handles it by a [`CancelHandle`] | a stop | stands | |
+//! | gets SIGINT or SIGTERM, and does not handle it | nothing | goes on | notices |
+//! | calls `exit` or `abort`, or panics with `panic = "abort"` | nothing | goes on | notices |
+//! | gets SIGKILL, or loses its power | nothing | goes on | notices |
+//! | loses its cable | a stop that does not arrive, and says so | goes on | notices |
+//!
+//! A drive that goes on ends a travel at its target; inching and velocity mode do not end. One that is
+//! [protected](Drive::connect_protected) notices that its manager is gone, by life guarding or a missing heartbeat, and does
+//! what its manual says. The test `endings` of the crate of a drive ends a real process in each of these ways. None of this
+//! replaces an emergency stop.
 
 mod blocking;
+mod cancel;
 pub mod description;
 mod desk;
 mod direction;
@@ -77,6 +88,7 @@ mod kind;
 mod mode;
 mod operations;
 mod parameter;
+mod protection;
 pub mod sequence;
 mod session;
 #[cfg(feature = "tokio")]
@@ -84,13 +96,15 @@ pub mod tokio;
 mod units;
 
 pub use blocking::Drive;
+pub use cancel::CancelHandle;
 pub use description::Description;
-pub use desk::Desk;
+pub use desk::{Awaited, Desk};
 pub use direction::Direction;
 pub use error::{Capability, Error, Missing, Outcome, Refusal, VelocityOutcome};
 pub use fault::{ByteOrder, Cause, Code, Codes};
 pub use kind::Kind;
 pub use mode::Mode;
 pub use parameter::{Parameter, ParameterSet};
+pub use protection::{Protection, Supervision};
 pub use session::Session;
 pub use units::Units;

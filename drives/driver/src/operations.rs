@@ -301,12 +301,14 @@ macro_rules! operations {
             fn write [T: Value, A: Writable, M] (desk, object: Object<T, A, M>, value: T) -> () =
                 desk.write(object, value);
 
-            /// Lets time pass, and keeps listening meanwhile.
+            /// Lets time pass, and keeps listening meanwhile. While the drive may be moving, its status word is looked
+            /// at, and read if the drive sends none.
             ///
             /// # Errors
             ///
-            /// [`Error::Link`], [`Error::Restarted`].
-            fn pass(desk, span: Duration) -> () = desk.pass(span);
+            /// [`Error::Link`], [`Error::Restarted`]; while the drive may be moving, also [`Error::Fault`], and
+            /// [`Error::Sdo`] if it does not answer any more.
+            fn pass(desk, span: Duration) -> () = sequence::pass(desk, span);
         }
     };
 }

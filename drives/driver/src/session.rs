@@ -1,14 +1,22 @@
 //! The manager's side of one drive, without I/O: the four verbs, and a sequence that is under way.
 
+use std::convert::Infallible;
 use std::future::Future;
 use std::pin::Pin;
 use std::task::Poll;
 
+use lexican_runtime::host::StateMachine;
+#[cfg(feature = "tokio")]
+use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::service::sdo_client::{Event, Scalar, SdoClient};
 use lexican_runtime::{AbortCode, Frame, Instant, NodeId};
 
 use crate::description::Description;
+#[cfg(feature = "tokio")]
+use crate::desk::Access;
 use crate::desk::Desk;
+use crate::error::Error;
+use crate::protection::{KeepAlive, Protection};
 
 /// What happens between a shell and one drive.
 #[derive(Debug)]
@@ -17,6 +25,8 @@ pub struct Session {
     desk: Desk,
     sdo: SdoClient,
     payload: Scalar,
+    protection: Protection,
+    keep_alive: KeepAlive,
 }
 
 impl Session {
@@ -24,7 +34,9 @@ impl Session {
     #[must_use]
     pub fn new(node: NodeId, description: &'static Description) -> Self {
         let desk = Desk::new(node, description);
-        Session { node, desk, sdo: SdoClient::of_node(node), payload: Scalar::default() }
+        let sdo = SdoClient::of_node(node);
+        let (protection, keep_alive) = (Protection::None, KeepAlive::None);
+        Session { node, desk, sdo, payload: Scalar::default(), protection, keep_alive }
     }
 
     /// The node-ID.
@@ -37,6 +49,35 @@ impl Session {
     #[must_use]
     pub fn desk(&self) -> Desk {
         self.desk.clone()
+    }
+
+    /// How the drive notices that the driver is gone.
+    #[must_use]
+    pub fn protection(&self) -> Protection {
+        self.protection
+    }
+
+    /// Sends from now on what keeps a drive going that has been [protected](crate::sequence::protect).
+    pub fn keep_alive(&mut self, now: Instant, protection: Protection) {
+        self.protected(protection);
+        self.keep_alive = KeepAlive::new(now, self.node, protection);
+    }
+
+    /// The drive is protected so, and something else keeps it going.
+    pub(crate) fn protected(&mut self, protection: Protection) {
+        self.protection = protection;
+    }
+
+    /// What an operation has led to: an error says so if the drive may still be moving.
+    ///
+    /// # Errors
+    ///
+    /// That of the operation.
+    pub fn conclude<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
+        result.map_err(|error| {
+            let moving = self.desk.may_move() && !error.leaves_at_rest();
+            if moving { Error::MayBeMoving { node: self.node, error: Box::new(error) } } else { error }
+        })
     }
 
     /// Forgets what an operation before has left behind.
@@ -52,7 +93,12 @@ impl Session {
 
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        if !self.desk.hear(frame) {
+        if self.desk.hear(frame) {
+            // What was armed has not outlived a restart.
+            if self.protection != Protection::None && self.desk.lock().restarted {
+                self.keep_alive(now, Protection::None);
+            }
+        } else {
             let event = self.sdo.handle_frame(now, frame, &mut self.payload);
             self.follow(event);
         }
@@ -60,19 +106,18 @@ impl Session {
 
     /// Takes note that a deadline has come.
     pub fn handle_timeout(&mut self, now: Instant) {
+        self.keep_alive.handle_timeout(now);
         let event = self.sdo.handle_timeout(now);
         self.follow(event);
     }
 
     /// The next frame to send. What a sequence sends, leaves before what it asks for.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        let access = {
-            let mut shared = self.desk.lock();
-            if let Some(frame) = shared.outbox.pop_front() {
-                return Some(frame);
-            }
-            if self.sdo.is_busy() { None } else { shared.access.take() }
-        };
+        let order = self.desk.lock().outbox.pop_front();
+        if let Some(frame) = order.or_else(|| self.keep_alive.poll_transmit(now)) {
+            return Some(frame);
+        }
+        let access = if self.sdo.is_busy() { None } else { self.desk.lock().access.take() };
         if let Some(access) = access {
             self.payload = access.payload;
             let begun = if access.writes {
@@ -85,11 +130,42 @@ impl Session {
         self.sdo.poll_transmit(now, &mut self.payload)
     }
 
+    /// The next frame that the sequence sends, for shells that access objects by themselves.
+    #[cfg(feature = "tokio")]
+    pub(crate) fn poll_order(&mut self) -> Option<Frame> {
+        self.desk.lock().outbox.pop_front()
+    }
+
+    /// The access to an object that the sequence waits for, for such shells.
+    #[cfg(feature = "tokio")]
+    pub(crate) fn poll_access(&mut self) -> Option<Access> {
+        self.desk.lock().access.take()
+    }
+
+    /// What has come of the access.
+    #[cfg(feature = "tokio")]
+    pub(crate) fn handle_answer(&mut self, answer: Result<Scalar, SdoError>) {
+        self.desk.lock().answer = Some(answer);
+    }
+
     /// When to call [`Session::handle_timeout`] and poll the sequence again.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         let wake = self.desk.lock().wake;
-        [wake, self.sdo.poll_timeout()].into_iter().flatten().min()
+        [wake, self.sdo.poll_timeout(), self.keep_alive.poll_timeout()].into_iter().flatten().min()
+    }
+
+    /// The next frame that keeps a protected drive going, for shells that have no operation under way.
+    pub(crate) fn poll_keep_alive(&mut self, now: Instant) -> Option<Frame> {
+        if self.keep_alive.poll_timeout().is_some_and(|deadline| deadline <= now) {
+            self.keep_alive.handle_timeout(now);
+        }
+        self.keep_alive.poll_transmit(now)
+    }
+
+    /// When [`Session::poll_keep_alive`] has another frame.
+    pub(crate) fn poll_keep_alive_timeout(&self) -> Option<Instant> {
+        self.keep_alive.poll_timeout()
     }
 
     fn follow(&mut self, event: Option<Event>) {
@@ -99,5 +175,24 @@ impl Session {
             None => return,
         };
         self.desk.lock().answer = Some(answer);
+    }
+}
+
+impl StateMachine for Session {
+    type Event = Infallible;
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Infallible> {
+        self.handle_frame(now, frame);
+        None
+    }
+    fn handle_timeout(&mut self, now: Instant) -> Option<Infallible> {
+        self.handle_timeout(now);
+        None
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.poll_transmit(now)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.poll_timeout()
     }
 }

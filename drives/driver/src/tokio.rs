@@ -5,17 +5,16 @@ use std::future::Future;
 use std::marker::PhantomData;
 use std::pin::pin;
 use std::task::Poll;
-use std::time::Duration as Wall;
 
 use lexican_runtime::host::AccessError;
 use lexican_runtime::host::LinkError;
 use lexican_runtime::host::tokio::{Event, Network};
-use lexican_runtime::manager::{self, Manager};
+use lexican_runtime::manager::{self, Manager, Remote};
 use lexican_runtime::object::{Object, Readable, Value, Writable};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::service::sdo_client::{Payload, Scalar, SdoError};
 use lexican_runtime::{Duration, Instant, NodeId};
-use tokio::sync::{broadcast, oneshot};
+use tokio::sync::broadcast;
 
 use crate::description::Approach;
 use crate::desk::{Access, Desk};
@@ -26,22 +25,21 @@ use crate::kind::Kind;
 use crate::mode::Mode;
 use crate::operations::operations;
 use crate::parameter::ParameterSet;
+use crate::protection::{Protection, Supervision};
 use crate::sequence::{self, Difference, Progress, Setting};
+use crate::session::Session;
 use crate::units::Units;
-
-/// How long to wait for an event before the time is looked at: the time is the link's, which need not be that
-/// of tokio.
-const LOOK: Wall = Wall::from_millis(1);
 
 /// A drive of the kind `K` on a network. It does one thing at a time; a call that is dropped leaves the drive doing it.
 ///
-/// A drive that is dropped while it may be moving is told to stop, and standard error says so. A process that is
-/// killed drops nothing: see [the crate](crate#what-stops-the-drive-when-the-application-does-not).
+/// A drive that is dropped while it may be moving is sent a stop, and standard error says so. A process that is
+/// killed drops nothing: see [the crate](crate#how-a-program-ends-and-what-the-drive-does-then).
 pub struct Drive<K: Kind> {
     network: Network,
     events: broadcast::Receiver<Event>,
     node: NodeId,
-    desk: Desk,
+    session: Session,
+    supervision: Option<Supervision>,
     kind: PhantomData<fn() -> K>,
 }
 
@@ -49,12 +47,16 @@ impl<K: Kind> Drive<K> {
     /// Connects to the drive at `node`, and makes sure that it is of this kind, and has the COB-IDs that the driver
     /// goes by. Nothing is changed in the drive.
     ///
+    /// **The drive does not notice if this program dies**: killed, aborted, or without power. Then it does what it was
+    /// ordered last: a travel goes on to its target, inching and velocity mode go on without end.
+    /// [`Drive::connect_protected`] is for drives that can notice.
+    ///
     /// # Errors
     ///
-    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] when nobody answers.
+    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if nobody answers.
     pub async fn connect(network: Network, node: NodeId) -> Result<Self, Error> {
-        let (events, desk) = (network.events(), Desk::new(node, K::DESCRIPTION));
-        let mut drive = Drive { network, events, node, desk, kind: PhantomData };
+        let (events, session) = (network.events(), Session::new(node, K::DESCRIPTION));
+        let mut drive = Drive { network, events, node, session, supervision: None, kind: PhantomData };
         match drive.identify().await {
             // Its power has only just come on: now it is there.
             Err(Error::Restarted) => drive.identify().await?,
@@ -63,66 +65,134 @@ impl<K: Kind> Drive<K> {
         Ok(drive)
     }
 
+    /// Connects as [`Drive::connect`] does, and arms what lets the drive notice within a time that this program is
+    /// gone: its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
+    /// manual says. The network keeps it going as long as its task runs; after a restart of the drive, the next
+    /// operation arms it again. All drives on a network share its heartbeat, and so the node-ID of its sender.
+    ///
+    /// A program that hangs elsewhere than in that task is not gone. None of this replaces an emergency stop.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`]; [`Error::Unsupported`] by a drive that has neither;
+    /// [`Error::HeartbeatExcludesGuarding`]; [`Error::OutOfRange`].
+    pub async fn connect_protected(network: Network, node: NodeId, supervision: Supervision) -> Result<Self, Error> {
+        let mut drive = Drive::connect(network, node).await?;
+        drive.supervision = Some(supervision);
+        drive.protect().await?;
+        Ok(drive)
+    }
+
     async fn identify(&mut self) -> Result<(), Error> {
         self.run(async |desk: Desk| sequence::identify(&desk).await).await
     }
 
-    /// How long travels may take until they count as timed out; ten minutes unless told otherwise.
-    pub fn set_patience(&mut self, patience: Duration) {
-        self.desk.lock().patience = patience;
+    /// How the drive notices that this program is gone.
+    #[must_use]
+    pub fn protection(&self) -> Protection {
+        self.session.protection()
     }
 
-    /// Leaves the drive as it is, moving or not.
+    /// How long travels may take until they count as timed out; ten minutes unless set.
+    pub fn set_patience(&mut self, patience: Duration) {
+        self.session.desk().lock().patience = patience;
+    }
+
+    /// Leaves the drive as it is, moving or not. One that is protected is kept going by its network.
     pub fn release(self) {
-        self.desk.lock().moving = false;
+        self.session.desk().lock().rest();
     }
 
     /// Runs a sequence to its end: this is all that the shell does. Any other than those above can be run too.
     ///
     /// # Errors
     ///
-    /// Those of the sequence, and [`Error::Link`].
+    /// Those of the sequence, and [`Error::Link`], [`Error::MayBeMoving`].
     pub async fn run<T, F>(&mut self, sequence: impl FnOnce(Desk) -> F) -> Result<T, Error>
     where
         F: Future<Output = Result<T, Error>>,
     {
-        let now = self.now().await?;
+        self.protect().await?;
+        let result = self.run_to_its_end(sequence).await;
+        self.session.conclude(result)
+    }
+
+    async fn run_to_its_end<T, F>(&mut self, sequence: impl FnOnce(Desk) -> F) -> Result<T, Error>
+    where
+        F: Future<Output = Result<T, Error>>,
+    {
+        let mut now = self.network.now().await?;
         self.catch_up();
-        self.desk.begin(now);
-        let mut sequence = pin!(sequence(self.desk.clone()));
+        self.session.begin(now);
+        let mut sequence = pin!(sequence(self.session.desk()));
         loop {
-            let now = self.now().await?;
             // What came before the sequence goes on must not look new to it afterwards.
             self.catch_up();
-            let polled = self.desk.poll(now, sequence.as_mut());
-            loop {
-                let frame = self.desk.lock().outbox.pop_front();
-                let Some(frame) = frame else { break };
+            let polled = self.session.poll(now, sequence.as_mut());
+            while let Some(frame) = self.session.poll_order() {
                 self.network.send(frame).await?;
             }
             if let Poll::Ready(result) = polled {
                 return result;
             }
-            let access = self.desk.lock().access.take();
-            match access {
+            now = match self.session.poll_access() {
                 Some(access) => {
                     let answer = self.transfer(access).await?;
-                    self.desk.lock().answer = Some(answer);
+                    self.session.handle_answer(answer);
+                    self.network.now().await?
                 }
-                None => self.listen().await?,
-            }
+                None => self.wait().await?,
+            };
         }
     }
 
-    /// The time of the link, by which sequences wait.
-    async fn now(&self) -> Result<Instant, Error> {
-        let (reply, answer) = oneshot::channel();
-        // Nobody waits for the answer any more when the call has been dropped.
-        let tell = |_: &mut Manager<127>, now| {
-            let _ = reply.send(now);
+    /// Arms what is not, or not any more.
+    async fn protect(&mut self) -> Result<(), Error> {
+        let Some(supervision) = self.supervision.filter(|_| self.protection() == Protection::None) else {
+            return Ok(());
         };
-        self.network.tell(tell).await?;
-        Ok(answer.await.map_err(|_| LinkError::Closed)?)
+        let node = self.node;
+        let protection = self.run_to_its_end(async |desk: Desk| sequence::protect(&desk, supervision).await).await?;
+        let keep_alive = move |manager: &mut Manager<127>, now| match protection {
+            Protection::LifeGuarding { guard_time, life_time_factor } => {
+                let remote = manager.remove(node).unwrap_or_else(|| Remote::new(node));
+                // The place is free.
+                let _ = manager.add(now, remote.with_guarding(guard_time, life_time_factor));
+            }
+            Protection::Heartbeat { manager: own, period, .. } => {
+                let shortest = manager.heartbeat_period().map_or(period, |other| other.min(period));
+                manager.produce_heartbeat(now, own, shortest);
+            }
+            Protection::None => {}
+        };
+        self.network.tell(keep_alive).await?;
+        self.session.protected(protection);
+        Ok(())
+    }
+
+    /// Waits for something that concerns this drive, or for the time by which the sequence wants to go on; the time then.
+    async fn wait(&mut self) -> Result<Instant, Error> {
+        let until = self.session.poll_timeout().unwrap_or(Instant::from_micros(u64::MAX));
+        let network = self.network.clone();
+        let mut alarm = pin!(network.sleep_until(until));
+        loop {
+            let event = tokio::select! {
+                now = &mut alarm => return Ok(now?),
+                event = self.events.recv() => event,
+            };
+            match event {
+                Ok(event) => {
+                    if self.hear(event) {
+                        return Ok(self.network.now().await?);
+                    }
+                }
+                Err(broadcast::error::RecvError::Lagged(_)) => {
+                    self.lose();
+                    return Ok(self.network.now().await?);
+                }
+                Err(broadcast::error::RecvError::Closed) => return Err(Error::Link(LinkError::Closed)),
+            }
+        }
     }
 
     async fn transfer(&self, access: Access) -> Result<Result<Scalar, SdoError>, Error> {
@@ -147,24 +217,13 @@ impl<K: Kind> Drive<K> {
         }
     }
 
-    /// Waits for an event, but not long.
-    async fn listen(&mut self) -> Result<(), Error> {
-        match tokio::time::timeout(LOOK, self.events.recv()).await {
-            Ok(Ok(event)) => self.hear(event),
-            Ok(Err(broadcast::error::RecvError::Lagged(_))) => self.lose(),
-            Err(_) => {}
-            Ok(Err(broadcast::error::RecvError::Closed)) => return Err(Error::Link(LinkError::Closed)),
-        }
-        Ok(())
-    }
-
     /// Hears all that has come by now.
     fn catch_up(&mut self) {
         loop {
             match self.events.try_recv() {
-                Ok(event) => self.hear(event),
+                Ok(event) => drop(self.hear(event)),
                 Err(broadcast::error::TryRecvError::Lagged(_)) => self.lose(),
-                // A network that is gone is told of by whoever asks it for something.
+                // Whatever asks a network that is gone for something fails.
                 Err(_) => break,
             }
         }
@@ -173,17 +232,24 @@ impl<K: Kind> Drive<K> {
     /// Events were missed. Those that are left are the oldest: better to have none of them.
     fn lose(&mut self) {
         self.events = self.events.resubscribe();
-        self.desk.missed();
+        self.session.desk().missed();
     }
 
-    fn hear(&self, event: Event) {
+    /// Takes note of an event; whether it concerns this drive.
+    fn hear(&mut self, event: Event) -> bool {
         match event {
-            Event::Manager(manager::Event::Pdo { frame, .. }) => drop(self.desk.hear(&frame)),
+            Event::Manager(manager::Event::Pdo { frame, .. }) => self.session.desk().hear(&frame),
             Event::Manager(manager::Event::Emergency { node, emergency }) if node == self.node => {
-                self.desk.heard_emergency(emergency);
+                self.session.desk().heard_emergency(emergency);
+                true
             }
-            Event::Manager(manager::Event::BootedUp { node }) if node == self.node => self.desk.heard_boot_up(),
-            _ => {}
+            Event::Manager(manager::Event::BootedUp { node }) if node == self.node => {
+                self.session.desk().heard_boot_up();
+                // What was armed has not outlived that.
+                self.session.protected(Protection::None);
+                true
+            }
+            _ => false,
         }
     }
 }
@@ -222,10 +288,10 @@ impl<K: Kind> Drop for Drive<K> {
     fn drop(&mut self) {
         // The drive may have said that it is not enabled any more.
         self.catch_up();
-        let Some(stop) = self.desk.let_go() else { return };
+        let Some(stop) = self.session.desk().let_go() else { return };
         let what = match self.network.post(stop) {
-            Ok(()) => "the stop has been handed to its network",
-            Err(_) => "it could not be told to stop",
+            Ok(()) => "a stop has been handed to its network",
+            Err(_) => "no stop could be sent",
         };
         eprintln!("the drive at node {} was let go while it may be moving: {what}", self.node);
     }

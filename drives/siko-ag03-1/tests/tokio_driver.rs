@@ -1,7 +1,8 @@
 //! The driver over the tokio shell: what the blocking one does, for several drives at once.
 #![cfg(feature = "tokio")]
 
-use std::future::Future;
+use std::future::{Future, poll_fn};
+use std::pin::pin;
 use std::sync::{Arc, Mutex};
 use std::task::{Context, Waker};
 
@@ -10,11 +11,18 @@ use lexican_runtime::host::{Incoming, Link, LinkError, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use siko_ag03_1::Direction;
 use siko_ag03_1::driver::tokio::Drive;
-use siko_ag03_1::driver::{Error, Missing, Mode, Outcome, VelocityOutcome};
+use siko_ag03_1::driver::{Desk, Error, Missing, Mode, Outcome, Protection, Supervision, VelocityOutcome};
 use siko_ag03_1::fault::{Cause, Fault};
 use siko_ag03_1::od;
 use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::state::State;
+
+#[path = "support/flooded.rs"]
+mod flooded;
+
+use flooded::flooded;
+
+const NODE: NodeId = NodeId::literal(5);
 
 /// A network with a simulated drive at each node.
 fn network(nodes: &[u8]) -> (VirtualBus, Network, Vec<Arc<Mutex<SimulatedDrive>>>) {
@@ -69,6 +77,82 @@ async fn a_fault_is_told_with_its_cause() {
     drive.start_moving_to(100_000).await.unwrap();
     simulated[0].lock().unwrap().set_inputs(bus.now(), |inputs| inputs.sensor_fails = true);
     assert_eq!(drive.finish().await.unwrap(), Outcome::Fault(Cause::from(Fault::SENSOR)));
+}
+
+/// An error that leaves the drive moving says so.
+#[tokio::test]
+async fn silence_is_noticed_while_the_drive_moves() {
+    let (bus, network, simulated) = network(&[5]);
+    let mut drive = Drive::connect(network, NODE).await.unwrap();
+    drive.enable().await.unwrap();
+    drive.inch(Direction::Positive).await.unwrap();
+    simulated[0].lock().unwrap().set_inputs(bus.now(), |inputs| inputs.control_supply_100mv = 0);
+    let error = drive.pass(Duration::from_secs(60)).await.unwrap_err();
+    assert!(error.to_string().ends_with("; the drive at node 5 may still be moving"), "{error}");
+}
+
+#[tokio::test]
+async fn a_sequence_is_polled_when_something_has_happened() {
+    let (_, network, _) = network(&[5]);
+    let mut drive = Drive::connect(network, NODE).await.unwrap();
+    // It sends nothing any more unless something changes.
+    drive.write(od::TPDO1_PARAMETER.event_timer(), od::Interval(0)).await.unwrap();
+    drive.pass(Duration::from_secs(1)).await.unwrap();
+    let mut polls = 0;
+    drive
+        .run(async |desk: Desk| {
+            let mut pass = pin!(desk.pass(Duration::from_secs(5)));
+            poll_fn(|context| {
+                polls += 1;
+                pass.as_mut().poll(context)
+            })
+            .await
+        })
+        .await
+        .unwrap();
+    assert!(polls <= 3, "{polls}");
+}
+
+#[tokio::test]
+async fn life_guarding_is_armed_and_kept_going() {
+    let (bus, network, simulated) = network(&[5]);
+    let within = Supervision::within(Duration::from_secs(1));
+    let mut drive = Drive::connect_protected(network, NODE, within).await.unwrap();
+    assert!(matches!(drive.protection(), Protection::LifeGuarding { life_time_factor: 4, .. }));
+    drive.enable().await.unwrap();
+    drive.inch(Direction::Positive).await.unwrap();
+    drive.pass(Duration::from_secs(10)).await.unwrap();
+    assert_eq!(drive.state().await.unwrap(), State::OperationEnabled);
+    drop(drive);
+    for _ in 0..10 {
+        tokio::task::yield_now().await;
+    }
+    // The network has ended with its last handle.
+    bus.advance(Duration::from_secs(2));
+    assert_eq!(simulated[0].lock().unwrap().state(), State::SwitchOnDisabled);
+}
+
+#[tokio::test]
+async fn connecting_to_a_silent_node_ends_under_a_flood() {
+    let (link, _) = flooded(&VirtualBus::with_bit_rate(500));
+    let connected = Drive::connect(Network::spawn(link).unwrap(), NODE).await;
+    assert!(matches!(connected, Err(Error::Sdo(_))));
+}
+
+#[tokio::test]
+async fn a_moving_drive_that_is_dropped_under_a_flood_is_sent_its_stop_first() {
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(SimulatedDrive::new(NODE));
+    let (link, sent) = flooded(&bus);
+    let mut drive = Drive::connect(Network::spawn(link).unwrap(), NODE).await.unwrap();
+    drive.enable().await.unwrap();
+    drive.start_moving_to(50_000).await.unwrap();
+    sent.lock().unwrap().clear();
+    drop(drive);
+    for _ in 0..10 {
+        tokio::task::yield_now().await;
+    }
+    assert_eq!(sent.lock().unwrap().first().map(String::as_str), Some("205#0F01"));
 }
 
 /// A link that keeps a record of what is sent.

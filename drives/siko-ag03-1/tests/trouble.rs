@@ -163,7 +163,7 @@ fn a_fault_at_any_frame_is_told_and_can_be_reset() {
                 }
                 count += 1;
             });
-            let told = match program(&mut drive) {
+            let told = match program(&mut drive).map_err(Error::into_cause) {
                 Ok(End::Travelled(Outcome::Fault(cause)) | End::Ran(VelocityOutcome::Fault(cause)))
                 | Err(Error::Fault(cause)) => cause == fault,
                 Err(Error::Refused(Refusal(missing))) => {
@@ -178,6 +178,9 @@ fn a_fault_at_any_frame_is_told_and_can_be_reset() {
             };
             assert!(told, "{name} at frame {at}");
             simulated.lock().unwrap().set_inputs(bus.now(), |inputs| inputs.output_stage_supply_100mv = 240);
+            let passed = drive.pass(Duration::from_secs(1));
+            let noticed = matches!(passed, Ok(()) | Err(Error::Fault(_)));
+            assert!(noticed, "{name} at frame {at}: {passed:?}");
             drive.pass(Duration::from_secs(1)).unwrap();
             let reset = drive.reset_fault().unwrap();
             assert!(reset.is_none_or(|cause| cause == fault), "{name} at frame {at}");
@@ -194,7 +197,7 @@ fn a_frame_that_is_lost_ends_in_an_answer_and_leaves_the_driver_usable() {
             let mut drive = Drive::connect(bus.link(), NODE).unwrap();
             bus.set_fate(move |number, _| if number == lost { Fate::Lose } else { Fate::Deliver });
             let before = bus.now();
-            match program(&mut drive) {
+            match program(&mut drive).map_err(Error::into_cause) {
                 Ok(End::Travelled(Outcome::Reached { .. }) | End::Ran(VelocityOutcome::Reached { .. }) | End::Done) => {
                 }
                 Err(Error::Sdo(_) | Error::NoReaction { .. } | Error::NotTaken { .. }) => {}
@@ -256,7 +259,7 @@ fn a_quick_stop_that_never_arrives_is_told_of() {
     drive.enable().unwrap();
     drive.start_moving_to(100_000).unwrap();
     lose_control_words(&bus, |_| true);
-    let outcome = drive.quick_stop();
+    let outcome = drive.quick_stop().map_err(Error::into_cause);
     let told =
         matches!(outcome, Err(Error::NoReaction { state: State::OperationEnabled, command: Command::QuickStop }));
     assert!(told, "{outcome:?}");

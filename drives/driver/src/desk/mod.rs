@@ -5,9 +5,11 @@
 //! writes, and [`Session`](crate::Session) polls it after each frame and deadline. So the same sequences serve
 //! blocking and asynchronous shells.
 
+mod motion;
 mod objects;
 mod orders;
 
+pub(crate) use motion::{Motion, Pause, Travel};
 pub(crate) use objects::narrow;
 
 use std::collections::VecDeque;
@@ -43,33 +45,41 @@ pub(crate) struct Shared {
     pub(crate) answer: Option<Result<Scalar, SdoError>>,
     /// When the sequence wants to be polled even though nothing came.
     pub(crate) wake: Option<Instant>,
-    pub(crate) status_word: u16,
-    /// The same, or a later one that was asked for, as long as nothing tells that it is out of date; `None` too for a
-    /// drive that says nothing unasked.
-    pub(crate) told: Option<u16>,
-    /// How many status words have come: a sequence waits for the next one.
-    pub(crate) status_words: u64,
-    /// What the drive said has been lost: what is known of it must be asked for.
-    pub(crate) missed: bool,
+    pub(crate) status: Reports,
     pub(crate) emergency: Option<u16>,
     pub(crate) restarted: bool,
-    /// Something that moves has been started, and nothing has shown yet that it stands still.
-    pub(crate) moving: bool,
-    pub(crate) paused: bool,
-    /// An edge that was to go on with the interrupted travel has not been seen to.
-    pub(crate) unheeded: bool,
-    /// A travel has been started, and nothing has shown yet that it is over.
-    pub(crate) travelling: bool,
-    /// Until when the drive may tell of what was before the last order.
+    pub(crate) motion: Motion,
+    /// The control word of a stop that has been ordered, until the drive has been seen to stand.
+    pub(crate) stop: Option<u16>,
+    /// Until when the drive may report what was before the last order.
     pub(crate) settles: Instant,
-    /// It has told what it can only tell of that order.
+    /// It has reported what it can only report of that order.
     pub(crate) settled: bool,
-    /// Velocity mode has been started and not stopped.
-    pub(crate) running: bool,
-    /// What has been started is a step of inching operation: an edge, which no bit takes back.
-    pub(crate) stepping: bool,
     /// How long travels may take.
     pub(crate) patience: Duration,
+}
+
+/// What is known of the status word.
+#[derive(Debug, Default)]
+pub(crate) struct Reports {
+    /// The last one that the drive has sent by itself.
+    pub(crate) last: u16,
+    /// The same, or a later one that was read, unless something says that it is out of date; `None` too for a drive
+    /// that sends none by itself.
+    pub(crate) known: Option<u16>,
+    /// How many have come: a sequence waits for the next one.
+    pub(crate) count: u64,
+    /// Some have been lost, so that the next one must be read.
+    pub(crate) missed: bool,
+}
+
+/// What waiting for a status word has led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Awaited {
+    /// The last status word.
+    pub status_word: u16,
+    /// Whether it is one that was waited for.
+    pub came: bool,
 }
 
 /// An access to an object, for the SDO client.
@@ -88,20 +98,13 @@ impl Desk {
             access: None,
             answer: None,
             wake: None,
-            status_word: 0,
-            told: None,
-            status_words: 0,
-            missed: false,
+            status: Reports::default(),
             emergency: None,
             restarted: false,
-            moving: false,
-            paused: false,
-            unheeded: false,
-            travelling: false,
+            motion: Motion::Resting,
+            stop: None,
             settles: Instant::ZERO,
             settled: true,
-            running: false,
-            stepping: false,
             patience: Duration::from_secs(600),
         };
         Desk { node, description, shared: Arc::new(Mutex::new(shared)) }
@@ -123,16 +126,30 @@ impl Desk {
     }
 
     /// Ends work at the desk: what a sequence has left unsent is forgotten, since it may be what starts the
-    /// drive. The frame that stops it, when it may be moving: outside OPERATION ENABLED the frame would enable it.
+    /// drive. The frame that stops it, if it may be moving: outside OPERATION ENABLED the frame would enable it.
     pub(crate) fn let_go(&self) -> Option<Frame> {
         self.begin(self.now());
-        let obeys = self.told_state().is_none_or(|state| state == State::OperationEnabled);
-        let (moving, stepping) = {
-            let shared = self.lock();
-            (shared.moving, shared.stepping)
-        };
-        let quick = self.description.word(Command::QuickStop);
-        (moving && obeys).then(|| self.control_frame(if stepping { quick } else { self.description.stopping() }))
+        let obeys = self.known_state().is_none_or(|state| state == State::OperationEnabled);
+        (self.may_move() && obeys).then(|| self.control_frame(self.stop_word()))
+    }
+
+    /// The control word that stops what has been ordered: no bit takes a step back.
+    pub(crate) fn stop_word(&self) -> u16 {
+        match self.lock().motion {
+            Motion::Stepping { .. } => self.description.word(Command::QuickStop),
+            _ => self.description.stopping(),
+        }
+    }
+
+    /// Whether the drive may be moving, by what has been ordered and seen.
+    #[must_use]
+    pub fn may_move(&self) -> bool {
+        self.lock().motion.may_move()
+    }
+
+    /// Whether the description has the drive report that a travel is under way.
+    pub(crate) fn reports_travels(&self) -> bool {
+        self.description.status.positioning.is_some()
     }
 
     /// Lets a sequence go on as far as it can.
@@ -176,22 +193,25 @@ impl Desk {
         let mut shared = self.lock();
         shared.restarted = true;
         // Neither its state nor its fault has outlived that.
-        shared.told = None;
+        shared.status.known = None;
         shared.emergency = None;
         shared.rest();
     }
 
-    /// Something that the drive said has been lost, perhaps that it has booted. Nothing that was known is taken
-    /// for granted: the edges that start something are made anew, and the status word is read. But whether a travel
-    /// is interrupted is not forgotten where the drive does not tell.
+    /// Frames of the drive have been lost, perhaps its boot-up. Nothing that was known is taken for granted: the edges
+    /// that start something are made anew, and the status word is read. But whether a travel is interrupted is not
+    /// forgotten if the drive does not report it.
     #[cfg(feature = "tokio")]
     pub(crate) fn missed(&self) {
         let mut shared = self.lock();
-        shared.missed = true;
-        shared.told = None;
+        shared.status.missed = true;
+        shared.status.known = None;
         shared.emergency = None;
-        shared.paused &= self.description.status.positioning.is_none();
-        shared.running = false;
+        shared.motion = match shared.motion {
+            Motion::Running => Motion::Unknown,
+            motion @ Motion::Travelling(_) if self.reports_travels() => motion.with_pause(Pause::None),
+            motion => motion,
+        };
     }
 
     /// The node-ID.
@@ -234,9 +254,9 @@ impl Desk {
     /// As [`Desk::read`].
     pub async fn status(&self) -> Result<u16, Error> {
         let word = self.get(self.description.objects.status_word).await? as u16;
-        // What the drive says unasked may be late, by the inhibit time of its PDO.
+        // What the drive sends by itself may be late, by the inhibit time of its PDO.
         let mut shared = self.lock();
-        shared.told = shared.told.map(|_| word);
+        shared.status.known = shared.status.known.map(|_| word);
         Ok(word)
     }
 
@@ -247,7 +267,7 @@ impl Desk {
     ///
     /// As [`Desk::read`], but for [`Error::Sdo`].
     pub async fn may_be_stopped(&self) -> Result<bool, Error> {
-        if self.told_state() == Some(State::OperationEnabled) {
+        if self.known_state() == Some(State::OperationEnabled) {
             return Ok(true);
         }
         match self.status().await {
@@ -257,9 +277,9 @@ impl Desk {
         }
     }
 
-    /// The state in which the drive is by what it last said.
-    fn told_state(&self) -> Option<State> {
-        State::from_status_word(self.lock().told?)
+    /// The state of the drive by its last status word.
+    fn known_state(&self) -> Option<State> {
+        State::from_status_word(self.lock().status.known?)
     }
 
     /// Something is about to be ordered: what tells its end may tell the end of what was before, for a while.
@@ -295,20 +315,24 @@ impl Desk {
         shared.now >= shared.settles
     }
 
-    /// The next status word that the drive sends; when it sends none, reads it.
+    /// The next status word that the drive sends; reads it if none comes.
     ///
     /// # Errors
     ///
     /// As [`Desk::read`].
     pub async fn next_status(&self) -> Result<u16, Error> {
-        let seen = self.lock().status_words;
-        let mut until = self.now() + self.description.times.status_period;
-        if !self.settled(false) {
-            until = until.min(self.lock().settles);
-        }
+        let until = self.now() + self.description.times.status_period;
+        self.next_status_before(until).await
+    }
+
+    /// The next status word that the drive sends before `until`; reads it if none comes.
+    pub(crate) async fn next_status_before(&self, until: Instant) -> Result<u16, Error> {
+        let seen = self.lock().status.count;
+        let until = if self.settled(false) { until } else { until.min(self.lock().settles) };
         let came = self.wait(until, |shared| {
-            let came = shared.status_words != seen;
-            (came || shared.missed).then(|| (!std::mem::take(&mut shared.missed)).then_some(shared.status_word))
+            let came = shared.status.count != seen;
+            (came || shared.status.missed)
+                .then(|| (!std::mem::take(&mut shared.status.missed)).then_some(shared.status.last))
         });
         match came.await?.flatten() {
             Some(word) => Ok(word),
@@ -316,21 +340,21 @@ impl Desk {
         }
     }
 
-    /// Waits until the status word, read anew at first, is as wanted; the last one seen otherwise.
+    /// Waits until the status word, read anew at first, is as wanted, no longer than a reaction takes.
     ///
     /// # Errors
     ///
     /// As [`Desk::read`].
-    pub async fn await_status(&self, wanted: impl Fn(u16) -> bool) -> Result<Result<u16, u16>, Error> {
+    pub async fn await_status(&self, wanted: impl Fn(u16) -> bool) -> Result<Awaited, Error> {
         let until = self.now() + self.description.times.reaction;
-        let mut word = self.status().await?;
-        while !wanted(word) {
+        let mut status_word = self.status().await?;
+        while !wanted(status_word) {
             if self.now() >= until {
-                return Ok(Err(word));
+                return Ok(Awaited { status_word, came: false });
             }
-            word = self.next_status().await?;
+            status_word = self.next_status().await?;
         }
-        Ok(Ok(word))
+        Ok(Awaited { status_word, came: true })
     }
 
     /// Lets time pass.
@@ -369,19 +393,20 @@ impl Desk {
 
 impl Shared {
     pub(crate) fn saw_status(&mut self, word: u16) {
-        self.status_word = word;
-        self.told = Some(word);
-        self.status_words += 1;
+        self.status.last = word;
+        self.status.known = Some(word);
+        self.status.count += 1;
+    }
+
+    /// Something is about to move.
+    pub(crate) fn order(&mut self, motion: Motion) {
+        self.motion = motion;
+        self.stop = None;
     }
 
     /// The drive stands, and nothing is under way.
     pub(crate) fn rest(&mut self) {
-        self.moving = false;
-        self.paused = false;
-        self.unheeded = false;
-        self.travelling = false;
+        self.order(Motion::Resting);
         self.settled = true;
-        self.running = false;
-        self.stepping = false;
     }
 }

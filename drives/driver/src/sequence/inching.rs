@@ -2,14 +2,13 @@
 
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
-use lexican_runtime::service::sdo_client::SdoError;
 
-use super::observe::{is_inching, moves, state_of};
-use super::refusal::{Order, refuse};
+use super::observe::{is_inching, moves, state_of, window};
+use super::refusal::{Order, refuse, refuse_at_limit};
 use super::rest::{come_to_rest, stopped};
 use super::travel::{end_of_travel, withdraw};
 use crate::description::Inching;
-use crate::desk::Desk;
+use crate::desk::{Desk, Motion, narrow};
 use crate::direction::Direction;
 use crate::error::{Capability, Error, Outcome};
 
@@ -97,11 +96,10 @@ async fn begin(desk: &Desk, inching: Inching, order: Begin) -> Result<(), Error>
     let word = desk.description().moving();
     // The order is an edge, and Stop forbids it.
     desk.control(word).await?;
-    {
-        let mut shared = desk.lock();
-        shared.moving = true;
-        shared.stepping = order.width.is_some();
-    }
+    desk.lock().order(match order.width {
+        Some(width) => Motion::Stepping { target: narrow(i64::from(from) + width) },
+        None => Motion::Inching,
+    });
     desk.unsettle();
     desk.control(word | order.bit).await?;
     let until = desk.now() + desk.description().times.reaction;
@@ -117,6 +115,7 @@ async fn begin(desk: &Desk, inching: Inching, order: Begin) -> Result<(), Error>
         }
         if desk.now() >= until {
             withdraw(desk).await?;
+            refuse_at_limit(desk, order.direction).await?;
             return Err(Error::NotTaken { status_word });
         }
         desk.next_status().await?;
@@ -131,17 +130,8 @@ async fn has_begun(desk: &Desk, order: &Begin, from: i32) -> Result<bool, Error>
         return Ok(true);
     }
     let gone = (i64::from(desk.position().await?) - i64::from(from)) * forward;
-    let enough = window(desk).await?.saturating_add(1);
+    let enough = window(desk).await?.unwrap_or(0).saturating_add(1);
     Ok(gone >= order.width.map_or(enough, |width| enough.min(width.abs())))
-}
-
-/// How far from its target the drive may settle; 0 when it does not tell.
-async fn window(desk: &Desk) -> Result<i64, Error> {
-    let Some(object) = desk.description().objects.position_window else { return Ok(0) };
-    match desk.get(object).await {
-        Err(Error::Sdo(SdoError::Aborted { .. })) => Ok(0),
-        window => window,
-    }
 }
 
 /// Ends inching, and says where the drive stands.

@@ -2,11 +2,11 @@
 //! runs it.
 //!
 //! ```text
-//! travel  inching  velocity  setup  parameters  identify  measure    what one asks a drive for
-//!   power                                                            the way from state to state
-//!     rest                                                           the way to a standstill
-//!     refusal                                                        what would be refused
-//!       observe                                                      what the drive tells
+//! travel  inching  velocity  pass  setup  protect  parameters  identify  measure    what one asks a drive for
+//!   power                                                                  the way from state to state
+//!     rest                                                                 the way to a standstill
+//!     refusal                                                              what would be refused
+//!       observe                                                            what the drive reports
 //! ```
 //!
 //! Each uses only what is below it, and inching what ends a travel.
@@ -16,7 +16,9 @@ mod inching;
 mod measure;
 mod observe;
 mod parameters;
+mod pass;
 mod power;
+mod protect;
 mod refusal;
 mod rest;
 mod setup;
@@ -28,8 +30,11 @@ pub use inching::{inch, step, stop_inching};
 pub use measure::{battery_voltage, set_torque_threshold, temperature, torque_deactivated, torque_threshold};
 pub use observe::{cause, mode, state};
 pub use parameters::{Difference, Setting, compare_parameters, read_parameters, restore, store, write_parameters};
+pub use pass::pass;
 pub use power::{disable, enable, reset_fault};
+pub use protect::{protect, unprotect};
 pub use refusal::{Order, refuse};
+pub(crate) use rest::look_for_standstill;
 pub use rest::{quick_stop, stop};
 pub use setup::{approach, calibrate, firmware, set_approach, set_emergencies, set_mode, units};
 pub use travel::{Progress, finish, interrupt, resume, start_travel, travel};

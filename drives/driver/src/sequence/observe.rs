@@ -3,7 +3,7 @@
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::service::sdo_client::SdoError;
 
-use crate::desk::Desk;
+use crate::desk::{Desk, Motion};
 use crate::error::Error;
 use crate::fault::Cause;
 use crate::mode::Mode;
@@ -75,7 +75,7 @@ pub(super) async fn moves(desk: &Desk, status_word: u16) -> Result<bool, Error> 
 /// still tells that the one before is over.
 pub(super) async fn under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
     let told = tells_under_way(desk, status_word).await?;
-    let fresh = !desk.settled(told) && desk.lock().travelling;
+    let fresh = !desk.settled(told) && matches!(desk.lock().motion, Motion::Travelling(_));
     Ok(told || fresh)
 }
 
@@ -89,12 +89,11 @@ pub(super) async fn tells_under_way(desk: &Desk, status_word: u16) -> Result<boo
     if let Some(positioning) = bits.positioning {
         return desk.holds(positioning, status_word).await;
     }
-    let (travelling, paused) = {
-        let shared = desk.lock();
-        (shared.travelling, shared.paused)
-    };
-    if !travelling || paused {
-        return Ok(travelling);
+    let motion = desk.lock().motion;
+    match motion.pause() {
+        None => return Ok(false),
+        Some(_) if motion.is_paused() => return Ok(true),
+        Some(_) => {}
     }
     if status_word & bits.target_reached != 0 {
         return is_halted(desk).await;
@@ -102,11 +101,26 @@ pub(super) async fn tells_under_way(desk: &Desk, status_word: u16) -> Result<boo
     Ok(status_word & bits.internal_limit == 0 || moves(desk, status_word).await?)
 }
 
-/// Whether somebody else has told the drive to stop: the control word tells what it was told last, by whomever.
-async fn is_halted(desk: &Desk) -> Result<bool, Error> {
+/// Whether another manager has stopped the drive: the control word is the last one that any manager has sent.
+pub(super) async fn is_halted(desk: &Desk) -> Result<bool, Error> {
     let description = desk.description();
-    let word = desk.get(description.objects.control_word).await?;
+    let word = known(desk.get(description.objects.control_word).await)?.unwrap_or(0);
     Ok(word & i64::from(description.control.stop) != 0)
+}
+
+/// How far from its target the drive may settle; `None` if it does not say, or has switched the window off (FFFF FFFFh).
+pub(super) async fn window(desk: &Desk) -> Result<Option<i64>, Error> {
+    let Some(object) = desk.description().objects.position_window else { return Ok(None) };
+    Ok(known(desk.get(object).await)?.filter(|window| *window != u32::MAX.into()))
+}
+
+/// A value, if the drive has the object.
+pub(super) fn known(read: Result<i64, Error>) -> Result<Option<i64>, Error> {
+    match read {
+        Ok(value) => Ok(Some(value)),
+        Err(Error::Sdo(SdoError::Aborted { .. })) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// Whether the drive tells that it is inching, or takes no other order for another reason. Beyond a limit, which may be

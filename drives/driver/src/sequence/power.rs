@@ -7,7 +7,7 @@ use super::observe::{cause, is_fault, mode, state, state_of};
 use super::refusal::require;
 use super::rest::{at_rest, brake, come_to_rest};
 use crate::description::Orders;
-use crate::desk::Desk;
+use crate::desk::{Awaited, Desk};
 use crate::error::Error;
 use crate::fault::Cause;
 use crate::mode::Mode;
@@ -25,9 +25,7 @@ const STEPS: u32 = 16;
 pub async fn enable(desk: &Desk) -> Result<(), Error> {
     start(desk);
     let remote = desk.description().status.remote;
-    let status_word = match desk.await_status(|word| word & remote != 0).await? {
-        Ok(word) | Err(word) => word,
-    };
+    let Awaited { status_word, .. } = desk.await_status(|word| word & remote != 0).await?;
     match state_of(status_word)? {
         State::OperationEnabled => {}
         state if is_fault(state) => return Err(Error::Fault(cause(desk).await?)),
@@ -86,7 +84,7 @@ pub async fn reset_fault(desk: &Desk) -> Result<Option<Cause>, Error> {
     desk.control(description.word(Command::FaultReset)).await?;
     let left = desk.await_status(|word| State::from_status_word(word).is_some_and(|state| !is_fault(state))).await?;
     desk.control(description.control.idle).await?;
-    if left.is_err() {
+    if !left.came {
         return Err(Error::Fault(was));
     }
     desk.lock().emergency = None;
@@ -110,13 +108,19 @@ pub(super) async fn reach(desk: &Desk, goal: State) -> Result<(), Error> {
         let next = description.transitions.next(from, goal).ok_or(Error::NoWay { from, to: goal })?;
         let Transition { cause: How::Command(command), .. } = next else {
             // The drive goes on by itself, or there is no way.
-            let word = desk.await_status(|word| State::from_status_word(word) != Some(from)).await?;
-            from = state_of(word.map_err(|_| Error::NoWay { from, to: goal })?)?;
+            let Awaited { status_word, came } = desk.await_status(has_left(from)).await?;
+            if !came {
+                return Err(Error::NoWay { from, to: goal });
+            }
+            from = state_of(status_word)?;
             continue;
         };
         desk.control(description.word(command)).await?;
-        let word = desk.await_status(|word| State::from_status_word(word) != Some(from)).await?;
-        from = state_of(word.map_err(|_| Error::NoReaction { state: from, command })?)?;
+        let Awaited { status_word, came } = desk.await_status(has_left(from)).await?;
+        if !came {
+            return Err(Error::NoReaction { state: from, command });
+        }
+        from = state_of(status_word)?;
     }
     Ok(())
 }
@@ -126,6 +130,10 @@ fn start(desk: &Desk) {
     if desk.description().needs_operational() {
         desk.command(NmtCommand::Start);
     }
+}
+
+fn has_left(state: State) -> impl Fn(u16) -> bool {
+    move |word| State::from_status_word(word) != Some(state)
 }
 
 fn is_reaction(status_word: u16) -> bool {

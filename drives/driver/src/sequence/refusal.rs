@@ -4,7 +4,7 @@ use lexican_runtime::profile::cia402::State;
 
 use super::observe::{cause, is_fault, is_inching, moves, shown_mode, state_of, under_way};
 use crate::description::{Gear, Orders, Word};
-use crate::desk::{Desk, narrow};
+use crate::desk::{Desk, Motion, narrow};
 use crate::direction::Direction;
 use crate::error::{Capability, Error, Missing, Refusal};
 use crate::mode::Mode;
@@ -137,24 +137,34 @@ async fn unfinished(desk: &Desk, orders: Orders, status_word: u16) -> Result<Opt
     if !orders.contains(Orders::FROM_REST) || State::from_status_word(status_word) != Some(State::OperationEnabled) {
         return Ok(None);
     }
-    let told = desk.description().status.positioning.is_some();
-    let (running, moving) = {
-        let shared = desk.lock();
-        (shared.running, shared.moving)
-    };
-    let unfinished = running
-        || !told && under_way(desk, status_word).await?
-        || moving && (moves(desk, status_word).await? || is_inching(desk).await?);
+    let motion = desk.lock().motion;
+    let unfinished = motion == Motion::Running
+        || !desk.reports_travels() && under_way(desk, status_word).await?
+        || motion.may_move() && (moves(desk, status_word).await? || is_inching(desk).await?);
     Ok(unfinished.then_some(Missing::NoTravel))
 }
 
 async fn target_beyond_limits(desk: &Desk, target: i32) -> Result<Option<Missing>, Error> {
+    let Some((low, high)) = limits(desk).await? else { return Ok(None) };
+    Ok((!(low..=high).contains(&target)).then_some(Missing::TargetWithinLimits { target, low, high }))
+}
+
+/// Makes sure that the drive is not at the limit towards which it is to inch: it need not report that.
+pub(super) async fn refuse_at_limit(desk: &Desk, direction: Direction) -> Result<(), Error> {
+    let Some((low, high)) = limits(desk).await? else { return Ok(()) };
+    let position = desk.position().await?;
+    refused(match direction {
+        Direction::Positive if position >= high => vec![Missing::ShortOfUpperLimit],
+        Direction::Negative if position <= low => vec![Missing::ShortOfLowerLimit],
+        _ => Vec::new(),
+    })
+}
+
+/// The lower and the upper limit, if there are any.
+async fn limits(desk: &Desk) -> Result<Option<(i32, i32)>, Error> {
     let Some([one, other]) = desk.description().objects.position_limits else { return Ok(None) };
-    let (a, b) = (desk.get(one).await?, desk.get(other).await?);
-    let (low, high) = (a.min(b), a.max(b));
-    let within = low == high || (low..=high).contains(&target.into());
-    let (low, high) = (narrow(low), narrow(high));
-    Ok((!within).then_some(Missing::TargetWithinLimits { target, low, high }))
+    let (a, b) = (narrow(desk.get(one).await?), narrow(desk.get(other).await?));
+    Ok((a != b).then_some((a.min(b), a.max(b))))
 }
 
 async fn too_fast(desk: &Desk, velocity: i32) -> Result<Option<Missing>, Error> {

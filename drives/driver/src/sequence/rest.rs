@@ -4,7 +4,7 @@ use lexican_runtime::Instant;
 use lexican_runtime::profile::cia402::{Command, State};
 
 use super::observe::{is_inching, moves, state_of};
-use crate::desk::Desk;
+use crate::desk::{Awaited, Desk, Motion, Pause};
 use crate::error::{Error, Missing, Refusal};
 
 /// How often a quick stop is sent to a drive that does not obey: whoever wants one must hear soon that there is
@@ -33,18 +33,25 @@ pub async fn quick_stop(desk: &Desk) -> Result<(), Error> {
     let command = Command::QuickStop;
     let stopping = |word| State::from_status_word(word) == Some(State::QuickStopActive);
     let mut left = QUICK_STOPS;
-    let moving = desk.lock().moving;
+    let moving = desk.may_move();
+    desk.lock().stop = Some(desk.description().word(command));
     loop {
         // Before anything is asked: a drive in another state ignores it, and so does one that has obeyed.
         desk.control(desk.description().word(command)).await?;
         left -= 1;
-        let Err(word) = desk.await_status(stopping).await? else { break };
-        match state_of(word)? {
+        let Awaited { status_word, came } = desk.await_status(stopping).await?;
+        if came {
+            break;
+        }
+        match state_of(status_word)? {
             State::OperationEnabled if left > 0 => {}
             state @ State::OperationEnabled => return Err(Error::NoReaction { state, command }),
             // It has obeyed, and released its motor by itself (605Ah).
             State::SwitchOnDisabled if moving => break,
-            state => return Err(Error::Refused(Refusal(vec![Missing::Enabled(state)]))),
+            state => {
+                desk.lock().stop = None;
+                return Err(Error::Refused(Refusal(vec![Missing::Enabled(state)])));
+            }
         }
     }
     brake(desk).await?;
@@ -55,7 +62,7 @@ pub async fn quick_stop(desk: &Desk) -> Result<(), Error> {
 /// Stops whatever moves, in either mode, with its programmed deceleration; a step by a quick stop, since Stop
 /// interrupts travels only.
 pub(super) async fn come_to_rest(desk: &Desk) -> Result<(), Error> {
-    let stepping = desk.lock().stepping;
+    let stepping = matches!(desk.lock().motion, Motion::Stepping { .. });
     if stepping && desk.may_be_stopped().await? {
         let moves = come_to_stand(desk, desk.now()).await?.is_some();
         if moves || is_inching(desk).await? {
@@ -71,6 +78,7 @@ pub(super) async fn stand_still(desk: &Desk, word: u16) -> Result<(), Error> {
     let times = desk.description().times;
     let by_pdo = desk.description().outputs.control.is_some();
     let end = desk.now() + times.braking;
+    desk.lock().stop = Some(word);
     loop {
         if desk.may_be_stopped().await? {
             desk.control(word).await?;
@@ -78,7 +86,10 @@ pub(super) async fn stand_still(desk: &Desk, word: u16) -> Result<(), Error> {
         match come_to_stand(desk, desk.now() + times.reaction).await? {
             // It may have been told to move only just now, and not have begun: nothing tells that a PDO has arrived.
             None if by_pdo && !desk.has_settled() => desk.settle().await?,
-            None => return Ok(()),
+            None => {
+                desk.lock().stop = None;
+                return Ok(());
+            }
             Some(velocity) if desk.now() >= end => return Err(stuck(desk, velocity)),
             Some(_) => {}
         }
@@ -105,13 +116,20 @@ pub(super) async fn come_to_stand(desk: &Desk, until: Instant) -> Result<Option<
     }
 }
 
-/// The drive has been told to stop, and stands. A travel that it does not tell of is interrupted then, and goes on
-/// with the next word that takes back Stop: so it is not forgotten.
+/// Waits for a drive that has been sent a stop, no longer than a reaction takes; how fast it still moves then.
+pub(crate) async fn look_for_standstill(desk: &Desk) -> Result<Option<i32>, Error> {
+    come_to_stand(desk, desk.now() + desk.description().times.reaction).await
+}
+
+/// The drive has been stopped, and stands. A travel is interrupted then, and goes on with the next word that takes back
+/// Stop: so it is not forgotten.
 pub(super) fn stopped(desk: &Desk) {
     let mut shared = desk.lock();
-    let interrupted = shared.travelling && desk.description().status.positioning.is_none();
+    let motion = shared.motion;
     shared.rest();
-    (shared.travelling, shared.paused) = (interrupted, interrupted);
+    if let Motion::Travelling(_) = motion {
+        shared.motion = motion.with_pause(Pause::Stopped);
+    }
 }
 
 pub(super) fn at_rest(desk: &Desk) {

@@ -3,12 +3,12 @@
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, Instant};
 
-use super::observe::{cause, is_fault, moves, state_of, tells_under_way, under_way};
+use super::observe::{cause, is_fault, known, moves, state_of, tells_under_way, under_way, window};
 use super::power::reach;
 use super::refusal::{Order, refuse};
 use super::rest::{at_rest, come_to_rest, come_to_stand, stand_still, stuck};
 use crate::description::Release;
-use crate::desk::Desk;
+use crate::desk::{Awaited, Desk, Motion, Pause, Travel};
 use crate::error::{Error, Missing, Outcome, Refusal};
 
 /// How far a travel has come.
@@ -51,28 +51,22 @@ pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
     let acknowledged = description.status.acknowledged;
     // The order is an edge, and so is its acknowledgement: both bits have to fall first.
     desk.control(description.resting()).await?;
-    let (Ok(status_word) | Err(status_word)) = desk.await_status(|word| word & acknowledged == 0).await?;
+    let Awaited { status_word, came } = desk.await_status(|word| word & acknowledged == 0).await?;
     // That may take a while; and outside OPERATION ENABLED the order would enable the drive first.
-    if status_word & acknowledged != 0 || state_of(status_word)? != State::OperationEnabled {
+    if !came || state_of(status_word)? != State::OperationEnabled {
         refuse(desk, Order::Travel { target }).await?;
         return Err(Error::NotTaken { status_word });
     }
-    {
-        let mut shared = desk.lock();
-        shared.moving = true;
-        shared.travelling = true;
-        shared.paused = false;
-        shared.unheeded = false;
-        shared.stepping = false;
-    }
+    desk.lock().order(Motion::travel(Some(target)));
     desk.unsettle();
     desk.control_position(description.moving() | description.control.new_setpoint, target).await?;
-    if let Err(status_word) = desk.await_status(|word| word & acknowledged != 0).await? {
+    let Awaited { status_word, came } = desk.await_status(|word| word & acknowledged != 0).await?;
+    if !came {
         withdraw(desk).await?;
         refuse(desk, Order::Travel { target }).await?;
         return Err(Error::NotTaken { status_word });
     }
-    // It has told of the order; what tells how that goes on may come later.
+    // The drive has acknowledged; its other bits may lag behind.
     desk.unsettle();
     if description.release == Release::WhenAcknowledged {
         desk.control(description.moving()).await?;
@@ -125,8 +119,8 @@ pub(super) async fn end_of_travel(desk: &Desk, status_word: u16) -> Result<Optio
         desk.control(desk.description().resting()).await?;
     }
     // Nothing else ends with a travel: neither inching nor velocity mode.
-    let travelled = std::mem::take(&mut desk.lock().travelling);
-    if travelled || state != State::OperationEnabled || !moves(desk, status_word).await? {
+    let motion = desk.lock().motion;
+    if matches!(motion, Motion::Travelling(_)) || state != State::OperationEnabled || !moves(desk, status_word).await? {
         at_rest(desk);
     }
     let position = desk.position().await?;
@@ -134,12 +128,35 @@ pub(super) async fn end_of_travel(desk: &Desk, status_word: u16) -> Result<Optio
         // A drive that stands after a quick stop tells that by the bit of a target that is reached (CiA 402-2).
         Outcome::Interrupted { state, position }
     } else if status_word & bits.target_reached != 0 {
-        Outcome::Reached { position }
+        if is_overridden(desk, motion, position).await? {
+            Outcome::Overridden { position }
+        } else {
+            Outcome::Reached { position }
+        }
     } else if status_word & bits.internal_limit != 0 {
         Outcome::Limit { position }
     } else {
         Outcome::Interrupted { state, position }
     }))
+}
+
+/// Whether the drive has reached another target than the one that has been ordered: another manager has ordered
+/// something else meanwhile.
+async fn is_overridden(desk: &Desk, motion: Motion, position: i32) -> Result<bool, Error> {
+    let (ordered, tolerance) = match motion {
+        Motion::Travelling(Travel { target: Some(target), .. }) => (target, window(desk).await?),
+        // Where it began was measured, too.
+        Motion::Stepping { target } => (target, window(desk).await?.map(|window| 2 * window + 1)),
+        _ => return Ok(false),
+    };
+    let target = match motion {
+        Motion::Travelling(_) if position != ordered => {
+            known(desk.get(desk.description().objects.target_position).await)?
+        }
+        _ => None,
+    };
+    let distance = (i64::from(position) - i64::from(ordered)).abs();
+    Ok(target.is_some_and(|target| target != ordered.into()) || tolerance.is_some_and(|tolerance| distance > tolerance))
 }
 
 /// Interrupts the travel under way with its programmed deceleration; returns once the drive stands.
@@ -152,8 +169,7 @@ pub async fn interrupt(desk: &Desk) -> Result<(), Error> {
     let description = desk.description();
     {
         let mut shared = desk.lock();
-        shared.paused = true;
-        shared.unheeded = false;
+        shared.motion = shared.motion.with_pause(Pause::Interrupted);
     }
     stand_still(desk, description.moving() | description.held() | description.control.stop).await
 }
@@ -167,20 +183,21 @@ pub async fn resume(desk: &Desk) -> Result<(), Error> {
     require_travel(desk).await?;
     let description = desk.description();
     let word = description.moving() | description.held();
-    let (paused, unheeded) = {
-        let shared = desk.lock();
-        (shared.paused, shared.unheeded)
+    let has_edge = match desk.lock().motion.pause() {
+        Some(Pause::Interrupted) => true,
+        // Stop has cleared New Setpoint, whose edge must not come with that of Stop.
+        Some(Pause::Stopped) => description.held() == 0,
+        // The drive has stopped by itself, or has not gone on at the last edge.
+        Some(Pause::None | Pause::Unheeded) | None => false,
     };
-    if !paused || unheeded {
-        // The drive has stopped by itself, or has not gone on at the last edge: there has to be another one.
+    if !has_edge {
         desk.control(word | description.control.stop).await?;
     }
     let mut resumption = Resumption { desk, seen: false };
     {
         let mut shared = desk.lock();
-        shared.paused = false;
-        shared.unheeded = false;
-        shared.moving = true;
+        let motion = shared.motion.with_pause(Pause::None);
+        shared.order(motion);
     }
     desk.unsettle();
     desk.control(word).await?;
@@ -212,8 +229,7 @@ impl Drop for Resumption<'_> {
     fn drop(&mut self) {
         if !self.seen {
             let mut shared = self.desk.lock();
-            shared.paused = true;
-            shared.unheeded = true;
+            shared.motion = shared.motion.with_pause(Pause::Unheeded);
         }
     }
 }
@@ -235,8 +251,7 @@ pub(super) async fn withdraw(desk: &Desk) -> Result<(), Error> {
     }
     // An order that was taken late, and does not show, would go on with the next one. Outside OPERATION ENABLED the
     // drive forgets it.
-    let shows = desk.description().status.positioning.is_some();
-    if !shows && state_of(desk.status().await?)? == State::OperationEnabled {
+    if !desk.reports_travels() && state_of(desk.status().await?)? == State::OperationEnabled {
         reach(desk, State::SwitchedOn).await?;
     }
     at_rest(desk);

@@ -508,6 +508,7 @@ fn a_driver_that_is_dropped_stops_it_by_sdo() {
         > 603#2B4060000F010000
         > 603#23FF600000410000
         > 603#2B4060000F000000
+        = 606C:00 00004100
         = 1002:00 20000201
     ";
     rig.check(script, |drive| drive.run_at(0x4100)).unwrap();
@@ -529,6 +530,7 @@ async fn the_other_shell_stops_it_by_sdo_too() {
         > 603#2B4060000F010000
         > 603#23FF600000410000
         > 603#2B4060000F000000
+        = 606C:00 00004100
         = 1002:00 20000201
         > 603#2B4060000F010000
     ";

@@ -4,6 +4,7 @@
 mod ag02;
 mod akd;
 mod nothing_starts_unasked;
+mod protection;
 mod script;
 mod what_was_before;
 

@@ -71,6 +71,7 @@ fn a_drive_that_runs_is_not_set_up() {
         > 603#2B4060000F010000
         > 603#23FF600000410000
         > 603#2B4060000F000000
+        = 606C:00 00004100
         = 1002:00 20000200
     ";
     let refused = |operate: fn(&mut Drive<BySdo>) -> Result<(), Error>| {

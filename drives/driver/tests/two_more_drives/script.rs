@@ -188,6 +188,23 @@ impl Device {
         self.outbox.pop_front().expect("an answer").to_string()
     }
 
+    /// The effect of a receive PDO itself: RPDO1, 3 and 4 as CiA 402-3 maps them.
+    fn map(&mut self, frame: &Frame) {
+        let of = |base| frame.id() == CobId::of_node(base, self.sheet.node);
+        let target = if of(0x400) {
+            Some(0x607A)
+        } else if of(0x500) {
+            Some(0x60FF)
+        } else {
+            None
+        };
+        if let (Some(index), [_, _, value @ ..]) = (target, frame.data())
+            && let (Some((_, stored)), Ok(value)) = (self.find(Address::new(index, 0)), value.try_into())
+        {
+            *stored = u32::from_le_bytes(value).into();
+        }
+    }
+
     fn upload(&mut self, address: Address) -> [u8; 8] {
         let four_bytes = self.sheet.always_four_bytes;
         let Some((size, value)) = self.find(address) else { return abort(address, 0x0602_0000) };
@@ -212,6 +229,7 @@ impl Node for Device {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.heard += 1;
         if frame.id() != CobId::of_node(0x600, self.sheet.node) {
+            self.map(frame);
             self.is_next(now, frame);
             return;
         }

@@ -95,7 +95,7 @@ fn an_interrupted_travel_that_cannot_be_resumed_is_not_over() {
     rig.drive.start_moving_to(36_000).unwrap();
     rig.drive.interrupt().unwrap();
     rig.bus.set_fate(|_, _| Fate::Lose);
-    assert!(matches!(rig.drive.resume(), Err(Error::Sdo(_))));
+    assert!(matches!(rig.drive.resume().map_err(Error::into_cause), Err(Error::Sdo(_))));
     rig.bus.set_fate(|_, _| Fate::Deliver);
     rig.drive.set_patience(Duration::from_secs(1));
     let outcome = rig.drive.finish().unwrap();

@@ -1,11 +1,9 @@
 //! The typed driver against the simulated drive: every operation, every refusal, faults in between.
 
-use std::sync::{Arc, Mutex};
-
-use lexican_runtime::host::{Fate, Link, VirtualBus, VirtualLink};
+use lexican_runtime::host::{Fate, VirtualBus, VirtualLink};
 use lexican_runtime::object::{Address, Object, Rw};
 use lexican_runtime::service::sdo_client::SdoError;
-use lexican_runtime::{AbortCode, CobId, Duration, Frame, NodeId};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame};
 use siko_ag03_1::Direction;
 use siko_ag03_1::driver::sequence::Setting;
 use siko_ag03_1::driver::{Drive, Error, Missing, Mode, Outcome, VelocityOutcome};
@@ -16,71 +14,14 @@ use siko_ag03_1::sim::inputs::{Inputs, Shaft};
 use siko_ag03_1::sim::{Gear, Setup, SimulatedDrive};
 use siko_ag03_1::state::State;
 
-const NODE: NodeId = NodeId::literal(5);
+mod bench;
+mod cancel;
+mod floods;
+mod foreign_orders;
+mod protection;
+mod silence;
 
-struct Bench {
-    bus: VirtualBus,
-    simulated: Arc<Mutex<SimulatedDrive>>,
-    drive: Drive<VirtualLink>,
-}
-
-impl Bench {
-    fn new() -> Self {
-        Bench::with(Setup::new(NODE))
-    }
-
-    fn with(setup: Setup) -> Self {
-        let bus = VirtualBus::with_bit_rate(500);
-        let simulated = Arc::new(Mutex::new(SimulatedDrive::power_on(bus.now(), setup)));
-        bus.attach(Arc::clone(&simulated));
-        let drive = Drive::connect(bus.link(), NODE).unwrap();
-        Bench { bus, simulated, drive }
-    }
-
-    fn enabled() -> Self {
-        let mut bench = Bench::new();
-        bench.drive.enable().unwrap();
-        bench
-    }
-
-    fn running() -> Self {
-        let mut bench = Bench::new();
-        bench.drive.set_mode(Mode::Velocity).unwrap();
-        bench.drive.enable().unwrap();
-        bench
-    }
-
-    fn world(&mut self, change: impl FnOnce(&mut Inputs)) {
-        self.simulated.lock().unwrap().set_inputs(self.bus.now(), change);
-    }
-
-    /// Another manager sends a control word.
-    fn control(&mut self, word: u16) {
-        let frame = Frame::from_array(CobId::of_node(0x200, NODE), word.to_le_bytes());
-        self.bus.link().send(&frame).unwrap();
-        self.pass_ms(1);
-    }
-
-    fn pass_ms(&mut self, ms: u64) {
-        self.drive.pass(Duration::from_millis(ms)).unwrap();
-    }
-
-    fn position(&self) -> i32 {
-        self.simulated.lock().unwrap().position(self.bus.now())
-    }
-
-    fn velocity(&self) -> i32 {
-        self.simulated.lock().unwrap().velocity(self.bus.now())
-    }
-}
-
-#[track_caller]
-fn refused<T: std::fmt::Debug>(result: Result<T, Error>, missing: &[Missing]) {
-    match result {
-        Err(Error::Refused(refusal)) => assert_eq!(refusal.0, missing),
-        other => panic!("not refused: {other:?}"),
-    }
-}
+use bench::{Bench, NODE, refused};
 
 #[test]
 fn a_travel_reaches_its_target() {
@@ -166,8 +107,8 @@ fn every_missing_condition_is_named_before_anything_moves() {
     refused(bench.drive.calibrate(0), &[Missing::NoTravel]);
     refused(bench.drive.restore(None), &[Missing::NoTravel]);
     bench.world(|inputs| inputs.sensor_fails = true);
-    bench.pass_ms(2000);
     let fault = Cause::from(Fault::SENSOR);
+    assert!(matches!(bench.drive.pass(Duration::from_secs(2)), Err(Error::Fault(cause)) if cause == fault));
     refused(bench.drive.move_to(0), &[Missing::NoFault(fault)]);
     assert_eq!(bench.position(), bench.drive.read(od::POSITION_ACTUAL_VALUE).unwrap().0);
     assert!(matches!(bench.drive.move_to(10_000_000), Err(Error::OutOfRange(_))));
@@ -256,7 +197,7 @@ fn a_travel_that_its_load_still_forbids_is_resumed_once_that_is_gone() {
     bench.world(|inputs| inputs.load_ma = 1500);
     for _ in 0..2 {
         assert!(matches!(bench.drive.finish().unwrap(), Outcome::TorqueDeactivated { .. }));
-        assert!(matches!(bench.drive.resume(), Err(Error::NotTaken { .. })));
+        assert!(matches!(bench.drive.resume().map_err(Error::into_cause), Err(Error::NotTaken { .. })));
     }
     bench.world(|inputs| inputs.load_ma = 500);
     bench.drive.resume().unwrap();
@@ -306,7 +247,12 @@ fn a_drive_that_does_not_stop_is_told_of() {
     let mut bench = Bench::running();
     bench.drive.run_at(50).unwrap();
     bench.bus.set_fate(|_, frame| if frame.id().raw() == 0x205 { Fate::Lose } else { Fate::Deliver });
-    assert!(matches!(bench.drive.stop(), Err(Error::NotStopped { velocity: 50, unit: "rev/min" })));
+    let error = bench.drive.stop().unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the drive does not stop: it runs at 50 rev/min; the drive at node 5 may still be moving"
+    );
+    assert!(matches!(error.into_cause(), Error::NotStopped { velocity: 50, unit: "rev/min" }));
 }
 
 #[test]

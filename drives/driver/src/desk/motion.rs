@@ -1,0 +1,75 @@
+//! What the driver has ordered that moves, and what is known of its end.
+
+/// What has been ordered last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Motion {
+    /// Nothing that moves, or the drive has been seen to stand since.
+    #[default]
+    Resting,
+    /// A travel to a position.
+    Travelling(Travel),
+    /// A step of inching operation to this position: an edge, which no bit takes back.
+    Stepping { target: i32 },
+    /// Inching while a bit is set.
+    Inching,
+    /// Velocity mode.
+    Running,
+    /// Something, and the frames that said how it went on are lost.
+    #[cfg(feature = "tokio")]
+    Unknown,
+}
+
+/// A travel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Travel {
+    /// `None` if another manager has ordered it.
+    pub(crate) target: Option<i32>,
+    pub(crate) pause: Pause,
+}
+
+/// Whether a travel is interrupted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Pause {
+    /// It goes on.
+    None,
+    /// The driver has interrupted it.
+    Interrupted,
+    /// The driver has ordered it to go on, and has not seen it do so.
+    Unheeded,
+    /// The driver has stopped it, and has seen the drive stand.
+    Stopped,
+}
+
+impl Motion {
+    /// A travel that begins.
+    pub(crate) const fn travel(target: Option<i32>) -> Self {
+        Motion::Travelling(Travel { target, pause: Pause::None })
+    }
+
+    /// Whether the drive may be moving.
+    pub(crate) fn may_move(self) -> bool {
+        !matches!(self, Motion::Resting | Motion::Travelling(Travel { pause: Pause::Stopped, .. }))
+    }
+
+    /// Whether the driver has interrupted the travel that it has ordered.
+    pub(crate) fn is_paused(self) -> bool {
+        self.pause().is_some_and(|pause| pause != Pause::None)
+    }
+
+    /// How the travel that has been ordered goes on.
+    pub(crate) const fn pause(self) -> Option<Pause> {
+        match self {
+            Motion::Travelling(travel) => Some(travel.pause),
+            _ => None,
+        }
+    }
+
+    /// The same travel, or another manager's, in another state.
+    pub(crate) const fn with_pause(self, pause: Pause) -> Self {
+        let target = match self {
+            Motion::Travelling(travel) => travel.target,
+            _ => None,
+        };
+        Motion::Travelling(Travel { target, pause })
+    }
+}

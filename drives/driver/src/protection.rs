@@ -1,0 +1,118 @@
+//! How a drive notices that its manager is gone.
+
+use std::fmt;
+
+use lexican_runtime::service::heartbeat_producer::HeartbeatProducer;
+use lexican_runtime::service::node_guard::NodeGuard;
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{Duration, Frame, Instant, NodeId};
+
+/// How soon a drive is to notice that its manager is gone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Supervision {
+    /// How soon; 1 ms to 65 s.
+    pub within: Duration,
+    /// The node-ID of this program, under which it sends heartbeats to a drive that consumes them (1016h). No node on
+    /// the bus may have the same.
+    pub manager: NodeId,
+}
+
+impl Supervision {
+    /// With the node-ID 127 for heartbeats.
+    #[must_use]
+    pub const fn within(within: Duration) -> Self {
+        Supervision { within, manager: NodeId::literal(127) }
+    }
+}
+
+/// How a drive notices that its manager is gone. What it does then is its own affair (1029h, 6007h).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Protection {
+    /// Not at all: it goes on with what it was ordered last.
+    #[default]
+    None,
+    /// By life guarding (100Ch, 100Dh; CiA 301, 7.2.8.3.2.1): a request for its state is missing.
+    LifeGuarding {
+        /// How often the driver requests it.
+        guard_time: Duration,
+        /// How many requests may be missing.
+        life_time_factor: u8,
+    },
+    /// As a consumer of heartbeats (1016h; CiA 301, 7.2.8.3.2.2): one of the driver's is missing.
+    Heartbeat {
+        /// The entry of 1016h.
+        entry: u8,
+        /// The node-ID under which the driver sends heartbeats.
+        manager: NodeId,
+        /// How often.
+        period: Duration,
+        /// How long the drive waits for one.
+        within: Duration,
+    },
+}
+
+impl fmt::Display for Protection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Protection::None => f.write_str("none: the drive goes on with its last order if this program dies"),
+            Protection::LifeGuarding { guard_time, life_time_factor } => {
+                write!(f, "life guarding, {life_time_factor} times {guard_time}")
+            }
+            Protection::Heartbeat { manager, within, .. } => {
+                write!(f, "heartbeat of node {manager} within {within}")
+            }
+        }
+    }
+}
+
+/// Sends what keeps a protected drive going.
+#[derive(Debug, Default)]
+pub(crate) enum KeepAlive {
+    #[default]
+    None,
+    Guard(NodeGuard),
+    Heartbeat(HeartbeatProducer),
+}
+
+impl KeepAlive {
+    pub(crate) fn new(now: Instant, node: NodeId, protection: Protection) -> Self {
+        match protection {
+            Protection::None => KeepAlive::None,
+            Protection::LifeGuarding { guard_time, life_time_factor } => {
+                let mut guard = NodeGuard::new(node, guard_time, life_time_factor);
+                guard.start(now);
+                KeepAlive::Guard(guard)
+            }
+            Protection::Heartbeat { manager, period, .. } => {
+                let mut heartbeat = HeartbeatProducer::new(manager);
+                heartbeat.configure(now, period, Duration::ZERO);
+                KeepAlive::Heartbeat(heartbeat)
+            }
+        }
+    }
+
+    pub(crate) fn handle_timeout(&mut self, now: Instant) {
+        match self {
+            KeepAlive::None => {}
+            // That the drive is silent shows in what it is asked.
+            KeepAlive::Guard(guard) => drop(guard.handle_timeout(now)),
+            KeepAlive::Heartbeat(heartbeat) => heartbeat.handle_timeout(now),
+        }
+    }
+
+    pub(crate) fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        match self {
+            KeepAlive::None => None,
+            KeepAlive::Guard(guard) => guard.poll_transmit(now),
+            KeepAlive::Heartbeat(heartbeat) => heartbeat.poll_transmit(now, NmtState::Operational),
+        }
+    }
+
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
+        match self {
+            KeepAlive::None => None,
+            KeepAlive::Guard(guard) => guard.poll_timeout(),
+            KeepAlive::Heartbeat(heartbeat) => heartbeat.poll_timeout(),
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! A drive that consumes heartbeats is armed by 1016h, and gets them.
+
+use lexican_driver::{Drive, Protection, Supervision};
+use lexican_runtime::{Duration, NodeId};
+
+use crate::akd::{self, BySdo};
+use crate::script::{Sheet, bus};
+
+/// With three consumers, of which one watches over node 9.
+const CONSUMER: Sheet = Sheet {
+    objects: &[
+        (0x1000, 0x00, 4, 0x0002_0192),
+        (0x1008, 0x00, 4, u32::from_le_bytes(*b"M006") as u64),
+        (0x100C, 0x00, 2, 0),
+        (0x100D, 0x00, 1, 0),
+        (0x1016, 0x00, 1, 3),
+        (0x1016, 0x01, 4, 0x0009_01F4),
+        (0x1016, 0x02, 4, 0),
+        (0x1016, 0x03, 4, 0),
+        (0x1018, 0x01, 4, 0x6A),
+        (0x6041, 0x00, 2, 0x0240),
+    ],
+    ..akd::SHEET
+};
+
+#[test]
+fn a_free_heartbeat_consumer_is_armed_and_kept_going() {
+    let (bus, device) = bus(CONSUMER);
+    // Node 127, 1000 ms (CiA 301, 7.5.2.19).
+    let script = "
+        > 603#23161002E8037F00
+        > 77F#05
+    ";
+    device.lock().unwrap().follow(bus.now(), script);
+    let within = Duration::from_secs(1);
+    let mut drive =
+        Drive::<_, BySdo>::connect_protected(bus.link(), CONSUMER.node, Supervision::within(within)).unwrap();
+    drive.pass(Duration::from_millis(10)).unwrap();
+    let expected =
+        Protection::Heartbeat { entry: 2, manager: NodeId::literal(127), period: Duration::from_millis(250), within };
+    assert_eq!(drive.protection(), expected);
+    assert!(device.lock().unwrap().is_through());
+    device.lock().unwrap().follow(bus.now(), "> 77F#05\n> 77F#05\n> 77F#05\n> 77F#05\n> 603#2316100200000000");
+    drive.pass(Duration::from_secs(1)).unwrap();
+    let _link = drive.release();
+    assert!(device.lock().unwrap().is_through(), "four heartbeats, and disarmed");
+}
+
+#[test]
+fn a_drive_that_can_notice_nothing_says_so() {
+    let (bus, _) = bus(akd::SHEET);
+    let within = Supervision::within(Duration::from_secs(1));
+    let error = Drive::<_, BySdo>::connect_protected(bus.link(), akd::SHEET.node, within).unwrap_err();
+    assert_eq!(error.to_string(), "the Kollmorgen AKD has no life guarding and no free heartbeat consumer");
+}
+
+#[cfg(feature = "tokio")]
+#[tokio::test]
+async fn the_other_shell_sends_heartbeats_too() {
+    use lexican_runtime::host::tokio::Network;
+
+    let (bus, device) = bus(CONSUMER);
+    let script = "
+        > 603#23161002E8037F00
+        > 77F#05
+        > 77F#05
+        > 77F#05
+        > 77F#05
+    ";
+    device.lock().unwrap().follow(bus.now(), script);
+    let network = Network::spawn(bus.link()).unwrap();
+    let within = Supervision::within(Duration::from_secs(1));
+    let mut drive =
+        lexican_driver::tokio::Drive::<BySdo>::connect_protected(network, CONSUMER.node, within).await.unwrap();
+    drive.pass(Duration::from_millis(800)).await.unwrap();
+    assert!(device.lock().unwrap().is_through());
+}
