@@ -21,6 +21,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     bus.attach(Arc::clone(&simulated));
 
     let mut drive = Drive::connect(bus.link(), NODE)?;
+    // SIGINT and SIGTERM stop the drive, and end the program with an error.
+    let handle = drive.cancel_handle();
+    ctrlc::set_handler(move || handle.cancel())?;
     let say = |what: &str| println!("{:>9} s  {what}", bus.now().to_string());
     say("found an AG03/1 at node 5");
 

@@ -1,0 +1,306 @@
+//! Every way in which a program can end, with a drive that it moves: what the drive does then.
+//!
+//! The program is this very executable, started again as a process of its own; the simulated drive is here, in real
+//! time, and a socket is the bus between them. The drive inches, which goes on without end if nobody stops it.
+#![cfg(unix)]
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration as Wall, Instant as WallInstant};
+
+use lexican_runtime::host::{Incoming, Link, LinkError, Participant};
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use siko_ag03_1::Direction;
+use siko_ag03_1::driver::{Drive, Error, Supervision};
+use siko_ag03_1::sim::{Setup, SimulatedDrive};
+use siko_ag03_1::state::State;
+
+const NODE: NodeId = NodeId::literal(5);
+const TEST: &str = "the_program";
+/// How the program is to end, and where the bus is.
+const ENDING: &str = "LEXICAN_ENDING";
+const BUS: &str = "LEXICAN_BUS";
+
+/// A bus of two: each frame is a line of candump's form.
+struct Socket {
+    stream: TcpStream,
+    heard: Vec<u8>,
+    origin: WallInstant,
+}
+
+impl Socket {
+    #[expect(clippy::disallowed_methods, reason = "two processes have real time in common, and nothing else")]
+    fn new(stream: TcpStream) -> Self {
+        stream.set_nodelay(true).unwrap();
+        Socket { stream, heard: Vec::new(), origin: WallInstant::now() }
+    }
+
+    /// The first whole line of what has been heard, as a frame.
+    fn next_frame(&mut self) -> Option<Frame> {
+        let end = self.heard.iter().position(|byte| *byte == b'\n')?;
+        let line: Vec<u8> = self.heard.drain(..=end).collect();
+        let text = std::str::from_utf8(&line).unwrap().trim_end();
+        let (id, data) = text.split_once('#').unwrap();
+        let id = CobId::standard(u16::from_str_radix(id, 16).unwrap()).unwrap();
+        if let Some(len) = data.strip_prefix('R') {
+            return Frame::remote(id, len.parse().unwrap_or(0));
+        }
+        let byte = |at: usize| u8::from_str_radix(&data[at..at + 2], 16).unwrap();
+        Frame::new(id, &(0..data.len()).step_by(2).map(byte).collect::<Vec<_>>())
+    }
+}
+
+impl Link for Socket {
+    fn now(&self) -> Instant {
+        Instant::ZERO + self.origin.elapsed().into()
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        match writeln!(self.stream, "{frame}") {
+            // Nobody hears it.
+            Err(error) if matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::ConnectionReset) => Ok(()),
+            sent => Ok(sent?),
+        }
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        loop {
+            if let Some(frame) = self.next_frame() {
+                return Ok(Some(Incoming::Frame(frame)));
+            }
+            let patience = Wall::from(until.since(self.now())).max(Wall::from_micros(100));
+            self.stream.set_read_timeout(Some(patience))?;
+            let mut buffer = [0; 256];
+            match self.stream.read(&mut buffer) {
+                // Nobody at the other end: silence, as on a bus.
+                Ok(0) => {
+                    self.pause(until);
+                    return Ok(None);
+                }
+                Ok(len) => self.heard.extend_from_slice(&buffer[..len]),
+                Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                    if self.now() >= until {
+                        return Ok(None);
+                    }
+                }
+                Err(error) if matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::Interrupted) => {
+                    self.pause(until);
+                    return Ok(None);
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+}
+
+impl Socket {
+    #[expect(clippy::disallowed_methods, reason = "a bus on which nobody speaks is waited for in real time")]
+    fn pause(&self, until: Instant) {
+        std::thread::sleep(until.since(self.now()).into());
+    }
+}
+
+/// The program: moves the drive, and ends. Without an ending it is no test.
+#[test]
+fn the_program() {
+    let Ok(ending) = std::env::var(ENDING) else { return };
+    let link = Socket::new(TcpStream::connect(std::env::var(BUS).unwrap()).unwrap());
+    match run(link, &ending) {
+        Ok(()) => {}
+        Err(error) => eprintln!("{error}"),
+    }
+}
+
+fn run(link: Socket, ending: &str) -> Result<(), Error> {
+    let within = Supervision::within(Duration::from_millis(1500));
+    let mut drive = match ending.strip_prefix("protected ") {
+        Some(_) => Drive::connect_protected(link, NODE, within)?,
+        None => Drive::connect(link, NODE)?,
+    };
+    if ending.ends_with("with a handler") {
+        let handle = drive.cancel_handle();
+        ctrlc::set_handler(move || handle.cancel()).unwrap();
+    }
+    drive.enable()?;
+    drive.inch(Direction::Positive)?;
+    drive.pass(Duration::from_millis(300))?;
+    match ending.trim_start_matches("protected ") {
+        "return" => return Ok(()),
+        "error" => return Err(drive.move_to(0).unwrap_err()),
+        "panic" => panic!("of the program"),
+        "exit" => std::process::exit(0),
+        "abort" => std::process::abort(),
+        "idle" => idle(),
+        _ => drive.pass(Duration::from_secs(60))?,
+    }
+    Ok(())
+}
+
+/// Something that takes its time, and has nothing to do with the drive.
+#[expect(clippy::disallowed_methods, reason = "the program does something else, in real time")]
+fn idle() {
+    std::thread::sleep(Wall::from_secs(60));
+}
+
+/// What becomes of a drive whose program ends.
+#[derive(Debug, PartialEq)]
+enum Then {
+    /// It has been stopped, and keeps its torque.
+    Stands,
+    /// It goes on with what it was ordered.
+    Moves,
+    /// It has noticed, and has released its motor.
+    Released,
+}
+
+struct Running {
+    child: Child,
+    participant: Participant<Socket, Arc<Mutex<SimulatedDrive>>>,
+    drive: Arc<Mutex<SimulatedDrive>>,
+    cable: TcpStream,
+}
+
+impl Running {
+    /// Starts the program, and waits until its drive moves.
+    fn start(ending: &str) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", TEST, "--nocapture"])
+            .env(ENDING, ending)
+            .env(BUS, listener.local_addr().unwrap().to_string())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let cable = listener.accept().unwrap().0;
+        let socket = Socket::new(cable.try_clone().unwrap());
+        let drive = Arc::new(Mutex::new(SimulatedDrive::power_on(socket.now(), Setup::new(NODE))));
+        let participant = Participant::new(socket, Arc::clone(&drive));
+        let mut running = Running { child, participant, drive, cable };
+        let mut left = 100;
+        while running.velocity() == 0 {
+            running.pass(Duration::from_millis(100));
+            left -= 1;
+            assert!(left > 0, "{ending}: it does not move");
+        }
+        running
+    }
+
+    /// Lets real time pass for the drive.
+    fn pass(&mut self, span: Duration) {
+        let until = self.participant.now() + span;
+        while self.participant.run(until).unwrap().is_some() {}
+    }
+
+    fn velocity(&self) -> i32 {
+        self.drive.lock().unwrap().velocity(self.participant.now())
+    }
+
+    fn signal(&self, signal: &str) {
+        let status = Command::new("kill").args(["-s", signal, &self.child.id().to_string()]).status();
+        assert!(status.unwrap().success());
+    }
+
+    /// What becomes of the drive, and what the program has said.
+    fn end(mut self) -> (Then, String) {
+        let mut left = 100;
+        while self.child.try_wait().unwrap().is_none() {
+            self.pass(Duration::from_millis(50));
+            left -= 1;
+            assert!(left > 0, "the program does not end");
+        }
+        // Longer than a protected drive waits.
+        self.pass(Duration::from_millis(2500));
+        let state = self.drive.lock().unwrap().state();
+        let then = match (self.velocity(), state) {
+            (0, State::OperationEnabled) => Then::Stands,
+            (0, State::SwitchOnDisabled) => Then::Released,
+            _ => Then::Moves,
+        };
+        let mut said = String::new();
+        self.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        (then, said)
+    }
+}
+
+#[track_caller]
+fn check(ending: &str, signal: Option<&str>, then: &Then, words: &str) {
+    let mut running = Running::start(ending);
+    if let Some(signal) = signal {
+        // Well into the time that it lets pass.
+        running.pass(Duration::from_millis(1000));
+        running.signal(signal);
+    }
+    let (seen, said) = running.end();
+    assert_eq!(seen, *then, "{ending}: {said}");
+    assert!(said.contains(words), "{ending}: {said}");
+}
+
+const LET_GO: &str = "the drive at node 5 was let go while it may be moving: it has been stopped";
+const CANCELLED: &str = "cancelled: the drive at node 5 has been stopped";
+
+#[test]
+fn a_program_that_returns_stops_its_drive() {
+    check("return", None, &Then::Stands, LET_GO);
+}
+
+#[test]
+fn a_program_that_ends_in_an_error_stops_its_drive() {
+    check("error", None, &Then::Stands, LET_GO);
+}
+
+#[test]
+fn a_program_that_panics_stops_its_drive() {
+    check("panic", None, &Then::Stands, LET_GO);
+}
+
+#[test]
+fn a_program_that_handles_its_signals_stops_its_drive() {
+    check("SIGINT with a handler", Some("INT"), &Then::Stands, CANCELLED);
+    check("SIGTERM with a handler", Some("TERM"), &Then::Stands, CANCELLED);
+}
+
+#[test]
+fn a_program_that_does_not_handle_its_signals_leaves_its_drive_moving() {
+    check("SIGINT", Some("INT"), &Then::Moves, "");
+    check("SIGTERM", Some("TERM"), &Then::Moves, "");
+}
+
+#[test]
+fn a_program_that_is_gone_at_once_leaves_its_drive_moving() {
+    check("exit", None, &Then::Moves, "");
+    check("abort", None, &Then::Moves, "");
+    check("SIGKILL", Some("KILL"), &Then::Moves, "");
+}
+
+#[test]
+fn a_program_without_its_cable_says_that_its_drive_may_be_moving() {
+    for (ending, then) in [("cable", Then::Moves), ("protected cable", Then::Released)] {
+        let mut running = Running::start(ending);
+        running.pass(Duration::from_millis(1000));
+        running.cable.shutdown(Shutdown::Both).unwrap();
+        let (seen, said) = running.end();
+        assert_eq!(seen, then, "{ending}: {said}");
+        assert!(said.contains("; the drive at node 5 may still be moving"), "{ending}: {said}");
+        assert!(said.contains("a stop has been sent, and nothing shows that it has arrived"), "{ending}: {said}");
+    }
+}
+
+/// So it is without power: nobody sends anything any more.
+#[test]
+fn a_protected_drive_notices_that_its_program_is_gone() {
+    check("protected abort", None, &Then::Released, "");
+    check("protected SIGKILL", Some("KILL"), &Then::Released, "");
+    check("protected SIGTERM", Some("TERM"), &Then::Released, "");
+}
+
+#[test]
+fn a_protected_drive_is_kept_going_while_its_program_does_something_else() {
+    let mut running = Running::start("protected idle");
+    running.pass(Duration::from_millis(3500));
+    assert_ne!(running.velocity(), 0);
+    running.child.kill().unwrap();
+    assert_eq!(running.end().0, Then::Released);
+}
