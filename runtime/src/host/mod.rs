@@ -4,6 +4,7 @@
 mod access;
 mod audience;
 pub mod blocking;
+mod boot;
 mod bytes;
 pub mod candump;
 mod clock;
@@ -23,6 +24,7 @@ pub mod url;
 mod virtual_bus;
 
 pub use access::AccessError;
+pub use boot::{BootNetworkError, NotReady, Plan};
 pub use bytes::Bytes;
 #[cfg(unix)]
 pub use link::Descriptor;

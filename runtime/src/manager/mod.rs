@@ -129,6 +129,8 @@ pub enum Event {
     },
     /// Another node tells the time of day.
     Time(TimeOfDay),
+    /// Something happened in the network that a shell boots and keeps. A [`Manager`] alone reports none.
+    Network(NetworkEvent),
 }
 
 /// Where the bytes of the SDO transfers with the nodes are.

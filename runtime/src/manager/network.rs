@@ -169,6 +169,19 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.members().any(|member| member.node() == node && member.is_booting())
     }
 
+    /// The mandatory nodes that have not booted.
+    pub fn missing(&self) -> impl Iterator<Item = NodeId> + '_ {
+        self.members().filter(|member| member.is_mandatory() && !member.has_booted()).map(Member::node)
+    }
+
+    /// Whether a mandatory node has failed or is lost, and no other one is being booted: the network does not get ready
+    /// before a node boots up by itself, or is [booted](Network::boot) again.
+    #[must_use]
+    pub fn is_stuck(&self) -> bool {
+        let mut missing = self.members().filter(|member| member.is_mandatory() && !member.is_startable());
+        missing.next().is_some_and(|first| !first.is_booting()) && missing.all(|other| !other.is_booting())
+    }
+
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<NetworkEvent> {
         let (stopped, held) = (self.stopped, self.held);

@@ -33,12 +33,13 @@ use std::vec::Vec;
 
 use super::access::{AccessError, LONGEST};
 use super::audience::Audience;
+use super::boot::{BootNetworkError, Kept, Plan};
 use super::bytes::Bytes;
 use super::pump::{Pump, Turn};
 use super::{Link, LinkError};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
-use crate::manager::{Event, Manager};
+use crate::manager::{Event, Manager, NetworkEvent};
 use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
 use crate::service::sdo_client::Scalar;
 use crate::time::{Duration, Instant};
@@ -52,6 +53,7 @@ pub struct Network<L> {
     pump: Pump,
     events: VecDeque<Event>,
     missed: u64,
+    kept: Option<Kept>,
 }
 
 impl<L: Link> Network<L> {
@@ -65,6 +67,7 @@ impl<L: Link> Network<L> {
             pump: Pump::new(),
             events: VecDeque::new(),
             missed: 0,
+            kept: None,
         }
     }
 
@@ -72,6 +75,66 @@ impl<L: Link> Network<L> {
     pub fn manager(&mut self) -> &mut Manager<127> {
         self.audience.doubt();
         &mut self.manager
+    }
+
+    /// Boots a network, and keeps it up from now on, in place of the one before: while any call of this shell waits,
+    /// nodes that got lost are booted again, and what happens is an [`Event::Network`]. `report` gets what happens until
+    /// the network is ready. The mandatory nodes must boot within `boot_time`; zero: as long as each takes.
+    ///
+    /// ```no_run
+    /// use lexican_runtime::host::BusUrl;
+    /// use lexican_runtime::host::{Plan, blocking::Network};
+    /// use lexican_runtime::manager::{Assignment, OnLoss};
+    /// use lexican_runtime::object::{Object, Rw};
+    /// use lexican_runtime::procedure::{ConciseDcf, Step};
+    /// use lexican_runtime::{Duration, NodeId};
+    ///
+    /// // Generated from the data sheet: `od::PRODUCER_HEARTBEAT_TIME`.
+    /// const PRODUCER_HEARTBEAT_TIME: Object<u16, Rw> = Object::new(0x1017, 0);
+    ///
+    /// let node = NodeId::literal(5);
+    /// let settings = ConciseDcf::to_vec([Step::write(PRODUCER_HEARTBEAT_TIME, 100)])?;
+    /// let mut plan = Plan::new(OnLoss::ResetNode);
+    /// plan.assign(node, Assignment::new(node, settings).with_heartbeat(Duration::from_millis(250)))?;
+    ///
+    /// let mut network = Network::new("can0".parse::<BusUrl>()?.open()?);
+    /// network.boot(plan, Duration::from_secs(10), |event| println!("{event:?}"))?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`BootNetworkError`]. When the network is not ready, it is kept all the same: a node that failed is tried again
+    /// with its next boot-up message.
+    pub fn boot(
+        &mut self,
+        plan: Plan,
+        boot_time: Duration,
+        mut report: impl FnMut(&NetworkEvent),
+    ) -> Result<(), BootNetworkError> {
+        let now = self.now();
+        let kept = self.kept.insert(Kept::new(plan));
+        for node in kept.network.nodes() {
+            self.audience.include(node, &mut self.manager, now);
+        }
+        kept.network.start(now, boot_time);
+        self.events.retain(|event| !matches!(event, Event::Network(_)));
+        loop {
+            let turn = self.turn(Instant::MAX, &mut Scalar::default())?;
+            self.keep_turn(turn);
+            while let Some(at) = self.events.iter().position(|event| matches!(event, Event::Network(_))) {
+                let Some(Event::Network(event)) = self.events.remove(at) else { continue };
+                report(&event);
+                if let Some(end) = self.kept.as_mut().and_then(|kept| kept.follow(event)) {
+                    return Ok(end?);
+                }
+            }
+        }
+    }
+
+    /// The network that is kept up, to be asked, and to have nodes booted.
+    pub fn kept(&mut self) -> Option<&mut Plan> {
+        Some(&mut *self.kept.as_mut()?.network)
     }
 
     /// Hears only the nodes that the manager looks after, now and later, and the frames with `others`: PDOs

@@ -1,11 +1,15 @@
 //! What the shell does between two calls of its link.
 
+use std::collections::VecDeque;
+
 use super::Network;
 use crate::abort::AbortCode;
-use crate::host::pump::{Lent, Turn};
+use crate::frame::Frame;
+use crate::host::boot::{Plan, is_booting};
+use crate::host::pump::{Lent, StateMachine, Turn};
 use crate::host::{AccessError, Link, LinkError};
 use crate::id::NodeId;
-use crate::manager::{BeginError, Event, Manager, Payloads};
+use crate::manager::{BeginError, Event, Manager, NetworkEvent, Payloads};
 use crate::service::sdo_client::{self, Payload};
 use crate::time::Instant;
 
@@ -25,6 +29,36 @@ impl<P: Payload> Payloads for OfNode<'_, P> {
     }
 }
 
+/// A manager and the network that is kept up, on one link. The events of the latter are kept apart: a frame may be news
+/// to both.
+struct Served<'a> {
+    manager: Lent<'a, 127>,
+    kept: Option<&'a mut Plan>,
+    events: &'a mut VecDeque<NetworkEvent>,
+}
+
+impl StateMachine for Served<'_> {
+    type Event = Event;
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Event> {
+        self.events.extend(self.kept.as_mut().and_then(|kept| kept.handle_frame(now, frame)));
+        self.manager.handle_frame(now, frame)
+    }
+    fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+        if let Some(kept) = self.kept.as_mut().filter(|kept| kept.poll_timeout().is_some_and(|due| due <= now)) {
+            self.events.extend(kept.handle_timeout(now));
+        }
+        self.manager.handle_timeout(now)
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.manager.poll_transmit(now).or_else(|| self.kept.as_mut()?.poll_transmit(now))
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        let kept = self.kept.as_ref().and_then(|kept| kept.poll_timeout());
+        [kept, self.manager.poll_timeout()].into_iter().flatten().min()
+    }
+}
+
 impl<L: Link> Network<L> {
     /// Runs one SDO transfer to its end, and returns the number of bytes.
     pub(super) fn transfer(
@@ -33,6 +67,11 @@ impl<L: Link> Network<L> {
         payload: &mut impl Payload,
         begin: impl FnOnce(&mut Manager<127>, Instant) -> Result<(), BeginError>,
     ) -> Result<u32, AccessError> {
+        // What boots the node uses the same channel.
+        while is_booting(self.kept.as_ref(), node) {
+            let turn = self.turn(Instant::MAX, &mut [0; 0])?;
+            self.keep_turn(turn);
+        }
         let mut now = self.now();
         self.audience.include(node, &mut self.manager, now);
         // One that the application has begun by itself comes first.
@@ -71,7 +110,18 @@ impl<L: Link> Network<L> {
     pub(super) fn turn(&mut self, until: Instant, payload: &mut dyn Payloads) -> Result<Turn<Event>, LinkError> {
         // Before a request is sent whose answer must be heard.
         self.audience.follow(&self.manager, &mut self.link)?;
-        self.pump.turn(&mut self.link, &mut Lent(&mut self.manager, payload), until)
+        let (kept, mut events) = (self.kept.as_mut().map(|kept| &mut *kept.network), VecDeque::new());
+        let mut served = Served { manager: Lent(&mut self.manager, payload), kept, events: &mut events };
+        let turn = self.pump.turn(&mut self.link, &mut served, until);
+        events.into_iter().for_each(|event| self.keep(Event::Network(event)));
+        turn
+    }
+
+    /// Keeps the event of a turn.
+    pub(super) fn keep_turn(&mut self, turn: Turn<Event>) {
+        if let Turn::Event(event) = turn {
+            self.keep(event);
+        }
     }
 
     /// Sends what is to be sent, or a part of it.

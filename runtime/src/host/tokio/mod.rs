@@ -48,11 +48,12 @@ use tokio::sync::{broadcast, mpsc, oneshot};
 use self::owner::Owner;
 use self::transfers::Transfer;
 use super::access::{AccessError, LONGEST};
+use super::boot::{BootNetworkError, NotReady, Plan};
 use super::bytes::Bytes;
 use super::{BusState, Link, LinkError};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
-use crate::manager::{self, Manager};
+use crate::manager::{self, Manager, NetworkEvent};
 use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
 use crate::time::{Duration, Instant};
 use crate::wire::nmt::{NmtCommand, NmtMessage};
@@ -81,6 +82,7 @@ enum Command {
     Transfer(NodeId, Transfer),
     Send(Frame, Reply),
     Tell(Tell),
+    Boot(Box<Plan>, Duration, oneshot::Sender<Result<(), NotReady>>),
     Listen(Option<Vec<CobId>>),
     /// Reply at this time.
     Alarm(Instant, oneshot::Sender<Instant>),
@@ -105,6 +107,64 @@ impl Network {
         let (events, _) = broadcast::channel(1024);
         tokio::spawn(Owner::new(link, inbox, events.clone())?.run());
         Ok(Network { commands, events })
+    }
+
+    /// Boots a network, and keeps it up from now on, in place of the one before: the task boots nodes again that got
+    /// lost, and what happens is a [`manager::Event::Network`]. `report` gets what happens until the network is ready. The
+    /// mandatory nodes must boot within `boot_time`; zero: as long as each takes.
+    ///
+    /// ```no_run
+    /// use lexican_runtime::host::{BusUrl, Plan, tokio::Network};
+    /// use lexican_runtime::manager::{Assignment, OnLoss};
+    /// use lexican_runtime::object::{Object, Rw};
+    /// use lexican_runtime::procedure::{ConciseDcf, Step};
+    /// use lexican_runtime::{Duration, NodeId};
+    ///
+    /// // Generated from the data sheet: `od::PRODUCER_HEARTBEAT_TIME`.
+    /// const PRODUCER_HEARTBEAT_TIME: Object<u16, Rw> = Object::new(0x1017, 0);
+    ///
+    /// # async fn run() -> Result<(), Box<dyn std::error::Error>> {
+    /// let node = NodeId::literal(5);
+    /// let settings = ConciseDcf::to_vec([Step::write(PRODUCER_HEARTBEAT_TIME, 100)])?;
+    /// let mut plan = Plan::new(OnLoss::ResetNode);
+    /// plan.assign(node, Assignment::new(node, settings).with_heartbeat(Duration::from_millis(250)))?;
+    ///
+    /// let network = Network::spawn("can0".parse::<BusUrl>()?.open()?)?;
+    /// network.boot(plan, Duration::from_secs(10), |event| println!("{event:?}")).await?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`BootNetworkError`]. When the network is not ready, it is kept all the same: a node that failed is tried again
+    /// with its next boot-up message.
+    pub async fn boot(
+        &self,
+        plan: Plan,
+        boot_time: Duration,
+        mut report: impl FnMut(&NetworkEvent),
+    ) -> Result<(), BootNetworkError> {
+        let mut events = self.events();
+        let mut hear = |event| {
+            if let Event::Manager(manager::Event::Network(event)) = event {
+                report(&event);
+            }
+        };
+        let (reply, mut answer) = oneshot::channel();
+        let command = Command::Boot(Box::new(plan), boot_time, reply);
+        self.commands.send(command).await.map_err(|_| LinkError::Closed)?;
+        let end = loop {
+            tokio::select! {
+                end = &mut answer => break end,
+                // Who lags has missed some.
+                event = events.recv() => event.into_iter().for_each(&mut hear),
+            }
+        };
+        while let Ok(event) = events.try_recv() {
+            hear(event);
+        }
+        Ok(end.map_err(|_| LinkError::Closed)??)
     }
 
     /// Reads an object.

@@ -11,9 +11,10 @@ use super::transfers::Transfers;
 use super::{Command, Event};
 use crate::frame::Frame;
 use crate::host::audience::Audience;
+use crate::host::boot::{Kept, NotReady, is_booting};
 use crate::host::pump::{Backlog, MOST_SENT};
 use crate::host::{Incoming, Link, LinkError};
-use crate::manager::{self, Manager};
+use crate::manager::{self, Manager, NetworkEvent};
 use crate::time::{Duration, Instant};
 
 /// How many frames are taken before commands are looked at again, and other tasks have their turn.
@@ -24,6 +25,9 @@ pub(super) struct Owner<L: Link> {
     link: L,
     readiness: Readiness,
     manager: Box<Manager<127>>,
+    kept: Option<Kept>,
+    /// Who waits for the network to be ready.
+    booting: Option<oneshot::Sender<Result<(), NotReady>>>,
     transfers: Transfers,
     outgoing: Outgoing,
     backlog: Backlog,
@@ -67,6 +71,8 @@ impl<L: Link> Owner<L> {
             readiness: Readiness::of(&link)?,
             link,
             manager: Box::default(),
+            kept: None,
+            booting: None,
             transfers: Transfers::default(),
             outgoing: Outgoing::default(),
             backlog: Backlog::default(),
@@ -115,7 +121,17 @@ impl<L: Link> Owner<L> {
             Command::Transfer(node, transfer) => {
                 let now = self.link.now();
                 self.audience.include(node, &mut self.manager, now);
+                self.transfers.hold(node, is_booting(self.kept.as_ref(), node));
                 self.transfers.add(node, transfer, &mut self.manager, now);
+            }
+            Command::Boot(plan, boot_time, reply) => {
+                let now = self.link.now();
+                let kept = self.kept.insert(Kept::new(*plan));
+                for node in kept.network.nodes() {
+                    self.audience.include(node, &mut self.manager, now);
+                }
+                kept.network.start(now, boot_time);
+                self.booting = Some(reply);
             }
             Command::Listen(others) => self.audience.choose(others),
             Command::Alarm(at, reply) => {
@@ -132,7 +148,9 @@ impl<L: Link> Owner<L> {
             if !self.outgoing.is_free() {
                 return;
             }
-            let Some(frame) = self.manager.poll_transmit(now, &mut self.transfers) else { return };
+            let frame = self.manager.poll_transmit(now, &mut self.transfers);
+            let kept = || self.kept.as_mut()?.network.poll_transmit(now);
+            let Some(frame) = frame.or_else(kept) else { return };
             self.outgoing.send(&mut self.link, frame, None);
         }
         self.more = true;
@@ -155,6 +173,8 @@ impl<L: Link> Owner<L> {
                 Some(Incoming::Frame(frame)) => {
                     let event = self.manager.handle_frame(now, &frame, &mut self.transfers);
                     self.tell(now, event);
+                    let event = self.kept.as_mut().and_then(|kept| kept.network.handle_frame(now, &frame));
+                    self.tell_network(now, event);
                     self.transmit(now);
                 }
                 // Nobody may be listening.
@@ -170,7 +190,9 @@ impl<L: Link> Owner<L> {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        [self.manager.poll_timeout(), self.outgoing.poll_timeout(), self.next_alarm()].into_iter().flatten().min()
+        let kept = self.kept.as_ref().and_then(|kept| kept.network.poll_timeout());
+        let deadlines = [self.manager.poll_timeout(), self.outgoing.poll_timeout(), kept, self.next_alarm()];
+        deadlines.into_iter().flatten().min()
     }
 
     fn next_alarm(&self) -> Option<Instant> {
@@ -192,14 +214,34 @@ impl<L: Link> Owner<L> {
             let event = self.manager.handle_timeout(now);
             self.tell(now, event);
         }
+        while let Some(now) = self.backlog.due(|| self.kept.as_ref()?.network.poll_timeout()) {
+            let event = self.kept.as_mut().and_then(|kept| kept.network.handle_timeout(now));
+            self.tell_network(now, event);
+        }
         if let Some(now) = self.backlog.due(|| self.next_alarm()) {
             self.ring(now);
+        }
+    }
+
+    fn tell_network(&mut self, now: Instant, event: Option<NetworkEvent>) {
+        let (Some(event), Some(kept)) = (event, &mut self.kept) else { return };
+        let end = kept.follow(event);
+        drop(self.events.send(Event::Manager(manager::Event::Network(event))));
+        // Behind its event, so that who waits for it has heard all.
+        if let Some(end) = end {
+            self.booting.take().into_iter().for_each(|reply| drop(reply.send(end.clone())));
+        }
+        if let NetworkEvent::Booted(node) | NetworkEvent::Failed { node, .. } | NetworkEvent::Lost { node, .. } = event
+        {
+            self.transfers.hold(node, is_booting(self.kept.as_ref(), node));
+            self.transfers.resume(node, &mut self.manager, now);
         }
     }
 
     fn tell(&mut self, now: Instant, event: Option<manager::Event>) {
         match event {
             Some(manager::Event::Sdo { node, event }) => {
+                self.transfers.hold(node, is_booting(self.kept.as_ref(), node));
                 self.transfers.end(node, event, &mut self.manager, now);
             }
             Some(event) => drop(self.events.send(Event::Manager(event))),

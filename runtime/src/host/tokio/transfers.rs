@@ -1,6 +1,6 @@
 //! The SDO transfers that handles have asked for.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::vec::Vec;
 
 use tokio::sync::oneshot;
@@ -34,6 +34,8 @@ impl Transfer {
 #[derive(Default)]
 pub(super) struct Transfers {
     of: BTreeMap<NodeId, VecDeque<Transfer>>,
+    /// The nodes that are being booted over the same channel.
+    held: BTreeSet<NodeId>,
     /// What a node gets that has no transfer, or one of the application's own.
     nothing: [u8; 0],
 }
@@ -48,6 +50,18 @@ impl Payloads for Transfers {
 }
 
 impl Transfers {
+    /// Begins no transfer with a node, or does so again.
+    pub(super) fn hold(&mut self, node: NodeId, held: bool) {
+        let _ = if held { self.held.insert(node) } else { self.held.remove(&node) };
+    }
+
+    /// Begins the transfer that waits, if one does.
+    pub(super) fn resume(&mut self, node: NodeId, manager: &mut Manager<127>, now: Instant) {
+        if self.of.get(&node).and_then(VecDeque::front).is_some_and(|transfer| !transfer.begun) {
+            self.begin(node, manager, now);
+        }
+    }
+
     /// Takes a transfer with a node that the manager looks after, and begins it when no other with it is under way.
     pub(super) fn add(&mut self, node: NodeId, transfer: Transfer, manager: &mut Manager<127>, now: Instant) {
         let all = self.of.entry(node).or_default();
@@ -87,7 +101,7 @@ impl Transfers {
 
     /// Begins the first transfer with a node that somebody still wants.
     fn begin(&mut self, node: NodeId, manager: &mut Manager<127>, now: Instant) {
-        let Some(all) = self.of.get_mut(&node) else { return };
+        let Some(all) = self.of.get_mut(&node).filter(|_| !self.held.contains(&node)) else { return };
         while all.front().is_some_and(|transfer| transfer.reply.is_closed()) {
             all.pop_front();
         }
