@@ -111,7 +111,7 @@ pub(crate) fn with_overlays(input: Input, overlays: &[PathBuf]) -> Result<Input,
 /// A text file, whatever its encoding.
 pub(crate) fn read(path: &Path) -> Result<Source, Failure> {
     // One byte beyond the bound is enough to be refused, which is a finding.
-    let bytes = read_up_to(path, lexican_eds::source::MAX_BYTES + 1)?;
+    let bytes = read_up_to(path, lexican_eds::text::MAX_BYTES + 1)?;
     Ok(Source::from_bytes(path.display().to_string(), &bytes))
 }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use lexican_eds::{Diagnostics, Input, Severity, Source, check, library};
+use lexican_eds::{Diagnostics, Input, Severity, Source, library, rules};
 
 use crate::compile::{FINDINGS, Options, compile};
 use crate::error::Error;
@@ -271,7 +271,7 @@ fn write(path: &Path, code: &str) -> Result<(), Error> {
 
 /// The codes of all findings that there can be.
 fn codes() -> impl Iterator<Item = &'static str> {
-    check::rules().iter().map(|rule| rule.code).chain(FINDINGS.iter().map(|finding| finding.code))
+    rules::rules().iter().map(|rule| rule.code).chain(FINDINGS.iter().map(|finding| finding.code))
 }
 
 /// Names that look like this one, the nearest first.

@@ -1,10 +1,10 @@
 //! Brings a data sheet into the form of CiA 306-1, line by line: nothing is lost, moved or given another meaning,
 //! and comments stay where they are.
 
-use crate::object::KEYS;
-use crate::section::{ModulePart, ObjectPart, SectionKind};
-use crate::source::Source;
-use crate::syntax::Line;
+use crate::model::keys::KEYS;
+use crate::parse::section::{ModulePart, ObjectPart, SectionKind};
+use crate::parse::syntax::Line;
+use crate::text::Source;
 
 /// The data sheet with sections and keys in the spelling of the standard, indices and types as `0x1018`, flags as
 /// 0 and 1, one empty line before each section and no blanks around anything. Doing it twice changes nothing.
@@ -130,15 +130,15 @@ fn module_name(part: ModulePart) -> String {
 /// A known key in the spelling of the standard.
 fn key_name(section: SectionKind, key: &str) -> String {
     let table = keys_of(section);
-    let known = crate::read::position(table, key).map(|at| table[at]);
+    let known = crate::parse::position(table, key).map(|at| table[at]);
     known.unwrap_or(key).to_owned()
 }
 
 fn keys_of(section: SectionKind) -> &'static [&'static str] {
     match section {
-        SectionKind::FileInfo => &crate::info::FILE_INFO,
-        SectionKind::DeviceInfo => &crate::info::DEVICE_INFO,
-        SectionKind::Commissioning => &crate::info::COMMISSIONING,
+        SectionKind::FileInfo => &crate::model::keys::FILE_INFO,
+        SectionKind::DeviceInfo => &crate::model::keys::DEVICE_INFO,
+        SectionKind::Commissioning => &crate::model::keys::COMMISSIONING,
         SectionKind::MandatoryObjects | SectionKind::OptionalObjects | SectionKind::ManufacturerObjects => {
             &["SupportedObjects"]
         }
@@ -152,7 +152,7 @@ fn keys_of(section: SectionKind) -> &'static [&'static str] {
 
 /// Numbers of a fixed notation in that notation; everything else as it is.
 fn value_text(section: SectionKind, key: &str, value: &str) -> String {
-    let number = || crate::number::integer(value).filter(|read| read.oddity.is_none()).map(|read| read.value);
+    let number = || crate::parse::number::integer(value).filter(|read| read.oddity.is_none()).map(|read| read.value);
     let with_digits = |digits: usize| {
         let number = number().filter(|number| (0..=0xFFFF).contains(number));
         number.map_or_else(|| value.to_owned(), |number| format!("0x{number:0digits$X}"))

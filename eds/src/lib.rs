@@ -13,111 +13,53 @@
 //! What comes of it: [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
 //! DCF of one; [`fmt`] brings a file into the form of the standard. [`library`] holds the data sheets that are shipped.
 //!
-//! From text to device: [`source`] (bytes, encodings, lines, places) → `syntax` (sections and keys) → `object`
-//! and `info` (what CiA 306 says) → [`overlay`] (corrections and meanings beside the data sheet) → [`model`] →
-//! [`check`] (the rules) → [`diagnostics`].
+//! In one direction: [`text`] (bytes, encodings, lines, places) → `parse` (sections, keys, what CiA 306 says) →
+//! [`model`] → [`overlay`] (corrections and meanings beside the data sheet) → [`rules`] → [`report`]. Parsing and
+//! overlays return what they find as data; the rules, one row of a table each, put it into words.
 
-pub mod check;
-mod compact;
-mod compact_pdo;
-pub mod diagnostics;
+mod diagnostic;
 pub mod diff;
 pub mod dump;
-mod eds;
+mod finding;
 pub mod fmt;
-mod info;
 pub mod library;
-mod lists;
 pub mod model;
-mod modules;
-mod number;
-mod object;
 pub mod overlay;
-mod pdo;
-mod read;
-mod section;
-pub mod source;
-mod syntax;
-pub mod types;
+mod parse;
+pub mod report;
+pub mod rules;
+pub mod text;
 pub mod write;
 
-pub use diagnostics::{Diagnostic, Diagnostics, Severity};
-pub use source::{Source, Span};
+pub use diagnostic::{Diagnostic, Diagnostics, Label, MAX_PER_CODE, Severity};
+pub use model::types;
+pub use text::{Input, Source, Span};
 
-/// A data sheet with its overlays; also what findings need to show the lines they are about.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Input {
-    /// The data sheet.
-    pub eds: Source,
-    /// The overlays, applied in order.
-    pub overlays: Vec<Source>,
-}
-
-impl Input {
-    /// A data sheet without overlay.
-    #[must_use]
-    pub fn new(eds: Source) -> Self {
-        Self { eds, overlays: Vec::new() }
-    }
-
-    /// The same with one overlay more.
-    #[must_use]
-    pub fn overlay(mut self, overlay: Source) -> Self {
-        self.overlays.push(overlay);
-        self
-    }
-
-    /// The text that spans with this number are in.
-    #[must_use]
-    pub fn source(&self, number: u16) -> Option<&Source> {
-        match number {
-            0 => Some(&self.eds),
-            n => self.overlays.get(usize::from(n) - 1),
-        }
-    }
-}
+use finding::Findings;
 
 /// Reads a data sheet and its overlays, builds the model and applies all rules.
 ///
 /// Never fails and never panics: whatever is wrong is in the findings, and the model holds what could be read.
 #[must_use]
 pub fn load(input: &Input) -> (model::Device, Diagnostics) {
-    let mut out = Diagnostics::default();
+    let mut found = Findings::default();
     let mut device = model::Device::default();
-    if readable(&input.eds, &mut out) {
-        let syntax::Tokens { text, lengths } = syntax::tokenize(&input.eds, &mut out);
-        let syntax = syntax::Syntax::new(&input.eds, &text, lengths);
-        let (read, facts) = eds::read(syntax, &mut out);
-        device = read;
-        let mut changes = overlay::Changes::default();
-        for (overlay, number) in input.overlays.iter().zip(1..) {
-            overlay::apply(overlay, number, &mut device, &mut changes, &mut out);
-        }
-        overlay::forget_what_was_corrected(&device, &facts, &changes, &mut out);
-        device.profile = overlay::profile(&device, &changes);
-        device.pdos = pdo::pdos(&device);
-        overlay::merge_pdos(&mut device, &changes);
-        check::all(&check::Context { device: &device, facts: &facts, changes: &changes }, &mut out);
-        overlay::forget_what_is_accepted(&facts, &changes, &mut out);
-        overlay::help(&facts, &mut out);
+    if !parse::is_readable(&input.eds, &mut found) {
+        return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
     }
-    out.finish();
-    (device, out)
-}
-
-/// Whether a text is one that can be a data sheet.
-fn readable(eds: &Source, out: &mut Diagnostics) -> bool {
-    if let Some(refusal) = eds.refusal() {
-        out.push(check::file_is_within_bounds::found(refusal));
-        return false;
+    let tokens = parse::syntax::tokenize(&input.eds, &mut found);
+    let syntax = parse::syntax::Syntax::new(&input.eds, &tokens.text, tokens.lengths);
+    let (read, facts) = parse::read(syntax, &mut found);
+    device = read;
+    let mut changes = overlay::Changes::default();
+    for (overlay, number) in input.overlays.iter().zip(1..) {
+        overlay::apply(overlay, number, &mut device, &mut changes, &mut found);
     }
-    out.extend(check::text_is_ascii_or_utf8::found(eds));
-    let start = eds.text().len() - eds.text().trim_start().len();
-    let xml = eds.text()[start..].starts_with('<');
-    if xml {
-        out.push(check::file_is_not_xml::found(Span::eds(start as u32, start as u32 + 1)));
-    }
-    !xml
+    device.profile = overlay::profile(&device, &changes);
+    device.pdos = model::pdo::pdos(&device);
+    overlay::pdo::merge(&mut device, &changes);
+    let diagnostics = rules::apply(&device, &facts, &changes, &found);
+    (device, diagnostics)
 }
 
 /// The README, so that what it shows compiles.

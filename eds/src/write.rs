@@ -4,8 +4,8 @@
 use std::fmt::{Display, Write as _};
 
 use crate::dump::value_text;
+use crate::model::types::{Class, DataType};
 use crate::model::{Commissioning, Device, DeviceInfo, Entry, FileInfo, Module, Object, ObjectKind, ObjectList, Value};
-use crate::types::{Class, DataType};
 
 /// The device as EDS, without the values of a configured device. Lines end with CR LF.
 #[must_use]
@@ -334,7 +334,7 @@ mod tests {
 
     use super::*;
     use crate::model::{AccessType, DynamicChannel, EntryDetails, ObjectDetails, Tool};
-    use crate::source::Span;
+    use crate::text::Span;
     use crate::{Input, Source, load};
 
     /// What a value in a data sheet can be: one line without blanks around.
@@ -478,7 +478,7 @@ mod tests {
                 ..Device::default()
             };
             device.profile = crate::overlay::profile(&device, &Default::default());
-            device.pdos = crate::pdo::pdos(&device);
+            device.pdos = crate::model::pdo::pdos(&device);
             device
         }
     }

@@ -1,6 +1,6 @@
 //! Findings and devices in the formats that other programs read.
 
-use lexican_eds::diagnostics::sarif;
+use lexican_eds::report::sarif;
 use lexican_eds::{Input, Severity, Source, dump, load};
 use serde_json::json;
 
@@ -30,7 +30,7 @@ fn json_names_places_from_one() {
             { "file": "x.eds", "line": 6, "column": 10, "end_line": 6, "end_column": 12, "primary": true, "text": "the low one" },
             { "file": "x.eds", "line": 7, "column": 11, "end_line": 7, "end_column": 12, "primary": false, "text": "the high one" },
         ],
-        "help": "an overlay can give the right ones: `low` and `high` with a reason",
+        "help": "if they are only exchanged, in an overlay:\n[object.\"2000\"]\nreason = \"…\"\nlow = 1\nhigh = 10",
     }]);
     assert_eq!(diagnostics.to_json(&input), expected);
 }

@@ -1,6 +1,6 @@
 //! No text makes the reader panic, loop or take memory without bound.
 
-use lexican_eds::diagnostics::MAX_PER_CODE;
+use lexican_eds::MAX_PER_CODE;
 use lexican_eds::{Input, Source, diff, dump, fmt, load, write};
 use proptest::prelude::*;
 
@@ -156,7 +156,7 @@ fn findings_beyond_the_thousandth_are_counted() {
 
 #[test]
 fn a_file_beyond_the_bounds_is_not_read() {
-    let text = "\n".repeat(lexican_eds::source::MAX_LINES);
+    let text = "\n".repeat(lexican_eds::text::MAX_LINES);
     let (device, diagnostics) = load(&Input::new(Source::from_bytes("x.eds", text.as_bytes())));
     assert!(device.objects.is_empty());
     assert_eq!(diagnostics.iter().map(|finding| finding.code).collect::<Vec<_>>(), ["eds::file-size"]);

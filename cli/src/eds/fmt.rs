@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use lexican_eds::fmt::normalise;
-use lexican_eds::source::Encoding;
+use lexican_eds::text::Encoding;
 use lexican_eds::{Input, Source};
 
 use crate::device::{Loaded, input};

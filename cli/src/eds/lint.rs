@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::ProgressBar;
-use lexican_eds::diagnostics::sarif;
+use lexican_eds::report::sarif;
 use lexican_eds::{Diagnostic, Diagnostics, Input, Severity};
 
 use crate::device::{input, no_object, with_overlays};

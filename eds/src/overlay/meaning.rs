@@ -1,7 +1,7 @@
 //! `[enumeration.…]`, `[bit_field.…]` and `[quantity.…]`.
 
 use super::{Name, Node, Reader};
-use crate::check;
+use crate::finding::Kind;
 use crate::model::{BitField, Bits, Enumeration, Named, Quantity, Unit};
 
 impl Reader<'_> {
@@ -11,8 +11,8 @@ impl Reader<'_> {
         for node in list {
             let Some(named) = self.named(node, "value", Self::integer) else { continue };
             if let Some(other) = values.iter().find(|other| other.value == named.value || other.name == named.name) {
-                let message = format!("{} `{}` and {} `{}`", named.value, named.name, other.value, other.name);
-                self.push(|span| check::enumerations_are_unambiguous::found(&message, span), node);
+                let values = [&named, other].map(|named| (named.value, named.name.as_str().into()));
+                self.push(Kind::OverlayDuplicateValue { values }, node);
                 continue;
             }
             values.push(named);
@@ -31,8 +31,8 @@ impl Reader<'_> {
                 other.name == named.name || (other.value.low <= named.value.high && named.value.low <= other.value.high)
             };
             if let Some(other) = fields.iter().find(overlaps) {
-                let message = format!("`{}` and `{}`", named.name, other.name);
-                self.push(|span| check::bit_fields_do_not_overlap::found(&message, span), node);
+                let names = [&named, other].map(|named| named.name.as_str().into());
+                self.push(Kind::OverlayBits { names }, node);
                 continue;
             }
             fields.push(named);
@@ -47,7 +47,7 @@ impl Reader<'_> {
         let units: Vec<Unit> = list.into_iter().filter_map(|node| self.unit(node)).collect();
         if units.is_empty() || (units.len() > 1 && units.iter().any(|unit| unit.when.is_none())) {
             let span = self.span(name.span());
-            self.out.push(check::units_are_decided_by_conditions::found(units.len(), span));
+            self.out.push(Kind::OverlayUnits { units: units.len() }, span);
         }
         let span = self.span(name.span());
         self.device.quantities.insert(name.get_ref().to_string(), Quantity { description, units, span });
@@ -56,7 +56,7 @@ impl Reader<'_> {
     /// `description`, and the list under `key`.
     fn described<'n, 'i>(&mut self, node: &'n Node<'i>, key: &str) -> (Option<String>, Vec<&'n Node<'i>>) {
         let (mut description, mut list) = (None, None);
-        let before = self.out.len();
+        let before = self.out.total();
         for (name, node) in self.table(node).into_iter().flatten() {
             match name.get_ref().as_ref() {
                 "description" => description = self.text(node),
@@ -75,7 +75,7 @@ impl Reader<'_> {
         read: impl Fn(&mut Self, &Node<'_>) -> Option<T>,
     ) -> Option<Named<T>> {
         let (mut name, mut description, mut value) = (None, None, None);
-        let before = self.out.len();
+        let before = self.out.total();
         for (key, node) in self.table(node)? {
             match key.get_ref().as_ref() {
                 "name" => name = self.text(node),
@@ -108,7 +108,7 @@ impl Reader<'_> {
 
     fn unit(&mut self, node: &Node<'_>) -> Option<Unit> {
         let (mut symbol, mut method, mut scale, mut when) = (None, None, None, None);
-        let before = self.out.len();
+        let before = self.out.total();
         for (key, node) in self.table(node)? {
             match key.get_ref().as_ref() {
                 "symbol" => symbol = self.text(node),

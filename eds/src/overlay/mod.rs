@@ -42,27 +42,21 @@
 //! ```
 //!
 //! The keys of `[object."2410"]` are about the object itself; those that belong to an entry are about sub-index 0
-//! of a VAR, and about all sub-indices but 0 of an ARRAY. All users of a quantity, enumeration or bit field have
+//! of a VAR, and about all sub-indices but 0 of an ARRAY, one after the other: each has findings of its own. All users of a quantity, enumeration or bit field have
 //! the same data type. Several overlays are applied in order, and a later one wins.
 
 mod meaning;
 mod object;
-mod pdo;
+pub(crate) mod pdo;
 mod value;
-
-use std::collections::BTreeSet;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::check;
-use crate::diagnostics::Diagnostics;
-use crate::eds::Facts;
-use crate::model::{Condition, Device, Meaning};
-use crate::object::Key;
-use crate::source::{Source, Span};
-
-pub(crate) use pdo::Extra;
+use crate::finding::{Findings, Kind};
+use crate::model::keys::Key;
+use crate::model::{Condition, Device, Meaning, Pdo};
+use crate::text::{Source, Span};
 
 /// The newest format that is known.
 const FORMAT: i128 = 1;
@@ -113,6 +107,14 @@ pub(crate) struct Use {
     pub(crate) span: Span,
 }
 
+/// A PDO that an overlay describes.
+#[derive(Clone, Debug)]
+pub(crate) struct Extra {
+    pub(crate) pdo: Pdo,
+    /// The table.
+    pub(crate) span: Span,
+}
+
 impl Changes {
     /// Where an overlay corrects this key; the last one that does.
     pub(crate) fn correction(&self, index: u16, sub: u8, key: Key) -> Option<Span> {
@@ -122,75 +124,18 @@ impl Changes {
 }
 
 /// Applies an overlay to a device.
-pub(crate) fn apply(source: &Source, number: u16, device: &mut Device, changes: &mut Changes, out: &mut Diagnostics) {
+pub(crate) fn apply(source: &Source, number: u16, device: &mut Device, changes: &mut Changes, out: &mut Findings) {
     if let Some(refusal) = source.refusal() {
-        out.push(check::file_is_within_bounds::found(refusal));
+        out.push(Kind::FileSize(refusal), Span { source: number, start: 0, end: 0 });
         return;
     }
     let mut reader = Reader { number, device, changes, out };
     let (table, errors) = DeTable::parse_recoverable(source.text());
     for error in errors {
         let span = error.span().map_or(Span { source: number, start: 0, end: 0 }, |range| reader.span(range));
-        reader.out.push(check::overlays_are_toml::found(error.message(), span));
+        reader.out.push(Kind::OverlaySyntax(error.message().into()), span);
     }
     reader.document(table.get_ref());
-}
-
-/// Takes back findings about keys that an overlay has corrected since.
-pub(crate) fn forget_what_was_corrected(device: &Device, facts: &Facts<'_>, changes: &Changes, out: &mut Diagnostics) {
-    let syntax = &facts.syntax;
-    let mut places: BTreeSet<(Option<&str>, Span)> = BTreeSet::new();
-    for correction in &changes.corrections {
-        let Some(entry) = device.entry(correction.index, correction.sub) else { continue };
-        let pair = syntax.section_at(entry.span).and_then(|section| section.get(correction.key.name()));
-        let missing = match correction.key {
-            Key::DataType => check::entries_have_a_data_type::RULE.code,
-            Key::AccessType => check::entries_have_an_access_type::RULE.code,
-            _ => "",
-        };
-        places.insert(match pair.filter(|pair| !pair.value.is_empty()) {
-            Some(pair) => (None, syntax.value_span(pair)),
-            None => (Some(missing), entry.span),
-        });
-    }
-    out.retract(|finding| {
-        let Some(span) = finding.span() else { return false };
-        places.contains(&(None, span)) || places.contains(&(Some(finding.code), span))
-    });
-}
-
-/// Takes back the findings that overlays accept, and reports what is accepted in vain.
-pub(crate) fn forget_what_is_accepted(facts: &Facts<'_>, changes: &Changes, out: &mut Diagnostics) {
-    let mut used = vec![false; changes.accepted.len()];
-    out.retract(|finding| {
-        let place = finding.span().and_then(|span| facts.address_of(span));
-        let Some((index, sub)) = place else { return false };
-        let accepts = |accepted: &Accepted| {
-            let here = accepted.index == index && accepted.sub.is_none_or(|accepted| accepted == sub.unwrap_or(0));
-            here && accepted.code == finding.code
-        };
-        let at = changes.accepted.iter().position(accepts);
-        at.inspect(|&at| used[at] = true).is_some()
-    });
-    for (accepted, _) in changes.accepted.iter().zip(used).filter(|(_, used)| !used) {
-        out.push(check::accepted_findings_are_found::found(&accepted.code, accepted.span));
-    }
-}
-
-/// Says how to live with findings that no correction can mend: by accepting them, where they are about an object.
-pub(crate) fn help(facts: &Facts<'_>, out: &mut Diagnostics) {
-    for finding in out.iter_mut().filter(|finding| finding.help.is_none()) {
-        let Some(span) = finding.span().filter(|span| span.source == 0) else { continue };
-        let code = finding.code;
-        finding.help = Some(match facts.address_of(span) {
-            Some((index, sub)) => {
-                let sub = sub.map(|sub| format!(":{sub:02X}")).unwrap_or_default();
-                let accept = format!("`accept = [\"{code}\"]` with a reason");
-                format!("where it must be so, an overlay can accept it: `[object.\"{index:04X}{sub}\"]`, {accept}")
-            }
-            None => "no overlay is needed for it; mend the file for the sake of other readers".to_owned(),
-        });
-    }
 }
 
 /// The device profile: what an overlay says, else the low half of the default of 1000h.
@@ -200,17 +145,12 @@ pub(crate) fn profile(device: &Device, changes: &Changes) -> Option<u16> {
     changes.profile.map(|(profile, _)| profile).or_else(of_device_type)
 }
 
-/// Puts the PDOs of the overlays among those of the data sheet.
-pub(crate) fn merge_pdos(device: &mut Device, changes: &Changes) {
-    pdo::merge(device, &changes.pdos);
-}
-
 /// Reads one overlay.
 struct Reader<'o> {
     number: u16,
     device: &'o mut Device,
     changes: &'o mut Changes,
-    out: &'o mut Diagnostics,
+    out: &'o mut Findings,
 }
 
 /// A value with its place.
@@ -239,7 +179,7 @@ impl Reader<'_> {
         table.iter().filter(|(key, _)| key.get_ref() == "pdo").for_each(|(_, node)| self.pdos(node));
         if !header {
             let start = Span { source: self.number, start: 0, end: 0 };
-            self.out.push(check::overlays_name_their_format::missing(start));
+            self.out.push(Kind::OverlayWithoutFormat, start);
         }
     }
 
@@ -252,7 +192,7 @@ impl Reader<'_> {
                     format = self.integer(node);
                     if let Some(found) = format.filter(|&format| format != FORMAT) {
                         let span = self.span(node.span());
-                        self.out.push(check::overlays_name_their_format::unknown(found, span));
+                        self.out.push(Kind::OverlayFormat(found), span);
                     }
                 }
                 "names" => {
@@ -266,7 +206,7 @@ impl Reader<'_> {
         }
         if format.is_none() {
             let span = self.span(node.span());
-            self.out.push(check::overlays_name_their_format::missing(span));
+            self.out.push(Kind::OverlayWithoutFormat, span);
         }
     }
 
@@ -278,7 +218,7 @@ impl Reader<'_> {
 
     fn unknown(&mut self, key: &Name<'_>) {
         let span = self.span(key.span());
-        self.out.push(check::overlay_keys_are_known::found(key.get_ref(), span));
+        self.out.push(Kind::OverlayKey(key.get_ref().as_ref().into()), span);
     }
 
     fn span(&self, range: std::ops::Range<usize>) -> Span {

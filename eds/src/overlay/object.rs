@@ -4,21 +4,21 @@ use toml::de::DeTable;
 
 use super::value::address;
 use super::{Accepted, Correction, Name, Node, Reader, Use};
-use crate::check;
+use crate::finding::Kind;
+use crate::model::keys::Key;
+use crate::model::types::DataType;
 use crate::model::{AccessType, ConditionalRange, Entry, Meaning, NmtState, ObjectKind, Value};
-use crate::object::Key;
-use crate::types::DataType;
 
 impl Reader<'_> {
     pub(super) fn object(&mut self, name: &Name<'_>, node: &Node<'_>) {
         let Some(table) = self.table(node) else { return };
         let span = self.span(name.span());
         let Some((index, sub)) = address(name.get_ref()) else {
-            self.out.push(check::overlay_values_are_of_their_kind::found("\"2410\" or \"2410:05\"", span));
+            self.out.push(Kind::OverlayValue { expected: "\"2410\" or \"2410:05\"".into() }, span);
             return;
         };
         let Ok(at) = self.device.objects.binary_search_by_key(&index, |object| object.index) else {
-            self.out.push(check::overlay_objects_exist::found(name.get_ref(), span));
+            self.out.push(Kind::OverlayObject(name.get_ref().as_ref().into()), span);
             return;
         };
         // Taken out while it is changed, so that the rest of the device stays at hand.
@@ -30,7 +30,7 @@ impl Reader<'_> {
                     accept.into_iter().for_each(|(_, node)| self.accept(index, Some(sub), node));
                     self.entry(entry, table, name);
                 }
-                None => self.out.push(check::overlay_objects_exist::found(name.get_ref(), span)),
+                None => self.out.push(Kind::OverlayObject(name.get_ref().as_ref().into()), span),
             },
             None => self.whole(at, &mut entries, table, name),
         }
@@ -55,7 +55,7 @@ impl Reader<'_> {
                 "reason" => {}
                 _ if kind == ObjectKind::Record => {
                     let span = self.span(key.span());
-                    self.out.push(check::overlay_keys_are_known::of_record(key.get_ref(), span));
+                    self.out.push(Kind::OverlayKeyOfRecord(key.get_ref().as_ref().into()), span);
                 }
                 _ => {}
             }
@@ -64,28 +64,34 @@ impl Reader<'_> {
             let has = |key: &str| table.iter().any(|(name, _)| name.get_ref() == key);
             if has("accept") && !has("reason") {
                 let span = self.span(name.span());
-                self.out.push(check::overlay_corrections_have_a_reason::found(name.get_ref(), span));
+                self.out.push(Kind::OverlayReason(name.get_ref().as_ref().into()), span);
             }
             return;
         }
-        let mut told = None;
-        for entry in entries.iter_mut().filter(|entry| !kind.has_subs() || entry.sub > 0) {
-            let before = (entry.name.clone(), entry.description.clone());
-            self.entry(entry, table, name);
-            if kind.has_subs() {
-                // The words are about the object; all the rest is about every entry, and told once.
-                (entry.name, entry.description) = before;
-                told.get_or_insert_with(|| self.out.clone());
-            } else {
+        if !kind.has_subs() {
+            for entry in entries {
+                self.entry(entry, table, name);
                 let object = &mut self.device.objects[at];
                 object.name.clone_from(&entry.name);
                 if entry.description.is_some() {
                     object.description.clone_from(&entry.description);
                 }
             }
+            return;
         }
-        if let Some(told) = told {
-            *self.out = told;
+        let before = self.out.kept();
+        for entry in entries.iter_mut().filter(|entry| entry.sub > 0) {
+            // The words are about the object; all the rest is about every entry.
+            let words = (entry.name.clone(), entry.description.clone());
+            let others = std::mem::take(self.out);
+            self.entry(entry, table, name);
+            (entry.name, entry.description) = words;
+            // What is wrong with the overlay itself is found at every entry, and reported once.
+            for finding in std::mem::replace(self.out, others).iter() {
+                if !self.out.has(before, &finding.kind, finding.span) {
+                    self.out.push(finding.kind.clone(), finding.span);
+                }
+            }
         }
     }
 
@@ -125,15 +131,14 @@ impl Reader<'_> {
         }
         if corrected && !reason {
             let span = self.span(name.span());
-            self.out.push(check::overlay_corrections_have_a_reason::found(name.get_ref(), span));
+            self.out.push(Kind::OverlayReason(name.get_ref().as_ref().into()), span);
         }
     }
 
     fn accept(&mut self, index: u16, sub: Option<u8>, node: &Node<'_>) {
         let nodes = self.array(node).map(|nodes| nodes.iter().collect::<Vec<_>>()).unwrap_or_default();
         for node in nodes {
-            let code = self.text(node).filter(|code| check::rule(code).is_some());
-            if let Some(code) = self.expect(node, code, "the code of a rule, such as \"cia301::data-type\"") {
+            if let Some(code) = self.text(node) {
                 let span = self.span(node.span());
                 self.changes.accepted.push(Accepted { index, sub, code, span });
             }
@@ -187,7 +192,7 @@ impl Reader<'_> {
     fn corrected(&mut self, entry: &Entry, key: Key, node: &Node<'_>, same: bool) {
         self.note(entry, key, node);
         if same {
-            self.push(|span| check::overlay_corrections_change_something::found(key.name(), span), node);
+            self.push(Kind::OverlayNoEffect { index: entry.index, sub: entry.sub, key }, node);
         }
     }
 
@@ -202,7 +207,8 @@ impl Reader<'_> {
         let (index, sub) = (entry.index, entry.sub);
         let here = |used: &Use| (used.index, used.sub, used.span.source) == (index, sub, span.source);
         if let Some(other) = self.changes.uses.iter().find(|used| here(used)) {
-            self.out.push(check::overlay_entries_have_one_meaning::found(span, other.span));
+            let first = other.span;
+            self.out.push(Kind::OverlayMeanings { first }, span);
         }
         entry.meaning = match key {
             "quantity" => Meaning::Quantity(name),
@@ -220,7 +226,7 @@ impl Reader<'_> {
 
     fn range(&mut self, node: &Node<'_>) -> Option<ConditionalRange> {
         let (mut when, mut low, mut high) = (None, None, None);
-        let before = self.out.len();
+        let before = self.out.total();
         for (key, node) in self.table(node)? {
             match key.get_ref().as_ref() {
                 "when" => when = self.condition(node),
@@ -232,7 +238,7 @@ impl Reader<'_> {
         let range = when.zip(low.zip(high)).map(|(when, (low, high))| ConditionalRange { when, low, high });
         let range = self.expect_whole(node, before, range, "a range with `when`, `low` and `high`")?;
         if range.low > range.high {
-            self.push(check::overlay_ranges_are_in_order::found, node);
+            self.push(Kind::OverlayRange, node);
         }
         Some(range)
     }

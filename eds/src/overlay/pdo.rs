@@ -1,20 +1,11 @@
 //! `[[pdo]]`.
 
 use super::value::address;
-use super::{Node, Reader};
-use crate::check;
+use super::{Changes, Extra, Node, Reader};
+use crate::finding::Kind;
+use crate::model::pdo::MAX_PDOS;
+use crate::model::types::DataType;
 use crate::model::{Device, Direction, Mapped, Pdo};
-use crate::pdo::MAX_PDOS;
-use crate::source::Span;
-use crate::types::DataType;
-
-/// A PDO that an overlay describes.
-#[derive(Clone, Debug)]
-pub(crate) struct Extra {
-    pub(crate) pdo: Pdo,
-    /// The table.
-    pub(crate) span: Span,
-}
 
 impl Reader<'_> {
     pub(super) fn pdos(&mut self, node: &Node<'_>) {
@@ -30,7 +21,7 @@ impl Reader<'_> {
     fn pdo(&mut self, node: &Node<'_>) -> Option<Pdo> {
         let (mut direction, mut number, mut cob_id, mut transmission_type) = (None, None, None, None);
         let mut mapping = Vec::new();
-        let before = self.out.len();
+        let before = self.out.total();
         for (key, node) in self.table(node)? {
             match key.get_ref().as_ref() {
                 "direction" => {
@@ -75,7 +66,7 @@ impl Reader<'_> {
             None => Some(DataType::from_code(index)).filter(|data_type| data_type.bits().is_some()),
         };
         let Some(data_type) = data_type else {
-            self.push(|span| check::overlay_objects_exist::found(&text, span), node);
+            self.push(Kind::OverlayObject(text.into()), node);
             return None;
         };
         let bits = self.expect(node, data_type.bits(), "an entry of a fixed size")?;
@@ -84,8 +75,8 @@ impl Reader<'_> {
 }
 
 /// Puts the PDOs of the overlays in the place of those that the data sheet describes, or beside them.
-pub(crate) fn merge(device: &mut Device, extras: &[Extra]) {
-    for Extra { pdo, .. } in extras {
+pub(crate) fn merge(device: &mut Device, changes: &Changes) {
+    for Extra { pdo, .. } in &changes.pdos {
         let same = |other: &&mut Pdo| (other.direction, other.number) == (pdo.direction, pdo.number);
         match device.pdos.iter_mut().find(same) {
             Some(other) => {

@@ -3,12 +3,10 @@
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::{Node, Reader};
-use crate::check;
-use crate::diagnostics::Diagnostic;
+use crate::finding::Kind;
+use crate::model::types::DataType;
 use crate::model::{Condition, Value};
-use crate::number::{self, Read};
-use crate::source::Span;
-use crate::types::DataType;
+use crate::parse::number::{self, Read};
 
 impl Reader<'_> {
     pub(super) fn table<'n, 'i>(&mut self, node: &'n Node<'i>) -> Option<&'n DeTable<'i>> {
@@ -69,7 +67,7 @@ impl Reader<'_> {
     pub(super) fn expect<T>(&mut self, node: &Node<'_>, value: Option<T>, expected: &str) -> Option<T> {
         if value.is_none() {
             let span = self.span(node.span());
-            self.out.push(check::overlay_values_are_of_their_kind::found(expected, span));
+            self.out.push(Kind::OverlayValue { expected: expected.into() }, span);
         }
         value
     }
@@ -83,12 +81,12 @@ impl Reader<'_> {
         value: Option<T>,
         expected: &str,
     ) -> Option<T> {
-        if self.out.len() > before { value } else { self.expect(node, value, expected) }
+        if self.out.total() > before { value } else { self.expect(node, value, expected) }
     }
 
-    pub(super) fn push(&mut self, finding: impl FnOnce(Span) -> Diagnostic, node: &Node<'_>) {
+    pub(super) fn push(&mut self, kind: Kind, node: &Node<'_>) {
         let span = self.span(node.span());
-        self.out.push(finding(span));
+        self.out.push(kind, span);
     }
 }
 

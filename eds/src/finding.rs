@@ -1,0 +1,159 @@
+//! What parsing and overlays find, as data: a kind with its values, and the place. The rules put it into words.
+
+use std::mem::{Discriminant, discriminant};
+
+use crate::diagnostic::MAX_PER_CODE;
+use crate::model::keys::Key;
+use crate::model::types::DataType;
+use crate::model::{AccessType, ObjectKind};
+use crate::text::{Refusal, Span};
+
+/// One finding.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Finding {
+    pub(crate) kind: Kind,
+    pub(crate) span: Span,
+    /// How many findings of the same kind came after this one and were not kept.
+    pub(crate) more: usize,
+}
+
+/// What was found. Spans in it are places that disagree with the one of the finding.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Kind {
+    FileSize(Refusal),
+    Xml,
+    Encoding,
+    LongLine { characters: usize },
+    UnclosedSection,
+    TextAfterSection,
+    NoEqualsSign(Separator),
+    StrayText,
+    Tokenizer,
+    KeyOutsideSection { keys: usize },
+    UnknownSection { name: Box<str>, keys: usize },
+    DuplicateSection { name: Box<str>, same: bool, first: Span },
+    UnknownKey(Repeated),
+    KeyWithoutEffect(Repeated),
+    EmptyNumber(Repeated),
+    DuplicateKey { key: Box<str>, same: bool, first: Span },
+    BadNumber { key: Box<str> },
+    NumberTooLarge { key: Box<str>, value: i128 },
+    BadFlag { key: Box<str> },
+    OddNumber { key: Box<str>, text: Box<str>, oddity: Oddity },
+    BadValue { key: Box<str>, text: Box<str>, data_type: DataType },
+    EntryCount { said: usize, found: usize },
+    ValueWithoutEntry { index: u16, sub: u32 },
+    NestedObject(ObjectKind),
+    BadObjectType(u8),
+    MissingDataType,
+    UnknownDataType(DataType),
+    MissingAccessType,
+    BadAccessType { word: Box<str>, access: AccessType, sure: bool },
+    BadDummy(u32),
+    BadChannel,
+    ObjectWithoutSection { index: u16, module: bool },
+    TooManyEntries(u16),
+
+    OverlaySyntax(Box<str>),
+    OverlayWithoutFormat,
+    OverlayFormat(i128),
+    OverlayKey(Box<str>),
+    OverlayKeyOfRecord(Box<str>),
+    OverlayValue { expected: Box<str> },
+    OverlayObject(Box<str>),
+    OverlayReason(Box<str>),
+    OverlayNoEffect { index: u16, sub: u8, key: Key },
+    OverlayMeanings { first: Span },
+    OverlayRange,
+    OverlayDuplicateValue { values: [(i128, Box<str>); 2] },
+    OverlayBits { names: [Box<str>; 2] },
+    OverlayUnits { units: usize },
+}
+
+/// A key that is found once for all its occurrences.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Repeated {
+    /// As it is spelled first.
+    pub(crate) key: Box<str>,
+    pub(crate) count: usize,
+}
+
+/// What stands between a key and its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Separator {
+    Equals,
+    Colon,
+    /// A blank, after one of the keys of an object.
+    Blank,
+}
+
+/// What is odd about a number that could be read all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Oddity {
+    /// A comment follows on the same line.
+    Comment,
+    /// A leading zero makes it octal; people rarely mean that.
+    Octal,
+    /// A leading zero, but digits that are not octal.
+    NotOctal,
+    /// `NULL`, `true`, `1.0`, `1.0f`, `0x1F80h`, a decimal comma.
+    Spelling,
+    /// A variable other than `$NODEID`.
+    Variable,
+    /// Text where an OCTET_STRING should be hexadecimal.
+    NotHex,
+}
+
+/// Findings in the order in which they were made; of each kind at most [`MAX_PER_CODE`] are kept.
+#[derive(Debug, Default)]
+pub(crate) struct Findings {
+    list: Vec<Finding>,
+    /// By kind: how many there were, and where the last one that was kept is.
+    seen: Vec<(Discriminant<Kind>, usize, usize)>,
+    total: usize,
+}
+
+impl Findings {
+    pub(crate) fn push(&mut self, kind: Kind, span: Span) {
+        self.push_many(kind, span, 0);
+    }
+
+    /// A finding that stands for `more` others of its kind.
+    pub(crate) fn push_many(&mut self, kind: Kind, span: Span, more: usize) {
+        self.total += 1;
+        let of_kind = discriminant(&kind);
+        let at = match self.seen.iter().position(|(seen, ..)| *seen == of_kind) {
+            Some(at) => at,
+            None => {
+                self.seen.push((of_kind, 0, 0));
+                self.seen.len() - 1
+            }
+        };
+        let (_, count, last) = &mut self.seen[at];
+        *count += 1;
+        if *count <= MAX_PER_CODE {
+            *last = self.list.len();
+            self.list.push(Finding { kind, span, more });
+        } else {
+            self.list[*last].more += 1 + more;
+        }
+    }
+
+    /// How many there were, those that were not kept included.
+    pub(crate) fn total(&self) -> usize {
+        self.total
+    }
+
+    /// Whether this very finding was made since there were `since` of them in the list.
+    pub(crate) fn has(&self, since: usize, kind: &Kind, span: Span) -> bool {
+        self.list.iter().skip(since).any(|finding| finding.span == span && finding.kind == *kind)
+    }
+
+    pub(crate) fn kept(&self) -> usize {
+        self.list.len()
+    }
+
+    pub(crate) fn iter(&self) -> std::slice::Iter<'_, Finding> {
+        self.list.iter()
+    }
+}

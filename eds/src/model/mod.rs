@@ -1,0 +1,774 @@
+//! The device as its data sheet and overlay describe it: what code is generated from, what is dumped,
+//! compared and simulated. Nothing in here is text any more but names and descriptions.
+
+pub(crate) mod keys;
+pub(crate) mod pdo;
+pub(crate) mod standard;
+pub mod types;
+
+use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
+
+use crate::model::types::DataType;
+use crate::text::Span;
+
+/// A device: everything a data sheet and its overlay say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Device {
+    /// `[FileInfo]`.
+    pub file: FileInfo,
+    /// `[DeviceInfo]`.
+    pub info: DeviceInfo,
+    /// `[DummyUsage]`: data types that PDOs may map as placeholders.
+    pub dummies: Vec<DataType>,
+    /// `[Comments]`, line by line.
+    pub comments: Vec<String>,
+    /// `[DeviceComissioning]` of a DCF.
+    pub commissioning: Option<Commissioning>,
+    /// The device profile: what the overlay says, else the low half of the default of 1000h.
+    pub profile: Option<u16>,
+    /// The objects, ascending by index.
+    pub objects: Vec<Object>,
+    /// The enumerations of the overlay, by name.
+    pub enumerations: BTreeMap<String, Enumeration>,
+    /// The bit fields of the overlay, by name.
+    pub bit_fields: BTreeMap<String, BitField>,
+    /// The quantities of the overlay, by name.
+    pub quantities: BTreeMap<String, Quantity>,
+    /// The PDOs that the defaults (and the overlay) describe: receive PDOs first, then by number.
+    pub pdos: Vec<Pdo>,
+    /// `[SupportedModules]` and the `[M1…]` sections of a modular device, by number.
+    pub modules: Vec<Module>,
+    /// `[ConnectedModules]` of a DCF: module numbers by slot.
+    pub connected_modules: Vec<u16>,
+    /// `[DynamicChannels]`.
+    pub channels: Vec<DynamicChannel>,
+    /// `[Tools]`.
+    pub tools: Vec<Tool>,
+}
+
+/// One index of the dictionary. What only few objects have, its [`ObjectDetails`], are fields like its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Object {
+    /// The index.
+    pub index: u16,
+    /// `ParameterName`.
+    pub name: String,
+    /// Which list names it.
+    pub list: ObjectList,
+    /// `ObjectType`.
+    pub kind: ObjectKind,
+    /// The values: one at sub-index 0 of a VAR or DOMAIN; ascending by sub-index otherwise.
+    pub entries: Vec<Entry>,
+    /// `ObjFlags`: bit 0 refuses a write on download, bit 1 refuses a read on scan.
+    pub flags: u32,
+    /// Where the data sheet describes it.
+    pub span: Span,
+    pub(crate) details: Apart<ObjectDetails>,
+}
+
+/// What only few objects have.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ObjectDetails {
+    /// What the overlay says.
+    pub description: Option<String>,
+    /// `[xxxxObjectLinks]`: objects that belong to this one.
+    pub links: Vec<u16>,
+    /// `Denotation` of a DCF.
+    pub denotation: Option<String>,
+}
+
+/// Which of the three lists of a data sheet names an object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ObjectList {
+    /// `[MandatoryObjects]`.
+    Mandatory,
+    /// `[OptionalObjects]`.
+    #[default]
+    Optional,
+    /// `[ManufacturerObjects]`.
+    Manufacturer,
+}
+
+/// The object codes of CiA 301 (7.4.3, table 42).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ObjectKind {
+    /// 0: no data.
+    Null,
+    /// 2: a block of data of any size.
+    Domain,
+    /// 5: the definition of a data type.
+    DefType,
+    /// 6: the definition of a record type.
+    DefStruct,
+    /// 7: a single value.
+    Variable,
+    /// 8: values of one type.
+    Array,
+    /// 9: values of several types.
+    Record,
+}
+
+/// One entry: what an SDO can address. What only few entries have, its [`EntryDetails`], are fields like its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// The index.
+    pub index: u16,
+    /// The sub-index.
+    pub sub: u8,
+    /// `ParameterName`, or the name that the overlay gives.
+    pub name: String,
+    /// `DataType`.
+    pub data_type: DataType,
+    /// `AccessType`.
+    pub access: AccessType,
+    /// `PDOMapping`.
+    pub pdo_mapping: bool,
+    /// `DefaultValue`.
+    pub default: Option<Value>,
+    /// Where the data sheet describes it.
+    pub span: Span,
+    pub(crate) details: Apart<EntryDetails>,
+}
+
+/// What only few entries have.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EntryDetails {
+    /// `ParameterValue` of a DCF.
+    pub configured: Option<Value>,
+    /// `LowLimit`.
+    pub low: Option<Value>,
+    /// `HighLimit`.
+    pub high: Option<Value>,
+    /// `Denotation` of a DCF.
+    pub denotation: Option<String>,
+    /// `UploadFile` of a DCF: where data read from the device go.
+    pub upload_file: Option<String>,
+    /// `DownloadFile` of a DCF: where data written to the device come from.
+    pub download_file: Option<String>,
+    /// What the overlay says the number means.
+    pub meaning: Meaning,
+    /// What the overlay says of its limits, where they depend on other objects.
+    pub ranges: Vec<ConditionalRange>,
+    /// Whether the device keeps it without power (overlay).
+    pub persistent: bool,
+    /// In which NMT states it may be written (overlay); any, when `None`.
+    pub writable_in: Option<Vec<NmtState>>,
+    /// What the overlay says, for the documentation.
+    pub description: Option<String>,
+}
+
+/// A value of the data sheet.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number of any integer type, or a BOOLEAN, or the 48 bits of a time.
+    Integer(i128),
+    /// A REAL32 or REAL64.
+    Real(f64),
+    /// A VISIBLE_STRING or UNICODE_STRING.
+    Text(String),
+    /// An OCTET_STRING or DOMAIN.
+    Bytes(Vec<u8>),
+    /// `$NODEID` plus a number.
+    NodeIdPlus(i64),
+}
+
+/// `AccessType` (CiA 306-1, 6.5.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum AccessType {
+    /// `ro`.
+    Ro,
+    /// `wo`.
+    Wo,
+    /// `rw`.
+    Rw,
+    /// `rwr`: read and write, mappable into transmit PDOs (process input).
+    Rwr,
+    /// `rww`: read and write, mappable into receive PDOs (process output).
+    Rww,
+    /// `const`.
+    Const,
+}
+
+/// What a number means beyond being a number.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Meaning {
+    /// Just a number.
+    #[default]
+    Plain,
+    /// A physical quantity, by its name in [`Device::quantities`].
+    Quantity(String),
+    /// One of the values of an enumeration, by its name in [`Device::enumerations`].
+    Enumeration(String),
+    /// A word of bits, by its name in [`Device::bit_fields`].
+    BitField(String),
+}
+
+/// A physical quantity: what one count of a number is worth, in one unit or, where other objects
+/// decide (increments or 1/100 mm by the spindle pitch), in one of several.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// What it is.
+    pub description: Option<String>,
+    /// The units; more than one only when each has a condition.
+    pub units: Vec<Unit>,
+    /// Where the overlay describes it.
+    pub span: Span,
+}
+
+/// A physical unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    /// As people write it: `V`, `°C`, `rev/min`.
+    pub symbol: String,
+    /// The method name in generated code: `volts`, `degrees_celsius`.
+    pub method: String,
+    /// What one count is worth: `num / den` of the unit.
+    pub num: i64,
+    /// See `num`.
+    pub den: i64,
+    /// When the unit applies only sometimes.
+    pub when: Option<Condition>,
+}
+
+/// Limits that depend on the value of another entry.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConditionalRange {
+    /// When they apply.
+    pub when: Condition,
+    /// The smallest value.
+    pub low: i128,
+    /// The largest value.
+    pub high: i128,
+}
+
+/// `2102:00 == 2`, or `2412:00 != 0`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Condition {
+    /// Index of the entry that decides.
+    pub index: u16,
+    /// Its sub-index.
+    pub sub: u8,
+    /// Whether it must be equal; else it must differ.
+    pub equal: bool,
+    /// The number to compare with.
+    pub value: i128,
+}
+
+/// States in which a device may be written to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum NmtState {
+    /// PRE-OPERATIONAL.
+    PreOperational,
+    /// OPERATIONAL.
+    Operational,
+}
+
+/// Named values of a number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Enumeration {
+    /// What it is.
+    pub description: Option<String>,
+    /// The values, ascending.
+    pub values: Vec<Named<i128>>,
+    /// Where the overlay describes it.
+    pub span: Span,
+}
+
+/// Named bits of a word.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BitField {
+    /// What it is.
+    pub description: Option<String>,
+    /// The fields, ascending; they do not overlap.
+    pub fields: Vec<Named<Bits>>,
+    /// Where the overlay describes it.
+    pub span: Span,
+}
+
+/// Neighbouring bits of a word.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bits {
+    /// The lowest bit.
+    pub low: u8,
+    /// The highest bit; `low` for a single one.
+    pub high: u8,
+}
+
+/// Something with a name and a description.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Named<T> {
+    /// In the words of the data sheet: `ready to switch on`.
+    pub name: String,
+    /// One sentence, for the documentation.
+    pub description: Option<String>,
+    /// The thing.
+    pub value: T,
+}
+
+/// A PDO with its default mapping.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pdo {
+    /// As the device sees it.
+    pub direction: Direction,
+    /// 1 to 512: 1400h and 1800h describe number 1.
+    pub number: u16,
+    /// The default of sub-index 1 of the communication parameter.
+    pub cob_id: Option<Value>,
+    /// The default of sub-index 2.
+    pub transmission_type: Option<u8>,
+    /// What is mapped, in order.
+    pub mapping: Vec<Mapped>,
+    /// Whether the mapping can be written.
+    pub dynamic: bool,
+}
+
+/// The direction of a PDO as the device sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Direction {
+    /// Received by the device.
+    Receive,
+    /// Transmitted by the device.
+    Transmit,
+}
+
+/// One entry of a PDO mapping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mapped {
+    /// The index; of a data type when it is a placeholder.
+    pub index: u16,
+    /// The sub-index.
+    pub sub: u8,
+    /// The length in bits.
+    pub bits: u8,
+}
+
+/// `[FileInfo]` (CiA 306-1, 6.3).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FileInfo {
+    /// `FileName`.
+    pub name: Option<String>,
+    /// `FileVersion`.
+    pub version: Option<u8>,
+    /// `FileRevision`.
+    pub revision: Option<u8>,
+    /// `EDSVersion`.
+    pub eds_version: Option<String>,
+    /// `Description`.
+    pub description: Option<String>,
+    /// `CreationTime`, as written.
+    pub creation_time: Option<String>,
+    /// `CreationDate`, as written.
+    pub creation_date: Option<String>,
+    /// `CreatedBy`.
+    pub created_by: Option<String>,
+    /// `ModificationTime`, as written.
+    pub modification_time: Option<String>,
+    /// `ModificationDate`, as written.
+    pub modification_date: Option<String>,
+    /// `ModifiedBy`.
+    pub modified_by: Option<String>,
+    /// `LastEDS` of a DCF: the data sheet it was made from.
+    pub last_eds: Option<String>,
+}
+
+/// `[DeviceInfo]` (CiA 306-1, 6.4).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DeviceInfo {
+    /// `VendorName`.
+    pub vendor_name: Option<String>,
+    /// `VendorNumber`.
+    pub vendor_number: Option<u32>,
+    /// `ProductName`.
+    pub product_name: Option<String>,
+    /// `ProductNumber`.
+    pub product_number: Option<u32>,
+    /// `RevisionNumber`.
+    pub revision_number: Option<u32>,
+    /// `OrderCode`.
+    pub order_code: Option<String>,
+    /// The bit rates in kbit/s whose `BaudRate_*` is 1, ascending.
+    pub bit_rates_kbit: Vec<u16>,
+    /// `SimpleBootUpMaster`.
+    pub simple_boot_up_master: bool,
+    /// `SimpleBootUpSlave`.
+    pub simple_boot_up_slave: bool,
+    /// `Granularity`: the smallest size in bits that a PDO maps.
+    pub granularity: Option<u8>,
+    /// `DynamicChannelsSupported`.
+    pub dynamic_channels: bool,
+    /// `GroupMessaging`.
+    pub group_messaging: bool,
+    /// `NrOfRXPDO`.
+    pub receive_pdos: Option<u16>,
+    /// `NrOfTXPDO`.
+    pub transmit_pdos: Option<u16>,
+    /// `LSS_Supported`.
+    pub lss: bool,
+    /// `CompactPDO`: which PDO parameters the data sheet leaves out because they can be computed.
+    pub compact_pdo: u32,
+}
+
+/// `[DeviceComissioning]` of a DCF (CiA 306-1, 7).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Commissioning {
+    /// `NodeID`.
+    pub node_id: Option<u8>,
+    /// `NodeName`.
+    pub node_name: Option<String>,
+    /// `Baudrate` in kbit/s.
+    pub bit_rate_kbit: Option<u16>,
+    /// `NetNumber`.
+    pub net_number: Option<u32>,
+    /// `NetworkName`.
+    pub network_name: Option<String>,
+    /// `CANopenManager`.
+    pub manager: Option<bool>,
+    /// `LSS_SerialNumber`.
+    pub serial_number: Option<u32>,
+}
+
+/// A module that can be plugged into a modular device (CiA 306-1, 6.7).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Module {
+    /// Its number, from 1: the 1 of `[M1ModuleInfo]`.
+    pub number: u16,
+    /// `ProductName`.
+    pub product_name: Option<String>,
+    /// `ProductVersion`.
+    pub product_version: Option<u8>,
+    /// `ProductRevision`.
+    pub product_revision: Option<u8>,
+    /// `OrderCode`.
+    pub order_code: Option<String>,
+    /// `[M1Comments]`, line by line.
+    pub comments: Vec<String>,
+    /// `[M1FixedObjects]`: what the device has as soon as one such module is plugged.
+    pub fixed: Vec<Object>,
+    /// `[M1SubExtends]`: what every plugged module adds to the objects of the device.
+    pub extends: Vec<SubExtension>,
+}
+
+/// `[M1SubExt6000]`: sub-indices that each module adds to one object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SubExtension {
+    /// What an added entry looks like; its sub-index is that of the first.
+    pub entry: Entry,
+    /// `ObjectType`.
+    pub kind: ObjectKind,
+    /// `Count`: how many entries a module adds, by slot when there are several numbers; `bits` of a byte when
+    /// modules share one.
+    pub count: Vec<u16>,
+    /// `ObjExtend`: 0 when a further module adds entries, 1 when it goes to the next index.
+    pub next_index: bool,
+}
+
+/// A segment of `[DynamicChannels]`: where a programmable device puts network variables (CiA 302-4).
+#[derive(Clone, Debug, PartialEq)]
+pub struct DynamicChannel {
+    /// `TypeN`.
+    pub data_type: DataType,
+    /// `DirN`.
+    pub access: AccessType,
+    /// `RangeN`: the first index.
+    pub first: u16,
+    /// `RangeN`: the last index.
+    pub last: u16,
+    /// `PPOffsetN`: offset in the process picture.
+    pub offset: u32,
+    /// Where the data sheet describes it.
+    pub span: Span,
+}
+
+/// A program that belongs to the device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tool {
+    /// `Name`.
+    pub name: String,
+    /// `Command`.
+    pub command: String,
+}
+
+impl Device {
+    /// The object with this index.
+    #[must_use]
+    pub fn object(&self, index: u16) -> Option<&Object> {
+        let at = self.objects.binary_search_by_key(&index, |object| object.index).ok()?;
+        self.objects.get(at)
+    }
+
+    /// The entry at this index and sub-index.
+    #[must_use]
+    pub fn entry(&self, index: u16, sub: u8) -> Option<&Entry> {
+        self.object(index)?.entry(sub)
+    }
+
+    /// The size of a data type in bits; of one that the device defines itself, what its DEFTYPE says.
+    #[must_use]
+    pub fn bits(&self, data_type: DataType) -> Option<u8> {
+        let DataType::Other(code @ 0x40..=0x25F) = data_type else { return data_type.bits() };
+        let definition = self.object(code).filter(|object| object.kind == ObjectKind::DefType)?;
+        let size = definition.entry(0)?.default.as_ref()?.as_integer()?;
+        u8::try_from(size).ok().filter(|bits| (1..=64).contains(bits))
+    }
+
+    /// All entries, by index and sub-index.
+    pub fn entries(&self) -> impl Iterator<Item = &Entry> {
+        self.objects.iter().flat_map(|object| &object.entries)
+    }
+}
+
+impl Object {
+    /// An object of which nothing is known but where it is.
+    #[must_use]
+    pub fn new(index: u16, kind: ObjectKind, span: Span) -> Self {
+        Self {
+            index,
+            name: String::new(),
+            list: ObjectList::Optional,
+            kind,
+            entries: Vec::new(),
+            flags: 0,
+            span,
+            details: Apart::NONE,
+        }
+    }
+
+    /// The same with these details instead of its own.
+    #[must_use]
+    pub fn with_details(self, details: ObjectDetails) -> Self {
+        Self { details: Apart::new(details), ..self }
+    }
+
+    /// The entry at this sub-index.
+    #[must_use]
+    pub fn entry(&self, sub: u8) -> Option<&Entry> {
+        let at = self.entries.binary_search_by_key(&sub, |entry| entry.sub).ok()?;
+        self.entries.get(at)
+    }
+}
+
+impl Entry {
+    /// An entry of which nothing is known but where it is.
+    #[must_use]
+    pub fn new(index: u16, sub: u8, span: Span) -> Self {
+        Self {
+            index,
+            sub,
+            name: String::new(),
+            data_type: DataType::Other(0),
+            access: AccessType::Ro,
+            pdo_mapping: false,
+            default: None,
+            span,
+            details: Apart::NONE,
+        }
+    }
+
+    /// The same with these details instead of its own.
+    #[must_use]
+    pub fn with_details(self, details: EntryDetails) -> Self {
+        Self { details: Apart::new(details), ..self }
+    }
+}
+
+impl ObjectKind {
+    /// The kind with this object code.
+    #[must_use]
+    pub const fn from_code(code: u8) -> Option<Self> {
+        Some(match code {
+            0 => Self::Null,
+            2 => Self::Domain,
+            5 => Self::DefType,
+            6 => Self::DefStruct,
+            7 => Self::Variable,
+            8 => Self::Array,
+            9 => Self::Record,
+            _ => return None,
+        })
+    }
+
+    /// The object code.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Null => 0,
+            Self::Domain => 2,
+            Self::DefType => 5,
+            Self::DefStruct => 6,
+            Self::Variable => 7,
+            Self::Array => 8,
+            Self::Record => 9,
+        }
+    }
+
+    /// The word of CiA 301: `VAR`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Null => "NULL",
+            Self::Domain => "DOMAIN",
+            Self::DefType => "DEFTYPE",
+            Self::DefStruct => "DEFSTRUCT",
+            Self::Variable => "VAR",
+            Self::Array => "ARRAY",
+            Self::Record => "RECORD",
+        }
+    }
+
+    /// Whether it has sub-indices.
+    #[must_use]
+    pub const fn has_subs(self) -> bool {
+        matches!(self, Self::Array | Self::Record | Self::DefStruct)
+    }
+}
+
+impl AccessType {
+    /// The word of CiA 306: `rw`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ro => "ro",
+            Self::Wo => "wo",
+            Self::Rw => "rw",
+            Self::Rwr => "rwr",
+            Self::Rww => "rww",
+            Self::Const => "const",
+        }
+    }
+
+    /// The right with this name, in any case.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        const ALL: [AccessType; 6] =
+            [AccessType::Ro, AccessType::Wo, AccessType::Rw, AccessType::Rwr, AccessType::Rww, AccessType::Const];
+        ALL.into_iter().find(|access| access.name().eq_ignore_ascii_case(name))
+    }
+
+    /// Whether an SDO may read it.
+    #[must_use]
+    pub const fn readable(self) -> bool {
+        !matches!(self, Self::Wo)
+    }
+
+    /// Whether an SDO may write it.
+    #[must_use]
+    pub const fn writable(self) -> bool {
+        !matches!(self, Self::Ro | Self::Const)
+    }
+}
+
+impl Value {
+    /// The number, of an integer.
+    #[must_use]
+    pub const fn as_integer(&self) -> Option<i128> {
+        match self {
+            Self::Integer(number) => Some(*number),
+            _ => None,
+        }
+    }
+}
+
+/// Kept apart from what every object and entry has, and only where there is something to keep: a data sheet may
+/// have 65,536 objects of a few bytes each, and limits, overlays and configurations are far larger than those.
+#[derive(Clone, Debug)]
+pub(crate) struct Apart<T>(Option<Box<T>>);
+
+/// What can be kept apart.
+pub(crate) trait Details: Default + PartialEq + 'static {
+    /// Those of most objects or entries: the default.
+    fn none() -> &'static Self;
+}
+
+impl<T: Details> Apart<T> {
+    const NONE: Self = Self(None);
+
+    fn new(details: T) -> Self {
+        Self((details != *T::none()).then(|| Box::new(details)))
+    }
+
+    fn get(&self) -> &T {
+        self.0.as_deref().unwrap_or(T::none())
+    }
+
+    fn get_mut(&mut self) -> &mut T {
+        self.0.get_or_insert_default()
+    }
+}
+
+impl<T: Details> PartialEq for Apart<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.get() == other.get()
+    }
+}
+
+impl Details for ObjectDetails {
+    fn none() -> &'static Self {
+        static NONE: ObjectDetails = ObjectDetails { description: None, links: Vec::new(), denotation: None };
+        &NONE
+    }
+}
+
+impl Details for EntryDetails {
+    fn none() -> &'static Self {
+        static NONE: EntryDetails = EntryDetails {
+            configured: None,
+            low: None,
+            high: None,
+            denotation: None,
+            upload_file: None,
+            download_file: None,
+            meaning: Meaning::Plain,
+            ranges: Vec::new(),
+            persistent: false,
+            writable_in: None,
+            description: None,
+        };
+        &NONE
+    }
+}
+
+impl Deref for Object {
+    type Target = ObjectDetails;
+
+    fn deref(&self) -> &ObjectDetails {
+        self.details.get()
+    }
+}
+
+impl DerefMut for Object {
+    fn deref_mut(&mut self) -> &mut ObjectDetails {
+        self.details.get_mut()
+    }
+}
+
+impl Deref for Entry {
+    type Target = EntryDetails;
+
+    fn deref(&self) -> &EntryDetails {
+        self.details.get()
+    }
+}
+
+impl DerefMut for Entry {
+    fn deref_mut(&mut self) -> &mut EntryDetails {
+        self.details.get_mut()
+    }
+}
+
+impl Device {
+    /// Forgets where everything was described, so that two devices from different files can be compared.
+    pub fn clear_spans(&mut self) {
+        let of_modules = self.modules.iter_mut().flat_map(|module| &mut module.fixed);
+        for object in self.objects.iter_mut().chain(of_modules) {
+            object.span = Span::default();
+            object.entries.iter_mut().for_each(|entry| entry.span = Span::default());
+        }
+        let extensions = self.modules.iter_mut().flat_map(|module| &mut module.extends);
+        extensions.for_each(|extension| extension.entry.span = Span::default());
+        self.channels.iter_mut().for_each(|channel| channel.span = Span::default());
+        self.enumerations.values_mut().for_each(|enumeration| enumeration.span = Span::default());
+        self.bit_fields.values_mut().for_each(|bit_field| bit_field.span = Span::default());
+        self.quantities.values_mut().for_each(|quantity| quantity.span = Span::default());
+    }
+}

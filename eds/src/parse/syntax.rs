@@ -1,0 +1,427 @@
+//! Sections and keys, and where they are.
+//!
+//! rust-ini is the tokeniser. A pass over the lines goes first: it hands on only lines that are a section or a
+//! key, in a form that rust-ini reads as CiA 306 means it, reports what it had to repair, and remembers the line
+//! of each. So the n-th section and the n-th key of rust-ini are those of the n-th remembered line, which is all
+//! it takes to find the columns again when a finding needs them.
+
+use ini::{Ini, ParseOption};
+
+use crate::finding::{Findings, Kind, Separator};
+use crate::model::keys::Key;
+use crate::parse::section::{SectionKind, position};
+use crate::text::{Source, Span};
+
+/// The longest line that CiA 306-1 allows.
+pub(crate) const MAX_LINE_LENGTH: usize = 255;
+
+/// The first half: what rust-ini made of the repaired lines, close together. [`Syntax`] borrows the text, and has
+/// no use for the lengths any more once it is made.
+#[derive(Default)]
+pub(crate) struct Tokens {
+    /// All names, keys and values one after the other.
+    pub(crate) text: String,
+    pub(crate) lengths: Lengths,
+}
+
+/// Where the names, keys and values in a text end.
+#[derive(Default)]
+pub(crate) struct Lengths {
+    sections: Vec<SectionToken>,
+    keys: Vec<KeyToken>,
+}
+
+/// A section: its line, the length of its name, and how many keys follow it.
+struct SectionToken {
+    line: u32,
+    name: u32,
+    keys: u32,
+}
+
+/// A key: its line, its length and that of its value.
+struct KeyToken {
+    line: u32,
+    key: u32,
+    value: u32,
+}
+
+/// A data sheet as sections of keys, in the order of the file.
+pub(crate) struct Syntax<'a> {
+    pub(crate) source: &'a Source,
+    pub(crate) sections: Vec<Section<'a>>,
+}
+
+/// `[name]` and the keys under it.
+#[derive(Debug)]
+pub(crate) struct Section<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) kind: SectionKind,
+    /// From 0.
+    pub(crate) line: u32,
+    pub(crate) pairs: Box<[Pair<'a>]>,
+}
+
+/// `key=value`, both without blanks around.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Pair<'a> {
+    pub(crate) key: &'a str,
+    pub(crate) value: &'a str,
+    /// From 0.
+    pub(crate) line: u32,
+}
+
+/// What a line is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Line<'a> {
+    /// Nothing.
+    Blank,
+    /// `; comment`.
+    Comment(&'a str),
+    /// `[name]`, and what follows.
+    Section { name: &'a str, closed: bool, rest: &'a str },
+    /// `key=value`, separated by a colon when the line has no equals sign.
+    Pair { key: &'a str, value: &'a str, separator: Separator },
+    /// Anything else.
+    Other(&'a str),
+}
+
+impl<'a> Line<'a> {
+    /// Total: every line is one of these.
+    pub(crate) fn of(text: &'a str) -> Self {
+        let text = text.trim();
+        match text.as_bytes() {
+            [] => Line::Blank,
+            [b';' | b'#', ..] => Line::Comment(text),
+            [b'[', ..] => match text[1..].split_once(']') {
+                Some((name, rest)) => Line::Section { name: name.trim(), closed: true, rest: rest.trim() },
+                None => Line::Section { name: text[1..].trim(), closed: false, rest: "" },
+            },
+            _ => Self::pair(text).unwrap_or(Line::Other(text)),
+        }
+    }
+
+    fn pair(text: &'a str) -> Option<Self> {
+        let (key, value, separator) = if let Some((key, value)) = text.split_once('=') {
+            (key, value, Separator::Equals)
+        } else if let Some((key, value)) = text.split_once(':') {
+            (key, value, Separator::Colon)
+        } else {
+            let (key, value) = text.split_once(char::is_whitespace)?;
+            Key::of(key)?;
+            (key, value, Separator::Blank)
+        };
+        let (key, value) = (key.trim(), value.trim());
+        (!key.is_empty()).then_some(Line::Pair { key, value, separator })
+    }
+}
+
+/// How much text rust-ini gets at a time: what it makes of it takes some twenty times as much memory.
+/// In tests almost every line begins a portion.
+const PORTION: usize = if cfg!(test) { 8 } else { 64 * 1024 };
+
+/// Repairs the lines, reports what was repaired, and lets rust-ini read the rest.
+pub(crate) fn tokenize(source: &Source, out: &mut Findings) -> Tokens {
+    let mut clean = String::with_capacity(source.text().len().min(PORTION) + 256);
+    // Keys before the first section are in one without name.
+    let mut tokens = Tokens::default();
+    tokens.lengths.sections.push(SectionToken { line: 0, name: 0, keys: 0 });
+    let mut portion = Portion::default();
+    let mut complete = true;
+    for number in 0..source.line_count() {
+        let line = number as u32;
+        let text = Line::of(source.line(number));
+        if clean.len() >= PORTION {
+            complete &= tokens.read(&clean, &portion).is_some();
+            clean.clear();
+            portion = Portion::after(&tokens.lengths);
+        }
+        match text {
+            Line::Blank | Line::Comment(_) => continue,
+            Line::Section { name, .. } => {
+                tokens.lengths.sections.push(SectionToken { line, name: 0, keys: 0 });
+                push_section(&mut clean, name);
+            }
+            Line::Pair { key, value, .. } => {
+                tokens.lengths.keys.push(KeyToken { line, key: 0, value: 0 });
+                if let Some(section) = tokens.lengths.sections.last_mut() {
+                    section.keys += 1;
+                }
+                push_pair(&mut clean, key, value);
+            }
+            Line::Other(_) => {}
+        }
+        report(source, number, out);
+    }
+    complete &= tokens.read(&clean, &portion).is_some();
+    if !complete {
+        out.push(Kind::Tokenizer, Span::eds(0, 0));
+        tokens.fill_from_lines(source);
+    }
+    tokens
+}
+
+/// Where in the tokens a portion of the text begins.
+#[derive(Default)]
+struct Portion {
+    /// The section that its first keys belong to; its header was in a portion before.
+    section: usize,
+    /// How many keys of that section were in portions before.
+    section_keys: u32,
+    /// How many keys of all sections were.
+    keys: usize,
+}
+
+impl Portion {
+    fn after(lengths: &Lengths) -> Self {
+        let section = lengths.sections.len().saturating_sub(1);
+        let section_keys = lengths.sections.last().map_or(0, |section| section.keys);
+        Portion { section, section_keys, keys: lengths.keys.len() }
+    }
+}
+
+impl Tokens {
+    /// Gives every section and key that rust-ini finds in a portion its line; `None` when there are more or
+    /// fewer than lines.
+    fn read(&mut self, clean: &str, portion: &Portion) -> Option<()> {
+        let options = ParseOption { enabled_quote: false, enabled_escape: false, ..ParseOption::default() };
+        let ini = Ini::load_from_str_opt(clean, options).ok()?;
+        let mut keys = self.lengths.keys.iter_mut().skip(portion.keys);
+        let mut tokenized = ini.iter().filter(|(name, pairs)| name.is_some() || !pairs.is_empty()).peekable();
+        for (number, section) in self.lengths.sections.iter_mut().enumerate().skip(portion.section) {
+            let mut expected = section.keys;
+            if number == portion.section {
+                expected -= portion.section_keys;
+                if expected == 0 && tokenized.peek().is_none_or(|(name, _)| name.is_some()) {
+                    continue;
+                }
+            }
+            let (name, pairs) = tokenized.next()?;
+            if number > portion.section {
+                let name = name?;
+                section.name = name.len() as u32;
+                self.text.push_str(name);
+            }
+            let mut count = 0;
+            for (key, value) in pairs {
+                let token = keys.next()?;
+                (token.key, token.value) = (key.len() as u32, value.len() as u32);
+                self.text.push_str(key);
+                self.text.push_str(value);
+                count += 1;
+            }
+            (count == expected).then_some(())?;
+        }
+        tokenized.next().is_none().then_some(())
+    }
+
+    /// The same from the lines themselves.
+    fn fill_from_lines(&mut self, source: &Source) {
+        self.text.clear();
+        let mut keys = self.lengths.keys.iter_mut();
+        for section in &mut self.lengths.sections {
+            let name = match Line::of(source.line(section.line as usize)) {
+                Line::Section { name, .. } => name,
+                _ => "",
+            };
+            section.name = name.len() as u32;
+            self.text.push_str(name);
+            for token in keys.by_ref().take(section.keys as usize) {
+                let Line::Pair { key, value, .. } = Line::of(source.line(token.line as usize)) else { continue };
+                (token.key, token.value) = (key.len() as u32, value.len() as u32);
+                self.text.push_str(key);
+                self.text.push_str(value);
+            }
+        }
+    }
+}
+
+impl<'a> Syntax<'a> {
+    pub(crate) fn new(source: &'a Source, text: &'a str, lengths: Lengths) -> Self {
+        let mut rest = text;
+        let mut next = |length: u32| {
+            let (text, after) = rest.split_at_checked(length as usize).unwrap_or((rest, ""));
+            rest = after;
+            text
+        };
+        let mut keys = lengths.keys.iter();
+        let mut sections = Vec::with_capacity(lengths.sections.len());
+        for section in &lengths.sections {
+            let name = next(section.name);
+            let of_section = keys.by_ref().take(section.keys as usize);
+            let pairs: Box<[Pair<'a>]> = of_section
+                .map(|token| Pair { key: next(token.key), value: next(token.value), line: token.line })
+                .collect();
+            // The section before the first is one only when it holds something.
+            if !sections.is_empty() || !pairs.is_empty() || section.line > 0 || !name.is_empty() {
+                sections.push(Section { name, kind: SectionKind::of(name), line: section.line, pairs });
+            }
+        }
+        Self { source, sections }
+    }
+
+    /// The name of a section.
+    pub(crate) fn name_span(&self, section: &Section<'_>) -> Span {
+        let (start, text) = self.line(section.line);
+        let Line::Section { name, .. } = Line::of(text) else { return Span::eds(start, start) };
+        part(start, text, name)
+    }
+
+    /// The key of a pair, as written.
+    pub(crate) fn key_span(&self, pair: &Pair<'_>) -> Span {
+        let (start, text) = self.line(pair.line);
+        let Line::Pair { key, .. } = Line::of(text) else { return Span::eds(start, start) };
+        part(start, text, key)
+    }
+
+    /// The value of a pair; the place behind the separator when it is empty.
+    pub(crate) fn value_span(&self, pair: &Pair<'_>) -> Span {
+        let (start, text) = self.line(pair.line);
+        let Line::Pair { value, .. } = Line::of(text) else { return Span::eds(start, start) };
+        part(start, text, value)
+    }
+
+    /// The section whose name has this span.
+    pub(crate) fn section_at(&self, span: Span) -> Option<&Section<'a>> {
+        let line = self.source.position(span.start).line - 1;
+        let at = self.sections.binary_search_by_key(&line, |section| section.line).ok()?;
+        (span.source == 0).then(|| &self.sections[at])
+    }
+
+    fn line(&self, line: u32) -> (u32, &'a str) {
+        (self.source.line_range(line as usize).0, self.source.line(line as usize))
+    }
+}
+
+impl<'a> Section<'a> {
+    /// The first pair with this key, in any case.
+    pub(crate) fn get(&self, key: &str) -> Option<&Pair<'a>> {
+        self.pairs.iter().find(|pair| position(&[key], pair.key).is_some())
+    }
+}
+
+/// A backslash would hide the bracket from rust-ini.
+fn push_section(clean: &mut String, name: &str) {
+    clean.push('[');
+    push_replaced(clean, name, &['\\']);
+    clean.push_str("]\n");
+}
+
+/// A colon would separate, a backslash would hide the equals sign or join lines.
+fn push_pair(clean: &mut String, key: &str, value: &str) {
+    push_replaced(clean, key, &['\\', ':']);
+    clean.push('=');
+    clean.push_str(value);
+    clean.push_str(if value.ends_with('\\') { " \n" } else { "\n" });
+}
+
+fn push_replaced(clean: &mut String, text: &str, forbidden: &[char]) {
+    if text.contains(forbidden) { clean.push_str(&text.replace(forbidden, "_")) } else { clean.push_str(text) }
+}
+
+fn part(start: u32, line: &str, part: &str) -> Span {
+    // Both are slices of the same line.
+    let offset = (part.as_ptr() as usize).wrapping_sub(line.as_ptr() as usize);
+    let offset = if offset <= line.len() { offset as u32 } else { line.len() as u32 };
+    Span::eds(start + offset, start + offset + part.len() as u32)
+}
+
+fn report(source: &Source, number: usize, out: &mut Findings) {
+    let text = source.line(number);
+    let start = source.line_range(number).0;
+    if text.len() > MAX_LINE_LENGTH
+        && let Some((cut, _)) = text.char_indices().nth(MAX_LINE_LENGTH)
+    {
+        let beyond = Span::eds(start + cut as u32, start + text.len() as u32);
+        out.push(Kind::LongLine { characters: text.chars().count() }, beyond);
+    }
+    match Line::of(text) {
+        Line::Section { closed: false, name, .. } => {
+            out.push(Kind::UnclosedSection, part(start, text, name));
+        }
+        Line::Section { rest, .. } if !rest.is_empty() && !rest.starts_with([';', '#']) => {
+            out.push(Kind::TextAfterSection, part(start, text, rest));
+        }
+        Line::Pair { key, separator: separator @ (Separator::Colon | Separator::Blank), .. } => {
+            out.push(Kind::NoEqualsSign(separator), part(start, text, key));
+        }
+        Line::Other(other) => out.push(Kind::StrayText, part(start, text, other)),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str, check: impl FnOnce(&Syntax<'_>, &Findings)) {
+        let source = Source::new("x.eds", text);
+        let mut out = Findings::default();
+        let Tokens { text, lengths } = tokenize(&source, &mut out);
+        let syntax = Syntax::new(&source, &text, lengths);
+        check(&syntax, &out);
+    }
+
+    /// `name: key=value@line …`, one section a line.
+    fn listing(syntax: &Syntax<'_>) -> String {
+        let pair = |p: &Pair<'_>| format!(" {}={}@{}", p.key, p.value, p.line + 1);
+        let section = |s: &Section<'_>| format!("{}:{}\n", s.name, s.pairs.iter().map(pair).collect::<String>());
+        syntax.sections.iter().map(section).collect()
+    }
+
+    #[test]
+    fn the_traps_of_the_tokenizer_are_repaired() {
+        let check =
+            |text: &str, expected: &str| read(text, |syntax, _| assert_eq!(listing(syntax), expected, "{text:?}"));
+        check("[a]\nx=1\ny=2", "a: x=1@2 y=2@3\n");
+        check("x=1\n[a]\n", ": x=1@1\na:\n");
+        check("[a]\r\nDataType 0x7\r\ny=2", "a: DataType=0x7@2 y=2@3\n");
+        check("[a]\nParameterName\nDataType=7", "a: DataType=7@3\n");
+        check("[a] ; behind\nx=1", "a: x=1@2\n");
+        check("[a] x\nx=1", "a: x=1@2\n");
+        check("[a\nx=1", "a: x=1@2\n");
+        check("[ a ]\n  x = 1 \n", "a: x=1@2\n");
+        check("[a]\n  ; x=1\n ;\n# y\nz=3", "a: z=3@5\n");
+        check("[a]\nx=C:\\eds\\new.eds\ny=2", "a: x=C:\\eds\\new.eds@2 y=2@3\n");
+        check("[a]\nx=1\\\ny=2", "a: x=1\\@2 y=2@3\n");
+        check("[a\\]\nx=1", "a_: x=1@2\n");
+        check("[a]\nx\\=1\ny=2", "a: x_=1@2 y=2@3\n");
+        check("[a]\nx:y=1", "a: x_y=1@2\n");
+        check("[a]\nx: 1", "a: x=1@2\n");
+        check("[a]\n=1\ny=2", "a: y=2@3\n");
+        check("[a]\nx=1;2 \"3\" '4'", "a: x=1;2 \"3\" '4'@2\n");
+        check("[a]\nx=\ny=", "a: x=@2 y=@3\n");
+        check("[a]\nx=1\nX=2\nx=3\n[a]\nx=4", "a: x=1@2 X=2@3 x=3@4\na: x=4@6\n");
+        check("", "");
+        check("[]\nx=1", ": x=1@2\n");
+    }
+
+    #[test]
+    fn places_are_found_again() {
+        read("[ a ]\n\tkey =  value \r\nempty=\n", |syntax, _| {
+            let text = |span: Span| &syntax.source.text()[span.start as usize..span.end as usize];
+            let section = &syntax.sections[0];
+            assert_eq!(text(syntax.name_span(section)), "a");
+            assert_eq!(text(syntax.key_span(&section.pairs[0])), "key");
+            assert_eq!(text(syntax.value_span(&section.pairs[0])), "value");
+            let place = syntax.value_span(&section.pairs[1]);
+            assert_eq!(syntax.source.position(place.start).to_string(), "3:7");
+        });
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn tokenizer_and_locator_see_the_same(text in "([\\[\\]=:;#\\\\ \t\r\na-c\u{e9}\u{a0}\"']|\\[a\\]\n|b=c\n){0,60}") {
+            read(&text, |syntax, out| {
+                assert!(out.iter().all(|finding| finding.kind != Kind::Tokenizer));
+                for section in &syntax.sections {
+                    for pair in &section.pairs {
+                        let line = Line::of(syntax.source.line(pair.line as usize));
+                        let Line::Pair { key, value, .. } = line else { panic!("{line:?}") };
+                        assert_eq!(pair.key, key.replace(['\\', ':'], "_"));
+                        assert_eq!(pair.value, value);
+                    }
+                }
+            });
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! What CiA 301 and the device profile demand.
+
+use super::context::{Context, held_by, is_restricted, place, plural};
+use super::remedy::{MAX_STEPS, overlays};
+use super::{Out, note};
+use crate::model::keys::Key;
+use crate::model::pdo::held;
+use crate::model::types::DataType;
+use crate::model::{Entry, ObjectList, Value, standard};
+use crate::text::Span;
+
+pub(super) fn missing_object(cx: &Context<'_>, out: &mut Out<'_>) {
+    if cx.device.objects.is_empty() {
+        return;
+    }
+    for (index, name) in [(0x1000, "device type"), (0x1001, "error register"), (0x1018, "identity")] {
+        if cx.device.object(index).is_none() {
+            let list = cx.facts.lists.iter().find(|list| list.list == ObjectList::Mandatory);
+            let span = list.map_or(Span::eds(0, 0), |list| list.span);
+            out.push(note(format!("the {name} ({index:04X}) is missing")).at(span, ""));
+        }
+    }
+}
+
+pub(super) fn object_type(cx: &Context<'_>, out: &mut Out<'_>) {
+    for (object, facts) in cx.objects() {
+        let Some(standard) = standard::object(object.index, cx.device.profile) else { continue };
+        let same = object.kind == standard.kind || facts.declared.is_none();
+        // What is a list of equal values may be either.
+        let alike = object.kind.has_subs() && standard.kind.has_subs() && standard.loose;
+        if !same && !alike {
+            let (found, expected) = (object.kind.name(), standard.kind.name());
+            let note = note(format!("{:04X} is a {found}, in {} a {expected}", object.index, standard.source));
+            out.push(note.at(cx.value_span(object.span, Key::ObjectType), ""));
+        }
+    }
+}
+
+pub(super) fn data_type(cx: &Context<'_>, out: &mut Out<'_>) {
+    for object in &cx.device.objects {
+        let Some(standard) = standard::object(object.index, cx.device.profile) else { continue };
+        let differs = |entry: &Entry| {
+            let differs = |expected: &DataType| entry.data_type != *expected && !entry.data_type.is_unknown();
+            standard.data_type(entry.sub).filter(differs)
+        };
+        let different = object.entries.iter().filter_map(|entry| Some((entry, differs(entry)?)));
+        let different: Vec<(&Entry, DataType)> = different.collect();
+        let Some((&(first, expected), others)) = different.split_first() else { continue };
+        let message = format!("{} is {}, in {} {expected}", place(first), first.data_type, standard.source);
+        let more = match others.len() {
+            0 => String::new(),
+            count => format!("and {} more", plural(count, "sub-index")),
+        };
+        let note = note(message).at(cx.entry_span(first, Key::DataType), more);
+        let can = different.len() <= MAX_STEPS && different.iter().all(|(entry, to)| cx.can_become(entry, *to));
+        let table = |(entry, to): &(&Entry, DataType)| (cx.address(entry), format!("data_type = \"{to}\""));
+        let corrected = || overlays(different.iter().map(table));
+        let accepted = cx.accept(first, out.rule.code);
+        out.push(note.help(match can {
+            true => format!("if the device follows the standard, {}\nelse, {accepted}", corrected()),
+            false => format!("where it must be so, {accepted}"),
+        }));
+    }
+}
+
+pub(super) fn writable(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries() {
+        let fixed = match entry.index {
+            0x1000..=0x1002 | 0x1008..=0x100A | 0x1018 => true,
+            0x1003 => entry.sub > 0,
+            _ => false,
+        };
+        if fixed && entry.access.writable() {
+            let note = note(format!("{} is {}", place(entry), entry.access.name()));
+            let note = note.at(cx.entry_span(entry, Key::AccessType), "read-only in CiA 301");
+            let can = entry.configured.is_none();
+            out.push(note.mend(can.then(|| cx.correct(entry, "access = \"ro\""))));
+        }
+    }
+}
+
+/// An object of the profile may be that of any axis, 800h apart.
+fn has_on_any_axis(cx: &Context<'_>, index: u16) -> bool {
+    (0..8).any(|axis| cx.device.object(index + axis * 0x800).is_some())
+}
+
+pub(super) fn missing_profile_object(cx: &Context<'_>, out: &mut Out<'_>) {
+    if cx.device.profile != Some(402) {
+        return;
+    }
+    for (index, name) in [(0x6040, "controlword"), (0x6041, "statusword")] {
+        if !has_on_any_axis(cx, index) {
+            let device_type = cx.device.object(0x1000).map_or(Span::eds(0, 0), |object| object.span);
+            out.push(note(format!("the {name} ({index:04X}) is missing")).at(device_type, "says CiA 402"));
+        }
+    }
+}
+
+pub(super) fn no_error_control(cx: &Context<'_>, out: &mut Out<'_>) {
+    let there = |index: u16| cx.device.object(index).is_some();
+    let Some(first) = cx.device.objects.first() else { return };
+    if !there(0x1017) && !there(0x100C) {
+        let note = note("the device has neither heartbeat (1017) nor node guarding (100C, 100D)");
+        out.push(note.at(first.span, ""));
+    }
+}
+
+pub(super) fn half_guarding(cx: &Context<'_>, out: &mut Out<'_>) {
+    for (one, other) in [(0x100C, 0x100D), (0x100D, 0x100C)] {
+        if let (Some(object), None) = (cx.device.object(one), cx.device.object(other)) {
+            out.push(note(format!("there is {one:04X}, but no {other:04X}")).at(object.span, ""));
+        }
+    }
+}
+
+pub(super) fn two_error_controls(cx: &Context<'_>, out: &mut Out<'_>) {
+    let active = |index: u16| {
+        let entry = cx.device.entry(index, 0)?;
+        held(entry).and_then(Value::as_integer).filter(|&time| time > 0).map(|_| entry)
+    };
+    if let (Some(heartbeat), Some(guarding), Some(_)) = (active(0x1017), active(0x100C), active(0x100D)) {
+        let note = note("heartbeat and node guarding are both active by default");
+        let note = note.at(cx.entry_span(heartbeat, held_by(heartbeat)), "the heartbeat");
+        let note = note.and(cx.entry_span(guarding, held_by(guarding)), "the guard time");
+        out.push(note.mend(default(cx, guarding, "0")));
+    }
+}
+
+/// Another default for an entry, unless a DCF configures it.
+fn default(cx: &Context<'_>, entry: &Entry, value: &str) -> Option<String> {
+    entry.configured.is_none().then(|| cx.correct(entry, &format!("default = {value}")))
+}
+
+pub(super) fn identity(cx: &Context<'_>, out: &mut Out<'_>) {
+    let info = &cx.device.info;
+    let numbers = [
+        (1, "VendorNumber", info.vendor_number),
+        (2, "ProductNumber", info.product_number),
+        (3, "RevisionNumber", info.revision_number),
+    ];
+    for (sub, key, said) in numbers {
+        let entry = cx.device.entry(0x1018, sub);
+        let value = entry.and_then(|entry| entry.default.as_ref()).and_then(Value::as_integer);
+        let (Some(entry), Some(value), Some(said)) = (entry, value, said) else { continue };
+        // 0 stands for "not given" in either place.
+        if value == i128::from(said) || value == 0 || said == 0 {
+            continue;
+        }
+        let Some(span) = cx.device_info(key) else { continue };
+        let note = note(format!("`{key}` is {said:#X}, but {} is {value:#X}", place(entry)));
+        let note = note.at(span, "").and(cx.entry_span(entry, Key::DefaultValue), "says otherwise");
+        let corrected = cx.can_default(entry, said.into()).then(|| cx.correct(entry, &format!("default = {said:#X}")));
+        let other = cx.replace(span, &format!("0x{value:X}")).filter(|_| u32::try_from(value).is_ok());
+        let remedies = [(corrected, format!("if `{key}` is right, ")), (other, "if the object is right, ".to_owned())];
+        let remedies: Vec<String> = remedies.into_iter().filter_map(|(remedy, when)| Some(when + &remedy?)).collect();
+        out.push(note.mend(Some(remedies.join("\n")).filter(|remedy| !remedy.is_empty())));
+    }
+}
+
+pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
+    let Some(entry) = cx.device.entry(0x1014, 0) else { return };
+    let good = match &entry.default {
+        None => true,
+        Some(Value::NodeIdPlus(id)) => id & 0x1FFF_FFFF == 0x80,
+        // With a node-ID worked in, as editors do.
+        Some(Value::Integer(id)) => (0x81..=0xFF).contains(&(id & 0x1FFF_FFFF)) || id & 0x8000_0000 != 0,
+        Some(_) => true,
+    };
+    if !good {
+        let note = note("the COB-ID of EMCY is not $NODEID+0x80 by default");
+        let note = note.at(cx.entry_span(entry, Key::DefaultValue), "");
+        out.push(note.help(cx.correct(entry, "default = \"$NODEID+0x80\"")));
+    }
+}
+
+pub(super) fn sync_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
+    let Some(entry) = cx.device.entry(0x1005, 0) else { return };
+    let Some(id) = entry.default.as_ref().and_then(Value::as_integer) else { return };
+    if id & 0x2000_0000 == 0 && id & 0x7FF != 0 && is_restricted(id & 0x7FF) {
+        let note = note(format!("the COB-ID {:03X}h of SYNC is restricted", id & 0x7FF));
+        let note = note.at(cx.entry_span(entry, Key::DefaultValue), "");
+        out.push(note.help(cx.correct(entry, "default = 0x80")));
+    }
+}
+
+pub(super) fn sdo_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
+    for (sub, base) in [(1, 0x600), (2, 0x580)] {
+        let Some(entry) = cx.device.entry(0x1200, sub) else { continue };
+        let good = match &entry.default {
+            Some(Value::NodeIdPlus(id)) => *id == base,
+            Some(Value::Integer(id)) => (0..=127).contains(&(id - i128::from(base))),
+            _ => true,
+        };
+        if !good {
+            let note = note(format!("the COB-ID of the default SDO is not $NODEID+{base:#X}"));
+            let note = note.at(cx.entry_span(entry, Key::DefaultValue), "");
+            out.push(note.help(cx.correct(entry, &format!("default = \"$NODEID+{base:#X}\""))));
+        }
+    }
+}
+
+pub(super) fn sdo_client(cx: &Context<'_>, out: &mut Out<'_>) {
+    for object in cx.device.objects.iter().filter(|object| matches!(object.index, 0x1280..=0x12FF)) {
+        if object.kind.has_subs() && object.entry(3).is_none() {
+            out.push(note(format!("{:04X} has no node-ID of the server (03)", object.index)).at(object.span, ""));
+        }
+    }
+}
+
+pub(super) fn heartbeat_consumer(cx: &Context<'_>, out: &mut Out<'_>) {
+    let Some(object) = cx.device.object(0x1016) else { return };
+    for entry in object.entries.iter().filter(|entry| entry.sub > 0) {
+        let Some(value) = held(entry).and_then(Value::as_integer) else { continue };
+        if value >> 16 > 127 {
+            let note = note(format!("{} watches a node-ID that does not exist", place(entry)));
+            let note = note.at(cx.entry_span(entry, held_by(entry)), "");
+            let off = default(cx, entry, "0");
+            out.push(note.mend(off.map(|remedy| format!("to watch nobody, {remedy}"))));
+        }
+    }
+}

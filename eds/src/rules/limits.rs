@@ -1,0 +1,190 @@
+//! Values against data types, limits and access rights.
+
+use super::context::{Context, place};
+use super::remedy::toml;
+use super::{Out, note};
+use crate::diagnostic::Diagnostic;
+use crate::model::keys::Key;
+use crate::model::types::DataType;
+use crate::model::{AccessType, Entry, ObjectKind, Value};
+
+/// Whether one number is above another.
+fn above(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Integer(a), Value::Integer(b)) => a > b,
+        (Value::Real(a), Value::Real(b)) => a > b,
+        (Value::NodeIdPlus(a), Value::NodeIdPlus(b)) => a > b,
+        _ => false,
+    }
+}
+
+pub(super) fn limits_reversed(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries() {
+        let Some((low, high)) = entry.low.as_ref().zip(entry.high.as_ref()) else { continue };
+        if above(low, high) {
+            let note = note(format!("the limits of {} are reversed", place(entry)));
+            let note = note.at(cx.entry_span(entry, Key::LowLimit), "the low one");
+            let note = note.and(cx.entry_span(entry, Key::HighLimit), "the high one");
+            let inside = |value: &Option<Value>| value.as_ref().is_none_or(|v| !above(v, low) && !above(high, v));
+            let swap = inside(&entry.default) && inside(&entry.configured);
+            let swapped = || cx.correct(entry, &format!("low = {}\nhigh = {}", toml(high), toml(low)));
+            out.push(note.mend(swap.then(|| format!("if they are only exchanged, {}", swapped()))));
+        }
+    }
+}
+
+pub(super) fn limit_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries() {
+        for (key, value) in [(Key::LowLimit, &entry.low), (Key::HighLimit, &entry.high)] {
+            let Some(note) = outside_type(cx, entry, key, value.as_ref()) else { continue };
+            let range = cx.range(entry.data_type).zip(value.as_ref().and_then(Value::as_integer));
+            let nearest = range.map(|((low, high), value)| Value::Integer(value.clamp(low, high)));
+            let word = if key == Key::LowLimit { "low" } else { "high" };
+            let remedy = nearest.filter(|nearest| keeps_order(entry, key, nearest));
+            let remedy = remedy.map(|nearest| cx.correct(entry, &format!("{word} = {}", toml(&nearest))));
+            out.push(note.mend(remedy.map(|remedy| format!("as far as {} goes, {remedy}", entry.data_type))));
+        }
+    }
+}
+
+/// Whether nothing that was inside the limits is outside when one of them becomes another.
+fn keeps_order(entry: &Entry, key: Key, limit: &Value) -> bool {
+    let others = [&entry.default, &entry.configured, if key == Key::LowLimit { &entry.high } else { &entry.low }];
+    let beyond = |value: &&Value| if key == Key::LowLimit { above(limit, value) } else { above(value, limit) };
+    !others.into_iter().flatten().any(|value| beyond(&value))
+}
+
+pub(super) fn default_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries() {
+        for (key, value) in [(Key::DefaultValue, &entry.default), (Key::ParameterValue, &entry.configured)] {
+            if let Some(note) = outside_type(cx, entry, key, value.as_ref()) {
+                out.push(note);
+            }
+        }
+    }
+}
+
+/// A number that its data type cannot have.
+fn outside_type(cx: &Context<'_>, entry: &Entry, key: Key, value: Option<&Value>) -> Option<Diagnostic> {
+    if cx.fits(entry.data_type, value) {
+        return None;
+    }
+    let range = cx.range(entry.data_type);
+    let range = range.map_or(format!("{:e} to {:e}", f32::MIN, f32::MAX), |(low, high)| format!("{low} to {high}"));
+    let note = note(format!("`{}` does not fit into {}", key.name(), entry.data_type));
+    let note = note.at(cx.entry_span(entry, key), format!("{range} do"));
+    Some(note.and(cx.entry_span(entry, Key::DataType), "the data type"))
+}
+
+pub(super) fn default_outside_limits(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries() {
+        outside_limits(cx, entry, Key::DefaultValue, entry.default.as_ref(), out);
+    }
+}
+
+pub(super) fn value_outside_limits(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries() {
+        outside_limits(cx, entry, Key::ParameterValue, entry.configured.as_ref(), out);
+    }
+}
+
+fn outside_limits(cx: &Context<'_>, entry: &Entry, key: Key, value: Option<&Value>, out: &mut Out<'_>) {
+    let Some(value) = value else { return };
+    // Reversed limits have a rule of their own.
+    if let Some((low, high)) = entry.low.as_ref().zip(entry.high.as_ref())
+        && above(low, high)
+    {
+        return;
+    }
+    let (limit, side, word) = if entry.low.as_ref().is_some_and(|low| above(low, value)) {
+        (Key::LowLimit, "below the low limit", "low")
+    } else if entry.high.as_ref().is_some_and(|high| above(value, high)) {
+        (Key::HighLimit, "above the high limit", "high")
+    } else {
+        return;
+    };
+    let note = note(format!("`{}` is {side}", key.name())).at(cx.entry_span(entry, key), "");
+    let note = note.and(cx.entry_span(entry, limit), "the limit");
+    let wider = cx.fits(entry.data_type, Some(value));
+    let wider = wider.then(|| cx.correct(entry, &format!("{word} = {}", toml(value))));
+    out.push(note.mend(wider.map(|remedy| format!("if the device goes that far, {remedy}"))));
+}
+
+pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries().filter(|entry| entry.access.writable() && entry.low.is_some()) {
+        if entry.low == entry.high {
+            let note = note(format!("{} can have one value only", place(entry)));
+            let note = note.at(cx.entry_span(entry, Key::LowLimit), "");
+            out.push(note.and(cx.entry_span(entry, Key::HighLimit), "the same"));
+        }
+    }
+}
+
+pub(super) fn value_not_writable(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries().filter(|entry| entry.configured.is_some() && !entry.access.writable()) {
+        if entry.configured != entry.default {
+            let span = cx.entry_span(entry, Key::ParameterValue);
+            let note = note(format!("{} is {}", place(entry), entry.access.name())).at(span, "cannot be written");
+            // In a table the count would change with the line.
+            let own =
+                cx.facts.syntax.section_at(entry.span).and_then(|section| section.get(Key::ParameterValue.name()));
+            let removed = own.and_then(|_| cx.remove(span));
+            out.push(note.mend(removed.map(|remedy| format!("nobody can download the value, so {remedy}"))));
+        }
+    }
+}
+
+pub(super) fn constant_without_default(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries() {
+        let number = entry.data_type.bits().is_some();
+        if entry.access == AccessType::Const && entry.default.is_none() && entry.configured.is_none() && number {
+            let note = note(format!("the constant {} has no value", place(entry)));
+            let note = note.at(cx.entry_span(entry, Key::AccessType), "");
+            out.push(note.mend(highest_sub(cx, entry).map(|sub| cx.correct(entry, &format!("default = {sub}")))));
+        }
+    }
+}
+
+/// What sub-index 0 of an array or record says.
+fn highest_sub(cx: &Context<'_>, entry: &Entry) -> Option<u8> {
+    let object = cx.device.object(entry.index)?;
+    let list = matches!(object.kind, ObjectKind::Array | ObjectKind::Record) && entry.sub == 0;
+    let counts = matches!(entry.index, 0x1003 | 0x1600..=0x17FF | 0x1A00..=0x1BFF);
+    let highest = object.entries.iter().rev().find(|entry| entry.sub != 0xFF)?;
+    (list && !counts).then_some(highest.sub)
+}
+
+pub(super) fn unmappable_type(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries().filter(|entry| entry.pdo_mapping) {
+        if entry.data_type.bits().is_none() && !matches!(entry.data_type, DataType::Other(_)) {
+            let note = note(format!("{} cannot be mapped into a PDO", entry.data_type));
+            let note = note.at(cx.entry_span(entry, Key::PdoMapping), "says that it can");
+            let note = note.and(cx.entry_span(entry, Key::DataType), "the data type");
+            out.push(note.mend(not_mappable(cx, entry)));
+        }
+    }
+}
+
+pub(super) fn rwr_not_mappable(cx: &Context<'_>, out: &mut Out<'_>) {
+    for entry in cx.device.entries().filter(|entry| !entry.pdo_mapping) {
+        if matches!(entry.access, AccessType::Rwr | AccessType::Rww) {
+            let note = note(format!("{} is {}, but not mappable", place(entry), entry.access.name()));
+            let note = note.at(cx.entry_span(entry, Key::AccessType), "");
+            out.push(note.help(cx.correct(entry, "access = \"rw\"")));
+        }
+    }
+}
+
+pub(super) fn mappable_parameter(cx: &Context<'_>, out: &mut Out<'_>) {
+    let parameters = cx.device.entries().filter(|entry| matches!(entry.index, 0x1005..=0x1007 | 0x1010..=0x1BFF));
+    for entry in parameters.filter(|entry| entry.pdo_mapping) {
+        let note = note(format!("the parameter {} is mappable", place(entry)));
+        out.push(note.at(cx.entry_span(entry, Key::PdoMapping), "").mend(not_mappable(cx, entry)));
+    }
+}
+
+/// The entry without the right to be mapped, where nothing needs that.
+fn not_mappable(cx: &Context<'_>, entry: &Entry) -> Option<String> {
+    let needed = cx.is_mapped(entry) || matches!(entry.access, AccessType::Rwr | AccessType::Rww);
+    (!needed).then(|| cx.correct(entry, "pdo_mapping = false"))
+}

@@ -1,0 +1,199 @@
+//! Files, lines, sections and keys.
+
+use super::context::{Context, plural};
+use super::note;
+use super::remedy::{Edit, MAX_STEPS, edits};
+use crate::diagnostic::Diagnostic;
+use crate::finding::{Finding, Kind, Repeated, Separator};
+use crate::model::keys::{COMMISSIONING, DEVICE_INFO, FILE_INFO};
+use crate::parse::position;
+use crate::parse::section::SectionKind;
+use crate::parse::syntax::Line;
+use crate::text::{Encoding, MAX_BYTES, MAX_LINES, Refusal, Span};
+
+pub(super) fn file_size(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::FileSize(refusal) = finding.kind else { return None };
+    Some(note(match refusal {
+        // Who reads no further than that does not know how many there are.
+        Refusal::TooLong { .. } => format!("the file has more than {MAX_BYTES} bytes, which is as many as are read"),
+        Refusal::TooManyLines { lines } => format!("the file has {lines} lines; at most {MAX_LINES} are read"),
+    }))
+}
+
+pub(super) fn xml(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::Xml = finding.kind else { return None };
+    let note = note("this is an XML file, not an EDS or DCF").at(finding.span, "");
+    Some(note.help("ask the vendor for the EDS, or convert the XDD with an editor"))
+}
+
+pub(super) fn encoding(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::Encoding = finding.kind else { return None };
+    let message = match cx.facts.syntax.source.encoding() {
+        Encoding::Utf8 => return None,
+        Encoding::Utf8WithMark => "the file begins with a byte order mark",
+        Encoding::Utf16 => "the file is in UTF-16",
+        Encoding::Windows1252 => "the file is not UTF-8; it is read as code page 1252",
+    };
+    let text = if finding.span.end > 0 { "first here" } else { "" };
+    Some(note(message).at(finding.span, text).help("save the file as UTF-8 without byte order mark"))
+}
+
+pub(super) fn long_line(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::LongLine { characters } = finding.kind else { return None };
+    let note = note(format!("the line has {characters} characters"));
+    Some(note.at(finding.span, "other readers may cut this off").mend(wrapped(cx, finding.span)))
+}
+
+/// A comment can go on in the next line.
+fn wrapped(cx: &Context<'_>, span: Span) -> Option<String> {
+    const PIECE: usize = 200;
+    let (line, text) = cx.line(span)?;
+    let Line::Comment(comment) = Line::of(text) else { return None };
+    let letters: Vec<char> = comment.chars().collect();
+    let mut pieces = letters.chunks(PIECE).map(|piece| piece.iter().collect::<String>());
+    let first = Edit::Line(line, pieces.next()?);
+    Some(edits([first].into_iter().chain(pieces.map(|piece| Edit::After(line, format!("; {piece}"))))))
+}
+
+pub(super) fn unclosed_section(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::UnclosedSection = finding.kind else { return None };
+    let mended = cx.line(finding.span).and_then(|(line, text)| match Line::of(text) {
+        Line::Section { name, .. } => Some(edits([Edit::Line(line, format!("[{name}]"))])),
+        _ => None,
+    });
+    Some(note("the section name has no closing bracket").at(finding.span, "read as the name").mend(mended))
+}
+
+pub(super) fn text_after_section(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::TextAfterSection = finding.kind else { return None };
+    let mended = cx.line(finding.span).and_then(|(line, text)| match Line::of(text) {
+        Line::Section { name, rest, .. } => Some(edits([Edit::Line(line, format!("[{name}] ; {rest}"))])),
+        _ => None,
+    });
+    Some(note("there is text behind the section name").at(finding.span, "ignored").mend(mended))
+}
+
+pub(super) fn no_equals_sign(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::NoEqualsSign(separator) = finding.kind else { return None };
+    let what = if separator == Separator::Colon { "a colon" } else { "a blank" };
+    let mended = cx.line(finding.span).and_then(|(line, text)| match Line::of(text) {
+        Line::Pair { key, value, .. } => Some(edits([Edit::Line(line, format!("{key}={value}"))])),
+        _ => None,
+    });
+    Some(note(format!("{what} stands for the equals sign")).at(finding.span, "read as a key").mend(mended))
+}
+
+pub(super) fn stray_text(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::StrayText = finding.kind else { return None };
+    let mended = cx.line(finding.span).map(|(line, text)| edits([Edit::Line(line, format!("; {}", text.trim()))]));
+    Some(note("the line is neither section, key nor comment").at(finding.span, "ignored").mend(mended))
+}
+
+pub(super) fn tokenizer(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::Tokenizer = finding.kind else { return None };
+    let message = "the tokeniser sees other sections or keys than there are lines";
+    Some(note(message).at(finding.span, "").help("please report it with the file; nothing is wrong with that"))
+}
+
+pub(super) fn key_outside_section(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::KeyOutsideSection { keys } = finding.kind else { return None };
+    let message = match keys {
+        0 => "a section has no name".to_owned(),
+        keys => format!("{} before the first section or in one without name", plural(keys, "key")),
+    };
+    Some(note(message).at(finding.span, "ignored").mend(commented_out(cx, finding.span)))
+}
+
+fn commented_out(cx: &Context<'_>, span: Span) -> Option<String> {
+    let (line, _) = cx.line(span)?;
+    let sections = &cx.facts.syntax.sections;
+    let after = sections.partition_point(|section| section.line < line);
+    let section = sections.get(after.checked_sub(1)?)?;
+    let source = cx.facts.syntax.source;
+    let header = matches!(Line::of(source.line(section.line as usize)), Line::Section { .. });
+    let header = header.then(|| Edit::Remove(section.line + 1, section.line + 1));
+    let keys = section.pairs.iter().map(|pair| {
+        let text = source.line(pair.line as usize).trim();
+        Edit::Line(pair.line + 1, format!("; {text}"))
+    });
+    (section.pairs.len() < MAX_STEPS).then(|| edits(header.into_iter().chain(keys)))
+}
+
+pub(super) fn unknown_section(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::UnknownSection { name, keys } = &finding.kind else { return None };
+    let note = note(format!("the section `{name}` with {} is unknown", plural(*keys, "key")));
+    Some(note.at(finding.span, "ignored").help(IS_IT_MISSPELT))
+}
+
+const IS_IT_MISSPELT: &str = "see whether it is misspelt; what the tool of a vendor has added does no harm";
+
+pub(super) fn duplicate_section(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::DuplicateSection { name, same, first } = &finding.kind else { return None };
+    let same = if *same { "with the same content" } else { "with other content" };
+    let removed = cx.facts.syntax.section_at(finding.span).map(|section| {
+        let last = section.pairs.last().map_or(section.line, |pair| pair.line);
+        edits([Edit::Remove(section.line + 1, last + 1)])
+    });
+    let note = note(format!("the section `{name}` comes again {same}")).at(finding.span, "ignored");
+    Some(note.and(*first, "this one counts").mend(removed))
+}
+
+pub(super) fn duplicate_key(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::DuplicateKey { key, same, first } = &finding.kind else { return None };
+    let same = if *same { "with the same value" } else { "with another value" };
+    let note = note(format!("the key `{key}` comes again {same}")).at(finding.span, "ignored");
+    Some(note.and(*first, "this one counts").mend(cx.remove(finding.span)))
+}
+
+pub(super) fn unknown_key(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::UnknownKey(key) = &finding.kind else { return None };
+    Some(repeated(key, "is unknown and ignored", finding.span).help(IS_IT_MISSPELT))
+}
+
+pub(super) fn key_without_effect(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::KeyWithoutEffect(key) = &finding.kind else { return None };
+    Some(removable(cx, key, repeated(key, "means nothing here and is ignored", finding.span)))
+}
+
+pub(super) fn empty_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::EmptyNumber(key) = &finding.kind else { return None };
+    Some(removable(cx, key, repeated(key, "is empty", finding.span)))
+}
+
+/// A finding that stands for all occurrences of a key.
+fn repeated(key: &Repeated, what: &str, first: Span) -> Diagnostic {
+    let Repeated { key, count } = key;
+    let times = if *count == 1 { String::new() } else { format!(" ({count} times)") };
+    note(format!("the key `{key}` {what}{times}")).at(first, if *count == 1 { "" } else { "first here" })
+}
+
+/// Lines that nothing is read from.
+fn removable(cx: &Context<'_>, key: &Repeated, note: Diagnostic) -> Diagnostic {
+    let only = note.span().filter(|_| key.count == 1 && !is_required(&key.key));
+    match only.and_then(|span| cx.remove(span)) {
+        Some(remedy) => note.help(remedy),
+        None => note.help("nothing is read from these lines; they do no harm, and may go where nothing requires them"),
+    }
+}
+
+/// Whether other rules miss the key when it is not there.
+fn is_required(key: &str) -> bool {
+    position(&super::info::REQUIRED, key).is_some()
+        || key.eq_ignore_ascii_case("SupportedObjects")
+        || key.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// Without a key that is read as absent: in sections where nothing else counts or refers to it.
+pub(super) fn without_key(cx: &Context<'_>, span: Span, key: &str) -> Option<String> {
+    let (line, _) = cx.line(span)?;
+    let sections = &cx.facts.syntax.sections;
+    let after = sections.partition_point(|section| section.line < line);
+    let table: &[&str] = match sections.get(after.checked_sub(1)?)?.kind {
+        SectionKind::FileInfo => &FILE_INFO,
+        SectionKind::DeviceInfo => &DEVICE_INFO,
+        SectionKind::Commissioning => &COMMISSIONING,
+        _ => return None,
+    };
+    let can_go = position(table, key).is_some() && !is_required(key);
+    can_go.then(|| edits([Edit::Remove(line, line)]))
+}

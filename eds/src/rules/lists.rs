@@ -1,0 +1,128 @@
+//! The lists of objects.
+
+use std::collections::BTreeMap;
+
+use super::context::{Context, listed, plural};
+use super::remedy::{Edit, MAX_STEPS, edits};
+use super::{Out, note};
+use crate::diagnostic::Diagnostic;
+use crate::finding::{Finding, Kind};
+use crate::model::{Object, ObjectList};
+use crate::parse::facts::List;
+use crate::text::Span;
+
+/// So many places are shown.
+const MAX_PLACES: usize = 4;
+
+pub(super) fn object_without_section(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::ObjectWithoutSection { index, module } = finding.kind else { return None };
+    let module = if module { " of the module" } else { "" };
+    let note = note(format!("the object {index:04X}{module} is listed, but not described"));
+    Some(note.at(finding.span, "ignored"))
+}
+
+pub(super) fn list_count(cx: &Context<'_>, out: &mut Out<'_>) {
+    for list in &cx.facts.lists {
+        let found = list.entries.len();
+        let set = || cx.set(list.span, "SupportedObjects", &found.to_string());
+        match list.said {
+            Some((said, span)) if said as usize != found => {
+                let note = note(format!("the list has {}, not {said}", plural(found, "object")));
+                out.push(note.at(span, "says otherwise").mend(set()));
+            }
+            None if found > 0 => {
+                let note = note("the list does not say how many objects it has");
+                out.push(note.at(list.span, "").mend(set()));
+            }
+            _ => {}
+        }
+    }
+}
+
+pub(super) fn list_gap(cx: &Context<'_>, out: &mut Out<'_>) {
+    for list in &cx.facts.lists {
+        let gap = list.entries.iter().zip(1..).find(|(listed, number)| listed.number != *number);
+        if let Some((listed, number)) = gap {
+            let note = note(format!("the list has no number {number}"));
+            let note = note.at(listed.span, format!("this is number {}", listed.number));
+            out.push(note.mend(renumbered(cx, list)));
+        }
+    }
+}
+
+fn renumbered(cx: &Context<'_>, list: &List) -> Option<String> {
+    let wrong = list.entries.iter().zip(1..).filter(|(listed, number)| listed.number != *number);
+    let wrong: Vec<_> = wrong.collect();
+    let line = |(listed, number): &(&crate::parse::facts::Listed, u32)| {
+        let (line, _) = cx.line(listed.span)?;
+        Some(Edit::Line(line, format!("{number}=0x{:04X}", listed.index)))
+    };
+    let lines = wrong.iter().map(line).collect::<Option<Vec<_>>>()?;
+    (lines.len() <= MAX_STEPS).then(|| edits(lines))
+}
+
+pub(super) fn object_not_listed(cx: &Context<'_>, out: &mut Out<'_>) {
+    let unlisted = cx.objects().filter(|(_, facts)| facts.listed.is_none() && !facts.implied);
+    let unlisted: Vec<&Object> = unlisted.map(|(object, _)| object).collect();
+    let indices = listed(&unlisted, |object| format!("{:04X}", object.index));
+    let message = match unlisted.len() {
+        0 => return,
+        1 => format!("the object {indices} is in none of the lists"),
+        number => format!("{number} objects are in none of the lists: {indices}"),
+    };
+    let mut finding = note(message);
+    for (at, object) in unlisted.iter().take(MAX_PLACES).enumerate() {
+        let place = object.span;
+        finding = if at == 0 { finding.at(place, "other readers do not see it") } else { finding.and(place, "nor it") };
+    }
+    const NAME_THEM: &str = "name them in `[OptionalObjects]`, or from 2000h to 5FFFh in `[ManufacturerObjects]`";
+    out.push(finding.help(added(cx, &unlisted).unwrap_or_else(|| NAME_THEM.to_owned())));
+}
+
+/// The lists with these objects at their ends.
+fn added(cx: &Context<'_>, objects: &[&Object]) -> Option<String> {
+    let mut lines = Vec::new();
+    for kind in [ObjectList::Mandatory, ObjectList::Optional, ObjectList::Manufacturer] {
+        let new: Vec<_> = objects.iter().filter(|object| object.list == kind).collect();
+        if new.is_empty() {
+            continue;
+        }
+        let list = cx.facts.lists.iter().find(|list| list.list == kind)?;
+        let section = cx.facts.syntax.section_at(list.span)?;
+        let last = list.entries.iter().map(|listed| listed.number).max().unwrap_or(0);
+        let end = section.pairs.last().map_or(section.line, |pair| pair.line) + 1;
+        let said = list.said.filter(|&(said, _)| said as usize == list.entries.len())?.0;
+        lines.push(cx.set_in(section, "SupportedObjects", &(said as usize + new.len()).to_string()));
+        let add = |(object, number): (&&&Object, u32)| Edit::After(end, format!("{number}=0x{:04X}", object.index));
+        lines.extend(new.iter().zip(last + 1..).map(add));
+    }
+    (lines.len() <= MAX_STEPS).then(|| edits(lines))
+}
+
+pub(super) fn listed_twice(cx: &Context<'_>, out: &mut Out<'_>) {
+    let mut seen: BTreeMap<u16, Span> = BTreeMap::new();
+    for listed in cx.facts.lists.iter().flat_map(|list| &list.entries) {
+        match seen.get(&listed.index) {
+            Some(&first) => {
+                let note = note(format!("the object {:04X} is listed again", listed.index));
+                out.push(note.at(listed.span, "").and(first, "first here"));
+            }
+            None => {
+                seen.insert(listed.index, listed.span);
+            }
+        }
+    }
+}
+
+pub(super) fn wrong_list(cx: &Context<'_>, out: &mut Out<'_>) {
+    for list in &cx.facts.lists {
+        for listed in &list.entries {
+            let manufacturers = matches!(listed.index, 0x2000..=0x5FFF);
+            if manufacturers != (list.list == ObjectList::Manufacturer) {
+                let right = if manufacturers { "the manufacturer's" } else { "not the manufacturer's" };
+                let note = note(format!("the object {:04X} is {right}", listed.index));
+                out.push(note.at(listed.span, "").and(list.span, "in this list"));
+            }
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! The rules: a table with a row each, and their functions by subject in the files beside it.
+//!
+//! A new rule is a row in `table.rs`, a function, and a golden case under `tests/golden/`.
+
+mod cia301;
+mod context;
+mod info;
+mod limits;
+mod lines;
+mod lists;
+mod numbers;
+mod objects;
+mod overlays;
+mod pdo;
+mod remedy;
+mod table;
+
+use std::collections::BTreeSet;
+
+use context::Context;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::finding::{Finding, Findings, Kind};
+use crate::model::Device;
+use crate::model::keys::Key;
+use crate::overlay::{Accepted, Changes};
+use crate::parse::facts::Facts;
+use crate::text::Span;
+
+/// A rule.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// The code of its findings.
+    pub code: &'static str,
+    /// How bad its findings are.
+    pub severity: Severity,
+    /// What holds where it finds nothing: one sentence.
+    pub holds: &'static str,
+    /// Why that matters, and what is done about it: one paragraph.
+    pub why: &'static str,
+    find: Find,
+}
+
+/// How a rule comes to its findings.
+#[derive(Clone, Copy, Debug)]
+enum Find {
+    /// It puts into words what parsing or an overlay has found.
+    Read(fn(&Context<'_>, &Finding) -> Option<Diagnostic>),
+    /// It looks at the finished model.
+    Check(fn(&Context<'_>, &mut Out<'_>)),
+    /// It is about the findings themselves.
+    Last,
+}
+
+/// Where a rule puts its findings.
+struct Out<'o> {
+    rule: &'static Rule,
+    diagnostics: &'o mut Diagnostics,
+}
+
+/// A finding in the words of a rule, whose code and severity it gets from the table.
+fn note(message: impl Into<String>) -> Diagnostic {
+    Diagnostic::new("", Severity::Note, message)
+}
+
+impl Out<'_> {
+    fn push(&mut self, note: Diagnostic) {
+        self.diagnostics.push(Diagnostic { code: self.rule.code, severity: self.rule.severity, ..note });
+    }
+}
+
+/// All rules, in the order in which they are applied.
+#[must_use]
+pub fn rules() -> &'static [Rule] {
+    table::RULES
+}
+
+/// The rule with this code.
+#[must_use]
+pub fn rule(code: &str) -> Option<&'static Rule> {
+    rules().iter().find(|rule| rule.code == code)
+}
+
+/// Applies all rules to a finished model and to what was found on the way to it.
+pub(crate) fn apply(device: &Device, facts: &Facts<'_>, changes: &Changes, found: &Findings) -> Diagnostics {
+    let context = Context { device, facts, changes };
+    let mut diagnostics = Diagnostics::default();
+    let corrected = Corrected::new(device, facts, changes);
+    let open: Vec<&Finding> = found.iter().filter(|finding| !corrected.covers(finding)).collect();
+    for rule in rules() {
+        let mut out = Out { rule, diagnostics: &mut diagnostics };
+        match rule.find {
+            Find::Read(words) => read(&context, words, &open, &mut out),
+            Find::Check(check) => check(&context, &mut out),
+            Find::Last => {}
+        }
+    }
+    accept(&context, &mut diagnostics);
+    for finding in diagnostics.iter_mut().filter(|finding| finding.help.is_none()) {
+        finding.help = remedy::rest(&context, finding);
+    }
+    diagnostics.finish();
+    diagnostics
+}
+
+/// What was found in a text that is no data sheet at all.
+pub(crate) fn of_text(facts: &Facts<'_>, found: &Findings) -> Diagnostics {
+    let context = Context { device: &Device::default(), facts, changes: &Changes::default() };
+    let mut diagnostics = Diagnostics::default();
+    let open: Vec<&Finding> = found.iter().collect();
+    for rule in rules() {
+        if let Find::Read(words) = rule.find {
+            read(&context, words, &open, &mut Out { rule, diagnostics: &mut diagnostics });
+        }
+    }
+    diagnostics.finish();
+    diagnostics
+}
+
+fn read(
+    context: &Context<'_>,
+    words: fn(&Context<'_>, &Finding) -> Option<Diagnostic>,
+    found: &[&Finding],
+    out: &mut Out<'_>,
+) {
+    for finding in found {
+        if let Some(note) = words(context, finding) {
+            out.push(note);
+            out.diagnostics.count_only(out.rule.code, finding.more);
+        }
+    }
+}
+
+/// Places in the data sheet where an overlay says otherwise: what was found there does not count any more.
+struct Corrected {
+    values: BTreeSet<Span>,
+    /// Entries whose data type or access type comes from the overlay alone.
+    missing: BTreeSet<(bool, Span)>,
+}
+
+impl Corrected {
+    fn new(device: &Device, facts: &Facts<'_>, changes: &Changes) -> Self {
+        let mut corrected = Self { values: BTreeSet::new(), missing: BTreeSet::new() };
+        for correction in &changes.corrections {
+            let Some(entry) = device.entry(correction.index, correction.sub) else { continue };
+            let section = facts.syntax.section_at(entry.span);
+            let pair = section.and_then(|section| section.get(correction.key.name()));
+            match (pair.filter(|pair| !pair.value.is_empty()), correction.key) {
+                (Some(pair), _) => corrected.values.insert(facts.syntax.value_span(pair)),
+                (None, Key::DataType | Key::AccessType) => {
+                    corrected.missing.insert((correction.key == Key::DataType, entry.span))
+                }
+                _ => continue,
+            };
+        }
+        corrected
+    }
+
+    fn covers(&self, finding: &Finding) -> bool {
+        let missing = |data_type: bool| self.missing.contains(&(data_type, finding.span));
+        match finding.kind {
+            Kind::MissingDataType => missing(true),
+            Kind::MissingAccessType => missing(false),
+            _ => self.values.contains(&finding.span),
+        }
+    }
+}
+
+/// Takes back the findings that overlays accept, and reports what is accepted in vain.
+fn accept(context: &Context<'_>, diagnostics: &mut Diagnostics) {
+    let accepted = &context.changes.accepted;
+    let mut used = vec![false; accepted.len()];
+    diagnostics.retract(|finding| {
+        let place = finding.span().and_then(|span| context.facts.address_of(span));
+        let Some((index, sub)) = place else { return false };
+        let accepts = |accepted: &Accepted| {
+            let here = accepted.index == index && accepted.sub.is_none_or(|accepted| accepted == sub.unwrap_or(0));
+            here && accepted.code == finding.code
+        };
+        let at = accepted.iter().position(accepts);
+        at.inspect(|&at| used[at] = true).is_some()
+    });
+    for (accepted, _) in accepted.iter().zip(used).filter(|(_, used)| !used) {
+        let (code, note) = overlays::accepted_in_vain(accepted);
+        if let Some(rule) = rule(code) {
+            Out { rule, diagnostics: &mut *diagnostics }.push(note);
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Numbers and values as they are written.
+
+use super::context::{Context, are};
+use super::lines::without_key;
+use super::note;
+use super::remedy::{Edit, edits};
+use crate::diagnostic::Diagnostic;
+use crate::dump::value_text;
+use crate::finding::{Finding, Kind, Oddity};
+use crate::model::Value;
+use crate::model::types::DataType;
+use crate::parse::number;
+
+pub(super) fn bad_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::BadNumber { key } = &finding.kind else { return None };
+    let note = note(format!("`{key}` is not a number")).at(finding.span, "read as absent");
+    Some(note.mend(without_key(cx, finding.span, key)))
+}
+
+pub(super) fn number_too_large(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::NumberTooLarge { key, value } = &finding.kind else { return None };
+    let note = note(format!("{value} is out of range for `{key}`")).at(finding.span, "read as absent");
+    Some(note.mend(without_key(cx, finding.span, key)))
+}
+
+pub(super) fn bad_flag(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::BadFlag { key } = &finding.kind else { return None };
+    Some(note(format!("`{key}` is neither 0 nor 1")).at(finding.span, "").mend(cx.replace(finding.span, "1")))
+}
+
+pub(super) fn octal_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let (key, text, oddity) = odd(finding)?;
+    let what = match oddity {
+        Oddity::Octal => "has a leading zero, which makes it octal",
+        Oddity::NotOctal => "has a leading zero, but is not octal",
+        _ => return None,
+    };
+    let value = number::integer(text).map_or(0, |read| read.value);
+    let note = note(format!("`{key}` {what}")).at(finding.span, format!("read as decimal {value}"));
+    let digits = text.trim_start_matches(['0', '+', '-']);
+    let meant = match oddity {
+        Oddity::Octal if text.bytes().all(|b| b.is_ascii_digit()) => format!("unless decimal {digits} was meant, "),
+        _ => String::new(),
+    };
+    let plain = plain(text).and_then(|plain| cx.replace(finding.span, &plain));
+    Some(note.mend(plain.map(|remedy| meant + &remedy)))
+}
+
+pub(super) fn inline_comment(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let (key, text, Oddity::Comment) = odd(finding)? else { return None };
+    let note = note(format!("a comment follows the value of `{key}`")).at(finding.span, "the comment is ignored");
+    let at = text.find([';', '#'])?;
+    let moved = cx.line(finding.span).map(|(line, _)| {
+        let value = format!("{key}={}", text[..at].trim_end());
+        edits([Edit::Line(line, value), Edit::After(line, text[at..].to_owned())])
+    });
+    Some(note.mend(moved))
+}
+
+pub(super) fn odd_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let (key, text, Oddity::Spelling) = odd(finding)? else { return None };
+    let plain = match DataType::from_name(text) {
+        _ if text.eq_ignore_ascii_case("null") => Some(String::new()),
+        Some(data_type) => Some(format!("0x{:04X}", data_type.code())),
+        None => plain(text).or_else(|| Some(text.trim_end_matches(['f', 'F']).replace(',', "."))),
+    };
+    let note = note(format!("`{text}` is an odd spelling for `{key}`")).at(finding.span, "");
+    Some(note.mend(plain.and_then(|plain| cx.replace(finding.span, &plain))))
+}
+
+pub(super) fn unknown_variable(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let (key, text, Oddity::Variable) = odd(finding)? else { return None };
+    let note = note(format!("`{key}` uses a variable other than $NODEID")).at(finding.span, "read as $NODEID");
+    Some(note.mend(plain(text).and_then(|plain| cx.replace(finding.span, &plain))))
+}
+
+pub(super) fn octet_string(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let (key, text, Oddity::NotHex) = odd(finding)? else { return None };
+    let note = note(format!("`{key}` of an OCTET_STRING is not hexadecimal")).at(finding.span, "kept as text");
+    let hex = value_text(&Value::Bytes(text.as_bytes().to_vec()));
+    Some(note.mend(cx.replace(finding.span, &hex).map(|remedy| format!("for these very characters, {remedy}"))))
+}
+
+fn odd(finding: &Finding) -> Option<(&str, &str, Oddity)> {
+    match &finding.kind {
+        Kind::OddNumber { key, text, oddity } => Some((key, text, *oddity)),
+        _ => None,
+    }
+}
+
+/// A number or formula as CiA 306 writes it.
+fn plain(text: &str) -> Option<String> {
+    if let Some(formula) = number::formula(text) {
+        return Some(value_text(&Value::NodeIdPlus(formula.value)));
+    }
+    let value = number::integer(text)?.value;
+    let hexadecimal = text.ends_with(['h', 'H']) && value >= 0;
+    Some(if hexadecimal { format!("0x{value:X}") } else { value.to_string() })
+}
+
+pub(super) fn bad_value(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::BadValue { key, text, data_type } = &finding.kind else { return None };
+    let is_hexadecimal = text.bytes().all(|b| b.is_ascii_hexdigit());
+    let hint = if is_hexadecimal { "; hexadecimal numbers begin with `0x`" } else { "" };
+    let note = note(format!("`{key}` is not a value of its data type"));
+    let note = note.at(finding.span, format!("expected {data_type}{hint}"));
+    let hex = format!("0x{text}");
+    let value = number::value(&hex, *data_type).ok().flatten().filter(|_| is_hexadecimal);
+    let fits = value.is_some_and(|read| cx.fits(*data_type, Some(&read.value)));
+    Some(note.mend(if fits { cx.replace(finding.span, &hex) } else { None }))
+}
+
+pub(super) fn entry_count(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::EntryCount { said, found } = finding.kind else { return None };
+    let note = note(format!("there {}, not {said}", are(found, "entry"))).at(finding.span, "says otherwise");
+    Some(note.mend(cx.replace(finding.span, &found.to_string())))
+}
+
+pub(super) fn value_without_entry(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::ValueWithoutEntry { index, sub } = finding.kind else { return None };
+    Some(note(format!("the object {index:04X} has no sub-index {sub}")).at(finding.span, "ignored"))
+}

@@ -1,0 +1,278 @@
+//! PDOs.
+
+use std::collections::BTreeMap;
+
+use super::context::{Context, are, held_by, is_dummy, is_restricted, listed, pdo_name, place, plural};
+use super::remedy::{Edit, edits, overlay};
+use super::{Out, note};
+use crate::model::keys::Key;
+use crate::model::pdo::{communication_parameter, held, mapping_parameter};
+use crate::model::types::DataType;
+use crate::model::{AccessType, Direction, Mapped, Pdo, Value};
+use crate::parse::section::SectionKind;
+
+pub(super) fn missing_object(cx: &Context<'_>, out: &mut Out<'_>) {
+    const MAX_PLACES: usize = 4;
+    let mut missing: BTreeMap<(u16, u8), Vec<(&Pdo, u8)>> = BTreeMap::new();
+    for (pdo, number, mapped) in cx.mapped() {
+        let there = cx.device.entry(mapped.index, mapped.sub).is_some();
+        if !there && !is_dummy(mapped) {
+            missing.entry((mapped.index, mapped.sub)).or_default().push((pdo, number));
+        }
+    }
+    for ((index, sub), places) in missing {
+        let names: Vec<String> = places.iter().map(|(pdo, _)| pdo_name(pdo)).collect();
+        let names = listed(&names, String::clone);
+        let mut finding = note(format!("there is no {index:04X}:{sub:02X} for {names} to map"));
+        for (at, &(pdo, number)) in places.iter().take(MAX_PLACES).enumerate() {
+            let span = cx.mapping_span(pdo, number);
+            finding = if at == 0 { finding.at(span, "mapped here") } else { finding.and(span, "and here") };
+        }
+        out.push(finding);
+    }
+}
+
+pub(super) fn not_mappable(cx: &Context<'_>, out: &mut Out<'_>) {
+    for (pdo, number, mapped) in cx.mapped() {
+        let Some(entry) = cx.device.entry(mapped.index, mapped.sub) else { continue };
+        if !entry.pdo_mapping && !is_dummy(mapped) {
+            let note = note(format!("{} is mapped, but not mappable", place(entry)));
+            let note = note.at(cx.mapping_span(pdo, number), "mapped here");
+            let note = note.and(cx.entry_span(entry, Key::PdoMapping), "says that it cannot");
+            let parameter = matches!(entry.index, 0x1005..=0x1007 | 0x1010..=0x1BFF);
+            let can = !parameter && entry.data_type.bits().is_some();
+            out.push(note.mend(can.then(|| cx.correct(entry, "pdo_mapping = true"))));
+        }
+    }
+}
+
+pub(super) fn wrong_length(cx: &Context<'_>, out: &mut Out<'_>) {
+    for (pdo, number, mapped) in cx.mapped() {
+        let entry = cx.device.entry(mapped.index, mapped.sub);
+        let data_type = entry.map_or_else(|| DataType::from_code(mapped.index), |entry| entry.data_type);
+        let Some(bits) = cx.device.bits(data_type).filter(|&bits| bits != mapped.bits) else { continue };
+        // A BOOLEAN in a byte of its own is common and harmless.
+        if data_type == DataType::Boolean && mapped.bits == 8 {
+            continue;
+        }
+        let note = note(format!("{data_type} has {bits} bits, not {}", mapped.bits));
+        let note = note.at(cx.mapping_span(pdo, number), "mapped here");
+        out.push(entry.into_iter().fold(note, |note, entry| {
+            let of_length = of_length(data_type, mapped.bits).filter(|_| only_here(cx, mapped));
+            let fits = of_length.filter(|&of_length| {
+                let values = [&entry.default, &entry.configured, &entry.low, &entry.high];
+                values.into_iter().all(|value| cx.fits(of_length, value.as_ref()))
+            });
+            let remedy = fits.map(|fits| cx.correct(entry, &format!("data_type = \"{fits}\"")));
+            let remedy = remedy.map(|remedy| format!("if the device maps {} bits, {remedy}", mapped.bits));
+            note.and(cx.entry_span(entry, Key::DataType), "the data type").mend(remedy)
+        }));
+    }
+}
+
+/// Whether all that map the entry do so with this length.
+fn only_here(cx: &Context<'_>, mapped: Mapped) -> bool {
+    let same = |other: Mapped| (other.index, other.sub) == (mapped.index, mapped.sub);
+    cx.mapped().filter(|(_, _, other)| same(*other)).all(|(_, _, other)| other.bits == mapped.bits)
+}
+
+/// The type of the same kind with so many bits.
+fn of_length(data_type: DataType, bits: u8) -> Option<DataType> {
+    let same = |other: &&DataType| other.class() == data_type.class() && other.bits() == Some(bits);
+    DataType::ALL.iter().find(same).copied()
+}
+
+pub(super) fn too_long(cx: &Context<'_>, out: &mut Out<'_>) {
+    for pdo in &cx.device.pdos {
+        let bits: u32 = pdo.mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
+        if bits > 64 {
+            let note = note(format!("{} maps {bits} bits", pdo_name(pdo)));
+            out.push(note.at(cx.mapping_span(pdo, 0), "at most 64 fit into a frame"));
+        }
+    }
+}
+
+pub(super) fn mapping_count(cx: &Context<'_>, out: &mut Out<'_>) {
+    for pdo in cx.device.pdos.iter().filter(|pdo| !cx.is_extra(pdo)) {
+        let object = cx.device.object(mapping_parameter(pdo.direction, pdo.number));
+        let Some(entry) = object.and_then(|object| object.entry(0)) else { continue };
+        let Some(Value::Integer(count)) = held(entry) else { continue };
+        // 254 and 255 mark multiplexed PDOs.
+        if matches!(count, 254 | 255) || *count == pdo.mapping.len() as i128 {
+            continue;
+        }
+        let note = note(format!("{} maps {}, not {count}", pdo_name(pdo), plural(pdo.mapping.len(), "object")));
+        let note = note.at(cx.mapping_span(pdo, 0), "says otherwise");
+        let corrected = || cx.correct(entry, &format!("default = {}", pdo.mapping.len()));
+        out.push(note.mend(entry.configured.is_none().then(corrected)));
+    }
+}
+
+pub(super) fn wrong_direction(cx: &Context<'_>, out: &mut Out<'_>) {
+    for (pdo, number, mapped) in cx.mapped() {
+        let Some(entry) = cx.device.entry(mapped.index, mapped.sub) else { continue };
+        let access = match (pdo.direction, entry.access) {
+            (Direction::Receive, AccessType::Ro | AccessType::Const) => "rww",
+            (Direction::Receive, AccessType::Rwr) | (Direction::Transmit, AccessType::Rww) => "rw",
+            (Direction::Transmit, AccessType::Wo) => "rwr",
+            _ => continue,
+        };
+        let name = entry.access.name();
+        let note = note(format!("{} maps {}, which is {name}", pdo_name(pdo), place(entry)));
+        let note = note.at(cx.mapping_span(pdo, number), "mapped here");
+        let note = note.and(cx.entry_span(entry, Key::AccessType), "the access type");
+        let by = |direction: Direction| {
+            let same = |other: &Mapped| (other.index, other.sub) == (entry.index, entry.sub);
+            cx.device.pdos.iter().any(|pdo| pdo.direction == direction && pdo.mapping.iter().any(same))
+        };
+        let access = if by(Direction::Receive) && by(Direction::Transmit) { "rw" } else { access };
+        let can = entry.pdo_mapping && !matches!(entry.index, 0x1000..=0x1018);
+        out.push(note.mend(can.then(|| cx.correct(entry, &format!("access = \"{access}\"")))));
+    }
+}
+
+pub(super) fn unusable_dummy(cx: &Context<'_>, out: &mut Out<'_>) {
+    for (pdo, number, mapped) in cx.mapped().filter(|(_, _, mapped)| is_dummy(*mapped)) {
+        let data_type = DataType::from_code(mapped.index);
+        if !cx.device.dummies.contains(&data_type) {
+            let note = note(format!("{data_type} is mapped as a dummy, but `[DummyUsage]` forbids it"));
+            let key = format!("Dummy{:04X}", mapped.index);
+            let allowed = data_type.bits().map(|_| match cx.facts.section(SectionKind::DummyUsage) {
+                Some(section) => edits([cx.set_in(section, &key, "1")]),
+                None => {
+                    let end = cx.facts.syntax.source.line_count() as u32;
+                    let lines = ["[DummyUsage]".to_owned(), format!("{key}=1")];
+                    edits(lines.map(|line| Edit::After(end, line)))
+                }
+            });
+            out.push(note.at(cx.mapping_span(pdo, number), "").mend(allowed));
+        }
+    }
+}
+
+pub(super) fn half_described(cx: &Context<'_>, out: &mut Out<'_>) {
+    for pdo in &cx.device.pdos {
+        let communication = communication_parameter(pdo.direction, pdo.number);
+        let mapping = mapping_parameter(pdo.direction, pdo.number);
+        let (there, missing) = match (cx.device.object(communication), cx.device.object(mapping)) {
+            (Some(object), None) => (object, mapping),
+            (None, Some(object)) => (object, communication),
+            _ => continue,
+        };
+        out.push(note(format!("{} has no {missing:04X}", pdo_name(pdo))).at(there.span, "belongs to it"));
+    }
+}
+
+pub(super) fn count(cx: &Context<'_>, out: &mut Out<'_>) {
+    let info = &cx.device.info;
+    let counts =
+        [(Direction::Receive, "NrOfRXPDO", info.receive_pdos), (Direction::Transmit, "NrOfTXPDO", info.transmit_pdos)];
+    for (direction, key, said) in counts {
+        let first = communication_parameter(direction, 1);
+        let parameters = cx.device.objects.iter().filter(|object| (first..first + 0x200).contains(&object.index));
+        let found = parameters.count();
+        let Some((said, span)) = said.zip(cx.device_info(key)) else { continue };
+        if usize::from(said) != found {
+            let note = note(format!("there {}, not {said}", are(found, "PDO"))).at(span, "says otherwise");
+            out.push(note.mend(cx.replace(span, &found.to_string())));
+        }
+    }
+}
+
+/// The number of a COB-ID, and whether the node-ID is added to it.
+fn cob_id(pdo: &Pdo) -> Option<(i128, bool)> {
+    match pdo.cob_id.as_ref()? {
+        Value::Integer(id) => Some((*id, false)),
+        Value::NodeIdPlus(id) => Some((i128::from(*id), true)),
+        _ => None,
+    }
+}
+
+pub(super) fn cob_id_collision(cx: &Context<'_>, out: &mut Out<'_>) {
+    let mut seen: BTreeMap<(bool, i128), &Pdo> = BTreeMap::new();
+    for pdo in &cx.device.pdos {
+        let Some((id, node)) = cob_id(pdo) else { continue };
+        let (valid, id) = (id & 0x8000_0000 == 0, id & 0x1FFF_FFFF);
+        if !valid || (id == 0 && !node) {
+            continue;
+        }
+        match seen.get(&(node, id)) {
+            Some(first) => {
+                let names = [pdo_name(first), pdo_name(pdo)];
+                let note = note(format!("{} and {} have the same COB-ID", names[0], names[1]));
+                out.push(note.at(cx.pdo_span(pdo, 1), "").and(cx.pdo_span(first, 1), "the same"));
+            }
+            None => {
+                seen.insert((node, id), pdo);
+            }
+        }
+    }
+}
+
+pub(super) fn restricted_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
+    for pdo in &cx.device.pdos {
+        let Some((id, node)) = cob_id(pdo) else { continue };
+        // Bit 31 switches the PDO off, bit 29 chooses identifiers of 29 bits.
+        if id & 0xA000_0000 != 0 || (id & 0x7FF == 0 && !node) {
+            continue;
+        }
+        let mut node_ids = if node { 1..=127 } else { 0..=0 };
+        if node_ids.all(|node_id| is_restricted((id & 0x7FF) + node_id)) {
+            let note = note(format!("the COB-ID of {} is restricted", pdo_name(pdo))).at(cx.pdo_span(pdo, 1), "");
+            // The identifiers of the predefined connection set are those of node-ID 0 in it (CiA 301, 7.3.3).
+            let predefined = matches!(id & 0x7FF, 0x180 | 0x200 | 0x280 | 0x300 | 0x380 | 0x400 | 0x480 | 0x500);
+            let corrected = (predefined && !node).then(|| with_node_id(cx, pdo, id)).flatten();
+            out.push(note.mend(corrected.map(|remedy| format!("the node-ID may be missing; {remedy}"))));
+        }
+    }
+}
+
+fn with_node_id(cx: &Context<'_>, pdo: &Pdo, id: i128) -> Option<String> {
+    let entry = cx.device.entry(communication_parameter(pdo.direction, pdo.number), 1)?;
+    let free = |other: &Pdo| cob_id(other).map(|(id, node)| (id & 0x1FFF_FFFF, node)) != Some((id & 0x1FFF_FFFF, true));
+    let can = held_by(entry) == Key::DefaultValue && !cx.is_extra(pdo) && cx.device.pdos.iter().all(free);
+    can.then(|| overlay(&place(entry), &format!("default = \"$NODEID+0x{id:X}\"")))
+}
+
+pub(super) fn cob_id_bits(cx: &Context<'_>, out: &mut Out<'_>) {
+    for pdo in &cx.device.pdos {
+        let Some((id, _)) = cob_id(pdo) else { continue };
+        if id & 0x2000_0000 == 0 && id & 0x1FFF_F800 != 0 {
+            let note = note(format!("the COB-ID of {} has more than 11 bits", pdo_name(pdo)));
+            out.push(note.at(cx.pdo_span(pdo, 1), "bit 29 is not set"));
+        }
+    }
+}
+
+pub(super) fn transmission_type(cx: &Context<'_>, out: &mut Out<'_>) {
+    for pdo in &cx.device.pdos {
+        let Some(transmission_type) = pdo.transmission_type else { continue };
+        let reserved = match pdo.direction {
+            Direction::Receive => matches!(transmission_type, 241..=253),
+            Direction::Transmit => matches!(transmission_type, 241..=251),
+        };
+        if reserved {
+            let note = note(format!("{} has the transmission type {transmission_type}", pdo_name(pdo)));
+            out.push(note.at(cx.pdo_span(pdo, 2), "reserved"));
+        }
+    }
+}
+
+pub(super) fn granularity(cx: &Context<'_>, out: &mut Out<'_>) {
+    let Some(granularity) = cx.device.info.granularity.filter(|&granularity| granularity > 1) else { return };
+    let Some(span) = cx.device_info("Granularity") else { return };
+    let odd: Vec<_> = cx.mapped().filter(|(_, _, mapped)| mapped.bits % granularity != 0).collect();
+    let Some(&(pdo, number, first)) = odd.first() else { return };
+    let (are, first_of_them) = if odd.len() == 1 { ("is", "") } else { ("are", ", the first of them") };
+    let what = plural(odd.len(), "mapped length");
+    let note = note(format!("{what} {are} no multiple of the granularity of {granularity} bits"));
+    let common = cx.mapped().fold(0, |common, (_, _, mapped)| greatest_common_divisor(common, mapped.bits));
+    let note = note.at(span, format!("{common} would agree with all mapped lengths"));
+    let bits = plural(first.bits.into(), "bit");
+    let note = note.and(cx.mapping_span(pdo, number), format!("{bits}{first_of_them}"));
+    out.push(note.mend((common <= 64).then(|| cx.replace(span, &common.to_string())).flatten()));
+}
+
+fn greatest_common_divisor(a: u8, b: u8) -> u8 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+}

@@ -1,0 +1,288 @@
+//! Texts with names, and places in them.
+
+use std::fmt;
+
+/// The largest file that is read, in bytes.
+pub const MAX_BYTES: usize = 64 * 1024 * 1024;
+/// The largest number of lines that is read.
+pub const MAX_LINES: usize = 1_000_000;
+
+/// A data sheet with its overlays; also what findings need to show the lines they are about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Input {
+    /// The data sheet.
+    pub eds: Source,
+    /// The overlays, applied in order.
+    pub overlays: Vec<Source>,
+}
+
+impl Input {
+    /// A data sheet without overlay.
+    #[must_use]
+    pub fn new(eds: Source) -> Self {
+        Self { eds, overlays: Vec::new() }
+    }
+
+    /// The same with one overlay more.
+    #[must_use]
+    pub fn overlay(mut self, overlay: Source) -> Self {
+        self.overlays.push(overlay);
+        self
+    }
+
+    /// The text that spans with this number are in.
+    #[must_use]
+    pub fn source(&self, number: u16) -> Option<&Source> {
+        match number {
+            0 => Some(&self.eds),
+            n => self.overlays.get(usize::from(n) - 1),
+        }
+    }
+}
+
+/// A text with a name: a data sheet or an overlay.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    name: String,
+    text: String,
+    /// Byte offset of each line's first character; never empty.
+    lines: Vec<u32>,
+    encoding: Encoding,
+    refusal: Option<Refusal>,
+}
+
+/// How the bytes of a file were read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// UTF-8 (or ASCII).
+    Utf8,
+    /// UTF-8 with a byte order mark.
+    Utf8WithMark,
+    /// UTF-16 with a byte order mark.
+    Utf16,
+    /// Code page 1252, because the bytes are not UTF-8.
+    Windows1252,
+}
+
+/// Why a file is not read at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// Longer than [`MAX_BYTES`].
+    TooLong {
+        /// The size in bytes.
+        bytes: usize,
+    },
+    /// More than [`MAX_LINES`].
+    TooManyLines {
+        /// The number of lines.
+        lines: usize,
+    },
+}
+
+impl Source {
+    /// A text under the name that diagnostics show, usually a path.
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self::with_encoding(name.into(), text.into(), Encoding::Utf8)
+    }
+
+    /// The bytes of a file: UTF-8 with or without byte order mark, UTF-16 with one, else code page 1252.
+    ///
+    /// Never fails: a file beyond the bounds becomes an empty text with a [`refusal`](Self::refusal), which
+    /// [`load`](crate::load) reports.
+    pub fn from_bytes(name: impl Into<String>, bytes: &[u8]) -> Self {
+        let name = name.into();
+        if bytes.len() > MAX_BYTES {
+            return Self::refused(name, Refusal::TooLong { bytes: bytes.len() });
+        }
+        let (text, encoding) = decode(bytes);
+        Self::with_encoding(name, text, encoding)
+    }
+
+    /// The name that diagnostics show.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The text, without byte order mark.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// How the bytes were read.
+    #[must_use]
+    pub fn encoding(&self) -> Encoding {
+        self.encoding
+    }
+
+    /// Why the file was not read.
+    #[must_use]
+    pub fn refusal(&self) -> Option<Refusal> {
+        self.refusal
+    }
+
+    /// The number of lines; at least one.
+    #[must_use]
+    pub fn line_count(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The line and column of a byte offset, both from 1; the column counts characters.
+    #[must_use]
+    pub fn position(&self, offset: u32) -> Position {
+        let line = self.lines.partition_point(|&start| start <= offset).max(1) - 1;
+        let start = self.lines[line] as usize;
+        let before = self.text.get(start..(offset as usize).min(self.text.len())).unwrap_or_default();
+        Position { line: line as u32 + 1, column: before.chars().count() as u32 + 1 }
+    }
+
+    /// The byte range of a line (from 0) without its end; empty beyond the last.
+    pub(crate) fn line_range(&self, line: usize) -> (u32, u32) {
+        let Some(&start) = self.lines.get(line) else {
+            let end = self.text.len() as u32;
+            return (end, end);
+        };
+        let next = self.lines.get(line + 1).map_or(self.text.len(), |&next| next as usize);
+        let text = self.text[start as usize..next].trim_end_matches(['\r', '\n']);
+        (start, start + text.len() as u32)
+    }
+
+    /// The text of a line (from 0) without its end.
+    pub(crate) fn line(&self, line: usize) -> &str {
+        let (start, end) = self.line_range(line);
+        &self.text[start as usize..end as usize]
+    }
+
+    fn with_encoding(name: String, text: String, encoding: Encoding) -> Self {
+        // A BOM of UTF-16 doubles nothing, but code page 1252 may: the bound holds for the text as well.
+        if text.len() > 2 * MAX_BYTES {
+            return Self::refused(name, Refusal::TooLong { bytes: text.len() });
+        }
+        let lines = line_starts(&text);
+        if lines.len() > MAX_LINES {
+            return Self::refused(name, Refusal::TooManyLines { lines: lines.len() });
+        }
+        Self { name, text, lines, encoding, refusal: None }
+    }
+
+    fn refused(name: String, refusal: Refusal) -> Self {
+        Self { name, text: String::new(), lines: vec![0], encoding: Encoding::Utf8, refusal: Some(refusal) }
+    }
+}
+
+/// A line and a column, both from 1; the column counts characters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Position {
+    /// The line.
+    pub line: u32,
+    /// The column.
+    pub column: u32,
+}
+
+impl fmt::Display for Position {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.line, self.column)
+    }
+}
+
+/// A place: a byte range in one of the texts of an [`Input`](crate::Input).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Span {
+    /// Which text: 0 is the data sheet, n the n-th overlay.
+    pub source: u16,
+    /// The first byte.
+    pub start: u32,
+    /// The byte after the last.
+    pub end: u32,
+}
+
+impl Span {
+    /// The bytes `start..end` of the data sheet.
+    #[must_use]
+    pub const fn eds(start: u32, end: u32) -> Self {
+        Self { source: 0, start, end }
+    }
+}
+
+/// Where each line begins. A line ends with LF, CR LF or, in files from old hands, CR.
+fn line_starts(text: &str) -> Vec<u32> {
+    let bytes = text.as_bytes();
+    let mut lines = vec![0];
+    for (i, &byte) in bytes.iter().enumerate() {
+        if byte == b'\n' || (byte == b'\r' && bytes.get(i + 1) != Some(&b'\n')) {
+            lines.push(i as u32 + 1);
+        }
+    }
+    lines
+}
+
+fn decode(bytes: &[u8]) -> (String, Encoding) {
+    match bytes {
+        [0xEF, 0xBB, 0xBF, rest @ ..] => match str::from_utf8(rest) {
+            Ok(text) => (text.to_owned(), Encoding::Utf8WithMark),
+            Err(_) => (windows_1252(rest), Encoding::Windows1252),
+        },
+        [0xFF, 0xFE, rest @ ..] => (utf_16(rest, u16::from_le_bytes), Encoding::Utf16),
+        [0xFE, 0xFF, rest @ ..] => (utf_16(rest, u16::from_be_bytes), Encoding::Utf16),
+        _ => match str::from_utf8(bytes) {
+            Ok(text) => (text.to_owned(), Encoding::Utf8),
+            Err(_) => (windows_1252(bytes), Encoding::Windows1252),
+        },
+    }
+}
+
+fn utf_16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
+    let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+}
+
+fn windows_1252(bytes: &[u8]) -> String {
+    /// 80h to 9Fh; the five holes stay the C1 controls, as browsers read them.
+    const HIGH: [char; 32] = [
+        '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8D}', 'Ž', '\u{8F}', '\u{90}', '‘',
+        '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9D}', 'ž', 'Ÿ',
+    ];
+    let character = |&byte: &u8| match byte {
+        0x80..=0x9F => HIGH[usize::from(byte - 0x80)],
+        _ => char::from(byte),
+    };
+    bytes.iter().map(character).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_read_in_the_encoding_they_are_in() {
+        let check = |bytes: &[u8], text: &str, encoding| {
+            let source = Source::from_bytes("x.eds", bytes);
+            assert_eq!((source.text(), source.encoding()), (text, encoding));
+        };
+        check("°C".as_bytes(), "°C", Encoding::Utf8);
+        check(b"\xEF\xBB\xBF[FileInfo]", "[FileInfo]", Encoding::Utf8WithMark);
+        check(b"\xB0C \x93x\x94 \x80", "°C “x” €", Encoding::Windows1252);
+        check(b"\xFF\xFE[\0]\0", "[]", Encoding::Utf16);
+        check(b"\xFE\xFF\0[\0]\0", "[]", Encoding::Utf16);
+        check(b"", "", Encoding::Utf8);
+    }
+
+    #[test]
+    fn positions_count_lines_of_every_kind_and_characters() {
+        let source = Source::new("x", "a\nü=b\r\nc\rd");
+        let at = |what: &str| source.position(source.text().find(what).unwrap() as u32).to_string();
+        assert_eq!([at("a"), at("="), at("c"), at("d")], ["1:1", "2:2", "3:1", "4:1"]);
+        assert_eq!([source.line(1), source.line(2), source.line(9)], ["ü=b", "c", ""]);
+        assert_eq!(source.position(999).to_string(), "4:2");
+    }
+
+    #[test]
+    fn a_file_beyond_the_bounds_is_refused() {
+        let lines = "\n".repeat(MAX_LINES);
+        let source = Source::from_bytes("x", lines.as_bytes());
+        assert_eq!(source.refusal(), Some(Refusal::TooManyLines { lines: MAX_LINES + 1 }));
+        let source = Source::from_bytes("x", &vec![b'a'; MAX_BYTES + 1]);
+        assert_eq!(source.refusal(), Some(Refusal::TooLong { bytes: MAX_BYTES + 1 }));
+    }
+}

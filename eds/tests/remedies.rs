@@ -1,0 +1,222 @@
+//! Every remedy that is printed is applied as it is printed: the finding is gone, nothing new is found, and nothing of
+//! the device changes but what the remedy names.
+
+mod cases;
+
+use cases::cases;
+use lexican_eds::model::Device;
+use lexican_eds::{Diagnostic, Input, Source, diff, load};
+
+#[test]
+fn remedies_of_the_golden_cases_mend_what_was_found_and_nothing_else() {
+    let mut applied = 0;
+    for case in cases() {
+        applied += all_remedies_help(&case.input);
+    }
+    assert!(applied > 90, "{applied} remedies");
+}
+
+/// What the remedies of the rules depend on, each in a few lines: with and without the key, in tables and sections,
+/// for variables and entries.
+#[test]
+fn remedies_fit_the_finding_at_hand() {
+    let object = |keys: &str| format!("[2000]\nParameterName=x\nObjectType=7\nDataType=6\nAccessType=rw\n{keys}\n");
+    let record = |index: &str, keys: &str| {
+        format!(
+            "[{index}]\nParameterName=x\nObjectType=9\nSubNumber=2\n\
+             [{index}sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=1\n\
+             [{index}sub1]\nParameterName=y\n{keys}\n"
+        )
+    };
+    let texts = [
+        object("DefaultValue=010"),
+        object("DefaultValue=089"),
+        object("DefaultValue=$NODEID+010"),
+        object("DefaultValue=0x10 ; ten"),
+        object("LowLimit=1F80h"),
+        object("DefaultValue=NULL"),
+        object("DefaultValue=1F"),
+        object("DefaultValue=12 V"),
+        object("HighLimit=70000"),
+        object("LowLimit=-1"),
+        object("LowLimit=9\nHighLimit=1\nDefaultValue=20"),
+        object("LowLimit=9\nHighLimit=1\nDefaultValue=5"),
+        object("LowLimit=9\nDefaultValue=5"),
+        object("HighLimit=9\nDefaultValue=$NODEID"),
+        object("LowLimit=7\nHighLimit=7"),
+        object("DefaultValue=70000"),
+        object("ParameterValue=70000\nHighLimit=3"),
+        object("PDOMapping=2"),
+        "[2000]\nParameterName=x\nObjectType=7\nDataType=UNSIGNED16\nAccessType=readonly\n".to_owned(),
+        "[2000]\nParameterName=x\nObjectType=7\nDataType=8\nAccessType=rw\nDefaultValue=2,5\nLowLimit=1.0f\n"
+            .to_owned(),
+        "[2000]\nParameterName=x\nObjectType=7\nDataType=10\nAccessType=rw\nDefaultValue=text\n".to_owned(),
+        "[2000]\nParameterName=x\nObjectType=7\nDataType=6\nAccessType=ro\nParameterValue=3\n".to_owned(),
+        "[2000]\nParameterName=x\nObjectType=7\nDataType=6\nAccessType=rwr\n".to_owned(),
+        "[2000]\nObjectType=7\nDataType=9\nPDOMapping=1\n".to_owned(),
+        "[1005]\nParameterName=x\nObjectType=7\nAccessType=rw\nPDOMapping=1\nDefaultValue=0x601\n".to_owned(),
+        "[1017]\nParameterName=x\nObjectType=7\nDataType=7\nAccessType=rw\nDefaultValue=70000\n".to_owned(),
+        "[1017]\nParameterName=x\nObjectType=7\nDataType=7\nAccessType=rw\nDefaultValue=70\n".to_owned(),
+        record("2000", "DataType=6\nAccessType=const"),
+        record("2000", "DataType=6\nObjectType=9"),
+        record("1018", "DataType=5\nAccessType=rw\nDefaultValue=0x10"),
+        record("2000", "DataType=6\nAccessType=ro\n[2000Value]\nNrOfEntries=1\n1=5"),
+        "[2000]\nParameterName=x\nObjectType=8\nSubNumber=3\n\
+         [2000sub0]\nParameterName=n\nDataType=6\nAccessType=const\n\
+         [2000sub1]\nParameterName=a\nDataType=4\nAccessType=rw\nDefaultValue=-1\n\
+         [2000sub2]\nParameterName=b\nDataType=3\nAccessType=rw\nDefaultValue=-2\n"
+            .to_owned(),
+        "[2000]\nParameterName=x\nObjectType=8\nSubNumber=3\n\
+         [2000sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=5\n\
+         [2000sub1]\nParameterName=a\nDataType=5\nAccessType=rw\nDefaultValue=1\n\
+         [2000sub2]\nParameterName=a\nDataType=3\nAccessType=rw\nDefaultValue=-2\n"
+            .to_owned(),
+        "[2000]\nParameterName=x\nSubNumber=1\n[2000sub1]\nParameterName=a\nDataType=5\nAccessType=rw\n".to_owned(),
+        "[DeviceInfo]\nVendorNumber=x\nOrderCode=1\nRevisionNumber=1 kg\nCompactPDO=0x80\n".to_owned(),
+        "[DeviceInfo]\nCompactPDO=1\nNrOfTXPDO=1\nGranularity=8\nVendorNumber=07\nProductNumber=019\n".to_owned(),
+        "[DeviceInfo]\nDynamicChannelsSupported=1\nNrOfRXPDO=3\n[FileInfo]\nCreationDate=2011-3-7\n\
+         CreationTime=14:05\nModificationDate=7.3.2011\nModificationTime=noon\n"
+            .to_owned(),
+        "[DynamicChannels]\nNrOfSeg=0\n[DeviceInfo]\nVendorName=x\n".to_owned(),
+        "lost=1\nmore=2\n[FileInfo]\nFileName x\nCreatedBy: me\n[DeviceInfo\n[2000] x\n".to_owned(),
+        "[FileInfo]\n[]\na=1\n".to_owned(),
+        format!("; {}\n[2000]\nParameterName={}\n", "long ".repeat(120), "name ".repeat(60)),
+        "[1A00]\nParameterName=m\nObjectType=9\nSubNumber=2\n\
+         [1A00sub0]\nParameterName=n\nDataType=5\nAccessType=rw\nDefaultValue=2\n\
+         [1A00sub1]\nParameterName=a\nDataType=7\nAccessType=rw\nDefaultValue=0x00050008\n\
+         [2000]\nParameterName=x\nObjectType=7\nDataType=6\nAccessType=wo\n"
+            .to_owned(),
+        "[1A00]\nParameterName=m\nObjectType=9\nSubNumber=2\n\
+         [1A00sub0]\nParameterName=n\nDataType=5\nAccessType=rw\nDefaultValue=1\n\
+         [1A00sub1]\nParameterName=a\nDataType=7\nAccessType=rw\nDefaultValue=0x20000008\n\
+         [1800]\nParameterName=c\nObjectType=9\nSubNumber=2\n\
+         [1800sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=1\n\
+         [1800sub1]\nParameterName=i\nDataType=7\nAccessType=rw\nDefaultValue=0x180\n\
+         [2000]\nParameterName=x\nObjectType=7\nDataType=6\nAccessType=wo\nPDOMapping=1\n"
+            .to_owned(),
+    ];
+    let mut applied = 0;
+    for text in texts {
+        applied += all_remedies_help(&Input::new(Source::new("input.eds", text)));
+    }
+    assert!(applied > 100, "{applied} remedies");
+}
+
+/// Applies each remedy of each finding to the input; how many there were.
+fn all_remedies_help(input: &Input) -> usize {
+    let (device, findings) = load(input);
+    let mut applied = 0;
+    for finding in findings.iter() {
+        for remedy in remedies(finding.help.as_deref().unwrap_or_default()) {
+            let (after, found) = load(&remedy.applied(input));
+            let what = || format!("{}\nwith the remedy\n{}", finding.render(input), remedy.text);
+            assert!(count(&found, finding) < count(&findings, finding), "is not gone:\n{}", what());
+            for other in found.iter() {
+                assert!(count(&found, other) <= count(&findings, other), "now {}:\n{}", other.message, what());
+            }
+            for place in changes(&device, &after) {
+                assert!(remedy.may_change(&place, finding, input), "changes {place}:\n{}", what());
+            }
+            applied += 1;
+        }
+    }
+    applied
+}
+
+/// How many findings say this.
+fn count(findings: &[Diagnostic], like: &Diagnostic) -> usize {
+    findings.iter().filter(|finding| finding.code == like.code && finding.message == like.message).count()
+}
+
+fn changes(before: &Device, after: &Device) -> Vec<String> {
+    diff::diff(before, after).into_iter().map(|change| change.place).collect()
+}
+
+/// What stands below `in the data sheet:` or `in an overlay:`.
+struct Remedy {
+    text: String,
+    place: Place,
+}
+
+#[derive(PartialEq)]
+enum Place {
+    DataSheet,
+    Overlay,
+    Encoding,
+}
+
+fn remedies(help: &str) -> Vec<Remedy> {
+    let mut remedies: Vec<Remedy> = Vec::new();
+    for line in help.lines() {
+        let place = match line {
+            _ if line.ends_with("in the data sheet:") => Place::DataSheet,
+            _ if line.ends_with("in an overlay:") => Place::Overlay,
+            _ if line.contains("save the file as UTF-8") => Place::Encoding,
+            _ => {
+                if let Some(remedy) = remedies.last_mut() {
+                    remedy.text += &format!("{line}\n");
+                }
+                continue;
+            }
+        };
+        remedies.push(Remedy { text: String::new(), place });
+    }
+    remedies
+}
+
+impl Remedy {
+    fn applied(&self, input: &Input) -> Input {
+        let eds = |text: String| Input { eds: Source::new(input.eds.name(), text), ..input.clone() };
+        match self.place {
+            Place::Encoding => eds(input.eds.text().to_owned()),
+            Place::DataSheet => eds(self.edited(input.eds.text())),
+            Place::Overlay => {
+                let text = format!("[overlay]\nformat = 1\n{}", self.text);
+                input.clone().overlay(Source::new("remedy.toml", text))
+            }
+        }
+    }
+
+    /// The text with the changes, whose lines count as they were before.
+    fn edited(&self, text: &str) -> String {
+        let mut lines: Vec<Vec<&str>> = text.lines().map(|line| vec![line]).collect();
+        lines.push(Vec::new());
+        let number = |text: &str| text.parse::<usize>().expect("a line number") - 1;
+        for step in self.text.lines() {
+            if let Some((line, becomes)) = step.strip_prefix("line ").and_then(|rest| rest.split_once(": ")) {
+                lines[number(line)][0] = becomes;
+            } else if let Some((line, added)) = step.strip_prefix("after line ").and_then(|rest| rest.split_once(": "))
+            {
+                lines[number(line)].push(added);
+            } else if let Some((first, last)) = step.strip_prefix("no lines ").and_then(|rest| rest.split_once(" to "))
+            {
+                lines[number(first)..=number(last)].iter_mut().for_each(Vec::clear);
+            } else if let Some(line) = step.strip_prefix("no line ") {
+                lines[number(line)].clear();
+            } else {
+                panic!("{step:?} is no change of a data sheet");
+            }
+        }
+        lines.concat().join("\n") + "\n"
+    }
+
+    /// Whether the remedy is about this part of the device: an overlay about the objects it names, a change of the data
+    /// sheet about the object that the finding is about, or about what the changed section says.
+    fn may_change(&self, place: &str, finding: &Diagnostic, input: &Input) -> bool {
+        let index = place.split(':').next().unwrap_or_default();
+        match self.place {
+            Place::Encoding => false,
+            Place::Overlay => self.text.contains(&format!("\"{index}")),
+            Place::DataSheet => {
+                // What follows from `[DeviceInfo]`: the PDO parameters of `CompactPDO`.
+                let of_info = finding.code == "eds::bad-compact-pdo" || place == "DeviceInfo" || place == "FileInfo";
+                let lines =
+                    input.eds.text().lines().take(
+                        finding.labels.first().map_or(0, |label| input.eds.position(label.span.start).line as usize),
+                    );
+                let section = lines.filter(|line| line.trim().starts_with('[')).last().unwrap_or_default();
+                of_info || section.trim_start_matches('[').starts_with(index)
+            }
+        }
+    }
+}
