@@ -14,7 +14,7 @@
 //!
 //! From the bottom up:
 //!
-//! - [`id`], [`frame`], [`time`], [`abort`]: the words that everything else speaks in;
+//! - [`id`], [`frame`], [`time`], [`abort`], [`cia301`]: the words that everything else speaks in;
 //! - [`object`]: typed handles of a device's objects, and the dictionary that a device serves;
 //! - [`wire`]: bytes to meaning and back, one file per protocol, without state;
 //! - [`service`]: one state machine per protocol;
@@ -34,6 +34,7 @@ extern crate self as lexican_runtime;
 extern crate std;
 
 pub mod abort;
+pub mod cia301;
 pub mod device;
 pub mod frame;
 #[cfg(feature = "std")]

@@ -5,6 +5,7 @@ use super::behaviour::{Behaviour, ChangeRule, ErrorControlRule};
 use super::identifiers::{self, SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED, identifier, is_cob_id, switched};
 use super::{Device, RpdoSlot, TpdoSlot};
 use crate::abort::AbortCode;
+use crate::cia301;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, Direction, Entry, Mapped, ObjectDictionary};
 use crate::service::mapping::{self, Mapping};
@@ -64,8 +65,8 @@ impl ObjectDictionary for Checked<'_> {
 
     fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
         let (index, sub) = (entry.address.index(), entry.address.sub());
-        if index == 0x1003 && sub > 0 && !self.behaviour.empty_history_is_zero {
-            let errors = objects::read_u8(self.od, 0x1003, 0).unwrap_or(0);
+        if index == cia301::PREDEFINED_ERROR_FIELD && sub > 0 && !self.behaviour.empty_history_is_zero {
+            let errors = objects::read_u8(self.od, cia301::PREDEFINED_ERROR_FIELD, 0).unwrap_or(0);
             if sub > errors {
                 return Err(AbortCode::NO_DATA);
             }
@@ -77,7 +78,7 @@ impl ObjectDictionary for Checked<'_> {
         let index = entry.address.index();
         let rule = self.behaviour.writable_in.iter().find(|rule| rule.address == entry.address);
         require(rule.is_none_or(|rule| rule.allows(self.state)), AbortCode::DEVICE_STATE)?;
-        let is_communication = (0x1000..0x2000).contains(&index);
+        let is_communication = cia301::COMMUNICATION.contains(&index);
         // What has another length than its type is for the dictionary to refuse.
         if is_communication && entry.data_type.size() == Some(data.len()) {
             let mut raw = [0; 8];
@@ -85,7 +86,7 @@ impl ObjectDictionary for Checked<'_> {
             self.check(entry.address, u64::from_le_bytes(raw))?;
         }
         self.od.write(entry, offset, data, last)?;
-        if index == 0x1003 {
+        if index == cia301::PREDEFINED_ERROR_FIELD {
             self.erase_history();
         }
         Ok(())
@@ -98,22 +99,26 @@ impl Checked<'_> {
         let (index, sub) = (address.index(), address.sub());
         require(!is_cob_id(address) || CobId::is_parameter(value as u32), AbortCode::INVALID_VALUE)?;
         match (index, sub) {
-            (0x1003, 0) => require(value == 0, AbortCode::INVALID_VALUE),
-            (0x1005, 0) => self.check_sync_cob_id(value as u32),
-            (0x100C | 0x100D, 0) => self.check_guarding(index, value),
-            (0x1012, 0) => self.check_time_cob_id(value as u32),
-            (0x1014, 0) => self.check_emcy_cob_id(value as u32),
-            (0x1016, 1..) => self.check_consumed_heartbeat(sub, value as u32),
-            (0x1017, 0) => self.check_heartbeat(value),
-            (0x1019, 0) => self.check_sync_overflow(value),
-            (0x1028, 1..) => self.check_consumed_emcy(address, value as u32),
-            (0x1029, 1..) => require(value <= 2, AbortCode::INVALID_VALUE),
-            (0x1200, 1 | 2) => self.check_default_sdo(sub, value as u32),
-            (0x1201..=0x12FF, 1 | 2) => self.check_sdo(address, value as u32),
-            (0x1400..=0x15FF, _) => self.check_parameter(Direction::Receive, address, value as u32),
-            (0x1800..=0x19FF, _) => self.check_parameter(Direction::Transmit, address, value as u32),
-            (0x1600..=0x17FF, _) => self.check_mapping(Direction::Receive, address, value as u32),
-            (0x1A00..=0x1BFF, _) => self.check_mapping(Direction::Transmit, address, value as u32),
+            (cia301::PREDEFINED_ERROR_FIELD, 0) => require(value == 0, AbortCode::INVALID_VALUE),
+            (cia301::COB_ID_SYNC, 0) => self.check_sync_cob_id(value as u32),
+            (cia301::GUARD_TIME | cia301::LIFE_TIME_FACTOR, 0) => self.check_guarding(index, value),
+            (cia301::COB_ID_TIME, 0) => self.check_time_cob_id(value as u32),
+            (cia301::COB_ID_EMCY, 0) => self.check_emcy_cob_id(value as u32),
+            (cia301::CONSUMER_HEARTBEAT_TIME, 1..) => self.check_consumed_heartbeat(sub, value as u32),
+            (cia301::PRODUCER_HEARTBEAT_TIME, 0) => self.check_heartbeat(value),
+            (cia301::SYNCHRONOUS_COUNTER_OVERFLOW, 0) => self.check_sync_overflow(value),
+            (cia301::EMERGENCY_CONSUMER, 1..) => self.check_consumed_emcy(address, value as u32),
+            (cia301::ERROR_BEHAVIOUR, 1..) => require(value <= 2, AbortCode::INVALID_VALUE),
+            (cia301::SDO_SERVER_1, 1 | 2) => self.check_default_sdo(sub, value as u32),
+            (cia301::SDO_SERVER_2..=cia301::SDO_CLIENT_128, 1 | 2) => self.check_sdo(address, value as u32),
+            (cia301::RPDO_1..=cia301::RPDO_512, _) => self.check_parameter(Direction::Receive, address, value as u32),
+            (cia301::TPDO_1..=cia301::TPDO_512, _) => self.check_parameter(Direction::Transmit, address, value as u32),
+            (cia301::RPDO_MAPPING_1..=cia301::RPDO_MAPPING_512, _) => {
+                self.check_mapping(Direction::Receive, address, value as u32)
+            }
+            (cia301::TPDO_MAPPING_1..=cia301::TPDO_MAPPING_512, _) => {
+                self.check_mapping(Direction::Transmit, address, value as u32)
+            }
             _ => Ok(()),
         }
     }
@@ -126,41 +131,41 @@ impl Checked<'_> {
     /// 1003h:00 was set to 0.
     fn erase_history(&mut self) {
         for sub in 1..=0xFE {
-            if self.od.entry(Address::new(0x1003, sub)).is_err() {
+            if self.od.entry(Address::new(cia301::PREDEFINED_ERROR_FIELD, sub)).is_err() {
                 break;
             }
-            objects::write(self.od, 0x1003, sub, 0);
+            objects::write(self.od, cia301::PREDEFINED_ERROR_FIELD, sub, 0);
         }
     }
 
     /// CiA 301, 7.5.2.5: bits 0 to 29 stay while the device produces SYNC (bit 30).
     fn check_sync_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
-        let old = self.current(0x1005, 0);
+        let old = self.current(cia301::COB_ID_SYNC, 0);
         require(identifier(new).is_some(), AbortCode::INVALID_VALUE)?;
-        let can_generate = self.od.entry(Address::new(0x1006, 0)).is_ok();
+        let can_generate = self.od.entry(Address::new(cia301::COMMUNICATION_CYCLE_PERIOD, 0)).is_ok();
         require(new & SYNC_GENERATED == 0 || can_generate, AbortCode::INVALID_VALUE)?;
         let generates = identifier(old).is_some() && old & SYNC_GENERATED != 0;
         self.check_change(old, new, generates && new & SYNC_GENERATED != 0)?;
-        self.check_free(Address::new(0x1005, 0), old, Some(new))
+        self.check_free(Address::new(cia301::COB_ID_SYNC, 0), old, Some(new))
     }
 
     /// CiA 301, 7.5.2.15: bits 0 to 29 stay while TIME exists (bits 30 and 31).
     fn check_time_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
-        let old = self.current(0x1012, 0);
+        let old = self.current(cia301::COB_ID_TIME, 0);
         let can_be = new & TIME_PRODUCED == 0 || self.behaviour.produces_time;
         require(identifier(new).is_some() && can_be, AbortCode::INVALID_VALUE)?;
         let existed = identifier(old).filter(|_| old & TIME_EXISTS != 0);
         let exists = identifier(new).filter(|_| new & TIME_EXISTS != 0);
         require(stays(existed, exists), AbortCode::INVALID_VALUE)?;
-        self.check_free(Address::new(0x1012, 0), old, exists.and(Some(new)))
+        self.check_free(Address::new(cia301::COB_ID_TIME, 0), old, exists.and(Some(new)))
     }
 
     /// CiA 301, 7.5.2.17: bits 0 to 29 stay while EMCY exists (bit 31 clear).
     fn check_emcy_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
-        let old = self.current(0x1014, 0);
+        let old = self.current(cia301::COB_ID_EMCY, 0);
         require(is_allowed(new), AbortCode::INVALID_VALUE)?;
         self.check_change(old, new, switched(old).is_some() && switched(new).is_some())?;
-        self.check_free(Address::new(0x1014, 0), old, switched(new).and(Some(new)))
+        self.check_free(Address::new(cia301::COB_ID_EMCY, 0), old, switched(new).and(Some(new)))
     }
 
     /// CiA 301, 7.5.2.30: bits 0 to 29 stay while the EMCY consumer exists (bit 31 clear). The device
@@ -186,14 +191,14 @@ impl Checked<'_> {
     }
 
     fn check_guarding(&mut self, index: u16, new: u64) -> Result<(), AbortCode> {
-        let other = if index == 0x100C { 0x100D } else { 0x100C };
+        let other = if index == cia301::GUARD_TIME { cia301::LIFE_TIME_FACTOR } else { cia301::GUARD_TIME };
         let guards = new != 0 && self.current(other, 0) != 0;
-        let clashes = guards && self.current(0x1017, 0) != 0;
+        let clashes = guards && self.current(cia301::PRODUCER_HEARTBEAT_TIME, 0) != 0;
         self.check_error_control(clashes)
     }
 
     fn check_heartbeat(&mut self, new: u64) -> Result<(), AbortCode> {
-        let guards = self.current(0x100C, 0) != 0 && self.current(0x100D, 0) != 0;
+        let guards = self.current(cia301::GUARD_TIME, 0) != 0 && self.current(cia301::LIFE_TIME_FACTOR, 0) != 0;
         self.check_error_control(guards && new != 0)
     }
 
@@ -206,9 +211,10 @@ impl Checked<'_> {
     fn check_consumed_heartbeat(&mut self, sub: u8, new: u32) -> Result<(), AbortCode> {
         let Some((node, _)) = consumed_heartbeat(new) else { return Ok(()) };
         require(usize::from(sub) <= self.monitored, AbortCode::DEVICE_INCOMPATIBLE)?;
-        let others = self.current(0x1016, 0) as u8;
+        let others = self.current(cia301::CONSUMER_HEARTBEAT_TIME, 0) as u8;
         for other in (1..=others).filter(|&other| other != sub) {
-            let twice = consumed_heartbeat(self.current(0x1016, other)).is_some_and(|(same, _)| same == node);
+            let twice = consumed_heartbeat(self.current(cia301::CONSUMER_HEARTBEAT_TIME, other))
+                .is_some_and(|(same, _)| same == node);
             require(!twice, AbortCode::PARAMETER_INCOMPATIBLE)?;
         }
         Ok(())
@@ -217,7 +223,7 @@ impl Checked<'_> {
     /// CiA 301, 7.5.2.22: only while no SYNC is produced, and not 1.
     fn check_sync_overflow(&mut self, new: u64) -> Result<(), AbortCode> {
         require(matches!(new, 0 | 2..=240), AbortCode::INVALID_VALUE)?;
-        require(self.current(0x1006, 0) == 0, AbortCode::DEVICE_STATE)
+        require(self.current(cia301::COMMUNICATION_CYCLE_PERIOD, 0) == 0, AbortCode::DEVICE_STATE)
     }
 
     /// CiA 301, 7.5.2.33: the identifiers of the default server are what they are.
@@ -236,8 +242,9 @@ impl Checked<'_> {
         require(!exists || stays(switched(old), id), AbortCode::INVALID_VALUE)?;
         self.check_free(address, old, id.and(Some(new)))?;
         let other = objects::read_u32(self.od, index, 3 - sub).and_then(switched);
-        let is_new_server = id.and(other).is_some() && !exists && index < 0x1280;
-        let has_room = !is_new_server || identifiers::sdo_count(0x1201..0x1280, self.od) + 1 < self.server_room;
+        let is_new_server = id.and(other).is_some() && !exists && index < cia301::SDO_CLIENT_1;
+        let has_room = !is_new_server
+            || identifiers::sdo_count(cia301::SDO_SERVER_2..cia301::SDO_CLIENT_1, self.od) + 1 < self.server_room;
         require(has_room, AbortCode::DEVICE_INCOMPATIBLE)
     }
 
@@ -314,8 +321,7 @@ impl Checked<'_> {
         match self.behaviour.changes {
             ChangeRule::InPreOperational => self.require_pre_operational()?,
             ChangeRule::WhileInvalid => {
-                // The communication parameter lies 200h below the mapping.
-                require(!self.is_in_use(index - 0x200), AbortCode::UNSUPPORTED_ACCESS)?;
+                require(!self.is_in_use(index - cia301::TO_MAPPING), AbortCode::UNSUPPORTED_ACCESS)?;
             }
         }
         if sub == 0 {

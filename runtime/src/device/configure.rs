@@ -3,6 +3,7 @@
 use super::checked::consumed_heartbeat;
 use super::identifiers::{self, SYNC_GENERATED, TIME_CONSUMED, TIME_PRODUCED, identifier};
 use super::{Device, RpdoSlot, TpdoSlot};
+use crate::cia301;
 use crate::id::CobId;
 use crate::object::{Address, Direction, ObjectDictionary};
 use crate::service::heartbeat_consumer::HeartbeatConsumer;
@@ -41,19 +42,22 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// Configures what a written entry concerns.
     pub(super) fn reconfigure(&mut self, now: Instant, address: Address, od: &mut dyn ObjectDictionary) {
         match address.index() {
-            0x1005 | 0x1006 | 0x1007 | 0x1019 => self.load_sync(now, od),
-            0x1012 => self.load_time(od),
-            0x1014 | 0x1015 => self.load_emcy(od),
-            0x100C | 0x100D => self.load_guarding(od),
-            0x1016 => self.load_consumer(address.sub(), od),
-            0x1017 => {
+            cia301::COB_ID_SYNC
+            | cia301::COMMUNICATION_CYCLE_PERIOD
+            | cia301::SYNCHRONOUS_WINDOW_LENGTH
+            | cia301::SYNCHRONOUS_COUNTER_OVERFLOW => self.load_sync(now, od),
+            cia301::COB_ID_TIME => self.load_time(od),
+            cia301::COB_ID_EMCY | cia301::INHIBIT_TIME_EMCY => self.load_emcy(od),
+            cia301::GUARD_TIME | cia301::LIFE_TIME_FACTOR => self.load_guarding(od),
+            cia301::CONSUMER_HEARTBEAT_TIME => self.load_consumer(address.sub(), od),
+            cia301::PRODUCER_HEARTBEAT_TIME => {
                 self.heartbeat.configure(now, heartbeat_period(od), Duration::ZERO);
                 self.load_guarding(od);
             }
             // The answer to this very write leaves under the identifiers that the request came to.
-            0x1200..=0x127F => self.servers_changed = true,
-            index @ 0x1400..=0x17FF => self.reload_rpdo(1 + (index & 0x01FF), od),
-            index @ 0x1800..=0x1BFF => self.reload_tpdo(1 + (index & 0x01FF), now, od),
+            cia301::SDO_SERVER_1..=cia301::SDO_SERVER_128 => self.servers_changed = true,
+            index @ cia301::RPDO_1..=cia301::RPDO_MAPPING_512 => self.reload_rpdo(cia301::pdo_number(index), od),
+            index @ cia301::TPDO_1..=cia301::TPDO_MAPPING_512 => self.reload_tpdo(cia301::pdo_number(index), now, od),
             _ => return,
         }
         self.listen();
@@ -87,10 +91,15 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
 
     fn load_sync(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
         let id = identifiers::sync(od);
-        let generates = objects::read_u32(od, 0x1005, 0).is_some_and(|cob_id| cob_id & SYNC_GENERATED != 0);
-        let period_us = objects::read_u32(od, 0x1006, 0).filter(|_| generates && id.is_some()).unwrap_or(0);
-        let window_us = objects::read_u32(od, 0x1007, 0).unwrap_or(0);
-        let overflow = objects::read_u8(od, 0x1019, 0).filter(|n| (2..=240).contains(n)).unwrap_or(0);
+        let generates =
+            objects::read_u32(od, cia301::COB_ID_SYNC, 0).is_some_and(|cob_id| cob_id & SYNC_GENERATED != 0);
+        let period_us = objects::read_u32(od, cia301::COMMUNICATION_CYCLE_PERIOD, 0)
+            .filter(|_| generates && id.is_some())
+            .unwrap_or(0);
+        let window_us = objects::read_u32(od, cia301::SYNCHRONOUS_WINDOW_LENGTH, 0).unwrap_or(0);
+        let overflow = objects::read_u8(od, cia301::SYNCHRONOUS_COUNTER_OVERFLOW, 0)
+            .filter(|n| (2..=240).contains(n))
+            .unwrap_or(0);
         self.sync_consumer.configure(id, overflow, Duration::from_micros(u64::from(window_us)));
         self.sync_producer.configure(
             now,
@@ -106,22 +115,22 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     fn load_emcy(&mut self, od: &mut dyn ObjectDictionary) {
-        let inhibit = objects::read_u16(od, 0x1015, 0).unwrap_or(0);
+        let inhibit = objects::read_u16(od, cia301::INHIBIT_TIME_EMCY, 0).unwrap_or(0);
         self.emcy.configure(identifiers::emcy(od), Duration::from_100us(inhibit));
     }
 
     /// With a heartbeat there is no life guarding (CiA 301, 7.2.8.3.2.2), also where it had begun before.
     fn load_guarding(&mut self, od: &mut dyn ObjectDictionary) {
         let guarded = heartbeat_period(od).is_zero();
-        let guard_time_ms = objects::read_u16(od, 0x100C, 0).filter(|_| guarded).unwrap_or(0);
-        let life_time_factor = objects::read_u8(od, 0x100D, 0).unwrap_or(0);
+        let guard_time_ms = objects::read_u16(od, cia301::GUARD_TIME, 0).filter(|_| guarded).unwrap_or(0);
+        let life_time_factor = objects::read_u8(od, cia301::LIFE_TIME_FACTOR, 0).unwrap_or(0);
         self.guarding.configure(Duration::from_millis(u64::from(guard_time_ms)), life_time_factor);
     }
 
     /// Entry `sub` of 1016h has the place `sub - 1`.
     fn load_consumer(&mut self, sub: u8, od: &mut dyn ObjectDictionary) {
         let Some(place) = usize::from(sub).checked_sub(1).and_then(|at| self.consumers.get_mut(at)) else { return };
-        let entry = objects::read_u32(od, 0x1016, sub).and_then(consumed_heartbeat);
+        let entry = objects::read_u32(od, cia301::CONSUMER_HEARTBEAT_TIME, sub).and_then(consumed_heartbeat);
         *place = entry.map(|(node, time_ms)| HeartbeatConsumer::new(node, Duration::from_millis(u64::from(time_ms))));
     }
 
@@ -141,7 +150,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         let old = core::mem::replace(&mut self.servers, [const { None }; SERVERS]);
         // Whatever 1200h holds: the identifiers of the default server are not configurable (CiA 301, 7.5.2.33).
         let default = SdoServer::of_node(self.node);
-        let others = (0x1201..=0x127F).filter_map(|index| identifiers::sdo(index, od));
+        let others = (cia301::SDO_SERVER_2..=cia301::SDO_SERVER_128).filter_map(|index| identifiers::sdo(index, od));
         let others = others.map(|(request, response)| SdoServer::new(request, response));
         let sizes_indicated = self.behaviour.sdo_sizes_indicated;
         for (place, new) in self.servers.iter_mut().zip(core::iter::once(default).chain(others)) {
@@ -197,18 +206,18 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     fn rpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Rpdo {
-        let index = 0x13FF + number;
+        let index = cia301::rpdo(number);
         let deadline_ms = objects::read_u16(od, index, 5).filter(|_| self.behaviour.rpdo_deadlines).unwrap_or(0);
         let parameters = rpdo::Parameters {
             cob_id: self.pdo_cob_id(index, od),
             transmission: transmission(index, od),
             deadline: Duration::from_millis(u64::from(deadline_ms)),
         };
-        Rpdo::new(parameters, Mapping::load(index + 0x200, od))
+        Rpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od))
     }
 
     fn tpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Tpdo {
-        let index = 0x17FF + number;
+        let index = cia301::tpdo(number);
         let transmission = transmission(index, od);
         let parameters = tpdo::Parameters {
             cob_id: self.pdo_cob_id(index, od),
@@ -218,7 +227,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             sync_start: objects::read_u8(od, index, 6).unwrap_or(0),
         };
         let triggers = self.behaviour.triggers(transmission);
-        Tpdo::new(parameters, Mapping::load(index + 0x200, od), triggers)
+        Tpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od), triggers)
             .with_acyclic_always(self.behaviour.type_0_at_every_sync)
     }
 
@@ -242,19 +251,20 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
 fn starts_itself(od: &mut dyn ObjectDictionary) -> bool {
     const MANAGER: u32 = 1 << 0;
     const NOT_BY_ITSELF: u32 = 1 << 2;
-    objects::read_u32(od, 0x1F80, 0).is_some_and(|startup| startup & (MANAGER | NOT_BY_ITSELF) == 0)
+    objects::read_u32(od, cia301::NMT_STARTUP, 0).is_some_and(|startup| startup & (MANAGER | NOT_BY_ITSELF) == 0)
 }
 
 fn heartbeat_period(od: &mut dyn ObjectDictionary) -> Duration {
-    Duration::from_millis(u64::from(objects::read_u16(od, 0x1017, 0).unwrap_or(0)))
+    Duration::from_millis(u64::from(objects::read_u16(od, cia301::PRODUCER_HEARTBEAT_TIME, 0).unwrap_or(0)))
 }
 
 /// Whether the dictionary has both parameters of a PDO. Compatibility entries may have one only.
 pub(super) fn pdo_exists(direction: Direction, number: u16, od: &dyn ObjectDictionary) -> bool {
-    let (parameter, mapping) = match direction {
-        Direction::Receive => (0x13FF + number, 0x15FF + number),
-        Direction::Transmit => (0x17FF + number, 0x19FF + number),
+    let parameter = match direction {
+        Direction::Receive => cia301::rpdo(number),
+        Direction::Transmit => cia301::tpdo(number),
     };
+    let mapping = parameter + cia301::TO_MAPPING;
     od.entry(Address::new(parameter, 1)).is_ok() && od.entry(Address::new(mapping, 0)).is_ok()
 }
 

@@ -8,6 +8,7 @@ use super::configure::pdo_exists;
 use super::identifiers::{self, SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED, identifier};
 use super::{Device, Misconfigured};
 use crate::abort::AbortCode;
+use crate::cia301;
 use crate::object::{Address, Direction, Mapped, ObjectDictionary};
 use crate::service::mapping::{self, Mapping};
 use crate::service::objects;
@@ -22,7 +23,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// RPDOs). Defaults of a data sheet are not checked when they are loaded, as a manager's writes are.
     pub fn misconfigured<'a>(&'a self, od: &'a mut dyn ObjectDictionary) -> impl Iterator<Item = Misconfigured> + 'a {
         let checked = Self::checked(od, &self.nmt, &self.behaviour, &self.rpdos, &self.tpdos);
-        Defaults { checked, next: Address::new(0x1000, 0) }
+        Defaults { checked, next: Address::new(cia301::COMMUNICATION.start, 0) }
     }
 }
 
@@ -36,7 +37,7 @@ impl Iterator for Defaults<'_> {
     type Item = Misconfigured;
 
     fn next(&mut self) -> Option<Misconfigured> {
-        while self.next.index() < 0x2000 {
+        while self.next.index() < cia301::COMMUNICATION.end {
             let address = self.next;
             let object_exists = self.checked.od.entry(address) != Err(AbortCode::NO_SUCH_OBJECT);
             self.next = match address.sub().checked_add(1) {
@@ -64,32 +65,46 @@ impl Checked<'_> {
         let Some(value) = objects::read_at(self.od, address) else { return Ok(()) };
         let (index, sub) = (address.index(), address.sub());
         match index {
-            0x1005 | 0x1012 | 0x1014 if sub == 0 => self.check_default_message(address, value as u32),
-            0x1016 | 0x1029 if sub > 0 => self.check(address, value),
-            0x1017 if sub == 0 => self.check(address, value),
-            0x1019 if sub == 0 => require(matches!(value, 0 | 2..=240), AbortCode::INVALID_VALUE),
-            0x1200 if matches!(sub, 1 | 2) => self.check_default_sdo(sub, value as u32),
-            0x1201..=0x127F if matches!(sub, 1 | 2) => self.check_default_server(address, value as u32),
-            0x1400..=0x15FF => self.check_default_parameter(Direction::Receive, address, value as u32),
-            0x1800..=0x19FF => self.check_default_parameter(Direction::Transmit, address, value as u32),
-            0x1600..=0x17FF if sub == 0 => self.check_default_length(index, value),
-            0x1A00..=0x1BFF if sub == 0 => self.check_default_length(index, value),
-            0x1600..=0x17FF => self.check_default_entry(Direction::Receive, address, value as u32),
-            0x1A00..=0x1BFF => self.check_default_entry(Direction::Transmit, address, value as u32),
+            cia301::COB_ID_SYNC | cia301::COB_ID_TIME | cia301::COB_ID_EMCY if sub == 0 => {
+                self.check_default_message(address, value as u32)
+            }
+            cia301::CONSUMER_HEARTBEAT_TIME | cia301::ERROR_BEHAVIOUR if sub > 0 => self.check(address, value),
+            cia301::PRODUCER_HEARTBEAT_TIME if sub == 0 => self.check(address, value),
+            cia301::SYNCHRONOUS_COUNTER_OVERFLOW if sub == 0 => {
+                require(matches!(value, 0 | 2..=240), AbortCode::INVALID_VALUE)
+            }
+            cia301::SDO_SERVER_1 if matches!(sub, 1 | 2) => self.check_default_sdo(sub, value as u32),
+            cia301::SDO_SERVER_2..=cia301::SDO_SERVER_128 if matches!(sub, 1 | 2) => {
+                self.check_default_server(address, value as u32)
+            }
+            cia301::RPDO_1..=cia301::RPDO_512 => {
+                self.check_default_parameter(Direction::Receive, address, value as u32)
+            }
+            cia301::TPDO_1..=cia301::TPDO_512 => {
+                self.check_default_parameter(Direction::Transmit, address, value as u32)
+            }
+            cia301::RPDO_MAPPING_1..=cia301::RPDO_MAPPING_512 if sub == 0 => self.check_default_length(index, value),
+            cia301::TPDO_MAPPING_1..=cia301::TPDO_MAPPING_512 if sub == 0 => self.check_default_length(index, value),
+            cia301::RPDO_MAPPING_1..=cia301::RPDO_MAPPING_512 => {
+                self.check_default_entry(Direction::Receive, address, value as u32)
+            }
+            cia301::TPDO_MAPPING_1..=cia301::TPDO_MAPPING_512 => {
+                self.check_default_entry(Direction::Transmit, address, value as u32)
+            }
             _ => Ok(()),
         }
     }
 
     fn check_default_message(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
         let exists = match address.index() {
-            0x1005 => true,
-            0x1012 => value & TIME_EXISTS != 0,
+            cia301::COB_ID_SYNC => true,
+            cia301::COB_ID_TIME => value & TIME_EXISTS != 0,
             _ => PdoCobId(value).is_valid(),
         };
-        let can_generate = self.od.entry(Address::new(0x1006, 0)).is_ok();
-        let generates = address.index() == 0x1005 && value & SYNC_GENERATED != 0;
+        let can_generate = self.od.entry(Address::new(cia301::COMMUNICATION_CYCLE_PERIOD, 0)).is_ok();
+        let generates = address.index() == cia301::COB_ID_SYNC && value & SYNC_GENERATED != 0;
         require(!generates || can_generate, AbortCode::INVALID_VALUE)?;
-        let tells_time = address.index() == 0x1012 && value & TIME_PRODUCED != 0;
+        let tells_time = address.index() == cia301::COB_ID_TIME && value & TIME_PRODUCED != 0;
         require(!tells_time || self.behaviour.produces_time, AbortCode::INVALID_VALUE)?;
         if exists { self.check_default_identifier(address, value) } else { Ok(()) }
     }
@@ -104,13 +119,13 @@ impl Checked<'_> {
             return Ok(());
         }
         self.check_default_identifier(address, value)?;
-        let served = identifiers::sdo_count(0x1201..address.index(), self.od) + 1 < self.server_room;
+        let served = identifiers::sdo_count(cia301::SDO_SERVER_2..address.index(), self.od) + 1 < self.server_room;
         let exists = identifiers::sdo(address.index(), self.od).is_some();
         require(address.sub() != 1 || !exists || served, AbortCode::DEVICE_INCOMPATIBLE)
     }
 
     fn check_default_parameter(&mut self, direction: Direction, address: Address, value: u32) -> Result<(), AbortCode> {
-        let number = 1 + (address.index() & 0x01FF);
+        let number = cia301::pdo_number(address.index());
         match address.sub() {
             1 if self.is_valid(PdoCobId(value)) && pdo_exists(direction, number, self.od) => {
                 self.check_default_identifier(address, value)?;

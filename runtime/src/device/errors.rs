@@ -1,6 +1,7 @@
 //! Errors: the register (1001h), the history (1003h), EMCY, and what an error of communication brings with it.
 
 use super::Device;
+use crate::cia301;
 use crate::object::{Address, ObjectDictionary};
 use crate::service::heartbeat_consumer::Heartbeat;
 use crate::time::Instant;
@@ -64,7 +65,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// The error register is an object like others: TPDOs may map it.
     fn follow_register(&mut self, before: ErrorRegister) {
         if self.emcy.register() != before {
-            self.changed(Address::new(0x1001, 0));
+            self.changed(Address::new(cia301::ERROR_REGISTER, 0));
         }
     }
 

@@ -4,6 +4,7 @@
 //! take NMT, error control or the default SDO server from the device, whatever its dictionary holds: their
 //! identifiers are restricted (CiA 301, 7.3.5).
 
+use crate::cia301;
 use crate::id::CobId;
 use crate::object::{Address, ObjectDictionary};
 use crate::service::objects;
@@ -22,10 +23,10 @@ pub(super) const TIME_EXISTS: u32 = TIME_CONSUMED | TIME_PRODUCED;
 /// Whether an entry holds the COB-ID of a service.
 pub(super) fn is_cob_id(address: Address) -> bool {
     match address.index() {
-        0x1005 | 0x1012 | 0x1014 => address.sub() == 0,
-        0x1028 => address.sub() > 0,
-        0x1200..=0x12FF => matches!(address.sub(), 1 | 2),
-        0x1400..=0x15FF | 0x1800..=0x19FF => address.sub() == 1,
+        cia301::COB_ID_SYNC | cia301::COB_ID_TIME | cia301::COB_ID_EMCY => address.sub() == 0,
+        cia301::EMERGENCY_CONSUMER => address.sub() > 0,
+        cia301::SDO_SERVER_1..=cia301::SDO_CLIENT_128 => matches!(address.sub(), 1 | 2),
+        cia301::RPDO_1..=cia301::RPDO_512 | cia301::TPDO_1..=cia301::TPDO_512 => address.sub() == 1,
         _ => false,
     }
 }
@@ -43,17 +44,17 @@ pub(super) fn switched(parameter: u32) -> Option<CobId> {
 
 /// The identifier of SYNC (1005h). A device without the object has the predefined one.
 pub(super) fn sync(od: &mut dyn ObjectDictionary) -> Option<CobId> {
-    identifier(objects::read_u32(od, 0x1005, 0).unwrap_or(CobId::SYNC.to_parameter()))
+    identifier(objects::read_u32(od, cia301::COB_ID_SYNC, 0).unwrap_or(CobId::SYNC.to_parameter()))
 }
 
 /// The identifier of TIME (1012h), where one of the bits in `roles` is set.
 pub(super) fn time(roles: u32, od: &mut dyn ObjectDictionary) -> Option<CobId> {
-    objects::read_u32(od, 0x1012, 0).filter(|time| time & roles != 0).and_then(identifier)
+    objects::read_u32(od, cia301::COB_ID_TIME, 0).filter(|time| time & roles != 0).and_then(identifier)
 }
 
 /// The identifier of EMCY (1014h).
 pub(super) fn emcy(od: &mut dyn ObjectDictionary) -> Option<CobId> {
-    objects::read_u32(od, 0x1014, 0).and_then(switched)
+    objects::read_u32(od, cia301::COB_ID_EMCY, 0).and_then(switched)
 }
 
 /// The identifiers of requests and answers of an SDO channel other than the default server (1201h and up); `None`
@@ -71,11 +72,15 @@ pub(super) fn sdo_count(indices: Range<u16>, od: &mut dyn ObjectDictionary) -> u
 /// Whether SYNC, TIME, EMCY or an SDO of the device has the identifier. The one whose parameter `owner` is does not
 /// count.
 pub(super) fn is_taken(id: CobId, owner: Address, od: &mut dyn ObjectDictionary) -> bool {
-    let messages = [(0x1005, sync(od)), (0x1012, time(TIME_EXISTS, od)), (0x1014, emcy(od))];
+    let messages = [
+        (cia301::COB_ID_SYNC, sync(od)),
+        (cia301::COB_ID_TIME, time(TIME_EXISTS, od)),
+        (cia301::COB_ID_EMCY, emcy(od)),
+    ];
     let by_message = messages.into_iter().any(|(index, it)| index != owner.index() && it == Some(id));
     let mut by_sdo = |index, sub| {
         let counts = Address::new(index, sub) != owner;
         counts && objects::read_u32(od, index, sub).and_then(switched) == Some(id)
     };
-    by_message || (0x1201..=0x12FF).any(|index| by_sdo(index, 1) || by_sdo(index, 2))
+    by_message || (cia301::SDO_SERVER_2..=cia301::SDO_CLIENT_128).any(|index| by_sdo(index, 1) || by_sdo(index, 2))
 }

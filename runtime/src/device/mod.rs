@@ -60,6 +60,7 @@ mod receive;
 mod transmit;
 
 use self::filter::Filter;
+use crate::cia301;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, ObjectDictionary, TimeOfDay};
@@ -152,7 +153,7 @@ impl RpdoSlot {
     const FREE: RpdoSlot = RpdoSlot { number: 0, pdo: Rpdo::new(rpdo::Parameters::OFF, Mapping::EMPTY) };
 
     const fn parameter_index(&self) -> u16 {
-        0x13FF + self.number
+        cia301::rpdo(self.number)
     }
 }
 
@@ -161,7 +162,7 @@ impl TpdoSlot {
         TpdoSlot { number: 0, pdo: Tpdo::new(tpdo::Parameters::OFF, Mapping::EMPTY, Triggers::NONE) };
 
     const fn parameter_index(&self) -> u16 {
-        0x17FF + self.number
+        cia301::tpdo(self.number)
     }
 }
 
@@ -229,7 +230,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// dictionary is not served.
     pub fn restart(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
         *self = Device { generation: self.generation, ..Device::new(self.node, self.behaviour) };
-        objects::write(od, 0x1001, 0, 0);
+        objects::write(od, cia301::ERROR_REGISTER, 0, 0);
         self.configure(now, od);
         self.nmt.boot();
     }
@@ -358,7 +359,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// The error behaviour of CiA 301, 7.5.2.31 (1029h:01).
     fn handle_reaction(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
         self.reaction.take_if(|due| *due <= now)?;
-        match objects::read_u8(od, 0x1029, 1).unwrap_or(0) {
+        match objects::read_u8(od, cia301::ERROR_BEHAVIOUR, 1).unwrap_or(0) {
             0 if self.nmt.state() == NmtState::Operational => self.enter(now, NmtState::PreOperational),
             2 => self.enter(now, NmtState::Stopped),
             _ => None,

@@ -1,6 +1,7 @@
 //! Telling others of errors (CiA 301, 7.2.7; 1001h, 1003h, 1014h, 1015h).
 
 use super::objects;
+use crate::cia301;
 use crate::frame::Frame;
 use crate::id::CobId;
 use crate::object::{Address, ObjectDictionary};
@@ -77,7 +78,7 @@ impl EmcyProducer {
     /// Changes the error register (1001h) without a message.
     pub fn set_register(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
         self.register = register;
-        objects::write(od, 0x1001, 0, u64::from(register.0));
+        objects::write(od, cia301::ERROR_REGISTER, 0, u64::from(register.0));
     }
 
     fn push(&mut self, emergency: Emergency) {
@@ -118,15 +119,15 @@ impl EmcyProducer {
 
 /// Puts an error on top of the history: 1003h:01 is the newest, 1003h:00 the number of errors.
 fn push_history(error: u32, od: &mut dyn ObjectDictionary) {
-    let Some(len) = objects::read_u8(od, 0x1003, 0) else { return };
-    let exists = |od: &dyn ObjectDictionary, sub| od.entry(Address::new(0x1003, sub)).is_ok();
+    let Some(len) = objects::read_u8(od, cia301::PREDEFINED_ERROR_FIELD, 0) else { return };
+    let exists = |od: &dyn ObjectDictionary, sub| od.entry(Address::new(cia301::PREDEFINED_ERROR_FIELD, sub)).is_ok();
     let room = (1..=len.saturating_add(1)).take_while(|&sub| exists(od, sub)).last().unwrap_or(0);
     for sub in (2..=room).rev() {
-        let older = objects::read_u32(od, 0x1003, sub - 1).unwrap_or(0);
-        objects::write(od, 0x1003, sub, u64::from(older));
+        let older = objects::read_u32(od, cia301::PREDEFINED_ERROR_FIELD, sub - 1).unwrap_or(0);
+        objects::write(od, cia301::PREDEFINED_ERROR_FIELD, sub, u64::from(older));
     }
-    objects::write(od, 0x1003, 1, u64::from(error));
-    objects::write(od, 0x1003, 0, u64::from(room));
+    objects::write(od, cia301::PREDEFINED_ERROR_FIELD, 1, u64::from(error));
+    objects::write(od, cia301::PREDEFINED_ERROR_FIELD, 0, u64::from(room));
 }
 
 #[cfg(test)]

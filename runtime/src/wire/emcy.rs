@@ -3,6 +3,7 @@
 use core::fmt;
 use core::ops::{BitAnd, BitOr, Not};
 
+use crate::cia301::connection;
 use crate::id::{CobId, NodeId};
 
 /// An emergency error code (CiA 301, table 26). Open: profiles and vendors have codes of their own.
@@ -185,7 +186,7 @@ impl Emergency {
     /// The COB-ID as the predefined connection set has it, 080h + node-ID.
     #[must_use]
     pub const fn cob_id(node: NodeId) -> CobId {
-        CobId::of_node(0x080, node)
+        CobId::of_node(connection::EMCY, node)
     }
 
     /// Whose emergencies have this COB-ID in the predefined connection set.

@@ -2,6 +2,7 @@
 //! (CiA 301, 7.2.8.3.2 and 7.2.8.2.2).
 
 use super::nmt::NmtState;
+use crate::cia301::connection;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 
@@ -26,13 +27,13 @@ impl ErrorControl {
     /// The COB-ID, 700h + node-ID: it cannot be configured.
     #[must_use]
     pub const fn cob_id(node: NodeId) -> CobId {
-        CobId::of_node(0x700, node)
+        CobId::of_node(connection::ERROR_CONTROL, node)
     }
 
     /// Whose error control has this COB-ID.
     #[must_use]
     pub fn node(id: CobId) -> Option<NodeId> {
-        let low = id.raw().checked_sub(0x700).filter(|_| !id.is_extended())?;
+        let low = id.raw().checked_sub(u32::from(connection::ERROR_CONTROL)).filter(|_| !id.is_extended())?;
         u8::try_from(low).ok().and_then(NodeId::new)
     }
 

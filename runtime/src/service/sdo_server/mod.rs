@@ -24,6 +24,7 @@ use self::block::{BlockDownload, BlockUpload};
 use self::entry::Stage;
 use self::segmented::{Download, Upload};
 use crate::abort::AbortCode;
+use crate::cia301::connection;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, ObjectDictionary};
@@ -145,7 +146,7 @@ impl SdoServer {
     /// The default server of a node (1200h): 600h + node-ID, answered with 580h + node-ID.
     #[must_use]
     pub const fn of_node(node: NodeId) -> Self {
-        SdoServer::new(CobId::of_node(0x600, node), CobId::of_node(0x580, node))
+        SdoServer::new(CobId::of_node(connection::SDO_REQUEST, node), CobId::of_node(connection::SDO_RESPONSE, node))
     }
 
     /// Gives a transfer up after `timeout` without a frame of the client.

@@ -1,0 +1,114 @@
+//! Where CiA 301 puts things: the objects of the communication profile area (1000h to 1FFFh), and the predefined
+//! connection set.
+//!
+//! Objects of which a device may have many have two names, for the first and for the last of them.
+
+use core::ops::Range;
+
+/// The communication profile area.
+pub const COMMUNICATION: Range<u16> = 0x1000..0x2000;
+
+/// 1000h: the device profile, and what of it the device has.
+pub const DEVICE_TYPE: u16 = 0x1000;
+/// 1001h: the error register.
+pub const ERROR_REGISTER: u16 = 0x1001;
+/// 1003h: the history of errors.
+pub const PREDEFINED_ERROR_FIELD: u16 = 0x1003;
+/// 1005h: the COB-ID of SYNC; bit 30 if the device produces it.
+pub const COB_ID_SYNC: u16 = 0x1005;
+/// 1006h: the period of SYNC, in µs.
+pub const COMMUNICATION_CYCLE_PERIOD: u16 = 0x1006;
+/// 1007h: how long after SYNC synchronous PDOs may be sent, in µs.
+pub const SYNCHRONOUS_WINDOW_LENGTH: u16 = 0x1007;
+/// 100Ch: the guard time, in ms.
+pub const GUARD_TIME: u16 = 0x100C;
+/// 100Dh: how many guard times make the life time.
+pub const LIFE_TIME_FACTOR: u16 = 0x100D;
+/// 1010h: stores parameters.
+pub const STORE_PARAMETERS: u16 = 0x1010;
+/// 1011h: restores default parameters.
+pub const RESTORE_DEFAULT_PARAMETERS: u16 = 0x1011;
+/// 1012h: the COB-ID of TIME; bit 31 if the device consumes it, bit 30 if it produces it.
+pub const COB_ID_TIME: u16 = 0x1012;
+/// 1014h: the COB-ID of EMCY; bit 31 if there is none.
+pub const COB_ID_EMCY: u16 = 0x1014;
+/// 1015h: the time between two emergencies at least, in 100 µs.
+pub const INHIBIT_TIME_EMCY: u16 = 0x1015;
+/// 1016h: the nodes whose heartbeat is consumed, and within which time in ms.
+pub const CONSUMER_HEARTBEAT_TIME: u16 = 0x1016;
+/// 1017h: the period of the heartbeat, in ms.
+pub const PRODUCER_HEARTBEAT_TIME: u16 = 0x1017;
+/// 1018h: vendor, product, revision and serial number.
+pub const IDENTITY: u16 = 0x1018;
+/// 1019h: where the counter of SYNC begins anew.
+pub const SYNCHRONOUS_COUNTER_OVERFLOW: u16 = 0x1019;
+/// 1020h: date and time of the configuration.
+pub const VERIFY_CONFIGURATION: u16 = 0x1020;
+/// 1028h: the COB-IDs of emergencies that are consumed.
+pub const EMERGENCY_CONSUMER: u16 = 0x1028;
+/// 1029h: what follows an error.
+pub const ERROR_BEHAVIOUR: u16 = 0x1029;
+/// 1200h: the default SDO server.
+pub const SDO_SERVER_1: u16 = 0x1200;
+/// 1201h: the first SDO server besides the default one.
+pub const SDO_SERVER_2: u16 = 0x1201;
+/// 127Fh: the last SDO server.
+pub const SDO_SERVER_128: u16 = 0x127F;
+/// 1280h: the first SDO client.
+pub const SDO_CLIENT_1: u16 = 0x1280;
+/// 12FFh: the last SDO client.
+pub const SDO_CLIENT_128: u16 = 0x12FF;
+/// 1400h: the communication parameter of the first RPDO.
+pub const RPDO_1: u16 = 0x1400;
+/// 15FFh: the communication parameter of the last RPDO.
+pub const RPDO_512: u16 = 0x15FF;
+/// 1600h: the mapping of the first RPDO.
+pub const RPDO_MAPPING_1: u16 = 0x1600;
+/// 17FFh: the mapping of the last RPDO.
+pub const RPDO_MAPPING_512: u16 = 0x17FF;
+/// 1800h: the communication parameter of the first TPDO.
+pub const TPDO_1: u16 = 0x1800;
+/// 19FFh: the communication parameter of the last TPDO.
+pub const TPDO_512: u16 = 0x19FF;
+/// 1A00h: the mapping of the first TPDO.
+pub const TPDO_MAPPING_1: u16 = 0x1A00;
+/// 1BFFh: the mapping of the last TPDO.
+pub const TPDO_MAPPING_512: u16 = 0x1BFF;
+/// From the communication parameter of a PDO to its mapping.
+pub const TO_MAPPING: u16 = RPDO_MAPPING_1 - RPDO_1;
+/// 1F80h: what a device does after its boot-up (CiA 302-2).
+pub const NMT_STARTUP: u16 = 0x1F80;
+
+/// The communication parameter of RPDO `number`, 1 to 512.
+#[must_use]
+pub const fn rpdo(number: u16) -> u16 {
+    RPDO_1 + number - 1
+}
+
+/// The communication parameter of TPDO `number`, 1 to 512.
+#[must_use]
+pub const fn tpdo(number: u16) -> u16 {
+    TPDO_1 + number - 1
+}
+
+/// The number of the PDO that a parameter at `index` is of, 1 to 512.
+#[must_use]
+pub const fn pdo_number(index: u16) -> u16 {
+    1 + (index & 0x01FF)
+}
+
+/// The predefined connection set (CiA 301, 7.3.3): what [`CobId::of_node`](crate::CobId::of_node) adds the node-ID to.
+pub mod connection {
+    /// Emergencies.
+    pub const EMCY: u16 = 0x080;
+    /// The first TPDO; the next three follow in steps of 100h.
+    pub const TPDO_1: u16 = 0x180;
+    /// The first RPDO; the next three follow in steps of 100h.
+    pub const RPDO_1: u16 = 0x200;
+    /// What the default SDO server answers.
+    pub const SDO_RESPONSE: u16 = 0x580;
+    /// What the default SDO server is asked.
+    pub const SDO_REQUEST: u16 = 0x600;
+    /// Boot-up, heartbeat and guarding.
+    pub const ERROR_CONTROL: u16 = 0x700;
+}
