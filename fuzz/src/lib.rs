@@ -3,6 +3,8 @@
 
 #[path = "../../runtime/tests/common/mod.rs"]
 mod common;
+#[path = "../../eds/tests/exercise/mod.rs"]
+mod exercise;
 #[path = "../../runtime/tests/sdo_support/mod.rs"]
 mod sdo_support;
 

@@ -4,7 +4,7 @@ use std::fmt::{Debug, Display};
 use std::str::FromStr;
 
 use lexican_codegen::{Options, compile};
-use lexican_eds::{Input, Source, diff, dump, fmt, load, write};
+use lexican_eds::{Input, Source, load};
 use lexican_runtime::host::BusUrl;
 use lexican_runtime::host::candump::Line;
 use lexican_runtime::host::slcan::{Decoder, Message, line};
@@ -25,20 +25,10 @@ fn input(data: &[u8]) -> Input {
 
 /// Everything that is done with a data sheet.
 pub fn eds(data: &[u8]) {
-    let input = input(data);
-    let (device, diagnostics) = load(&input);
-    let _ = (diagnostics.render(&input), diagnostics.to_json(&input), diagnostics.to_sarif(&input));
-    let _ = (dump::csv(&device), dump::md(&device), dump::json(&device), write::dcf(&device));
-    assert!(diff::diff(&device, &load(&input).0).is_empty(), "two readings differ");
-    let _ = fmt::normalise(&input.eds);
-    for label in diagnostics.iter().flat_map(|finding| &finding.labels) {
-        let source = input.source(label.span.source).expect("a label is in one of the texts");
-        let range = label.span.start as usize..label.span.end as usize;
-        assert!(source.text().get(range).is_some(), "a label lies within its text");
-    }
+    super::exercise::exercise(&input(data));
 }
 
-/// What is generated is Rust, and is the same again.
+/// What is generated is Rust.
 pub fn codegen(data: &[u8]) {
     let (device, _) = load(&input(data));
     let whole = Options { storage: true, names: true, ..Options::default() };
@@ -47,7 +37,6 @@ pub fn codegen(data: &[u8]) {
         if let Err(error) = syn::parse_file(&code) {
             panic!("{error} at {:?}\n{code}", error.span());
         }
-        assert!(compile(&device, &options).code == code, "two runs differ");
     }
 }
 

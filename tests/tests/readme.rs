@@ -20,7 +20,7 @@ fn files() -> Vec<(&'static str, &'static str)> {
 }
 
 #[test]
-fn whoever_follows_the_recipe_has_a_device() {
+fn the_recipe_gives_a_device() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests lie in the workspace");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readme/valve");
     let write = |path: &str, bytes: &[u8]| {

@@ -1,0 +1,17 @@
+//! Everything that is done with a data sheet; what is fuzzed (`fuzz/`) does it, too.
+
+use lexican_eds::{Input, diff, dump, fmt, load, write};
+
+pub(crate) fn exercise(input: &Input) {
+    let (device, diagnostics) = load(input);
+    let again = load(input);
+    assert!(again.1 == diagnostics, "two readings differ");
+    let _ = (diagnostics.render(input), diagnostics.to_json(input), diagnostics.to_sarif(input));
+    let _ = (dump::csv(&device), dump::md(&device), dump::json(&device), write::dcf(&device));
+    let _ = (diff::diff(&device, &again.0), fmt::normalise(&input.eds));
+    for label in diagnostics.iter().flat_map(|finding| &finding.labels) {
+        let source = input.source(label.span.source).expect("a label is in one of the texts");
+        let range = label.span.start as usize..label.span.end as usize;
+        assert!(source.text().get(range).is_some(), "a label lies within its text");
+    }
+}
