@@ -140,6 +140,13 @@ impl Bench {
         }
     }
 
+    /// Writes these: index, sub-index, value, and size. What is not taken shows in what follows.
+    pub(crate) fn set(&mut self, values: &[(u16, u8, i64, u8)]) {
+        for &(index, sub, value, size) in values {
+            let _ = self.write(index, sub, value, size);
+        }
+    }
+
     pub(crate) fn see<T>(&self, look: impl FnOnce(&mut SimulatedDrive, Instant) -> T) -> T {
         let mut drive = self.drive.lock().unwrap_or_else(PoisonError::into_inner);
         look(&mut drive, self.bus.now())

@@ -67,7 +67,23 @@ pub fn verify(inputs: &Inputs) -> Report {
     let manual = Manual::parse(&inputs.tables);
     let mut checker = Checker::new(&manual);
     let sheet = tables::Sheet::new(inputs);
-    tables::check(&mut checker, &manual, &sheet);
+    tables::ALL.iter().for_each(|check| check(&mut checker, &manual, &sheet));
     checker.finish();
     report::report(&manual, checker)
+}
+
+/// Whether [`verify`] has findings, without looking for more than one.
+#[must_use]
+pub fn finds(inputs: &Inputs) -> bool {
+    let manual = Manual::parse(&inputs.tables);
+    let mut checker = Checker::new(&manual);
+    let sheet = tables::Sheet::new(inputs);
+    for check in tables::ALL {
+        check(&mut checker, &manual, &sheet);
+        if !checker.findings.is_empty() || checker.disagreements.keys().any(|cell| !report::is_erratum(&manual, cell)) {
+            return true;
+        }
+    }
+    checker.finish();
+    !report::report(&manual, checker).findings.is_empty()
 }

@@ -31,6 +31,7 @@ const KEYS: &[(&str, &[&str])] = &[
     ("sdo_commands.csv", &["hex"]),
     ("sdo_examples.csv", &["row"]),
     ("start_conditions.csv", &["chapter", "operation", "bit"]),
+    ("statements.csv", &["chapter", "subject"]),
     ("states.csv", &["state"]),
     ("statusword.csv", &["bit", "mode"]),
     ("system_status.csv", &["bit", "value", "mode"]),

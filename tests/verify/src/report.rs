@@ -160,6 +160,11 @@ pub(crate) fn report(manual: &Manual, checker: Checker<'_>) -> Report {
     Report { tables, errata, findings }
 }
 
+/// Whether an erratum says that a cell disagrees.
+pub(crate) fn is_erratum(manual: &Manual, cell: &str) -> bool {
+    manual.rows("errata.csv").iter().any(|row| row.get("cells").split(';').any(|named| named == cell))
+}
+
 fn erratum(row: &Row, disagreeing: Vec<(String, String)>, findings: &mut Vec<String>) -> Erratum {
     let cells = ["place", "reading_a", "reading_b", "chosen", "why"].map(|column| row.get(column).to_owned());
     if !matches!(row.get("chosen"), "A" | "B" | "both" | "none") {

@@ -8,10 +8,10 @@ use super::words::{beyond, in_loop, overcurrent};
 use crate::bench::{Bench, Memory, once};
 
 /// Clauses, and whether the drive is so.
-type Clauses = Vec<(&'static str, bool)>;
+pub(super) type Clauses = Vec<(&'static str, bool)>;
 
 /// The clauses that hold, one after another; the others are told as such, which no table has.
-fn said(clauses: Clauses, between: &str) -> String {
+pub(super) fn said(clauses: Clauses, between: &str) -> String {
     let told = clauses.into_iter().map(|(text, holds)| if holds { text.to_owned() } else { format!("not so: {text}") });
     told.collect::<Vec<_>>().join(between)
 }

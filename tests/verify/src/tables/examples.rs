@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use siko_ag03_1::worked_examples::{Action, Example, POSITIONING, VELOCITY};
 
+use super::sheet::Sheet;
 use super::states::{name_of, state_of};
 use crate::bench::{Bench, Memory, once};
 use crate::checker::{Against, Answers, Checker};
 use crate::manual::{Cells, Manual, Row, cells};
 use crate::notation::{bytes, hex};
 
-pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual) {
+pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, _: &Sheet) {
     example(checker, manual, "example_position.csv", "7.8.1", &POSITIONING);
     example(checker, manual, "example_velocity.csv", "7.8.2", &VELOCITY);
 }

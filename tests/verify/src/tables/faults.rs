@@ -7,12 +7,13 @@ use siko_ag03_1::fault::Fault;
 use siko_ag03_1::sim::Setup;
 use siko_ag03_1::sim::inputs::{BusState, Inputs, Shaft};
 
+use super::sheet::Sheet;
 use crate::bench::{Bench, Memory, NODE, once};
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
 use crate::notation::yes;
 
-pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual) {
+pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, _: &Sheet) {
     for fault in Fault::ALL {
         if let Some(row) = checker.row("faults.csv", &fault.letter.to_string()) {
             table_2(checker, manual, row, fault);

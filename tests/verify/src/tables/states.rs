@@ -8,11 +8,12 @@ use siko_ag03_1::od;
 use siko_ag03_1::sim::inputs::{Inputs, Shaft};
 use siko_ag03_1::state::{TRANSITIONS, has_torque};
 
+use super::sheet::Sheet;
 use crate::bench::{Bench, Memory, once};
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
 
-pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual) {
+pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, _: &Sheet) {
     states(checker);
     commands(checker);
     transitions(checker, manual);

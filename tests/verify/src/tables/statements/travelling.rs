@@ -1,0 +1,309 @@
+//! Travels, inching and velocity mode (2.2).
+
+use siko_ag03_1::sim::inputs::{Inputs, Key};
+
+use super::super::claims::Clauses;
+use super::super::states::{in_velocity_mode, moving_to, running_at};
+use super::{
+    A_INCH, A_POS, A_ROT, D_POS, V_INCH, V_POS, enabled_with, one, position, speed, velocities, velocity, way,
+    way_to_rest,
+};
+use crate::bench::Bench;
+
+pub(super) fn ramp() -> Clauses {
+    // 25 % are 1 rev/s2: 60 rev/min after one second, and so for all of them.
+    let mut bench = enabled_with(&[one(A_POS, 25), one(V_POS, 90)]);
+    bench.command(0x405, 0x001F, 100_000);
+    let up = velocities(&mut bench, &[500, 1000, 1499, 1501, 5000]);
+    vec![("a-Pos accelerates", up[..2] == [30, 60]), ("to v-Pos", up[2..] == [90, 90, 90])]
+}
+
+pub(super) fn deceleration() -> Clauses {
+    // From 60 rev/min, 1600 increments/s, with 25 % and with 50 %.
+    let profile = |d_pos| {
+        let mut bench = enabled_with(&[one(A_POS, 25), one(V_POS, 60), one(D_POS, d_pos)]);
+        bench.command(0x405, 0x001F, 8000);
+        let way = way(&mut bench, 20_000);
+        // The last moment at which it does not brake yet.
+        way.windows(2).rev().find(|pair| pair[1] - pair[0] >= 31).map_or(0, |pair| 8000 - pair[1])
+    };
+    let near = |found: i32, expected: i32| (found - expected).abs() <= 64;
+    vec![("a-Pos decelerates", near(profile(101), 800)), ("or d-Pos", near(profile(50), 400))]
+}
+
+pub(super) fn changed_parameters() -> Clauses {
+    let arrives = |change: fn(&mut Bench)| {
+        let mut bench = moving_to(5000, 1000);
+        change(&mut bench);
+        let way = way(&mut bench, 8000);
+        (way.iter().position(|at| *at == 5000), way.last().copied())
+    };
+    let undisturbed = arrives(|_| ());
+    let all: [fn(&mut Bench); 4] = [
+        |bench| bench.set(&[(0x2410, 4, 100, 1)]),
+        |bench| bench.set(&[(0x2410, 5, 60, 1)]),
+        |bench| bench.set(&[(0x2410, 1, 10, 2)]),
+        |bench| bench.set(&[(0x607A, 0, 9000, 4)]),
+    ];
+    let same = all.into_iter().all(|change| arrives(change) == undisturbed);
+    vec![("changes do not influence the travel under way", same && undisturbed.1 == Some(5000))]
+}
+
+pub(super) fn target() -> Clauses {
+    let mut bench = moving_to(1000, 10_000);
+    bench.control(0x000F);
+    bench.command(0x405, 0x001F, 1500);
+    bench.hear(10_000);
+    vec![("ends at the target value", position(&bench) == 1500 && speed(&bench) == 0.0)]
+}
+
+/// The direct way, the one beyond the target, and which way bit 9 of 1002h is set.
+pub(super) fn loops(kind: i64) -> Clauses {
+    let sign = if kind == 1 { 1 } else { -1 };
+    let travel = |target: i32| {
+        let mut bench = enabled_with(&[(0x2413, 0, kind, 1), (0x2418, 0, 400, 2)]);
+        bench.command(0x405, 0x001F, target);
+        let (mut far, mut bits) = (0, Vec::new());
+        for _ in 0..500 {
+            bench.hear(20);
+            let (at, speed) = (position(&bench) * sign, velocity(&bench) * sign);
+            far = far.min(at);
+            bits.push((bench.system() >> 9 & 1 == 1) == (speed < 0) || speed == 0);
+        }
+        (far, position(&bench) == target, bits.into_iter().all(|right| right))
+    };
+    let direct = travel(1000 * sign);
+    let turned = travel(-1000 * sign);
+    let [with, against] = if kind == 1 {
+        ["target greater: direct", "target smaller: beyond by the loop length"]
+    } else {
+        ["target smaller: direct", "target greater: beyond by the loop length"]
+    };
+    vec![
+        (with, direct == (0, true, true)),
+        (against, turned.0 == -1400),
+        ("bit 9 of 1002h while it travels there", turned.2),
+        ("then back to the target", turned.1),
+    ]
+}
+
+pub(super) fn loop_length() -> Clauses {
+    let beyond = |set: &[(u16, u8, i64, u8)], target: i32| {
+        let mut bench = enabled_with(&[&[(0x2413, 0, 1, 1), one(V_POS, 200)], set].concat());
+        bench.command(0x405, 0x001F, target);
+        way(&mut bench, 20_000).into_iter().min().map(|least| target - least)
+    };
+    vec![
+        ("in increments", beyond(&[], -1000) == Some(800) && beyond(&[(0x2418, 0, 100, 2)], -1000) == Some(100)),
+        ("0: no loop", beyond(&[(0x2418, 0, 0, 2)], -1000) == Some(0)),
+    ]
+}
+
+/// The three ways to inch: control words that start and end it.
+const WORDS: [u16; 3] = [0x200F, 0x400F, 0x800F];
+
+pub(super) fn inching_mode() -> Clauses {
+    let moves = |mut bench: Bench| {
+        WORDS.into_iter().any(|word| {
+            bench.control(0x000F);
+            bench.control(word);
+            bench.hear(500);
+            position(&bench) != 0
+        })
+    };
+    let mut keyed = Bench::new();
+    let set = keyed.write(0x6060, 0, 2, 1).is_ok();
+    keyed.world(|inputs| inputs.key = Some(Key::Clockwise));
+    keyed.hear(500);
+    vec![(
+        "in positioning mode only",
+        moves(Bench::enabled()) && !moves(in_velocity_mode()) && set && position(&keyed) == 0,
+    )]
+}
+
+pub(super) fn inching_ramp() -> Clauses {
+    let set = [one(A_INCH, 25), one(V_INCH, 90), (0x2415, 0, 100_000, 4)];
+    let up = |word| {
+        let mut bench = enabled_with(&set);
+        bench.control(word);
+        velocities(&mut bench, &[500, 1000, 1501, 5000])
+    };
+    let all = [up(0x200F), up(0x400F), up(0x800F)];
+    let keyed = {
+        let mut bench = Bench::new();
+        bench.set(&set);
+        bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
+        velocities(&mut bench, &[500, 1000, 1501, 5000])
+    };
+    let abs = |all: &[Vec<i32>], at: std::ops::Range<usize>| -> Vec<i32> {
+        all.iter().chain([&keyed]).flat_map(|one| one[at.clone()].iter().map(|speed| speed.abs())).collect()
+    };
+    vec![
+        ("a-Inch accelerates", abs(&all, 0..2) == [30, 60].repeat(4)),
+        ("to v-Inch", abs(&all, 2..4) == [90, 90].repeat(4)),
+    ]
+}
+
+pub(super) fn inching_loop() -> Clauses {
+    let mut bench = enabled_with(&[(0x2413, 0, 1, 1), (0x2415, 0, -1000, 4)]);
+    bench.control(0x200F);
+    let way = way(&mut bench, 10_000);
+    vec![("no loop positioning", way.iter().min() == Some(&-1000) && way.last() == Some(&-1000))]
+}
+
+pub(super) fn inching_1() -> Clauses {
+    let step = |set: &[(u16, u8, i64, u8)]| {
+        let mut bench = enabled_with(set);
+        bench.control(0x200F);
+        bench.hear(30_000);
+        bench.control(0x200F);
+        bench.hear(30_000);
+        (position(&bench), bench.see(|drive, now| drive.shaft(now).position), bench.system() >> 3 & 1)
+    };
+    let (up, down) = (step(&[]), step(&[(0x2415, 0, -700, 4)]));
+    let spindle = step(&[(0x2412, 0, 200, 2), (0x2415, 0, 300, 4)]);
+    vec![
+        ("once by Delta Inch", up.0 == 1600 && up.1 == 1600.0),
+        ("Delta Inch < 0: negative direction", down.0 == -700),
+        ("with a spindle pitch: in 1/100 mm", spindle.0 == 300 && spindle.1 == 2400.0),
+        ("1002h bit 3 signals the end", (up.2, down.2, spindle.2) == (1, 1, 1)),
+    ]
+}
+
+pub(super) fn inching_2() -> Clauses {
+    let inch = |word: u16, stop_mode: i64| {
+        let mut bench = enabled_with(&[(0x2416, 0, stop_mode, 1)]);
+        bench.control(word);
+        let moving = velocities(&mut bench, &[1000, 5000]);
+        bench.control(0x000F);
+        (moving, way_to_rest(&mut bench))
+    };
+    let (up, down) = (inch(0x400F, 0), inch(0x800F, 1));
+    vec![
+        ("CW.14 positive, CW.15 negative", up.0[0] == 30 && down.0[0] == -30),
+        ("as long as the bit is 1", up.0[1] == 30 && down.0[1] == -30 && up.1 == 50 && down.1 == -100),
+    ]
+}
+
+/// Where a key has led, held for a second; what `set` has written before, and what is done to the drive.
+fn keyed(key: Key, set: &[(u16, u8, i64, u8)], prepare: impl FnOnce(&mut Bench)) -> i32 {
+    let mut bench = Bench::new();
+    bench.set(set);
+    let before = position(&bench);
+    prepare(&mut bench);
+    bench.hear(0);
+    bench.world(|inputs| inputs.key = Some(key));
+    bench.hear(1000);
+    bench.world(|inputs| inputs.key = None);
+    bench.hear(5000);
+    position(&bench) - before
+}
+
+pub(super) fn keys() -> Clauses {
+    let (plain, other) = (&[][..], &[(0x607E, 0, 1, 1)][..]);
+    let in_state = |command| keyed(Key::Clockwise, plain, |bench| bench.nmt(command));
+    vec![
+        (
+            "key 1 clockwise",
+            keyed(Key::Clockwise, plain, |_| ()) == -750 && keyed(Key::Clockwise, other, |_| ()) == 750,
+        ),
+        (
+            "key 2 counter-clockwise",
+            keyed(Key::CounterClockwise, plain, |_| ()) == 750 && keyed(Key::CounterClockwise, other, |_| ()) == -750,
+        ),
+        ("as inching 2", keyed(Key::CounterClockwise, &[(0x2416, 0, 1, 1), (0x2450, 0, 50, 1)], |_| ()) == 400),
+        ("not in OPERATIONAL and STOPPED", in_state(0x01) == 0 && in_state(0x02) == 0),
+    ]
+}
+
+pub(super) fn key_conditions() -> Clauses {
+    let with = |change: fn(&mut Inputs)| keyed(Key::Clockwise, &[], |bench| bench.world(change));
+    let fault_gone = keyed(Key::Clockwise, &[], |bench| {
+        bench.world(|inputs| inputs.internal_error = true);
+        bench.world(|inputs| inputs.internal_error = false);
+    });
+    // Another key while the shaft still turns.
+    let mut bench = Bench::new();
+    bench.hear(0);
+    bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
+    bench.hear(1000);
+    bench.world(|inputs| inputs.key = Some(Key::Clockwise));
+    bench.hear(3000);
+    let released = with(|_| ()) != 0;
+    vec![
+        ("no fault", with(|inputs| inputs.internal_error = true) == 0 && fault_gone == 0 && released),
+        ("no active job", position(&bench) == 750),
+        ("output stage supplied", with(|inputs| inputs.output_stage_supply_100mv = 0) == 0),
+    ]
+}
+
+pub(super) fn outside_limits() -> Clauses {
+    // The position is 0.
+    let above = &[(0x607D, 1, -3000, 4), (0x607D, 2, -2000, 4)][..];
+    let below = &[(0x607D, 2, 3000, 4), (0x607D, 1, 2000, 4)][..];
+    let moved = |limits: &[(u16, u8, i64, u8)], word: u16, delta: i64| {
+        let mut bench = enabled_with(&[limits, &[(0x2415, 0, delta, 4)]].concat());
+        bench.control(word);
+        bench.hear(500);
+        position(&bench).signum()
+    };
+    let by_key = |limits: &[(u16, u8, i64, u8)], key| keyed(key, limits, |_| ()).signum();
+    let (up, down) = (Key::CounterClockwise, Key::Clockwise);
+    vec![
+        ("inching 1 back only", {
+            moved(above, 0x200F, 100) == 0
+                && moved(above, 0x200F, -100) < 0
+                && moved(below, 0x200F, 100) > 0
+                && moved(below, 0x200F, -100) == 0
+        }),
+        ("inching 2 back only", {
+            moved(above, 0x400F, 1) == 0
+                && moved(above, 0x800F, 1) < 0
+                && moved(below, 0x400F, 1) > 0
+                && moved(below, 0x800F, 1) == 0
+        }),
+        ("keys back only", {
+            by_key(above, up) == 0 && by_key(above, down) < 0 && by_key(below, up) > 0 && by_key(below, down) == 0
+        }),
+        ("no travel", moved(above, 0x001F, 1) == 0 && moved(below, 0x001F, 1) == 0),
+    ]
+}
+
+pub(super) fn velocity_ramp() -> Clauses {
+    let run = |target: i32| {
+        let mut bench = enabled_with(&[(0x6060, 0, 2, 1), one(A_ROT, 25)]);
+        bench.control(0x010F);
+        bench.command(0x505, 0x000F, target);
+        velocities(&mut bench, &[500, 1000, 1501, 60_000])
+    };
+    let (up, down) = (run(90), run(-90));
+    let mut stopping = running_at(60, 5000);
+    stopping.control(0x010F);
+    // 50 %, as it is at the factory: 2 rev/s2 from 1 rev/s.
+    let way = way_to_rest(&mut stopping);
+    vec![
+        ("a-Rot accelerates", up[..2] == [30, 60]),
+        ("to the target velocity and keeps it", up[2..] == [90, 90]),
+        ("its sign is the direction", down == [-30, -60, -90, -90]),
+        ("until it is stopped", (way - 400).abs() <= 1),
+    ]
+}
+
+pub(super) fn new_velocity() -> Clauses {
+    let mut bench = running_at(60, 5000);
+    bench.command(0x505, 0x000F, 30);
+    let slower = velocities(&mut bench, &[100, 1000]);
+    bench.command(0x505, 0x000F, -30);
+    bench.hear(2000);
+    let turned = velocity(&bench);
+    vec![("a new target velocity is taken at once", slower == [48, 30] && turned == -30)]
+}
+
+pub(super) fn velocity_limits() -> Clauses {
+    let mut bench = enabled_with(&[(0x607D, 1, -100, 4), (0x607D, 2, 100, 4), (0x6060, 0, 2, 1)]);
+    bench.control(0x010F);
+    bench.command(0x505, 0x000F, 30);
+    bench.hear(5000);
+    let none = bench.status() >> 11 & 1 == 0 && bench.system() >> 5 & 3 == 0;
+    vec![("limits are deactivated", velocity(&bench) == 30 && position(&bench) > 1000 && none)]
+}
