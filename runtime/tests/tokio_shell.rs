@@ -143,6 +143,20 @@ async fn a_read_of_the_applications_own_leaves_what_a_handle_writes_alone() {
 }
 
 #[tokio::test]
+async fn tasks_wait_by_the_time_of_the_link() {
+    let (_, network) = network();
+    let begin = network.now().await.unwrap();
+    let [first, second] = [10, 20].map(|ms| begin + Duration::from_millis(ms));
+    // One that is not waited for any more is in nobody's way.
+    let mut dropped = Box::pin(network.sleep_until(begin + Duration::from_millis(5)));
+    assert!(!futures_poll(dropped.as_mut()).await);
+    drop(dropped);
+    let (later, sooner) = tokio::join!(network.sleep_until(second), network.sleep_until(first));
+    assert_eq!((sooner.unwrap(), later.unwrap()), (first, second));
+    assert!(network.sleep_until(begin).await.unwrap() >= second, "it has passed");
+}
+
+#[tokio::test]
 async fn deadlines_are_kept_where_time_passes_in_the_link() {
     let bus = VirtualBus::new();
     let sent = Arc::new(Mutex::new(Vec::new()));

@@ -118,7 +118,7 @@ impl<L: Link, K: Kind> Drive<L, K> {
     }
 
     /// Leaves the drive as it is, moving or not, and gives the link back. Its protection is disarmed; if that fails, the
-    /// drive notices that nobody keeps it going.
+    /// drive notices that nothing keeps it going.
     #[must_use]
     pub fn release(self) -> L {
         let mut machine = self.shared.take().expect(HAS_LINK);
@@ -267,7 +267,7 @@ impl<L: Link> Machine<L> {
         next.map_or(IDLE, |next| next.since(now)).max(Duration::from_millis(1))
     }
 
-    /// Stops a drive that may be moving, and looks whether it obeys; what has come of that.
+    /// Stops a drive that may be moving, and checks whether it obeys; returns what to report.
     fn let_go(&mut self) -> Option<String> {
         // The drive may have said that it is not enabled any more; a link that fails now fails again below.
         let _ = self.pump.catch_up(&mut self.link, &mut self.session);

@@ -126,7 +126,7 @@ pub enum Error {
     NoReaction {
         /// Where it is.
         state: State,
-        /// What it was told.
+        /// The command.
         command: Command,
     },
     /// No command leads there, and the drive does not go there by itself; or it falls back again and again.
@@ -143,21 +143,21 @@ pub enum Error {
         /// What it says instead.
         status_word: u16,
     },
-    /// The drive shows another operating mode than the one it was told.
+    /// The drive shows another operating mode than the one that was written.
     #[error("the drive does not take the operating mode {told}, and shows {shown}")]
     ModeNotTaken {
-        /// What it was told, as 6060h has it.
+        /// What was written to 6060h.
         told: i8,
         /// What it shows.
         shown: i64,
     },
-    /// The drive has not made the position that it was told its own.
+    /// The drive has not taken the position that it was given.
     #[error("the drive has not been calibrated (status word {status_word:04X})")]
     NotCalibrated {
         /// What it says instead.
         status_word: u16,
     },
-    /// The drive has been told to stop, and still moves after the time that braking takes.
+    /// The drive has been sent a stop, and still moves after the time that braking takes.
     #[error("the drive does not stop: it runs at {velocity} {unit}")]
     NotStopped {
         /// As 606Ch has it.
@@ -165,8 +165,8 @@ pub enum Error {
         /// What that is counted in.
         unit: &'static str,
     },
-    /// The status word tells no state.
-    #[error("the status word {0:04X} tells no state of the state machine")]
+    /// The status word has no state of the state machine.
+    #[error("the status word {0:04X} has no state of the state machine")]
     UnknownState(u16),
     /// The node is another device.
     #[error("the node is not a {expected}: vendor {vendor_id:X}h, profile {profile}, name {name:?}")]

@@ -36,14 +36,14 @@
 //!
 //! Begin with [`Description::CIA_402`], and go through the fields with the drive's manual:
 //!
-//! 1. which 1000h, 1018h and 1008h tell it from its relatives (`identity`);
+//! 1. which 1000h, 1018h and 1008h distinguish it from its relatives (`identity`);
 //! 2. where its objects are, and how wide (`objects`): from the generated dictionary, by
 //!    [`Number::of`](description::Number::of);
 //! 3. whether it takes orders by PDO or by SDO, and which PDOs carry what (`outputs`, `inputs`);
 //! 4. its state machine and its bits (`transitions`, `control`, `status`), when the bit of a new setpoint falls
 //!    again (`release`), and its mode numbers (`modes`);
 //! 5. what makes it refuse which order (`conditions`), and what its emergency codes mean (`codes`);
-//! 6. how long things take (`times`), most of all for how long it tells of what was before an order;
+//! 6. how long things take (`times`), most of all for how long it reports what was before an order;
 //! 7. what it can do beyond that: each capability is an `Option`.
 //!
 //! What no field can say is a reason for another field, not for an `if` in a sequence.
@@ -51,7 +51,7 @@
 //! # What never happens
 //!
 //! - No sequence asks which drive it is talking to, and this crate names none (`cargo xtask tidy`).
-//! - Nothing moves before every condition for it has been looked at: what is missing is told as
+//! - Nothing moves before every condition for it has been looked at: what is missing is reported as
 //!   [`Error::Refused`], and what the drive does not have as [`Error::Unsupported`], before anything is sent.
 //! - No sequence does I/O or reads a clock.
 //!
@@ -71,6 +71,8 @@
 //! | calls `exit` or `abort`, or panics with `panic = "abort"` | nothing | goes on | notices |
 //! | gets SIGKILL, or loses its power | nothing | goes on | notices |
 //! | loses its cable | a stop that does not arrive, and says so | goes on | notices |
+//!
+//! With the driver of tokio, a task that handles a signal drops the call that is under way, and then stops the drive.
 //!
 //! A drive that goes on ends a travel at its target; inching and velocity mode do not end. One that is
 //! [protected](Drive::connect_protected) notices that its manager is gone, by life guarding or a missing heartbeat, and does

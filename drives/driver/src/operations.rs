@@ -1,4 +1,4 @@
-//! What a drive can be told: the one list, of which both shells are made.
+//! The operations of a drive: the one list, from which both shells are made.
 //!
 //! A row has the documentation of a method, its name, arguments and result, and the sequence that it runs. A shell
 //! hands in a macro that makes methods of rows; so an operation that one shell has, the other one has too.
@@ -71,7 +71,7 @@ macro_rules! operations {
             /// [`Error::Refused`] with every condition that is not met, before anything moves.
             fn move_to(desk, target: i32) -> Outcome = sequence::travel(desk, target, desk.patience(), &mut |_| {});
 
-            /// The same, and tells how far the travel has come whenever the drive says so.
+            /// The same, and calls `watch` with every status word that comes.
             ///
             /// # Errors
             ///

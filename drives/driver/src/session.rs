@@ -142,7 +142,7 @@ impl Session {
         self.desk.lock().access.take()
     }
 
-    /// What has come of the access.
+    /// Takes the result of the access.
     #[cfg(feature = "tokio")]
     pub(crate) fn handle_answer(&mut self, answer: Result<Scalar, SdoError>) {
         self.desk.lock().answer = Some(answer);

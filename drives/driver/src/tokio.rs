@@ -201,7 +201,7 @@ impl<K: Kind> Drive<K> {
             self.network.write_bytes(self.node, address, payload.bytes()).await
         } else {
             self.network.read_bytes(self.node, address).await.map(|bytes| {
-                // The payload has room for what the object has: an answer that does not tell its length (42h) is
+                // The payload has room for what the object has: an answer that does not indicate its length (42h) is
                 // one of four bytes.
                 payload.store(0, &bytes);
             })

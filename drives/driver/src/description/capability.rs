@@ -12,16 +12,16 @@ use crate::parameter::ParameterSet;
 pub struct Velocities {
     /// 60FFh.
     pub target: Number,
-    /// What tells that the velocity is reached.
+    /// The bit that says that the velocity is reached.
     pub reached: Test,
-    /// An object that tells which gear there is, for drives whose gear limits the velocity.
+    /// The object that holds which gear there is, for drives whose gear limits the velocity.
     pub gear: Option<Gear>,
 }
 
 /// Which velocity a gear allows.
 #[derive(Clone, Copy, Debug)]
 pub struct Gear {
-    /// The object that tells the gear.
+    /// The object that holds which gear there is.
     pub object: Number,
     /// Its values, and the highest velocity of each.
     pub most: &'static [(i64, i32)],
@@ -40,7 +40,7 @@ pub struct Inching {
     pub negative: u16,
     /// How far a step goes; its sign is the direction.
     pub width: Number,
-    /// What tells, while inching, that the drive takes no other order. It may tell so for other reasons too, such as a
+    /// The bits that say, while inching, that the drive takes no other order. They may say so for other reasons too, such as a
     /// limit that is passed. `None` for a drive whose movement is all that shows.
     pub busy: Option<Test>,
     /// How long inching takes to show that it has begun.
@@ -69,9 +69,9 @@ pub struct Homing {
     pub offset: Number,
     /// The bit of the control word that starts it.
     pub start: u16,
-    /// The bit of the status word that tells its success.
+    /// The bit of the status word that reports its success.
     pub attained: u16,
-    /// The bit of the status word that tells its failure.
+    /// The bit of the status word that reports its failure.
     pub error: u16,
 }
 
@@ -118,7 +118,7 @@ pub struct Restore {
 /// Stopping a travel by its load.
 #[derive(Clone, Copy, Debug)]
 pub struct TorqueDeactivation {
-    /// Tells whether it has stopped the drive.
+    /// Holds whether it has stopped the drive.
     pub state: Number,
     /// The bits that say so.
     pub active: u32,

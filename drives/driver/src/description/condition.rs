@@ -2,7 +2,7 @@
 
 use crate::error::Missing;
 
-/// A word that tells how the drive is.
+/// A word of status bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Word {
     /// The status word (6041h).
@@ -11,7 +11,7 @@ pub enum Word {
     System,
 }
 
-/// Something that bits of a word tell.
+/// A condition on the bits of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Test {
     /// Where the bits are.
@@ -29,7 +29,7 @@ pub struct Condition {
     pub when: Test,
     /// Which orders.
     pub refuses: Orders,
-    /// What to tell.
+    /// What to report.
     pub missing: Missing,
 }
 

@@ -1,6 +1,6 @@
 //! What the sequences need to know of a kind of drive, as data.
 //!
-//! What every drive has is a field; what some drives do not have is an `Option`, and its absence is told as
+//! What every drive has is a field; what some drives do not have is an `Option`, and its absence is reported as
 //! [`Error::Unsupported`](crate::Error::Unsupported) before anything is sent. Wherever drives differ in a number,
 //! a bit, an order or a way, there is a field for it here, so that no sequence has to ask which drive it is
 //! talking to.
@@ -32,13 +32,13 @@ use crate::parameter::Parameter;
 pub struct Description {
     /// What to call it.
     pub name: &'static str,
-    /// How to tell it from others.
+    /// How to distinguish it from others.
     pub identity: Identity,
     /// Where it keeps what every drive has.
     pub objects: Objects,
     /// How orders get there: by PDO or by SDO.
     pub outputs: Outputs,
-    /// The PDOs in which it tells its status word, unasked.
+    /// The PDOs in which it sends its status word by itself.
     pub inputs: &'static [Pdo],
     /// Every write takes the four bytes of command 23h, however short the object is.
     pub always_four_bytes: bool,
@@ -46,7 +46,7 @@ pub struct Description {
     pub transitions: Transitions,
     /// Bits of the control word.
     pub control: ControlBits,
-    /// Bits of the status word, and what else tells how a travel goes.
+    /// Bits of the status word, and what else shows how a travel goes on.
     pub status: StatusBits,
     /// How the handshake of a new setpoint goes on after it has been acknowledged.
     pub release: Release,
@@ -84,14 +84,14 @@ pub struct Description {
     pub emergencies: Option<EmergencySwitch>,
 }
 
-/// How to tell a kind of drive from others.
+/// How to distinguish a kind of drive from others.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity {
     /// 1018h:01.
     pub vendor_id: u32,
     /// The profile in the low half of 1000h.
     pub profile: u16,
-    /// What 1008h begins with: one of these. `None` for a drive that does not have the object, which then tells it
+    /// What 1008h begins with: one of these. `None` for a drive that does not have the object, which then distinguishes it
     /// from one of the same vendor and profile that has.
     pub names: Option<&'static [&'static str]>,
     /// In which order the four characters of 1008h and 100Ah come.
@@ -113,7 +113,7 @@ pub struct Objects {
     pub actual_velocity: Number,
     /// 607Ah.
     pub target_position: Number,
-    /// How far from its target the drive may settle (6067h); `None` when it does not tell.
+    /// How far from its target the drive may settle (6067h); `None` if it does not say.
     pub position_window: Option<Number>,
     /// 607Dh, in either order; two equal ones do not limit.
     pub position_limits: Option<[Number; 2]>,
@@ -132,7 +132,7 @@ pub struct ControlBits {
     pub stop: u16,
 }
 
-/// Bits of the status word, and what else tells how a travel goes.
+/// Bits of the status word, and what else shows how a travel goes on.
 #[derive(Clone, Copy, Debug)]
 pub struct StatusBits {
     /// The drive obeys the bus.
@@ -168,7 +168,7 @@ pub enum Release {
 pub struct ModeObjects {
     /// 6060h.
     pub chosen: Number,
-    /// Where the drive tells that it has taken the mode (6061h); `None` when 6060h itself does.
+    /// Where the drive shows that it has taken the mode (6061h); `None` when 6060h itself does.
     pub shown: Option<Number>,
     /// Which number means which mode.
     pub codes: Modes,
@@ -179,7 +179,7 @@ pub struct ModeObjects {
 pub struct Times {
     /// How long a command may take to show in the status word.
     pub reaction: Duration,
-    /// For how long after an order the drive may still tell of what was before, such as that its target is reached.
+    /// For how long after an order the drive may still report what was before, such as that its target is reached.
     /// What has been seen to change since then is believed at once.
     pub settling: Duration,
     /// How long to wait for a status word before asking for one.

@@ -1,7 +1,7 @@
-//! Where a sequence and whoever runs it meet.
+//! The interface between a sequence and the shell that runs it.
 //!
 //! A sequence is an `async fn` that is lent a [`Desk`]. It leaves there what is to be sent, and waits for what
-//! comes back. It does no I/O, reads no clock and wakes nobody: it is a state machine that the compiler
+//! comes back. It does no I/O, reads no clock and wakes no task: it is a state machine that the compiler
 //! writes, and [`Session`](crate::Session) polls it after each frame and deadline. So the same sequences serve
 //! blocking and asynchronous shells.
 
@@ -159,7 +159,7 @@ impl Desk {
             shared.now = now;
             shared.wake = None;
         }
-        // Nobody needs to be woken: whoever calls this knows when something has happened.
+        // No waker is needed: the shell polls after every frame and deadline.
         sequence.poll(&mut Context::from_waker(Waker::noop()))
     }
 
@@ -261,7 +261,7 @@ impl Desk {
     }
 
     /// Whether a word that stops the drive may be sent. In any state but OPERATION ENABLED the word would enable it,
-    /// or end its quick stop. A drive that cannot be asked is told: the word stops it, if anything does.
+    /// or end its quick stop. A drive that does not answer is sent the word: it stops the drive, if anything does.
     ///
     /// # Errors
     ///
@@ -282,7 +282,7 @@ impl Desk {
         State::from_status_word(self.lock().status.known?)
     }
 
-    /// Something is about to be ordered: what tells its end may tell the end of what was before, for a while.
+    /// Something is about to be ordered: for a while, the drive may still report the end of what was before.
     pub fn unsettle(&self) {
         let until = self.now() + self.description.times.settling;
         let mut shared = self.lock();
@@ -290,15 +290,15 @@ impl Desk {
         shared.settled = false;
     }
 
-    /// Whether what the drive tells belongs to the last order: `changed` is whether it tells what it cannot have told
-    /// since before.
+    /// Whether what the drive reports belongs to the last order: `changed` is whether it reports what it cannot have
+    /// reported before.
     pub fn settled(&self, changed: bool) -> bool {
         let mut shared = self.lock();
         shared.settled |= changed || shared.now >= shared.settles;
         shared.settled
     }
 
-    /// Waits until what the drive tells belongs to the last order for sure.
+    /// Waits until what the drive reports belongs to the last order for sure.
     ///
     /// # Errors
     ///

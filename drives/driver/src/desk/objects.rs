@@ -100,7 +100,7 @@ impl Desk {
         Ok(if velocity.unsigned_abs() <= self.description.status.standing { 0 } else { velocity })
     }
 
-    /// Whether bits tell what a test asks for; `status_word` has been read before.
+    /// Whether a condition on status bits holds; `status_word` has been read before.
     ///
     /// # Errors
     ///

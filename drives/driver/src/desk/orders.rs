@@ -1,4 +1,4 @@
-//! What a sequence tells the drive: by PDO or by SDO, as the description has it.
+//! The orders of a sequence: by PDO or by SDO, as the description has it.
 
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::sdo::{ClientRequest, Content, Expedited};

@@ -49,7 +49,7 @@ async fn check_cob_ids(desk: &Desk) -> Result<(), Error> {
     for pdo in [outputs.control, outputs.position, outputs.velocity].iter().flatten() {
         check_cob_id(desk, pdo_parameter(0x1400, 0x200, pdo.base), pdo.base, true).await?;
     }
-    // What the drive does not tell unasked, it is asked for.
+    // What the drive does not send by itself is read.
     for pdo in desk.description().inputs {
         check_cob_id(desk, pdo_parameter(0x1800, 0x180, pdo.base), pdo.base, false).await?;
     }

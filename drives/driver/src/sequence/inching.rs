@@ -1,4 +1,4 @@
-//! Inching operation: single steps, and moving while told to.
+//! Inching operation: single steps, and moving until stopped.
 
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
@@ -34,7 +34,7 @@ pub async fn step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
 }
 
 /// Waits for the end of a step. That the drive stands is not its end yet: it begins and ends more slowly than its
-/// velocity tells.
+/// velocity shows.
 async fn finish_step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
     let (bits, times) = (desk.description().status, desk.description().times);
     let until = desk.now() + within;
@@ -55,7 +55,7 @@ async fn finish_step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
             return Ok(outcome);
         }
         if rests {
-            // Nothing tells why: so the driver does not take for granted that it will not go on.
+            // The reason is unknown: it may go on.
             return Ok(Outcome::Interrupted { state, position: desk.position().await? });
         }
         if desk.now() >= until {
@@ -122,8 +122,8 @@ async fn begin(desk: &Desk, inching: Inching, order: Begin) -> Result<(), Error>
     }
 }
 
-/// Whether the drive turns as it was told, or has gone further than a shaft does that settles, or that somebody
-/// touches; or as far as it was told, if that is less.
+/// Whether the drive turns as ordered, or has gone further than a shaft does that settles, or that is turned by hand; or
+/// as far as ordered, if that is less.
 async fn has_begun(desk: &Desk, order: &Begin, from: i32) -> Result<bool, Error> {
     let forward = if order.direction == Direction::Negative { -1 } else { 1 };
     if i64::from(desk.velocity().await?) * forward > 0 {

@@ -1,4 +1,4 @@
-//! What the drive tells: its state, its mode, what is under way.
+//! What the drive reports: its state, its mode, what is under way.
 
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::service::sdo_client::SdoError;
@@ -32,8 +32,8 @@ pub(super) fn is_fault(state: State) -> bool {
 /// As [`Desk::read`].
 pub async fn cause(desk: &Desk) -> Result<Cause, Error> {
     let codes = desk.description().codes;
-    let told = desk.lock().emergency.map(|code| codes.cause(code));
-    if let Some(Cause::Fault(fault)) = told {
+    let reported = desk.lock().emergency.map(|code| codes.cause(code));
+    if let Some(Cause::Fault(fault)) = reported {
         return Ok(Cause::Fault(fault));
     }
     match desk.get(desk.description().objects.latest_fault).await {
@@ -60,7 +60,7 @@ pub(super) async fn shown_mode(desk: &Desk) -> Result<i64, Error> {
     desk.get(modes.shown.unwrap_or(modes.chosen)).await
 }
 
-/// Whether the drive moves. Its bit may tell so in one mode only, or from some velocity on; and not every drive has a
+/// Whether the drive moves. Its bit may say so in one mode only, or from some velocity on; and not every drive has a
 /// velocity to read in both modes.
 pub(super) async fn moves(desk: &Desk, status_word: u16) -> Result<bool, Error> {
     if let Some(moving) = desk.description().status.moving
@@ -72,19 +72,19 @@ pub(super) async fn moves(desk: &Desk, status_word: u16) -> Result<bool, Error> 
 }
 
 /// Whether a travel is under way, moving or interrupted. One that has only just been ordered is, even if the drive
-/// still tells that the one before is over.
+/// still reports that the one before is over.
 pub(super) async fn under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
-    let told = tells_under_way(desk, status_word).await?;
-    let fresh = !desk.settled(told) && matches!(desk.lock().motion, Motion::Travelling(_));
-    Ok(told || fresh)
+    let reported = reports_under_way(desk, status_word).await?;
+    let fresh = !desk.settled(reported) && matches!(desk.lock().motion, Motion::Travelling(_));
+    Ok(reported || fresh)
 }
 
-/// Whether the drive tells so.
+/// Whether the drive reports that a travel is under way.
 ///
 /// Where the drive does not say so, it is until its target is reached, or it has come to stand at a limit; but in an
-/// interruption the same bit tells that the drive stands, and before the first travel it tells nothing, so that the
+/// interruption the same bit says that the drive stands, and before the first travel it says nothing, so that the
 /// driver goes by what it has ordered.
-pub(super) async fn tells_under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
+pub(super) async fn reports_under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
     let bits = desk.description().status;
     if let Some(positioning) = bits.positioning {
         return desk.holds(positioning, status_word).await;
@@ -123,8 +123,8 @@ pub(super) fn known(read: Result<i64, Error>) -> Result<Option<i64>, Error> {
     }
 }
 
-/// Whether the drive tells that it is inching, or takes no other order for another reason. Beyond a limit, which may be
-/// one, only its movement tells.
+/// Whether the drive reports that it is inching, or takes no other order for another reason. Beyond a limit, which may be
+/// one, only its movement shows it.
 pub(super) async fn is_inching(desk: &Desk) -> Result<bool, Error> {
     let Some(busy) = desk.description().inching.and_then(|inching| inching.busy) else { return Ok(false) };
     let status_word = desk.status().await?;

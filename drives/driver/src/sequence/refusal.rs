@@ -9,7 +9,7 @@ use crate::direction::Direction;
 use crate::error::{Capability, Error, Missing, Refusal};
 use crate::mode::Mode;
 
-/// What the drive is about to be told.
+/// An order that is about to be given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// Travel to a position.
@@ -131,8 +131,8 @@ fn conditions(desk: &Desk, orders: Orders, status_word: u16, system: u32) -> imp
     .map(|row| row.missing)
 }
 
-/// What the driver has ordered, and has not ended. The drive need not tell of that: not of a velocity of 0, at which
-/// it runs as soon as it is told another one, nor of slow inching.
+/// What the driver has ordered, and has not ended. The drive need not report that: neither a velocity of 0, at which
+/// it runs as soon as it is given another one, nor slow inching.
 async fn unfinished(desk: &Desk, orders: Orders, status_word: u16) -> Result<Option<Missing>, Error> {
     if !orders.contains(Orders::FROM_REST) || State::from_status_word(status_word) != Some(State::OperationEnabled) {
         return Ok(None);

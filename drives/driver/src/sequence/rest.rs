@@ -7,7 +7,7 @@ use super::observe::{is_inching, moves, state_of};
 use crate::desk::{Awaited, Desk, Motion, Pause};
 use crate::error::{Error, Missing, Refusal};
 
-/// How often a quick stop is sent to a drive that does not obey: whoever wants one must hear soon that there is
+/// How often a quick stop is sent to a drive that does not obey: the application must hear soon that there is
 /// none.
 const QUICK_STOPS: u32 = 10;
 
@@ -84,7 +84,7 @@ pub(super) async fn stand_still(desk: &Desk, word: u16) -> Result<(), Error> {
             desk.control(word).await?;
         }
         match come_to_stand(desk, desk.now() + times.reaction).await? {
-            // It may have been told to move only just now, and not have begun: nothing tells that a PDO has arrived.
+            // It may have been ordered to move only just now, and not have begun: a PDO is not acknowledged.
             None if by_pdo && !desk.has_settled() => desk.settle().await?,
             None => {
                 desk.lock().stop = None;
@@ -136,7 +136,7 @@ pub(super) fn at_rest(desk: &Desk) {
     desk.lock().rest();
 }
 
-/// The drive has been told to stop, and does not.
+/// The drive has been sent a stop, and still moves.
 pub(super) fn stuck(desk: &Desk, velocity: i32) -> Error {
     Error::NotStopped { velocity, unit: desk.description().status.velocity_unit }
 }

@@ -84,7 +84,7 @@ async fn home(desk: &Desk, homing: Homing, position: i32) -> Result<(), Error> {
     let before = shown_mode(desk).await?;
     choose(desk, homing.mode).await?;
     let ended = home_on_the_spot(desk, homing, position).await;
-    // Whatever has come of it.
+    // Whether it has succeeded or not.
     if desk.may_be_stopped().await? {
         desk.control(desk.description().resting()).await?;
     }
@@ -107,8 +107,8 @@ async fn home_on_the_spot(desk: &Desk, homing: Homing, position: i32) -> Result<
     desk.control(desk.description().moving() | homing.start).await?;
     let until = desk.now() + desk.description().times.reaction;
     let mut status_word = desk.status().await?;
-    let told = |word: u16| word & (homing.attained | homing.error) != 0;
-    while !(desk.settled(!told(status_word)) && told(status_word)) && desk.now() < until {
+    let ended = |word: u16| word & (homing.attained | homing.error) != 0;
+    while !(desk.settled(!ended(status_word)) && ended(status_word)) && desk.now() < until {
         if is_fault(state_of(status_word)?) {
             return Err(Error::Fault(cause(desk).await?));
         }

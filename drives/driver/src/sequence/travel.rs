@@ -3,7 +3,7 @@
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, Instant};
 
-use super::observe::{cause, is_fault, known, moves, state_of, tells_under_way, under_way, window};
+use super::observe::{cause, is_fault, known, moves, reports_under_way, state_of, under_way, window};
 use super::power::reach;
 use super::refusal::{Order, refuse};
 use super::rest::{at_rest, come_to_rest, come_to_stand, stand_still, stuck};
@@ -42,7 +42,7 @@ pub async fn travel(
 /// # Errors
 ///
 /// [`Error::Refused`] before anything moves; [`Error::NotTaken`] when the drive does not take the order
-/// nevertheless: it is then withdrawn, and the drive stands. An order that it took late is interrupted, and told as
+/// nevertheless: it is then withdrawn, and the drive stands. An order that it took late is interrupted, and reported as
 /// [`Missing::NoTravel`].
 pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
     let description = desk.description();
@@ -125,7 +125,7 @@ pub(super) async fn end_of_travel(desk: &Desk, status_word: u16) -> Result<Optio
     }
     let position = desk.position().await?;
     Ok(Some(if state != State::OperationEnabled {
-        // A drive that stands after a quick stop tells that by the bit of a target that is reached (CiA 402-2).
+        // A drive that stands after a quick stop sets the bit of a target that is reached (CiA 402-2).
         Outcome::Interrupted { state, position }
     } else if status_word & bits.target_reached != 0 {
         if is_overridden(desk, motion, position).await? {
@@ -149,14 +149,14 @@ async fn is_overridden(desk: &Desk, motion: Motion, position: i32) -> Result<boo
         Motion::Stepping { target } => (target, window(desk).await?.map(|window| 2 * window + 1)),
         _ => return Ok(false),
     };
-    let target = match motion {
-        Motion::Travelling(_) if position != ordered => {
-            known(desk.get(desk.description().objects.target_position).await)?
+    match tolerance {
+        Some(tolerance) => Ok((i64::from(position) - i64::from(ordered)).abs() > tolerance),
+        None if matches!(motion, Motion::Travelling(_)) && position != ordered => {
+            let target = known(desk.get(desk.description().objects.target_position).await)?;
+            Ok(target.is_some_and(|target| target != ordered.into()))
         }
-        _ => None,
-    };
-    let distance = (i64::from(position) - i64::from(ordered)).abs();
-    Ok(target.is_some_and(|target| target != ordered.into()) || tolerance.is_some_and(|tolerance| distance > tolerance))
+        None => Ok(false),
+    }
 }
 
 /// Interrupts the travel under way with its programmed deceleration; returns once the drive stands.
@@ -204,10 +204,10 @@ pub async fn resume(desk: &Desk) -> Result<(), Error> {
     let until = desk.now() + description.times.reaction;
     loop {
         let status_word = desk.status().await?;
-        let over = !tells_under_way(desk, status_word).await?;
-        // What tells "over" where the drive does not say so, told "it stands" a moment ago.
-        let told = over == description.status.positioning.is_some();
-        if told || desk.velocity().await? != 0 || (over && desk.now() >= until) {
+        let over = !reports_under_way(desk, status_word).await?;
+        // If the drive does not say so, the bit that says "over" said "it stands" a moment ago.
+        let seen = over == description.status.positioning.is_some();
+        if seen || desk.velocity().await? != 0 || (over && desk.now() >= until) {
             resumption.seen = true;
             return Ok(());
         }
@@ -218,8 +218,7 @@ pub async fn resume(desk: &Desk) -> Result<(), Error> {
     }
 }
 
-/// A travel that is told to go on. Unless it is seen to, whatever happens meanwhile, it counts as interrupted, and that
-/// the drive stands is not its end.
+/// A travel that is ordered to go on. Unless it is seen to, it counts as interrupted, and standstill is not its end.
 struct Resumption<'a> {
     desk: &'a Desk,
     seen: bool,

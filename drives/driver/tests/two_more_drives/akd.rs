@@ -277,6 +277,25 @@ fn a_travel_that_somebody_else_has_ended_is_forgotten_when_the_drive_is_enabled(
     assert_eq!(outcome.unwrap(), Outcome::Reached { position: 0 });
 }
 
+/// It says nothing of how far it may settle: its target shows whose travel has ended.
+#[test]
+fn a_travel_that_another_manager_leads_elsewhere_has_not_reached_its_target() {
+    let script = "
+        > 203#0F00
+        > 603#237A6000A08C0000
+        > 203#1F00
+        = 6041:00 1237
+        > 203#0F00
+        = 6041:00 0237
+        ~ 300
+        = 607A:00 FFFFFED4        another manager
+        = 6064:00 FFFFFED4
+        = 6041:00 0637
+    ";
+    let outcome = enabled::<ByPdo, _>(script, |drive| drive.move_to(36_000)).unwrap();
+    assert_eq!(outcome, Outcome::Overridden { position: -300 });
+}
+
 /// In Halt, the bit of a target that is reached tells that the drive stands.
 #[test]
 fn a_travel_that_somebody_else_halts_is_not_over() {

@@ -64,6 +64,31 @@ fn a_travel_that_a_foreign_step_has_ended_has_not_reached_its_target() {
     assert_eq!(bench.drive.finish().unwrap(), Outcome::Overridden { position });
 }
 
+/// Another manager has changed the width since it was read.
+#[test]
+fn a_step_of_another_width_is_not_the_one_that_was_ordered() {
+    let mut bench = Bench::enabled();
+    bench.drive.write(od::DELTA_JOG, od::Position(400)).unwrap();
+    let answer = CobId::of_node(0x580, NODE);
+    bench.bus.set_fate(move |_, frame| match *frame.data() {
+        [0x42 | 0x43, 0x15, 0x24, 0, ..] if frame.id() == answer => {
+            Fate::Replace(Frame::from_array(answer, [0x43, 0x15, 0x24, 0, 100, 0, 0, 0]))
+        }
+        _ => Fate::Deliver,
+    });
+    assert_eq!(bench.drive.step().unwrap(), Outcome::Overridden { position: 400 });
+}
+
+/// It may prepare an order, and not give it.
+#[test]
+fn a_target_that_is_only_written_overrides_nothing() {
+    let mut bench = Bench::enabled();
+    bench.drive.start_moving_to(500).unwrap();
+    let mut other = Drive::connect(bench.bus.link(), NODE).unwrap();
+    other.write(od::TARGET_POSITION, od::Position(-300)).unwrap();
+    assert_eq!(bench.drive.finish().unwrap(), Outcome::Reached { position: 500 });
+}
+
 #[test]
 fn a_resumed_travel_is_compared_with_its_target_too() {
     let mut bench = Bench::enabled();
