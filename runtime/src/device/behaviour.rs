@@ -40,7 +40,7 @@ pub struct Behaviour {
     pub pdo_bit_31: bool,
     /// Whether bit 30 of a TPDO's COB-ID forbids remote frames. Where it does not, none is refused.
     pub pdo_bit_30: bool,
-    /// Whether the application tells the time ([`Device::send_time`](super::Device::send_time)). Otherwise 1012h
+    /// Whether the application sends the time ([`Device::send_time`](super::Device::send_time)). Otherwise 1012h
     /// does not let the device produce TIME.
     pub produces_time: bool,
     /// Whether 1400h:05 is the deadline of an RPDO.

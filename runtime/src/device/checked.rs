@@ -284,9 +284,8 @@ impl Checked<'_> {
             || self.tpdos.iter().any(|slot| slot.parameter_index() == index)
     }
 
-    /// Two services of one device under one identifier: nobody could tell which is meant. `owner` is the
-    /// parameter that is written, `new` is `None` if the service will not exist. What is there already may be
-    /// written again.
+    /// Two services of one device do not share an identifier. `owner` is the parameter that is written; `new` is
+    /// `None` if the service will not exist. The value that is there already may be written again.
     fn check_free(&mut self, owner: Address, old: u32, new: Option<u32>) -> Result<(), AbortCode> {
         let changed = new.filter(|&new| new != old).map(CobId::from_parameter);
         let taken = changed.is_some_and(|id| self.is_taken(id, owner));

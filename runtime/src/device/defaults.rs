@@ -104,8 +104,8 @@ impl Checked<'_> {
         let can_generate = self.od.entry(Address::new(cia301::COMMUNICATION_CYCLE_PERIOD, 0)).is_ok();
         let generates = address.index() == cia301::COB_ID_SYNC && value & SYNC_GENERATED != 0;
         require(!generates || can_generate, AbortCode::INVALID_VALUE)?;
-        let tells_time = address.index() == cia301::COB_ID_TIME && value & TIME_PRODUCED != 0;
-        require(!tells_time || self.behaviour.produces_time, AbortCode::INVALID_VALUE)?;
+        let produces_time = address.index() == cia301::COB_ID_TIME && value & TIME_PRODUCED != 0;
+        require(!produces_time || self.behaviour.produces_time, AbortCode::INVALID_VALUE)?;
         if exists { self.check_default_identifier(address, value) } else { Ok(()) }
     }
 
@@ -137,7 +137,7 @@ impl Checked<'_> {
         }
     }
 
-    /// Entries that cannot be mapped are told each for itself.
+    /// Only the length: entries that cannot be mapped are findings of their own.
     fn check_default_length(&mut self, index: u16, len: u64) -> Result<(), AbortCode> {
         let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= Mapping::MAX);
         let mut mapping = Mapping::EMPTY;

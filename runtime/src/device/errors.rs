@@ -45,17 +45,17 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         let specific = register & !ErrorRegister::GENERIC;
         let errors = if specific.is_empty() { ErrorRegister::GENERIC } else { specific };
         self.application_errors = self.application_errors | errors;
-        self.tell_error(code, vendor, record, od);
+        self.report_error(code, vendor, record, od);
     }
 
-    fn tell_error(&mut self, code: ErrorCode, vendor: [u8; 5], record: bool, od: &mut dyn ObjectDictionary) {
+    fn report_error(&mut self, code: ErrorCode, vendor: [u8; 5], record: bool, od: &mut dyn ObjectDictionary) {
         self.quiet = None;
         let before = self.emcy.register();
         self.emcy.raise(code, self.errors(), vendor, record, od);
         self.follow_register(before);
     }
 
-    fn tell_end(&mut self, od: &mut dyn ObjectDictionary) {
+    fn report_end(&mut self, od: &mut dyn ObjectDictionary) {
         self.quiet = None;
         let before = self.emcy.register();
         self.emcy.clear(self.errors(), [0; 5], od);
@@ -85,7 +85,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         // Of what the device has noticed itself, nothing ends by this.
         let still_there = if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE };
         if !(ended & !still_there).is_empty() {
-            self.tell_end(od);
+            self.report_end(od);
         }
     }
 
@@ -102,27 +102,27 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             return;
         }
         self.communication_error = true;
-        self.tell_error(code, [0; 5], self.behaviour.records_communication_errors, od);
+        self.report_error(code, [0; 5], self.behaviour.records_communication_errors, od);
     }
 
     /// Resets the error of communication in the register when none is left.
     #[inline]
     pub(super) fn end_communication_error(&mut self, od: &mut dyn ObjectDictionary) {
         if self.communication_error {
-            self.tell_end_of_error(od);
+            self.report_end_of_communication_error(od);
         }
     }
 
     /// Where the application has errors, the device is not free of errors, and sends no message that may be
     /// read as that.
-    fn tell_end_of_error(&mut self, od: &mut dyn ObjectDictionary) {
+    fn report_end_of_communication_error(&mut self, od: &mut dyn ObjectDictionary) {
         if self.has_communication_error() {
             return;
         }
         self.communication_error = false;
         let (before, left) = (self.emcy.register(), self.errors());
         if left.is_empty() {
-            self.tell_end(od);
+            self.report_end(od);
         } else {
             self.emcy.set_register(left, od);
             self.follow_register(before);

@@ -53,8 +53,8 @@ pub enum Event {
         /// 1 to 512.
         number: u16,
     },
-    /// SYNC: received, or sent by the device itself. What it did to RPDOs, [`Device::applied`](super::Device::applied)
-    /// tells.
+    /// SYNC: received, or sent by the device itself. [`Device::applied`](super::Device::applied) lists the RPDOs
+    /// that took effect with it.
     Sync {
         /// When the producer counts.
         counter: Option<u8>,
@@ -68,7 +68,7 @@ pub enum Event {
         /// What.
         event: heartbeat_consumer::Event,
     },
-    /// Nobody guards the device any more, or somebody does again.
+    /// Guarding requests have stopped for longer than the life time, or have come again.
     LifeGuarding(guarding::Event),
 }
 

@@ -90,9 +90,9 @@ pub use event::{Event, Misconfigured};
 pub struct Device<const RPDOS: usize = 4, const TPDOS: usize = 4, const SERVERS: usize = 1, const MONITORED: usize = 4>
 {
     node: NodeId,
-    /// Which identifiers concern the device.
+    /// Which identifiers concern the device: a first check, which may let others through.
     filter: Filter,
-    /// How often that was found out.
+    /// How often the filter was made.
     generation: u32,
     behaviour: Behaviour,
     nmt: Nmt,
@@ -103,7 +103,7 @@ pub struct Device<const RPDOS: usize = 4, const TPDOS: usize = 4, const SERVERS:
     time_id: Option<CobId>,
     /// TIME is produced under this identifier.
     time_producer: Option<CobId>,
-    /// The time that is to be told.
+    /// The time to send.
     time: Option<TimeOfDay>,
     emcy: EmcyProducer,
     heartbeat: HeartbeatProducer,
@@ -124,12 +124,12 @@ pub struct Device<const RPDOS: usize = 4, const TPDOS: usize = 4, const SERVERS:
     starts_itself: bool,
     /// That is due.
     start: Option<Instant>,
-    /// Nothing but answers to SDO is to be sent; `None` when that is to be found out again, since something
-    /// has happened.
+    /// Nothing but answers to SDO is due. `None` after anything that may have changed that. It keeps the cost of an
+    /// SDO transfer (README: SDO read of 4 bytes) apart from the number of PDOs.
     quiet: Option<Quiet>,
 }
 
-/// For how long there is nothing to do but SDO.
+/// Until when nothing but SDO is due.
 #[derive(Clone, Copy, Debug)]
 struct Quiet {
     until: Option<Instant>,
@@ -226,8 +226,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     /// Power-on, or the end of a reset: configures everything from the dictionary anew. The boot-up
-    /// message is the next frame; PRE-OPERATIONAL follows it. [`Device::misconfigured`] tells what of the
-    /// dictionary is not served.
+    /// message is the next frame; PRE-OPERATIONAL follows it. [`Device::misconfigured`] lists what of
+    /// the dictionary is not served.
     pub fn restart(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
         *self = Device { generation: self.generation, ..Device::new(self.node, self.behaviour) };
         objects::write(od, cia301::ERROR_REGISTER, 0, 0);
@@ -274,8 +274,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         }
     }
 
-    /// Tells everybody the time of day, if the device produces TIME (1012h, bit 30) and is not stopped. What was
-    /// not sent before is past.
+    /// Sends the time of day, if the device produces TIME (1012h, bit 30) and is not stopped. It replaces a time
+    /// that has not been sent yet.
     pub fn send_time(&mut self, time: TimeOfDay) {
         self.time = Some(time).filter(|_| self.time_producer.is_some() && self.nmt.state().allows_messages());
         self.quiet = None;
@@ -307,7 +307,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         if self.filter.may_contain(frame.id()) { self.take_frame(now, frame, od) } else { None }
     }
 
-    /// Apart, so that whoever calls [`Device::handle_frame`] has only the question in its own code.
+    /// Out of line, so that only the check of the filter is inlined.
     #[inline(never)]
     fn take_frame(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
         // The application may have changed the state since, and a request may ask for the error register.

@@ -1,4 +1,4 @@
-//! Hearing of another node's errors (CiA 301, 7.2.7; 1028h).
+//! Receiving another node's emergencies (CiA 301, 7.2.7; 1028h).
 
 use crate::frame::Frame;
 use crate::id::CobId;
@@ -26,13 +26,13 @@ impl EmcyConsumer {
         self.id
     }
 
-    /// The node's error register, as the last emergency since its boot-up told it.
+    /// The node's error register, from the last emergency since its boot-up.
     #[must_use]
     pub const fn register(&self) -> ErrorRegister {
         self.register
     }
 
-    /// The node has booted: it has no errors until it tells of them.
+    /// The node has booted: it has no errors until it reports one.
     pub const fn reset(&mut self) {
         self.register = ErrorRegister::NONE;
     }

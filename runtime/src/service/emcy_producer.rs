@@ -1,4 +1,4 @@
-//! Telling others of errors (CiA 301, 7.2.7; 1001h, 1003h, 1014h, 1015h).
+//! Reporting errors (CiA 301, 7.2.7; 1001h, 1003h, 1014h, 1015h).
 
 use super::objects;
 use crate::cia301;
@@ -69,7 +69,7 @@ impl EmcyProducer {
         self.push(Emergency { code, register, vendor });
     }
 
-    /// An error is over, and `register` tells what is left. The message has the code 0000h.
+    /// An error is over, and `register` shows those that are left. The message has the code 0000h.
     pub fn clear(&mut self, register: ErrorRegister, vendor: [u8; 5], od: &mut dyn ObjectDictionary) {
         self.set_register(register, od);
         self.push(Emergency { code: ErrorCode::NO_ERROR, register, vendor });

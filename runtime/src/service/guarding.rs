@@ -1,5 +1,5 @@
-//! Node guarding as the guarded device sees it, and life guarding by which it notices that nobody
-//! guards it any more (CiA 301, 7.2.8.3.2.1; 100Ch and 100Dh).
+//! Node guarding on the side of the guarded device, and life guarding, by which it notices that the requests have
+//! stopped (CiA 301, 7.2.8.3.2.1; 100Ch and 100Dh).
 
 use crate::frame::Frame;
 use crate::id::NodeId;

@@ -13,7 +13,7 @@ use crate::wire::nmt::NmtState;
 pub enum Heartbeat {
     /// None came yet, or the node booted and has sent none since.
     Unknown,
-    /// The last one told this state, and the next one is not overdue.
+    /// The last one had this state, and the next one is not overdue.
     Alive(NmtState),
     /// The next one is overdue.
     Lost,

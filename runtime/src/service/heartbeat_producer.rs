@@ -59,7 +59,7 @@ impl HeartbeatProducer {
     }
 }
 
-/// The tick after `last`: without drift as long as nobody is late by a whole period.
+/// The tick after `last`: without drift unless `now` is late by a whole period.
 pub(crate) fn next_tick(last: Instant, period: Duration, now: Instant) -> Instant {
     let next = last + period;
     if next > now { next } else { now + period }

@@ -63,8 +63,8 @@ impl Nmt {
         self.boot_up = true;
     }
 
-    /// Changes the state from inside: by local control or error behaviour. Nothing comes of it while
-    /// the device is INITIALISING.
+    /// Changes the state from inside: by local control or error behaviour. Does nothing while the
+    /// device is INITIALISING.
     pub fn enter(&mut self, state: NmtState) -> Option<Event> {
         if self.state == NmtState::Initialising || self.state == state {
             return None;

@@ -54,7 +54,7 @@ impl NodeGuard {
         }
     }
 
-    /// Begins: the first request is due now. Nothing comes of it with a guard time of zero.
+    /// Begins: the first request is due now. Does nothing if the guard time is zero.
     pub fn start(&mut self, now: Instant) {
         if !self.guard_time.is_zero() {
             self.next = Some(now);

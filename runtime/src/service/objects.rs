@@ -29,8 +29,8 @@ pub(crate) fn read_u8(od: &mut dyn ObjectDictionary, index: u16, sub: u8) -> Opt
     read(od, index, sub).map(|value| value as u8)
 }
 
-/// Writes as many bytes as the entry's type has. Whether the entry exists, and whether the dictionary
-/// takes the number, is its affair: nothing comes of it otherwise.
+/// Writes as many bytes as the entry's type has. Does nothing if there is no such entry, or the dictionary refuses the
+/// number.
 pub(crate) fn write(od: &mut dyn ObjectDictionary, index: u16, sub: u8, value: u64) {
     let Ok(entry) = od.entry(Address::new(index, sub)) else { return };
     let size = entry.data_type.size().unwrap_or(8);

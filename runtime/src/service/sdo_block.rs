@@ -164,7 +164,7 @@ pub(super) struct Receiver {
     /// The number of the next segment.
     next: u8,
     block_size: u8,
-    /// The last segment, of which only the end tells how many bytes count.
+    /// The last segment, of which only the end of the transfer says how many bytes count.
     last: Option<BlockSegment>,
     /// Whether any segment came since the last confirmation: so that confirmation was heard.
     is_heard: bool,

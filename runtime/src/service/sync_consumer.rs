@@ -105,7 +105,7 @@ mod tests {
         let frame = Frame::new(CobId::SYNC, data).unwrap();
         let event = Event { sync: Sync { counter }, length_error };
         assert_eq!(consumer.handle_frame(Instant::ZERO, &frame), Some(event));
-        // An error that stays is told once.
+        // An error that stays is reported once.
         let event = Event { length_error: false, ..event };
         assert_eq!(consumer.handle_frame(Instant::ZERO, &frame), Some(event));
     }

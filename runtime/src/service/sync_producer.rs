@@ -6,7 +6,7 @@ use crate::id::CobId;
 use crate::time::{Duration, Instant};
 use crate::wire::sync::Sync;
 
-/// Sends SYNC in a fixed period, and counts when told to.
+/// Sends SYNC in a fixed period, with a counter if 1019h asks for it.
 #[derive(Clone, Copy, Debug)]
 pub struct SyncProducer {
     id: CobId,

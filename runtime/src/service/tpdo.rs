@@ -165,7 +165,7 @@ impl Tpdo {
         *self = fresh.with_acyclic_always(self.acyclic_always);
     }
 
-    /// Asks for the PDO to be sent, as an event of the application. Nothing comes of it where it does not exist.
+    /// Asks for the PDO to be sent, as an event of the application. Does nothing if the PDO does not exist.
     pub fn request(&mut self) {
         if !self.is_active() {
             return;
@@ -209,7 +209,7 @@ impl Tpdo {
             return;
         }
         match self.parameters.transmission {
-            // Before the first SYNC there is nothing to tell.
+            // Before the first SYNC there are no data.
             TransmissionType::SynchronousRemote => self.pending = self.sampled.map(Some).or(self.pending),
             TransmissionType::Reserved(_) => {}
             _ => self.pending = self.pending.or(Some(None)),
@@ -239,7 +239,7 @@ impl Tpdo {
         self.pending = Some(Some(self.mapping.pack(od)));
     }
 
-    /// Counts a SYNC, and tells whether it is the n-th. The one with the start value is an n-th.
+    /// Counts a SYNC, and returns whether it is the n-th. The one with the start value is an n-th.
     fn counts(&mut self, counter: Option<u8>, n: u8) -> bool {
         let count = match self.syncs {
             Some(count) => count + 1,
@@ -251,8 +251,8 @@ impl Tpdo {
         due
     }
 
-    /// The SYNC window closed: a synchronous PDO that was not sent is dropped. Of type 0, the event that it was
-    /// to tell waits for the next SYNC.
+    /// The SYNC window closed: a synchronous PDO that was not sent is dropped. Of type 0, its event waits for the
+    /// next SYNC.
     pub fn close_window(&mut self) {
         if self.parameters.transmission.is_synchronous() {
             let dropped = self.pending.take().is_some();

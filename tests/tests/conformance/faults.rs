@@ -316,7 +316,7 @@ pub const FAULTS: &[Fault] = &[
         "7.102 7.103 7.204 7.206 9.2",
     ),
     fault(
-        "the heartbeat tells another state",
+        "the heartbeat has another state",
         &[sent("705#7F").becomes("705#05").after(&["605#2B17100064*"])],
         "7.102 7.206 9.2",
     ),
@@ -433,5 +433,5 @@ pub const FAULTS: &[Fault] = &[
     fault("OPERATIONAL is not entered with all nodes", &[heard("000#0100")], "10.3"),
     fault("OPERATIONAL is entered with another node", &[heard("000#0106").becomes("000#0105")], "10.3"),
     fault("STOPPED is not entered with all nodes", &[heard("000#0200")], "10.4"),
-    fault("STOPPED is told as PRE-OPERATIONAL", &[sent("705#.4").becomes("705#7F")], "9.3 9.4 10.2 10.3 10.4"),
+    fault("STOPPED is reported as PRE-OPERATIONAL", &[sent("705#.4").becomes("705#7F")], "9.3 9.4 10.2 10.3 10.4"),
 ];

@@ -33,12 +33,12 @@ impl Tester<'_> {
 
     /// Sends a request that is answered by one message.
     pub fn request(&mut self, request: Message) -> Outcome<Message> {
-        self.tell(request)?;
+        self.send_request(request)?;
         self.answer()
     }
 
     /// Sends a request without looking for an answer.
-    pub fn tell(&mut self, request: Message) -> Outcome {
+    pub fn send_request(&mut self, request: Message) -> Outcome {
         self.send(self.sdo_ids().0, &request)
     }
 
@@ -135,7 +135,7 @@ impl Tester<'_> {
         let sized = answer[0] & 2 != 0;
         expect(&answer, 0xC0 | answer[0] & 2 | if with_crc { CRC } else { answer[0] & CRC })?;
         let announced = u32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]]) as usize;
-        self.tell(message(&[0xA3], &[]))?;
+        self.send_request(message(&[0xA3], &[]))?;
         let mut bytes = Vec::new();
         for number in 1.. {
             let segment = self.answer()?;
@@ -154,7 +154,7 @@ impl Tester<'_> {
         ensure(right, || format!("{announced} bytes are announced, {} come", bytes.len()))?;
         let (crc, own) = (u16::from_le_bytes([end[1], end[2]]), crc_of(&bytes));
         ensure(!with_crc || crc == own, || format!("the checksum is {crc:04X}, of these bytes it is {own:04X}"))?;
-        self.tell(message(&[0xA1], &[]))?;
+        self.send_request(message(&[0xA1], &[]))?;
         self.silence(20)?;
         Ok(bytes)
     }
@@ -202,10 +202,10 @@ impl Tester<'_> {
     }
 
     /// Writes without waiting for the answer, where something else is to be heard first.
-    pub fn tell_write(&mut self, write: Write) -> Outcome {
+    pub fn send_write(&mut self, write: Write) -> Outcome {
         let size = self.size(&self.entry(write.index, write.sub)?).unwrap_or(4).min(4);
         let command = 0x23 | (4 - size as u8) << 2;
-        self.tell(initiate(command, (write.index, write.sub), &write.value.to_le_bytes()[..size]))
+        self.send_request(initiate(command, (write.index, write.sub), &write.value.to_le_bytes()[..size]))
     }
 
     /// A write that is to be refused, with one of these codes, and changes nothing.

@@ -214,8 +214,8 @@ impl<'a> Tester<'a> {
     }
 
     pub fn is_in(&mut self, state: NmtState) -> Outcome {
-        let told = self.guarded_state()?;
-        ensure(told == state.code(), || format!("the device says {told:02X}, and should be {state}"))
+        let reported = self.guarded_state()?;
+        ensure(reported == state.code(), || format!("the device says {reported:02X}, and should be {state}"))
     }
 
     // What the data sheet says.

@@ -152,8 +152,8 @@ impl Sink {
     }
 }
 
-/// Writes an entry whose data came in one frame. When nobody tells how many of the four bytes count, or
-/// when some of them may be padding, the entry knows.
+/// Writes an entry whose data came in one frame. If the request does not say how many of the four bytes
+/// count, or some of them may be padding, the size of the entry decides.
 #[inline]
 pub(super) fn write_expedited(
     address: Address,

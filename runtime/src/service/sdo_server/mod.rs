@@ -11,7 +11,7 @@
 //!
 //! The dictionary is lent to each call, and is asked by offset. What is short is read at once, and written when
 //! all of it has come: a value of a fixed size, and text and bytes for which the entry has room for at most 64.
-//! Of these nobody sees a half. What is longer streams, and the server holds nothing of it.
+//! Of these no half is ever visible. What is longer streams, and the server holds nothing of it.
 //!
 //! A request is answered by one frame, which [`SdoServer::poll_transmit`] gives; the segments of a block upload
 //! are read as they are pulled.
@@ -369,7 +369,7 @@ impl SdoServer {
         self.reply = Some(response.to_raw());
     }
 
-    /// Ends the transfer, and tells the client.
+    /// Ends the transfer, and sends the abort.
     #[cold]
     fn abort(&mut self, address: Address, code: AbortCode) -> Event {
         self.state = State::Idle;

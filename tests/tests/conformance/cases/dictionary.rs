@@ -27,7 +27,7 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("4.5", "sub-index FFh tells object type and data type", |t| {
+    case("4.5", "sub-index FFh has object type and data type", |t| {
         let described = t.some("has sub-index FFh", |entry| entry.sub == 0xFF)?;
         for entry in described {
             let object = t.sheet.device.object(entry.index).ok_or_else(|| failed("an entry of no object"))?;
@@ -124,7 +124,7 @@ fn is_not_written(t: &mut Tester<'_>, entry: &Entry) -> Outcome {
 fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
     for entry in t.entries(|entry| entry.access.readable()) {
         let (index, sub) = (entry.index, entry.sub);
-        // 1003h is empty, and 1010h and 1011h tell what they can do.
+        // 1003h is empty, and 1010h and 1011h read as what they can do.
         if matches!((index, sub), (0x1003 | 0x1010 | 0x1011, 1..)) || !wanted(t.flags(&entry)) {
             continue;
         }

@@ -128,7 +128,7 @@ pub const CASES: &[Case] = &[
 /// Has the device send an emergency: the eight bytes of it.
 fn emergency(t: &mut Tester<'_>) -> Outcome<[u8; 8]> {
     let id = CobId::of_node(0x80, t.node);
-    t.tell_write(t.stimuli.emergency)?;
+    t.send_write(t.stimuli.emergency)?;
     let heard = t.hear_id(id, 100)?;
     let bytes = match &heard[..] {
         [(_, frame)] => <[u8; 8]>::try_from(frame.data()).ok(),

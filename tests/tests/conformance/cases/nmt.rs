@@ -124,8 +124,8 @@ fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
         return t.is_in(state);
     }
     t.has(&[0x1017])?;
-    let told = t.state(1100)?;
-    ensure(told == state.code(), || format!("the heartbeat says {told:02X}, and should be {state}"))
+    let reported = t.state(1100)?;
+    ensure(reported == state.code(), || format!("the heartbeat says {reported:02X}, and should be {state}"))
 }
 
 /// What CiA 301, 7.3.2.2.5, gives to the state, and nothing else.
@@ -150,7 +150,7 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     }
     // SDO.
     t.enter(state)?;
-    t.tell([0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
+    t.send_request([0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
     let answers = t.hear_id(CobId::of_node(0x580, t.node), PATIENCE_MS)?;
     ensure(answers.len() == usize::from(messages), || format!("SDO is answered {} times in {state}", answers.len()))?;
     // SYNC.

@@ -102,7 +102,7 @@ pub const CASES: &[Case] = &[
     case("2.27", "segment 128 of a block is not confirmed", |t| {
         let (index, sub, default) = long_text(t)?;
         t.request([0xA0, index as u8, (index >> 8) as u8, sub, 127, 0, 0, 0])?;
-        t.tell([0xA3, 0, 0, 0, 0, 0, 0, 0])?;
+        t.send_request([0xA3, 0, 0, 0, 0, 0, 0, 0])?;
         for _ in default.chunks(7) {
             t.answer()?;
         }
