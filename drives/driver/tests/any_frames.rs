@@ -5,7 +5,7 @@ use std::pin::{Pin, pin};
 use std::task::Poll;
 
 use lexican_driver::description::{Calibration, Inching, Number, Outputs, Test};
-use lexican_driver::{Description, Desk, Direction, Error, Mode, Session, sequence};
+use lexican_driver::{Description, Desk, Direction, Error, Mode, Session, Supervision, sequence};
 use lexican_runtime::object::DataType;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use proptest::prelude::*;
@@ -32,9 +32,11 @@ static INCHING: Description = Description {
 async fn everything(desk: &Desk) {
     let within = Duration::from_secs(5);
     let _ = sequence::identify(desk).await;
+    let _ = sequence::protect(desk, Supervision::within(within)).await;
     let _ = sequence::enable(desk).await;
     let _ = sequence::travel(desk, 1000, within, &mut |_| {}).await;
     let _ = sequence::start_travel(desk, -1000).await;
+    let _ = sequence::pass(desk, within).await;
     let _ = sequence::interrupt(desk).await;
     let _ = sequence::resume(desk).await;
     let _ = sequence::finish(desk, within, &mut |_| {}).await;
@@ -44,6 +46,7 @@ async fn everything(desk: &Desk) {
     let _ = sequence::calibrate(desk, 0).await;
     let _ = sequence::set_mode(desk, Mode::Velocity).await;
     let _ = sequence::run_at(desk, 100, within).await;
+    let _ = sequence::pass(desk, within).await;
     let _ = sequence::stop(desk).await;
     let _ = sequence::quick_stop(desk).await;
     let _ = sequence::reset_fault(desk).await;

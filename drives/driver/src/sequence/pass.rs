@@ -4,8 +4,8 @@ use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
 
 use super::observe::{cause, is_fault, moves, state_of};
-use super::rest::{at_rest, stand_still};
-use crate::desk::Desk;
+use super::rest::{at_rest, stand_still, stopped};
+use crate::desk::{Desk, Pause};
 use crate::error::Error;
 
 /// Lets time pass. While the drive may be moving, its status word is looked at meanwhile, and read if the drive sends none:
@@ -33,6 +33,10 @@ pub async fn pass(desk: &Desk, span: Duration) -> Result<(), Error> {
                 stand_still(desk, word).await?;
             }
             desk.lock().stop = None;
+            // A travel that is interrupted goes on when it is resumed.
+            if desk.lock().motion.pause() != Some(Pause::Interrupted) {
+                stopped(desk);
+            }
         }
         if desk.now() >= until {
             return Ok(());

@@ -1,13 +1,13 @@
 //! A drive that falls silent, or into FAULT, while it moves: whatever the driver does then says so.
 
-use lexican_runtime::Duration;
-use lexican_runtime::host::BusState;
+use lexican_runtime::host::{BusState, Fate};
+use lexican_runtime::{CobId, Duration};
 use siko_ag03_1::driver::{Error, Mode};
 use siko_ag03_1::fault::{Cause, Fault};
 use siko_ag03_1::sim::inputs;
 use siko_ag03_1::state::State;
 
-use crate::bench::Bench;
+use crate::bench::{Bench, NODE};
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -81,5 +81,36 @@ fn a_drive_that_could_not_be_stopped_is_stopped_once_it_is_back() {
     bench.world(|inputs| inputs.bus = inputs::BusState::Active);
     bench.drive.pass(Duration::from_millis(100)).unwrap();
     assert_eq!((bench.velocity(), bench.drive.state().unwrap()), (0, State::OperationEnabled));
-    assert_eq!(bench.drive.mode().unwrap(), Some(Mode::Velocity));
+    // It has stopped, as if it had been reached at once.
+    bench.drive.set_mode(Mode::Positioning).unwrap();
+}
+
+#[test]
+fn a_travel_that_could_not_be_interrupted_is_interrupted_once_the_drive_is_back() {
+    let mut bench = travelling();
+    let mut lost = false;
+    bench.bus.set_fate(move |_, frame| {
+        lost |= frame.id() == CobId::of_node(0x200, NODE);
+        if lost { Fate::Lose } else { Fate::Deliver }
+    });
+    check_may_move(bench.drive.interrupt());
+    bench.bus.set_fate(|_, _| Fate::Deliver);
+    bench.drive.pass(Duration::from_millis(100)).unwrap();
+    assert_eq!(bench.velocity(), 0);
+    bench.drive.resume().unwrap();
+    bench.pass_ms(1000);
+    assert_ne!(bench.velocity(), 0);
+}
+
+/// The lock of a shell that has panicked does not stand in the way of the stop.
+#[test]
+fn a_panic_in_the_middle_of_an_operation_stops_the_drive() {
+    let Bench { bus, simulated, mut drive } = Bench::enabled();
+    let moved = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || {
+        drive.move_to_watched(5000, |progress| assert!(progress.position < 500, "far enough"))
+    }));
+    assert!(moved.is_err());
+    bus.advance(SECOND);
+    assert_eq!(simulated.lock().unwrap().velocity(bus.now()), 0);
+    assert!(simulated.lock().unwrap().position(bus.now()) < 1000);
 }
