@@ -232,10 +232,10 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "2005h:01 has another value than the data sheet",
         &[sent("585#4B05200107000000").becomes("585#4B05200108000000")],
-        "4.2 4.8",
+        "4.2",
     ),
     fault("1001h is written", &[heard("605#2F011000*").is_answered("585#6001100000000000")], "4.3 4.7"),
-    fault("2005h:FF describes a VAR", &[sent("585#430520FF09*").becomes("585#430520FF07*")], "4.2 4.5 4.8"),
+    fault("2005h:FF describes a VAR", &[sent("585#430520FF09*").becomes("585#430520FF07*")], "4.2 4.5"),
     fault(
         "1018h is not read in OPERATIONAL",
         &[heard("605#40181001*").is_answered("585#8018100122000008").when(Operational)],
