@@ -5,6 +5,7 @@
 //! reads times, [`output`] knows how a command ends; every other module is one command.
 
 mod access;
+mod boot;
 mod bus;
 mod check;
 mod decode;
@@ -56,6 +57,7 @@ enum Command {
     Read(access::read::Args),
     Write(access::write::Args),
     Nmt(nmt::Args),
+    Boot(boot::Args),
     #[command(subcommand)]
     Lss(lss::Command),
     Monitor(monitor::Args),
@@ -74,6 +76,7 @@ fn main() -> ExitCode {
         Command::Read(args) => access::read::run(&args),
         Command::Write(args) => access::write::run(&args),
         Command::Nmt(args) => nmt::run(&args),
+        Command::Boot(args) => boot::run(&args),
         Command::Lss(command) => command.run(),
         Command::Monitor(args) => monitor::run(&args),
         Command::Check(args) => check::run(&args),

@@ -1,0 +1,203 @@
+//! `lexican boot`: a network is configured, started and kept up.
+
+mod plan;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anstyle::AnsiColor;
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{BootNetworkError, Link, Pace};
+use lexican_runtime::manager::{Event, NetworkEvent, OnLoss};
+use lexican_runtime::{Duration, NodeId};
+use serde_json::json;
+
+use crate::bus::failure::link_failure;
+use crate::bus::{BusArgs, node_id};
+use crate::duration::{milliseconds, seconds};
+use crate::output::{Failure, Outcome, fields, styled, tell, warn};
+use plan::Node;
+
+/// Boot a network: check, configure and start its nodes (CiA 302-2)
+///
+/// The nodes are reset, compared with their data sheets, configured, watched and started; a node has booted when it
+/// reports OPERATIONAL itself. Exit code 1 when a mandatory node has not.
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = EXAMPLES,
+    after_long_help = LONG_HELP,
+    group = clap::ArgGroup::new("what").required(true).multiple(true).args(["file", "node", "optional"])
+)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    bus: BusArgs,
+
+    /// The network (TOML); --help shows one
+    #[arg(value_name = "NETWORK", conflicts_with_all = ["node", "optional", "heartbeat", "guarding"])]
+    file: Option<PathBuf>,
+
+    /// A mandatory node: 5, or 5=drive.dcf, 5=siko/ag03-1; may be given several times
+    #[arg(long, value_name = "ID[=DEVICE]", value_parser = node)]
+    node: Vec<(NodeId, Option<String>)>,
+
+    /// A node that the network can do without
+    #[arg(long, value_name = "ID[=DEVICE]", value_parser = node)]
+    optional: Vec<(NodeId, Option<String>)>,
+
+    /// Give the nodes a heartbeat of so many ms (1017h); they are lost after three times that
+    #[arg(long, value_name = "MS", value_parser = milliseconds, conflicts_with = "guarding")]
+    heartbeat: Option<Duration>,
+
+    /// Guard the nodes every so many ms; they are lost after three times that
+    #[arg(long, value_name = "MS", value_parser = milliseconds)]
+    guarding: Option<Duration>,
+
+    /// How long the mandatory nodes may take, in ms; 0: as long as each takes
+    #[arg(long, value_name = "MS", value_parser = milliseconds, default_value = "10000")]
+    boot_time: Duration,
+
+    /// Keep the network up until it is interrupted: nodes that get lost are booted again
+    #[arg(long)]
+    keep: bool,
+
+    /// Keep it up for so many seconds
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    span: Option<Duration>,
+
+    /// Print one JSON object per line
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican boot --bus can0 --node 5=siko/ag03-1 --optional 7 --heartbeat 100
+    lexican boot --bus can0 machine.toml --keep";
+
+const LONG_HELP: &str = "\
+Examples:
+    lexican boot --bus can0 --node 5=siko/ag03-1 --optional 7 --heartbeat 100
+    lexican boot --bus can0 machine.toml --keep
+
+A network (times in ms; every key but id may be left out):
+
+    boot-time = 10000
+    on-loss = \"reset-node\"         # of a mandatory node; or reset-all, stop-all
+    start-all = false              # by one command, when all can be started
+
+    [[node]]
+    id = 5
+    device = \"drive.dcf\"           # its identity is checked, a DCF written
+    dcf = \"drive.bin\"              # a concise DCF (1F22h)
+    settings = [\"6060 = profile velocity\", \"2412 = 2.5 mm\"]
+    heartbeat = 100                # or guarding = 100, and retry = 3
+    mandatory = true
+    start = true
+    keep-alive = false             # not reset while it is OPERATIONAL
+    boots-again = true             # when it was lost";
+
+/// `5`, `5=drive.dcf`.
+fn node(text: &str) -> Result<(NodeId, Option<String>), String> {
+    match text.split_once('=') {
+        Some((id, device)) => Ok((node_id(id)?, Some(device.to_owned()))),
+        None => Ok((node_id(text)?, None)),
+    }
+}
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let described = match &args.file {
+        Some(path) => plan::Network::read(path)?,
+        None => args.network(),
+    };
+    let plan = described.plan()?;
+    let boot_time = described.boot_time.unwrap_or(args.boot_time);
+    let link = args.bus.open(Pace::Virtual)?.settled()?.link;
+    let mut network = Network::new(link);
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
+        .map_err(|error| Failure::new(format_args!("cannot take note of Ctrl-C: {error}")))?;
+
+    let mut written = Ok(());
+    let mut report = |event: &NetworkEvent| {
+        if written.is_ok() {
+            written = print(args.json, event);
+        }
+    };
+    match network.boot(plan, boot_time, &mut report) {
+        Ok(()) => {}
+        Err(BootNetworkError::NotReady(error)) => warn(format_args!("the network is not ready: {error}")),
+        Err(BootNetworkError::Link(error)) => return Err(link_failure(&error)),
+    }
+    let end = args.span.map(|span| network.now() + span);
+    let is_kept = args.keep || end.is_some();
+    loop {
+        let now = network.now();
+        let is_over = match end {
+            Some(end) => now >= end,
+            None => !is_kept && !is_booting(&mut network),
+        };
+        if is_over || interrupted.load(Ordering::Relaxed) {
+            break;
+        }
+        let until = end.map_or(now + LOOK, |end| end.min(now + LOOK));
+        if let Some(Event::Network(event)) = network.next_event(until).map_err(|error| link_failure(&error))? {
+            report(&event);
+        }
+    }
+    written?;
+    let is_ready = network.kept().is_some_and(|kept| kept.is_ready());
+    Ok(if is_ready { Outcome::Clean } else { Outcome::Found })
+}
+
+/// How long Ctrl-C may not be noticed.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Whether a node is still being booted; an optional one, for which nobody waits.
+fn is_booting<L: Link>(network: &mut Network<L>) -> bool {
+    network.kept().is_some_and(|kept| kept.nodes().any(|node| kept.is_booting(node)))
+}
+
+impl Args {
+    /// The network of the command line.
+    fn network(&self) -> plan::Network {
+        let node = |(id, device): &(NodeId, Option<String>), mandatory| Node {
+            device: device.clone(),
+            mandatory,
+            heartbeat: self.heartbeat,
+            guarding: self.guarding.map(plan::guarding),
+            ..Node::new(*id)
+        };
+        let mandatory = self.node.iter().map(|it| node(it, true));
+        let nodes = mandatory.chain(self.optional.iter().map(|it| node(it, false))).collect();
+        plan::Network { nodes, on_loss: OnLoss::ResetNode, start_all: false, boot_time: None }
+    }
+}
+
+/// Prints what has happened.
+fn print(as_json: bool, event: &NetworkEvent) -> Result<(), Failure> {
+    let bad = |text: String| styled(AnsiColor::Red.on_default(), text);
+    let (name, text, more) = match *event {
+        NetworkEvent::Booted(node) => ("booted", format!("node {node}: has booted"), json!({ "node": node.get() })),
+        NetworkEvent::Failed { node, mandatory, error } => {
+            let more = json!({ "node": node.get(), "mandatory": mandatory, "error": error.to_string() });
+            ("failed", bad(format!("node {node}: {error}")), more)
+        }
+        NetworkEvent::Ready => ("ready", "the network is ready".to_owned(), json!({})),
+        NetworkEvent::BootTimeElapsed => ("boot-time-elapsed", bad("the boot time is over".to_owned()), json!({})),
+        NetworkEvent::BootedUp(node) => {
+            ("boot-up", format!("node {node}: is there, and not to be booted again"), json!({ "node": node.get() }))
+        }
+        NetworkEvent::StateChanged { node, state } => {
+            let more = json!({ "node": node.get(), "state": state.to_string() });
+            ("state", format!("node {node}: {state}"), more)
+        }
+        NetworkEvent::Lost { node, mandatory } => {
+            ("lost", bad(format!("node {node}: is lost")), json!({ "node": node.get(), "mandatory": mandatory }))
+        }
+    };
+    let mut object = fields(more);
+    object.insert("event".to_owned(), json!(name));
+    tell(as_json, object, text)
+}

@@ -1,0 +1,67 @@
+//! `lexican boot`: a network on a simulated bus.
+
+#[path = "common/mod.rs"]
+mod common;
+
+use common::{Run, folder, lexican, lexican_in};
+
+const DRIVE: &str = "sim:siko/ag03-1?node=5";
+
+fn boot(args: &[&str]) -> Run {
+    lexican(&[&["boot", "--bus", DRIVE], args].concat())
+}
+
+#[test]
+fn a_network_of_flags_is_booted() {
+    for args in [
+        &["--node", "5"][..],
+        &["--node", "5=siko/ag03-1", "--heartbeat", "100"],
+        &["--node", "5", "--guarding", "100", "--for", "2"],
+        &["--node", "5", "--optional", "6"],
+    ] {
+        let run = boot(args);
+        assert_eq!(run.code, Some(0), "{args:?}: {}", run.stderr);
+        assert!(run.stdout.starts_with("node 5: has booted\nthe network is ready\n"), "{args:?}: {}", run.stdout);
+    }
+}
+
+#[test]
+fn a_network_that_is_not_ready_says_why() {
+    let run = boot(&["--node", "5", "--node", "7", "--json"]);
+    assert_eq!(run.code, Some(1));
+    assert!(run.stderr.contains("the network is not ready: node 7 has not booted: the node does not tell its"));
+    let events: Vec<serde_json::Value> = run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((&events[0]["event"], &events[0]["node"]), (&"booted".into(), &5.into()));
+    assert_eq!((&events[1]["event"], &events[1]["mandatory"]), (&"failed".into(), &true.into()));
+    let run = boot(&["--node", "7", "--boot-time", "100"]);
+    assert!(run.code == Some(1) && run.stderr.contains("node 7 has not booted in time"), "{}", run.stderr);
+}
+
+#[test]
+fn a_network_in_a_file_is_booted() {
+    let folder = folder("boot");
+    let node = "[[node]]\nid = 5\ndevice = 'siko/ag03-1'\nsettings = ['6060 = profile velocity']\n";
+    let boot = |text: &str| {
+        std::fs::write(folder.join("machine.toml"), text).unwrap();
+        lexican_in(&folder, &["boot", "--bus", DRIVE, "machine.toml"])
+    };
+    let run = boot(&format!("start-all = true\non-loss = 'stop-all'\n{node}heartbeat = 100\n"));
+    assert_eq!((run.code, run.stdout.as_str()), (Some(0), "node 5: has booted\nthe network is ready\n"));
+    // The device refuses its settings, or is another one.
+    let run = boot(&node.replace("6060 = profile velocity", "6060 = 9"));
+    assert_eq!(run.code, Some(1), "{}", run.stderr);
+    assert!(run.stdout.contains("node 5: entry 1 of the configuration failed: 6060:00"), "{}", run.stdout);
+    let other = include_str!("sensor.eds").replace("DefaultValue=0\n\n[1001]", "DefaultValue=0x191\n\n[1001]");
+    std::fs::write(folder.join("sensor.eds"), other).unwrap();
+    let run = boot("[[node]]\nid = 5\ndevice = 'sensor.eds'\n");
+    assert!(run.code == Some(1) && run.stdout.contains("the device type is"), "{}{}", run.stdout, run.stderr);
+    for (text, words) in [
+        ("", "it lists no nodes"),
+        ("[[node", "machine.toml: "),
+        ("[[node]]\nid = 5\nhartbeat = 100\n", "node 5: a node has no key \"hartbeat\""),
+        ("[[node]]\nid = 5\ndcf = 'missing.bin'\n", "missing.bin: no such file"),
+    ] {
+        let run = boot(text);
+        assert!(run.code == Some(2) && run.stderr.contains(words), "{text}: {}", run.stderr);
+    }
+}
