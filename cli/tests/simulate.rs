@@ -418,3 +418,13 @@ fn a_line_without_end_is_no_command() {
     assert!(refused["text"].as_str().unwrap().len() < 5000);
     assert!(sensor.asks("status", "answer")["text"].as_str().unwrap().contains("node 5"));
 }
+
+#[test]
+fn a_new_node_id_is_activated_when_that_is_wanted() {
+    let sensor = Simulation::begin(&sensor("sim-activate"), &["sensor.eds", "--node", "5"]);
+    let hinted = sensor.run("lss node-id", &["9"]);
+    assert!(hinted.code == Some(0) && hinted.stderr.contains("it is node 5 until"), "{}", hinted.stderr);
+    assert!(hinted.stderr.contains("--activate does so"), "{}", hinted.stderr);
+    sensor.check("lss node-id", &["9", "--activate"], "node-ID 9, and has booted with it\n");
+    sensor.check("scan", &["--wait", "100"], "node   9");
+}

@@ -26,6 +26,12 @@ pub(crate) struct Args {
     #[arg(long)]
     store: bool,
 
+    /// Let a device that has another node-ID take the new one at once, by a reset of its communication
+    ///
+    /// One that has none takes it in any case. Exit code 1 when it does not boot with it.
+    #[arg(long)]
+    activate: bool,
+
     /// Give it even if another node has it already
     #[arg(long)]
     force: bool,
@@ -37,7 +43,7 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
-    lexican lss node-id --bus can0 5                                (the only device on the bus)
+    lexican lss node-id --bus can0 5 --activate                     (the only device on the bus)
     lexican lss node-id --bus can0 --unconfigured 5 --store         (the next one without node-ID)
     lexican lss node-id --bus can0 --vendor 195h --product 0 --revision 10000h --serial 42 5";
 
@@ -64,12 +70,14 @@ fn give<L: Link>(session: &mut Session<L>, args: &Args) -> Result<Outcome, Failu
     }
     let booted = match (selected.node, new) {
         (None, Some(new)) => session.boot(new)?,
+        (Some(old), new) if args.activate && new != Some(old) => session.activate_node(old, new)?,
         _ => false,
     };
     let more = json!({ "node_id": new.map(NodeId::get), "booted": booted, "stored": args.store });
     print(args.link.json, selected_json(Some(selected)), more, &text(selected, new, booted))?;
-    advise(selected, new, booted, args.store);
-    Ok(Outcome::Clean)
+    advise(selected, new, booted, args);
+    let is_missed = args.activate && new.is_some() && new != selected.node && !booted;
+    Ok(if is_missed { Outcome::Found } else { Outcome::Clean })
 }
 
 fn text(selected: Selected, new: Option<NodeId>, booted: bool) -> String {
@@ -79,17 +87,21 @@ fn text(selected: Selected, new: Option<NodeId>, booted: bool) -> String {
 }
 
 /// What is still to be done, or to be known.
-fn advise(selected: Selected, new: Option<NodeId>, booted: bool, stored: bool) {
+fn advise(selected: Selected, new: Option<NodeId>, booted: bool, args: &Args) {
     match selected.node {
-        Some(old) if new != Some(old) => note(format_args!(
-            "it is node {old} until its communication is reset: `lexican nmt reset-communication --node {old}`"
+        Some(old) if new != Some(old) && !args.activate => note(format_args!(
+            "it is node {old} until its communication is reset: --activate does so, and `lexican nmt \
+             reset-communication --node {old}`"
         )),
+        Some(_) if args.activate && new.is_some() && new != selected.node && !booted => {
+            warn("no boot-up message was heard: some devices take their node-ID when they are switched on only");
+        }
         None if new.is_some() && !booted => {
             warn("no boot-up message was heard: some devices take their node-ID when they are switched on only");
         }
         _ => {}
     }
-    if !stored {
+    if !args.store {
         note("not stored: without power the device forgets it, unless --store is given");
     }
 }

@@ -1,19 +1,21 @@
 //! An LSS manager on a link: selects devices, asks them, and says what to do when they do not answer.
 
+mod search;
+
 use indicatif::ProgressBar;
 use lexican_runtime::host::{Link, Pump, StateMachine};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::lss_manager::{Busy, Event, LssError, LssManager};
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::lss::{self, Identity, LssResponse, LssState, Part};
-use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use crate::bus::failure::link_failure;
 use crate::bus::let_leave;
 use crate::decode::lss::refuses;
-use crate::output::{Failure, progress};
+use crate::output::Failure;
 
 /// How much later than the first answer a second one may come, of another device.
 const GRACE: Duration = Duration::from_millis(50);
@@ -23,9 +25,6 @@ const STORING: Duration = Duration::from_secs(3);
 
 /// How long a device may take to boot.
 const BOOTING: Duration = Duration::from_secs(2);
-
-/// The steps of a fastscan: whether anybody is there, then 32 bits and all of them for each of four numbers.
-const SCAN_STEPS: u64 = 1 + 4 * 33;
 
 /// How long to wait for answers.
 #[derive(Clone, Copy, Debug)]
@@ -83,23 +82,6 @@ impl<L: Link> Session<L> {
         left?;
         let_leave(&mut session.link)?;
         Ok(outcome)
-    }
-
-    /// The next device without node-ID, which is selected then; those that were found before are passed over.
-    pub(super) fn fastscan(&mut self) -> Result<Option<Identity>, Failure> {
-        let progress = progress("searching {wide_bar} {percent}%", SCAN_STEPS);
-        let event = self.operate(self.times.answer, &progress, LssManager::fastscan);
-        progress.finish_and_clear();
-        match event? {
-            Event::Found(identity) => Ok(Some(identity)),
-            Event::Failed(LssError::NoAnswer) => Ok(None),
-            Event::Failed(error) => Err(Failure::new(error).help(format_args!(
-                "an answer was lost, or came later than {} ms: repeat it with --step {}",
-                ms(self.times.step),
-                ms(self.times.step.times(4))
-            ))),
-            other => Err(unexpected(other)),
-        }
     }
 
     /// Whether a device has no node-ID, as those tell that know no fastscan.
@@ -204,6 +186,16 @@ impl<L: Link> Session<L> {
         self.deselect()?;
         let boot_up = ErrorControl::heartbeat(NmtState::Initialising).frame(node);
         self.wait_for(self.link.now() + BOOTING, |frame| *frame == boot_up)
+    }
+
+    /// Lets a device that has a node-ID take the one that it was given, by a reset of its communication (CiA 305);
+    /// whether it boots with it.
+    pub(super) fn activate_node(&mut self, old: NodeId, new: Option<NodeId>) -> Result<bool, Failure> {
+        self.hear(&new.map(ErrorControl::cob_id).into_iter().collect::<Vec<_>>())?;
+        self.deselect()?;
+        self.send(&NmtMessage { command: NmtCommand::ResetCommunication, node: Some(old) }.frame())?;
+        let boot_up = new.map(|new| ErrorControl::heartbeat(NmtState::Initialising).frame(new));
+        self.wait_for(self.link.now() + BOOTING, |frame| Some(*frame) == boot_up)
     }
 
     /// No device is selected any more.
@@ -358,6 +350,7 @@ fn unexpected(event: Event) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lexican_runtime::wire::lss::LssRequest;
     use std::sync::{Arc, Mutex};
 
     use crate::bus::flood::Flood;
@@ -458,10 +451,84 @@ mod tests {
         }
     }
 
+    /// A device that answers every search, as CANopenNode's does: also when it was found and is selected.
+    struct Stubborn {
+        identity: Identity,
+        part: Part,
+        answers: bool,
+    }
+
+    impl Node for Stubborn {
+        fn handle_frame(&mut self, _: Instant, frame: &Frame) {
+            if frame.id() != lss::REQUEST {
+                return;
+            }
+            match LssRequest::parse(frame.data()) {
+                Some(LssRequest::Fastscan { bits_left: 0x80, .. }) => {
+                    (self.part, self.answers) = (Part::Vendor, true);
+                }
+                Some(LssRequest::Fastscan { value, bits_left, part, next }) => {
+                    let is_mine = part == self.part && (value ^ self.identity.part(part)) >> bits_left == 0;
+                    self.answers |= is_mine;
+                    if is_mine && bits_left == 0 {
+                        self.part = next;
+                    }
+                }
+                _ => {}
+            }
+        }
+        fn handle_timeout(&mut self, _: Instant) {}
+        fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+            std::mem::take(&mut self.answers).then(|| LssResponse::Identified.frame())
+        }
+        fn poll_timeout(&self) -> Option<Instant> {
+            None
+        }
+    }
+
+    #[test]
+    fn devices_that_answer_every_search_neither_hide_others_nor_keep_it_going() {
+        let stubborn = |serial| Stubborn { identity: identity(serial), part: Part::Vendor, answers: false };
+        for (stubborn_ones, others) in [
+            (&[5][..], &[][..]),
+            (&[5], &[0, 7, 0x8000_0000]),
+            (&[0x1234, 0x1235, u32::MAX], &[0x1236, 0, 9]),
+            (&[u32::MAX], &[u32::MAX - 1]),
+        ] {
+            let (bus, _) = bus(&others.iter().map(|serial| (*serial, 0)).collect::<Vec<_>>());
+            stubborn_ones.iter().for_each(|serial| bus.attach(stubborn(*serial)));
+            let another_vendor = Identity { vendor: 7, ..identity(5) };
+            bus.attach(Stubborn { identity: another_vendor, part: Part::Vendor, answers: false });
+            let mut found = work(&bus, |session| super::super::find::all(session, |_| Ok(true), |_| Ok(()))).unwrap();
+            found.sort_by_key(|identity| (identity.vendor, identity.serial));
+            let serials = stubborn_ones.iter().chain(others).map(|serial| identity(*serial));
+            let mut all: Vec<_> = serials.chain([another_vendor]).collect();
+            all.sort_by_key(|identity| (identity.vendor, identity.serial));
+            assert_eq!(found, all);
+        }
+    }
+
+    #[test]
+    fn a_node_id_is_activated_by_a_reset() {
+        let text = include_str!("../../tests/sensor.eds");
+        let sheet = lexican_eds::load(&lexican_eds::Input::new(lexican_eds::Source::new("sensor.eds", text))).0;
+        let bus = VirtualBus::with_bit_rate(500);
+        bus.attach(VirtualDevice::power_on(bus.now(), NodeId::literal(9), &sheet));
+        bus.advance(Duration::from_millis(10));
+        let booted = work(&bus, |session| {
+            let selected = session.select(Whom::Only)?;
+            assert_eq!(session.configure_node(NodeId::new(10))?, Ok(()));
+            session.activate_node(selected.node.unwrap(), NodeId::new(10))
+        });
+        assert!(booted.unwrap());
+        assert!(work(&bus, |session| session.is_taken(NodeId::literal(10))).unwrap());
+        assert!(!work(&bus, |session| session.is_taken(NodeId::literal(9))).unwrap());
+    }
+
     #[test]
     fn a_device_that_somebody_has_left_selected_is_found_all_the_same() {
         let (bus, devices) = bus(&[(42, 0)]);
-        let switch = lss::LssRequest::SwitchGlobal(LssState::Configuration).frame();
+        let switch = LssRequest::SwitchGlobal(LssState::Configuration).frame();
         bus.link().send(&switch).unwrap();
         bus.advance(Duration::from_millis(1));
         assert_eq!(devices[0].lock().unwrap().lss.state(), LssState::Configuration);

@@ -1,0 +1,121 @@
+//! The search for devices without node-ID, bit by bit (LSS fastscan, CiA 305).
+
+use lexican_runtime::host::Link;
+use lexican_runtime::service::lss_manager::{Event, LssError, LssManager};
+use lexican_runtime::wire::lss::{Identity, LssRequest, LssResponse, Part};
+
+use super::{Session, ms, response, unexpected};
+use crate::output::{Failure, progress};
+
+/// The steps of a fastscan: whether anybody is there, then 32 bits and all of them for each of four numbers.
+const SCAN_STEPS: u64 = 1 + 4 * 33;
+
+impl<L: Link> Session<L> {
+    /// The next device without node-ID, which is selected then; those that were found before are passed over.
+    pub(in super::super) fn fastscan(&mut self) -> Result<Option<Identity>, Failure> {
+        let progress = progress("searching {wide_bar} {percent}%", SCAN_STEPS);
+        let event = self.operate(self.times.answer, &progress, LssManager::fastscan);
+        progress.finish_and_clear();
+        match event? {
+            Event::Found(identity) => Ok(Some(identity)),
+            Event::Failed(LssError::NoAnswer) => Ok(None),
+            Event::Failed(error) => Err(self.lost_answer(&error)),
+            other => Err(unexpected(other)),
+        }
+    }
+
+    /// The next device without node-ID that is none of `known`, some of which answer every search.
+    ///
+    /// Whoever is not known differs from each of them in some bit: what branches off from a known identity there, and
+    /// leads to none of them, is asked for by itself.
+    pub(in super::super) fn fastscan_beside(&mut self, known: &[Identity]) -> Result<Option<Identity>, Failure> {
+        for identity in known {
+            for part in Part::ALL {
+                if !self.begin_search(*identity, part)? {
+                    return Ok(None);
+                }
+                for bit in (0..32).rev() {
+                    // The other bit, and below it all zero.
+                    let value = (identity.part(part) ^ 1 << bit) >> bit << bit;
+                    let branch = identity.with(part, value);
+                    if !known.iter().any(|known| leads_to(branch, part, bit, *known))
+                        && self.probe(branch, part, bit)?
+                    {
+                        return self.search_on(branch, part, bit).map(Some);
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Lets all devices begin anew, and those with the numbers before `part` go on to it; whether there is any.
+    fn begin_search(&mut self, identity: Identity, part: Part) -> Result<bool, Failure> {
+        const ANYBODY: u8 = 0x80;
+        let before = Part::ALL.into_iter().filter(|before| before.number() < part.number());
+        let mut is_there = self.probe(identity, Part::Vendor, ANYBODY)?;
+        for before in before {
+            is_there = is_there && self.confirm(identity, before)?;
+        }
+        Ok(is_there)
+    }
+
+    /// The search from a branch on that leads to nobody who answers every search.
+    fn search_on(&mut self, mut found: Identity, mut part: Part, mut bit: u8) -> Result<Identity, Failure> {
+        loop {
+            while bit > 0 {
+                bit -= 1;
+                if !self.probe(found, part, bit)? {
+                    found = found.with(part, found.part(part) | 1 << bit);
+                }
+            }
+            // Whoever is left confirms the whole number, and goes on to the next.
+            if !self.confirm(found, part)? {
+                return Err(self.lost_answer(&LssError::ScanFailed { part, value: found.part(part) }));
+            }
+            if part == Part::Serial {
+                return Ok(found);
+            }
+            (part, bit) = (part.next(), 32);
+            found = found.with(part, 0);
+        }
+    }
+
+    /// Whether a device has the bits of a number from `bits_left` on.
+    fn probe(&mut self, identity: Identity, part: Part, bits_left: u8) -> Result<bool, Failure> {
+        self.is_identified(LssRequest::Fastscan { value: identity.part(part), bits_left, part, next: part })
+    }
+
+    /// Whether a device has the whole number; it goes on to the next.
+    fn confirm(&mut self, identity: Identity, part: Part) -> Result<bool, Failure> {
+        let (value, next) = (identity.part(part), part.next());
+        self.is_identified(LssRequest::Fastscan { value, bits_left: 0, part, next })
+    }
+
+    /// Whether a device answers a step. Others may answer until its time is over.
+    fn is_identified(&mut self, step: LssRequest) -> Result<bool, Failure> {
+        self.send(&step.frame())?;
+        let until = self.link.now() + self.times.step;
+        let mut answered = false;
+        self.wait_for(until, |frame| {
+            answered |= response(frame) == Some(LssResponse::Identified);
+            false
+        })?;
+        Ok(answered)
+    }
+
+    fn lost_answer(&self, error: &LssError) -> Failure {
+        Failure::new(error).help(format_args!(
+            "an answer was lost, or came later than {} ms: repeat it with --step {}",
+            ms(self.times.step),
+            ms(self.times.step.times(4))
+        ))
+    }
+}
+
+/// Whether a device with `known` answers when it is asked for the bits of `branch` from `bit` of `part` on.
+fn leads_to(branch: Identity, part: Part, bit: u8, known: Identity) -> bool {
+    let before = Part::ALL.into_iter().filter(|before| before.number() < part.number());
+    before.into_iter().all(|before| branch.part(before) == known.part(before))
+        && branch.part(part) >> bit == known.part(part) >> bit
+}
