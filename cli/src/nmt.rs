@@ -4,9 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
 use lexican_runtime::host::{Link, Pace, Pump};
+use lexican_runtime::object::Address;
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
-use lexican_runtime::{Duration, Frame, Instant, NodeId};
+use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use serde_json::json;
 
 use crate::bus::failure::link_failure;
@@ -38,7 +40,7 @@ pub(crate) struct Args {
     /// Wait until the node tells that it is in its state, or after a reset that it has booted; no longer than so
     /// many ms
     ///
-    /// A node that sends no heartbeat is asked by node guarding. Of all nodes, those count that are heard or answer,
+    /// A node that sends no heartbeat is asked by node guarding, and by SDO whether it has one at all. Of all nodes, those count that are heard or answer,
     /// and the command always lasts that long.
     #[arg(long, value_name = "MS", value_parser = milliseconds)]
     wait: Option<Duration>,
@@ -110,11 +112,19 @@ struct Watch<L> {
     message: NmtMessage,
     /// What each node told last; after a reset, INITIALISING is its boot-up message and stays.
     heard: BTreeMap<NodeId, NmtState>,
+    /// The heartbeat of nodes that were not heard, in ms, as they answer by SDO; `None`: they have no 1017h.
+    answers: BTreeMap<NodeId, Option<u16>>,
+    /// Who was asked for it.
+    asked: BTreeSet<NodeId>,
 }
+
+/// The producer heartbeat time: 0 for none.
+const HEARTBEAT_TIME: Address = Address::new(0x1017, 0);
 
 impl<L: Link> Watch<L> {
     fn new(link: L, message: NmtMessage) -> Self {
-        Watch { link, pump: Pump::new(), message, heard: BTreeMap::new() }
+        let (heard, answers, asked) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
+        Watch { link, pump: Pump::new(), message, heard, answers, asked }
     }
 
     /// Listens until the node is in its state. Nobody knows how many nodes all are: that takes the whole time.
@@ -154,9 +164,25 @@ impl<L: Link> Watch<L> {
         {
             self.heard.insert(node, told.state);
         }
+        let server = frame.id().raw().checked_sub(0x580).and_then(|low| NodeId::new(u8::try_from(low).ok()?));
+        if let Some(node) = server.filter(|node| self.asked.contains(node) && !frame.id().is_extended()) {
+            match ServerResponse::parse(frame.data()) {
+                Some(ServerResponse::InitiateUpload { address, content: Content::Expedited(value) })
+                    if address == HEARTBEAT_TIME =>
+                {
+                    let ms = value.data().first_chunk().map(|bytes| u16::from_le_bytes(*bytes));
+                    self.answers.insert(node, ms);
+                }
+                Some(ServerResponse::Abort(abort)) if abort.address == HEARTBEAT_TIME => {
+                    self.answers.insert(node, None);
+                }
+                _ => {}
+            }
+        }
     }
 
-    /// Asks for the state by node guarding (CiA 301, 7.2.8.2.2): what sends heartbeats need not answer. After a reset
+    /// Asks for the state by node guarding (CiA 301, 7.2.8.2.2): what sends heartbeats need not answer. A node that was
+    /// not heard is asked for its heartbeat by SDO, once: it may have none, and not know guarding either. After a reset
     /// there is nothing to ask for: a node that has booted says so.
     fn ask(&mut self, everybody: bool) -> Result<(), Failure> {
         if self.is_reset() {
@@ -169,6 +195,12 @@ impl<L: Link> Watch<L> {
         for node in asked {
             self.link.send(&ErrorControl::request(node)).map_err(|error| link_failure(&error))?;
             self.listen(self.link.now() + PAUSE)?;
+            if !self.heard.contains_key(&node) && self.asked.insert(node) {
+                let question = ClientRequest::InitiateUpload { address: HEARTBEAT_TIME }.to_bytes();
+                let question = Frame::from_array(CobId::of_node(0x600, node), question);
+                self.link.send(&question).map_err(|error| link_failure(&error))?;
+                self.listen(self.link.now() + PAUSE)?;
+            }
         }
         Ok(())
     }
@@ -196,13 +228,17 @@ fn print_command(as_json: bool, message: NmtMessage) -> Result<(), Failure> {
 fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Result<Outcome, Failure> {
     let wait_ms = wait.as_micros() / 1000;
     let mut stdout = output::stdout();
-    let nodes: BTreeSet<_> = watch.heard.keys().copied().chain(watch.message.node).collect();
+    let heard = watch.heard.keys().chain(watch.answers.keys());
+    let nodes: BTreeSet<_> = heard.copied().chain(watch.message.node).collect();
     for &node in &nodes {
         let (state, reached) = (watch.heard.get(&node), watch.has_reached(node));
         if as_json {
             let state = state.map(ToString::to_string);
             let command = watch.message.command.to_string();
-            let line = json!({ "node": node.get(), "command": command, "state": state, "reached": reached });
+            let mut line = json!({ "node": node.get(), "command": command, "state": state, "reached": reached });
+            if let Some(heartbeat) = watch.answers.get(&node) {
+                line["heartbeat_ms"] = json!(heartbeat);
+            }
             writeln!(stdout, "{line}")?;
             continue;
         }
@@ -211,7 +247,16 @@ fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Res
             Some(state) if reached => writeln!(stdout, "node {node}: {state}")?,
             Some(_) if watch.is_reset() => warn(format_args!("node {node} has not booted within {wait_ms} ms")),
             Some(state) => warn(format_args!("node {node} is {state} after {wait_ms} ms")),
-            None => warn(format_args!("nothing was heard of node {node} within {wait_ms} ms")),
+            None => match watch.answers.get(&node) {
+                None => warn(format_args!("nothing was heard of node {node} within {wait_ms} ms")),
+                Some(None | Some(0)) => warn(format_args!(
+                    "node {node} answers, but does not report its state: it has no heartbeat (1017h), and does not answer \
+                     to guarding"
+                )),
+                Some(Some(ms)) => warn(format_args!(
+                    "node {node} has a heartbeat of {ms} ms (1017h), of which none came within {wait_ms} ms"
+                )),
+            },
         }
     }
     if nodes.is_empty() && !as_json {
@@ -226,7 +271,6 @@ fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Res
 mod tests {
     use super::*;
     use crate::bus::flood::Flood;
-    use lexican_runtime::CobId;
     use lexican_runtime::host::{Node, VirtualBus};
     use lexican_runtime::wire::nmt::NmtCommand::{EnterPreOperational, ResetNode, Start, Stop};
     use std::collections::VecDeque;
@@ -240,6 +284,8 @@ mod tests {
         delay: Duration,
         /// Zero for none.
         heartbeat: Duration,
+        /// Whether it answers to guarding, as long as it has no heartbeat.
+        knows_guarding: bool,
         next_beat: Option<Instant>,
         change: Option<(Instant, NmtState)>,
         unsent: VecDeque<Frame>,
@@ -253,6 +299,7 @@ mod tests {
                 state: NmtState::PreOperational,
                 delay: Duration::from_millis(delay_ms),
                 heartbeat,
+                knows_guarding: true,
                 next_beat: (!heartbeat.is_zero()).then_some(Instant::ZERO),
                 change: None,
                 unsent: VecDeque::new(),
@@ -270,8 +317,13 @@ mod tests {
                 && message.concerns(self.node)
             {
                 self.change = Some((now + self.delay, message.command.target()));
-            } else if *frame == ErrorControl::request(self.node) && self.heartbeat.is_zero() {
+            } else if *frame == ErrorControl::request(self.node) && self.heartbeat.is_zero() && self.knows_guarding {
                 self.tell(self.state);
+            } else if frame.id() == CobId::of_node(0x600, self.node) {
+                assert_eq!(frame.data(), [0x40, 0x17, 0x10, 0, 0, 0, 0, 0]);
+                let [low, high, ..] = (self.heartbeat.as_micros() / 1000).to_le_bytes();
+                let answer = [0x4B, 0x17, 0x10, 0, low, high, 0, 0];
+                self.unsent.push_back(Frame::from_array(CobId::of_node(0x580, self.node), answer));
             }
         }
         fn handle_timeout(&mut self, now: Instant) {
@@ -300,6 +352,8 @@ mod tests {
     struct Seen {
         reached: Vec<u8>,
         others: Vec<u8>,
+        /// The heartbeat of those that were asked for it by SDO.
+        answers: Vec<(u8, Option<u16>)>,
         after_ms: u64,
         /// How many times somebody was asked.
         questions: usize,
@@ -324,6 +378,7 @@ mod tests {
         Seen {
             reached: numbers(reached),
             others: numbers(others),
+            answers: watch.answers.iter().map(|(node, heartbeat)| (node.get(), *heartbeat)).collect(),
             after_ms: bus.now().as_micros() / 1000,
             questions: questions.load(Ordering::Relaxed),
         }
@@ -350,6 +405,21 @@ mod tests {
         }
         // Who has little time asks soon.
         check(&wait(vec![Slow::new(5, 0, 0)], Start, 5, 100), &[5], &[], 50..=51);
+    }
+
+    #[test]
+    fn a_node_that_does_not_report_its_state_is_asked_whether_it_has_a_heartbeat() {
+        let mute = |node| Slow { knows_guarding: false, ..Slow::new(node, 0, 0) };
+        for all in [0, 5] {
+            let seen = wait(vec![mute(5)], Start, all, 2000);
+            check(&seen, &[], &[], 2000..=2000);
+            assert_eq!(seen.answers, [(5, Some(0))]);
+        }
+        // The next heartbeat comes in a minute.
+        let rare = Slow { next_beat: Some(Instant::from_micros(60_000_000)), ..Slow::new(5, 0, 60_000) };
+        assert_eq!(wait(vec![rare], Start, 5, 2000).answers, [(5, Some(60_000))]);
+        // After a reset, a node reports by itself.
+        assert_eq!(wait(vec![mute(5)], ResetNode, 5, 2000).answers, []);
     }
 
     #[test]
