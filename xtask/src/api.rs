@@ -50,6 +50,8 @@ struct Library {
     names: BTreeSet<String>,
     /// The macros that make items.
     used: BTreeSet<String>,
+    /// Those whose items are seen inside of the library only.
+    internal: BTreeSet<String>,
 }
 
 impl Library {
@@ -87,8 +89,12 @@ impl Library {
                 }
                 inner.semi = Some(Default::default());
             }
-            if let Item::Macro(syn::ItemMacro { ident: None, mac, .. }) = &item {
-                self.used.extend(mac.path.get_ident().map(ToString::to_string));
+            match &item {
+                Item::Macro(syn::ItemMacro { ident: None, mac, .. }) => self.used.extend(called(mac)),
+                Item::Macro(syn::ItemMacro { ident: Some(name), mac, .. }) if is_internal(&mac.tokens) => {
+                    self.internal.insert(name.to_string());
+                }
+                _ => {}
             }
             if let Item::Struct(syn::ItemStruct { ident, vis, .. })
             | Item::Enum(syn::ItemEnum { ident, vis, .. })
@@ -149,7 +155,10 @@ impl Library {
                 if is_exported {
                     item.mac.tokens = TokenStream::new();
                 }
-                is_exported || item.ident.as_ref().is_none_or(|name| self.used.contains(&name.to_string()))
+                let name = item.ident.as_ref().map(ToString::to_string);
+                let is_used = name.as_ref().is_none_or(|name| self.used.contains(name));
+                let is_internal = name.or_else(|| called(&item.mac)).is_some_and(|name| self.internal.contains(&name));
+                is_exported || is_used && !is_internal
             }
             Item::Mod(item) => is_public(&item.vis),
             Item::Type(item) => is_public(&item.vis),
@@ -181,6 +190,18 @@ impl Library {
         // A public trait may be implemented for anything; and what is implemented for a foreign type names one of ours.
         if is_trait { is_ours || of_ours } else { is_ours && !item.items.is_empty() }
     }
+}
+
+/// The macro that is called.
+fn called(mac: &syn::Macro) -> Option<String> {
+    mac.path.get_ident().map(ToString::to_string)
+}
+
+/// Whether a macro makes items of its own that are all `pub(super)` and the like.
+fn is_internal(body: &TokenStream) -> bool {
+    let words = body.to_string();
+    let mut public = words.split("pub ").skip(1).peekable();
+    public.peek().is_some() && public.all(|rest| rest.trim_start().starts_with('('))
 }
 
 /// The name of a type that may be one of ours; `None` for arrays, references and the like.
@@ -302,6 +323,7 @@ mod tests {
         assert!(printed("macro_rules! own { () => { fn f(); } } own!();").contains("fn f()"));
         assert_eq!(printed("numbers! { /// Docs.\n A = 1 }"), "// crate\nnumbers! {\n    A = 1\n}\n\n");
         assert!(printed("macro_rules! own { () => {} }").is_empty());
+        assert!(printed("macro_rules! own { () => { pub(super) const A: u8 = 1; } } own!(1);").is_empty());
         assert!(printed("#[macro_export] macro_rules! users { () => {} }").contains("users"));
     }
 }
