@@ -20,6 +20,8 @@ pub(crate) enum Job {
     Doc,
     /// the habits that no compiler checks
     Tidy,
+    /// the public API is what `tests/api` has
+    Api,
     /// dependencies: none unused, licences and duplicates as `deny.toml` has them
     Dependencies,
     /// the lowest versions of dependencies that the manifests permit
@@ -91,7 +93,8 @@ fn short_of_space(root: &Path) -> String {
 }
 
 pub(crate) fn bless(root: &Path) -> Result<(), String> {
-    cargo(root, &["test", "--workspace", "golden"], &[("LEXICAN_BLESS", "1")])
+    cargo(root, &["test", "--workspace", "golden"], &[("LEXICAN_BLESS", "1")])?;
+    crate::api::run(root, false)
 }
 
 impl Job {
@@ -117,6 +120,7 @@ impl Job {
             Job::Targets => targets(root),
             Job::Doc => cargo(root, &["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")]),
             Job::Tidy => crate::tidy::run(root),
+            Job::Api => crate::api::run(root, true),
             Job::Dependencies => dependencies(root),
             Job::Minimal => minimal(root),
             Job::Package => package::run(root),

@@ -48,7 +48,7 @@ enum Task {
     },
     /// Measure, side by side with our peers
     Bench(bench::Bench),
-    /// Write the expected files of all golden tests anew; review the difference before you commit it
+    /// Write the expected files of all golden tests and the public API anew; review the difference before you commit it
     Bless,
     /// Generate from every data sheet below a folder, and compile and lint all of it
     Corpus {
