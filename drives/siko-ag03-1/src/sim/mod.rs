@@ -88,5 +88,5 @@ pub use drive::SimulatedDrive;
 pub use eeprom::{EepromError, NonVolatile};
 pub use leds::{BusLed, FLASH, Lights, PAUSE, StatusLed};
 pub use script::Script;
-pub use setup::{BEHAVIOUR, BIT_RATES, COMMUNICATION_PROFILE, DEVICE_PROFILE, Gear, Setup};
+pub use setup::{BEHAVIOUR, BIT_RATES, Gear, Setup};
 pub use switches::{DipSwitches, NotSwitches, Restore, Termination};

@@ -12,11 +12,6 @@ use super::inputs::Inputs;
 use super::switches::DipSwitches;
 use crate::od;
 
-/// The communication profile that the manual names (7.2). No object tells its version.
-pub const COMMUNICATION_PROFILE: &str = "DS-301 V4.0";
-/// The device profile that the manual names (7.2); 1000h tells its number only.
-pub const DEVICE_PROFILE: &str = "DSP-402 V2.0";
-
 /// In what the AG03/1 deviates from CiA 301, or fills in what it leaves open.
 pub const BEHAVIOUR: Behaviour = Behaviour {
     // On change and by event timer (1800h:02); "sent with transition to OPERATIONAL" (7.2.2.4).

@@ -12,18 +12,17 @@ use crate::manual::{Cells, Manual, Row, cells};
 use crate::notation::{bytes, hex};
 
 pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, _: &Sheet) {
-    example(checker, manual, "example_position.csv", "7.8.1", &POSITIONING);
-    example(checker, manual, "example_velocity.csv", "7.8.2", &VELOCITY);
+    example(checker, manual, "example_position.csv", &POSITIONING);
+    example(checker, manual, "example_velocity.csv", &VELOCITY);
 }
 
-fn example(checker: &mut Checker<'_>, manual: &Manual, file: &'static str, chapter: &str, example: &Example) {
+fn example(checker: &mut Checker<'_>, manual: &Manual, file: &'static str, example: &Example) {
     static MEMORY: Memory<(u8, Cells), Answers> = Memory::new(BTreeMap::new());
     let in_code: Vec<_> = example.rows.iter().filter(|row| row.in_table).map(|row| row.action).collect();
     let rows = manual.rows(file);
     checker.require(rows.len() == in_code.len(), || format!("{file}: {} rows in the code", in_code.len()));
     for (number, (row, action)) in (1..).zip(rows.iter().zip(in_code)) {
         checker.key(row);
-        checker.place(row, chapter, example.table);
         checker.cell(row, "step", Against::Manual, number);
         let kind = match row.get("cob_id") {
             "000" => "NMT",

@@ -5,28 +5,27 @@ use std::collections::BTreeMap;
 use lexican_eds::model::Value;
 use siko_ag03_1::od;
 use siko_ag03_1::parameter::PARAMETERS;
-use siko_ag03_1::sim::{COMMUNICATION_PROFILE, DEVICE_PROFILE};
 
 use super::sheet::Sheet;
+use super::statements::{enabled_with, velocities};
 use crate::bench::{Bench, Memory, NODE, once};
 use crate::checker::{Against, Checker};
 use crate::manual::Manual;
 
 pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
     for row in manual.rows("facts.csv") {
-        let Some((found, unit, against)) = fact(&row.key, sheet) else { continue };
+        let Some((found, against)) = fact(&row.key, sheet) else { continue };
         checker.key(row);
         checker.cell(row, "value", against, found);
-        checker.cell(row, "unit", Against::Manual, unit);
     }
 }
 
-/// What is found in the place of a fact, and its unit.
-fn fact(key: &str, sheet: &Sheet) -> Option<(String, &'static str, Against)> {
+/// What is found in the place of a fact.
+fn fact(key: &str, sheet: &Sheet) -> Option<(String, Against)> {
     by_sheet(key, sheet).or_else(|| by_code(key)).or_else(|| by_drive(key))
 }
 
-fn by_sheet(key: &str, sheet: &Sheet) -> Option<(String, &'static str, Against)> {
+fn by_sheet(key: &str, sheet: &Sheet) -> Option<(String, Against)> {
     let device = &sheet.device;
     let base = |index, sub| match device.entry(index, sub)?.default {
         Some(Value::NodeIdPlus(base)) => Some(base),
@@ -49,16 +48,14 @@ fn by_sheet(key: &str, sheet: &Sheet) -> Option<(String, &'static str, Against)>
         let mapped = device.pdos.iter().filter(|pdo| pdo.direction == direction && !pdo.mapping.is_empty());
         mapped.count().to_string()
     };
-    let described = |part: &str| device.file.description.as_deref().is_some_and(|text| text.contains(part));
     use lexican_eds::model::Direction::{Receive, Transmit};
-    let (found, unit) = match key {
-        "1:firmware at least" => (if described("firmware 4.01 or higher") { "4.01" } else { "" }.into(), ""),
-        "2.3:torque deactivation off at" => (device.entry(0x2421, 0)?.high.as_ref()?.as_integer()?.to_string(), "%"),
-        "5.2:faults kept" => (device.object(0x1003)?.entries.last()?.sub.to_string(), ""),
-        "6:acceleration at 100 %" => {
-            let text = device.quantities.get("Acceleration")?.description.as_deref()?;
-            (text.trim_start_matches("A share of ").split(' ').next()?.to_owned(), "rev/s2")
+    let found = match key {
+        "1:firmware at least" => {
+            let rest = device.file.description.as_deref()?.split_once("firmware ")?.1;
+            rest.split_once(" or higher")?.0.to_owned()
         }
+        "2.3:torque deactivation off at" => device.entry(0x2421, 0)?.high.as_ref()?.as_integer()?.to_string(),
+        "5.2:faults kept" => device.object(0x1003)?.entries.last()?.sub.to_string(),
         "6:parameters not stored" => {
             let unstored = PARAMETERS.iter().filter(|parameter| {
                 let entry = device.entry(parameter.address.index(), parameter.address.sub());
@@ -66,106 +63,107 @@ fn by_sheet(key: &str, sheet: &Sheet) -> Option<(String, &'static str, Against)>
             });
             let mut numbers: Vec<_> = unstored.map(|parameter| parameter.number.to_string()).collect();
             numbers.dedup();
-            (numbers.join(", "), "")
+            numbers.join(", ")
         }
-        "7.2.4:transmit PDOs" => (count(Transmit), ""),
-        "7.2.4:receive PDOs" => (count(Receive), ""),
-        "7.2.5.1:TPDO1 carries" | "7.2.6.1:TPDO1 carries" => (mapping(Transmit)?, ""),
-        "7.2.5.1:RPDO1 carries" | "7.2.6.1:RPDO1 carries" => (mapping(Receive)?, ""),
-        "7.2.6.2:400h belongs to" => (pdo(0x400)?, ""),
-        "7.2.6.3:500h belongs to" => (pdo(0x500)?, ""),
-        "7.2.7:SDO to the drive" => (format!("{:X}", base(0x1200, 1)?), "hex"),
-        "7.2.7:SDO from the drive" => (format!("{:X}", base(0x1200, 2)?), "hex"),
-        "7.2.9:emergency identifier plus node-ID" => (base(0x1014, 0)?.to_string(), ""),
-        "7.11:data sheet" => (device.file.name.clone()?, ""),
-        "7.12.2.1:device profile" => (number(0x1000, 0)?.to_string(), ""),
+        "7.2.4:transmit PDOs" => count(Transmit),
+        "7.2.4:receive PDOs" => count(Receive),
+        "7.2.5.1:TPDO1 carries" | "7.2.6.1:TPDO1 carries" => mapping(Transmit)?,
+        "7.2.5.1:RPDO1 carries" | "7.2.6.1:RPDO1 carries" => mapping(Receive)?,
+        "7.2.6.2:400h belongs to" => pdo(0x400)?,
+        "7.2.6.3:500h belongs to" => pdo(0x500)?,
+        "7.2.7:SDO to the drive" => format!("{:X}", base(0x1200, 1)?),
+        "7.2.7:SDO from the drive" => format!("{:X}", base(0x1200, 2)?),
+        "7.2.9:emergency identifier plus node-ID" => base(0x1014, 0)?.to_string(),
+        "7.11:data sheet" => device.file.name.clone()?,
+        "7.12.2.1:device profile" => number(0x1000, 0)?.to_string(),
         "7.12.2.10:load to sub-indices" => {
             let subs = device.object(0x1011)?.entries.iter().filter(|entry| entry.access.writable() && entry.sub < 4);
             let subs: Vec<_> = subs.map(|entry| entry.sub).collect();
-            (format!("{}..{}", subs.first()?, subs.last()?), "")
+            format!("{}..{}", subs.first()?, subs.last()?)
         }
-        "7.12.2.13:vendor" => (format!("{:X}", number(0x1018, 1)?), "hex"),
+        "7.12.2.13:vendor" => format!("{:X}", number(0x1018, 1)?),
         _ => return None,
     };
-    Some((found, unit, Against::Sheet))
+    Some((found, Against::Sheet))
 }
 
-fn by_code(key: &str) -> Option<(String, &'static str, Against)> {
-    let (found, unit) = match key {
+fn by_code(key: &str) -> Option<(String, Against)> {
+    let found = match key {
         "2.1:example word" => {
             // Positioning at a standstill, not ready, fault: the bits that the manual lists.
             let word = od::SystemStatus(0).with_in_position(true).with_below_lower_limit(true);
             let word = word.with_fault(true).with_not_ready_to_travel(true).with_overcurrent(true);
-            (format!("{:X}", word.0), "hex")
-        }
-        "7.2:communication profile" => (COMMUNICATION_PROFILE.into(), ""),
-        // The number is that of 1000h; only the version stands in no data.
-        "7.2:device profile" if DEVICE_PROFILE.starts_with(&format!("DSP-{} V", od::DEVICE_PROFILE)) => {
-            (DEVICE_PROFILE.into(), "")
+            format!("{:X}", word.0)
         }
         "7.10:factory bit rate" => {
-            (od::CanBitRate(od::CAN_BAUD_RATE.default(NODE)?.0).name()?.split(' ').nth(1)?.to_owned(), "kbit/s")
+            od::CanBitRate(od::CAN_BAUD_RATE.default(NODE)?.0).name()?.split(' ').nth(1)?.to_owned()
         }
         _ => return None,
     };
-    Some((found, unit, Against::Code))
+    Some((found, Against::Code))
 }
 
-/// What is found, and its unit.
-type Found = Option<(String, &'static str)>;
+/// What is found.
+type Found = Option<String>;
 
-fn by_drive(key: &str) -> Option<(String, &'static str, Against)> {
+fn by_drive(key: &str) -> Option<(String, Against)> {
     static MEMORY: Memory<String, Found> = Memory::new(BTreeMap::new());
-    let (found, unit) = once(&MEMORY, key.to_owned(), || ask(key))?;
-    Some((found, unit, Against::Drive))
+    let found = once(&MEMORY, key.to_owned(), || ask(key))?;
+    Some((found, Against::Drive))
 }
 
 fn ask(key: &str) -> Found {
     let mut bench = Bench::new();
     let boot_up = bench.hear(0).first().copied();
-    let (found, unit) = match key {
-        "2.1:standstill below" => (standstill()?.to_string(), "rev/min"),
-        "2.1:overcurrent becomes a fault after" => (overcurrent()?.to_string(), "s"),
-        "3:calibration by" => (if calibrates(&mut bench, 0x1011, 4, 0x6461_6F6C) { "1011:04" } else { "" }.into(), ""),
-        "6:calibration by" => (if calibrates(&mut bench, 0x607C, 0, 500) { "607C" } else { "" }.into(), ""),
-        "4:gear ratio 5:1" => (ratio(5, 1), ""),
-        "4:gear ratio 3.78:1" => (ratio(378, 100), ""),
-        "6:increments per revolution" => (per_revolution(&mut bench, 0).to_string(), ""),
-        "6:spindle pitch of 2 mm" => (per_revolution(&mut bench, 200).to_string(), ""),
+    let found = match key {
+        "2.1:standstill below" => standstill()?.to_string(),
+        "2.1:overcurrent becomes a fault after" => overcurrent()?.to_string(),
+        "3:calibration by" => if calibrates(&mut bench, 0x1011, 4, 0x6461_6F6C) { "1011:04" } else { "" }.into(),
+        "6:acceleration at 100 %" => {
+            let mut bench = enabled_with(&[(0x2410, 4, 100, 1), (0x2410, 5, 200, 1)]);
+            bench.command(0x405, 0x001F, 100_000);
+            // Of revolutions per minute, a quarter of a second makes so many in a second.
+            (velocities(&mut bench, &[250]).first()? / 15).to_string()
+        }
+        "6:calibration by" => if calibrates(&mut bench, 0x607C, 0, 500) { "607C" } else { "" }.into(),
+        "4:gear ratio 5:1" => ratio(5, 1),
+        "4:gear ratio 3.78:1" => ratio(378, 100),
+        "6:increments per revolution" => per_revolution(&mut bench, 0).to_string(),
+        "6:spindle pitch of 2 mm" => per_revolution(&mut bench, 200).to_string(),
         "7.2.2.2:INITIALISATION by" => {
             let resets = ["81", "82"].into_iter().filter(|code| {
                 let mut bench = Bench::operational();
                 bench.nmt(u8::from_str_radix(code, 16).unwrap_or(0));
                 bench.hear_from(0x705, 0) == [[0]]
             });
-            (resets.collect::<Vec<_>>().join(", "), "hex")
+            resets.collect::<Vec<_>>().join(", ")
         }
-        "7.2.2.2:boot-up identifier plus node-ID" => ((boot_up?.id().raw() - 5).to_string(), ""),
-        "7.2.2.2:boot-up data" => (boot_up?.data().first()?.to_string(), ""),
-        "7.2.2.4:entering OPERATIONAL sends TPDOs of type" => (sent_at_start(), ""),
-        "7.2.2.3:FAULT becomes" => (fault_becomes(0x80), ""),
-        "7.2.2.5:FAULT becomes" => (fault_becomes(0x02), ""),
+        "7.2.2.2:boot-up identifier plus node-ID" => (boot_up?.id().raw() - 5).to_string(),
+        "7.2.2.2:boot-up data" => boot_up?.data().first()?.to_string(),
+        "7.2.2.4:entering OPERATIONAL sends TPDOs of type" => sent_at_start(),
+        "7.2.2.3:FAULT becomes" => fault_becomes(0x80),
+        "7.2.2.5:FAULT becomes" => fault_becomes(0x02),
         "7.2.9:emergency length" => {
             bench.world(|inputs| inputs.internal_error = true);
-            (bench.hear_from(0x085, 0).first()?.len().to_string(), "bytes")
+            bench.hear_from(0x085, 0).first()?.len().to_string()
         }
         "7.2.10:heartbeat identifier plus node-ID" => {
             bench.write(0x1017, 0, 100, 2).ok()?;
-            ((bench.hear(100).first()?.id().raw() - 5).to_string(), "")
+            (bench.hear(100).first()?.id().raw() - 5).to_string()
         }
         "7.2.11:node guarding identifier plus node-ID" => {
             bench.request(0x705);
-            ((bench.hear(0).first()?.id().raw() - 5).to_string(), "")
+            (bench.hear(0).first()?.id().raw() - 5).to_string()
         }
         "7.2.11:first toggle bit" => {
             bench.request(0x705);
-            ((bench.hear_from(0x705, 0).first()?.first()? >> 7).to_string(), "")
+            (bench.hear_from(0x705, 0).first()?.first()? >> 7).to_string()
         }
-        "7.2.11:expired life time leads to" => (expired(), ""),
-        "7.12.2.23:inhibit time only with" => (inhibited().join(", "), ""),
+        "7.2.11:expired life time leads to" => expired(),
+        "7.12.2.23:inhibit time only with" => inhibited().join(", "),
         _ => return None,
     };
-    Some((found, unit))
+    Some(found)
 }
 
 /// The least whole velocity at which the drive says that it moves.

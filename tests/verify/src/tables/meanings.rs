@@ -1,15 +1,17 @@
 //! Values and bits: the terms of the overlay, data descriptions, format descriptions, bit rates and gears.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use lexican_eds::model::Meaning;
 use lexican_runtime::CobId;
 use lexican_runtime::wire::pdo::PdoCobId;
 use siko_ag03_1::fault::Fault;
+use siko_ag03_1::sim::inputs::Key;
 use siko_ag03_1::sim::{BIT_RATES, Gear, Setup};
 
 use super::sheet::Sheet;
-use crate::bench::{Bench, NODE};
+use super::statements::{enabled_with, way_to_rest};
+use crate::bench::{Bench, Memory, NODE, once};
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
 use crate::notation::hex;
@@ -47,7 +49,6 @@ fn terms(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
         let Some(row) = checker.row("terms.csv", &format!("{name}:{key}")) else { continue };
         checker.cell(row, "kind", Against::Sheet, kind);
         checker.cell(row, "overlay", Against::Sheet, term);
-        checker.cell(row, "chapter", Against::Manual, chapter_of(sheet, name));
         let printed = printed(manual, sheet, name, &key);
         let agrees = printed.iter().any(|printed| row.get("printed") == printed);
         checker.that(row, "printed", Against::Manual, agrees, printed.join(" or "));
@@ -58,20 +59,8 @@ fn terms(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
         let Some(row) = checker.row("terms.csv", &format!("Fault:{letter}")) else { continue };
         checker.cell(row, "kind", Against::Code, "fault");
         checker.cell(row, "overlay", Against::Code, fault.text);
-        checker.cell(row, "chapter", Against::Manual, "5.2.1");
         let printed = manual.row("faults.csv", &letter).map_or("", |row| row.get("fault"));
         checker.cell(row, "printed", Against::Manual, printed);
-    }
-}
-
-fn chapter_of(sheet: &Sheet, name: &str) -> String {
-    match name {
-        "Statusword" => "7.4".into(),
-        "Controlword" => "7.5".into(),
-        "SystemStatus" => "2.1".into(),
-        "EmergencyCode" => "7.2.9.1".into(),
-        "InchingStop" | "InPositionMode" => "6".into(),
-        _ => sheet.chapter(users(sheet, name).first().map_or(0, |(index, _)| *index)),
     }
 }
 
@@ -113,7 +102,6 @@ fn bit_rates(checker: &mut Checker<'_>, sheet: &Sheet) {
     let values = sheet.device.enumerations.get("CanBitRate").map_or(&[][..], |rates| &rates.values);
     for value in values {
         let Some(row) = checker.row("baud_rates.csv", &value.value.to_string()) else { continue };
-        checker.place(row, "7.1.1, 7.12.2.31", "2100h");
         let name = format!("rate {} kbit/s", row.get("kbit"));
         checker.that(row, "kbit", Against::Sheet, name == value.name, &value.name);
         // CiA 306 has keys for eight bit rates.
@@ -133,7 +121,6 @@ fn bit_rates(checker: &mut Checker<'_>, sheet: &Sheet) {
 fn gears(checker: &mut Checker<'_>, sheet: &Sheet) {
     for (gear, value) in [(Gear::Reduction24, 2), (Gear::Reduction48, 3)] {
         let Some(row) = checker.row("gears.csv", &value.to_string()) else { continue };
-        checker.place(row, "6, 7.12.2.33", "2102h");
         let gears = sheet.device.enumerations.get("GearReduction");
         let name = gears.and_then(|gears| gears.values.iter().find(|named| named.value == value));
         let name = name.map_or("", |named| named.name.as_str());
@@ -157,34 +144,157 @@ fn gears(checker: &mut Checker<'_>, sheet: &Sheet) {
 /// A value that a data description, or chapter 6, names.
 fn values(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, row: &Row) {
     let Some((index, sub)) = address(row) else { return };
-    let chapter = row.get("chapter");
-    let in_chapter_6 = ["2412", "2416", "2417", "2421", "2410"].iter().any(|index| row.key.starts_with(index))
-        || ["607E:00:i", "607E:00:e"].contains(&row.key.as_str());
-    checker.cell(row, "chapter", Against::Manual, if in_chapter_6 { "6".into() } else { sheet.chapter(index) });
     let Some(entry) = sheet.device.entry(index, sub) else { return };
     let value = row.get("value");
-    let (agrees, found, against) = match &entry.meaning {
-        Meaning::Enumeration(name) if value != "load" && !matches!(value, "i" | "e") => {
-            let term = manual.row("terms.csv", &format!("{name}:{value}"));
-            let printed = term.map_or("", |term| term.get("printed"));
-            (row.get("meaning") == printed, printed.to_owned(), Against::Sheet)
-        }
-        _ => {
-            let (found, against) = special(sheet, &row.key);
-            (row.get("meaning") == found, found.to_owned(), against)
-        }
-    };
-    checker.that(row, "meaning", against, agrees, found);
-    checker.require(!chapter.is_empty(), || format!("{}: no chapter", row.key));
-    if agrees {
-        checker.key(row);
+    if let Meaning::Enumeration(name) = &entry.meaning
+        && value.parse::<u8>().is_ok()
+    {
+        let term = manual.row("terms.csv", &format!("{name}:{value}"));
+        let printed = term.map_or("", |term| term.get("printed"));
+        checker.cell(row, "meaning", Against::Sheet, printed);
     }
+    if row.key == "2412:00:0" {
+        let agrees = units_depend(sheet, (index, sub), value);
+        checker.that(row, "address", Against::Sheet, agrees, "units of positions that depend on something else");
+    }
+    checker.cell(row, "meaning", Against::Drive, done(&row.key));
+    checker.key(row);
 }
 
-/// Values outside of enumerations: what data sheet and drive say they mean, in the words of the table.
-fn special(sheet: &Sheet, key: &str) -> (&'static str, Against) {
+/// Whether positions are increments when an entry has a value, and otherwise are not.
+fn units_depend(sheet: &Sheet, (index, sub): (u16, u8), value: &str) -> bool {
+    sheet.device.quantities.values().filter(|quantity| quantity.units.len() > 1).all(|quantity| {
+        quantity.units.iter().all(|unit| {
+            unit.when.as_ref().is_some_and(|when| {
+                let here = (when.index, when.sub, when.value.to_string().as_str()) == (index, sub, value);
+                here && when.equal == (unit.symbol == "increments")
+            })
+        })
+    })
+}
+
+/// What the drive does with a value, in the words of the table.
+fn done(key: &str) -> &'static str {
+    static MEMORY: Memory<String, &str> = Memory::new(BTreeMap::new());
+    once(&MEMORY, key.to_owned(), || by_motion(key).or_else(|| special(key)).unwrap_or_default())
+}
+
+/// Values that show in how the drive moves.
+fn by_motion(key: &str) -> Option<&'static str> {
+    let (address, value) = key.rsplit_once(':')?;
+    let value = match value {
+        "i" => 0,
+        "e" => 1,
+        number => number.parse::<i64>().ok()?,
+    };
+    let position = |bench: &Bench| bench.see(|drive, now| drive.position(now));
+    let found = match address {
+        "2416:00" => {
+            let way = |a_inch| {
+                let mut bench = enabled_with(&[(0x2416, 0, value, 1), (0x2410, 8, a_inch, 1)]);
+                bench.control(0x400F);
+                bench.hear(2000);
+                bench.control(0x000F);
+                way_to_rest(&mut bench)
+            };
+            match (way(50), way(25)) {
+                (50, 50) => "stop with maximum delay",
+                (100, 200) => "stop with programmed delay, parameter 8",
+                _ => "",
+            }
+        }
+        "2417:00" => {
+            let mut bench = enabled_with(&[(0x2417, 0, value, 1)]);
+            bench.command(0x405, 0x001F, 100);
+            bench.hear(10_000);
+            let current = bench.read(0x241E, 0).is_ok_and(|current| current > 0);
+            match (current, bench.see(|drive, now| drive.turn_shaft(now, 10)), bench.system() >> 7 & 1) {
+                (true, false, 0) => "position control to setpoint",
+                (false, false, 0) => "position control off; motor windings shorted",
+                (false, true, 1) => "position control off; drive released",
+                _ => "",
+            }
+        }
+        "2413:00" => {
+            let beyond = |target: i32| {
+                let mut bench = enabled_with(&[(0x2413, 0, value, 1)]);
+                bench.command(0x405, 0x001F, target);
+                (0..200).any(|_| {
+                    bench.hear(50);
+                    position(&bench).abs() > target.abs()
+                })
+            };
+            match (beyond(1000), beyond(-1000)) {
+                (false, false) => "direct",
+                (false, true) => "loop +",
+                (true, false) => "loop -",
+                _ => "",
+            }
+        }
+        "2412:00" => {
+            let mut bench = enabled_with(&[(0x2412, 0, value, 2)]);
+            bench.command(0x405, 0x001F, 1600);
+            bench.hear(10_000);
+            let turned = bench.see(|drive, now| drive.shaft(now).position);
+            if turned == 1600.0 { "positions in increments" } else { "" }
+        }
+        "2421:00" => {
+            let stops = |threshold| {
+                let mut bench = enabled_with(&[(0x2421, 0, threshold, 1)]);
+                bench.command(0x405, 0x001F, 100_000);
+                bench.world(|inputs| inputs.load_ma = 2400);
+                bench.hear(2000);
+                bench.read(0x2422, 0) == Ok(1)
+            };
+            if !stops(value) && stops(110) { "torque deactivation off" } else { "" }
+        }
+        "2410:0A" => {
+            let way = |a_pos, d_pos| {
+                let mut bench = enabled_with(&[(0x2410, 4, a_pos, 1), (0x2410, 0x0A, d_pos, 1)]);
+                bench.command(0x405, 0x001F, 100_000);
+                bench.hear(3000);
+                bench.control(0x011F);
+                way_to_rest(&mut bench)
+            };
+            let ways = [way(50, value), way(25, value), way(25, 100)];
+            if ways == [100, 200, 50] { "delay by parameter 4" } else { "" }
+        }
+        "6060:00" => {
+            let runs = |id, word, target| {
+                let mut bench = enabled_with(&[(0x6060, 0, value, 1)]);
+                bench.control(0x010F);
+                bench.command(id, word, target);
+                bench.hear(20_000);
+                (position(&bench), bench.see(|drive, now| drive.velocity(now)))
+            };
+            match (runs(0x405, 0x001F, 500), runs(0x505, 0x000F, 20)) {
+                ((500, 0), (0, 0)) => "profile position",
+                (_, (_, 20)) => "profile velocity",
+                _ => "",
+            }
+        }
+        "607E:00" => {
+            let mut bench = Bench::new();
+            bench.set(&[(0x607E, 0, value, 1)]);
+            bench.hear(0);
+            bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
+            bench.hear(1000);
+            match (position(&bench) > 0, key.ends_with(char::is_alphabetic)) {
+                (true, true) => "counter-clockwise counts positive",
+                (false, true) => "counter-clockwise counts negative",
+                (true, false) => "sense of rotation i",
+                (false, false) => "sense of rotation e",
+            }
+        }
+        _ => return None,
+    };
+    Some(found)
+}
+
+/// Values outside of enumerations: what the drive does with them, in the words of the table.
+fn special(key: &str) -> Option<&'static str> {
     let mut bench = Bench::operational();
-    let found = match key {
+    match key {
         "1003:00:0" => {
             bench.world(|inputs| inputs.internal_error = true);
             let before = bench.read(0x1003, 0);
@@ -198,21 +308,14 @@ fn special(sheet: &Sheet, key: &str) -> (&'static str, Against) {
             let off = bench.write(0x1017, 0, 0, 2).is_ok() && bench.hear_from(0x705, 1000).is_empty();
             (on && off).then_some("heartbeat off")
         }
-        "1011:01:load" | "1011:02:load" | "1011:03:load" => return (restored_set(&mut bench, key), Against::Drive),
+        "1011:01:load" | "1011:02:load" | "1011:03:load" => Some(restored_set(&mut bench, key)),
         "1011:04:load" => {
             let set = bench.write(0x607C, 0, 500, 4).is_ok() && bench.write(0x1011, 4, 0x6461_6F6C, 4).is_ok();
             (set && bench.read(0x6064, 0) == Ok(500)).then_some("calibrate")
         }
         "1800:05:0" | "1802:05:0" | "1803:05:0" => event_timer_off(key).then_some("event timer off"),
-        "2412:00:0" => return (by_spindle_pitch(sheet), Against::Sheet),
-        "2421:00:125" => return (highest(sheet, 0x2421, 0, 125, "torque deactivation off"), Against::Sheet),
-        "2410:0A:101" => return (highest(sheet, 0x2410, 0x0A, 101, "delay by parameter 4"), Against::Sheet),
-        "607E:00:i" => sense_of_rotation(sheet, 0, "i").then_some("counter-clockwise counts positive"),
-        "607E:00:e" => sense_of_rotation(sheet, 1, "e").then_some("counter-clockwise counts negative"),
         _ => None,
-    };
-    let against = if key.starts_with("607E") { Against::Sheet } else { Against::Drive };
-    (found.unwrap_or(""), against)
+    }
 }
 
 fn stays_enabled(bench: &mut Bench, guard_time_ms: i64, life_time_factor: i64) -> bool {
@@ -246,25 +349,6 @@ fn event_timer_off(key: &str) -> bool {
         if set { bench.hear_from(id, 1000).len() } else { usize::MAX }
     };
     (count(100), count(0)) == (10, 0)
-}
-
-fn by_spindle_pitch(sheet: &Sheet) -> &'static str {
-    let units = sheet.device.quantities.get("Position").map_or(&[][..], |quantity| &quantity.units);
-    let increments = units.iter().find(|unit| unit.symbol == "increments").and_then(|unit| unit.when.as_ref());
-    let when_zero =
-        increments.is_some_and(|when| (when.index, when.sub, when.equal, when.value) == (0x2412, 0, true, 0));
-    if when_zero { "positions in increments" } else { "" }
-}
-
-/// A value that switches something off is the highest, beyond those that mean themselves.
-fn highest(sheet: &Sheet, index: u16, sub: u8, value: i128, meaning: &'static str) -> &'static str {
-    let high = sheet.device.entry(index, sub).and_then(|entry| entry.high.as_ref()?.as_integer());
-    if high == Some(value) { meaning } else { "" }
-}
-
-fn sense_of_rotation(sheet: &Sheet, value: i128, name: &str) -> bool {
-    let values = sheet.device.enumerations.get("SenseOfRotation").map_or(&[][..], |senses| &senses.values);
-    values.iter().any(|named| named.value == value && named.name == name)
 }
 
 /// The index, and the first sub-index, of `1003:01..0A`.

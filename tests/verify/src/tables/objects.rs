@@ -36,7 +36,7 @@ pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
 fn names(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, object: &lexican_eds::model::Object) {
     let index = format!("{:04X}", object.index);
     if let Some(row) = checker.row("names.csv", &index) {
-        checker.place(row, sheet.chapter(object.index), "");
+        checker.cell(row, "chapter", Against::Sheet, sheet.chapter(object.index));
         checker.cell(row, "data_sheet", Against::Sheet, &object.name);
         let first = manual.row("objects.csv", &format!("{index}:00"));
         checker.cell(row, "printed", Against::Manual, first.map_or("", |first| first.get("object")));
@@ -46,7 +46,7 @@ fn names(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, object: &lex
         // What has no sub-indices has one name for itself and for its value.
         let name = if object.kind.has_subs() { &entry.name } else { &object.name };
         if let Some(row) = checker.row("names.csv", &key) {
-            checker.place(row, sheet.chapter(object.index), "");
+            checker.cell(row, "chapter", Against::Sheet, sheet.chapter(object.index));
             checker.cell(row, "data_sheet", Against::Sheet, name);
             let described = manual.row("objects.csv", &key);
             checker.cell(row, "printed", Against::Manual, described.map_or("", |row| row.get("description")));
@@ -56,7 +56,7 @@ fn names(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, object: &lex
 
 fn against_the_sheet(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, row: &Row, entry: &Entry) {
     use Against::Sheet as S;
-    checker.place(row, sheet.chapter(entry.index), "");
+    checker.cell(row, "chapter", Against::Sheet, sheet.chapter(entry.index));
     let object = sheet.device.object(entry.index);
     let name = object.map_or("", |object| object.name.as_str());
     checker.that(row, "object", S, is_name_of(manual, row.get("object"), entry.index, name), name);

@@ -3,27 +3,25 @@
 use siko_ag03_1::parameter::PARAMETERS;
 
 use super::objects::{by_gear, set_name};
-use super::sheet::Sheet;
+use super::sheet::{Sheet, number};
 use crate::bench::Bench;
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
-use crate::notation::hex;
+use crate::notation::{hex, yes};
 
 pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
     for number in 1..=31 {
         let Some(row) = checker.row("parameters.csv", &number.to_string()) else { continue };
-        checker.place(row, "6", "6");
         let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.number == number) else {
             checker.cell(row, "kind", Against::Code, "reserved");
-            for column in ["name", "range", "default", "unit", "reference", "object", "eeprom"] {
+            for column in ["name", "range", "default", "unit", "object", "eeprom"] {
                 checker.cell(row, column, Against::Code, "");
             }
             continue;
         };
         checker.cell(row, "kind", Against::Code, set_name(parameter.set));
-        checker.cell(row, "reference", Against::Manual, if number == 24 { "7.2.6" } else { "7.12.2" });
         if number == 24 {
-            setpoint(checker, manual, row);
+            setpoint(checker, manual, sheet, row);
             continue;
         }
         let address = parameter.address;
@@ -33,7 +31,8 @@ pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
         let Some(object) = manual.row("objects.csv", &address.to_string()) else { continue };
         let by_name = row.get("name").eq_ignore_ascii_case(object.get("description"));
         checker.that(row, "name", Against::Manual, by_name || named(row), object.get("description"));
-        checker.cell(row, "eeprom", Against::Sheet, object.get("eeprom"));
+        let persistent = sheet.device.entry(address.index(), address.sub()).is_some_and(|entry| entry.persistent);
+        checker.cell(row, "eeprom", Against::Sheet, yes(persistent));
         range_and_default(checker, manual, sheet, row, object);
         unit(checker, sheet, row, address);
     }
@@ -55,12 +54,26 @@ const NAMES: &[(&str, &str)] = &[
 ];
 
 /// Number 24 is two objects: one for each operating mode.
-fn setpoint(checker: &mut Checker<'_>, manual: &Manual, row: &Row) {
-    let velocity = manual.row("objects.csv", "60FF:00").map_or("", |object| object.get("range"));
-    checker.cell(row, "name", Against::Manual, "Setpoint");
-    let range = format!("positioning: parameters 15/16; velocity: {velocity}");
-    checker.cell(row, "range", Against::Sheet, range);
-    checker.cell(row, "unit", Against::Sheet, "positioning: increments; 1/100 mm; velocity: rev/min");
+fn setpoint(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, row: &Row) {
+    let described = manual.row("objects.csv", "607A:00").map_or("", |object| object.get("description"));
+    let named = described.split(' ').next().is_some_and(|first| first.eq_ignore_ascii_case(row.get("name")));
+    checker.that(row, "name", Against::Manual, named, described);
+    let [position, velocity] = [0x607A, 0x60FF].map(|index| sheet.device.entry(index, 0));
+    let of_gear = |range: &lexican_eds::model::ConditionalRange| {
+        let gears = sheet.device.enumerations.get("GearReduction").map_or(&[][..], |gears| &gears.values);
+        let gear = gears.iter().find(|gear| gear.value == range.when.value).map_or("", |gear| gear.name.as_str());
+        format!("{} {}..{}", gear.trim_start_matches("gear "), range.low, range.high)
+    };
+    let ranges: Vec<_> = velocity.map_or(Vec::new(), |velocity| velocity.ranges.iter().map(of_gear).collect());
+    // That the limits bound it, the drive is asked for by a statement.
+    checker.cell(
+        row,
+        "range",
+        Against::Sheet,
+        format!("positioning: parameters 15/16; velocity: {}", ranges.join("; ")),
+    );
+    let [position_unit, velocity_unit] = [0x607A, 0x60FF].map(|index| units(sheet, index, 0).join("; "));
+    checker.cell(row, "unit", Against::Sheet, format!("positioning: {position_unit}; velocity: {velocity_unit}"));
     checker.cell(row, "object", Against::Manual, "");
     let mut bench = Bench::new();
     for index in [0x607A, 0x60FF] {
@@ -68,7 +81,7 @@ fn setpoint(checker: &mut Checker<'_>, manual: &Manual, row: &Row) {
         let agrees = row.number::<u32>("default").is_some_and(|default| found == Ok(default));
         checker.that(row, "default", Against::Drive, agrees, format!("{found:?}"));
     }
-    let eeprom = ["607A:00", "60FF:00"].map(|key| manual.row("objects.csv", key).map_or("", |row| row.get("eeprom")));
+    let eeprom = [position, velocity].map(|entry| yes(entry.is_some_and(|entry| entry.persistent)));
     checker.that(row, "eeprom", Against::Sheet, eeprom == [row.get("eeprom"); 2], eeprom.join("; "));
 }
 
@@ -92,10 +105,10 @@ fn range_and_default(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, 
         (printed == found, found.join("; "))
     };
     checker.that(row, "range", Against::Sheet, agrees, found);
-    let default = object.get("default");
+    let default = number(entry.default.as_ref()).map_or(String::new(), |default| default.to_string());
     let named = words_of(manual, &object.key).into_iter().find(|row| row.get("value") == default);
-    let found = if range.contains("..") { default } else { named.map_or("", |row| in_words(row.get("meaning"))) };
-    checker.cell(row, "default", Against::Sheet, found);
+    let named = named.map_or("", |row| in_words(row.get("meaning")));
+    checker.cell(row, "default", Against::Sheet, if range.contains("..") { default } else { named.to_owned() });
 }
 
 /// The rows of values.csv that name the values of a data description.
@@ -115,19 +128,24 @@ fn in_words(meaning: &str) -> &str {
     }
 }
 
-fn unit(checker: &mut Checker<'_>, sheet: &Sheet, row: &Row, address: lexican_runtime::object::Address) {
-    let entry = sheet.device.entry(address.index(), address.sub());
+/// The units of an entry, as table 6 prints them.
+fn units(sheet: &Sheet, index: u16, sub: u8) -> Vec<String> {
+    let entry = sheet.device.entry(index, sub);
     let quantity = entry.and_then(|entry| match &entry.meaning {
         lexican_eds::model::Meaning::Quantity(name) => sheet.device.quantities.get(name),
         _ => None,
     });
-    let units = quantity.map_or(Vec::new(), |quantity| {
+    quantity.map_or(Vec::new(), |quantity| {
         let unit = |unit: &lexican_eds::model::Unit| match (unit.num, unit.den) {
             (1, 1) => unit.symbol.clone(),
             (num, den) => format!("{num}/{den} {}", unit.symbol),
         };
         quantity.units.iter().map(unit).collect()
-    });
+    })
+}
+
+fn unit(checker: &mut Checker<'_>, sheet: &Sheet, row: &Row, address: lexican_runtime::object::Address) {
+    let units = units(sheet, address.index(), address.sub());
     let printed = row.get("unit");
     // A share of parameter 9 is a share; the calibration value is a position, but printed without a unit.
     let agrees = printed == units.join("; ") || printed.split(" of ").next() == Some(&units.join("; "));

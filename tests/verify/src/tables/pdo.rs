@@ -12,17 +12,17 @@ use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
 use crate::notation::{hex, yes};
 
-/// The PDOs that map something: name, chapter and figure of the layout, and what the generated structs say.
-type Described = (&'static str, &'static str, u8, &'static [Mapped], u32);
+/// The PDOs that map something: their names, and what the generated structs say.
+type Described = (&'static str, &'static [Mapped], u32);
 
 fn described() -> [Described; 6] {
     [
-        ("TPDO1", "7.2.5.1", 17, od::Tpdo1::MAPPING, od::Tpdo1::cob_id(NODE).raw()),
-        ("TPDO3", "7.2.5.2", 18, od::Tpdo3::MAPPING, od::Tpdo3::cob_id(NODE).raw()),
-        ("TPDO4", "7.2.5.3", 19, od::Tpdo4::MAPPING, od::Tpdo4::cob_id(NODE).raw()),
-        ("RPDO1", "7.2.6.1", 20, od::Rpdo1::MAPPING, od::Rpdo1::cob_id(NODE).raw()),
-        ("RPDO3", "7.2.6.2", 21, od::Rpdo3::MAPPING, od::Rpdo3::cob_id(NODE).raw()),
-        ("RPDO4", "7.2.6.3", 22, od::Rpdo4::MAPPING, od::Rpdo4::cob_id(NODE).raw()),
+        ("TPDO1", od::Tpdo1::MAPPING, od::Tpdo1::cob_id(NODE).raw()),
+        ("TPDO3", od::Tpdo3::MAPPING, od::Tpdo3::cob_id(NODE).raw()),
+        ("TPDO4", od::Tpdo4::MAPPING, od::Tpdo4::cob_id(NODE).raw()),
+        ("RPDO1", od::Rpdo1::MAPPING, od::Rpdo1::cob_id(NODE).raw()),
+        ("RPDO3", od::Rpdo3::MAPPING, od::Rpdo3::cob_id(NODE).raw()),
+        ("RPDO4", od::Rpdo4::MAPPING, od::Rpdo4::cob_id(NODE).raw()),
     ]
 }
 
@@ -53,7 +53,7 @@ fn mapping_index(pdo: &Pdo) -> u16 {
     base + pdo.number - 1
 }
 
-fn mappings(checker: &mut Checker<'_>, sheet: &Sheet, pdo: &Pdo, (name, _, _, generated, _): Described) {
+fn mappings(checker: &mut Checker<'_>, sheet: &Sheet, pdo: &Pdo, (name, generated, _): Described) {
     let mut bench = Bench::new();
     let index = mapping_index(pdo);
     let mut bit = 0;
@@ -78,7 +78,7 @@ fn mappings(checker: &mut Checker<'_>, sheet: &Sheet, pdo: &Pdo, (name, _, _, ge
     }
 }
 
-fn layout(checker: &mut Checker<'_>, pdo: &Pdo, (name, chapter, figure, generated, cob_id): Described) {
+fn layout(checker: &mut Checker<'_>, pdo: &Pdo, (name, generated, cob_id): Described) {
     let bytes = pdo.mapping.iter().flat_map(|mapped| {
         let last = mapped.bits / 8 - 1;
         (0..=last).map(move |at| (mapped, at, last))
@@ -86,7 +86,6 @@ fn layout(checker: &mut Checker<'_>, pdo: &Pdo, (name, chapter, figure, generate
     let served = served(name);
     for (byte, (mapped, at, last)) in (0_usize..).zip(bytes) {
         let Some(row) = checker.row("pdo_layouts.csv", &format!("{name}:{}", byte + 1)) else { continue };
-        checker.place(row, chapter, format!("figure {figure}"));
         let base = match pdo.cob_id {
             Some(Value::NodeIdPlus(base)) => format!("{base:X}"),
             _ => String::new(),
@@ -152,7 +151,6 @@ fn identifiers(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
     let pdo = |name: &str| sheet.device.pdos.iter().find(|pdo| name_of(pdo) == name)?.cob_id.clone();
     let entry = |index, sub| sheet.device.entry(index, sub)?.default.clone();
     for row in manual.rows("identifiers.csv") {
-        checker.place(row, "7.9", "27");
         let base = hex(row.get("hex"));
         let decimal = base.map_or(String::new(), |base| base.to_string());
         checker.cell(row, "decimal", Against::Manual, decimal);

@@ -9,6 +9,7 @@ use siko_ag03_1::sim::inputs::{Inputs, Shaft};
 use siko_ag03_1::state::{TRANSITIONS, has_torque};
 
 use super::sheet::Sheet;
+use super::{claims, statements};
 use crate::bench::{Bench, Memory, once};
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
@@ -91,17 +92,16 @@ pub(super) fn in_table_22(bit: u16) -> bool {
 fn states(checker: &mut Checker<'_>) {
     for (state, name) in STATES {
         let Some(row) = checker.row("states.csv", name) else { continue };
-        checker.place(row, "7.3, 7.4", "22");
         let decoded = |word| State::from_status_word(word) == Some(*state);
         let pattern = row.get("bits_7_0");
         checker.that(row, "bits_7_0", Against::Code, is_least(decoded, pattern), "decoded otherwise");
         // The German manual says "released" where the English one says "enabled".
-        let motor = match (state, has_torque(*state)) {
-            (State::QuickStopActive, true) => "decelerates at maximum; stops with torque",
-            (_, true) => "in control",
-            (_, false) => "released",
-        };
-        checker.cell(row, "motor", Against::Code, motor);
+        if *state == State::QuickStopActive {
+            checker.cell(row, "motor", Against::Drive, quick_stop());
+        } else {
+            let motor = if has_torque(*state) { "in control" } else { "released" };
+            checker.cell(row, "motor", Against::Code, motor);
+        }
         let Some(mut bench) = bring_to(*state) else {
             // It passes within the boot-up; no command is taken there.
             let none = TRANSITIONS.0.iter().all(|change| change.from != *state || change.cause == Cause::Internal);
@@ -120,6 +120,19 @@ fn states(checker: &mut Checker<'_>) {
     }
 }
 
+/// What the motor does in QUICK STOP ACTIVE.
+fn quick_stop() -> String {
+    static MEMORY: Memory<(), String> = Memory::new(BTreeMap::new());
+    once(&MEMORY, (), || {
+        let mut bench = moving_to(100_000, 1000);
+        bench.control(0x0002);
+        // 4 rev/s2 from 800 increments/s.
+        let brakes = statements::way_to_rest(&mut bench) == 50;
+        let holds = !bench.see(|drive, now| drive.turn_shaft(now, 10));
+        claims::said(vec![("decelerates at maximum", brakes), ("stops with torque", holds)], "; ")
+    })
+}
+
 fn commands(checker: &mut Checker<'_>) {
     // Disable Operation has the bits of Switch On: the state decides.
     let all = [
@@ -133,7 +146,6 @@ fn commands(checker: &mut Checker<'_>) {
     ];
     for (name, command) in all {
         let Some(row) = checker.row("commands.csv", name) else { continue };
-        checker.place(row, "7.5", "24");
         let pattern = row.get("bits_7_0");
         let is_edge = command == Command::FaultReset;
         let parsed = |word: u16| Command::parse(0, word) == command && (is_edge || word & 0x80 == 0);
@@ -171,7 +183,6 @@ fn after(from: State, word: u16) -> Option<&'static str> {
 fn transitions(checker: &mut Checker<'_>, manual: &Manual) {
     for number in 0..=14 {
         let Some(row) = checker.row("transitions.csv", &number.to_string()) else { continue };
-        checker.place(row, "7.3", "figure 27");
         let listed: Vec<_> = TRANSITIONS.0.iter().filter(|change| change.number == number).collect();
         let (by, word) = match listed.first().map(|change| change.cause) {
             None => ("power on or software reset", None),

@@ -58,7 +58,6 @@ pub(super) fn overcurrent() -> Bench {
 }
 
 fn system_status(checker: &mut Checker<'_>, manual: &Manual, device: &Device, row: &Row) {
-    checker.place(row, "2.1", "1");
     let (bit, value, mode) = (row.get("bit"), row.get("value"), row.get("mode"));
     let named = name_of(device, "SystemStatus", bit);
     checker.that(
@@ -158,7 +157,6 @@ fn words(bit: &str, mode: &str) -> Option<[Option<u16>; 2]> {
 }
 
 fn statusword(checker: &mut Checker<'_>, manual: &Manual, device: &Device, row: &Row) {
-    checker.place(row, "7.4", "21");
     let (bit, mode) = (row.get("bit"), row.get("mode"));
     let Some(words) = words(bit, mode) else { return };
     checker.key(row);
@@ -181,7 +179,6 @@ fn statusword(checker: &mut Checker<'_>, manual: &Manual, device: &Device, row: 
 }
 
 fn controlword(checker: &mut Checker<'_>, device: &Device, row: &Row) {
-    checker.place(row, "7.5", "23");
     let (bit, mode) = (row.get("bit"), row.get("mode"));
     // Of some bits each mode has a row of its own.
     let modes: &[&str] =
@@ -274,12 +271,6 @@ fn is_about(meaning: &str) -> &'static str {
 
 fn start_condition(checker: &mut Checker<'_>, manual: &Manual, row: &Row) {
     let (operation, bit) = (row.get("operation"), row.get("bit"));
-    let chapter = match operation {
-        "positioning" | "positioning ready" => "2.2.1",
-        "inching" => "2.2.1.2",
-        _ => "2.2.2",
-    };
-    checker.cell(row, "chapter", Against::Manual, chapter);
     if operation.ends_with(" ready") {
         return ready(checker, row, operation);
     }

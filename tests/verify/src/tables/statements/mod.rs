@@ -115,7 +115,7 @@ fn is_released(bench: &Bench) -> bool {
 }
 
 /// Enabled, with what `set` has written before.
-fn enabled_with(set: &[(u16, u8, i64, u8)]) -> Bench {
+pub(super) fn enabled_with(set: &[(u16, u8, i64, u8)]) -> Bench {
     let mut bench = Bench::new();
     bench.set(set);
     bench.nmt(0x01);
@@ -125,7 +125,7 @@ fn enabled_with(set: &[(u16, u8, i64, u8)]) -> Bench {
 }
 
 /// Velocities after each of these times, in milliseconds from the start.
-fn velocities(bench: &mut Bench, times: &[u64]) -> Vec<i32> {
+pub(super) fn velocities(bench: &mut Bench, times: &[u64]) -> Vec<i32> {
     let mut passed = 0;
     let mut at = |time: &u64| {
         bench.hear(time - passed);
@@ -136,7 +136,7 @@ fn velocities(bench: &mut Bench, times: &[u64]) -> Vec<i32> {
 }
 
 /// How far the shaft turns until it stands, in increments.
-fn way_to_rest(bench: &mut Bench) -> i32 {
+pub(super) fn way_to_rest(bench: &mut Bench) -> i32 {
     let before = position(bench);
     bench.hear(30_000);
     if speed(bench) == 0.0 { position(bench) - before } else { i32::MAX }

@@ -295,7 +295,7 @@ pub(super) fn new_velocity() -> Clauses {
     let slower = velocities(&mut bench, &[100, 1000]);
     bench.command(0x505, 0x000F, -30);
     bench.hear(2000);
-    let turned = velocity(&bench);
+    let turned = bench.read(0x606C, 0).unwrap_or(0) as i32;
     vec![("a new target velocity is taken at once", slower == [48, 30] && turned == -30)]
 }
 
