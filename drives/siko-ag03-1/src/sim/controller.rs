@@ -156,7 +156,8 @@ impl Controller {
     /// What the output stage does with the motor.
     #[must_use]
     pub fn motor(&self, now: Instant) -> Motor {
-        let inching_by_key = self.inputs.key.is_some() && self.motion.is_active(now);
+        // Without torque, only a key has a job under way, and brakes it when it is let go.
+        let inching_by_key = self.motion.is_active(now);
         let arrived = matches!(self.motion.job(), Job::Positioning(_)) && !self.motion.is_active(now);
         if !self.inputs.supply_is_present() || !has_torque(self.state) && !inching_by_key {
             return Motor::Released;
@@ -187,7 +188,6 @@ impl Controller {
             self.motion.renumber(now, -self.motion.state(now).position);
         }
         if before.mode != parameters.mode {
-            self.running = false;
             self.acknowledged = false;
             self.release(now);
         }
