@@ -5,7 +5,7 @@ mod sdo_support;
 use lexican_runtime::object::{Access, Address, DataType};
 use lexican_runtime::service::sdo_client::{Event, SdoClient, SdoError};
 use lexican_runtime::service::sdo_server::{self, Side};
-use lexican_runtime::{AbortCode, Frame, Instant};
+use lexican_runtime::{AbortCode, Duration, Frame, Instant};
 use sdo_support::{Bus, NODE, Od, at, frame, pattern};
 
 const DOMAIN: Address = at(0x2003, 0);
@@ -341,4 +341,171 @@ fn a_payload_that_is_too_short_ends_a_block_write() {
     assert_eq!(event, Event::Failed(SdoError::TooShort { address: DOMAIN, len: 20 }));
     bus.settle();
     assert_eq!(bus.write(DOMAIN, &pattern(40)), Event::Done { address: DOMAIN, len: 40 });
+}
+
+/// A client that goes over to blocks from 30 bytes on.
+fn by_size() -> SdoClient {
+    SdoClient::of_node(NODE).with_block_writes_from(30).with_block_reads_from(30)
+}
+
+#[test]
+fn what_is_announced_to_be_long_is_read_by_block() {
+    for len in [0, 1, 4, 5, 29, 30, 31, 890, 5000] {
+        let mut bus = bus(&pattern(len));
+        bus.client = by_size();
+        let done = Event::Done { address: DOMAIN, len: len as u32 };
+        for _ in 0..2 {
+            bus.log.clear();
+            assert_eq!(bus.read(DOMAIN), (done, pattern(len)));
+            bus.settle();
+            assert_eq!(bus.log.contains(&frame("605#A40320007F150000")), len >= 30, "{len} bytes");
+        }
+        bus.od.hides_len = true;
+        bus.log.clear();
+        assert_eq!(bus.read(DOMAIN), (done, pattern(len)));
+        assert!(!bus.log.contains(&frame("605#A40320007F150000")), "{len} bytes that were not announced");
+    }
+}
+
+#[test]
+fn a_server_that_begins_no_block_read_is_asked_for_segments_from_then_on() {
+    let announced = "585#4103200020000000";
+    let segments = [
+        ("605#6000000000000000", "585#0001020304050607"),
+        ("605#7000000000000000", "585#1001020304050607"),
+        ("605#6000000000000000", "585#0001020304050607"),
+        ("605#7000000000000000", "585#1001020304050607"),
+        ("605#6000000000000000", "585#0701020304000000"),
+    ];
+    // It aborts, for whatever reason, or is silent.
+    for refusal in [Some("585#8003200001000405"), Some("585#8003200000000008"), None] {
+        let (mut client, mut data, mut now) = (by_size(), [0; 40], Instant::ZERO);
+        client.read(now, DOMAIN).unwrap();
+        let mut asks = |client: &mut SdoClient, now, request: &str, response: Option<&str>| {
+            assert_eq!(client.poll_transmit(now, &mut data), Some(frame(request)));
+            response.and_then(|response| client.handle_frame(now, &frame(response), &mut data))
+        };
+        asks(&mut client, now, "605#4003200000000000", Some(announced));
+        asks(&mut client, now, "605#8003200000000008", None);
+        asks(&mut client, now, "605#A40320007F150000", refusal);
+        if refusal.is_none() {
+            now = client.poll_timeout().unwrap();
+            assert_eq!(client.handle_timeout(now), None);
+        }
+        for _ in 0..2 {
+            asks(&mut client, now, "605#4003200000000000", Some(announced));
+            let ended = segments.map(|(request, response)| asks(&mut client, now, request, Some(response)));
+            assert_eq!(ended[4], Some(Event::Done { address: DOMAIN, len: 32 }));
+            client.read(now, DOMAIN).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_server_that_begins_no_block_write_gets_segments_from_then_on() {
+    // It aborts, or is silent.
+    for refusal in [Some("585#8003200001000405"), None] {
+        let (mut client, mut data, mut now) = (by_size(), [7; 30], Instant::ZERO);
+        client.write(now, DOMAIN, 30).unwrap();
+        assert_eq!(client.poll_transmit(now, &mut data), Some(frame("605#C60320001E000000")));
+        match refusal {
+            Some(refusal) => assert_eq!(client.handle_frame(now, &frame(refusal), &mut data), None),
+            None => {
+                now = client.poll_timeout().unwrap();
+                assert_eq!(client.handle_timeout(now), None);
+            }
+        }
+        for _ in 0..2 {
+            assert_eq!(client.poll_transmit(now, &mut data), Some(frame("605#210320001E000000")));
+            client.handle_frame(now, &frame("585#6003200000000000"), &mut data);
+            let mut ended = None;
+            for response in ["585#20", "585#30", "585#20", "585#30", "585#20"] {
+                assert!(client.poll_transmit(now, &mut data).is_some());
+                ended = client.handle_frame(now, &frame(&format!("{response}00000000000000")), &mut data);
+            }
+            assert_eq!(ended, Some(Event::Done { address: DOMAIN, len: 30 }));
+            client.write(now, DOMAIN, 30).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_dead_node_does_not_count_as_one_without_blocks() {
+    let (mut client, mut data) = (by_size(), [7; 30]);
+    client.write(Instant::ZERO, DOMAIN, 30).unwrap();
+    client.poll_transmit(Instant::ZERO, &mut data);
+    let mut ended = None;
+    while ended.is_none() {
+        let now = client.poll_timeout().unwrap();
+        ended = client.handle_timeout(now);
+        client.poll_transmit(now, &mut data);
+    }
+    assert_eq!(ended, Some(Event::Failed(SdoError::TimedOut { address: DOMAIN })));
+    client.write(Instant::ZERO, DOMAIN, 30).unwrap();
+    assert_eq!(client.poll_transmit(Instant::ZERO, &mut data), Some(frame("605#C60320001E000000")));
+}
+
+/// How long a transfer lasts with a server that gives the same answers after every request, each 100 ms after it;
+/// and how it ends.
+fn stalling(mut client: SdoClient, answers: &[&str]) -> (Duration, Event) {
+    let (mut now, mut data) = (Instant::ZERO, [0; 64]);
+    let mut at = answers.iter().cycle();
+    for _ in 0..100_000 {
+        while client.poll_transmit(now, &mut data).is_some() {}
+        let deadline = client.poll_timeout().unwrap();
+        let answer = now + Duration::from_millis(100);
+        now = deadline.min(answer);
+        let event = match deadline <= answer {
+            true => client.handle_timeout(now),
+            false => client.handle_frame(now, &frame(at.next().unwrap()), &mut data),
+        };
+        if let Some(event) = event {
+            return (now.since(Instant::ZERO), event);
+        }
+    }
+    panic!("the transfer never ends");
+}
+
+#[test]
+fn a_transfer_that_makes_no_progress_ends() {
+    let stalled = Event::Failed(SdoError::Stalled { address: DOMAIN });
+    let begun = |mut client: SdoClient, first: &str, read: bool| {
+        let now = Instant::ZERO;
+        if read { client.read(now, DOMAIN) } else { client.write(now, DOMAIN, 60) }.unwrap();
+        client.poll_transmit(now, &mut [0; 64]);
+        client.handle_frame(now, &frame(first), &mut [0; 64]);
+        client
+    };
+    let ten_seconds = Duration::from_secs(10);
+    // Segments without a byte.
+    let client = begun(SdoClient::of_node(NODE), "585#4003200000000000", true);
+    assert_eq!(stalling(client, &["585#0E00000000000000", "585#1E00000000000000"]), (ten_seconds, stalled));
+    // The first segment of a block, for ever.
+    let mut client = begun(by_size(), "585#4103200040000000", true);
+    while client.poll_transmit(Instant::ZERO, &mut [0; 64]).is_some() {}
+    client.handle_frame(Instant::ZERO, &frame("585#C603200040000000"), &mut [0; 64]);
+    let (lasted, event) = stalling(client, &["585#0101020304050607"]);
+    assert_eq!(event, stalled);
+    assert!(lasted > ten_seconds && lasted < Duration::from_millis(10_200), "{lasted:?}: seven bytes came");
+    // Nothing of a block is ever confirmed.
+    let client = begun(by_size(), "585#A40320007F000000", false);
+    let (lasted, event) = stalling(client, &["585#A2007F0000000000"]);
+    assert!(matches!(event, Event::Failed(_)) && lasted <= ten_seconds, "{event:?}");
+}
+
+#[test]
+fn a_slow_transfer_that_makes_progress_does_not_end() {
+    let mut client = SdoClient::of_node(NODE);
+    let (mut now, mut data) = (Instant::ZERO, vec![0; 7000]);
+    client.read(now, DOMAIN).unwrap();
+    client.poll_transmit(now, &mut &mut data[..]);
+    client.handle_frame(now, &frame("585#4003200000000000"), &mut &mut data[..]);
+    // Each segment takes a tenth of the time-out.
+    for toggle in [0x00, 0x10].into_iter().cycle().take(999) {
+        assert!(client.poll_transmit(now, &mut &mut data[..]).is_some());
+        now += Duration::from_millis(100);
+        assert!(client.poll_timeout().unwrap() > now);
+        let segment = frame(&format!("585#{toggle:02X}01020304050607"));
+        assert_eq!(client.handle_frame(now, &segment, &mut &mut data[..]), None);
+    }
 }

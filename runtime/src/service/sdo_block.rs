@@ -74,6 +74,12 @@ impl Sender {
         })
     }
 
+    /// How many bytes the receiver has confirmed.
+    #[inline]
+    pub(super) fn confirmed(&self) -> u32 {
+        self.confirmed
+    }
+
     /// Whether a segment is to be sent.
     #[inline]
     pub(super) fn is_sending(&self) -> bool {

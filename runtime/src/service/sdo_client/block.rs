@@ -31,6 +31,8 @@ enum Sending {
 pub(super) struct BlockUpload {
     address: Address,
     block_size: u8,
+    /// The server has agreed to transfer the entry in segments before.
+    is_instead: bool,
     phase: Receiving,
 }
 
@@ -55,6 +57,15 @@ impl BlockDownload {
 
     pub(super) fn is_begun(&self) -> bool {
         !matches!(self.phase, Sending::Initiating)
+    }
+
+    /// How many bytes the server has confirmed.
+    #[inline]
+    pub(super) fn offset(&self) -> u32 {
+        match &self.phase {
+            Sending::Initiating => 0,
+            Sending::Segments(sender) | Sending::Ending(sender) => sender.confirmed(),
+        }
     }
 
     /// Whether more segments are to be sent without an answer of the server.
@@ -139,7 +150,25 @@ fn next_segment(size: u32, sender: &mut Sender, payload: &mut dyn Payload) -> Re
 
 impl BlockUpload {
     pub(super) const fn new(address: Address, block_size: u8) -> Self {
-        BlockUpload { address, block_size, phase: Receiving::Initiating }
+        BlockUpload { address, block_size, is_instead: false, phase: Receiving::Initiating }
+    }
+
+    /// A read by block instead of one in segments.
+    pub(super) const fn instead(address: Address, block_size: u8) -> Self {
+        BlockUpload { is_instead: true, ..BlockUpload::new(address, block_size) }
+    }
+
+    pub(super) fn is_instead(&self) -> bool {
+        self.is_instead
+    }
+
+    /// How many bytes have come, without the last segment.
+    #[inline]
+    pub(super) fn offset(&self) -> u32 {
+        match &self.phase {
+            Receiving::Initiating => 0,
+            Receiving::Segments { receiver, .. } => receiver.offset(),
+        }
     }
 
     pub(super) fn address(&self) -> Address {

@@ -37,7 +37,9 @@ pub struct SdoClient {
     timeout: Duration,
     always_four_bytes: bool,
     block_writes_from: u32,
+    block_reads_from: u32,
     block_size: u8,
+    blocks: Blocks,
     state: State,
     /// The last frame of the transfer before, until it is pulled: an abort, or the end of a block upload.
     parting: Option<Raw>,
@@ -45,8 +47,21 @@ pub struct SdoClient {
     unsent: bool,
     /// The last response that was taken: a repetition of it is ignored.
     taken: Raw,
+    /// When the transfer began.
+    began: Instant,
     /// When the server has been silent for too long; of no meaning in `Idle`.
     deadline: Instant,
+}
+
+/// Whether the server knows block transfers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Blocks {
+    /// It has not shown that it does not.
+    Possible,
+    /// It did not begin one, and is asked for segments instead.
+    Doubtful,
+    /// It does not, but transfers segments.
+    Unknown,
 }
 
 /// How a transfer ended.
@@ -79,6 +94,13 @@ pub enum SdoError {
     /// The device did not answer in time. It was told so by an abort.
     #[error("{address}: no answer of the device in time")]
     TimedOut {
+        /// The entry.
+        address: Address,
+    },
+    /// The device answers, but the transfer takes too long for what it has transferred: more than ten times the
+    /// time-out, and another one for each 64 bytes. The device was told so by an abort.
+    #[error("{address}: the device answers, but the transfer makes no progress")]
+    Stalled {
         /// The entry.
         address: Address,
     },
@@ -115,6 +137,7 @@ impl SdoError {
         match *self {
             SdoError::Aborted { address, .. }
             | SdoError::TimedOut { address }
+            | SdoError::Stalled { address }
             | SdoError::TooLong { address, .. }
             | SdoError::TooShort { address, .. }
             | SdoError::Violation { address, .. } => address,
@@ -145,6 +168,7 @@ enum State {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Failure {
     TimedOut,
+    Stalled,
     TooLong { capacity: u32 },
     TooShort { len: u32 },
     Violation(AbortCode),
@@ -163,11 +187,14 @@ impl SdoClient {
             timeout: Duration::from_secs(1),
             always_four_bytes: false,
             block_writes_from: u32::MAX,
+            block_reads_from: u32::MAX,
             block_size: BlockSegment::MAX_SEQUENCE,
+            blocks: Blocks::Possible,
             state: State::Idle,
             parting: None,
             unsent: false,
             taken: NOTHING,
+            began: Instant::ZERO,
             deadline: Instant::ZERO,
         }
     }
@@ -178,7 +205,7 @@ impl SdoClient {
         SdoClient::new(CobId::of_node(0x600, node), CobId::of_node(0x580, node))
     }
 
-    /// Waits `timeout` for each answer.
+    /// Waits `timeout` for each answer, and for all of them ten times as long, and once more for each 64 bytes.
     #[must_use]
     pub const fn with_timeout(self, timeout: Duration) -> Self {
         SdoClient { timeout, ..self }
@@ -191,11 +218,19 @@ impl SdoClient {
         SdoClient { always_four_bytes, ..self }
     }
 
-    /// Writes `len` bytes and more by block; unless told otherwise, none. A server that knows no blocks gets
-    /// segments instead, at the price of one more request.
+    /// Writes `len` bytes and more by block; unless told otherwise, none. A server that does not begin a block
+    /// transfer gets segments instead, from then on always if that succeeds.
     #[must_use]
     pub const fn with_block_writes_from(self, len: u32) -> Self {
         SdoClient { block_writes_from: len, ..self }
+    }
+
+    /// Reads by block what the server announces to have `len` bytes or more; unless told otherwise, nothing. The
+    /// announcement is the answer to a read in segments, which is aborted then. A server that does not begin a block
+    /// transfer is asked for segments again, and from then on always.
+    #[must_use]
+    pub const fn with_block_reads_from(self, len: u32) -> Self {
+        SdoClient { block_reads_from: len, ..self }
     }
 
     /// Reads by block in blocks of `block_size` segments, 1 to 127: fewer for a receive queue that holds
@@ -245,6 +280,9 @@ impl SdoClient {
     ///
     /// [`Busy`] when a transfer is under way.
     pub fn read_block(&mut self, now: Instant, address: Address) -> Result<(), Busy> {
+        if self.blocks == Blocks::Unknown {
+            return self.read(now, address);
+        }
         self.begin(now, State::BlockUpload(BlockUpload::new(address, self.block_size)))
     }
 
@@ -255,7 +293,7 @@ impl SdoClient {
     /// [`Busy`] when a transfer is under way.
     #[inline]
     pub fn write(&mut self, now: Instant, address: Address, len: u32) -> Result<(), Busy> {
-        if len >= self.block_writes_from && len > 4 {
+        if is_from(len, self.block_writes_from) && len > 4 && self.blocks != Blocks::Unknown {
             return self.begin(now, State::BlockDownload(BlockDownload::new(address, len)));
         }
         self.begin(now, State::Download(Download::new(address, len)))
@@ -285,6 +323,12 @@ impl SdoClient {
         if let State::Failed(error) = self.state {
             self.end(None);
             return Some(Event::Failed(error));
+        }
+        if now >= self.limit() {
+            return Some(self.fail(address, Failure::Stalled));
+        }
+        if !self.unsent && !self.is_begun() && self.go_on_without_blocks(now, None) {
+            return None;
         }
         if let State::BlockUpload(upload) = &mut self.state
             && !self.unsent
@@ -317,6 +361,10 @@ impl SdoClient {
         self.state = state;
         self.unsent = true;
         self.taken = NOTHING;
+        if self.blocks == Blocks::Doubtful {
+            self.blocks = Blocks::Possible;
+        }
+        self.began = now;
         self.deadline = now + self.timeout;
         Ok(())
     }
@@ -384,9 +432,18 @@ impl SdoClient {
             Ok(Progress::Continue) => self.unsent = true,
             Ok(Progress::Segmented { announced }) => match &self.state {
                 State::BlockDownload(download) => self.resume(State::Download(download.begun_without_blocks())),
+                State::Upload(_) if self.is_read_by_block(announced) => {
+                    self.parting = Some(ClientRequest::Abort(Abort { address, code: AbortCode::GENERAL }).to_raw());
+                    // The server may insist on segments, with the same answer.
+                    self.taken = NOTHING;
+                    self.resume(State::BlockUpload(BlockUpload::instead(address, self.block_size)));
+                }
                 _ => self.resume(State::Upload(Upload::begun(address, announced))),
             },
             Ok(Progress::Done { len }) => {
+                if self.blocks == Blocks::Doubtful {
+                    self.blocks = Blocks::Unknown;
+                }
                 self.end(None);
                 return Some(Event::Done { address, len });
             }
@@ -401,10 +458,31 @@ impl SdoClient {
         None
     }
 
-    /// Goes on without blocks.
+    /// Goes on in another way.
     fn resume(&mut self, state: State) {
         self.state = state;
         self.unsent = true;
+    }
+
+    fn is_read_by_block(&self, announced: Option<u32>) -> bool {
+        self.blocks == Blocks::Possible && announced.is_some_and(|len| is_from(len, self.block_reads_from))
+    }
+
+    /// Asks for segments where the server does not begin a block transfer: it is silent, or aborts with `code`. Some
+    /// servers are silent to a command that they do not know.
+    fn go_on_without_blocks(&mut self, now: Instant, code: Option<AbortCode>) -> bool {
+        let is_unknown = code == Some(AbortCode::UNKNOWN_COMMAND);
+        let state = match &self.state {
+            State::BlockUpload(upload) if is_unknown || upload.is_instead() => State::Upload(upload.segmented()),
+            State::BlockDownload(download) if is_unknown || code.is_none() => State::Download(download.segmented()),
+            _ => return false,
+        };
+        self.blocks = Blocks::Doubtful;
+        // The answer may be the one before blocks were tried.
+        self.taken = NOTHING;
+        self.resume(state);
+        self.await_server(now);
+        true
     }
 
     #[inline]
@@ -413,7 +491,22 @@ impl SdoClient {
             State::BlockUpload(upload) if upload.is_begun() => sdo_block::silence(self.timeout),
             _ => self.timeout,
         };
-        self.deadline = now + patience;
+        self.deadline = (now + patience).min(self.limit());
+    }
+
+    /// When a transfer that is not over has stalled. Ten times the time-out is what a block transfer may need to
+    /// recover from the loss of 16 blocks in a row.
+    #[inline]
+    fn limit(&self) -> Instant {
+        let transferred = match &self.state {
+            State::Upload(upload) => upload.offset(),
+            State::Download(download) => download.offset(),
+            State::BlockUpload(upload) => upload.offset(),
+            State::BlockDownload(download) => download.offset(),
+            State::Idle | State::Failed(_) => 0,
+        };
+        let for_each_byte = Duration::from_micros(self.timeout.as_micros() / 64);
+        self.began + self.timeout.times(10) + for_each_byte.times(transferred)
     }
 
     /// An abort for another entry belongs to a transfer that is over here. A server that does not know
@@ -424,15 +517,10 @@ impl SdoClient {
         if !concerns_us || self.unsent && !is_begun {
             return None;
         }
-        let without_blocks = match &self.state {
-            State::Failed(_) => return None,
-            State::BlockUpload(upload) => Some(State::Upload(upload.segmented())),
-            State::BlockDownload(download) => Some(State::Download(download.segmented())),
-            _ => None,
-        };
-        if let Some(state) = without_blocks.filter(|_| !is_begun && abort.code == AbortCode::UNKNOWN_COMMAND) {
-            self.resume(state);
-            self.await_server(now);
+        if matches!(self.state, State::Failed(_)) {
+            return None;
+        }
+        if !is_begun && self.go_on_without_blocks(now, Some(abort.code)) {
             return None;
         }
         self.end(None);
@@ -464,6 +552,7 @@ impl SdoClient {
         let abort_segments = |code| abort(code).filter(|_| self.is_begun());
         match failure {
             Failure::TimedOut => (abort(AbortCode::TIMED_OUT), SdoError::TimedOut { address }),
+            Failure::Stalled => (abort(AbortCode::TIMED_OUT), SdoError::Stalled { address }),
             Failure::Violation(code) => (abort(code), SdoError::Violation { address, code }),
             Failure::TooLong { capacity } => {
                 (abort_segments(AbortCode::OUT_OF_MEMORY), SdoError::TooLong { address, capacity })
@@ -506,6 +595,11 @@ impl SdoClient {
             State::Failed(error) => Some(error.address()),
         }
     }
+}
+
+/// Whether `len` bytes are as many as `from`, if that is a number: [`u32::MAX`] stands for none.
+const fn is_from(len: u32, from: u32) -> bool {
+    len >= from && from < u32::MAX
 }
 
 /// What a response did to a transfer.

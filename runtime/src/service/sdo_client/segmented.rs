@@ -50,6 +50,12 @@ impl Upload {
         self.segments.is_some()
     }
 
+    /// How many bytes have come.
+    #[inline]
+    pub(super) fn offset(&self) -> u32 {
+        self.segments.as_ref().map_or(0, |segments| segments.offset)
+    }
+
     #[inline]
     pub(super) fn request(&self) -> Raw {
         match self.segments {
@@ -67,22 +73,12 @@ impl Upload {
             },
             None => match ServerResponse::from_raw(raw) {
                 Some(ServerResponse::InitiateUpload { address, content }) if address == self.address => {
-                    self.begin(content, payload)
+                    initiated(content, payload)
                 }
                 // Nothing else is an answer to what was asked.
                 _ => Ok(Progress::Ignored),
             },
         }
-    }
-
-    #[inline]
-    fn begin(&mut self, content: Content, payload: &mut dyn Payload) -> Result<Progress, Failure> {
-        let progress = initiated(content, payload)?;
-        if let Progress::Segmented { announced } = progress {
-            *self = Upload::begun(self.address, announced);
-            return Ok(Progress::Continue);
-        }
-        Ok(progress)
     }
 }
 
@@ -139,6 +135,12 @@ impl Download {
 
     pub(super) fn is_begun(&self) -> bool {
         self.toggle.is_some()
+    }
+
+    /// How many bytes the server has confirmed.
+    #[inline]
+    pub(super) fn offset(&self) -> u32 {
+        self.offset
     }
 
     #[inline]

@@ -1,0 +1,91 @@
+//! Long objects go by block through every shell, where that is quicker.
+#![cfg(feature = "tokio")]
+
+mod common;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use common::testing::TestOd;
+use common::{FULL, NODE};
+use lexican_runtime::device::{Behaviour, Device};
+use lexican_runtime::host::{Node, VirtualBus, blocking, tokio as shell};
+use lexican_runtime::manager::Remote;
+use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::SdoClient;
+use lexican_runtime::{Duration, Frame, Instant};
+
+const TEXT: Address = Address::new(0x1008, 0);
+
+struct Station(Device<3, 3, 2, 3>, TestOd);
+
+impl Station {
+    fn new(len: usize) -> Self {
+        let mut device = Device::new(NODE, Behaviour::CIA_301);
+        let mut od = TestOd::new(FULL).without(0x1200).with(&format!("1008:00 text rw - {}", "n".repeat(len)));
+        device.restart(Instant::ZERO, &mut od);
+        Station(device, od)
+    }
+}
+
+impl Node for Station {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        self.0.handle_frame(now, frame, &mut self.1);
+    }
+    fn handle_timeout(&mut self, now: Instant) {
+        self.0.handle_timeout(now, &mut self.1);
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.0.poll_transmit(now, &mut self.1)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.0.poll_timeout()
+    }
+}
+
+/// How long it takes to read and to write an object of `len` bytes at 125 kbit/s, and how many frames that are.
+fn measure(len: usize, remote: Remote) -> [(Duration, usize); 2] {
+    let bus = VirtualBus::with_bit_rate(125);
+    let frames = Arc::new(AtomicUsize::new(0));
+    let count = Arc::clone(&frames);
+    bus.observe(move |_, _| _ = count.fetch_add(1, Ordering::Relaxed));
+    bus.attach(Station::new(len));
+    let mut network = blocking::Network::new(bus.link());
+    let now = network.now();
+    network.manager().add(now, remote).unwrap();
+    network.read_bytes(NODE, Address::new(0x1000, 0)).unwrap();
+    let mut began = bus.now();
+    frames.store(0, Ordering::Relaxed);
+    assert_eq!(network.read_bytes(NODE, TEXT).unwrap(), vec![b'n'; len]);
+    let read = (bus.now().since(began), frames.swap(0, Ordering::Relaxed));
+    began = bus.now();
+    network.write_bytes(NODE, TEXT, &vec![b'x'; len]).unwrap();
+    let written = (bus.now().since(began), frames.load(Ordering::Relaxed));
+    assert_eq!(network.read_bytes(NODE, TEXT).unwrap(), vec![b'x'; len]);
+    [read, written]
+}
+
+#[test]
+fn long_objects_take_half_the_time_and_short_ones_none_more() {
+    let in_segments = Remote::new(NODE).with_sdo(SdoClient::of_node(NODE));
+    for len in [1, 4, 5, 20, 63, 64, 65, 100, 1000, 65_000] {
+        let (segments, blocks) = (measure(len, in_segments.clone()), measure(len, Remote::new(NODE)));
+        for (segments, blocks) in segments.into_iter().zip(blocks) {
+            println!("{len} bytes: {} in {} frames, {} in {}", segments.0, segments.1, blocks.0, blocks.1);
+            assert_eq!(segments == blocks, len < 64, "{len} bytes");
+            assert!(blocks.0 <= segments.0, "{len} bytes");
+            assert!(len < 1000 || blocks.1 * 100 < segments.1 * 60, "{len} bytes");
+        }
+    }
+}
+
+#[tokio::test]
+async fn the_tokio_shell_transfers_by_block() {
+    let bus = VirtualBus::with_bit_rate(125);
+    bus.attach(Station::new(65_000));
+    let network = shell::Network::spawn(bus.link()).unwrap();
+    assert_eq!(network.read_bytes(NODE, TEXT).await.unwrap(), vec![b'n'; 65_000]);
+    network.write_bytes(NODE, TEXT, &vec![b'x'; 65_000]).await.unwrap();
+    // In segments it takes 16.5 s for each.
+    assert!(bus.now() < Instant::ZERO + Duration::from_secs(18), "{}", bus.now());
+}
