@@ -118,3 +118,17 @@ fn only_the_own_nodes_are_heard_when_only_they_are_wanted_and_all_again_later() 
     let soon = network.now() + Duration::from_millis(8);
     assert!(matches!(network.next_event(soon).unwrap(), Some(Event::Stranger { .. })));
 }
+
+#[test]
+fn a_call_takes_no_longer_than_its_patience() {
+    let mut network = network();
+    network.set_patience(Some(Duration::from_millis(30)));
+    let began = network.now();
+    let error = network.read(NodeId::literal(6), DEVICE_TYPE).unwrap_err();
+    assert!(matches!(error, AccessError::Sdo { error: SdoError::TimedOut { .. }, .. }), "{error}");
+    assert_eq!(network.now().since(began), Duration::from_millis(30));
+    assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);
+    network.set_patience(None);
+    assert!(network.read(NodeId::literal(6), DEVICE_TYPE).is_err());
+    assert!(network.now().since(began) > Duration::from_secs(1));
+}

@@ -42,11 +42,17 @@ pub trait Link {
 
     /// What the operating system tells readable when there is something to receive, for shells that wait
     /// for more than one thing. It is another one after the link has lost its interface and found it again,
-    /// and there is none meanwhile. A link that never has one is waited for by receiving: then its time
-    /// passes.
+    /// and there is none meanwhile. A link that never has one is looked at every millisecond.
     #[cfg(unix)]
     fn descriptor(&self) -> Option<Descriptor> {
         None
+    }
+
+    /// Whether time passes here as on the wall, as on every interface. Otherwise it passes while one waits in
+    /// [`Link::receive`], as on the virtual bus, and that takes no time on the wall. A shell that has others to look
+    /// after waits in a link without a descriptor only in that case, which is assumed of a link that does not know.
+    fn is_real_time(&self) -> bool {
+        false
     }
 
     /// Says that only frames with these identifiers matter: a link that can leave out others does, so
@@ -86,6 +92,9 @@ impl<L: Link + ?Sized> Link for std::boxed::Box<L> {
     }
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
         (**self).receive(until)
+    }
+    fn is_real_time(&self) -> bool {
+        (**self).is_real_time()
     }
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
         (**self).listen_to(ids)
@@ -186,5 +195,21 @@ impl LinkError {
     #[must_use]
     pub const fn is_final(&self) -> bool {
         !matches!(self, LinkError::NoBus(_) | LinkError::Full | LinkError::ReadOnly)
+    }
+
+    /// The same, for another caller.
+    #[cfg(feature = "tokio")]
+    pub(super) fn again(&self) -> LinkError {
+        match self {
+            LinkError::Io(error) => LinkError::Io(match error.raw_os_error() {
+                Some(code) => std::io::Error::from_raw_os_error(code),
+                None => std::io::Error::new(error.kind(), std::string::ToString::to_string(error)),
+            }),
+            LinkError::NoBus(state) => LinkError::NoBus(*state),
+            LinkError::Full => LinkError::Full,
+            LinkError::ReadOnly => LinkError::ReadOnly,
+            LinkError::Ended => LinkError::Ended,
+            LinkError::Closed => LinkError::Closed,
+        }
     }
 }

@@ -160,7 +160,7 @@ impl Pump {
         if let Some(now) = self.backlog.due(|| deadline) {
             return Ok(machine.handle_timeout(now).map_or(Turn::Idle, Turn::Event));
         }
-        if self.has_looked && self.backlog.due(|| Some(until)).is_some() {
+        if self.has_looked && self.backlog.is_heard() && until <= self.backlog.looked {
             self.has_looked = false;
             return Ok(Turn::Over);
         }
@@ -285,10 +285,16 @@ impl Backlog {
         self.taken = if found { self.taken.saturating_add(1) } else { 0 };
     }
 
-    /// The time, if `deadline` has come and what was in the link before has been heard, as far as it ever will be.
+    /// Whether what was in the link at the last look has been heard, as far as it ever will be.
+    const fn is_heard(&self) -> bool {
+        self.taken == 0 || self.taken >= MOST_WAITING
+    }
+
+    /// The time, if `deadline` has come and all is heard. A deadline at the end of time never comes: what it leads to
+    /// would be due at once again.
     pub(super) fn due(&self, deadline: impl FnOnce() -> Option<Instant>) -> Option<Instant> {
-        let is_heard = self.taken == 0 || self.taken >= MOST_WAITING;
-        (is_heard && deadline()? <= self.looked).then_some(self.looked)
+        let is_due = self.is_heard() && deadline()? <= self.looked && self.looked < Instant::MAX;
+        is_due.then_some(self.looked)
     }
 }
 

@@ -90,6 +90,10 @@ impl Replay {
 }
 
 impl Link for Replay {
+    fn is_real_time(&self) -> bool {
+        self.pacer.is_some()
+    }
+
     fn now(&self) -> Instant {
         self.now
     }

@@ -163,6 +163,10 @@ pub struct VirtualLink {
 }
 
 impl Link for VirtualLink {
+    fn is_real_time(&self) -> bool {
+        self.bus.lock().pacer.is_some()
+    }
+
     fn now(&self) -> Instant {
         self.bus.now()
     }

@@ -54,6 +54,7 @@ pub struct Network<L> {
     events: VecDeque<Event>,
     missed: u64,
     kept: Option<Kept>,
+    patience: Option<Duration>,
 }
 
 impl<L: Link> Network<L> {
@@ -68,6 +69,7 @@ impl<L: Link> Network<L> {
             events: VecDeque::new(),
             missed: 0,
             kept: None,
+            patience: None,
         }
     }
 
@@ -160,6 +162,13 @@ impl<L: Link> Network<L> {
         self.audience.follow(&self.manager, &mut self.link)
     }
 
+    /// How long each call to read or to write may take in all. Then it fails with
+    /// [`SdoError::TimedOut`](crate::service::sdo_client::SdoError::TimedOut); with `None`, as in the beginning, only a
+    /// transfer that makes no progress does.
+    pub fn set_patience(&mut self, patience: Option<Duration>) {
+        self.patience = patience;
+    }
+
     /// The link's time.
     #[must_use]
     pub fn now(&self) -> Instant {
@@ -211,7 +220,7 @@ impl<L: Link> Network<L> {
     pub fn read<T: Value, A: Readable, M>(&mut self, node: NodeId, object: Object<T, A, M>) -> Result<T, AccessError> {
         let address = object.address();
         let mut value = Scalar::room_for::<T>();
-        self.transfer(node, &mut value, |manager, now| manager.read(now, node, address))?;
+        self.transfer(node, address, &mut value, |manager, now| manager.read(now, node, address))?;
         value.get().map_err(|error| AccessError::DataSheet { node, address, error })
     }
 
@@ -229,7 +238,7 @@ impl<L: Link> Network<L> {
         object.check(value)?;
         let (address, mut value) = (object.address(), Scalar::of(value));
         let len = value.len();
-        self.transfer(node, &mut value, |manager, now| manager.write(now, node, address, len)).map(drop)
+        self.transfer(node, address, &mut value, |manager, now| manager.write(now, node, address, len)).map(drop)
     }
 
     /// Reads whatever an entry holds, up to 64 MiB.
@@ -239,7 +248,7 @@ impl<L: Link> Network<L> {
     /// [`AccessError`].
     pub fn read_bytes(&mut self, node: NodeId, address: Address) -> Result<Vec<u8>, AccessError> {
         let mut data = Bytes::room_for(LONGEST);
-        let len = self.transfer(node, &mut data, |manager, now| manager.read(now, node, address))?;
+        let len = self.transfer(node, address, &mut data, |manager, now| manager.read(now, node, address))?;
         Ok(data.into_vec(len))
     }
 
@@ -254,7 +263,8 @@ impl<L: Link> Network<L> {
     /// When `data` is 4 GiB or longer: SDO cannot say that.
     pub fn write_bytes(&mut self, node: NodeId, address: Address, data: &[u8]) -> Result<(), AccessError> {
         let len = u32::try_from(data.len()).expect("SDO transfers less than 4 GiB");
-        self.transfer(node, &mut Bytes::of(data), |manager, now| manager.write(now, node, address, len)).map(drop)
+        self.transfer(node, address, &mut Bytes::of(data), |manager, now| manager.write(now, node, address, len))
+            .map(drop)
     }
 
     /// What the manager learned, waiting for it no longer than `until`.

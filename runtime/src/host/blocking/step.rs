@@ -10,7 +10,8 @@ use crate::host::pump::{Lent, StateMachine, Turn};
 use crate::host::{AccessError, Link, LinkError};
 use crate::id::NodeId;
 use crate::manager::{BeginError, Event, Manager, NetworkEvent, Payloads};
-use crate::service::sdo_client::{self, Payload};
+use crate::object::Address;
+use crate::service::sdo_client::{self, Payload, SdoError};
 use crate::time::Instant;
 
 /// How many events are kept until the application asks for them.
@@ -64,44 +65,69 @@ impl<L: Link> Network<L> {
     pub(super) fn transfer(
         &mut self,
         node: NodeId,
+        address: Address,
         payload: &mut impl Payload,
         begin: impl FnOnce(&mut Manager<127>, Instant) -> Result<(), BeginError>,
     ) -> Result<u32, AccessError> {
+        let until = self.patience.map_or(Instant::MAX, |patience| self.now() + patience);
+        let timed_out = AccessError::Sdo { node, error: SdoError::TimedOut { address } };
         // What boots the node uses the same channel.
         while is_booting(self.kept.as_ref(), node) {
-            let turn = self.turn(Instant::MAX, &mut [0; 0])?;
-            self.keep_turn(turn);
+            match self.turn(until, &mut [0; 0])? {
+                Turn::Over => return Err(timed_out),
+                turn => self.keep_turn(turn),
+            }
         }
         let mut now = self.now();
         self.audience.include(node, &mut self.manager, now);
         // One that the application has begun by itself comes first.
         if self.manager.sdo(node).is_ok_and(|sdo| sdo.is_busy()) {
-            self.finish(node, &mut [0; 0])?;
+            if self.finish(node, until, &mut [0; 0])?.is_none() {
+                return Err(timed_out);
+            }
             now = self.now();
         }
         begin(&mut self.manager, now).expect("no other transfer with the node is under way");
-        match self.finish(node, &mut OfNode { node, payload, nothing: [] }) {
-            Ok(sdo_client::Event::Done { len, .. }) => Ok(len),
-            Ok(sdo_client::Event::Failed(error)) => Err(AccessError::Sdo { node, error }),
+        let mut payload = OfNode { node, payload, nothing: [] };
+        match self.finish(node, until, &mut payload) {
+            Ok(Some(sdo_client::Event::Done { len, .. })) => Ok(len),
+            Ok(Some(sdo_client::Event::Failed(error))) => Err(AccessError::Sdo { node, error }),
+            Ok(None) => {
+                self.abort(node, AbortCode::TIMED_OUT);
+                // The result does not depend on whether the node hears of it.
+                let _ = self.transmit(&mut payload);
+                Err(timed_out)
+            }
             Err(error) => {
-                let sdo = self.manager.sdo(node).expect("the node was added above");
-                sdo.abort(AbortCode::GENERAL);
+                self.abort(node, AbortCode::GENERAL);
                 Err(error.into())
             }
         }
     }
 
-    fn finish(&mut self, node: NodeId, payload: &mut dyn Payloads) -> Result<sdo_client::Event, LinkError> {
+    fn abort(&mut self, node: NodeId, code: AbortCode) {
+        if let Ok(sdo) = self.manager.sdo(node) {
+            sdo.abort(code);
+        }
+    }
+
+    /// Waits for the end of a transfer; `None` at `until`.
+    fn finish(
+        &mut self,
+        node: NodeId,
+        until: Instant,
+        payload: &mut dyn Payloads,
+    ) -> Result<Option<sdo_client::Event>, LinkError> {
         loop {
-            let until = self.manager.poll_timeout().expect("a transfer has a deadline");
             match self.turn(until, payload)? {
                 Turn::Event(Event::Sdo { node: ended, event }) if ended == node => {
                     // The frame that ends a transfer at the node, if there is one. The result does not depend on it.
                     let _ = self.transmit(payload);
-                    return Ok(event);
+                    return Ok(Some(event));
                 }
                 Turn::Event(event) => self.keep(event),
-                Turn::Bus(_) | Turn::Idle | Turn::Over => {}
+                Turn::Over => return Ok(None),
+                Turn::Bus(_) | Turn::Idle => {}
             }
         }
     }

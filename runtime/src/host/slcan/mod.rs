@@ -291,6 +291,10 @@ impl Slcan {
 }
 
 impl Link for Slcan {
+    fn is_real_time(&self) -> bool {
+        true
+    }
+
     fn now(&self) -> Instant {
         self.clock.now()
     }

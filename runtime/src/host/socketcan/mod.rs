@@ -158,6 +158,10 @@ impl SocketCan {
 }
 
 impl Link for SocketCan {
+    fn is_real_time(&self) -> bool {
+        true
+    }
+
     fn descriptor(&self) -> Option<Descriptor> {
         Some(Arc::clone(&self.socket) as Descriptor)
     }

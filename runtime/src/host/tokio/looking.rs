@@ -1,29 +1,37 @@
-//! How the shell waits for a link where there are no descriptors: it looks.
+//! How the shell waits for a link where there are no descriptors.
 
 use std::io;
 
-use super::LOOK;
+use super::alarm::Alarm;
+use super::looks::Looks;
 use crate::host::Link;
-use crate::time::{Duration, Instant};
+use crate::time::Instant;
 
-/// What there is to wait for: nothing.
-pub(super) struct Readiness;
+/// What there is to wait for: time.
+#[derive(Default)]
+pub(super) struct Readiness {
+    looks: Looks,
+    alarm: Alarm,
+}
 
 impl Readiness {
-    pub(super) const fn of(_: &impl Link) -> io::Result<Self> {
-        Ok(Readiness)
+    pub(super) fn of(link: &impl Link) -> io::Result<Self> {
+        let mut readiness = Readiness::default();
+        readiness.follow(link)?;
+        Ok(readiness)
     }
 
-    pub(super) const fn follow(&mut self, _: &impl Link) -> io::Result<()> {
+    pub(super) fn follow(&mut self, link: &impl Link) -> io::Result<()> {
+        self.looks.follow(link);
         Ok(())
     }
 
-    pub(super) async fn wait(&mut self, _: Instant, _: Option<Instant>) {
-        tokio::task::yield_now().await;
+    pub(super) async fn wait(&mut self, now: Instant, deadline: Option<Instant>) {
+        self.looks.wait(&mut self.alarm, now, deadline).await;
     }
 
-    /// How long to stay in the link for what comes.
-    pub(super) const fn patience(&self) -> Duration {
-        LOOK
+    /// Until when to stay in the link for what comes.
+    pub(super) fn until(&self, now: Instant) -> Instant {
+        self.looks.until(now)
     }
 }

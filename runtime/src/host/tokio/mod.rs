@@ -2,7 +2,8 @@
 //!
 //! - Handles are cheap to clone, `Send`, and need no lock.
 //! - Every node has its own SDO channel, so that a silent node holds up nobody but those who ask it.
-//!   Transfers with one node wait for each other in the order in which they were asked for.
+//!   Transfers with one node wait for each other in the order in which they were asked for; when the node does not
+//!   answer, all fail that were asked for before the one that has shown it began.
 //! - A call that is dropped before it is over is safe: a transfer that waits is forgotten, one that is
 //!   under way runs to its end and its result is thrown away.
 //! - Back-pressure: calls wait while 64 others wait for the task; what the task holds is bounded by the
@@ -31,6 +32,8 @@
 //! # }
 //! ```
 
+mod alarm;
+mod looks;
 mod outgoing;
 mod owner;
 #[cfg(unix)]
@@ -41,6 +44,7 @@ mod readiness;
 mod transfers;
 
 use std::boxed::Box;
+use std::sync::{Arc, OnceLock};
 use std::vec::Vec;
 
 use tokio::sync::{broadcast, mpsc, oneshot};
@@ -58,14 +62,18 @@ use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
 use crate::time::{Duration, Instant};
 use crate::wire::nmt::{NmtCommand, NmtMessage};
 
-/// How long one look at a link may last that cannot be waited for.
-const LOOK: Duration = Duration::from_millis(1);
+/// How long a call may take, unless the handle says otherwise.
+pub(super) const UNLIMITED: Duration = Duration::from_micros(u64::MAX);
 
 /// A handle of a network whose task runs in the background. When the last one is dropped, the task ends.
 #[derive(Clone, Debug)]
 pub struct Network {
     commands: mpsc::Sender<Command>,
-    events: broadcast::Sender<Event>,
+    posts: mpsc::Sender<Frame>,
+    events: broadcast::WeakSender<Event>,
+    patience: Duration,
+    /// Why the task has ended, if it was the link.
+    failure: Arc<OnceLock<LinkError>>,
 }
 
 /// What happens on a network.
@@ -104,9 +112,19 @@ impl Network {
     /// Outside a tokio runtime.
     pub fn spawn<L: Link + Send + 'static>(link: L) -> std::io::Result<Network> {
         let (commands, inbox) = mpsc::channel(64);
+        let (posts, posted) = mpsc::channel(64);
         let (events, _) = broadcast::channel(1024);
-        tokio::spawn(Owner::new(link, inbox, events.clone())?.run());
-        Ok(Network { commands, events })
+        let (weak, failure) = (events.downgrade(), Arc::default());
+        tokio::spawn(Owner::new(link, inbox, posted, events)?.run(Arc::clone(&failure)));
+        Ok(Network { commands, posts, events: weak, patience: UNLIMITED, failure })
+    }
+
+    /// A handle whose calls to read and to write take at most `patience` each, in all: they wait for others, and
+    /// transfer. Then they fail with [`SdoError::TimedOut`](crate::service::sdo_client::SdoError::TimedOut). Without
+    /// this, only a transfer that makes no progress fails.
+    #[must_use]
+    pub fn with_patience(self, patience: Duration) -> Self {
+        Network { patience, ..self }
     }
 
     /// Boots a network, and keeps it up from now on, in place of the one before: the task boots nodes again that got
@@ -153,7 +171,7 @@ impl Network {
         };
         let (reply, mut answer) = oneshot::channel();
         let command = Command::Boot(Box::new(plan), boot_time, reply);
-        self.commands.send(command).await.map_err(|_| LinkError::Closed)?;
+        self.ask(command).await?;
         let end = loop {
             tokio::select! {
                 end = &mut answer => break end,
@@ -164,7 +182,7 @@ impl Network {
         while let Ok(event) = events.try_recv() {
             hear(event);
         }
-        Ok(end.map_err(|_| LinkError::Closed)??)
+        Ok(end.map_err(|_| self.closed())??)
     }
 
     /// Reads an object.
@@ -245,28 +263,28 @@ impl Network {
     /// [`LinkError`].
     pub async fn send(&self, frame: Frame) -> Result<(), LinkError> {
         let (reply, answer) = oneshot::channel();
-        self.commands.send(Command::Send(frame, reply)).await.map_err(|_| LinkError::Closed)?;
-        answer.await.map_err(|_| LinkError::Closed)?
+        self.ask(Command::Send(frame, reply)).await?;
+        answer.await.map_err(|_| self.closed())?
     }
 
-    /// Hands over a frame without waiting, for those who cannot wait, such as a destructor. Once taken it
-    /// reaches the link even when the runtime shuts down before the task runs again.
+    /// Hands over a frame without waiting, for those who cannot wait, such as a destructor. It is sent before all that
+    /// others have asked for, and after what was posted before. Once taken it reaches the link even when the runtime
+    /// shuts down before the task runs again.
     ///
     /// # Errors
     ///
-    /// The frame, when the task is gone or has 64 commands before it.
+    /// The frame, when the task is gone or 64 posted frames are before it.
     pub fn post(&self, frame: Frame) -> Result<(), Frame> {
-        let (reply, _) = oneshot::channel();
-        self.commands.try_send(Command::Send(frame, reply)).map_err(|_| frame)
+        self.posts.try_send(frame).map_err(|_| frame)
     }
 
     /// Tells the manager something, such as whose heartbeat it is to watch.
     ///
     /// # Errors
     ///
-    /// [`LinkError::Closed`].
+    /// [`LinkError`].
     pub async fn tell(&self, what: impl FnOnce(&mut Manager<127>, Instant) + Send + 'static) -> Result<(), LinkError> {
-        self.commands.send(Command::Tell(Box::new(what))).await.map_err(|_| LinkError::Closed)
+        self.ask(Command::Tell(Box::new(what))).await
     }
 
     /// Hears only the nodes that the manager looks after, now and later, and the frames with `others`: PDOs
@@ -276,18 +294,18 @@ impl Network {
     ///
     /// # Errors
     ///
-    /// [`LinkError::Closed`].
+    /// [`LinkError`].
     pub async fn listen_to_own(&self, others: &[CobId]) -> Result<(), LinkError> {
-        self.commands.send(Command::Listen(Some(others.to_vec()))).await.map_err(|_| LinkError::Closed)
+        self.ask(Command::Listen(Some(others.to_vec()))).await
     }
 
     /// Hears everybody, as in the beginning.
     ///
     /// # Errors
     ///
-    /// [`LinkError::Closed`].
+    /// [`LinkError`].
     pub async fn listen_to_all(&self) -> Result<(), LinkError> {
-        self.commands.send(Command::Listen(None)).await.map_err(|_| LinkError::Closed)
+        self.ask(Command::Listen(None)).await
     }
 
     /// The time of the link, by which the network waits.
@@ -306,14 +324,16 @@ impl Network {
     /// [`LinkError`].
     pub async fn sleep_until(&self, until: Instant) -> Result<Instant, LinkError> {
         let (reply, answer) = oneshot::channel();
-        self.commands.send(Command::Alarm(until, reply)).await.map_err(|_| LinkError::Closed)?;
-        answer.await.map_err(|_| LinkError::Closed)
+        self.ask(Command::Alarm(until, reply)).await?;
+        answer.await.map_err(|_| self.closed())
     }
 
-    /// What happens from now on.
+    /// What happens from now on, until the link fails.
     #[must_use]
     pub fn events(&self) -> broadcast::Receiver<Event> {
-        self.events.subscribe()
+        // Without a task there are none.
+        let events = self.events.upgrade().unwrap_or_else(|| broadcast::channel(1).0);
+        events.subscribe()
     }
 
     async fn transfer(
@@ -324,8 +344,17 @@ impl Network {
         payload: Bytes,
     ) -> Result<Vec<u8>, AccessError> {
         let (reply, answer) = oneshot::channel();
-        let transfer = Transfer { address, write, payload, begun: false, reply };
-        self.commands.send(Command::Transfer(node, transfer)).await.map_err(|_| LinkError::Closed)?;
-        answer.await.map_err(|_| LinkError::Closed)?
+        let transfer = Transfer { address, write, payload, patience: self.patience, reply };
+        self.ask(Command::Transfer(node, transfer)).await?;
+        answer.await.map_err(|_| self.closed())?
+    }
+
+    async fn ask(&self, command: Command) -> Result<(), LinkError> {
+        self.commands.send(command).await.map_err(|_| self.closed())
+    }
+
+    /// Why the task does not answer any more.
+    fn closed(&self) -> LinkError {
+        self.failure.get().map_or(LinkError::Closed, LinkError::again)
     }
 }

@@ -1,6 +1,7 @@
 //! The task that owns the link and the manager.
 
 use std::boxed::Box;
+use std::sync::{Arc, OnceLock};
 use std::vec::Vec;
 
 use tokio::sync::{broadcast, mpsc, oneshot};
@@ -15,12 +16,15 @@ use crate::host::boot::{Kept, NotReady, is_booting};
 use crate::host::pump::{Backlog, MOST_SENT};
 use crate::host::{Incoming, Link, LinkError};
 use crate::manager::{self, Manager, NetworkEvent};
-use crate::time::{Duration, Instant};
+use crate::time::Instant;
 
 /// How many frames are taken before commands are looked at again, and other tasks have their turn.
 const MOST_TAKEN: usize = 256;
 
-/// Whoever runs the task.
+/// How many commands are obeyed before the link is looked at again: as many as wait at most.
+const MOST_OBEYED: usize = 64;
+
+/// What the task runs.
 pub(super) struct Owner<L: Link> {
     link: L,
     readiness: Readiness,
@@ -34,6 +38,7 @@ pub(super) struct Owner<L: Link> {
     audience: Audience,
     events: broadcast::Sender<Event>,
     inbox: mpsc::Receiver<Command>,
+    posted: mpsc::Receiver<Frame>,
     /// Calls that wait for a time.
     alarms: Vec<(Instant, oneshot::Sender<Instant>)>,
     /// There may be more to receive or to send than was done at once.
@@ -50,7 +55,10 @@ impl<L: Link> Drop for Owner<L> {
             is_full |= matches!(outcome, Err(LinkError::Full));
             tell(reply, outcome);
         };
-        if let Some((frame, reply)) = self.outgoing.take() {
+        while let Ok(frame) = self.posted.try_recv() {
+            send(&mut self.link, frame, None);
+        }
+        for (frame, reply) in self.outgoing.take() {
             send(&mut self.link, frame, reply);
         }
         while let Ok(command) = self.inbox.try_recv() {
@@ -65,6 +73,7 @@ impl<L: Link> Owner<L> {
     pub(super) fn new(
         link: L,
         inbox: mpsc::Receiver<Command>,
+        posted: mpsc::Receiver<Frame>,
         events: broadcast::Sender<Event>,
     ) -> std::io::Result<Self> {
         Ok(Owner {
@@ -79,15 +88,23 @@ impl<L: Link> Owner<L> {
             audience: Audience::default(),
             events,
             inbox,
+            posted,
             alarms: Vec::new(),
             // The link may have read something already.
             more: true,
         })
     }
 
-    pub(super) async fn run(mut self) {
-        // Only a link that is gone for good is an error here.
-        while let Ok(true) = self.turn().await {}
+    /// Runs until the last handle is dropped, or until the link is gone for good: that is what is written to `failure`.
+    pub(super) async fn run(mut self, failure: Arc<OnceLock<LinkError>>) {
+        loop {
+            match self.turn().await {
+                Ok(true) => {}
+                Ok(false) => return,
+                // Before the calls are dropped that wait for an answer.
+                Err(error) => return drop(failure.set(error)),
+            }
+        }
     }
 
     /// Waits for what is next, and does it; `false` when nobody has a handle any more.
@@ -96,8 +113,9 @@ impl<L: Link> Owner<L> {
         self.transmit(now);
         let deadline = self.poll_timeout();
         tokio::select! {
+            Some(frame) = self.posted.recv() => self.outgoing.post(&mut self.link, frame),
             command = self.inbox.recv(), if self.outgoing.is_free() => match command {
-                Some(command) => self.obey(command),
+                Some(command) => self.obey_all(command),
                 None => return Ok(false),
             },
             () = self.readiness.wait(now, deadline), if !self.more => {}
@@ -108,6 +126,18 @@ impl<L: Link> Owner<L> {
         self.listen()?;
         self.readiness.follow(&self.link)?;
         Ok(true)
+    }
+
+    /// Does what was asked for by now: on the virtual bus each turn takes time.
+    fn obey_all(&mut self, first: Command) {
+        self.obey(first);
+        for _ in 1..MOST_OBEYED {
+            if !self.outgoing.is_free() {
+                return;
+            }
+            let Ok(command) = self.inbox.try_recv() else { return };
+            self.obey(command);
+        }
     }
 
     fn obey(&mut self, command: Command) {
@@ -143,6 +173,9 @@ impl<L: Link> Owner<L> {
     }
 
     fn transmit(&mut self, now: Instant) {
+        while let Ok(frame) = self.posted.try_recv() {
+            self.outgoing.post(&mut self.link, frame);
+        }
         self.outgoing.retry(&mut self.link);
         for _ in 0..MOST_SENT {
             if !self.outgoing.is_free() {
@@ -158,11 +191,11 @@ impl<L: Link> Owner<L> {
 
     /// Takes what has come by now, but not so much that a flood holds up the rest.
     fn listen(&mut self) -> Result<(), LinkError> {
+        let mut until = self.link.now();
         // Time does not pass while there is something to do.
-        let patience = if self.more { Duration::ZERO } else { self.readiness.patience() };
-        let mut until = self.link.now() + patience;
-        if !patience.is_zero() {
-            until = self.poll_timeout().map_or(until, |deadline| deadline.min(until));
+        if !self.more {
+            let latest = self.readiness.until(until);
+            until = self.poll_timeout().map_or(latest, |deadline| deadline.min(latest));
         }
         self.more = true;
         for _ in 0..MOST_TAKEN {
@@ -191,8 +224,8 @@ impl<L: Link> Owner<L> {
 
     fn poll_timeout(&self) -> Option<Instant> {
         let kept = self.kept.as_ref().and_then(|kept| kept.network.poll_timeout());
-        let deadlines = [self.manager.poll_timeout(), self.outgoing.poll_timeout(), kept, self.next_alarm()];
-        deadlines.into_iter().flatten().min()
+        let shell = [self.outgoing.poll_timeout(), self.next_alarm(), self.transfers.poll_timeout()];
+        shell.into_iter().chain([self.manager.poll_timeout(), kept]).flatten().min()
     }
 
     fn next_alarm(&self) -> Option<Instant> {
@@ -218,6 +251,9 @@ impl<L: Link> Owner<L> {
             let event = self.kept.as_mut().and_then(|kept| kept.network.handle_timeout(now));
             self.tell_network(now, event);
         }
+        if let Some(now) = self.backlog.due(|| self.transfers.poll_timeout()) {
+            self.transfers.expire(&mut self.manager, now);
+        }
         if let Some(now) = self.backlog.due(|| self.next_alarm()) {
             self.ring(now);
         }
@@ -234,7 +270,7 @@ impl<L: Link> Owner<L> {
         if let NetworkEvent::Booted(node) | NetworkEvent::Failed { node, .. } | NetworkEvent::Lost { node, .. } = event
         {
             self.transfers.hold(node, is_booting(self.kept.as_ref(), node));
-            self.transfers.resume(node, &mut self.manager, now);
+            self.transfers.begin(node, &mut self.manager, now);
         }
     }
 

@@ -1,16 +1,14 @@
 //! How the shell waits for a link: with its descriptor, and for a deadline.
 
-use std::boxed::Box;
 use std::io;
 use std::os::fd::{AsRawFd, RawFd};
-use std::pin::Pin;
 use std::sync::Arc;
 
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
-use tokio::time::Sleep;
 
-use super::LOOK;
+use super::alarm::Alarm;
+use super::looks::Looks;
 use crate::host::{Descriptor, Link};
 use crate::time::{Duration, Instant};
 
@@ -21,14 +19,14 @@ const INSPECTION: Duration = Duration::from_millis(250);
 pub(super) struct Readiness {
     /// The operating system says when there is something to receive; `None` while the interface is gone.
     watched: Option<AsyncFd<Watched>>,
-    /// The link has never had a descriptor: time on it passes while one waits in it.
-    looks: bool,
+    /// The link has never had a descriptor: it is looked at.
+    looks: Option<Looks>,
     alarm: Alarm,
 }
 
 impl Readiness {
     pub(super) fn of(link: &impl Link) -> io::Result<Self> {
-        let mut readiness = Readiness { watched: None, looks: true, alarm: Alarm(None) };
+        let mut readiness = Readiness { watched: None, looks: Some(Looks::default()), alarm: Alarm::default() };
         readiness.follow(link)?;
         Ok(readiness)
     }
@@ -41,24 +39,27 @@ impl Readiness {
             (watched, descriptor) => watched.is_none() && descriptor.is_none(),
         };
         if !is_same {
-            self.looks = false;
+            self.looks = None;
             self.watched = descriptor.map(watch).transpose()?;
+        }
+        if let Some(looks) = &mut self.looks {
+            looks.follow(link);
         }
         Ok(())
     }
 
     /// Waits until there may be something to receive, or to do: `deadline` has come.
     pub(super) async fn wait(&mut self, now: Instant, deadline: Option<Instant>) {
-        if self.looks {
-            return tokio::task::yield_now().await;
+        if let Some(looks) = &self.looks {
+            return looks.wait(&mut self.alarm, now, deadline).await;
         }
-        let alarm = self.alarm.ring(now, deadline);
+        let alarm = self.alarm.ring(now, deadline, INSPECTION);
         let Some(watched) = &self.watched else { return alarm.await };
-        // A deadline and a frame are one to whoever waits: both are looked at.
+        // Both are looked at after either.
         tokio::select! {
             readable = watched.readable() => {
                 if let Ok(mut ready) = readable {
-                    // Whoever waits takes all there is before waiting again.
+                    // All there is is taken before the next wait.
                     ready.clear_ready();
                 }
             }
@@ -66,9 +67,9 @@ impl Readiness {
         }
     }
 
-    /// How long to stay in the link for what comes.
-    pub(super) const fn patience(&self) -> Duration {
-        if self.looks { LOOK } else { Duration::ZERO }
+    /// Until when to stay in the link for what comes.
+    pub(super) fn until(&self, now: Instant) -> Instant {
+        self.looks.as_ref().map_or(now, |looks| looks.until(now))
     }
 }
 
@@ -83,23 +84,5 @@ struct Watched(Descriptor);
 impl AsRawFd for Watched {
     fn as_raw_fd(&self) -> RawFd {
         self.0.as_raw_fd()
-    }
-}
-
-/// A timer that stays set: mostly one waits for a frame, and for its absence only in the distance.
-struct Alarm(Option<(Instant, Pin<Box<Sleep>>)>);
-
-impl Alarm {
-    /// Rings at `deadline` or before, but not at once again and again.
-    async fn ring(&mut self, now: Instant, deadline: Option<Instant>) {
-        let latest = now + INSPECTION;
-        let at = deadline.map_or(latest, |deadline| deadline.min(latest));
-        if self.0.as_ref().is_none_or(|(set, _)| *set > at) {
-            self.0 = Some((at, Box::pin(tokio::time::sleep(at.since(now).into()))));
-        }
-        if let Some((_, sleep)) = &mut self.0 {
-            sleep.await;
-        }
-        self.0 = None;
     }
 }

@@ -5,13 +5,14 @@ use std::vec::Vec;
 
 use tokio::sync::oneshot;
 
+use crate::abort::AbortCode;
 use crate::host::audience::Audience;
 use crate::host::{AccessError, Bytes};
 use crate::id::NodeId;
 use crate::manager::{Manager, Payloads};
 use crate::object::Address;
-use crate::service::sdo_client::{self, Payload};
-use crate::time::Instant;
+use crate::service::sdo_client::{self, Payload, SdoError};
+use crate::time::{Duration, Instant};
 
 /// One transfer, and who waits for it.
 pub(super) struct Transfer {
@@ -19,21 +20,47 @@ pub(super) struct Transfer {
     /// The number of bytes to write; `None` to read.
     pub(super) write: Option<u32>,
     pub(super) payload: Bytes,
-    pub(super) begun: bool,
+    /// How long the call may take.
+    pub(super) patience: Duration,
     pub(super) reply: oneshot::Sender<Result<Vec<u8>, AccessError>>,
 }
 
-impl Transfer {
+/// A transfer on its way.
+struct Pending {
+    transfer: Transfer,
+    asked: Instant,
+    /// When it began, if it is under way.
+    began: Option<Instant>,
+}
+
+impl Pending {
+    /// When the call is over.
+    fn deadline(&self) -> Instant {
+        self.asked + self.transfer.patience
+    }
+
     /// Whether it is under way, or somebody still waits for it.
     fn counts(&self) -> bool {
-        self.begun || !self.reply.is_closed()
+        self.began.is_some() || !self.transfer.reply.is_closed()
+    }
+
+    fn fail(self, node: NodeId, error: SdoError) {
+        // The call may have been dropped.
+        drop(self.transfer.reply.send(Err(AccessError::Sdo { node, error })));
+    }
+
+    fn time_out(self, node: NodeId) {
+        let address = self.transfer.address;
+        self.fail(node, SdoError::TimedOut { address });
     }
 }
 
 /// The transfers of each node: the first is under way, the others wait.
 #[derive(Default)]
 pub(super) struct Transfers {
-    of: BTreeMap<NodeId, VecDeque<Transfer>>,
+    of: BTreeMap<NodeId, VecDeque<Pending>>,
+    /// No call is over before.
+    deadline: Option<Instant>,
     /// The nodes that are being booted over the same channel.
     held: BTreeSet<NodeId>,
     /// What a node gets that has no transfer, or one of the application's own.
@@ -43,7 +70,7 @@ pub(super) struct Transfers {
 impl Payloads for Transfers {
     fn of_node(&mut self, node: NodeId) -> &mut dyn Payload {
         match self.of.get_mut(&node).and_then(VecDeque::front_mut) {
-            Some(transfer) if transfer.begun => &mut transfer.payload,
+            Some(first) if first.began.is_some() => &mut first.transfer.payload,
             _ => &mut self.nothing,
         }
     }
@@ -55,36 +82,70 @@ impl Transfers {
         let _ = if held { self.held.insert(node) } else { self.held.remove(&node) };
     }
 
-    /// Begins the transfer that waits, if one does.
-    pub(super) fn resume(&mut self, node: NodeId, manager: &mut Manager<127>, now: Instant) {
-        if self.of.get(&node).and_then(VecDeque::front).is_some_and(|transfer| !transfer.begun) {
-            self.begin(node, manager, now);
-        }
-    }
-
     /// Takes a transfer with a node that the manager looks after, and begins it when no other with it is under way.
     pub(super) fn add(&mut self, node: NodeId, transfer: Transfer, manager: &mut Manager<127>, now: Instant) {
         let all = self.of.entry(node).or_default();
-        // Whoever has lost patience once does so again: what they have left behind must not pile up.
-        all.retain(Transfer::counts);
-        all.push_back(transfer);
+        // Calls that were dropped must not pile up.
+        all.retain(Pending::counts);
+        let pending = Pending { transfer, asked: now, began: None };
+        if pending.deadline() < Instant::MAX {
+            self.deadline = self.deadline.into_iter().chain([pending.deadline()]).min();
+        }
+        all.push_back(pending);
         if all.len() == 1 {
             self.begin(node, manager, now);
         }
     }
 
-    /// A transfer ended: whoever asked for it is told, and the next one begins.
+    /// A transfer ended: the call returns, and the next one begins.
+    ///
+    /// Of a node that does not answer, all calls return that were asked for before that was tried: each of them would
+    /// wait as long again.
     pub(super) fn end(&mut self, node: NodeId, event: sdo_client::Event, manager: &mut Manager<127>, now: Instant) {
-        let ended = self.of.get_mut(&node).and_then(|all| if all.front()?.begun { all.pop_front() } else { None });
-        if let Some(transfer) = ended {
+        let Some(all) = self.of.get_mut(&node) else { return };
+        if let Some(began) = all.front().and_then(|first| first.began)
+            && let Some(Pending { transfer, .. }) = all.pop_front()
+        {
             let result = match event {
                 sdo_client::Event::Done { len, .. } => Ok(transfer.payload.into_vec(len)),
                 sdo_client::Event::Failed(error) => Err(AccessError::Sdo { node, error }),
             };
-            // Nobody may be waiting any more.
+            // The call may have been dropped.
             drop(transfer.reply.send(result));
+            if let sdo_client::Event::Failed(SdoError::TimedOut { .. } | SdoError::Stalled { .. }) = event {
+                let hopeless = all.partition_point(|pending| pending.asked <= began);
+                all.drain(..hopeless).for_each(|pending| pending.time_out(node));
+            }
         }
         self.begin(node, manager, now);
+    }
+
+    /// When the first call is over, at the earliest.
+    pub(super) const fn poll_timeout(&self) -> Option<Instant> {
+        self.deadline
+    }
+
+    /// Ends the calls that have taken as long as they may.
+    pub(super) fn expire(&mut self, manager: &mut Manager<127>, now: Instant) {
+        let is_over = |pending: &Pending| pending.deadline() <= now;
+        let nodes: Vec<NodeId> =
+            self.of.iter().filter(|(_, all)| all.iter().any(is_over)).map(|(node, _)| *node).collect();
+        for node in nodes {
+            let Some(all) = self.of.get_mut(&node) else { continue };
+            let (over, left): (VecDeque<_>, VecDeque<_>) = core::mem::take(all).into_iter().partition(is_over);
+            *all = left;
+            for pending in over {
+                if pending.began.is_some()
+                    && let Ok(sdo) = manager.sdo(node)
+                {
+                    sdo.abort(AbortCode::TIMED_OUT);
+                }
+                pending.time_out(node);
+            }
+            self.begin(node, manager, now);
+        }
+        let deadlines = self.of.values().flatten().map(Pending::deadline);
+        self.deadline = deadlines.filter(|deadline| *deadline < Instant::MAX).min();
     }
 
     /// Begins transfers anew whose SDO client the application has replaced under them.
@@ -92,26 +153,27 @@ impl Transfers {
         let nodes: Vec<NodeId> = self.of.iter().filter(|(_, all)| !all.is_empty()).map(|(node, _)| *node).collect();
         for node in nodes {
             audience.include(node, manager, now);
-            let begun = self.of.get(&node).and_then(VecDeque::front).is_some_and(|transfer| transfer.begun);
-            if !(begun && manager.sdo(node).is_ok_and(|sdo| sdo.is_busy())) {
-                self.begin(node, manager, now);
+            let Some(first) = self.of.get_mut(&node).and_then(VecDeque::front_mut) else { continue };
+            if !manager.sdo(node).is_ok_and(|sdo| sdo.is_busy()) {
+                first.began = None;
             }
+            self.begin(node, manager, now);
         }
     }
 
-    /// Begins the first transfer with a node that somebody still wants.
-    fn begin(&mut self, node: NodeId, manager: &mut Manager<127>, now: Instant) {
+    /// Begins the first transfer with a node that a call still waits for, unless it is under way.
+    pub(super) fn begin(&mut self, node: NodeId, manager: &mut Manager<127>, now: Instant) {
         let Some(all) = self.of.get_mut(&node).filter(|_| !self.held.contains(&node)) else { return };
-        while all.front().is_some_and(|transfer| transfer.reply.is_closed()) {
+        while all.front().is_some_and(|first| !first.counts()) {
             all.pop_front();
         }
-        let Some(transfer) = all.front_mut() else { return };
+        let Some(Pending { transfer, began: began @ None, .. }) = all.front_mut() else { return };
         let begun = match transfer.write {
             Some(len) => manager.write(now, node, transfer.address, len),
             None => manager.read(now, node, transfer.address),
         };
         // When the application has a transfer of its own under way, its end brings the next attempt.
-        transfer.begun = begun.is_ok();
+        *began = begun.is_ok().then_some(now);
     }
 }
 
@@ -127,7 +189,8 @@ mod tests {
         let mut add = || {
             let (reply, answer) = oneshot::channel();
             let (address, payload) = (Address::new(0x1000, 0), Bytes::default());
-            let transfer = Transfer { address, write: None, payload, begun: false, reply };
+            let patience = Duration::from_secs(9);
+            let transfer = Transfer { address, write: None, payload, patience, reply };
             transfers.add(node, transfer, &mut manager, Instant::ZERO);
             answer
         };
