@@ -6,7 +6,7 @@ mod shell_support;
 use std::sync::{Arc, Mutex};
 
 use lexican_runtime::host::{
-    AccessError, Incoming, Link, LinkError, Participant, VirtualBus, VirtualLink, blocking, tokio as shell,
+    AccessError, Incoming, Link, LinkError, Notice, Participant, VirtualBus, VirtualLink, blocking, tokio as shell,
 };
 use lexican_runtime::manager::{Event, Remote};
 use lexican_runtime::service::sdo_client::SdoError;
@@ -137,4 +137,36 @@ async fn the_tokio_shell_reads_and_notices_silence_and_loss() {
     let mut events = network.events();
     network.write(NODE, HEARTBEAT, 0).await.unwrap();
     while events.recv().await.unwrap() != shell::Event::Manager(Event::Lost { node: NODE }) {}
+}
+
+/// A link that has lost frames, once.
+struct Lossy(VirtualLink, Option<u32>);
+
+impl Link for Lossy {
+    fn now(&self) -> Instant {
+        self.0.now()
+    }
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.0.send(frame)
+    }
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        match self.1.take() {
+            Some(frames) => Ok(Some(Incoming::Gap(frames))),
+            None => self.0.receive(until),
+        }
+    }
+}
+
+#[tokio::test]
+async fn every_shell_reports_that_frames_are_missing() {
+    let (bus, _) = bus();
+    let mut network = blocking::Network::new(Lossy(bus.link(), Some(7)));
+    assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);
+    assert_eq!(network.lost_frames(), 7);
+    let mut participant = Participant::new(Lossy(bus.link(), Some(7)), station(SILENT));
+    let until = participant.now() + Duration::from_millis(1);
+    assert!(matches!(participant.run(until), Ok(Some(Notice::Gap(7)))));
+    assert!(matches!(participant.run(until), Ok(None)));
+    let network = shell::Network::spawn(Lossy(bus.link(), Some(7))).unwrap();
+    assert_eq!(network.events().recv().await.unwrap(), shell::Event::Gap(7));
 }

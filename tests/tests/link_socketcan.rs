@@ -399,3 +399,41 @@ fn can_interfaces() -> Vec<String> {
     let entries = std::fs::read_dir("/sys/class/net").unwrap();
     entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
 }
+
+#[test]
+fn frames_that_are_not_taken_in_time_are_counted_where_they_are_missing() {
+    let Some(interface) = Interface::new("vgap") else { return };
+    let (mut sender, mut reader) = (interface.link(), interface.link());
+    let mut sent = 0_u32;
+    let number = |frame: &Frame| u32::from_le_bytes(frame.data().try_into().unwrap());
+    let mut send = |count| {
+        for _ in 0..count {
+            sender.send(&frame(0x123, &sent.to_le_bytes())).unwrap();
+            sent += 1;
+        }
+    };
+    // More than any buffer that was asked for holds.
+    send(30_000);
+    let (mut heard, mut missing, mut next) = (0, 0, 0);
+    let mut drain = |reader: &mut SocketCan| {
+        let now = reader.now();
+        while let Some(incoming) = reader.receive(now).unwrap() {
+            match incoming {
+                Incoming::Frame(frame) => {
+                    assert_eq!(number(&frame), next, "{missing} are missing");
+                    (heard, next) = (heard + 1, next + 1);
+                }
+                Incoming::Gap(frames) => (missing, next) = (missing + frames, next + frames),
+                Incoming::State(state) => panic!("{state}"),
+            }
+        }
+        (heard, missing)
+    };
+    let (heard, _) = drain(&mut reader);
+    assert!(heard < 30_000, "nothing was dropped");
+    // The next frame shows how many are missing before it.
+    send(1);
+    let (heard, missing) = drain(&mut reader);
+    assert_eq!(heard + missing, 30_001);
+    assert!(missing > 0);
+}

@@ -64,7 +64,7 @@ JSON: one object per line. A frame has time (seconds), id, remote, data, service
 says under the name of its protocol: nmt, sync, time_of_day, emcy, error_control, pdo, sdo or lss. Whatever has an \
 entry of the object dictionary has address, index, sub, and with the device known name, type, value, text, unit and \
 scaled. Identifiers and codes are strings of hexadecimal digits, values are numbers. What is not a frame has event: \
-bus, two-nodes or identified. cli/README.md lists every field.
+bus, gap, two-nodes or identified. cli/README.md lists every field.
 
     lexican monitor --bus can0 --json | jq 'select(.sdo.abort)'
     lexican monitor --bus can0 --json --device 5=siko/ag03-1 | jq -c '.pdo.fields[]? | {name, text}'";
@@ -142,6 +142,11 @@ impl<W: Write> Watch<'_, W> {
                 Ok(Turn::Bus(state)) => {
                     let fields = json!({ "event": "bus", "state": state.to_string() });
                     self.event(link.now(), fields, &format!("the bus is {state}"))?;
+                }
+                Ok(Turn::Gap(frames)) => {
+                    let fields = json!({ "event": "gap", "frames": frames });
+                    let text = format!("{frames} frames are missing here: they came faster than they were taken");
+                    self.event(link.now(), fields, &text)?;
                 }
                 Ok(Turn::Over) if end.is_some_and(|end| link.now() >= end) => break,
                 Ok(Turn::Over | Turn::Idle) => {}

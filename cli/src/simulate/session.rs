@@ -179,6 +179,11 @@ impl<'a> Session<'a> {
                     let fields = json!({ "state": state.to_string() });
                     self.report().event(now, "bus", &format!("the bus is {state}"), fields)?;
                 }
+                Ok(Some(Notice::Gap(frames))) => {
+                    let now = self.participant.now();
+                    let text = format!("{frames} frames are missing here: they came faster than they were taken");
+                    self.report().event(now, "gap", &text, json!({ "frames": frames }))?;
+                }
                 Ok(Some(Notice::Refused(error))) => warn(error),
                 Ok(None) => {}
                 Err(LinkError::Ended) => return Ok(()),

@@ -76,7 +76,7 @@ pub trait Link {
         loop {
             match self.receive(until)? {
                 Some(Incoming::Frame(frame)) => return Ok(Some(frame)),
-                Some(Incoming::State(_)) => {}
+                Some(Incoming::State(_) | Incoming::Gap(_)) => {}
                 None => return Ok(None),
             }
         }
@@ -124,6 +124,9 @@ pub enum Incoming {
     Frame(Frame),
     /// The bus is in another state than before. A link begins in [`BusState::Active`].
     State(BusState),
+    /// So many frames are missing here: the machine has not taken them in time, and the operating system had no room
+    /// to keep them. Any frame may be among them.
+    Gap(u32),
 }
 
 /// How well the interface takes part in the bus (ISO 11898-1, 6.14; the states of a controller), and

@@ -19,6 +19,8 @@ pub struct Participant<L, N> {
 pub enum Notice {
     /// It is in another state.
     State(BusState),
+    /// So many frames are missing here: see [`Incoming::Gap`](super::Incoming::Gap).
+    Gap(u32),
     /// The link refuses frames: this one and all that follow are lost, until it takes one again.
     Refused(LinkError),
 }
@@ -60,6 +62,7 @@ impl<L: Link, N: Node> Participant<L, N> {
             match self.pump.turn(&mut self.link, &mut self.node, until) {
                 Ok(Turn::Event(never)) => match never {},
                 Ok(Turn::Bus(state)) => return Ok(Some(Notice::State(state))),
+                Ok(Turn::Gap(frames)) => return Ok(Some(Notice::Gap(frames))),
                 Ok(Turn::Idle) => {}
                 Ok(Turn::Over) => return Ok(None),
                 Err(error) if error.is_final() => return Err(error),

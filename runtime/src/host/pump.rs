@@ -112,6 +112,8 @@ pub enum Turn<E> {
     Event(E),
     /// The bus is in another state.
     Bus(BusState),
+    /// So many frames are missing here: see [`Incoming::Gap`].
+    Gap(u32),
     /// Nothing to report. The state machine may have taken a frame or a deadline.
     Idle,
     /// The wait is over.
@@ -172,6 +174,7 @@ impl Pump {
                 machine.handle_frame(self.backlog.looked, &frame).map_or(Turn::Idle, Turn::Event)
             }
             Some(Incoming::State(state)) => Turn::Bus(state),
+            Some(Incoming::Gap(frames)) => Turn::Gap(frames),
             None => Turn::Idle,
         })
     }
@@ -191,7 +194,7 @@ impl Pump {
             match self.turn(link, machine, until)? {
                 Turn::Event(event) => return Ok(Some(event)),
                 Turn::Over => return Ok(None),
-                Turn::Bus(_) | Turn::Idle => {}
+                Turn::Bus(_) | Turn::Gap(_) | Turn::Idle => {}
             }
         }
     }
@@ -226,7 +229,7 @@ impl Pump {
         for _ in 0..MOST_WAITING {
             match self.look(link, now)? {
                 Some(Incoming::Frame(frame)) => drop(machine.handle_frame(self.backlog.looked, &frame)),
-                Some(Incoming::State(_)) => {}
+                Some(Incoming::State(_) | Incoming::Gap(_)) => {}
                 None => break,
             }
         }

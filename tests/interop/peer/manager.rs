@@ -362,7 +362,7 @@ fn read_by_block(link: &mut impl Link, node: NodeId, address: Address) -> Outcom
         let until = manager.poll_timeout().ok_or("a transfer has a deadline")?;
         let event = match link.receive(until)? {
             Some(Incoming::Frame(frame)) => manager.handle_frame(link.now(), &frame, &mut data),
-            Some(Incoming::State(_)) => None,
+            Some(Incoming::State(_) | Incoming::Gap(_)) => None,
             None => manager.handle_timeout(link.now()),
         };
         match event {

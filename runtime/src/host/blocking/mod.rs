@@ -53,6 +53,7 @@ pub struct Network<L> {
     pump: Pump,
     events: VecDeque<Event>,
     missed: u64,
+    lost: u64,
     kept: Option<Kept>,
     patience: Option<Duration>,
 }
@@ -68,6 +69,7 @@ impl<L: Link> Network<L> {
             pump: Pump::new(),
             events: VecDeque::new(),
             missed: 0,
+            lost: 0,
             kept: None,
             patience: None,
         }
@@ -280,7 +282,7 @@ impl<L: Link> Network<L> {
             match self.turn(until, &mut Scalar::default())? {
                 Turn::Event(event) => self.keep(event),
                 Turn::Over => return Ok(None),
-                Turn::Bus(_) | Turn::Idle => {}
+                Turn::Bus(_) | Turn::Gap(_) | Turn::Idle => {}
             }
         }
     }
@@ -302,6 +304,13 @@ impl<L: Link> Network<L> {
             }
         }
         Ok(None)
+    }
+
+    /// How many frames were lost because this machine has not taken them in time: see
+    /// [`Incoming::Gap`](super::Incoming::Gap).
+    #[must_use]
+    pub const fn lost_frames(&self) -> u64 {
+        self.lost
     }
 
     /// How many events were dropped because nobody asked for them.

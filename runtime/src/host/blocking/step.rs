@@ -127,7 +127,7 @@ impl<L: Link> Network<L> {
                 }
                 Turn::Event(event) => self.keep(event),
                 Turn::Over => return Ok(None),
-                Turn::Bus(_) | Turn::Idle => {}
+                Turn::Bus(_) | Turn::Gap(_) | Turn::Idle => {}
             }
         }
     }
@@ -140,6 +140,9 @@ impl<L: Link> Network<L> {
         let mut served = Served { manager: Lent(&mut self.manager, payload), kept, events: &mut events };
         let turn = self.pump.turn(&mut self.link, &mut served, until);
         events.into_iter().for_each(|event| self.keep(Event::Network(event)));
+        if let Ok(Turn::Gap(frames)) = turn {
+            self.lost += u64::from(frames);
+        }
         turn
     }
 

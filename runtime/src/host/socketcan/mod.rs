@@ -10,13 +10,16 @@ mod presence;
 use std::borrow::ToOwned;
 use std::collections::BTreeSet;
 use std::io;
-use std::os::fd::AsFd;
+use std::io::IoSliceMut;
+use std::os::fd::{AsFd, AsRawFd};
 use std::string::String;
 use std::sync::Arc;
 use std::vec::Vec;
 
 use nix::errno::Errno;
 use nix::poll::{PollFd, PollFlags, ppoll};
+use nix::sys::socket::sockopt::{RcvBuf, RcvBufForce, RxqOvfl};
+use nix::sys::socket::{ControlMessageOwned, MsgFlags, recvmsg, setsockopt};
 use socketcan::errors::{CAN_ERR_BUSOFF, CAN_ERR_CRTL, CAN_ERR_RESTARTED};
 use socketcan::{CanFilter, CanFrame, CanSocket, EmbeddedFrame, ExtendedId, Id, Socket, SocketOptions, StandardId};
 
@@ -30,9 +33,9 @@ use crate::{CobId, Duration, Frame, Instant};
 /// How often a link without a bus looks whether it is back.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// The receive buffer that is asked for, in bytes; the kernel grants up to `net.core.rmem_max`. Its
-/// default holds some 270 frames: at 1 Mbit/s, 30 ms of a full bus.
-const RECEIVE_BUFFER: usize = 1 << 20;
+/// The receive buffer that is asked for, in bytes; without CAP_NET_ADMIN the kernel grants up to
+/// `net.core.rmem_max`. Its default holds some 270 frames: at 1 Mbit/s, 30 ms of a full bus. This one holds 10,000.
+const RECEIVE_BUFFER: usize = 4 << 20;
 
 /// How many filters a socket takes: `CAN_RAW_FILTER_MAX` of Linux's `can/raw.h`.
 const MOST_FILTERS: usize = 512;
@@ -48,6 +51,10 @@ pub struct SocketCan {
     state: BusState,
     /// The state that [`Link::receive`] last told.
     told: BusState,
+    /// How many frames the kernel has dropped since the socket was opened.
+    dropped: u32,
+    /// A frame that came behind a gap.
+    behind: Option<Frame>,
 }
 
 impl SocketCan {
@@ -71,6 +78,8 @@ impl SocketCan {
                     clock: Clock::new(),
                     state: BusState::Active,
                     told: BusState::Active,
+                    dropped: 0,
+                    behind: None,
                 })
             }
         }
@@ -103,13 +112,13 @@ impl SocketCan {
     }
 
     /// Waits for a frame no longer than `span`, if it must wait at all.
-    fn read(&mut self, span: Duration) -> Result<Option<CanFrame>, LinkError> {
+    fn read(&mut self, span: Duration) -> Result<Option<Received>, LinkError> {
         if !span.is_zero() && !self.wait(span)? {
             return Ok(None);
         }
-        match self.socket.read_frame() {
-            Ok(frame) => Ok(Some(frame)),
-            Err(error) => self.learn_from(error).map(|()| None),
+        match receive(&self.socket) {
+            Ok(received) => Ok(Some(received)),
+            Err(error) => self.learn_from(error.into()).map(|()| None),
         }
     }
 
@@ -141,10 +150,26 @@ impl SocketCan {
     fn reconnect(&mut self, state: BusState) {
         if let Ok(socket) = connect(&self.interface) {
             self.socket = Arc::new(socket);
+            self.dropped = 0;
             // A new socket hears everything: a refusal leaves it so.
             let _ = self.filter();
             self.state = state;
         }
+    }
+
+    /// What a frame of the kernel says: a frame of the bus, or how the bus is.
+    fn take(&mut self, frame: &[u8; FRAME]) -> Option<Frame> {
+        let [a, b, c, d, len, _, _, _, data @ ..] = frame;
+        let id = u32::from_ne_bytes([*a, *b, *c, *d]);
+        if id & ERROR != 0 {
+            self.state = state_after(id & !ERROR, data).unwrap_or(self.state);
+            return None;
+        }
+        // Traffic proves that the bus is back, and may leave no pause in which to look.
+        if !self.state.carries_frames() {
+            self.look();
+        }
+        from_kernel(id, *len, data)
     }
 
     /// Whatever cannot be filtered is heard: too much is no harm, too little is.
@@ -197,6 +222,9 @@ impl Link for SocketCan {
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        if let Some(frame) = self.behind.take() {
+            return Ok(Some(Incoming::Frame(frame)));
+        }
         loop {
             if self.state != self.told {
                 self.told = self.state;
@@ -205,15 +233,15 @@ impl Link for SocketCan {
             let remaining = self.clock.until(until);
             let span = if self.state.carries_frames() { remaining } else { remaining.min(LOOK) };
             match self.read(span)? {
-                Some(CanFrame::Error(error)) => {
-                    self.state = state_after(error.error_bits(), error.data()).unwrap_or(self.state);
-                }
-                Some(frame) => {
-                    // Traffic proves that the bus is back, and may leave no pause in which to look.
-                    if !self.state.carries_frames() {
-                        self.look();
+                Some(Received { frame, dropped }) => {
+                    let incoming = self.take(&frame);
+                    // The counter of the kernel wraps.
+                    let gap = dropped.map_or(0, |all| all.wrapping_sub(core::mem::replace(&mut self.dropped, all)));
+                    if gap > 0 {
+                        self.behind = incoming;
+                        return Ok(Some(Incoming::Gap(gap)));
                     }
-                    if let Some(frame) = from_kernel(&frame) {
+                    if let Some(frame) = incoming {
                         return Ok(Some(Incoming::Frame(frame)));
                     }
                 }
@@ -239,8 +267,6 @@ impl Link for SocketCan {
 
 /// Passes frames of exactly this identifier and format, data and remote.
 fn filter_of(id: CobId) -> CanFilter {
-    // `CAN_EFF_FLAG` of Linux's `can.h`.
-    const EXTENDED: u32 = 1 << 31;
     let (format, mask) = if id.is_extended() { (EXTENDED, 0x1FFF_FFFF) } else { (0, 0x7FF) };
     CanFilter::new(format | id.raw(), EXTENDED | mask)
 }
@@ -251,8 +277,39 @@ fn connect(interface: &str) -> io::Result<CanSocket> {
     socket.set_nonblocking(true)?;
     socket.set_error_filter(CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED)?;
     // A smaller buffer than asked for is what the kernel grants; none of it is an error.
-    let _ = socket.as_raw_socket().set_recv_buffer_size(RECEIVE_BUFFER);
+    if setsockopt(&socket, RcvBufForce, &RECEIVE_BUFFER).is_err() {
+        let _ = setsockopt(&socket, RcvBuf, &RECEIVE_BUFFER);
+    }
+    setsockopt(&socket, RxqOvfl, &1)?;
     Ok(socket)
+}
+
+/// The flags of an identifier, and the size of a frame: `CAN_EFF_FLAG`, `CAN_RTR_FLAG`, `CAN_ERR_FLAG` and
+/// `struct can_frame` of Linux's `can.h`.
+const EXTENDED: u32 = 1 << 31;
+const REMOTE: u32 = 1 << 30;
+const ERROR: u32 = 1 << 29;
+const FRAME: usize = 16;
+
+/// A frame as the kernel gives it.
+struct Received {
+    frame: [u8; FRAME],
+    /// How many frames were dropped before it since the socket was opened, if any were.
+    dropped: Option<u32>,
+}
+
+/// Reads a frame that is there.
+fn receive(socket: &CanSocket) -> Result<Received, Errno> {
+    let mut frame = [0; FRAME];
+    // Room for more than one control message of four bytes.
+    let mut control = [0; 64];
+    let mut parts = [IoSliceMut::new(&mut frame)];
+    let message = recvmsg::<()>(socket.as_raw_fd(), &mut parts, Some(&mut control), MsgFlags::empty())?;
+    let dropped = message.cmsgs()?.find_map(|control| match control {
+        ControlMessageOwned::RxqOvfl(dropped) => Some(dropped),
+        _ => None,
+    });
+    Ok(Received { frame, dropped })
 }
 
 /// The state that an error frame tells, if it tells one (Linux's `can/error.h`).
@@ -291,16 +348,13 @@ fn to_kernel(frame: &Frame) -> CanFrame {
     kernel.expect("a Frame carries at most eight bytes")
 }
 
-fn from_kernel(frame: &CanFrame) -> Option<Frame> {
-    let id = match frame.id() {
-        Id::Standard(id) => CobId::standard(id.as_raw())?,
-        Id::Extended(id) => CobId::extended(id.as_raw())?,
-    };
-    if frame.is_remote_frame() {
-        Frame::remote(id, u8::try_from(frame.dlc()).ok()?)
+fn from_kernel(id: u32, len: u8, data: &[u8]) -> Option<Frame> {
+    let cob_id = if id & EXTENDED != 0 {
+        CobId::extended(id & !(EXTENDED | REMOTE))?
     } else {
-        Frame::new(id, frame.data())
-    }
+        CobId::standard(u16::try_from(id & !REMOTE).ok()?)?
+    };
+    if id & REMOTE != 0 { Frame::remote(cob_id, len) } else { Frame::new(cob_id, data.get(..len.into())?) }
 }
 
 fn errno(error: &io::Error) -> Errno {
@@ -338,7 +392,9 @@ mod tests {
             Frame::remote(CobId::standard(0x705).unwrap(), 1).unwrap(),
             Frame::remote(CobId::extended(0x1FFF_FFFF).unwrap(), 0).unwrap(),
         ] {
-            assert_eq!(from_kernel(&to_kernel(&frame)), Some(frame));
+            let kernel = to_kernel(&frame);
+            let raw = kernel.as_ref();
+            assert_eq!(from_kernel(raw.can_id, raw.can_dlc, &raw.data), Some(frame));
         }
     }
 }

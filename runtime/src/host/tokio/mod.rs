@@ -83,6 +83,8 @@ pub enum Event {
     Manager(manager::Event),
     /// The bus is in another state.
     Bus(BusState),
+    /// So many frames are missing here: see [`Incoming::Gap`](super::Incoming::Gap).
+    Gap(u32),
 }
 
 /// What a handle asks the task for.

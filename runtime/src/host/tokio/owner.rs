@@ -212,6 +212,7 @@ impl<L: Link> Owner<L> {
                 }
                 // Nobody may be listening.
                 Some(Incoming::State(state)) => drop(self.events.send(Event::Bus(state))),
+                Some(Incoming::Gap(frames)) => drop(self.events.send(Event::Gap(frames))),
                 None => self.more = false,
             }
             self.expire();
