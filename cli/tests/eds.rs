@@ -69,7 +69,10 @@ fn the_drive_has_138_entries() {
     let run = lexican(&["eds", "dump", "siko/ag03-1", "--format", "csv"]);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     let lines: Vec<_> = run.stdout.lines().collect();
-    assert_eq!(lines[0], "index,subindex,name,object_type,data_type,access,pdo_mapping,default,low_limit,high_limit");
+    assert_eq!(
+        lines[0],
+        "index,subindex,name,object_type,data_type,access,pdo_mapping,default,low_limit,high_limit,configured,obj_flags"
+    );
     assert_eq!(lines.len(), 139);
     let row = |start: &str| lines.iter().find(|line| line.starts_with(start)).copied();
     assert!(row("1400,01,").is_some_and(|row| row.contains("UNSIGNED32,rw") && row.contains("$NODEID+0x200")));
@@ -261,4 +264,80 @@ fn formatting_is_printed_checked_or_written_whole() {
     std::fs::write(folder.join("empty.eds"), "").unwrap();
     assert_eq!(lexican_in(&folder, &["eds", "fmt", "--write", "empty.eds"]).code, Some(2));
     assert_eq!(std::fs::read(folder.join("empty.eds")).unwrap(), b"");
+}
+
+#[test]
+fn fmt_keeps_the_encoding_of_a_file() {
+    let folder = folder("fmt_encodings");
+    let text = SMALL.replace("VendorName=Nobody", "vendorname = Störung");
+    let utf_16 = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+    let code_page = |byte: u8| {
+        let (before, after) = text.split_once('ö').expect("it is there");
+        [before.as_bytes(), &[byte], after.as_bytes()].concat()
+    };
+    let with_mark = ["\u{FEFF}".as_bytes(), text.as_bytes()].concat();
+    for (bytes, name) in [
+        (text.as_bytes().to_vec(), "Störung".as_bytes().to_vec()),
+        (with_mark, "Störung".as_bytes().to_vec()),
+        (utf_16(&text), utf_16("Störung")),
+        (code_page(0xF6), b"St\xF6rung".to_vec()),
+        (code_page(0x94), b"St\x94rung".to_vec()),
+    ] {
+        std::fs::write(folder.join("x.eds"), &bytes).expect("the folder is there");
+        let run = lexican_in(&folder, &["eds", "fmt", "--write", "x.eds"]);
+        assert_eq!((run.code, run.stdout.trim()), (Some(0), "x.eds"), "{}", run.stderr);
+        let written = std::fs::read(folder.join("x.eds")).expect("it was written");
+        assert!(written[..3] == bytes[..3], "the mark stays");
+        assert!(written.windows(name.len()).any(|bytes| bytes == name), "{name:?}");
+    }
+}
+
+#[test]
+fn a_dump_says_what_is_configured_and_what_the_device_can() {
+    let folder = folder("dump_dcf");
+    let commissioned = "[DeviceComissioning]\nNodeID=5\nBaudrate=125\n\n[1000]";
+    let text = SMALL
+        .replace("[1000]", commissioned)
+        .replace("ParameterName=Error Register\n", "ParameterName=Error Register\nObjFlags=1\nParameterValue=7\n");
+    std::fs::write(
+        folder.join("x.dcf"),
+        text.replace("ProductName=Small", "ProductName=Small\nBaudRate_125=1\nLSS_Supported=1"),
+    )
+    .expect("the folder is there");
+    let dump = |format: &str| lexican_in(&folder, &["eds", "dump", "x.dcf", "--format", format]).stdout;
+    assert!(dump("csv").lines().any(|line| line.starts_with("1001,00,") && line.ends_with(",7,1")));
+    let md = dump("md");
+    for row in ["| NodeID | 5 |", "| Baudrate | 125 |", "| BaudRate | 125 |", "| LSS_Supported | 1 |"] {
+        assert!(md.contains(row), "{row}:\n{md}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&dump("json")).expect("it is JSON");
+    assert_eq!((&json["commissioning"]["node_id"], &json["lss"]), (&5.into(), &true.into()));
+    assert_eq!((&json["objects"][1]["flags"], &json["objects"][1]["entries"][0]["configured"]), (&1.into(), &7.into()));
+}
+
+#[test]
+fn findings_of_many_files_are_one_document_in_the_order_of_the_files() {
+    let folder = folder("lint_many");
+    let names: Vec<String> = (0..12).map(|number| format!("{number}.eds")).collect();
+    for (number, name) in names.iter().enumerate() {
+        let text = if number % 3 == 0 { SMALL.replace("DefaultValue=0", "DefaultValue=x") } else { SMALL.to_owned() };
+        std::fs::write(folder.join(name), text).expect("the folder is there");
+    }
+    let lint = |format: &str| {
+        let files = names.iter().map(String::as_str);
+        let args: Vec<&str> = ["eds", "lint", "--format", format].into_iter().chain(files).collect();
+        let text = lexican_in(&folder, &args).stdout;
+        serde_json::from_str::<serde_json::Value>(&text).expect("it is JSON")
+    };
+    let json = lint("json");
+    let files: Vec<_> = json["files"].as_array().into_iter().flatten().map(|file| file["file"].as_str()).collect();
+    assert_eq!(files, names.iter().map(|name| Some(name.as_str())).collect::<Vec<_>>());
+    let sarif = lint("sarif");
+    assert_eq!(sarif["runs"].as_array().map(Vec::len), Some(1));
+    let run = &sarif["runs"][0];
+    let bad = |values: &serde_json::Value, key: &str| {
+        values.as_array().into_iter().flatten().filter(|value| value[key] == "eds::bad-value").count()
+    };
+    // Four files with two such values each.
+    assert_eq!((bad(&run["results"], "ruleId"), bad(&run["tool"]["driver"]["rules"], "id")), (8, 1));
 }

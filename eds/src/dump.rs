@@ -8,7 +8,7 @@ use serde_json::{Value as Json, json};
 use crate::model::{Device, Entry, Object, Value};
 
 /// The columns of [`csv`] and [`md`].
-pub const COLUMNS: [&str; 10] = [
+pub const COLUMNS: [&str; 12] = [
     "index",
     "subindex",
     "name",
@@ -19,10 +19,13 @@ pub const COLUMNS: [&str; 10] = [
     "default",
     "low_limit",
     "high_limit",
+    "configured",
+    "obj_flags",
 ];
 
 /// One row for each entry, with [`COLUMNS`] as the first line: index and sub-index as 4 and 2 hexadecimal digits,
-/// the types by their names in CiA 301, `pdo_mapping` 0 or 1, numbers in decimal, COB-IDs as `$NODEID+0x180`.
+/// the types by their names in CiA 301, `pdo_mapping` 0 or 1, numbers in decimal, COB-IDs as `$NODEID+0x180`;
+/// `obj_flags` are those of the object.
 #[must_use]
 pub fn csv(device: &Device) -> String {
     let mut out = COLUMNS.join(",") + "\n";
@@ -34,7 +37,8 @@ pub fn csv(device: &Device) -> String {
     out
 }
 
-/// The same as a table in Markdown, for people: entries of arrays and records with the name of their object.
+/// The same as a table in Markdown, for people: entries of arrays and records with the name of their object. What
+/// the data sheet says of the device as a whole follows in a table of its own.
 #[must_use]
 pub fn md(device: &Device) -> String {
     let mut out = format!("| {} |\n|{}\n", COLUMNS.join(" | "), " --- |".repeat(COLUMNS.len()));
@@ -44,10 +48,58 @@ pub fn md(device: &Device) -> String {
         if object.kind.has_subs() {
             row[2] = format!("{}: {}", object.name, entry.name);
         }
-        let cells = row.map(|cell| cell.replace('\\', "\\\\").replace('|', "\\|").replace(char::is_control, " "));
+        let cells = row.map(|text| cell(&text));
         let _ = writeln!(out, "| {} |", cells.join(" | "));
     }
+    out += "\n| key | value |\n| --- | --- |\n";
+    for (key, value) in device_facts(device) {
+        let _ = writeln!(out, "| {key} | {} |", cell(&value));
+    }
     out
+}
+
+/// `[DeviceInfo]` and `[DeviceComissioning]` with the keys of CiA 306, as far as they say something.
+fn device_facts(device: &Device) -> Vec<(&'static str, String)> {
+    let info = &device.info;
+    let number = |number: Option<u32>| number.map(|number| format!("0x{number:X}"));
+    let flag = |flag: bool| flag.then(|| "1".to_owned());
+    let some = |number: Option<u16>| number.map(|number| number.to_string());
+    let bit_rates: Vec<String> = info.bit_rates_kbit.iter().map(u16::to_string).collect();
+    let mut facts = vec![
+        ("VendorName", info.vendor_name.clone()),
+        ("VendorNumber", number(info.vendor_number)),
+        ("ProductName", info.product_name.clone()),
+        ("ProductNumber", number(info.product_number)),
+        ("RevisionNumber", number(info.revision_number)),
+        ("OrderCode", info.order_code.clone()),
+        ("BaudRate", Some(bit_rates.join(", "))),
+        ("SimpleBootUpMaster", flag(info.simple_boot_up_master)),
+        ("SimpleBootUpSlave", flag(info.simple_boot_up_slave)),
+        ("Granularity", some(info.granularity.map(u16::from))),
+        ("DynamicChannelsSupported", flag(info.dynamic_channels)),
+        ("GroupMessaging", flag(info.group_messaging)),
+        ("NrOfRXPDO", some(info.receive_pdos)),
+        ("NrOfTXPDO", some(info.transmit_pdos)),
+        ("LSS_Supported", flag(info.lss)),
+        ("CompactPDO", number(Some(info.compact_pdo).filter(|&bits| bits != 0))),
+    ];
+    if let Some(commissioning) = &device.commissioning {
+        facts.extend([
+            ("NodeID", some(commissioning.node_id.map(u16::from))),
+            ("NodeName", commissioning.node_name.clone()),
+            ("Baudrate", some(commissioning.bit_rate_kbit)),
+            ("NetNumber", commissioning.net_number.map(|number| number.to_string())),
+            ("NetworkName", commissioning.network_name.clone()),
+            ("CANopenManager", commissioning.manager.and_then(flag)),
+            ("LSS_SerialNumber", number(commissioning.serial_number)),
+        ]);
+    }
+    facts.into_iter().filter_map(|(key, value)| Some((key, value?))).collect()
+}
+
+/// A cell of a table in Markdown.
+fn cell(text: &str) -> String {
+    text.replace('\\', "\\\\").replace('|', "\\|").replace(char::is_control, " ")
 }
 
 /// The device with its objects, PDOs and what the overlay says of them. Numbers are numbers where JSON can hold
@@ -60,6 +112,25 @@ pub fn json(device: &Device) -> Json {
         "product_name": device.info.product_name,
         "product_number": device.info.product_number,
         "revision_number": device.info.revision_number,
+        "order_code": device.info.order_code,
+        "bit_rates_kbit": device.info.bit_rates_kbit,
+        "simple_boot_up_master": device.info.simple_boot_up_master,
+        "simple_boot_up_slave": device.info.simple_boot_up_slave,
+        "granularity": device.info.granularity,
+        "dynamic_channels": device.info.dynamic_channels,
+        "group_messaging": device.info.group_messaging,
+        "receive_pdos": device.info.receive_pdos,
+        "transmit_pdos": device.info.transmit_pdos,
+        "lss": device.info.lss,
+        "commissioning": device.commissioning.as_ref().map(|commissioning| json!({
+            "node_id": commissioning.node_id,
+            "node_name": commissioning.node_name,
+            "bit_rate_kbit": commissioning.bit_rate_kbit,
+            "net_number": commissioning.net_number,
+            "network_name": commissioning.network_name,
+            "manager": commissioning.manager,
+            "serial_number": commissioning.serial_number,
+        })),
         "profile": device.profile,
         "objects": device.objects.iter().map(object_json).collect::<Vec<_>>(),
         "pdos": device.pdos.iter().map(|pdo| json!({
@@ -111,6 +182,8 @@ fn row(object: &Object, entry: &Entry) -> [String; COLUMNS.len()] {
         text(&entry.default),
         text(&entry.low),
         text(&entry.high),
+        text(&entry.configured),
+        object.flags.to_string(),
     ]
 }
 
@@ -119,6 +192,7 @@ fn object_json(object: &Object) -> Json {
         "index": format!("{:04X}", object.index),
         "name": object.name,
         "object_type": object.kind.name(),
+        "flags": object.flags,
         "description": object.description,
         "entries": object.entries.iter().map(entry_json).collect::<Vec<_>>(),
     })

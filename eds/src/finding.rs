@@ -22,6 +22,7 @@ pub(crate) struct Finding {
 pub(crate) enum Kind {
     FileSize(Refusal),
     Xml,
+    Project,
     Encoding,
     LongLine { characters: usize },
     UnclosedSection,
@@ -35,6 +36,7 @@ pub(crate) enum Kind {
     UnknownKey(Repeated),
     KeyWithoutEffect(Repeated),
     EmptyNumber(Repeated),
+    RealBits(Repeated),
     DuplicateKey { key: Box<str>, same: bool, first: Span },
     BadNumber { key: Box<str> },
     NumberTooLarge { key: Box<str>, value: i128 },
@@ -102,6 +104,8 @@ pub(crate) enum Oddity {
     Variable,
     /// Text where an OCTET_STRING should be hexadecimal.
     NotHex,
+    /// The bits of a REAL.
+    Bits,
 }
 
 /// Findings in the order in which they were made; of each kind at most [`MAX_PER_CODE`] are kept.

@@ -49,6 +49,9 @@ pub fn load(input: &Input) -> (model::Device, Diagnostics) {
     }
     let tokens = parse::syntax::tokenize(&input.eds, &mut found);
     let syntax = parse::syntax::Syntax::new(&input.eds, &tokens.text, tokens.lengths);
+    if parse::is_project(&syntax, &mut found) {
+        return (device, rules::of_text(&parse::facts::Facts::none(&input.eds), &found));
+    }
     let (read, facts) = parse::read(syntax, &mut found);
     device = read;
     let mut changes = overlay::Changes::default();

@@ -386,6 +386,9 @@ mod tests {
         ) -> Entry {
             let [default, configured, low, high] = values;
             let [denotation, upload_file, download_file] = texts;
+            // Two zeros are read as no limits.
+            let is_zero = |limit: &Option<Value>| matches!(limit, Some(Value::Integer(0) | Value::Real(0.0)));
+            let (low, high) = if is_zero(&low) && is_zero(&high) { (None, None) } else { (low, high) };
             let entry = Entry { name, data_type, access, pdo_mapping, default, ..Entry::new(0, 0, Span::default()) };
             entry.with_details(EntryDetails {
                 configured, low, high, denotation, upload_file, download_file, ..EntryDetails::default()

@@ -48,6 +48,14 @@ fn all_objects_without_content_take_at_most_forty_five_times_the_size_of_the_fil
     check("short_objects", 40.0);
 }
 
+/// What one line stands for is bounded, however long its texts are.
+#[test]
+fn compact_objects_take_at_most_sixty_times_the_size_of_the_file() {
+    check("long_compact_name", 60.0);
+    check("long_compact_value", 60.0);
+    check("compact_objects", 60.0);
+}
+
 /// The child: reads one file and prints by how many KiB the peak of the process exceeds what it had before.
 #[test]
 fn read_one_file() {
@@ -101,6 +109,15 @@ fn shaped(shape: &str) -> String {
         "empty_keys" => repeat("[DeviceInfo]\n", |n| format!("VendorNumber{n}=\n")),
         "unknown_sections" => repeat("", |n| format!("[section {n}]\n")),
         "empty_sections" => repeat("", |_| "[]\n".to_owned()),
+        "long_compact_name" => {
+            format!("{}ObjectType=8\nCompactSubObj=254\n", long("[2000]\nDataType=6\nParameterName="))
+        }
+        "long_compact_value" => {
+            format!("{}ObjectType=8\nCompactSubObj=254\n", long("[2000]\nDataType=9\nParameterName=x\nDefaultValue="))
+        }
+        "compact_objects" => repeat("", |n| {
+            format!("[{:X}]\nParameterName=x\nObjectType=8\nDataType=6\nCompactSubObj=254\n", 0x1000 + n % 0xF000)
+        }),
         "empty_objects" => repeat("", |n| format!("[{n:X}]\n")),
         "nothing_but_objects" => (0..=0xFFFF).map(|n| format!("[{n:X}]\n")).collect(),
         "short_objects" => (0..=0xFFFF).map(|n| format!("[{n:X}]\nk=\n")).collect(),
@@ -146,4 +163,9 @@ fn resident_kib(key: &str) -> Option<usize> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'))?;
     line.trim().trim_end_matches(" kB").parse().ok()
+}
+
+/// A line of about the size of the files.
+fn long(before: &str) -> String {
+    format!("{before}{}\n", "x".repeat(BYTES))
 }

@@ -13,7 +13,8 @@ const SECTION: &str = "[Zzyzx]";
 /// The data sheets of all golden cases: what is in them is what the reader knows.
 fn sheets() -> Vec<(String, String)> {
     let sheets = cases::cases().into_iter().map(|case| (case.code, case.input.eds.text().to_owned()));
-    let sheets: Vec<_> = sheets.collect();
+    // What is no data sheet is found as a whole.
+    let sheets: Vec<_> = sheets.filter(|(code, _)| code != "eds::project").collect();
     assert!(sheets.len() > 50, "the cases are found");
     sheets
 }

@@ -113,8 +113,8 @@ fn tables_quote_what_they_must() {
     let (device, _) = load(&input());
     assert_eq!(
         dump::csv(&device),
-        "index,subindex,name,object_type,data_type,access,pdo_mapping,default,low_limit,high_limit\n\
-         2000,00,\"Größe, \"\"x\"\"\",VAR,UNSIGNED16,rw,0,,10,1\n"
+        "index,subindex,name,object_type,data_type,access,pdo_mapping,default,low_limit,high_limit,configured,obj_flags\n\
+         2000,00,\"Größe, \"\"x\"\"\",VAR,UNSIGNED16,rw,0,,10,1,,0\n"
     );
     assert!(dump::md(&device).contains("| 2000 | 00 | Größe, \"x\" | VAR |"));
     let record = "[2001]\nParameterName=Gear\nObjectType=9\nSubNumber=1\n[2001sub1]\nParameterName=Ratio\nDataType=5\n";

@@ -189,3 +189,44 @@ fn one_wrong_value_is_one_finding_that_says_what_is_right() {
         &["expected a range with `when`, `low` and `high`"],
     );
 }
+
+#[test]
+fn an_array_is_corrected_element_by_element_each_with_its_own_findings() {
+    let codes_and_messages = |overlay: &str| {
+        let (device, diagnostics) = read(&[overlay]);
+        let of_overlay = diagnostics.iter().filter(|finding| finding.code.starts_with("overlay::"));
+        let found: Vec<String> = of_overlay.map(|finding| format!("{} {}", finding.code, finding.message)).collect();
+        (device, found)
+    };
+    // The first element differs, so that only the second one is told.
+    let first = "[object.\"2001:01\"]\nreason = \"r\"\ndata_type = \"UNSIGNED8\"\n";
+    let second = "[object.\"2001\"]\nreason = \"r\"\ndata_type = \"UNSIGNED16\"\n";
+    let input = Input::new(Source::new("x.eds", EDS));
+    let sheet = |text: &str| Source::new("x.toml", format!("[overlay]\nformat = 1\n{text}"));
+    let (device, diagnostics) = load(&input.overlay(sheet(first)).overlay(sheet(second)));
+    let found: Vec<&str> =
+        diagnostics.iter().filter(|f| f.code == "overlay::no-effect").map(|f| f.message.as_str()).collect();
+    assert_eq!(found, ["the data sheet has the same `DataType` for 2001:02"]);
+    assert_eq!(device.entry(0x2001, 1).map(|entry| entry.data_type), Some(DataType::Unsigned16));
+    // Each element has its own.
+    let (_, found) = codes_and_messages(second);
+    let same = |sub: u8| format!("overlay::no-effect the data sheet has the same `DataType` for 2001:{sub:02X}");
+    assert_eq!(found, [same(1), same(2)]);
+    // What is wrong with the overlay itself is told once.
+    let (_, found) = codes_and_messages("[object.\"2001\"]\nreason = \"r\"\nlow = true\nunit = 1\naccess = \"x\"\n");
+    assert_eq!(
+        found,
+        [
+            "overlay::unknown-key the key `unit` is unknown here",
+            "overlay::bad-value expected ro, wo, rw, rwr, rww or const"
+        ]
+    );
+    // A value that only the second element cannot have.
+    let wide = "[object.\"2001:01\"]\nreason = \"r\"\ndata_type = \"VISIBLE_STRING\"\n";
+    let text = "[object.\"2001\"]\nreason = \"r\"\ndefault = \"text\"\n";
+    let input = Input::new(Source::new("x.eds", EDS)).overlay(sheet(wide)).overlay(sheet(text));
+    let (_, diagnostics) = load(&input);
+    let found: Vec<&str> =
+        diagnostics.iter().filter(|f| f.code == "overlay::bad-value").map(|f| f.message.as_str()).collect();
+    assert_eq!(found, ["expected a value of UNSIGNED16"]);
+}

@@ -516,3 +516,131 @@ fn one_cause_is_told_once() {
         assert_eq!(found, [message]);
     }
 }
+
+#[test]
+fn limits_of_0_and_0_are_none_and_one_finding_says_so_to_a_build() {
+    let (entry, diagnostics) = variable("6", "LowLimit=0\nHighLimit=0x0\nDefaultValue=5");
+    assert_eq!((&entry.low, &entry.high), (&None, &None));
+    assert!(has(&diagnostics, "eds::zero-limits") && !has(&diagnostics, "eds::default-outside-limits"));
+    let found = diagnostics.iter().find(|finding| finding.code == "eds::zero-limits").unwrap();
+    assert_eq!(found.severity, lexican_eds::Severity::Warning);
+    assert_eq!(found.message, "the limits of 2000:00 are both 0, which is read as none");
+    let (entry, diagnostics) = variable("8", "LowLimit=0.0\nHighLimit=0");
+    assert!(entry.low.is_none() && has(&diagnostics, "eds::zero-limits"));
+    for limits in ["LowLimit=0", "LowLimit=0\nHighLimit=1", "LowLimit=7\nHighLimit=7"] {
+        let (entry, diagnostics) = variable("6", limits);
+        assert!(entry.low.is_some() && !has(&diagnostics, "eds::zero-limits"), "{limits}");
+    }
+    let many: String = (0x2000..0x2020)
+        .map(|index| {
+            format!("[{index:X}]\nParameterName=p{index}\nDataType=6\nAccessType=rw\nLowLimit=0\nHighLimit=0\n")
+        })
+        .collect();
+    let (_, diagnostics) = read(&many);
+    let of_code: Vec<_> = diagnostics.iter().filter(|finding| finding.code == "eds::zero-limits").collect();
+    assert_eq!(of_code.len(), 1);
+    assert_eq!(of_code[0].message, "the limits of 32 entries are both 0, which is read as none");
+}
+
+#[test]
+fn an_overlay_can_say_that_0_is_the_only_value() {
+    let text = "[2000]\nParameterName=x\nObjectType=7\nDataType=6\nAccessType=rw\nLowLimit=0\nHighLimit=0\n";
+    let overlay = "[overlay]\nformat = 1\n[object.\"2000\"]\nreason = \"r\"\nlow = 0\nhigh = 0\n";
+    let input = Input::new(Source::new("x.eds", text)).overlay(Source::new("x.toml", overlay));
+    let (device, diagnostics) = load(&input);
+    assert_eq!(device.entry(0x2000, 0).unwrap().high, Some(Value::Integer(0)));
+    assert!(!has(&diagnostics, "eds::zero-limits") && !has(&diagnostics, "overlay::no-effect"));
+}
+
+#[test]
+fn bits_of_reals_are_read_and_noted() {
+    let (entry, diagnostics) = variable("8", "LowLimit=0xC2C80000\nHighLimit=100.0");
+    assert_eq!((&entry.low, &entry.high), (&Some(Value::Real(-100.0)), &Some(Value::Real(100.0))));
+    let found = diagnostics.iter().find(|finding| finding.code == "eds::real-bits").unwrap();
+    assert_eq!(
+        (found.message.as_str(), found.labels[0].text.as_str()),
+        ("`LowLimit` of a REAL is given by its bits", "read as -100.0")
+    );
+    let (entry, diagnostics) = variable("0x11", "DefaultValue=0x3FF8000000000000");
+    assert_eq!(entry.default, Some(Value::Real(1.5)));
+    assert!(has(&diagnostics, "eds::real-bits"));
+    assert!(!has(&variable("8", "DefaultValue=1.5").1, "eds::real-bits"));
+}
+
+#[test]
+fn times_are_days_and_milliseconds() {
+    let (entry, diagnostics) = variable("0x0C", "DefaultValue=2 3600000");
+    assert_eq!(entry.default, Some(Value::Integer(2 << 32 | 3_600_000)));
+    assert!(!has(&diagnostics, "eds::bad-value"));
+    assert!(has(&variable("6", "DefaultValue=2 3").1, "eds::bad-value"));
+}
+
+#[test]
+fn the_description_of_a_network_is_no_data_sheet() {
+    let (device, diagnostics) = read("[Topology]\nNetName=Line\nNodes=1\nNode2Present=1\nNode2DCFName=a.dcf\n");
+    assert!(device.objects.is_empty());
+    assert_eq!(diagnostics.iter().map(|finding| finding.code).collect::<Vec<_>>(), ["eds::project"]);
+    let (_, diagnostics) = read("[1000]\nParameterName=x\nDataType=7\nAccessType=ro\n[Topology]\nNodes=1\n");
+    assert!(has(&diagnostics, "eds::unknown-section") && !has(&diagnostics, "eds::project"));
+}
+
+#[test]
+fn a_device_type_that_contradicts_the_objects_is_found() {
+    let sheet = |device_type: &str, objects: &[u16]| {
+        let objects = objects
+            .iter()
+            .map(|index| format!("[{index:X}]\nParameterName=p{index}\nObjectType=7\nDataType=6\nAccessType=rw\n"));
+        let objects: String = objects.collect();
+        format!(
+            "[1000]\nParameterName=t\nObjectType=7\nDataType=7\nAccessType=ro\nDefaultValue={device_type}\n{objects}"
+        )
+    };
+    let found = |device_type: &str, objects: &[u16]| has(&read(&sheet(device_type, objects)).1, "cia301::device-type");
+    let drive = [0x6040, 0x6041];
+    for wrong in ["0", "0x00020191", "0x92010000", "0x00009201", "0x01920002"] {
+        assert!(found(wrong, &drive), "{wrong}");
+    }
+    for right in ["0x00020192", "402", "0x0004FFFF", "408", ""] {
+        assert!(!found(right, &drive), "{right}");
+    }
+    assert!(found("0x91010000", &[0x6000]) && !found("401", &[0x6000]) && !found("0", &[0x6000]));
+    let (_, diagnostics) = read(&sheet("0x92010200", &drive));
+    let found = diagnostics.iter().find(|finding| finding.code == "cia301::device-type").unwrap();
+    assert!(found.help.as_ref().is_some_and(|help| help.ends_with("default = 0x20192")), "{found:?}");
+}
+
+#[test]
+fn names_that_the_standards_themselves_repeat_are_not_told() {
+    let object = |index: u16, name: &str| {
+        format!("[{index:X}]\nParameterName={name}\nObjectType=7\nDataType=6\nAccessType=rw\n")
+    };
+    let same =
+        |a: u16, b: u16| has(&read(&[object(a, "Same name"), object(b, "Same name")].concat()).1, "eds::same-name");
+    assert!(!same(0x1600, 0x1601) && !same(0x6040, 0x6840));
+    assert!(same(0x2000, 0x2001) && same(0x6040, 0x6041) && same(0x1600, 0x2000));
+}
+
+#[test]
+fn equal_limits_of_a_command_are_not_told() {
+    let sheet =
+        |index: &str| format!("[{index}]\nParameterName=x\nDataType=7\nAccessType=rw\nLowLimit=1\nHighLimit=1\n");
+    assert!(!has(&read(&sheet("1010")).1, "eds::equal-limits") && has(&read(&sheet("2010")).1, "eds::equal-limits"));
+}
+
+#[test]
+fn a_value_in_a_table_is_found_where_it_is() {
+    let text = "[2000]\nParameterName=x\nObjectType=8\nCompactSubObj=2\nDataType=6\nAccessType=ro\n\
+                [2000Value]\nNrOfEntries=1\n2=7\n";
+    check_places(text, &["eds::value-not-writable"], &["9:3 eds::value-not-writable"]);
+}
+
+#[test]
+fn the_shipped_data_sheets_are_as_every_reader_wants_them() {
+    for shipped in lexican_eds::library::all() {
+        let (_, diagnostics) = load(&Input { overlays: Vec::new(), ..shipped.input() });
+        // lely's dcfgen and dcfchk refuse these.
+        for code in ["eds::sub-0-type", "eds::missing-sub-0", "eds::sub-count", "eds::list-count"] {
+            assert!(!has(&diagnostics, code), "{}: {code}", shipped.id);
+        }
+    }
+}

@@ -158,3 +158,18 @@ fn compact_objects_cannot_exhaust_memory() {
     assert!(device.entries().count() < 110_000);
     assert!(diagnostics.iter().any(|finding| finding.code == "eds::too-many-entries"));
 }
+
+#[test]
+fn a_short_file_with_compact_pdos_stays_small() {
+    let text = "[DeviceInfo]\nCompactPDO=0x3F\nNrOfRXPDO=512\nNrOfTXPDO=512\n";
+    for (granularity, is_bounded) in [("1", true), ("8", false)] {
+        let input = Input::new(Source::new("x.eds", format!("{text}Granularity={granularity}\n")));
+        let (device, diagnostics) = load(&input);
+        assert!(device.entries().count() <= 20_000, "{granularity}");
+        assert_eq!(
+            diagnostics.iter().any(|finding| finding.code == "eds::too-many-entries"),
+            is_bounded,
+            "{granularity}"
+        );
+    }
+}

@@ -13,6 +13,8 @@ use crate::parse::syntax::{Pair, Section};
 
 /// So many entries are written out in a file; see the rule.
 const MAX_COMPACT_ENTRIES: usize = 100_000;
+/// So long are all their texts together, in bytes: each entry has its own.
+const MAX_COMPACT_BYTES: usize = 16 << 20;
 
 impl<'a, 's> Reader<'a, 's> {
     /// The entries that `CompactSubObj` stands for; without it, the header of an object has no use for some keys.
@@ -36,7 +38,8 @@ impl<'a, 's> Reader<'a, 's> {
         fields[Key::Denotation as usize] = None;
         let template = self.entry(object.index, 0, object.span, &fields, ObjectKind::Variable);
         self.compact_entries += usize::from(facts.compact);
-        if self.compact_entries > MAX_COMPACT_ENTRIES {
+        self.compact_bytes += usize::from(facts.compact) * (object.name.len() + texts(&template));
+        if self.compact_entries > MAX_COMPACT_ENTRIES || self.compact_bytes > MAX_COMPACT_BYTES {
             self.out.push(Kind::TooManyEntries(object.index), object.span);
             return;
         }
@@ -101,4 +104,16 @@ impl<'a, 's> Reader<'a, 's> {
             self.out.push(Kind::EntryCount { said, found }, self.syntax.value_span(pair));
         }
     }
+}
+
+/// How long the texts of an entry are that is written out many times.
+fn texts(entry: &Entry) -> usize {
+    let values = [&entry.default, &entry.configured, &entry.low, &entry.high].into_iter().flatten();
+    let of_value = |value: &Value| match value {
+        Value::Text(text) => text.len(),
+        Value::Bytes(bytes) => bytes.len(),
+        Value::Integer(_) | Value::Real(_) | Value::NodeIdPlus(_) => 0,
+    };
+    let files = [&entry.upload_file, &entry.download_file].into_iter().flatten();
+    values.map(of_value).sum::<usize>() + files.map(String::len).sum::<usize>()
 }

@@ -3,8 +3,9 @@
 //! `NrOfRXPDO` and `NrOfTXPDO` count the PDOs of the device. Those that no section describes have the lowest free
 //! numbers; of one that is half described the other half is left out. Bit n of `CompactPDO` says that their
 //! communication parameters have sub-index n + 1. Their mappings are empty and can be written, with as many entries
-//! as pieces of `Granularity` fit into a frame.
+//! as pieces of `Granularity` fit into a frame; of bytes, which most devices map, where the file does not say.
 
+use crate::finding::{Findings, Kind};
 use crate::model::pdo::{MAX_PDOS, communication_parameter, mapping_parameter};
 use crate::model::types::DataType;
 use crate::model::{AccessType, Device, Direction, Entry, Object, ObjectKind, Value};
@@ -14,6 +15,9 @@ use crate::text::Span;
 
 /// The bits of `CompactPDO` that CiA 306-1 defines, one for each of sub-indices 1 to 6.
 pub(crate) const DEFINED_BITS: u32 = 0x3F;
+
+/// So many entries are added to a file: enough for all PDOs with mappings of bytes.
+const MAX_ENTRIES: usize = 20_000;
 
 /// The bit of a COB-ID that switches a PDO off (CiA 301, 7.5.2.35).
 const INVALID: i128 = 0x8000_0000;
@@ -29,15 +33,23 @@ const SUBS: [(&str, DataType); 6] = [
 ];
 
 /// Adds the parameters that are left out.
-pub(crate) fn expand(device: &mut Device, facts: &mut Facts<'_>) {
+pub(crate) fn expand(device: &mut Device, facts: &mut Facts<'_>, out: &mut Findings) {
     let section = facts.section(SectionKind::DeviceInfo);
     let Some(pair) = section.and_then(|section| section.get("CompactPDO")) else { return };
     let span = facts.syntax.key_span(pair);
-    let mut parameters = Vec::new();
+    let (mut parameters, mut entries) = (Vec::new(), 0);
     for direction in [Direction::Receive, Direction::Transmit] {
         for number in numbers(device, direction) {
             let pdo = Parameters { device, direction, number, span };
-            parameters.extend([pdo.communication(), pdo.mapping()].into_iter().filter(|object| is_new(device, object)));
+            let new = [pdo.communication(), pdo.mapping()].into_iter().filter(|object| is_new(device, object));
+            for object in new {
+                entries += object.entries.len();
+                parameters.push(object);
+            }
+            if entries > MAX_ENTRIES {
+                out.push(Kind::TooManyEntries(communication_parameter(direction, number)), span);
+                return;
+            }
         }
     }
     if parameters.is_empty() {
@@ -104,7 +116,7 @@ impl Parameters<'_> {
     fn mapping(&self) -> Object {
         let index = mapping_parameter(self.direction, self.number);
         let mut object = self.object(index, "mapping", AccessType::Rw, 0);
-        let granularity = self.device.info.granularity.unwrap_or(1).clamp(1, 64);
+        let granularity = self.device.info.granularity.unwrap_or(8).clamp(1, 64);
         for sub in 1..=64 / granularity {
             let name = format!("Mapped object {sub}");
             let default = Some(Value::Integer(0));

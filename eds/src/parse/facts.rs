@@ -13,6 +13,7 @@ pub(crate) struct Facts<'a> {
     pub(crate) lists: Vec<List>,
     /// As many as the model has objects, and in the same order.
     pub(crate) objects: Vec<ObjectFacts>,
+    pub(crate) unlimited: Vec<Unlimited>,
     /// The sections that describe entries in a table, by their numbers in the file.
     tables: BTreeMap<(u16, ObjectPart), usize>,
 }
@@ -29,7 +30,7 @@ impl<'a> Facts<'a> {
                 tables.entry((index, part)).or_insert(number);
             }
         }
-        Self { syntax, lists, objects, tables }
+        Self { syntax, lists, objects, unlimited: Vec::new(), tables }
     }
 
     /// Of a text that is no data sheet.
@@ -62,6 +63,15 @@ impl<'a> Facts<'a> {
             _ => None,
         }
     }
+}
+
+/// An entry whose limits are both 0, which editors write where nothing was entered.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Unlimited {
+    pub(crate) index: u16,
+    pub(crate) sub: u8,
+    /// Where they are.
+    pub(crate) limits: [Span; 2],
 }
 
 /// What the rules want to know of an object beyond the model.

@@ -42,6 +42,13 @@ pub(crate) fn is_readable(eds: &Source, out: &mut Findings) -> bool {
     !xml
 }
 
+/// Whether the sections are those of a CPJ (CiA 306-3): nodes of a network, and no objects.
+pub(crate) fn is_project(syntax: &Syntax<'_>, out: &mut Findings) -> bool {
+    let topology = syntax.sections.iter().find(|section| section.name.eq_ignore_ascii_case("Topology"));
+    let topology = topology.filter(|_| !syntax.sections.iter().any(|section| is_object(section.kind)));
+    topology.inspect(|section| out.push(Kind::Project, syntax.name_span(section))).is_some()
+}
+
 /// Reads all sections; the objects are ascending by index.
 pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Findings) -> (Device, Facts<'a>) {
     let mut reader = Reader::new(&syntax, out);
@@ -85,10 +92,11 @@ pub(crate) fn read<'a>(syntax: Syntax<'a>, out: &mut Findings) -> (Device, Facts
     device.modules.retain(|module| !described(module));
     device.modules.append(&mut modules);
     device.modules.sort_by_key(|module| module.number);
-    reader.finish();
+    let unlimited = reader.finish();
     drop(sections);
     let mut facts = Facts::new(syntax, lists, objects);
-    compact_pdo::expand(&mut device, &mut facts);
+    facts.unlimited = unlimited;
+    compact_pdo::expand(&mut device, &mut facts, out);
     assign_lists(&mut device, &mut facts);
     for listed in facts.lists.iter().flat_map(|list| &list.entries) {
         if device.object(listed.index).is_none() {

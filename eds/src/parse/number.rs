@@ -59,15 +59,26 @@ pub(crate) fn value(text: &str, data_type: DataType) -> Result<Option<Read<Value
         _ if text.eq_ignore_ascii_case("null") => return Ok(None),
         Class::Real => real(text, data_type).ok_or(())?,
         Class::Other => return Ok(Some(any(text))),
-        Class::Boolean | Class::Signed | Class::Unsigned | Class::Time => match formula(text) {
-            Some(formula) => Read { value: Value::NodeIdPlus(formula.value), oddity: formula.oddity },
-            None => {
+        Class::Boolean | Class::Signed | Class::Unsigned | Class::Time => match (formula(text), days_and_ms(text)) {
+            (Some(formula), _) => Read { value: Value::NodeIdPlus(formula.value), oddity: formula.oddity },
+            (None, Some(time)) if data_type.class() == Class::Time => {
+                Read { value: Value::Integer(time), oddity: None }
+            }
+            _ => {
                 let read = integer(text).ok_or(())?;
                 Read { value: Value::Integer(signed(text, read.value, data_type)), oddity: read.oddity }
             }
         },
     };
     Ok(Some(read))
+}
+
+/// `days ms`: the 48 bits of a TIME_OF_DAY or TIME_DIFFERENCE (CiA 301, 7.1.6.6).
+fn days_and_ms(text: &str) -> Option<i128> {
+    let (days, ms) = text.split_once(char::is_whitespace)?;
+    let (days, ms) = (plain_integer(days)?.value, plain_integer(ms.trim())?.value);
+    let valid = (0..=0xFFFF).contains(&days) && (0..1 << 28).contains(&ms);
+    valid.then_some(days << 32 | ms)
 }
 
 /// What stands before a comment on the same line.
@@ -137,7 +148,7 @@ fn real(text: &str, data_type: DataType) -> Option<Read<Value>> {
             DataType::Real32 => f32::from_bits(u32::from_str_radix(hex, 16).ok()?).into(),
             _ => f64::from_bits(u64::from_str_radix(hex, 16).ok()?),
         };
-        return value.is_finite().then_some(Read { value: Value::Real(value), oddity });
+        return value.is_finite().then_some(Read { value: Value::Real(value), oddity: oddity.or(Some(Oddity::Bits)) });
     }
     let value: f64 = number.parse().ok().or_else(|| {
         oddity = Some(Oddity::Spelling);
@@ -253,6 +264,8 @@ mod tests {
         check("0.0f", D::Real32, Some(Value::Real(0.0)));
         check("-3.4E+38", D::Real64, Some(Value::Real(-3.4e38)));
         check("v1 ; x", D::VisibleString, Some(Value::Text("v1 ; x".into())));
+        check("2 3600000", D::TimeOfDay, Some(Value::Integer(2 << 32 | 3_600_000)));
+        check("0 0", D::TimeDifference, Some(Value::Integer(0)));
         check("C4 0D BB", D::OctetString, Some(Value::Bytes(vec![0xC4, 0x0D, 0xBB])));
         check("C40DBB", D::OctetString, Some(Value::Bytes(vec![0xC4, 0x0D, 0xBB])));
         check("file.bin", D::Domain, Some(Value::Text("file.bin".into())));
@@ -263,9 +276,10 @@ mod tests {
             value("010", D::Other(0x42)),
             Ok(Some(Read { value: Value::Integer(8), oddity: Some(Oddity::Octal) }))
         );
-        for text in ["12 V", "x", "nan"] {
+        for text in ["12 V", "x", "nan", "1 -2", "70000 1", "1 2 3"] {
             assert_eq!(value(text, D::Unsigned8), Err(()), "{text:?}");
             assert_eq!(value(text, D::Real32), Err(()), "{text:?}");
+            assert_eq!(value(text, D::TimeOfDay), Err(()), "{text:?}");
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::finding::{Kind, Oddity};
 use crate::model::keys::{KEYS, Key};
 use crate::model::types::DataType;
 use crate::model::{AccessType, Entry, EntryDetails, Object, ObjectKind, Value};
-use crate::parse::facts::ObjectFacts;
+use crate::parse::facts::{ObjectFacts, Unlimited};
 use crate::parse::number;
 use crate::parse::reader::{Group, Reader};
 use crate::parse::section::ObjectPart;
@@ -72,10 +72,12 @@ impl<'a, 's> Reader<'a, 's> {
             default: self.value(field(Key::DefaultValue), data_type),
             ..Entry::new(index, sub, span)
         };
+        let configured = self.value(field(Key::ParameterValue), data_type);
+        let [low, high] = self.limits(index, sub, [field(Key::LowLimit), field(Key::HighLimit)], data_type);
         entry.with_details(EntryDetails {
-            configured: self.value(field(Key::ParameterValue), data_type),
-            low: self.value(field(Key::LowLimit), data_type),
-            high: self.value(field(Key::HighLimit), data_type),
+            configured,
+            low,
+            high,
             denotation: self.text(field(Key::Denotation)),
             upload_file: self.text(field(Key::UploadFile)),
             download_file: self.text(field(Key::DownloadFile)),
@@ -101,6 +103,22 @@ impl<'a, 's> Reader<'a, 's> {
                 None
             }
         }
+    }
+
+    /// The limits; none when both are 0, which editors write where nothing was entered.
+    fn limits(
+        &mut self,
+        index: u16,
+        sub: u8,
+        pairs: [Option<&Pair<'_>>; 2],
+        data_type: DataType,
+    ) -> [Option<Value>; 2] {
+        let limits = pairs.map(|pair| self.value(pair, data_type));
+        let is_zero = |limit: &Option<Value>| matches!(limit, Some(Value::Integer(0) | Value::Real(0.0)));
+        let ([Some(low), Some(high)], true) = (pairs, limits.iter().all(is_zero)) else { return limits };
+        let limits = [low, high].map(|pair| self.syntax.value_span(pair));
+        self.unlimited.push(Unlimited { index, sub, limits });
+        [None, None]
     }
 
     /// The kind of `[1018sub1]`, which is a variable or a domain.

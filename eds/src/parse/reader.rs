@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostic::MAX_PER_CODE;
 use crate::finding::{Findings, Kind, Oddity, Repeated};
+use crate::parse::facts::Unlimited;
 use crate::parse::number::{self, Read};
 use crate::parse::section::{position, without_blanks};
 use crate::parse::syntax::{Pair, Section, Syntax};
@@ -14,8 +15,11 @@ pub(crate) struct Reader<'a, 's> {
     pub(crate) syntax: &'s Syntax<'a>,
     pub(crate) out: &'s mut Findings,
     grouped: BTreeMap<Group, Groups>,
-    /// How many entries `CompactSubObj` stood for so far.
+    /// How many entries `CompactSubObj` stood for so far, and how long their texts are.
     pub(crate) compact_entries: usize,
+    pub(crate) compact_bytes: usize,
+    /// Entries whose limits are both 0.
+    pub(crate) unlimited: Vec<Unlimited>,
 }
 
 /// What is reported once for all keys of a name.
@@ -24,6 +28,7 @@ pub(crate) enum Group {
     Unknown,
     Empty,
     WithoutEffect,
+    RealBits,
 }
 
 /// The keys of a group.
@@ -43,7 +48,7 @@ pub(crate) struct Numbered<'a, 's> {
 
 impl<'a, 's> Reader<'a, 's> {
     pub(crate) fn new(syntax: &'s Syntax<'a>, out: &'s mut Findings) -> Self {
-        Self { syntax, out, grouped: BTreeMap::new(), compact_entries: 0 }
+        Self { syntax, out, grouped: BTreeMap::new(), compact_entries: 0, compact_bytes: 0, unlimited: Vec::new() }
     }
 
     /// The pairs of a section by the position of their keys in a table; unknown and repeated keys are reported.
@@ -137,6 +142,9 @@ impl<'a, 's> Reader<'a, 's> {
     pub(crate) fn oddity(&mut self, oddity: Option<Oddity>, pair: &Pair<'_>) {
         if let Some(oddity) = oddity {
             let span = self.syntax.value_span(pair);
+            if oddity == Oddity::Bits {
+                return self.group(Group::RealBits, pair.key, span);
+            }
             self.out.push(Kind::OddNumber { key: pair.key.into(), text: pair.value.into(), oddity }, span);
         }
     }
@@ -155,17 +163,19 @@ impl<'a, 's> Reader<'a, 's> {
     }
 
     /// Hands over what was grouped.
-    pub(crate) fn finish(self) {
+    pub(crate) fn finish(self) -> Vec<Unlimited> {
         for (group, Groups { by_key, mut more }) in self.grouped {
             let kind = match group {
                 Group::Unknown => Kind::UnknownKey,
                 Group::Empty => Kind::EmptyNumber,
                 Group::WithoutEffect => Kind::KeyWithoutEffect,
+                Group::RealBits => Kind::RealBits,
             };
             for (repeated, span) in by_key.into_values() {
                 self.out.push_many(kind(repeated), span, std::mem::take(&mut more));
             }
         }
+        self.unlimited
     }
 
     pub(crate) fn unknown(&mut self, pair: &Pair<'_>) {

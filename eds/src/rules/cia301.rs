@@ -79,6 +79,35 @@ pub(super) fn writable(cx: &Context<'_>, out: &mut Out<'_>) {
     }
 }
 
+pub(super) fn device_type(cx: &Context<'_>, out: &mut Out<'_>) {
+    let Some(entry) = cx.device.entry(0x1000, 0).filter(|_| cx.changes.profile.is_none()) else { return };
+    let value = held(entry).and_then(Value::as_integer).and_then(|value| u32::try_from(value).ok());
+    let Some(value) = value else { return };
+    let profile = |value: u32| value & 0xFFFF;
+    let is_drive = has_on_any_axis(cx, 0x6040) && has_on_any_axis(cx, 0x6041);
+    // Fluid power (408) has the same two words, and FFFFh is a device of several profiles.
+    let is_free = matches!(profile(value), 402 | 408 | 0xFFFF);
+    let halves_swapped = (value & 0xFF00_FF00) >> 8 | (value & 0x00FF_00FF) << 8;
+    let swapped = [halves_swapped, value.swap_bytes(), value.rotate_left(16)];
+    // Profiles are numbered from 301 on; what is beyond them and one of them backwards was stored in the wrong order.
+    let is_profile = |&value: &u32| (301..500).contains(&profile(value));
+    let swapped = swapped.into_iter().find(is_profile).filter(|_| !is_profile(&value));
+    // Without a profile only the bytes of both halves are beyond doubt: the high half may be anything.
+    let swapped = swapped.filter(|&swapped| profile(value) != 0 || swapped == value.swap_bytes());
+    let swapped = swapped.filter(|&swapped| profile(swapped) == 402 || !is_drive);
+    let (message, text, right) = match swapped {
+        Some(swapped) => ("the bytes of the device type are swapped", format!("{swapped:#X} was meant"), swapped),
+        None if is_drive && !is_free => {
+            let text = format!("says profile {}", profile(value));
+            ("the device has controlword and statusword, but is no drive of CiA 402", text, value & 0xFFFF_0000 | 402)
+        }
+        None => return,
+    };
+    let note = note(message).at(cx.entry_span(entry, held_by(entry)), text);
+    let can = entry.configured.is_none() && cx.can_default(entry, right.into());
+    out.push(note.mend(can.then(|| cx.correct(entry, &format!("default = {right:#X}")))));
+}
+
 /// An object of the profile may be that of any axis, 800h apart.
 fn has_on_any_axis(cx: &Context<'_>, index: u16) -> bool {
     (0..8).any(|axis| cx.device.object(index + axis * 0x800).is_some())

@@ -97,6 +97,12 @@ impl<'a> Context<'a> {
         Some(self.facts.syntax.value_span(pair))
     }
 
+    /// The object or entry that a place is about: in the data sheet, or in an overlay that corrects one.
+    pub(super) fn address_of(&self, span: Span) -> Option<(u16, Option<u8>)> {
+        let at = || self.changes.corrections.iter().find(|correction| correction.span == span);
+        self.facts.address_of(span).or_else(|| at().map(|correction| (correction.index, Some(correction.sub))))
+    }
+
     /// The number (from 1) and the text of the line of the data sheet that a place is in.
     pub(super) fn line(&self, span: Span) -> Option<(u32, &'a str)> {
         let source = self.facts.syntax.source;

@@ -1,12 +1,15 @@
 //! Values against data types, limits and access rights.
 
 use super::context::{Context, place};
-use super::remedy::toml;
+use super::remedy::{Edit, MAX_STEPS, edits, toml};
 use super::{Out, note};
 use crate::diagnostic::Diagnostic;
+use crate::finding::{Finding, Kind, Repeated};
 use crate::model::keys::Key;
 use crate::model::types::DataType;
 use crate::model::{AccessType, Entry, ObjectKind, Value};
+use crate::parse::facts::Unlimited;
+use crate::parse::number;
 
 /// Whether one number is above another.
 fn above(a: &Value, b: &Value) -> bool {
@@ -110,9 +113,50 @@ fn outside_limits(cx: &Context<'_>, entry: &Entry, key: Key, value: Option<&Valu
     out.push(note.mend(wider.map(|remedy| format!("if the device goes that far, {remedy}"))));
 }
 
+pub(super) fn zero_limits(cx: &Context<'_>, out: &mut Out<'_>) {
+    const MAX_PLACES: usize = 3;
+    let key = [Key::LowLimit, Key::HighLimit];
+    let corrected = |at: &Unlimited| key.iter().any(|&key| cx.changes.correction(at.index, at.sub, key).is_some());
+    let unlimited: Vec<&Unlimited> = cx.facts.unlimited.iter().filter(|at| !corrected(at)).collect();
+    let message = match unlimited.as_slice() {
+        [] => return,
+        [only] => format!("the limits of {:04X}:{:02X} are both 0, which is read as none", only.index, only.sub),
+        several => format!("the limits of {} entries are both 0, which is read as none", several.len()),
+    };
+    let mut finding = note(message);
+    for (at, Unlimited { limits: [low, _], .. }) in unlimited.iter().take(MAX_PLACES).enumerate() {
+        finding = if at == 0 { finding.at(*low, "no limit") } else { finding.and(*low, "nor here") };
+    }
+    let lines = unlimited.iter().flat_map(|at| at.limits).filter_map(|span| cx.line(span));
+    let remedy = match unlimited.len() * 2 <= MAX_STEPS {
+        true => edits(lines.map(|(line, _)| Edit::Remove(line, line))),
+        false => "what can really be 0 only has `low = 0` and `high = 0` in an overlay, with a reason".to_owned(),
+    };
+    out.push(finding.help(remedy));
+}
+
+pub(super) fn real_bits(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::RealBits(Repeated { key, count }) = &finding.kind else { return None };
+    let (line, _) = cx.line(finding.span)?;
+    let text = &cx.facts.syntax.source.text()[finding.span.start as usize..finding.span.end as usize];
+    // The bits of a REAL64 have more digits than a REAL32 can have.
+    let data_type = if text.len() > "0x12345678".len() { DataType::Real64 } else { DataType::Real32 };
+    let Some(Value::Real(value)) = number::value(text, data_type).ok().flatten().map(|read| read.value) else {
+        return None;
+    };
+    let decimal = if data_type == DataType::Real32 { format!("{:?}", value as f32) } else { format!("{value:?}") };
+    let times = if *count == 1 { String::new() } else { format!(" ({count} times)") };
+    let note = note(format!("`{key}` of a REAL is given by its bits{times}"));
+    let note = note.at(finding.span, format!("read as {decimal}"));
+    let remedy = (*count == 1).then(|| edits([Edit::Line(line, format!("{key}={decimal}"))]));
+    Some(note.help(remedy.unwrap_or_else(|| "other readers may expect decimal numbers here".to_owned())))
+}
+
 pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
     for entry in cx.device.entries().filter(|entry| entry.access.writable() && entry.low.is_some()) {
-        if entry.low == entry.high {
+        // To store and to restore parameters takes one value by nature.
+        let is_command = matches!(entry.index, 0x1010 | 0x1011);
+        if entry.low == entry.high && !is_command {
             let note = note(format!("{} can have one value only", place(entry)));
             let note = note.at(cx.entry_span(entry, Key::LowLimit), "");
             out.push(note.and(cx.entry_span(entry, Key::HighLimit), "the same"));

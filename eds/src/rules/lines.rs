@@ -26,13 +26,21 @@ pub(super) fn xml(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     Some(note.help("ask the vendor for the EDS, or convert the XDD with an editor"))
 }
 
+pub(super) fn project(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::Project = finding.kind else { return None };
+    let note = note("this is a CPJ, which describes a network, not a device").at(finding.span, "");
+    Some(note.help("the data sheets are the files that it names, for each node one DCF"))
+}
+
 pub(super) fn encoding(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::Encoding = finding.kind else { return None };
     let message = match cx.facts.syntax.source.encoding() {
         Encoding::Utf8 => return None,
-        Encoding::Utf8WithMark => "the file begins with a byte order mark",
-        Encoding::Utf16 => "the file is in UTF-16",
-        Encoding::Windows1252 => "the file is not UTF-8; it is read as code page 1252",
+        Encoding::Utf8WithMark => "the file begins with a byte order mark".to_owned(),
+        encoding @ (Encoding::Utf16Le { .. } | Encoding::Utf16Be { .. }) => {
+            format!("the file is in {}", encoding.name())
+        }
+        encoding => format!("the file is not UTF-8; it is read as {}", encoding.name()),
     };
     let text = if finding.span.end > 0 { "first here" } else { "" };
     Some(note(message).at(finding.span, text).help("save the file as UTF-8 without byte order mark"))

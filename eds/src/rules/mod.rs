@@ -171,8 +171,7 @@ fn accept(context: &Context<'_>, diagnostics: &mut Diagnostics) {
     let accepted = &context.changes.accepted;
     let mut used = vec![false; accepted.len()];
     diagnostics.retract(|finding| {
-        let place = finding.span().and_then(|span| context.facts.address_of(span));
-        let Some((index, sub)) = place else { return false };
+        let Some((index, sub)) = finding.span().and_then(|span| context.address_of(span)) else { return false };
         let accepts = |accepted: &Accepted| {
             let here = accepted.index == index && accepted.sub.is_none_or(|accepted| accepted == sub.unwrap_or(0));
             here && accepted.code == finding.code

@@ -67,6 +67,9 @@ fn same_names<'a>(what: &str, names: impl Iterator<Item = (&'a str, Address)>, c
     let mut names: Vec<(String, Address, &str)> = names.filter(|(name, ..)| !name.is_empty()).collect();
     names.sort();
     for namesakes in names.chunk_by(|a, b| a.0 == b.0).filter(|namesakes| namesakes.len() > 1) {
+        if namesakes.iter().all(|(_, (index, _), _)| matches!(index, 0x1000..=0x1FFF)) || is_on_axes(namesakes) {
+            continue;
+        }
         let listed = listed(namesakes, |(_, address, _)| shown(*address));
         let mut finding = note(format!("the {what} {listed} have the same name"));
         for (at, (_, address, _)) in namesakes.iter().take(MAX_PLACES).enumerate() {
@@ -87,6 +90,15 @@ fn same_names<'a>(what: &str, names: impl Iterator<Item = (&'a str, Address)>, c
         }
         out.push(finding);
     }
+}
+
+/// Whether these are one object of a profile, on several axes.
+fn is_on_axes(namesakes: &[(String, Address, &str)]) -> bool {
+    let of_axis = |(_, (index, sub), _): &(String, Address, &str)| {
+        (sub.is_none() && matches!(index, 0x6000..=0x9FFF)).then(|| (index - 0x6000) % 0x800)
+    };
+    let first = namesakes.first().and_then(of_axis);
+    first.is_some() && namesakes.iter().all(|other| of_axis(other) == first)
 }
 
 fn shown((index, sub): Address) -> String {

@@ -22,6 +22,10 @@ rules! {
         "A data sheet is an EDS or DCF, not XML.",
         "Files of CiA 311 (XDD, XDC, XPD) describe the same devices in XML. They are recognised, but only EDS and \
          DCF are read; most vendors offer both, and editors convert one into the other.";
+    "eds::project" Error Read(lines::project),
+        "A data sheet describes a device, not a network.",
+        "A CPJ (CiA 306-3) has a section `[Topology]` that names the nodes of a network and their DCF files. It has no \
+         objects; read the DCF of a node instead.";
     "eds::encoding" Note Read(lines::encoding),
         "Text outside ASCII is UTF-8 without byte order mark.",
         "CiA 306-1 knows ASCII only. Names with umlauts or degree signs come in code page 1252 or in UTF-8; bytes \
@@ -98,6 +102,10 @@ rules! {
         "Numbers are spelled as CiA 306 spells them.",
         "`true`, `NULL`, `1.0f`, `1F80h` or the name of a data type mean one thing only and are read so, but other \
          readers refuse them.";
+    "eds::real-bits" Note Read(limits::real_bits),
+        "A REAL is given as a decimal number.",
+        "Some editors write the bits of IEEE 754 as a hexadecimal number where others write 1.5. Hexadecimal is read as \
+         bits here; readers that take it for an integer get another number.";
     "eds::unknown-variable" Warning Read(numbers::unknown_variable),
         "The only variable in a value is $NODEID.",
         "CiA 306-1 knows `$NODEID` and no other variable. Another name is read as if it were `$NODEID`, which it \
@@ -331,9 +339,11 @@ rules! {
         "ObjectLinks name objects that are there.",
         "`[xxxxObjectLinks]` (CiA 306-1) lists objects that belong together.";
     "eds::too-many-entries" Error Read(objects::too_many_entries),
-        "CompactSubObj stands for at most 100 000 entries in a file.",
-        "A line of a few bytes can stand for 254 entries, so a small file could exhaust memory. The largest devices \
-         known have some 5000 entries. Objects beyond the bound keep sub-index 0 only.";
+        "CompactSubObj and CompactPDO stand for a bounded number of entries in a file.",
+        "A line of a few bytes can stand for 254 entries, or for 1024 PDO parameters, so a small file could exhaust \
+         memory. The largest devices known have some 5000 entries. At most 100,000 entries and 16 MiB of their texts are \
+         written out for `CompactSubObj`: of objects beyond that sub-index 0 alone is read. `CompactPDO` stands for nothing \
+         when it would be more than 20,000.";
     "eds::compact-entries" Note Check(objects::compact_entries),
         "Every entry has a section of its own.",
         "`CompactSubObj` describes all entries of an object at once. They are written out here, so the device has \
@@ -342,6 +352,10 @@ rules! {
         "The low limit is not above the high limit.",
         "No value can lie between reversed limits. Often a limit of a signed type was written as an unsigned number, \
          or one line was lost.";
+    "eds::zero-limits" Warning Check(limits::zero_limits),
+        "Limits of 0 and 0 mean that there are none.",
+        "Editors write 0 for both limits where nothing was entered. Taken literally, the entry could hold nothing but 0, \
+         so both are read as absent, and it can be written.";
     "eds::limit-outside-type" Warning Check(limits::limit_outside_type),
         "Limits are numbers of the data type.",
         "A limit that the data type cannot have limits nothing. Either the limit or the data type is wrong.";
@@ -357,8 +371,7 @@ rules! {
         "A device refuses a value outside its limits, and the download of the configuration fails with it.";
     "eds::equal-limits" Note Check(limits::equal_limits),
         "The limits of what can be written differ.",
-        "When both limits are the same, one value only can be written. Editors write 0 and 0 where nothing was \
-         entered.";
+        "When both limits are the same, one value only can be written.";
     "eds::value-not-writable" Note Check(limits::value_not_writable),
         "The values of a DCF can be written.",
         "A value for what cannot be written is not downloaded; it tells what the device had.";
@@ -443,6 +456,11 @@ rules! {
     "cia402::missing-object" Warning Check(cia301::missing_profile_object),
         "The objects that the device profile demands are there.",
         "A drive of CiA 402 has a controlword (6040h) and a statusword (6041h).";
+    "cia301::device-type" Warning Check(cia301::device_type),
+        "The device type names the profile that the objects are of.",
+        "The low half of 1000h is the number of the profile (CiA 301, 7.5.2.1), by which tools choose how to treat the \
+         device. A controlword and a statusword without 402, or a number that is a profile with its bytes exchanged, \
+         is a mistake of the file or of the firmware.";
     "cia301::no-error-control" Warning Check(cia301::no_error_control),
         "The device has heartbeat or node guarding.",
         "CiA 301 demands one of them: the heartbeat producer time 1017h, or guard time 100Ch and life time factor \

@@ -1,6 +1,10 @@
 //! Texts with names, and places in them.
 
+mod encoding;
+
 use std::fmt;
+
+pub use encoding::Encoding;
 
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: usize = 64 * 1024 * 1024;
@@ -51,19 +55,6 @@ pub struct Source {
     refusal: Option<Refusal>,
 }
 
-/// How the bytes of a file were read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
-    /// UTF-8 (or ASCII).
-    Utf8,
-    /// UTF-8 with a byte order mark.
-    Utf8WithMark,
-    /// UTF-16 with a byte order mark.
-    Utf16,
-    /// Code page 1252, because the bytes are not UTF-8.
-    Windows1252,
-}
-
 /// Why a file is not read at all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
@@ -85,7 +76,8 @@ impl Source {
         Self::with_encoding(name.into(), text.into(), Encoding::Utf8)
     }
 
-    /// The bytes of a file: UTF-8 with or without byte order mark, UTF-16 with one, else code page 1252.
+    /// The bytes of a file: UTF-8 or UTF-16, with or without byte order mark, else one of the code pages 1252, 850
+    /// and 437.
     ///
     /// Never fails: a file beyond the bounds becomes an empty text with a [`refusal`](Self::refusal), which
     /// [`load`](crate::load) reports.
@@ -94,7 +86,7 @@ impl Source {
         if bytes.len() > MAX_BYTES {
             return Self::refused(name, Refusal::TooLong { bytes: bytes.len() });
         }
-        let (text, encoding) = decode(bytes);
+        let (text, encoding) = encoding::decode(bytes);
         Self::with_encoding(name, text, encoding)
     }
 
@@ -217,56 +209,9 @@ fn line_starts(text: &str) -> Vec<u32> {
     lines
 }
 
-fn decode(bytes: &[u8]) -> (String, Encoding) {
-    match bytes {
-        [0xEF, 0xBB, 0xBF, rest @ ..] => match str::from_utf8(rest) {
-            Ok(text) => (text.to_owned(), Encoding::Utf8WithMark),
-            Err(_) => (windows_1252(rest), Encoding::Windows1252),
-        },
-        [0xFF, 0xFE, rest @ ..] => (utf_16(rest, u16::from_le_bytes), Encoding::Utf16),
-        [0xFE, 0xFF, rest @ ..] => (utf_16(rest, u16::from_be_bytes), Encoding::Utf16),
-        _ => match str::from_utf8(bytes) {
-            Ok(text) => (text.to_owned(), Encoding::Utf8),
-            Err(_) => (windows_1252(bytes), Encoding::Windows1252),
-        },
-    }
-}
-
-fn utf_16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
-    let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
-    char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
-}
-
-fn windows_1252(bytes: &[u8]) -> String {
-    /// 80h to 9Fh; the five holes stay the C1 controls, as browsers read them.
-    const HIGH: [char; 32] = [
-        '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8D}', 'Ž', '\u{8F}', '\u{90}', '‘',
-        '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9D}', 'ž', 'Ÿ',
-    ];
-    let character = |&byte: &u8| match byte {
-        0x80..=0x9F => HIGH[usize::from(byte - 0x80)],
-        _ => char::from(byte),
-    };
-    bytes.iter().map(character).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn bytes_are_read_in_the_encoding_they_are_in() {
-        let check = |bytes: &[u8], text: &str, encoding| {
-            let source = Source::from_bytes("x.eds", bytes);
-            assert_eq!((source.text(), source.encoding()), (text, encoding));
-        };
-        check("°C".as_bytes(), "°C", Encoding::Utf8);
-        check(b"\xEF\xBB\xBF[FileInfo]", "[FileInfo]", Encoding::Utf8WithMark);
-        check(b"\xB0C \x93x\x94 \x80", "°C “x” €", Encoding::Windows1252);
-        check(b"\xFF\xFE[\0]\0", "[]", Encoding::Utf16);
-        check(b"\xFE\xFF\0[\0]\0", "[]", Encoding::Utf16);
-        check(b"", "", Encoding::Utf8);
-    }
 
     #[test]
     fn positions_count_lines_of_every_kind_and_characters() {
