@@ -1,9 +1,10 @@
 //! The way from a build script to [`compile`].
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use lexican_eds::{Diagnostics, Input, Severity, Source, library, rules};
+use lexican_eds::{Diagnostics, Input, Severity, Source, library, rules, text};
 
 use crate::compile::{FINDINGS, Options, compile};
 use crate::error::Error;
@@ -240,11 +241,16 @@ fn warn(findings: &Diagnostics, input: &Input) {
 
 fn read(path: &Path) -> Result<Vec<u8>, Error> {
     println!("cargo:rerun-if-changed={}", path.display());
-    fs::read(path).map_err(|reason| Error::Read { path: path.to_owned(), reason })
+    // One byte beyond the bound is enough to be refused, which is a finding.
+    let bound = text::MAX_BYTES as u64 + 1;
+    let mut bytes = Vec::new();
+    let read = fs::File::open(path).and_then(|file| file.take(bound).read_to_end(&mut bytes));
+    read.map(|_| bytes).map_err(|reason| Error::Read { path: path.to_owned(), reason })
 }
 
 fn not_a_data_sheet(bytes: &[u8]) -> Option<&'static str> {
-    let is_utf_16 = bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]);
+    let encoding = Source::from_bytes("", &bytes[..bytes.len().min(64)]).encoding();
+    let is_utf_16 = matches!(encoding, text::Encoding::Utf16Le { .. } | text::Encoding::Utf16Be { .. });
     if bytes.iter().all(u8::is_ascii_whitespace) {
         Some("empty")
     } else if bytes.contains(&0) && !is_utf_16 {

@@ -1,13 +1,15 @@
 //! `lexican eds lint`: what is wrong in data sheets.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
 
 use indicatif::ProgressBar;
 use lexican_eds::report::sarif;
-use lexican_eds::{Diagnostic, Diagnostics, Input, Severity};
+use lexican_eds::{Diagnostic, Input, Severity};
+use serde_json::Value;
 
 use crate::device::{input, no_object, with_overlays};
 use crate::output::{self, Failure, Outcome, progress};
@@ -61,36 +63,54 @@ enum Level {
     Note,
 }
 
-/// What became of one file.
+/// What became of one file; the file itself and its findings are not kept, because there may be thousands.
 #[derive(Default)]
 struct Checked {
-    /// The findings; `None` when there is no file to find anything in.
-    findings: Option<(Input, Diagnostics)>,
+    /// The findings in the format that is asked for; empty when there is no file to find anything in.
+    text: String,
+    /// The findings in SARIF, when that is the format.
+    sarif: Option<Value>,
+    /// How many errors, warnings and notes there are.
+    counts: [usize; 3],
     /// Why the file is no data sheet.
     failure: Option<Failure>,
-    /// The findings as text, made where the file was checked so that it is done in parallel.
-    text: String,
 }
+
+const SEVERITIES: [Severity; 3] = [Severity::Error, Severity::Warning, Severity::Note];
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let colours = output::colours();
-    let checked = in_parallel(&args.files, |name| check(args, name, colours));
-
-    print(args.format, &checked)?;
-    for failure in checked.iter().filter_map(|it| it.failure.as_ref()) {
+    let mut printer = Printer { format: args.format, stdout: output::raw_stdout(), any: false };
+    let mut log = sarif([]);
+    let mut summary = Summary::default();
+    let mut failures = Vec::new();
+    in_parallel(
+        &args.files,
+        |name| check(args, name, colours),
+        |checked| {
+            summary.add(&checked);
+            failures.extend(checked.failure);
+            checked.sarif.into_iter().for_each(|of_file| append(&mut log, of_file));
+            printer.print(&checked.text)
+        },
+    )?;
+    if let Some(rules) = log["runs"][0]["tool"]["driver"]["rules"].as_array_mut() {
+        rules.sort_by_key(|rule| rule["id"].to_string());
+    }
+    printer.finish(&log)?;
+    for failure in &failures {
         failure.report();
     }
-    summarise(&checked);
+    summary.print();
 
-    let worst = checked.iter().filter_map(|it| it.findings.as_ref()?.1.worst()).max();
     let fail_on = match args.fail_on {
-        Level::Error => Severity::Error,
-        Level::Warning => Severity::Warning,
-        Level::Note => Severity::Note,
+        Level::Error => 1,
+        Level::Warning => 2,
+        Level::Note => 3,
     };
-    Ok(if checked.iter().any(|it| it.failure.is_some()) {
+    Ok(if !failures.is_empty() {
         Outcome::Unreadable
-    } else if worst >= Some(fail_on) {
+    } else if summary.counts.iter().take(fail_on).any(|&count| count > 0) {
         Outcome::Found
     } else {
         Outcome::Clean
@@ -112,10 +132,15 @@ fn check(args: &Args, name: &str, colours: bool) -> Checked {
         Format::Text if colours => diagnostics.render_styled(&input),
         Format::Text => diagnostics.render(&input),
         Format::Short => diagnostics.iter().map(|finding| short(finding, &input)).collect(),
-        Format::Json | Format::Sarif => String::new(),
+        Format::Json => {
+            let findings = diagnostics.to_json(&input);
+            format!("{:#}", serde_json::json!({ "file": input.eds.name(), "findings": findings }))
+        }
+        Format::Sarif => String::new(),
     };
+    let sarif = (args.format == Format::Sarif).then(|| diagnostics.to_sarif(&input));
     let failure = device.objects.is_empty().then(|| no_object(&input));
-    Checked { findings: Some((input, diagnostics)), failure, text }
+    Checked { text, sarif, counts: SEVERITIES.map(|severity| diagnostics.count(severity)), failure }
 }
 
 /// One line that begins with the name of the file, also when the finding has no place in it.
@@ -124,70 +149,129 @@ fn short(finding: &Diagnostic, input: &Input) -> String {
     if finding.span().is_some() { line + "\n" } else { format!("{}: {line}\n", input.eds.name()) }
 }
 
-/// Calls `work` for every item on all processors; the results are in the order of the items.
-fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+/// Calls `work` for every item on all processors, and `done` with the results in the order of the items.
+fn in_parallel<T: Sync, R: Send>(
+    items: &[T],
+    work: impl Fn(&T) -> R + Sync,
+    mut done: impl FnMut(R) -> std::io::Result<()>,
+) -> std::io::Result<()> {
     // Where there is little to do, nobody would want to see a bar.
     let progress = match items.len() {
         0..8 => ProgressBar::hidden(),
         many => progress("{bar:40.cyan/dim} {pos}/{len} data sheets", many as u64),
     };
     let next = AtomicUsize::new(0);
-    let results = Mutex::new(Vec::with_capacity(items.len()));
-    let worker = || {
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
+    // No worker goes on before its result is taken.
+    let (results, finished) = mpsc::sync_channel(0);
+    let worker = |results: mpsc::SyncSender<(usize, R)>| {
         while let Some((number, item)) = {
             let number = next.fetch_add(1, Ordering::Relaxed);
             items.get(number).map(|item| (number, item))
         } {
-            let result = work(item);
-            results.lock().expect("no worker panics").push((number, result));
-            progress.inc(1);
+            if results.send((number, work(item))).is_err() {
+                break;
+            }
         }
     };
-    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
-    std::thread::scope(|scope| {
+    let written = std::thread::scope(|scope| {
         for _ in 0..workers {
-            scope.spawn(worker);
+            let results = results.clone();
+            scope.spawn(|| worker(results));
         }
+        drop(results);
+        let mut early = BTreeMap::new();
+        for number in 0..items.len() {
+            while !early.contains_key(&number) {
+                let Ok((number, result)) = finished.recv() else { return Ok(()) };
+                progress.inc(1);
+                early.insert(number, result);
+            }
+            early.remove(&number).map_or(Ok(()), &mut done)?;
+        }
+        // Workers that still have a result would wait for ever.
+        drop(finished);
+        Ok(())
     });
     progress.finish_and_clear();
-    let mut results = results.into_inner().expect("no worker panics");
-    results.sort_by_key(|(number, _)| *number);
-    results.into_iter().map(|(_, result)| result).collect()
+    written
 }
 
-fn print(format: Format, checked: &[Checked]) -> Result<(), Failure> {
-    let mut stdout = output::raw_stdout();
-    let all = || checked.iter().filter_map(|it| it.findings.as_ref());
-    match format {
-        Format::Text | Format::Short => checked.iter().try_for_each(|it| stdout.write_all(it.text.as_bytes()))?,
-        Format::Json => {
-            let files: Vec<_> = all()
-                .map(|(input, findings)| {
-                    serde_json::json!({ "file": input.eds.name(), "findings": findings.to_json(input) })
-                })
-                .collect();
-            writeln!(stdout, "{:#}", serde_json::json!({ "files": files }))?;
+/// Adds the results and the rules of a file to the one run of a SARIF log.
+fn append(log: &mut Value, mut of_file: Value) {
+    let lists: [fn(&mut Value) -> &mut Value; 2] =
+        [|log| &mut log["runs"][0]["results"], |log| &mut log["runs"][0]["tool"]["driver"]["rules"]];
+    for list in lists {
+        let more = list(&mut of_file).take();
+        let Some(all) = list(log).as_array_mut() else { continue };
+        for element in more.as_array().into_iter().flatten() {
+            // Rules are there once, by their names; results have none.
+            if element["id"].is_null() || !all.iter().any(|other| other["id"] == element["id"]) {
+                all.push(element.clone());
+            }
         }
-        Format::Sarif => writeln!(stdout, "{:#}", sarif(all().map(|(input, findings)| (input, findings))))?,
     }
-    stdout.flush()?;
-    Ok(())
 }
+
+/// Writes the texts of the files as they come; those of JSON are elements of a list.
+struct Printer<W> {
+    format: Format,
+    stdout: W,
+    any: bool,
+}
+
+impl<W: Write> Printer<W> {
+    fn print(&mut self, text: &str) -> std::io::Result<()> {
+        if self.format != Format::Json {
+            return self.stdout.write_all(text.as_bytes());
+        }
+        if text.is_empty() {
+            return Ok(());
+        }
+        let before = if self.any { "," } else { HEAD };
+        self.any = true;
+        write!(self.stdout, "{before}\n    {}", text.replace('\n', "\n    "))
+    }
+
+    fn finish(mut self, log: &Value) -> std::io::Result<()> {
+        match self.format {
+            Format::Json if self.any => writeln!(self.stdout, "\n  ]\n}}")?,
+            Format::Json => writeln!(self.stdout, "{HEAD}]\n}}")?,
+            Format::Sarif => writeln!(self.stdout, "{log:#}")?,
+            Format::Text | Format::Short => {}
+        }
+        self.stdout.flush()
+    }
+}
+
+const HEAD: &str = "{\n  \"files\": [";
 
 /// One line on stderr, so that it neither disturbs a pipe nor is missed.
-fn summarise(checked: &[Checked]) {
-    let count = |severity| -> usize {
-        checked.iter().filter_map(|it| it.findings.as_ref()).map(|(_, findings)| findings.count(severity)).sum()
-    };
-    let plural = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
-    let unreadable = checked.iter().filter(|it| it.failure.is_some()).count();
-    let lost = if unreadable > 0 { format!(", {unreadable} not readable") } else { String::new() };
-    let _ = writeln!(
-        anstream::stderr().lock(),
-        "{}: {}, {}, {}{lost}",
-        plural(checked.len(), "data sheet"),
-        plural(count(Severity::Error), "error"),
-        plural(count(Severity::Warning), "warning"),
-        plural(count(Severity::Note), "note"),
-    );
+#[derive(Default)]
+struct Summary {
+    files: usize,
+    unreadable: usize,
+    counts: [usize; 3],
+}
+
+impl Summary {
+    fn add(&mut self, checked: &Checked) {
+        self.files += 1;
+        self.unreadable += usize::from(checked.failure.is_some());
+        self.counts.iter_mut().zip(checked.counts).for_each(|(sum, count)| *sum += count);
+    }
+
+    fn print(&self) {
+        let plural = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
+        let lost = if self.unreadable > 0 { format!(", {} not readable", self.unreadable) } else { String::new() };
+        let [errors, warnings, notes] = self.counts;
+        let _ = writeln!(
+            anstream::stderr().lock(),
+            "{}: {}, {}, {}{lost}",
+            plural(self.files, "data sheet"),
+            plural(errors, "error"),
+            plural(warnings, "warning"),
+            plural(notes, "note"),
+        );
+    }
 }
