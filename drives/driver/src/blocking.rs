@@ -7,7 +7,7 @@ use std::pin::pin;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::task::Poll;
 
-use lexican_runtime::host::{Link, LinkError, Pump};
+use lexican_runtime::host::{Link, LinkError, Pump, Turn};
 use lexican_runtime::object::{Object, Readable, Value, Writable};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, NodeId};
@@ -194,7 +194,9 @@ impl<L: Link> Machine<L> {
         F: Future<Output = Result<T, Error>>,
     {
         // What has come by now is old, and may be older than what is sent next.
-        self.pump.catch_up(&mut self.link, &mut self.session)?;
+        if self.pump.catch_up(&mut self.link, &mut self.session)? > 0 {
+            self.session.desk().missed();
+        }
         self.session.begin(self.link.now());
         match self.run_unless_cancelled(cancel, sequence) {
             Some(result) => result,
@@ -235,7 +237,10 @@ impl<L: Link> Machine<L> {
 
     fn wait(&mut self) -> Result<(), LinkError> {
         let until = self.link.now() + LOOK;
-        self.pump.turn(&mut self.link, &mut self.session, until).map(drop)
+        if let Turn::Gap(_) = self.pump.turn(&mut self.link, &mut self.session, until)? {
+            self.session.desk().missed();
+        }
+        Ok(())
     }
 
     fn cancelled(&mut self) -> Error {

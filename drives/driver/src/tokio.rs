@@ -190,7 +190,8 @@ impl<K: Kind> Drive<K> {
                     self.lose();
                     return Ok(self.network.now().await?);
                 }
-                Err(broadcast::error::RecvError::Closed) => return Err(Error::Link(LinkError::Closed)),
+                // The network has ended: it reports why.
+                Err(broadcast::error::RecvError::Closed) => return Ok(self.network.now().await?),
             }
         }
     }
@@ -247,6 +248,10 @@ impl<K: Kind> Drive<K> {
                 self.session.desk().heard_boot_up();
                 // What was armed has not outlived that.
                 self.session.protected(Protection::None);
+                true
+            }
+            Event::Gap(_) => {
+                self.session.desk().missed();
                 true
             }
             _ => false,

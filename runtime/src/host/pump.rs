@@ -212,7 +212,8 @@ impl Pump {
         self.run(link, &mut Listener, until)
     }
 
-    /// Takes the frames that have come by now, at most 4,096, and sends nothing. Events are dropped.
+    /// Takes the frames that have come by now, at most 4,096, and sends nothing. Events are dropped. Returns how many
+    /// frames are [missing](Incoming::Gap).
     ///
     /// For those who must know how things are before they send: a frame that they leave out would be answered by
     /// what is out of date.
@@ -224,16 +225,17 @@ impl Pump {
         &mut self,
         link: &mut L,
         machine: &mut M,
-    ) -> Result<(), LinkError> {
-        let now = link.now();
+    ) -> Result<u32, LinkError> {
+        let (now, mut missing) = (link.now(), 0_u32);
         for _ in 0..MOST_WAITING {
             match self.look(link, now)? {
                 Some(Incoming::Frame(frame)) => drop(machine.handle_frame(self.backlog.looked, &frame)),
-                Some(Incoming::State(_) | Incoming::Gap(_)) => {}
+                Some(Incoming::Gap(frames)) => missing = missing.saturating_add(frames),
+                Some(Incoming::State(_)) => {}
                 None => break,
             }
         }
-        Ok(())
+        Ok(missing)
     }
 
     /// Sends what is to be sent, at most four frames; whether that was all.

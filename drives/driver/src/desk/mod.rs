@@ -201,7 +201,6 @@ impl Desk {
     /// Frames of the drive have been lost, perhaps its boot-up. Nothing that was known is taken for granted: the edges
     /// that start something are made anew, and the status word is read. But whether a travel is interrupted is not
     /// forgotten if the drive does not report it.
-    #[cfg(feature = "tokio")]
     pub(crate) fn missed(&self) {
         let mut shared = self.lock();
         shared.status.missed = true;
