@@ -48,8 +48,9 @@ pub const FINDINGS: &[Finding] = &[
     Finding {
         code: "od::name-collision",
         severity: Severity::Warning,
-        explain: "Several items would have one name in Rust, or one that lexican uses itself. All of them have their \
-                  address appended, so that adding one never renames another in silence. An overlay can give better names.",
+        explain: "Several items would have one name in Rust, or one that lexican uses itself. The one with the lowest \
+                  address keeps the name, the others have their address appended: one that is added after them renames \
+                  none. An overlay can give better names.",
     },
     Finding {
         code: "od::unknown-type",

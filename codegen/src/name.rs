@@ -12,15 +12,12 @@ pub(crate) enum Case {
     Pascal,
 }
 
-/// So many letters of a name become an identifier: rustdoc writes a file named after it, and 255 is the most that file
-/// systems allow.
-const MAX_LENGTH: usize = 200;
+/// The longest identifier in snake case, without the underscores that Rust asks for.
+const MAX_LENGTH: usize = 60;
 
 /// The identifier for a name; empty when the name has no letter and no digit.
 pub(crate) fn identifier(name: &str, case: Case) -> String {
-    let mut joined = join(&words(name), case);
-    joined.truncate(MAX_LENGTH);
-    joined.truncate(joined.trim_end_matches('_').len());
+    let joined = join(&short_words(name), case);
     if joined.starts_with(|c: char| c.is_ascii_digit()) {
         format!("_{joined}")
     } else if joined.is_empty() || syn::parse_str::<syn::Ident>(&joined).is_ok() && joined != "gen" {
@@ -46,6 +43,48 @@ pub(crate) fn with_suffix(identifier: &str, suffix: &str, case: Case) -> String 
             format!("{identifier}{separator}{}", join(&words(suffix), case))
         }
     }
+}
+
+/// The words of a name, fewer where they are longer than [`MAX_LENGTH`]: first without remarks in brackets, then
+/// without those before the last, which often is the number that tells elements apart. It depends on the name alone,
+/// so that a long name stays what it is when others are added.
+fn short_words(name: &str) -> Vec<String> {
+    let all = words(name);
+    if length(&all) <= MAX_LENGTH {
+        return all;
+    }
+    let outside = words(&outside_brackets(name));
+    let mut words = if outside.is_empty() { all } else { outside };
+    while length(&words) > MAX_LENGTH && words.len() > 1 {
+        words.remove(words.len() - 2);
+    }
+    if let [only] = words.as_mut_slice() {
+        only.truncate(MAX_LENGTH);
+    }
+    words
+}
+
+/// In snake case.
+fn length(words: &[String]) -> usize {
+    words.iter().map(|word| word.len() + 1).sum::<usize>().saturating_sub(1)
+}
+
+/// The name with a blank for what stands in brackets; one that is never closed is no bracket.
+fn outside_brackets(name: &str) -> String {
+    let mut outside = String::new();
+    let mut rest = name;
+    while let Some((before, after)) = rest.split_once('(') {
+        let mut depth = 1;
+        let end = after.char_indices().find(|(_, c)| {
+            depth += i32::from(*c == '(') - i32::from(*c == ')');
+            depth == 0
+        });
+        let Some((end, _)) = end else { break };
+        outside.push_str(before);
+        outside.push(' ');
+        rest = &after[end + 1..];
+    }
+    outside + rest
 }
 
 /// Words end at whatever is neither letter nor digit, and where an upper-case letter follows a lower-case one.
@@ -141,10 +180,29 @@ mod tests {
     }
 
     #[test]
-    fn no_identifier_is_too_long_for_a_file_name() {
+    fn a_long_name_loses_its_remarks_first_and_its_middle_next() {
+        let snake = |name, expected| assert_eq!(identifier(name, Case::Snake), expected);
+        snake(
+            "Analog output 6 error mode (output goes to value in 6C44h (if any) if CAN is lost)",
+            "analog_output_6_error_mode",
+        );
+        snake(
+            "Motor power limit map (for auto-config additional motor)",
+            "motor_power_limit_map_for_auto_config_additional_motor",
+        );
+        snake(
+            "Additional position encoder resolution - encoder increments feedback interface #2",
+            "additional_position_encoder_resolution_encoder_increments_2",
+        );
+        snake("(only a remark that is longer than sixty letters, and nothing else)", "only_a_remark_that_is_longer_than_sixty_letters_and_else");
+        snake(
+            "Velocity demand value (after the profile acceleration rate was applied",
+            "velocity_demand_value_after_the_profile_acceleration_applied",
+        );
         let letters = "x".repeat(MAX_LENGTH);
         check(&format!("{letters}yz"), &letters.to_uppercase(), &letters, &format!("X{}", &letters[1..]));
-        assert_eq!(identifier(&"abc ".repeat(99), Case::Snake).len(), MAX_LENGTH - 1);
+        let words = "abc ".repeat(99);
+        check(&words, &"ABC_".repeat(15)[..59], &"abc_".repeat(15)[..59], &"Abc".repeat(15));
     }
 
     #[test]

@@ -1,6 +1,6 @@
-//! Names that stand side by side: who collides is renamed, on all sides.
+//! Names that stand side by side: the first keeps a name that several want.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use lexican_eds::{Diagnostic, Diagnostics, Severity, Span};
 
@@ -35,59 +35,49 @@ impl Claim {
 
 /// The identifiers of all claims, in their order; no two are equal and none is in `reserved`.
 ///
-/// Adding an item never renames another in silence: when two want one name, neither gets it.
+/// Each name goes to the first who wants it, so that an item which is added after the others renames none of them.
 pub(crate) fn resolve(scope: &str, reserved: &[&str], claims: &[Claim], findings: &mut Diagnostics) -> Vec<String> {
+    let mut taken: BTreeSet<String> = reserved.iter().map(|&name| name.to_owned()).collect();
     let mut groups: BTreeMap<&str, Vec<&Claim>> = BTreeMap::new();
-    for claim in claims {
-        groups.entry(&claim.wanted).or_default().push(claim);
-    }
-    let is_free = |name: &str| groups.get(name).is_none_or(|group| group.len() == 1) && !reserved.contains(&name);
-    let mut taken: BTreeMap<String, ()> = claims
-        .iter()
-        .map(|claim| claim.wanted.clone())
-        .filter(|wanted| is_free(wanted))
-        .map(|wanted| (wanted, ()))
-        .collect();
     let mut resolved = Vec::with_capacity(claims.len());
     for claim in claims {
-        if is_free(&claim.wanted) {
-            resolved.push(claim.wanted.clone());
-            continue;
+        let mut name = claim.wanted.clone();
+        if taken.contains(&name) {
+            name = name::with_suffix(&name, &claim.suffix, claim.case);
         }
-        let mut name = name::with_suffix(&claim.wanted, &claim.suffix, claim.case);
-        while taken.contains_key(&name) || reserved.contains(&name.as_str()) {
+        while taken.contains(&name) {
             name = name::with_suffix(&name, "x", claim.case);
         }
-        taken.insert(name.clone(), ());
+        groups.entry(&claim.wanted).or_default().push(claim);
+        taken.insert(name.clone());
         resolved.push(name);
     }
     for (wanted, group) in &groups {
-        if !is_free(wanted) {
-            findings.push(collision(scope, wanted, group));
-        }
+        findings.extend(collision(scope, wanted, reserved.contains(wanted), group));
     }
     resolved
 }
 
-fn collision(scope: &str, wanted: &str, group: &[&Claim]) -> Diagnostic {
-    let message = match group.len() {
-        1 => format!("{scope} `{wanted}` is a name that lexican uses itself"),
-        n => format!("{n} {scope}s would be called `{wanted}`"),
+fn collision(scope: &str, wanted: &str, is_reserved: bool, group: &[&Claim]) -> Option<Diagnostic> {
+    let (message, renamed) = match (is_reserved, group) {
+        (false, [_]) => return None,
+        (true, _) => (format!("{scope} `{wanted}` is a name that lexican uses itself"), group.first()?),
+        (false, _) => (format!("{} {scope}s would be called `{wanted}`", group.len()), group.get(1)?),
     };
-    let first = group.first().expect("a group has members");
-    let example = name::with_suffix(wanted, &first.suffix, first.case);
-    let start = Diagnostic::new("od::name-collision", Severity::Warning, message);
-    let mut shown = group.iter().take(MAX_PLACES);
-    let mut diagnostic = shown.next().map(|claim| start.clone().at(claim.span, "")).unwrap_or(start);
-    for claim in shown {
-        diagnostic = diagnostic.and(claim.span, "");
-    }
-    diagnostic.help(format!("to tell them apart each is called as `{example}`; an overlay can rename them"))
+    let example = name::with_suffix(wanted, &renamed.suffix, renamed.case);
+    let mut places = group.iter().take(MAX_PLACES);
+    let start = Diagnostic::new("od::name-collision", Severity::Warning, message).at(places.next()?.span, "");
+    let diagnostic = places.fold(start, |diagnostic, claim| diagnostic.and(claim.span, ""));
+    Some(diagnostic.help(match is_reserved {
+        true => format!("it is called `{example}`; an overlay can rename it"),
+        false => format!("the first keeps the name, each other is called as `{example}`; an overlay can rename them"),
+    }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[track_caller]
     fn check(names: &[(&str, &str)], reserved: &[&str], expected: &[&str]) {
@@ -99,15 +89,31 @@ mod tests {
     }
 
     #[test]
-    fn whoever_collides_is_renamed_on_all_sides() {
-        check(&[("a", "2000"), ("b", "2001"), ("A", "2002")], &[], &["a_2000", "b", "a_2002"]);
+    fn the_first_keeps_the_name() {
+        check(&[("a", "2000"), ("b", "2001"), ("A", "2002")], &[], &["a", "b", "a_2002"]);
         check(&[("at", "2000"), ("b", "2001")], &["at"], &["at_2000", "b"]);
+        check(&[("at", "2000"), ("at", "2001")], &["at"], &["at_2000", "at_2001"]);
     }
 
     #[test]
     fn a_suffix_does_not_take_the_name_of_another() {
-        check(&[("a", "2000"), ("a", "2001"), ("a 2000", "3000")], &[], &["a_2000_x", "a_2001", "a_2000"]);
-        check(&[("a", "2000"), ("a", "2000")], &[], &["a_2000", "a_2000_x"]);
+        check(&[("a", "2000"), ("a", "2001"), ("a 2001", "3000")], &[], &["a", "a_2001", "a_2001_3000"]);
+        check(&[("a 2001", "2000"), ("a", "2000"), ("a", "2001")], &[], &["a_2001", "a", "a_2001_x"]);
+        check(&[("a", "2000"), ("a", "2000"), ("a", "2000")], &[], &["a", "a_2000", "a_2000_x"]);
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_added_later_renames_nothing(names in prop::collection::vec("[ab]( 200[01])?", 1..12)) {
+            let claims: Vec<Claim> = names.iter().zip(0x2000..).map(|(name, index)| {
+                Claim::new(name, Case::Snake, format!("{index:04x}"), Span::default())
+            }).collect();
+            let resolve = |claims: &[Claim]| resolve("object", &["b"], claims, &mut Diagnostics::default());
+            let all = resolve(&claims);
+            for count in 0..claims.len() {
+                prop_assert_eq!(&resolve(&claims[..count]), &all[..count]);
+            }
+        }
     }
 
     #[test]

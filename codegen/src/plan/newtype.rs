@@ -47,7 +47,12 @@ const RESERVED: &[&str] =
 pub(crate) fn collect<'a>(device: &'a Device, findings: &mut Diagnostics) -> (Vec<Newtype<'a>>, Types) {
     let used = uses(device);
     let keys: BTreeSet<Key<'a>> = used.values().copied().collect();
-    let newtypes = keys.iter().filter_map(|&key| newtype(device, key, &keys, findings)).collect();
+    let mut first: BTreeMap<(Sort, &str), DataType> = BTreeMap::new();
+    for &(sort, name, data_type) in used.values() {
+        first.entry((sort, name)).or_insert(data_type);
+    }
+    let is_first = |&(sort, name, data_type): &Key<'a>| first.get(&(sort, name)) == Some(&data_type);
+    let newtypes = keys.iter().filter_map(|key| newtype(device, *key, is_first(key), findings)).collect();
     let rows: BTreeMap<Key<'a>, usize> = keys.iter().copied().zip(0..).collect();
     let types = used.into_iter().map(|(address, key)| (address, Type::Newtype(rows[&key]))).collect();
     (newtypes, types)
@@ -79,7 +84,7 @@ fn uses(device: &Device) -> BTreeMap<(u16, u8), Key<'_>> {
 fn newtype<'a>(
     device: &'a Device,
     key @ (sort, name, data_type): Key<'a>,
-    keys: &BTreeSet<Key<'a>>,
+    is_first: bool,
     findings: &mut Diagnostics,
 ) -> Option<Newtype<'a>> {
     let (description, span, kind) = match sort {
@@ -105,19 +110,19 @@ fn newtype<'a>(
             )
         }
     };
-    let claim = claim(key, keys, span);
+    let claim = claim(key, is_first, span);
     Some(Newtype { ident: String::new(), claim, name, data_type, description: description.as_deref(), kind })
 }
 
-/// One meaning on several data types is several types: none of them has the bare name.
-fn claim((sort, name, data_type): Key<'_>, keys: &BTreeSet<Key<'_>>, span: Span) -> Claim {
+/// One meaning on several data types is several types: that of the lowest address has the bare name.
+fn claim((sort, name, data_type): Key<'_>, is_first: bool, span: Span) -> Claim {
     let suffix = match sort {
         Sort::Enumeration => "values",
         Sort::BitField => "bits",
         Sort::Quantity => "quantity",
     };
     let mut claim = Claim::new(name, Case::Pascal, suffix.into(), span);
-    if keys.iter().filter(|other| (other.0, other.1) == (sort, name)).count() > 1 {
+    if !is_first {
         let short = data_type.name().replace("INTEGER", "i").replace("UNSIGNED", "u").replace("REAL", "f");
         claim.wanted = name::with_suffix(&claim.wanted, &short.to_lowercase(), Case::Pascal);
     }

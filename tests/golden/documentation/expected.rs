@@ -271,7 +271,7 @@ pub const TEXT_TURNED_WITH_AN_INVISIBLE_CHARACTER: ::lexican_runtime::object::Ob
 ///
 /// Address 0x2009:00 · UNSIGNED16 · rw
 #[doc(alias("0x2009:00", "2009"))]
-pub const A_NAME_THAT_IS_LONGER_THAN_WHAT_A_FILE_SYSTEM_TAKES_A_NAME_THAT_IS_LONGER_THAN_WHAT_A_FILE_SYSTEM_TAKES_A_NAME_THAT_IS_LONGER_THAN_WHAT_A_FILE_SYSTEM_TAKES_A_NAME_THAT_IS_LONGER_THAN_WHAT_A_FILE_SYSTE: ::lexican_runtime::object::Object<
+pub const A_NAME_THAT_IS_LONGER_THAN_WHAT_A_FILE_SYSTEM_TAKES_A_TAKES: ::lexican_runtime::object::Object<
     u16,
     ::lexican_runtime::object::Rw,
 > = ::lexican_runtime::object::Object::new(0x2009, 0x00);

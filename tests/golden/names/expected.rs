@@ -190,7 +190,7 @@ impl IdentityObjectRecord {
 ///
 /// Address 0x2000:00 · UNSIGNED16 · rw
 #[doc(alias("0x2000:00", "2000"))]
-pub const VELOCITY_2000: ::lexican_runtime::object::Object<
+pub const VELOCITY: ::lexican_runtime::object::Object<
     u16,
     ::lexican_runtime::object::Rw,
 > = ::lexican_runtime::object::Object::new(0x2000, 0x00);
@@ -335,7 +335,7 @@ impl WordsOfRustRecord {
     ///
     /// Address 0x2100:06 · UNSIGNED16 · rw
     #[doc(alias("0x2100:06", "2100"))]
-    pub const fn gain_2100_06(
+    pub const fn gain(
         &self,
     ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x06)
@@ -392,7 +392,7 @@ impl KeywordsThatCollideRecord {
     ///
     /// Address 0x5F00:01 · UNSIGNED8 · rw · default 0
     #[doc(alias("0x5F00:01", "5F00"))]
-    pub const fn self_5f00_01(
+    pub const fn self_(
         &self,
     ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x5F00, 0x01).with_default(0)

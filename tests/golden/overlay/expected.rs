@@ -86,7 +86,7 @@ impl OperatingMode {
     /// To a target.
     pub const POSITION: Self = Self(1);
     /// velocity
-    pub const VELOCITY_2: Self = Self(2);
+    pub const VELOCITY: Self = Self(2);
     /// Velocity
     pub const VELOCITY_7: Self = Self(7);
 }

@@ -837,7 +837,7 @@ pub struct Rpdo3 {
     /// Light
     ///
     /// Address 0x2002:01 · 1 bit, from bit 0
-    pub light_2002_01_bit0: bool,
+    pub light: bool,
     /// Light
     ///
     /// Address 0x2002:01 · 1 bit, from bit 1
@@ -884,7 +884,7 @@ impl ::lexican_runtime::object::Pdo for Rpdo3 {
     const MAPPING: &'static [::lexican_runtime::object::Mapped] = Rpdo3::MAPPING;
     fn to_raw(self) -> u64 {
         ::lexican_runtime::object::place(
-            ::lexican_runtime::object::Value::to_raw(self.light_2002_01_bit0),
+            ::lexican_runtime::object::Value::to_raw(self.light),
             0,
             1,
         )
@@ -901,7 +901,7 @@ impl ::lexican_runtime::object::Pdo for Rpdo3 {
     }
     fn from_raw(raw: u64) -> Self {
         Self {
-            light_2002_01_bit0: ::lexican_runtime::object::Value::from_raw(
+            light: ::lexican_runtime::object::Value::from_raw(
                 ::lexican_runtime::object::take(raw, 0, 1),
             ),
             light_2002_01_bit1: ::lexican_runtime::object::Value::from_raw(
