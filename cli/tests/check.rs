@@ -51,18 +51,16 @@ fn every_kind_of_difference_is_found() {
         &measured("0x0003\nAccessType=wo"),
         "access     2000:00 Measured Value: the data sheet says wo",
     );
-    check(
-        "check-limit",
-        "LowLimit=1\n",
-        "LowLimit=6\n",
-        "limit      2001:00 Averaged Samples: 5 is not within 6 to 100",
-    );
+    let limit = [("LowLimit=1\n", "LowLimit=6\n"), ("DefaultValue=5\n", "DefaultValue=6\n")];
+    finds("check-limit", &limit, &[], "limit      2001:00 Averaged Samples: 5 is not within 6 to 100\n");
     check("check-constant", "DefaultValue=4\n", "DefaultValue=3\n", "constant   1018:00");
-    check(
+    let vendor = "[1018sub1]\nParameterName=Vendor-ID\nObjectType=0x7\nDataType=0x0007\nAccessType=ro\nPDOMapping=0\n";
+    let sheet = (&*format!("{vendor}DefaultValue=0\n"), vendor);
+    finds(
         "check-identity",
-        "VendorNumber=0",
-        "VendorNumber=0x195",
-        "identity   1018:01 Identity, Vendor-ID: another vendor: 0h, by the data sheet 195h",
+        &[("VendorNumber=0", "VendorNumber=0x195"), sheet],
+        &[],
+        "identity   1018:01 Identity, Vendor-ID: another vendor: 0h, by the data sheet 195h\n",
     );
     let more = "[2003]\n";
     let object = "[2004]\nParameterName=More\nObjectType=0x7\nDataType=0x0005\nAccessType=ro\nPDOMapping=0\n\n[2003]\n";
@@ -88,7 +86,8 @@ fn values_that_may_change_are_no_difference() {
 
 #[test]
 fn findings_are_fields_for_programs() {
-    let run = check("check-json", &[("LowLimit=1\n", "LowLimit=6\n")], &["--json"]);
+    let wrong = [("LowLimit=1\n", "LowLimit=6\n"), ("DefaultValue=5\n", "DefaultValue=6\n")];
+    let run = check("check-json", &wrong, &["--json"]);
     let told: Vec<Value> = run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(told.len(), 2);
     for (key, value) in [
@@ -118,4 +117,17 @@ fn a_node_that_is_not_there_is_said_to_be_silent() {
     let run = lexican_in(&folder, &["check", "--bus", "sim:sensor.eds?node=7", "--device", "none"]);
     assert_eq!(run.code, Some(2));
     assert!(run.stderr.contains("--device FILE"), "{}", run.stderr);
+}
+
+#[test]
+fn what_the_data_sheet_contradicts_itself_in_is_no_difference() {
+    let wrong = [("LowLimit=1\n", "LowLimit=6\n"), ("VendorNumber=0", "VendorNumber=0x195")];
+    let run = check("check-sheet", &wrong, &[]);
+    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+    let lines = [
+        "sheet      1018:01 Identity, Vendor-ID: another vendor: 0h, by the data sheet 195h; so the data sheet has it itself",
+        "sheet      2001:00 Averaged Samples: 5 is not within 6 to 100; so the data sheet has it itself",
+        "node 7: 22 entries, as the data sheet says; 2 by which the data sheet contradicts itself",
+    ];
+    assert_eq!(run.stdout.lines().collect::<Vec<_>>(), lines);
 }

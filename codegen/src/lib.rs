@@ -28,10 +28,12 @@ mod name;
 mod plan;
 mod scope;
 mod standard;
+mod start;
 
 pub use compile::{FINDINGS, Finding, Options, Output, compile};
 pub use config::Config;
 pub use error::Error;
+pub use start::{Initial, initial};
 
 /// The README, so that what it shows compiles.
 #[cfg(doctest)]

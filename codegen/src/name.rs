@@ -194,7 +194,10 @@ mod tests {
             "Additional position encoder resolution - encoder increments feedback interface #2",
             "additional_position_encoder_resolution_encoder_increments_2",
         );
-        snake("(only a remark that is longer than sixty letters, and nothing else)", "only_a_remark_that_is_longer_than_sixty_letters_and_else");
+        snake(
+            "(only a remark that is longer than sixty letters, and nothing else)",
+            "only_a_remark_that_is_longer_than_sixty_letters_and_else",
+        );
         snake(
             "Velocity demand value (after the profile acceleration rate was applied",
             "velocity_demand_value_after_the_profile_acceleration_applied",

@@ -167,6 +167,17 @@ fn findings_are_reported() {
     }
 }
 
+#[test]
+fn what_a_dcf_configures_in_1000h_is_the_profile() {
+    let dcf = "[MandatoryObjects]\nSupportedObjects=1\n1=0x1000\n[OptionalObjects]\nSupportedObjects=1\n1=0x6060\n\
+               [1000]\nParameterName=Device type\nObjectType=7\nDataType=7\nAccessType=ro\nDefaultValue=0\n\
+               ParameterValue=0x20192\n[6060]\nParameterName=Mode\nObjectType=7\nDataType=2\nAccessType=rw\n";
+    let (device, _) = lexican_eds::load(&lexican_eds::Input::new(lexican_eds::Source::new("x.dcf", dcf)));
+    let code = compile(&device, &Options::default()).code;
+    assert!(code.contains("pub const DEVICE_PROFILE: u16 = 0x0192;"), "{code}");
+    assert!(code.contains("impl ModeOfOperation {"), "{code}");
+}
+
 /// The device with one of everything, in words and numbers that nobody has foreseen.
 fn strange(words: &[String], numbers: &[i64], sorts: &[u8]) -> Device {
     let mut device = device();

@@ -6,7 +6,7 @@ use lexican_runtime::object::Address;
 use lexican_runtime::{AbortCode, NodeId};
 
 use crate::values::wire::{fitting, parse};
-use crate::values::{Known, hex, resolved};
+use crate::values::{Known, Limits, hex, plain, resolved};
 
 /// How a device answered when an entry was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,6 +45,8 @@ pub(super) enum Kind {
     Identity,
     /// The device did not answer as a device does.
     Failed,
+    /// The data sheet contradicts itself, and the device is as one half of it says.
+    Sheet,
     /// A value that may change is not the default.
     Default,
     /// It could not be found out.
@@ -62,6 +64,7 @@ impl Kind {
             Kind::Count => "count",
             Kind::Identity => "identity",
             Kind::Failed => "failed",
+            Kind::Sheet => "sheet",
             Kind::Default => "default",
             Kind::Unchecked => "unchecked",
         }
@@ -69,7 +72,7 @@ impl Kind {
 
     /// Whether the data sheet is not that of the device.
     pub(super) const fn is_difference(self) -> bool {
-        !matches!(self, Kind::Default | Kind::Unchecked)
+        !matches!(self, Kind::Sheet | Kind::Default | Kind::Unchecked)
     }
 }
 
@@ -105,40 +108,50 @@ impl Comparison<'_> {
             let text = format!("{} bytes ({}) are no {}", data.len(), hex(data), entry.data_type);
             return vec![finding(Kind::Type, &text)];
         };
+        let initial = lexican_codegen::initial(self.known.device, entry);
+        let stated = initial.of_node(self.node.get());
         let found = [
             self.limit(entry, &value),
-            self.constant(entry, &value),
+            initial.is_given.then(|| self.constant(entry, &value, &stated)).flatten(),
             self.count(entry, &value),
             identity(&self.known.device.info, entry, &value),
         ];
-        found.into_iter().flatten().collect()
+        let mut found: Vec<Finding> = found.into_iter().flatten().collect();
+        if data == stated {
+            // The device has the value that its data sheet gives it: the contradiction is not the device's.
+            for finding in &mut found {
+                finding.kind = Kind::Sheet;
+                finding.text.push_str("; so the data sheet has it itself");
+            }
+        }
+        if let Some(given) = given(entry).filter(|_| !initial.is_given) {
+            let given = plain(entry.data_type, given);
+            found.push(finding(
+                Kind::Sheet,
+                &format!("the data sheet gives it {given}, which is no {}", entry.data_type),
+            ));
+        }
+        found
     }
 
     fn limit(&self, entry: &Entry, value: &Value) -> Option<Finding> {
-        let number = value.as_integer()?;
-        let bound = |bound: &Option<Value>| resolved(bound.as_ref()?, self.node).as_integer();
-        let ranges = entry.ranges.iter().filter(|range| self.known.holds(&range.when));
-        let ranges = ranges.map(|range| (Some(range.low), Some(range.high)));
-        let all = ranges.chain([(bound(&entry.low), bound(&entry.high))]);
-        let beyond = |(low, high): &(Option<i128>, Option<i128>)| {
-            low.is_some_and(|low| number < low) || high.is_some_and(|high| number > high)
-        };
-        let (low, high) = all.into_iter().find(beyond)?;
-        let show = |bound: Option<i128>| bound.map_or_else(|| "any".to_owned(), |bound| bound.to_string());
-        Some(finding(Kind::Limit, &format!("{number} is not within {} to {}", show(low), show(high))))
+        let bound = |bound: &Option<Value>| bound.as_ref().map(|bound| resolved(bound, self.node));
+        let own = Limits { low: bound(&entry.low), high: bound(&entry.high) };
+        let ranges = entry.ranges.iter().filter(|range| self.known.holds(&range.when)).map(Limits::from);
+        let beyond = ranges.chain([own]).find(|limits| limits.compare(value).is_ne())?;
+        let show = |bound: Option<&Value>| bound.map_or_else(|| "any".to_owned(), |bound| plain_number(entry, bound));
+        let (low, high) = (show(beyond.low.as_ref()), show(beyond.high.as_ref()));
+        Some(finding(Kind::Limit, &format!("{} is not within {low} to {high}", plain_number(entry, value))))
     }
 
     /// A constant, and what CiA 301 has as one, is as the data sheet says. Other values are compared when asked for.
-    fn constant(&self, entry: &Entry, value: &Value) -> Option<Finding> {
-        let expected = entry.configured.as_ref().or(entry.default.as_ref()).map(|value| resolved(value, self.node))?;
-        if expected == *value {
-            return None;
-        }
-        // 1018h:04 is the number of one specimen.
+    fn constant(&self, entry: &Entry, value: &Value, stated: &[u8]) -> Option<Finding> {
+        let expected = parse(entry.data_type, stated).filter(|expected| expected != value)?;
+        // 1018h:04 is the number of one specimen, and 1001h says what is wrong with it now.
         let is_constant = entry.access == AccessType::Const || (entry.index, entry.sub) == (0x1000, 0);
         let kind = match is_constant {
             true => Kind::Constant,
-            false if self.defaults && entry.index != 0x1018 => Kind::Default,
+            false if self.defaults && !matches!(entry.index, 0x1001 | 0x1018) => Kind::Default,
             false => return None,
         };
         let describe = |value: &Value| self.known.describe(entry, value);
@@ -158,6 +171,16 @@ impl Comparison<'_> {
             finding(Kind::Count, &text)
         })
     }
+}
+
+/// What the data sheet says that the entry holds.
+fn given(entry: &Entry) -> Option<&Value> {
+    entry.configured.as_ref().or(entry.default.as_ref())
+}
+
+/// In decimal, as limits are given.
+fn plain_number(entry: &Entry, value: &Value) -> String {
+    value.as_integer().map_or_else(|| plain(entry.data_type, value), |number| number.to_string())
 }
 
 fn finding(kind: Kind, text: &str) -> Finding {

@@ -1,11 +1,13 @@
 //! `lexican check`: a device against its data sheet.
 
 mod compare;
+#[cfg(test)]
+mod simulated;
 
 use std::collections::BTreeMap;
 
 use anstyle::{AnsiColor, Style};
-use lexican_eds::model::Entry;
+use lexican_eds::model::{Device, Entry};
 use lexican_eds::types::DataType;
 use lexican_runtime::NodeId;
 use lexican_runtime::host::blocking::Network;
@@ -20,7 +22,7 @@ use crate::output::{Failure, Outcome, fields, progress, styled, tell};
 use crate::values::Known;
 use crate::values::told::Told;
 use crate::values::wire::{fitting, parse};
-use compare::{Answer, Comparison, Finding, address, may_be_written_back, written_back};
+use compare::{Answer, Comparison, Finding, Kind, address, may_be_written_back, written_back};
 
 /// Check a device against its data sheet
 ///
@@ -33,6 +35,17 @@ pub(crate) struct Args {
     #[command(flatten)]
     node: NodeArgs,
 
+    #[command(flatten)]
+    extent: Extent,
+
+    /// Print one JSON object per line
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is looked at beside the values of all entries.
+#[derive(clap::Args, Clone, Copy, Debug, Default)]
+struct Extent {
     /// Write back the value of every entry that may be written, to see whether it is so
     ///
     /// Entries that command the device are left out: 1003h, 1010h, 1011h, programs, NMT by objects, 6040h.
@@ -46,10 +59,6 @@ pub(crate) struct Args {
     /// Read DOMAIN entries, too, which may be long
     #[arg(long)]
     domains: bool,
-
-    /// Print one JSON object per line
-    #[arg(long)]
-    json: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -66,39 +75,48 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         Failure::new("nothing tells which data sheet the device should have")
             .help("name it with --device FILE, or --device siko/ag03-1 for one that lexican brings along")
     })?;
-    let mut known = Known::new(&device);
-    let mut inspection = Inspection { network: network(link)?, node: id, silent: 0, args };
-    let answers = inspection.read_all(&mut known)?;
-    let comparison = Comparison { known: &known, node: id, defaults: args.defaults };
     let mut result = Tally::default();
-    for entry in device.entries() {
-        let Some(answer) = answers.get(&address(entry)) else { continue };
-        let mut findings = comparison.read(entry, answer);
-        if let Answer::Value(data) = answer
-            && args.write
-            && may_be_written_back(entry)
-        {
-            findings.extend(inspection.write_back(entry, data)?);
-        }
-        result.entries += 1;
-        let differs = findings.iter().any(|finding| finding.kind.is_difference());
-        result.differ += usize::from(differs);
-        result.unchecked += usize::from(findings.iter().any(|finding| finding.kind == compare::Kind::Unchecked));
-        for finding in &findings {
-            print(args.json, id, &told(&known, entry, answer), finding)?;
-        }
-    }
+    inspect(&mut network(link)?, id, &device, args.extent, |told, findings| {
+        result.count(findings);
+        findings.iter().try_for_each(|finding| print(args.json, id, told, finding))
+    })?;
     result.print(args.json, id)?;
     Ok(if result.differ > 0 { Outcome::Found } else { Outcome::Clean })
 }
 
+/// Compares every entry of a node with its data sheet, and reports each, mostly without any finding.
+fn inspect<L: Link>(
+    network: &mut Network<L>,
+    node: NodeId,
+    device: &Device,
+    extent: Extent,
+    mut report: impl FnMut(&Told, &[Finding]) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let mut known = Known::new(device);
+    let mut inspection = Inspection { network, node, silent: 0, extent };
+    let answers = inspection.read_all(&mut known)?;
+    let comparison = Comparison { known: &known, node, defaults: extent.defaults };
+    for entry in device.entries() {
+        let Some(answer) = answers.get(&address(entry)) else { continue };
+        let mut findings = comparison.read(entry, answer);
+        if let Answer::Value(data) = answer
+            && extent.write
+            && may_be_written_back(entry)
+        {
+            findings.extend(inspection.write_back(entry, data)?);
+        }
+        report(&told(&known, entry, answer), &findings)?;
+    }
+    Ok(())
+}
+
 /// Somebody who asks a node for everything.
 struct Inspection<'a, L> {
-    network: Network<L>,
+    network: &'a mut Network<L>,
     node: NodeId,
     /// How many questions in a row were not answered.
     silent: usize,
-    args: &'a Args,
+    extent: Extent,
 }
 
 impl<L: Link> Inspection<'_, L> {
@@ -123,7 +141,7 @@ impl<L: Link> Inspection<'_, L> {
     }
 
     fn read(&mut self, entry: &Entry) -> Result<Answer, Failure> {
-        if entry.data_type == DataType::Domain && !self.args.domains {
+        if entry.data_type == DataType::Domain && !self.extent.domains {
             return Ok(Answer::Unasked("a DOMAIN is read with --domains only"));
         }
         let result = self.network.read_bytes(self.node, address(entry));
@@ -153,7 +171,7 @@ impl<L: Link> Inspection<'_, L> {
         let result = self.network.write_bytes(self.node, address(entry), data).map(|()| Vec::new());
         Ok(match self.answer(result)? {
             Answer::Refused(code) => Some(written_back(code)),
-            Answer::Failed(text) => Some(Finding { kind: compare::Kind::Failed, text }),
+            Answer::Failed(text) => Some(Finding { kind: Kind::Failed, text }),
             Answer::Value(_) | Answer::Unasked(_) => None,
         })
     }
@@ -165,19 +183,32 @@ struct Tally {
     entries: usize,
     differ: usize,
     unchecked: usize,
+    /// What the data sheet contradicts itself in.
+    sheet: usize,
 }
 
 impl Tally {
+    fn count(&mut self, findings: &[Finding]) {
+        let any = |is: &dyn Fn(Kind) -> bool| usize::from(findings.iter().any(|finding| is(finding.kind)));
+        self.entries += 1;
+        self.differ += any(&Kind::is_difference);
+        self.unchecked += any(&|kind| kind == Kind::Unchecked);
+        self.sheet += any(&|kind| kind == Kind::Sheet);
+    }
+
     fn print(self, as_json: bool, node: NodeId) -> Result<(), Failure> {
-        let Tally { entries, differ, unchecked } = self;
+        let Tally { entries, differ, unchecked, sheet } = self;
         let verdict = match differ {
             0 => "as the data sheet says".to_owned(),
             1 => "1 is not as the data sheet says".to_owned(),
             many => format!("{many} are not as the data sheet says"),
         };
-        let rest = if unchecked > 0 { format!("; {unchecked} could not be checked") } else { String::new() };
+        let rest = [(unchecked, "could not be checked"), (sheet, "by which the data sheet contradicts itself")];
+        let rest = rest.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("; {count} {what}"));
+        let rest: String = rest.collect();
         let object = json!({
             "event": "summary", "node": node.get(), "entries": entries, "differ": differ, "unchecked": unchecked,
+            "sheet": sheet,
         });
         tell(as_json, fields(object), format_args!("node {node}: {entries} entries, {verdict}{rest}"))
     }

@@ -4,9 +4,10 @@ pub(crate) mod text;
 pub(crate) mod told;
 pub(crate) mod wire;
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use lexican_eds::model::{BitField, Condition, Device, Entry, Meaning, Unit, Value};
+use lexican_eds::model::{BitField, Condition, ConditionalRange, Device, Entry, Meaning, Unit, Value};
 use lexican_eds::types::{Class, DataType};
 use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
@@ -174,6 +175,42 @@ pub(crate) fn resolved(value: &Value, node: NodeId) -> Value {
     match value {
         Value::NodeIdPlus(offset) => Value::Integer(i128::from(*offset) + i128::from(node.get())),
         other => other.clone(),
+    }
+}
+
+/// Between which values an entry may be.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Limits {
+    pub(crate) low: Option<Value>,
+    pub(crate) high: Option<Value>,
+}
+
+impl Limits {
+    /// Whether a value is below the limits, above them, or neither.
+    pub(crate) fn compare(&self, value: &Value) -> Ordering {
+        if self.low.as_ref().is_some_and(|low| is_below(value, low)) {
+            Ordering::Less
+        } else if self.high.as_ref().is_some_and(|high| is_below(high, value)) {
+            Ordering::Greater
+        } else {
+            Ordering::Equal
+        }
+    }
+}
+
+impl From<&ConditionalRange> for Limits {
+    fn from(range: &ConditionalRange) -> Self {
+        Limits { low: Some(Value::Integer(range.low)), high: Some(Value::Integer(range.high)) }
+    }
+}
+
+fn is_below(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Integer(a), Value::Integer(b)) => a < b,
+        (Value::Real(a), Value::Real(b)) => a < b,
+        (Value::Real(a), Value::Integer(b)) => *a < *b as f64,
+        (Value::Integer(a), Value::Real(b)) => (*a as f64) < *b,
+        _ => false,
     }
 }
 

@@ -54,7 +54,9 @@ fn text(data_type: DataType, bytes: &[u8]) -> String {
         return char::decode_utf16(units).map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
     }
     // ISO 646 by the standard, UTF-8 or code page 1252 in practice; some devices fill up with zeros.
-    String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned()
+    let text =
+        std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|&b| char::from(b)).collect(), str::to_owned);
+    text.trim_end_matches('\0').to_owned()
 }
 
 /// The bytes of a value; `None` when the type cannot hold it.
@@ -92,6 +94,7 @@ mod tests {
         assert_eq!(parse(DataType::Unsigned16, &[0]), None);
         assert_eq!(parse(DataType::Real32, &1.5_f32.to_le_bytes()), Some(Value::Real(1.5)));
         assert_eq!(parse(DataType::VisibleString, b"AG03\0\0"), Some(Value::Text("AG03".to_owned())));
+        assert_eq!(parse(DataType::VisibleString, b"Gr\xF6\xDFe"), Some(Value::Text("Größe".to_owned())));
         assert_eq!(parse(DataType::UnicodeString, &[0x41, 0, 0xFC, 0]), Some(Value::Text("Aü".to_owned())));
     }
 

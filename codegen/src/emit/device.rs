@@ -6,7 +6,8 @@ use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use super::{Context, docs, literal};
-use crate::plan::{Access, Default, Handle, Mapping, Number, fitting, raw};
+use crate::plan::{Access, Handle, Mapping, fitting, raw};
+use crate::start;
 
 /// So many bytes are kept for a text or a string of bytes that may become longer than its default.
 const TEXT_CAPACITY: usize = 32;
@@ -98,16 +99,16 @@ impl Image {
         if entry.data_type == DataType::Domain {
             return (0, 0);
         }
-        if let Some(bits) = entry.data_type.bits() {
-            let size = usize::from(bits).div_ceil(8);
-            let offset = self.bytes.len();
-            self.bytes.extend_from_slice(&default_raw(context, handle).to_le_bytes()[..size]);
-            if let Some(Default::NodeIdPlus(_)) = initial(handle) {
+        let mut initial = start::initial(context.plan.device, entry);
+        if entry.data_type.bits().is_some() {
+            let (offset, size) = (self.bytes.len(), initial.bytes.len());
+            self.bytes.append(&mut initial.bytes);
+            if initial.node_relative {
                 self.node_relative.push((offset, size));
             }
             return (offset, size);
         }
-        let mut bytes = bytes(entry);
+        let mut bytes = initial.bytes;
         bytes.truncate(MAX_CAPACITY);
         let grows = matches!(handle.access, Access::Rw | Access::Wo) || bytes.is_empty();
         let capacity = if grows { bytes.len().max(TEXT_CAPACITY) } else { bytes.len() };
@@ -125,34 +126,6 @@ impl Image {
             self.limits.push((low, high));
             self.limits.len() - 1
         })
-    }
-}
-
-/// What a device starts with: what a DCF configures goes before the default.
-fn initial(handle: &Handle<'_>) -> Option<Default> {
-    handle.configured.or(handle.default)
-}
-
-fn default_raw(context: &Context<'_>, handle: &Handle<'_>) -> u64 {
-    let entry = handle.entry;
-    match initial(handle) {
-        Some(Default::Number(number)) => raw(number, entry.data_type),
-        Some(Default::NodeIdPlus(base)) => raw(Number::Integer(base.into()), entry.data_type),
-        // Without a default sub-index 0 of several entries still counts them (CiA 301, 7.4.3). What can be written
-        // counts something else: errors, mapped objects.
-        None if entry.sub == 0 && matches!(handle.access, Access::Ro | Access::Const) => {
-            context.plan.highest_sub(entry.index).into()
-        }
-        None => 0,
-    }
-}
-
-fn bytes(entry: &Entry) -> Vec<u8> {
-    match (entry.configured.as_ref().or(entry.default.as_ref()), entry.data_type) {
-        (Some(Value::Text(text)), DataType::UnicodeString) => text.encode_utf16().flat_map(u16::to_le_bytes).collect(),
-        (Some(Value::Text(text)), _) => text.chars().map(|c| u8::try_from(c).unwrap_or(b'?')).collect(),
-        (Some(Value::Bytes(bytes)), _) => bytes.clone(),
-        _ => Vec::new(),
     }
 }
 

@@ -124,11 +124,6 @@ impl<'a> Plan<'a> {
             Type::Newtype(row) => self.newtypes[row].data_type,
         }
     }
-
-    /// The highest sub-index that the data sheet describes.
-    pub(crate) fn highest_sub(&self, index: u16) -> u8 {
-        self.device.object(index).and_then(|object| object.entries.last()).map_or(0, |entry| entry.sub)
-    }
 }
 
 /// Which type each entry has that an overlay gives a meaning.

@@ -12,6 +12,17 @@ pub(crate) enum Number {
     Real(f64),
 }
 
+impl Number {
+    /// Whether it is less; never true of numbers of different kinds.
+    pub(crate) fn is_below(self, other: Number) -> bool {
+        match (self, other) {
+            (Number::Integer(a), Number::Integer(b)) => a < b,
+            (Number::Real(a), Number::Real(b)) => a < b,
+            _ => false,
+        }
+    }
+}
+
 /// The value as one of `data_type`; `None` when it is not.
 pub(crate) fn fitting(value: &Value, data_type: DataType) -> Option<Number> {
     match (value, data_type.class()) {

@@ -25,7 +25,7 @@ pub struct Device {
     pub comments: Vec<String>,
     /// `[DeviceComissioning]` of a DCF.
     pub commissioning: Option<Commissioning>,
-    /// The device profile: what the overlay says, else the low half of the default of 1000h.
+    /// The device profile: what the overlay says, else the low half of 1000h, as a DCF configures it or by default.
     pub profile: Option<u16>,
     /// The objects, ascending by index.
     pub objects: Vec<Object>,

@@ -140,7 +140,10 @@ pub(crate) fn apply(source: &Source, number: u16, device: &mut Device, changes: 
 
 /// The device profile: what an overlay says, else the low half of the default of 1000h.
 pub(crate) fn profile(device: &Device, changes: &Changes) -> Option<u16> {
-    let device_type = || device.entry(0x1000, 0)?.default.as_ref()?.as_integer();
+    let device_type = || {
+        let entry = device.entry(0x1000, 0)?;
+        entry.configured.as_ref().or(entry.default.as_ref())?.as_integer()
+    };
     let of_device_type = || device_type().map(|value| (value & 0xFFFF) as u16).filter(|&profile| profile != 0);
     changes.profile.map(|(profile, _)| profile).or_else(of_device_type)
 }

@@ -1,7 +1,8 @@
 //! Storing parameters and restoring defaults (CiA 301, 7.5.2.13 and 7.5.2.14; 1010h and 1011h).
 //!
 //! [`Storing`] stands between the services and the application's dictionary: it is a dictionary whose
-//! entries of 1010h and 1011h do what they say.
+//! entries of 1010h and 1011h do what they say. The value of such an entry says what the device can do: bit 0, to
+//! store or restore on command.
 
 use crate::abort::AbortCode;
 use crate::object::{Address, Entry, ObjectDictionary};
@@ -30,10 +31,6 @@ pub struct Storing<'a> {
     storage: &'a mut dyn Storage,
 }
 
-/// What 1010h reads as: values are stored when told to, and not otherwise.
-const STORES_ON_COMMAND: u32 = 1;
-/// What 1011h reads as: defaults can be restored.
-const RESTORES: u32 = 1;
 const SAVE: [u8; 4] = *b"save";
 const LOAD: [u8; 4] = *b"load";
 
@@ -59,14 +56,7 @@ impl ObjectDictionary for Storing<'_> {
     }
 
     fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
-        if !is_group(entry.address) {
-            return self.od.read(entry, offset, buffer);
-        }
-        let ability = if entry.address.index() == 0x1010 { STORES_ON_COMMAND } else { RESTORES };
-        let bytes = ability.to_le_bytes();
-        let rest = bytes.get(offset as usize..).unwrap_or(&[]);
-        buffer.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
-        Ok(rest.len().min(buffer.len()))
+        self.od.read(entry, offset, buffer)
     }
 
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
@@ -116,10 +106,10 @@ mod tests {
     fn check(at: (u16, u8), data: &[u8], result: Result<(), AbortCode>, log: &[(&'static str, u8)]) {
         let mut od = TestOd::new(
             "1010:00 u8 const - 4
-             1010:01 u32 rw - 0
-             1010:04 u32 rw - 0
+             1010:01 u32 rw - 1
+             1010:04 u32 rw - 3
              1011:00 u8 const - 1
-             1011:01 u32 rw - 0
+             1011:01 u32 rw - 1684107116
              1017:00 u16 rw - 0",
         );
         let mut storage = Log::default();
@@ -145,14 +135,14 @@ mod tests {
 
     #[test]
     fn reading_tells_the_ability() {
-        let mut od = TestOd::new("1010:01 u32 rw - 0\n1011:01 u32 rw - 0");
+        let mut od = TestOd::new("1010:01 u32 rw - 1\n1010:02 u32 rw - 3\n1011:01 u32 rw - 1");
         let mut storage = Log::default();
         let mut storing = Storing::new(&mut od, &mut storage);
-        for index in [0x1010, 0x1011] {
-            let entry = storing.entry(Address::new(index, 1)).unwrap();
+        for (index, sub, ability) in [(0x1010, 1, 1), (0x1010, 2, 3), (0x1011, 1, 1)] {
+            let entry = storing.entry(Address::new(index, sub)).unwrap();
             let mut buffer = [0xAA; 8];
             assert_eq!(storing.read(&entry, 0, &mut buffer), Ok(4));
-            assert_eq!(buffer[..4], [1, 0, 0, 0]);
+            assert_eq!(buffer[..4], [ability, 0, 0, 0]);
         }
     }
 }

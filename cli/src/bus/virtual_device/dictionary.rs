@@ -8,8 +8,8 @@ use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, NodeId};
 
-use crate::values::resolved;
-use crate::values::wire::{encode, parse};
+use crate::values::wire::parse;
+use crate::values::{Limits, resolved};
 
 /// More than this is not kept of one entry.
 const MAX_BYTES: usize = 1024 * 1024;
@@ -27,8 +27,7 @@ struct Slot {
     value: Vec<u8>,
     /// What was written so far of a value that comes in pieces.
     coming: Vec<u8>,
-    low: Option<i128>,
-    high: Option<i128>,
+    limits: Limits,
     /// Limits that depend on other entries.
     ranges: Vec<ConditionalRange>,
     sheet_type: lexican_eds::types::DataType,
@@ -40,7 +39,7 @@ struct Slot {
 
 impl SheetDictionary {
     pub(super) fn new(node: NodeId, sheet: &model::Device) -> Self {
-        let slots = sheet.entries().map(|entry| (Address::new(entry.index, entry.sub), Slot::new(node, entry)));
+        let slots = sheet.entries().map(|entry| (Address::new(entry.index, entry.sub), Slot::new(node, sheet, entry)));
         SheetDictionary { slots: slots.collect(), state: NmtState::Initialising }
     }
 
@@ -59,11 +58,16 @@ impl SheetDictionary {
         Ok(())
     }
 
-    /// The entries that hold what somebody has written.
+    /// The entries that 1010h stores.
     pub(super) fn writable(&self) -> Vec<Address> {
-        let parameters = |address: &Address| !matches!(address.index(), 0x1003 | 0x1010 | 0x1011);
-        let writable = self.slots.values().filter(|slot| slot.entry.access == Access::Rw);
-        writable.map(|slot| slot.entry.address).filter(parameters).collect()
+        let writable = self.slots.values().filter(|slot| slot.is_stored());
+        writable.map(|slot| slot.entry.address).collect()
+    }
+
+    /// Whether the device can have kept this value of an entry.
+    pub(super) fn can_keep(&self, address: Address, data: &[u8]) -> bool {
+        let fits = |slot: &Slot| slot.entry.data_type.size().is_none_or(|size| size == data.len());
+        self.slots.get(&address).is_some_and(|slot| (slot.persistent || slot.is_stored()) && fits(slot))
     }
 
     /// Whether a value survives without anybody storing it.
@@ -90,19 +94,17 @@ impl SheetDictionary {
                 Ordering::Equal => {}
             }
         }
-        let Some(Value::Integer(number)) = parse(slot.sheet_type, data) else { return Ok(()) };
+        let Some(value) = parse(slot.sheet_type, data) else { return Ok(()) };
         let holds = |when: &Condition| {
             let other = self.slots.get(&Address::new(when.index, when.sub)).and_then(Slot::number);
             other.is_some_and(|other| (other == when.value) == when.equal)
         };
-        let conditional = slot.ranges.iter().filter(|range| holds(&range.when));
-        let limits = conditional.map(|range| (Some(range.low), Some(range.high))).chain([(slot.low, slot.high)]);
-        for (low, high) in limits {
-            if low.is_some_and(|low| number < low) {
-                return Err(AbortCode::VALUE_TOO_LOW);
-            }
-            if high.is_some_and(|high| number > high) {
-                return Err(AbortCode::VALUE_TOO_HIGH);
+        let conditional = slot.ranges.iter().filter(|range| holds(&range.when)).map(Limits::from);
+        for limits in conditional.chain([slot.limits.clone()]) {
+            match limits.compare(&value) {
+                Ordering::Less => return Err(AbortCode::VALUE_TOO_LOW),
+                Ordering::Greater => return Err(AbortCode::VALUE_TOO_HIGH),
+                Ordering::Equal => {}
             }
         }
         Ok(())
@@ -118,13 +120,11 @@ impl SheetDictionary {
 }
 
 impl Slot {
-    fn new(node: NodeId, entry: &model::Entry) -> Self {
-        // What CiA 301 does not define is a block of bytes to whoever transfers it.
+    fn new(node: NodeId, sheet: &model::Device, entry: &model::Entry) -> Self {
+        // A type that CiA 301 does not define is transferred as a block of bytes.
         let data_type = DataType::from_code(entry.data_type.code()).unwrap_or(DataType::Domain);
-        let number = |value: &Option<Value>| resolved(value.as_ref()?, node).as_integer();
-        let default = entry.configured.as_ref().or(entry.default.as_ref()).map(|value| resolved(value, node));
-        let default = default.and_then(|value| encode(entry.data_type, &value));
-        let default = default.unwrap_or_else(|| vec![0; data_type.size().unwrap_or(0)]);
+        let limit = |value: &Option<Value>| value.as_ref().map(|value| resolved(value, node));
+        let default = lexican_codegen::initial(sheet, entry).of_node(node.get());
         Slot {
             entry: Entry {
                 address: Address::new(entry.index, entry.sub),
@@ -138,13 +138,17 @@ impl Slot {
             value: default.clone(),
             default,
             coming: Vec::new(),
-            low: number(&entry.low),
-            high: number(&entry.high),
+            limits: Limits { low: limit(&entry.low), high: limit(&entry.high) },
             ranges: entry.ranges.clone(),
             sheet_type: entry.data_type,
             writable_in: entry.writable_in.clone(),
             persistent: entry.persistent,
         }
+    }
+
+    /// Whether the entry holds a parameter.
+    fn is_stored(&self) -> bool {
+        self.entry.access == Access::Rw && !matches!(self.entry.address.index(), 0x1003 | 0x1010 | 0x1011)
     }
 
     /// Whether the entry may be written in a state.

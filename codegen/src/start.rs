@@ -1,0 +1,244 @@
+//! What a device starts with: the bytes of each entry before anybody writes it.
+
+use lexican_eds::model::{AccessType, Condition, Device, Entry, Value};
+use lexican_eds::types::DataType;
+
+use crate::plan::{Number, fits_every_node, fitting, raw};
+
+/// The value that an entry starts with, as the wire has it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Initial {
+    /// A number is little-endian and as long as its data type.
+    pub bytes: Vec<u8>,
+    /// Whether the node-ID is added to the number.
+    pub node_relative: bool,
+    /// Whether the data sheet gives the entry this value, by a default or a DCF's `ParameterValue`.
+    pub is_given: bool,
+}
+
+impl Initial {
+    /// The bytes in the device with this node-ID.
+    #[must_use]
+    pub fn of_node(&self, node: u8) -> Vec<u8> {
+        let mut carry = if self.node_relative { u16::from(node) } else { 0 };
+        let add = |byte: &u8| {
+            let sum = u16::from(*byte) + carry;
+            carry = sum >> 8;
+            sum as u8
+        };
+        self.bytes.iter().map(add).collect()
+    }
+}
+
+/// What an entry of a device starts with: what a DCF configures, else the default.
+///
+/// Where the data sheet gives neither, or no value of the data type: the identity (1018h) is that of `[DeviceInfo]`,
+/// sub-index 0 of several entries counts them (CiA 301, 7.4.3) unless it can be written, groups of parameters (1010h and
+/// 1011h) are stored and restored on command, and anything else is the value nearest to zero that the limits allow.
+#[must_use]
+pub fn initial(device: &Device, entry: &Entry) -> Initial {
+    let given = given(entry);
+    let fixed = |bytes, is_given| Initial { bytes, node_relative: false, is_given };
+    let Some(bits) = entry.data_type.bits() else {
+        let bytes = given.and_then(|value| text_or_bytes(value, entry.data_type));
+        let is_given = bytes.is_some();
+        return fixed(bytes.unwrap_or_default(), is_given);
+    };
+    let bytes = |number| raw(number, entry.data_type).to_le_bytes()[..usize::from(bits).div_ceil(8)].to_vec();
+    match given {
+        Some(&Value::NodeIdPlus(base)) if fits_every_node(base, entry.data_type) => {
+            Initial { bytes: bytes(Number::Integer(base.into())), node_relative: true, is_given: true }
+        }
+        given => {
+            let is_given = given.is_some_and(|value| fitting(value, entry.data_type).is_some());
+            fixed(bytes(number(device, entry)), is_given)
+        }
+    }
+}
+
+/// What the data sheet says that the entry holds.
+fn given(entry: &Entry) -> Option<&Value> {
+    entry.configured.as_ref().or(entry.default.as_ref())
+}
+
+/// The number that an entry starts with in every node.
+fn number(device: &Device, entry: &Entry) -> Number {
+    let stated = stated(device, entry);
+    stated.unwrap_or_else(|| nearest_to_zero(entry.data_type, limits(device, entry)))
+}
+
+/// The number that the data sheet gives, in one place or another.
+fn stated(device: &Device, entry: &Entry) -> Option<Number> {
+    let given = given(entry).and_then(|value| fitting(value, entry.data_type));
+    let info = &device.info;
+    let elsewhere = || match (entry.index, entry.sub) {
+        (0x1018, 1) => info.vendor_number,
+        (0x1018, 2) => info.product_number,
+        (0x1018, 3) => info.revision_number,
+        // The device stores, or restores, on command (CiA 301, 7.5.2.13 and 7.5.2.14).
+        (0x1010 | 0x1011, 1..) => Some(1),
+        // What can be written counts something else: errors, mapped objects.
+        (index, 0) if matches!(entry.access, AccessType::Ro | AccessType::Const) => {
+            highest_sub(device, index).map(u32::from)
+        }
+        _ => None,
+    };
+    given.or_else(|| fitting(&Value::Integer(elsewhere()?.into()), entry.data_type))
+}
+
+/// The highest sub-index of several; FFh is none of them (CiA 301, 7.4.4).
+fn highest_sub(device: &Device, index: u16) -> Option<u8> {
+    let entries = &device.object(index)?.entries;
+    entries.iter().map(|entry| entry.sub).rfind(|sub| (1..0xFF).contains(sub))
+}
+
+type Range = (Option<Number>, Option<Number>);
+
+/// The limits of an entry when the device starts, with those that depend on other entries; without them where no
+/// value is within all.
+fn limits(device: &Device, entry: &Entry) -> Range {
+    let limit = |value: Option<&Value>| fitting(value?, entry.data_type);
+    let own = (limit(entry.low.as_ref()), limit(entry.high.as_ref()));
+    let holds = |when: &Condition| {
+        let other = device.entry(when.index, when.sub);
+        let value = other.map(|other| stated(device, other).unwrap_or(Number::Integer(0)));
+        value.is_some_and(|value| (value == Number::Integer(when.value)) == when.equal)
+    };
+    let within = entry.ranges.iter().filter(|range| holds(&range.when)).fold(own, |(low, high), range| {
+        let [lowest, highest] = [range.low, range.high].map(|limit| fitting(&Value::Integer(limit), entry.data_type));
+        (tighter(low, lowest, Number::is_below), tighter(high, highest, |a, b| b.is_below(a)))
+    });
+    if is_empty(within) { own } else { within }
+}
+
+fn tighter(a: Option<Number>, b: Option<Number>, is_wider: impl Fn(Number, Number) -> bool) -> Option<Number> {
+    match (a, b) {
+        (Some(a), Some(b)) if is_wider(a, b) => Some(b),
+        (None, b) => b,
+        (a, _) => a,
+    }
+}
+
+fn is_empty((low, high): Range) -> bool {
+    low.zip(high).is_some_and(|(low, high)| high.is_below(low))
+}
+
+fn nearest_to_zero(data_type: DataType, range: Range) -> Number {
+    let zero = fitting(&Value::Integer(0), data_type).unwrap_or(Number::Integer(0));
+    match range {
+        _ if is_empty(range) => zero,
+        (Some(low), _) if zero.is_below(low) => low,
+        (_, Some(high)) if high.is_below(zero) => high,
+        _ => zero,
+    }
+}
+
+/// A character beyond ISO 8859-1 has no byte.
+fn text_or_bytes(value: &Value, data_type: DataType) -> Option<Vec<u8>> {
+    match value {
+        Value::Text(text) if data_type == DataType::UnicodeString => {
+            Some(text.encode_utf16().flat_map(u16::to_le_bytes).collect())
+        }
+        Value::Text(text) => Some(text.chars().map(|c| u8::try_from(c).unwrap_or(b'?')).collect()),
+        Value::Bytes(bytes) => Some(bytes.clone()),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lexican_eds::{Input, Source};
+
+    const SHEET: &str = "
+[DeviceInfo]
+VendorNumber=0x195
+ProductNumber=7
+RevisionNumber=0x10002
+[MandatoryObjects]
+SupportedObjects=1
+1=0x1018
+[1018]
+ParameterName=Identity
+ObjectType=9
+SubNumber=5
+[1018sub0]
+ParameterName=Number
+DataType=5
+AccessType=ro
+[1018sub1]
+ParameterName=Vendor
+DataType=7
+AccessType=ro
+[1018sub2]
+ParameterName=Product
+DataType=7
+AccessType=ro
+DefaultValue=8
+[1018sub3]
+ParameterName=Revision
+DataType=7
+AccessType=ro
+[1018sub4]
+ParameterName=Serial
+DataType=7
+AccessType=ro
+[ManufacturerObjects]
+SupportedObjects=1
+1=0x2000
+[2000]
+ParameterName=Entry
+";
+
+    #[track_caller]
+    fn check(address: (u16, u8), keys: &str, expected: &[u8]) {
+        let input = Input::new(Source::new("start.dcf", format!("{SHEET}{}", keys.replace(' ', "\n"))));
+        let (device, _) = lexican_eds::load(&input);
+        let initial = initial(&device, device.entry(address.0, address.1).unwrap());
+        assert_eq!(initial.of_node(5), expected, "{address:04X?} {keys}");
+    }
+
+    #[test]
+    fn without_a_default_it_is_within_its_limits() {
+        let check =
+            |keys: &str, expected: &[u8]| check((0x2000, 0), &format!("ObjectType=7 AccessType=rw {keys}"), expected);
+        check("DataType=5", &[0]);
+        check("DataType=5 LowLimit=2 HighLimit=3", &[2]);
+        check("DataType=5 LowLimit=2", &[2]);
+        check("DataType=2 LowLimit=-5 HighLimit=-2", &[0xFE]);
+        check("DataType=2 HighLimit=-2", &[0xFE]);
+        check("DataType=2 LowLimit=-5 HighLimit=7", &[0]);
+        check("DataType=5 LowLimit=3 HighLimit=2", &[0]);
+        check("DataType=8 LowLimit=0.5", &0.5_f32.to_le_bytes());
+        check("DataType=5 LowLimit=2 DefaultValue=1", &[1]);
+        check("DataType=5 LowLimit=2 DefaultValue=1 ParameterValue=4", &[4]);
+        check("DataType=5 LowLimit=2 DefaultValue=300", &[2]);
+        check("DataType=6 DefaultValue=$NODEID+0xFE", &[0x03, 0x01]);
+        check("DataType=9 DefaultValue=Größe", b"Gr\xF6\xDFe");
+        check("DataType=0xB DefaultValue=\u{20AC}", &[0xAC, 0x20]);
+    }
+
+    #[test]
+    fn the_identity_is_that_of_the_device_info() {
+        check((0x1018, 0), "", &[4]);
+        check((0x1018, 1), "", &0x195_u32.to_le_bytes());
+        check((0x1018, 2), "", &8_u32.to_le_bytes());
+        check((0x1018, 3), "", &0x1_0002_u32.to_le_bytes());
+        check((0x1018, 4), "", &[0; 4]);
+    }
+
+    #[test]
+    fn limits_that_depend_on_another_entry_hold_from_the_start() {
+        let eds = format!("{SHEET}ObjectType=7\nDataType=5\nAccessType=rw\nHighLimit=9\n");
+        let ranges = |when: &str, low: u8| {
+            let range = format!("{{ when = \"1018:02 {when} 8\", low = {low}, high = 20 }}");
+            format!("[overlay]\nformat = 1\n[object.\"2000\"]\nranges = [{range}]\n")
+        };
+        for (overlay, expected) in [(ranges("==", 4), 4), (ranges("!=", 4), 0), (ranges("==", 12), 0)] {
+            let input = Input::new(Source::new("start.eds", &*eds)).overlay(Source::new("overlay.toml", &*overlay));
+            let (device, findings) = lexican_eds::load(&input);
+            assert!(!findings.has_errors(), "{}", findings.render(&input));
+            assert_eq!(initial(&device, device.entry(0x2000, 0).unwrap()).bytes, [expected], "{overlay}");
+        }
+    }
+}
