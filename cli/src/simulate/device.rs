@@ -32,7 +32,7 @@ impl Simulated {
         loaded: &Loaded,
         eeprom: Option<&Path>,
     ) -> Result<Self, Failure> {
-        let memory = eeprom.map_or(Ok(Memory::default()), Memory::open)?;
+        let memory = eeprom.map_or(Ok(Memory::default()), |path| Memory::open(path, &loaded.device))?;
         let sheet = Arc::new(loaded.device.clone());
         Ok(Simulated::Sheet(Box::new(VirtualDevice::with_memory(now, node, sheet, memory))))
     }

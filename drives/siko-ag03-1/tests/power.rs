@@ -302,7 +302,7 @@ fn files_that_are_torn_or_foreign_are_refused_and_left_alone() {
         (whole[..whole.len() / 2].to_vec(), "cut off or changed"),
         (b"position 5\n".to_vec(), "not the EEPROM of a simulated AG03/1"),
         (vec![0xFF, 0xFE, 0x00], "not the EEPROM of a simulated AG03/1"),
-        (Vec::new(), "not the EEPROM of a simulated AG03/1"),
+        (Vec::new(), "empty, as after a power failure; remove it"),
     ] {
         std::fs::write(&file.0, &bytes).unwrap();
         let error = SimulatedDrive::with_eeprom(Instant::ZERO, Setup::new(NODE), &file.0).unwrap_err().to_string();

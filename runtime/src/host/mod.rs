@@ -8,6 +8,7 @@ mod boot;
 mod bytes;
 pub mod candump;
 mod clock;
+pub mod kept;
 mod link;
 mod node;
 mod participant;

@@ -2,26 +2,28 @@
 //! sheet says survive anyway, and the node-ID that LSS gave it. With a file, beyond the end of the command.
 //!
 //! ```text
-//! lexican parameters 1
+//! lexican parameters 2
 //! node 5
 //! 2410:01 64 00
-//! end
+//! end 1 entries, crc32 3B0D4C1F
 //! ```
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use lexican_eds::model;
+use lexican_runtime::host::kept::{KeptError, KeptFile, KeptFormat};
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::service::lss_device::{LssHost, StoreError};
 use lexican_runtime::service::storage::Storage;
 use lexican_runtime::{AbortCode, NodeId};
 
-use crate::output::{Failure, write_whole};
+use super::NO_NODE;
+use super::dictionary::SheetDictionary;
+use crate::output::{Failure, reason};
 use crate::values::hex;
 
-const HEAD: &str = "lexican parameters 1";
-const END: &str = "end";
+const FORMAT: KeptFormat = KeptFormat { name: "lexican parameters", version: 2 };
 
 /// What a device keeps without power.
 #[derive(Default)]
@@ -30,67 +32,62 @@ pub(crate) struct Memory {
     pub(super) node: Option<NodeId>,
     /// The entries that there are to be stored.
     pub(super) writable: Vec<Address>,
-    path: Option<PathBuf>,
+    file: Option<KeptFile>,
     /// What went wrong with the file the last time.
     pub(super) trouble: Option<String>,
 }
 
 impl Memory {
-    /// The memory in a file; a file that is not there is that of a new device, and is made.
-    pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
-        let mut memory = Memory { path: Some(path.to_owned()), ..Memory::default() };
-        if path.exists() {
-            let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
-            memory.parse(&text).map_err(|line| {
-                Failure::new(format_args!(
-                    "{}:{line}: this is not what `lexican simulate --eeprom` writes",
-                    path.display()
-                ))
-                .help("name another file, or remove this one for a new device")
-            })?;
-        } else {
-            write_whole(path, memory.text().as_bytes())?;
+    /// The memory of a device in a file; a file that is not there is that of a new device, and is made.
+    pub(crate) fn open(path: &Path, sheet: &model::Device) -> Result<Self, Failure> {
+        let (file, text) = KeptFile::open(path).map_err(|error| Failure::file("read", path, &error))?;
+        let mut memory = Memory { file: Some(file), ..Memory::default() };
+        match text {
+            Some(text) => memory
+                .parse(&text, &SheetDictionary::new(NO_NODE, sheet))
+                .map_err(|wrong| Failure::new(format_args!("{}{wrong}", path.display())))?,
+            None => memory.save().map_err(|error| Failure::file("write", path, &error))?,
         }
         Ok(memory)
     }
 
     pub(super) fn keep(&mut self, address: Address, value: Vec<u8>) {
         self.kept.insert(address, value);
-        // Nobody waits for an answer; the trouble is told.
+        // The write has been answered already: the trouble is reported.
         let _ = self.save();
     }
 
-    fn save(&mut self) -> Result<(), AbortCode> {
-        let Some(path) = &self.path else { return Ok(()) };
-        let written = write_whole(path, self.text().as_bytes());
-        self.trouble = written.as_ref().err().map(Failure::to_string);
-        written.map_err(|_| AbortCode::HARDWARE_ERROR)
+    fn save(&mut self) -> std::io::Result<()> {
+        let text = self.text();
+        let saved = self.file.as_mut().map_or(Ok(()), |file| file.save(text));
+        self.trouble = saved.as_ref().err().map(|error| format!("cannot write what is kept: {}", reason(error)));
+        saved
     }
 
     fn text(&self) -> String {
-        let mut text = format!("{HEAD}\n");
-        // Writing to a string cannot fail.
-        let _ = self.node.iter().try_for_each(|node| writeln!(text, "node {node}"));
-        let _ = self.kept.iter().try_for_each(|(address, value)| writeln!(text, "{address} {}", hex(value)));
-        text + END + "\n"
+        let node = self.node.iter().map(|node| format!("node {node}"));
+        let entries = self.kept.iter().map(|(address, value)| format!("{address} {}", hex(value)));
+        FORMAT.seal(&node.chain(entries).collect::<Vec<_>>())
     }
 
-    /// On failure, the line that is not understood, counted from 1.
-    fn parse(&mut self, text: &str) -> Result<(), usize> {
-        let mut ended = false;
-        for (number, line) in (1..).zip(text.lines()) {
-            match line.trim() {
-                HEAD if number == 1 => {}
-                _ if number == 1 || ended => return Err(number),
-                END => ended = true,
-                line => self.take(line).ok_or(number)?,
-            }
+    /// On failure, what is wrong, to follow the name of the file.
+    fn parse(&mut self, text: &str, dictionary: &SheetDictionary) -> Result<(), String> {
+        let lines = FORMAT.unseal(text).map_err(|error| match error {
+            KeptError::Foreign(_) => format!(":1: this is not what `lexican simulate --eeprom` writes: {error}"),
+            _ => format!(": {error}"),
+        })?;
+        for (number, line) in (2..).zip(&lines) {
+            self.take(line, dictionary).ok_or_else(|| {
+                format!(
+                    ":{number}: `{line}` is neither a node-ID nor an entry that this device keeps, with its length; \
+                     name another file, or remove this one to begin with a new device"
+                )
+            })?;
         }
-        // A file that was cut off is not a new device.
-        if ended { Ok(()) } else { Err(text.lines().count().max(1)) }
+        Ok(())
     }
 
-    fn take(&mut self, line: &str) -> Option<()> {
+    fn take(&mut self, line: &str, dictionary: &SheetDictionary) -> Option<()> {
         let (name, value) = line.split_once(' ').unwrap_or((line, ""));
         if name == "node" {
             self.node = Some(NodeId::new(value.parse().ok()?)?);
@@ -99,7 +96,8 @@ impl Memory {
         let (index, sub) = name.split_once(':')?;
         let address = Address::new(u16::from_str_radix(index, 16).ok()?, u8::from_str_radix(sub, 16).ok()?);
         let bytes = value.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).ok());
-        self.kept.insert(address, bytes.collect::<Option<_>>()?);
+        let bytes: Vec<u8> = bytes.collect::<Option<_>>()?;
+        dictionary.can_keep(address, &bytes).then(|| self.kept.insert(address, bytes))?;
         Some(())
     }
 }
@@ -123,12 +121,12 @@ impl Storage for Memory {
             value.truncate(len);
             self.kept.insert(address, value);
         }
-        self.save()
+        self.save().map_err(|_| AbortCode::HARDWARE_ERROR)
     }
 
     fn restore(&mut self, group: u8) -> Result<(), AbortCode> {
         self.kept.retain(|address, _| !is_in_group(group, *address));
-        self.save()
+        self.save().map_err(|_| AbortCode::HARDWARE_ERROR)
     }
 }
 
@@ -148,27 +146,50 @@ impl LssHost for Memory {
 mod tests {
     use super::*;
 
+    /// The shipped drive's data sheet, as a device that is nothing but it.
+    fn dictionary() -> SheetDictionary {
+        SheetDictionary::new(NO_NODE, &crate::device::Loaded::named("siko/ag03-1").unwrap().device)
+    }
+
     #[test]
     fn what_is_kept_reads_back_as_written() {
-        let kept = BTreeMap::from([(Address::new(0x2410, 1), vec![0x64, 0]), (Address::new(0x2000, 0), vec![])]);
+        let kept =
+            BTreeMap::from([(Address::new(0x2410, 1), vec![0x64, 0]), (Address::new(0x607A, 0), vec![1, 2, 3, 4])]);
         let memory = Memory { kept, node: NodeId::new(5), ..Memory::default() };
         let mut read = Memory::default();
-        assert_eq!(read.parse(&memory.text()), Ok(()));
+        assert_eq!(read.parse(&memory.text(), &dictionary()), Ok(()));
         assert_eq!((read.kept, read.node), (memory.kept, memory.node));
     }
 
     #[test]
+    fn what_this_device_does_not_keep_is_refused() {
+        let check = |line: &str, words: &str| {
+            let text = FORMAT.seal(&[line.to_owned()]);
+            let wrong = Memory::default().parse(&text, &dictionary()).unwrap_err();
+            assert!(wrong.starts_with(words), "{line}: {wrong}");
+        };
+        check("2410:01 64", ":2: `2410:01 64` is neither");
+        check("2410:01", ":2: ");
+        check("2410:01 XX 00", ":2: ");
+        check("1018:01 00 00 00 00", ":2: ");
+        check("1010:01 00 00 00 00", ":2: ");
+        check("5555:00 00", ":2: ");
+        check("node 0", ":2: ");
+    }
+
+    #[test]
     fn what_was_not_written_by_us_is_refused() {
-        for (text, line) in [
-            ("", 1),
-            ("nonsense\nend\n", 1),
-            ("lexican parameters 1\n", 1),
-            ("lexican parameters 1\n2410:01 64\n", 2),
-            ("lexican parameters 1\nnode 0\nend\n", 2),
-            ("lexican parameters 1\n2410:01 XX\nend\n", 2),
-            ("lexican parameters 1\nend\nnode 5\n", 3),
+        for (text, words) in [
+            ("", ": empty, as after a power failure; remove it"),
+            (
+                "nonsense\nend\n",
+                ":1: this is not what `lexican simulate --eeprom` writes: the first line is not `lexican parameters 2`",
+            ),
+            ("lexican parameters 1\nend\n", ": of another version than 2"),
+            ("lexican parameters 2\n2410:01 64\n", ": cut off or changed"),
         ] {
-            assert_eq!(Memory::default().parse(text), Err(line), "{text:?}");
+            let wrong = Memory::default().parse(text, &dictionary()).unwrap_err();
+            assert!(wrong.starts_with(words), "{text:?}: {wrong}");
         }
     }
 }

@@ -1,12 +1,13 @@
 //! What the drive keeps without power, as a text and as a file.
 
 use std::collections::BTreeMap;
-use std::fmt::{self, Write as _};
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
+use lexican_runtime::host::kept::{KeptError, KeptFile, KeptFormat};
 use lexican_runtime::object::Address;
 
 use crate::od;
@@ -20,8 +21,7 @@ pub struct NonVolatile {
     pub position: i32,
 }
 
-const HEAD: &str = "lexican siko/ag03-1 eeprom ";
-const VERSION: u32 = 1;
+const FORMAT: KeptFormat = KeptFormat { name: "lexican siko/ag03-1 eeprom", version: 1 };
 
 /// The text that [`FromStr`] reads:
 ///
@@ -36,11 +36,9 @@ const VERSION: u32 = 1;
 /// the checksum, or written by something else is refused, and is never taken for a new drive.
 impl fmt::Display for NonVolatile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut body = format!("{HEAD}{VERSION}\nposition {}\n", self.position);
-        for (address, raw) in &self.eeprom {
-            writeln!(body, "{address} {raw:#x}")?;
-        }
-        writeln!(f, "{body}end {} entries, crc32 {:08X}", self.eeprom.len(), crc32(body.as_bytes()))
+        let entries = self.eeprom.iter().map(|(address, raw)| format!("{address} {raw:#x}"));
+        let lines: Vec<String> = [format!("position {}", self.position)].into_iter().chain(entries).collect();
+        f.write_str(&FORMAT.seal(&lines))
     }
 }
 
@@ -48,24 +46,12 @@ impl FromStr for NonVolatile {
     type Err = EepromError;
 
     fn from_str(text: &str) -> Result<Self, EepromError> {
-        // Windows' line ends are not what makes a file foreign.
-        let text = text.replace("\r\n", "\n");
-        let version = text.lines().next().and_then(|first| first.strip_prefix(HEAD)).ok_or(EepromError::Foreign)?;
-        if version != VERSION.to_string() {
-            return Err(EepromError::Version);
-        }
-        let (body, end) = text.trim_end().rsplit_once('\n').ok_or(EepromError::Torn)?;
-        let body = format!("{body}\n");
+        let lines = FORMAT.unseal(text)?;
         let mut kept = NonVolatile::default();
-        for (line, words) in (1..).zip(body.lines()).skip(1) {
-            kept.take(words).ok_or(if end.starts_with("end ") {
-                EepromError::Line { line }
-            } else {
-                EepromError::Torn
-            })?;
+        for (line, words) in (2..).zip(&lines) {
+            kept.take(words).ok_or(EepromError::Line { line })?;
         }
-        let whole = format!("end {} entries, crc32 {:08X}", kept.eeprom.len(), crc32(body.as_bytes()));
-        if end == whole { Ok(kept) } else { Err(EepromError::Torn) }
+        Ok(kept)
     }
 }
 
@@ -88,18 +74,17 @@ impl NonVolatile {
 /// Why a text is not what a drive keeps.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum EepromError {
+    /// There is nothing in it.
+    #[error("{}", KeptError::Empty)]
+    Empty,
     /// Something else has written it.
-    #[error("not the EEPROM of a simulated AG03/1: the first line is not `{HEAD}{VERSION}`; name another file")]
+    #[error("not the EEPROM of a simulated AG03/1: {}", KeptError::Foreign(FORMAT))]
     Foreign,
     /// Another version of this program has written it.
-    #[error(
-        "the EEPROM of a simulated AG03/1, but of another version than {VERSION}; name another file, or remove this one"
-    )]
+    #[error("the EEPROM of a simulated AG03/1, but {}", KeptError::Version(FORMAT))]
     Version,
     /// Its end is missing, or its checksum is that of another text.
-    #[error(
-        "cut off or changed: the last line and its checksum do not fit the rest; remove it to begin with a new drive"
-    )]
+    #[error("{}", KeptError::Torn)]
     Torn,
     /// A line is neither the position nor an entry that the drive keeps.
     #[error("line {line} is neither `position -5000` nor an entry that the drive keeps, such as `2410:01 0x64`")]
@@ -126,8 +111,9 @@ pub enum EepromError {
 /// A file that holds what a drive keeps.
 #[derive(Clone, Debug)]
 pub(super) struct EepromFile {
+    file: KeptFile,
     path: PathBuf,
-    /// What it holds; `None` when that is not known.
+    /// What was saved last; `None` when that is not known.
     saved: Option<NonVolatile>,
     /// Why it could not be written the last time.
     trouble: Option<EepromError>,
@@ -137,26 +123,18 @@ impl EepromFile {
     /// The file, and what it holds; `None` when there is no such file yet.
     pub(super) fn open(path: &Path) -> Result<(Self, Option<NonVolatile>), EepromError> {
         let named = |error| EepromError::File { path: path.to_owned(), error: Box::new(error) };
-        let saved = match std::fs::read(path) {
-            Ok(bytes) => {
-                let text = String::from_utf8(bytes).map_err(|_| named(EepromError::Foreign))?;
-                Some(text.parse::<NonVolatile>().map_err(named)?)
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
-            Err(error) => return Err(named(error.into())),
-        };
+        let (file, text) = KeptFile::open(path).map_err(|error| named(error.into()))?;
+        let saved = text.map(|text| text.parse::<NonVolatile>().map_err(named)).transpose()?;
         let kept = saved.clone();
-        Ok((EepromFile { path: path.to_owned(), saved, trouble: None }, kept))
+        Ok((EepromFile { file, path: path.to_owned(), saved, trouble: None }, kept))
     }
 
-    /// Writes what is to be kept, unless the file holds it already. The old file stays whole until the new one is.
+    /// Writes what is to be kept, unless the file holds it already.
     pub(super) fn save(&mut self, kept: NonVolatile) {
         if self.saved.as_ref() == Some(&kept) {
             return;
         }
-        let mut new = self.path.clone().into_os_string();
-        new.push(".new");
-        let written = std::fs::write(&new, kept.to_string()).and_then(|()| std::fs::rename(&new, &self.path));
+        let written = self.file.save(kept.to_string());
         // Also when it could not be written: it is tried again when something is new.
         self.saved = Some(kept);
         self.trouble =
@@ -178,11 +156,15 @@ impl From<io::Error> for EepromError {
     }
 }
 
-/// CRC-32 as in IEEE 802.3.
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(u32::MAX, |crc, byte| {
-        (0..8).fold(crc ^ u32::from(*byte), |crc, _| if crc & 1 == 0 { crc >> 1 } else { crc >> 1 ^ 0xEDB8_8320 })
-    })
+impl From<KeptError> for EepromError {
+    fn from(error: KeptError) -> Self {
+        match error {
+            KeptError::Empty => EepromError::Empty,
+            KeptError::Foreign(_) => EepromError::Foreign,
+            KeptError::Version(_) => EepromError::Version,
+            KeptError::Torn => EepromError::Torn,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -190,13 +172,10 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    const HEAD: &str = "lexican siko/ag03-1 eeprom 1";
+
     fn kept() -> NonVolatile {
         NonVolatile { eeprom: BTreeMap::from([(Address::new(0x2410, 0x0A), 101)]), position: -5000 }
-    }
-
-    #[test]
-    fn the_checksum_is_the_common_one() {
-        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
     }
 
     #[test]
@@ -216,7 +195,7 @@ mod tests {
 
     #[test]
     fn what_something_else_has_written_is_refused() {
-        check("", "not the EEPROM");
+        check("", "empty, as after a power failure; remove it");
         check("position -5000\n2410:01 0x64\n", "not the EEPROM");
         check("%PDF-1.4\n", "not the EEPROM");
         check(&kept().to_string().replace("eeprom 1", "eeprom 2"), "the EEPROM of a simulated AG03/1, but of another");
@@ -225,7 +204,7 @@ mod tests {
     #[test]
     fn what_is_cut_off_anywhere_is_refused() {
         let text = kept().to_string();
-        for end in HEAD.len() + 1..text.len() - 1 {
+        for end in HEAD.len()..text.len() {
             check(&text[..end], "cut off or changed");
         }
     }
@@ -243,14 +222,14 @@ mod tests {
     #[test]
     fn a_line_that_is_none_is_named() {
         for line in ["position x", "2410 0x1", "2410:01 1", "5555:00 0x1", ""] {
-            check(&kept().to_string().replace("position -5000", line), "line 2 is neither");
+            check(&FORMAT.seal(&[line.to_owned()]), "line 2 is neither");
         }
     }
 
     proptest! {
         #[test]
         fn no_text_makes_it_panic(lines in prop::collection::vec("(position |[0-9A-F]{4}:|end |0x)?.{0,12}", 0..5)) {
-            let text = format!("{HEAD}{VERSION}\n{}", lines.join("\n"));
+            let text = format!("{HEAD}\n{}", lines.join("\n"));
             prop_assert!(text.parse::<NonVolatile>().is_err(), "without its checksum, it is torn");
         }
     }

@@ -1,0 +1,277 @@
+//! Files in which devices keep their parameters without power: a text with a checksum, replaced as a whole.
+//!
+//! ```text
+//! lexican parameters 2
+//! 2410:01 64 00
+//! end 1 entries, crc32 3B0D4C1F
+//! ```
+
+use std::borrow::ToOwned;
+use std::format;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+/// The first line of a kind of such texts: `lexican parameters 2`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KeptFormat {
+    /// What the text is: `lexican parameters`.
+    pub name: &'static str,
+    /// The version of its lines.
+    pub version: u32,
+}
+
+/// Why a text is not what a device has kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum KeptError {
+    /// There is nothing in it.
+    #[error("empty, as after a power failure; remove it to begin with a new device, or bring back an older copy")]
+    Empty,
+    /// Something else has written it.
+    #[error("the first line is not `{name} {version}`; name another file", name = .0.name, version = .0.version)]
+    Foreign(KeptFormat),
+    /// Another version of lexican has written it.
+    #[error("of another version than {version}; name another file, or remove this one", version = .0.version)]
+    Version(KeptFormat),
+    /// Its end is missing, or its checksum is that of another text.
+    #[error(
+        "cut off or changed: the last line and its checksum do not fit the rest; remove it to begin with a new device"
+    )]
+    Torn,
+}
+
+impl KeptFormat {
+    /// The text with these lines. Those with a colon are entries of the dictionary: `2410:01 64 00`.
+    #[must_use]
+    pub fn seal(&self, lines: &[String]) -> String {
+        let mut text = format!("{} {}\n", self.name, self.version);
+        lines.iter().for_each(|line| text.extend([line, "\n"]));
+        let end = end(&text);
+        text + &end + "\n"
+    }
+
+    /// The lines of a text.
+    ///
+    /// # Errors
+    ///
+    /// See [`KeptError`]. No text with a changed, missing or additional character is accepted, except for the line ends
+    /// of Windows.
+    pub fn unseal(&self, text: &str) -> Result<Vec<String>, KeptError> {
+        // Windows' line ends are not what makes a file foreign.
+        let text = text.replace("\r\n", "\n");
+        if text.is_empty() || text.bytes().all(|byte| byte == 0) {
+            return Err(KeptError::Empty);
+        }
+        let version = text.lines().next().and_then(|first| first.strip_prefix(self.name)?.strip_prefix(' '));
+        if version.ok_or(KeptError::Foreign(*self))? != self.version.to_string() {
+            return Err(KeptError::Version(*self));
+        }
+        let (body, last) = text.strip_suffix('\n').and_then(|text| text.rsplit_once('\n')).ok_or(KeptError::Torn)?;
+        let body = format!("{body}\n");
+        if last != end(&body) {
+            return Err(KeptError::Torn);
+        }
+        Ok(body.lines().skip(1).map(str::to_owned).collect())
+    }
+}
+
+fn end(body: &str) -> String {
+    let entries = body.lines().filter(|line| line.contains(':')).count();
+    format!("end {entries} entries, crc32 {:08X}", crc32(body.as_bytes()))
+}
+
+/// CRC-32 as in IEEE 802.3.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| if crc & 1 == 0 { crc >> 1 } else { crc >> 1 ^ 0xEDB8_8320 })
+    })
+}
+
+/// A file that is replaced as a whole: after a power failure it holds the old text or the new one.
+#[derive(Clone, Debug)]
+pub struct KeptFile {
+    path: PathBuf,
+    /// What it holds; `None` when that is not known.
+    saved: Option<String>,
+}
+
+impl KeptFile {
+    /// The file, and what it holds; `None` when there is no such file yet.
+    ///
+    /// # Errors
+    ///
+    /// What the operating system says of a file that cannot be read, or [`io::ErrorKind::InvalidInput`] of what is no
+    /// file: a folder, a terminal, `/dev/null`.
+    pub fn open(path: &Path) -> io::Result<(Self, Option<String>)> {
+        match fs::metadata(path) {
+            Ok(found) if !found.is_file() => {
+                Err(io::Error::new(io::ErrorKind::InvalidInput, "not a file that can be replaced"))
+            }
+            // A link stays a link: what it leads to is replaced.
+            Ok(_) => {
+                let path = fs::canonicalize(path)?;
+                let text = String::from_utf8_lossy(&fs::read(&path)?).into_owned();
+                Ok((KeptFile { path, saved: Some(text.clone()) }, Some(text)))
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                Ok((KeptFile { path: path.to_owned(), saved: None }, None))
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Replaces what the file holds, unless that is the text already.
+    ///
+    /// # Errors
+    ///
+    /// What the operating system says. The file holds what it held before.
+    pub fn save(&mut self, text: String) -> io::Result<()> {
+        if self.saved.as_ref() == Some(&text) {
+            return Ok(());
+        }
+        replace(&self.path, text.as_bytes())?;
+        self.saved = Some(text);
+        Ok(())
+    }
+}
+
+/// Writes a file beside the old one, which then takes its place: whenever the power fails, one of them is there whole.
+///
+/// # Errors
+///
+/// What the operating system says. The old file is still there.
+pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
+    let mut new = path.as_os_str().to_owned();
+    new.push(".new");
+    let new = PathBuf::from(new);
+    let written = write_through(path, &new, content).and_then(|()| fs::rename(&new, path));
+    if written.is_err() {
+        // The error is about the file; whether what was beside it remains does not matter.
+        let _ = fs::remove_file(&new);
+    }
+    written.and_then(|()| sync_folder(path))
+}
+
+/// The content is on the disk before the name is: else the name may lead to an empty file.
+fn write_through(path: &Path, new: &Path, content: &[u8]) -> io::Result<()> {
+    let mut file = File::create(new)?;
+    file.write_all(content)?;
+    if let Ok(old) = fs::metadata(path) {
+        file.set_permissions(old.permissions())?;
+    }
+    file.sync_all()?;
+    sync_folder(path)
+}
+
+/// A name is on the disk when its folder is.
+#[cfg(unix)]
+fn sync_folder(path: &Path) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    File::open(folder)?.sync_all()
+}
+
+/// Elsewhere a folder cannot be opened; the rename is in the journal of the file system.
+#[cfg(not(unix))]
+fn sync_folder(_: &Path) -> io::Result<()> {
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec;
+
+    const FORMAT: KeptFormat = KeptFormat { name: "lexican parameters", version: 2 };
+
+    fn lines() -> Vec<String> {
+        vec!["node 5".to_owned(), "2410:01 64 00".to_owned()]
+    }
+
+    #[test]
+    fn the_checksum_is_the_common_one() {
+        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
+    }
+
+    #[test]
+    fn what_is_sealed_is_unsealed() {
+        let text = FORMAT.seal(&lines());
+        assert!(text.starts_with("lexican parameters 2\nnode 5\n2410:01 64 00\nend 1 entries, crc32 "), "{text}");
+        assert_eq!(FORMAT.unseal(&text), Ok(lines()));
+        assert_eq!(FORMAT.unseal(&text.replace('\n', "\r\n")), Ok(lines()));
+        assert_eq!(FORMAT.unseal(&FORMAT.seal(&[])), Ok(vec![]));
+    }
+
+    #[test]
+    fn every_flipped_bit_and_every_cut_is_refused() {
+        let text = FORMAT.seal(&lines());
+        for bit in 0..text.len() * 8 {
+            let mut bytes = text.clone().into_bytes();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            let changed = String::from_utf8_lossy(&bytes);
+            assert!(FORMAT.unseal(&changed).is_err(), "bit {bit}: {changed}");
+        }
+        for end in 0..text.len() {
+            assert!(FORMAT.unseal(&text[..end]).is_err(), "{end}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_ours_is_named() {
+        let check = |text: &str, expected| assert_eq!(FORMAT.unseal(text), Err(expected), "{text:?}");
+        check("", KeptError::Empty);
+        check("\0\0\0", KeptError::Empty);
+        check("%PDF-1.4\n", KeptError::Foreign(FORMAT));
+        check("lexican parameters 1\nend\n", KeptError::Version(FORMAT));
+        check("lexican parameters 2\n2410:01 64 00\n", KeptError::Torn);
+        assert!(KeptError::Empty.to_string().contains("remove it to begin with a new device"));
+    }
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("lexican-kept-{}-{name}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    #[test]
+    fn a_file_is_replaced_and_keeps_what_it_held_when_it_cannot_be() {
+        let folder = folder("replace");
+        let path = folder.join("kept.txt");
+        let (mut file, held) = KeptFile::open(&path).unwrap();
+        assert_eq!(held, None);
+        file.save("one".to_owned()).unwrap();
+        assert_eq!(KeptFile::open(&path).unwrap().1.as_deref(), Some("one"));
+        // The name of the new file is taken.
+        fs::create_dir(folder.join("kept.txt.new")).unwrap();
+        assert!(file.save("two".to_owned()).is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"one");
+        fs::remove_dir(folder.join("kept.txt.new")).unwrap();
+        file.save("two".to_owned()).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"two");
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn what_is_no_file_is_not_replaced() {
+        let folder = folder("none");
+        assert_eq!(KeptFile::open(&folder).unwrap_err().kind(), io::ErrorKind::InvalidInput);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_rights_stay_as_they_are() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = folder("link");
+        let (target, link) = (folder.join("target"), folder.join("link"));
+        fs::write(&target, "one").unwrap();
+        fs::set_permissions(&target, fs::Permissions::from_mode(0o600)).unwrap();
+        symlink(&target, &link).unwrap();
+        KeptFile::open(&link).unwrap().0.save("two".to_owned()).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&target).unwrap(), b"two");
+        assert_eq!(fs::metadata(&target).unwrap().permissions().mode() & 0o777, 0o600);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}
