@@ -34,7 +34,7 @@ pub(crate) enum Job {
     Test,
     /// the AG03/1 against every table of its manual
     Verify,
-    /// code generated from every golden data sheet, under clippy
+    /// every golden data sheet, simulated, and as generated code under clippy
     Corpus,
     /// what generated code costs, but for times
     Size,
@@ -127,7 +127,10 @@ impl Job {
             Job::Main => readme_command(root, "main job"),
             Job::Test => readme_command(root, "tests"),
             Job::Verify => crate::verify::run(root, true),
-            Job::Corpus => crate::corpus::run(root, &root.join("eds/tests/golden")),
+            Job::Corpus => {
+                let folder = root.join("eds/tests/golden");
+                crate::corpus::simulate(root, &folder).and_then(|()| crate::corpus::compile(root, &folder))
+            }
             Job::Size => crate::size::run(root, true),
             Job::Fuzz => crate::fuzz::run(root, None, 5),
             Job::Interop => crate::interop::run(root, true),

@@ -1,16 +1,25 @@
-//! Generates from every data sheet of a folder, and has the compiler and clippy look at all of it.
+//! Every data sheet of a folder: as a simulated device, and as generated code under the compiler and clippy.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::outside;
+use crate::{ci, outside};
 
 /// So many bytes of generated code make one crate, so that no build is larger than a large user's.
 const MAX_BYTES: usize = 6_000_000;
 
+/// Every file that loads becomes a simulated device, in virtual time: it boots, obeys NMT, and `check` finds nothing that
+/// is not as the data sheet says. The test knows how.
+pub(crate) fn simulate(root: &Path, folder: &Path) -> Result<(), String> {
+    let test = "check::simulated::every_data_sheet_simulated_is_as_it_says";
+    let folder = folder.canonicalize().map_err(|error| format!("{}: {error}", folder.display()))?;
+    let arguments = ["test", "-p", "lexican", "--bin", "lexican", "--", "--exact", "--nocapture", test];
+    ci::cargo(root, &arguments, &[("LEXICAN_SHEETS", &folder.to_string_lossy())])
+}
+
 /// Every file that loads must compile, without a warning, in both editions by turns.
-pub(crate) fn run(root: &Path, folder: &Path) -> Result<(), String> {
+pub(crate) fn compile(root: &Path, folder: &Path) -> Result<(), String> {
     let lexican = outside::lexican(root)?;
     let workspace = outside::empty_folder(root, "corpus")?;
     let mut files = Vec::new();

@@ -50,10 +50,13 @@ enum Task {
     Bench(bench::Bench),
     /// Write the expected files of all golden tests and the public API anew; review the difference before you commit it
     Bless,
-    /// Generate from every data sheet below a folder, and compile and lint all of it
+    /// Simulate every data sheet below a folder, then generate from each, and compile and lint all of it
     Corpus {
         /// The folder; its files stay where they are
         folder: PathBuf,
+        /// Only simulate
+        #[arg(long)]
+        simulate: bool,
     },
     /// Measure what generated code costs: the compiler's time, lines, the instructions of one write
     Size {
@@ -88,7 +91,10 @@ fn main() -> ExitCode {
         Task::Api { check } => api::run(&root, check),
         Task::Bench(bench) => bench::run(&root, &bench),
         Task::Bless => ci::bless(&root),
-        Task::Corpus { folder } => corpus::run(&root, &folder),
+        Task::Corpus { folder, simulate: true } => corpus::simulate(&root, &folder),
+        Task::Corpus { folder, simulate: false } => {
+            corpus::simulate(&root, &folder).and_then(|()| corpus::compile(&root, &folder))
+        }
         Task::Size { check } => size::run(&root, check),
         Task::Fuzz(arguments) => arguments.run(&root),
         Task::Interop { check } => interop::run(&root, check),
