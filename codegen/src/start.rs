@@ -38,27 +38,27 @@ impl Initial {
 #[must_use]
 pub fn initial(device: &Device, entry: &Entry) -> Initial {
     let given = given(entry);
-    let fixed = |bytes, is_given| Initial { bytes, node_relative: false, is_given };
+    let fixed = |bytes| Initial { bytes, node_relative: false, is_given: given.is_some() };
     let Some(bits) = entry.data_type.bits() else {
-        let bytes = given.and_then(|value| text_or_bytes(value, entry.data_type));
-        let is_given = bytes.is_some();
-        return fixed(bytes.unwrap_or_default(), is_given);
+        return fixed(given.and_then(|value| text_or_bytes(value, entry.data_type)).unwrap_or_default());
     };
     let bytes = |number| raw(number, entry.data_type).to_le_bytes()[..usize::from(bits).div_ceil(8)].to_vec();
     match given {
-        Some(&Value::NodeIdPlus(base)) if fits_every_node(base, entry.data_type) => {
+        Some(&Value::NodeIdPlus(base)) => {
             Initial { bytes: bytes(Number::Integer(base.into())), node_relative: true, is_given: true }
         }
-        given => {
-            let is_given = given.is_some_and(|value| fitting(value, entry.data_type).is_some());
-            fixed(bytes(number(device, entry)), is_given)
-        }
+        _ => fixed(bytes(number(device, entry))),
     }
 }
 
-/// What the data sheet says that the entry holds.
+/// What the data sheet says that the entry holds, as far as that is a value of its data type in every node.
 fn given(entry: &Entry) -> Option<&Value> {
-    entry.configured.as_ref().or(entry.default.as_ref())
+    let is_value = |value: &&Value| match *value {
+        &Value::NodeIdPlus(base) => fits_every_node(base, entry.data_type),
+        value if entry.data_type.bits().is_some() => fitting(value, entry.data_type).is_some(),
+        value => matches!(value, Value::Text(_) | Value::Bytes(_)),
+    };
+    [&entry.configured, &entry.default].into_iter().flatten().find(is_value)
 }
 
 /// The number that an entry starts with in every node.
@@ -213,6 +213,7 @@ ParameterName=Entry
         check("DataType=5 LowLimit=2 DefaultValue=1", &[1]);
         check("DataType=5 LowLimit=2 DefaultValue=1 ParameterValue=4", &[4]);
         check("DataType=5 LowLimit=2 DefaultValue=300", &[2]);
+        check("DataType=5 LowLimit=2 DefaultValue=7 ParameterValue=300", &[7]);
         check("DataType=6 DefaultValue=$NODEID+0xFE", &[0x03, 0x01]);
         check("DataType=9 DefaultValue=Größe", b"Gr\xF6\xDFe");
         check("DataType=0xB DefaultValue=\u{20AC}", &[0xAC, 0x20]);

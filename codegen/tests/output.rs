@@ -174,7 +174,7 @@ fn what_a_dcf_configures_in_1000h_is_the_profile() {
                ParameterValue=0x20192\n[6060]\nParameterName=Mode\nObjectType=7\nDataType=2\nAccessType=rw\n";
     let (device, _) = lexican_eds::load(&lexican_eds::Input::new(lexican_eds::Source::new("x.dcf", dcf)));
     let code = compile(&device, &Options::default()).code;
-    assert!(code.contains("pub const DEVICE_PROFILE: u16 = 0x0192;"), "{code}");
+    assert!(code.contains("pub const DEVICE_PROFILE: u16 = 402;"), "{code}");
     assert!(code.contains("impl ModeOfOperation {"), "{code}");
 }
 

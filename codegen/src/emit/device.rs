@@ -5,7 +5,7 @@ use lexican_eds::types::DataType;
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
-use super::{Context, docs, literal};
+use super::{Context, docs, layout, literal};
 use crate::plan::{Access, Handle, Mapping, fitting, raw};
 use crate::start;
 
@@ -14,34 +14,17 @@ const TEXT_CAPACITY: usize = 32;
 /// A capacity is a `u16` in the table.
 const MAX_CAPACITY: usize = 0xFFFF;
 
-pub(super) fn device(context: &Context<'_>) -> TokenStream {
+pub(super) fn device(context: &Context<'_>, code: &mut String) {
     let (object, runtime) = (&context.object, &context.runtime);
     let mut image = Image::default();
-    let rows: Vec<TokenStream> = context.plan.entry_handles().map(|handle| row(context, handle, &mut image)).collect();
-    let limits = image.limits.iter().map(|&(low, high)| {
-        let (low, high) = (literal::hex(low, 1), literal::hex(high, 1));
-        quote!(#object::Limit { low: #low, high: #high })
-    });
-    let relative = image.node_relative.iter().map(|&(offset, size)| {
-        let (offset, size) = (literal::decimal(offset as i128), literal::decimal(size as i128));
-        quote!(#object::NodeRelative { offset: #offset, size: #size })
-    });
-    let bytes = Literal::byte_string(&image.bytes);
-    let len = literal::decimal(image.bytes.len() as i128);
-    let conditions = conditions(context);
+    let rows: Vec<String> = context.plan.entry_handles().map(|handle| row(context, handle, &mut image)).collect();
     let configured = context.plan.device.entries().any(|entry| entry.configured.is_some());
     let values = if configured { "configured values and defaults" } else { "defaults" };
-    let table_docs = docs::lines(&[format!("All entries with their {values}, as the device serves them.")]);
+    table(context, values, &image, rows, code);
+    let len = literal::decimal(image.bytes.len() as i128);
     let storage_docs = docs::lines(&[format!("A dictionary with the {values} of the data sheet for this node-ID.")]);
-    quote! {
-        #table_docs
-        pub static TABLE: #object::Table = #object::Table {
-            entries: &[#(#rows),*],
-            limits: &[#(#limits),*],
-            image: #bytes,
-            node_relative: &[#(#relative),*],
-        };
-
+    let conditions = conditions(context);
+    let items = quote! {
         /// The dictionary of a device: all values.
         pub type Storage = #object::Dictionary<#len>;
 
@@ -51,7 +34,42 @@ pub(super) fn device(context: &Context<'_>) -> TokenStream {
         }
 
         #conditions
-    }
+    };
+    super::print(items, code);
+}
+
+fn table(context: &Context<'_>, values: &str, image: &Image, rows: Vec<String>, code: &mut String) {
+    let object = &context.path;
+    let limits = image.limits.iter().map(|(low, high)| format!("Limit {{ low: 0x{low:X}, high: 0x{high:X} }}"));
+    let relative = image.node_relative.iter();
+    let relative = relative.map(|(offset, size)| format!("NodeRelative {{ offset: {offset}, size: {size} }}"));
+    let used = [
+        ("Access", !rows.is_empty()),
+        ("DataType", !rows.is_empty()),
+        ("Entry", !rows.is_empty()),
+        ("Limit", !image.limits.is_empty()),
+        ("NodeRelative", !image.node_relative.is_empty()),
+        ("PdoMapping", !rows.is_empty()),
+        ("Table", true),
+    ];
+    let used: Vec<&str> = used.into_iter().filter(|(_, used)| *used).map(|(name, _)| name).collect();
+    let (entries, limits) = (layout::rows("        ", rows), layout::rows("        ", limits));
+    let (image, relative) = (Literal::byte_string(&image.bytes), layout::rows("        ", relative));
+    *code += &format!(
+        "
+/// All entries with their {values}, as the device serves them.
+pub static TABLE: {object}::Table = {{
+    use {object}::{{{}}};
+    Table {{
+        entries: {entries},
+        limits: {limits},
+        image: {image},
+        node_relative: {relative},
+    }}
+}};
+",
+        used.join(", ")
+    );
 }
 
 /// The bytes of all defaults, and what else the table holds beside its rows.
@@ -62,34 +80,27 @@ struct Image {
     node_relative: Vec<(usize, usize)>,
 }
 
-fn row(context: &Context<'_>, handle: &Handle<'_>, image: &mut Image) -> TokenStream {
-    let (object, entry) = (&context.object, handle.entry);
-    let (index, sub) = (literal::hex(entry.index, 4), literal::hex(entry.sub, 2));
-    let data_type = literal::data_type(object, entry.data_type);
-    let access = match handle.access {
-        Access::Ro => quote!(Ro),
-        Access::Wo => quote!(Wo),
-        Access::Rw => quote!(Rw),
-        Access::Const => quote!(Const),
-    };
+/// `Entry::new(0x1017, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(12, 2)`.
+fn row(context: &Context<'_>, handle: &Handle<'_>, image: &mut Image) -> String {
+    let entry = handle.entry;
+    let data_type = literal::data_type(entry.data_type);
     let mapping = match handle.mapping {
-        Mapping::Unmapped => quote!(None),
-        Mapping::Tpdo => quote!(Tpdo),
-        Mapping::Rpdo => quote!(Rpdo),
-        Mapping::Both => quote!(Both),
+        Mapping::Unmapped => "None",
+        Mapping::Tpdo => "Tpdo",
+        Mapping::Rpdo => "Rpdo",
+        Mapping::Both => "Both",
     };
+    let (index, sub, access) = (entry.index, entry.sub, handle.access);
     let (offset, capacity) = image.push(context, handle);
-    let (offset, capacity) = (literal::decimal(offset as i128), literal::decimal(capacity as i128));
-    let limited = handle.limits.iter().map(|&(low, high)| {
+    let limited = handle.limits.map(|(low, high)| {
         let row = image.limit(raw(low, entry.data_type), raw(high, entry.data_type));
-        let row = literal::decimal(row as i128);
-        quote!(.limited(#row))
+        format!(".limited({row})")
     });
-    let limited: Vec<TokenStream> = limited.collect();
-    quote! {
-        #object::Entry::new(#index, #sub, #data_type, #object::Access::#access, #object::PdoMapping::#mapping)
-            .at(#offset, #capacity) #(#limited)*
-    }
+    format!(
+        "Entry::new(0x{index:04X}, 0x{sub:02X}, DataType::{data_type}, Access::{access:?}, PdoMapping::{mapping})\
+         .at({offset}, {capacity}){}",
+        limited.unwrap_or_default()
+    )
 }
 
 impl Image {

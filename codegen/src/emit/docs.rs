@@ -14,29 +14,38 @@ pub(super) fn lines(lines: &[String]) -> TokenStream {
     quote!(#(#[doc = #lines])*)
 }
 
+/// The same as text, in front of an item that is indented so far.
+fn text(lines: &[String], alias: &[String; 2], indent: &str) -> String {
+    let mut text = String::new();
+    for line in lines {
+        text.extend([indent, if line.is_empty() { "///" } else { "/// " }, line, "\n"]);
+    }
+    let [full, index] = alias;
+    text + indent + &format!("#[doc(alias(\"{full}\", \"{index}\"))]\n")
+}
+
 /// The documentation of an entry, with the aliases that a search for its address finds.
 pub(super) fn handle(
     context: &Context<'_>,
     title: &str,
     object_text: Option<&str>,
     handle: &Handle<'_>,
-) -> TokenStream {
+    indent: &str,
+) -> String {
     let entry = handle.entry;
-    let mut text = vec![sentence(title, &address(entry.index, entry.sub)), String::new()];
-    text.push(format!("Address 0x{:04X}:{:02X} · {}", entry.index, entry.sub, facts(handle)));
-    text.extend(remarks(context, entry, object_text));
-    let text = lines(&text);
     let full = format!("0x{:04X}:{:02X}", entry.index, entry.sub);
-    let index = format!("{:04X}", entry.index);
-    quote!(#text #[doc(alias(#full, #index))])
+    let mut lines = vec![sentence(title, &address(entry.index, entry.sub)), String::new()];
+    lines.push(format!("Address {full} · {}", facts(handle)));
+    lines.extend(remarks(context, entry, object_text));
+    text(&lines, &[full, format!("{:04X}", entry.index)], indent)
 }
 
 /// The documentation of an array or record.
-pub(super) fn whole(context: &Context<'_>, item: &Item<'_>, first: Option<&Handle<'_>>) -> TokenStream {
+pub(super) fn whole(context: &Context<'_>, item: &Item<'_>, first: Option<&Handle<'_>>) -> String {
     let object = item.object;
     let kind = object.kind.name();
     let index = format!("{:04X}", object.index);
-    let mut text = vec![sentence(&object.name, &index), String::new()];
+    let mut lines = vec![sentence(&object.name, &index), String::new()];
     match first {
         Some(first) => {
             let elements = || object.entries.iter().filter(|entry| entry.sub > 0);
@@ -47,21 +56,19 @@ pub(super) fn whole(context: &Context<'_>, item: &Item<'_>, first: Option<&Handl
             }
             let shared = Handle { entry: &entry, ..shared };
             let last = object.entries.last().map_or(1, |entry| entry.sub);
-            text.push(format!("Address 0x{index} · {kind} of {last}, `.at(1)` to `.at({last})` · {}", facts(&shared)));
+            lines.push(format!("Address 0x{index} · {kind} of {last}, `.at(1)` to `.at({last})` · {}", facts(&shared)));
             let mut like_all = first.entry.clone();
             if object.entries.iter().any(|entry| entry.sub > 0 && entry.description != like_all.description) {
                 like_all.description = None;
             }
-            text.extend(remarks(context, &like_all, object.description.as_deref()));
+            lines.extend(remarks(context, &like_all, object.description.as_deref()));
         }
         None => {
-            text.push(format!("Address 0x{index} · {kind}"));
-            text.extend(paragraph(object.description.as_deref()));
+            lines.push(format!("Address 0x{index} · {kind}"));
+            lines.extend(paragraph(object.description.as_deref()));
         }
     }
-    let text = lines(&text);
-    let full = format!("0x{index}");
-    quote!(#text #[doc(alias(#full, #index))])
+    text(&lines, &[format!("0x{index}"), index], "")
 }
 
 /// A name as the first line.
@@ -205,7 +212,7 @@ fn condition(context: &Context<'_>, condition: &Condition) -> String {
 pub(super) fn is_hex(entry: &Entry) -> bool {
     let by_address = matches!(
         (entry.index, entry.sub),
-        (0x1000..=0x1002 | 0x1005 | 0x1012 | 0x1014, 0)
+        (0x1000..=0x1002 | 0x1005 | 0x1012 | 0x1014 | 0x603F, 0)
             | (0x1003 | 0x1010 | 0x1011 | 0x1018 | 0x1028, 1..)
             | (0x1200..=0x12FF, 1 | 2)
             | (0x1400..=0x15FF | 0x1800..=0x19FF, 1)

@@ -27,8 +27,11 @@ pub(super) fn facts(context: &Context<'_>) -> TokenStream {
     });
     let numbers = numbers.into_iter().filter_map(|(name, doc, number)| {
         let (number, digits) = number?;
-        let number = literal::hex(number, digits);
-        let r#type = if digits == 4 { quote!(u16) } else { quote!(u32) };
+        let (r#type, number) = match digits {
+            // A profile is a number of a document, such as 402.
+            4 => (quote!(u16), literal::decimal(number.into())),
+            _ => (quote!(u32), literal::hex(number, digits)),
+        };
         Some(constant(name, doc, r#type, quote!(#number)))
     });
     let rates = info.bit_rates_kbit.iter().map(|&rate| literal::decimal(rate.into()));

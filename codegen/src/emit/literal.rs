@@ -3,25 +3,32 @@
 use std::f64::consts;
 
 use lexican_eds::types::DataType;
-use proc_macro2::{Literal, TokenStream};
-use quote::{format_ident, quote};
+use proc_macro2::TokenStream;
 
 use super::Context;
 use crate::plan::{Number, Type};
 
 /// `0x1018`.
-pub(super) fn hex(value: impl Into<u64>, digits: usize) -> Literal {
-    parse(&format!("0x{:0digits$X}", value.into()))
+pub(super) fn hex(value: impl Into<u64>, digits: usize) -> TokenStream {
+    tokens(&hex_text(value, digits))
+}
+
+fn hex_text(value: impl Into<u64>, digits: usize) -> String {
+    format!("0x{:0digits$X}", value.into())
 }
 
 /// A number without a type suffix.
 pub(super) fn decimal(value: i128) -> TokenStream {
-    let digits = Literal::u128_unsuffixed(value.unsigned_abs());
-    if value < 0 { quote!(-#digits) } else { quote!(#digits) }
+    tokens(&value.to_string())
+}
+
+/// Text that is Rust.
+pub(super) fn tokens(text: &str) -> TokenStream {
+    text.parse().expect("what the emitters write is Rust")
 }
 
 /// The Rust type of a data type.
-pub(super) fn rust_type(object: &TokenStream, data_type: DataType) -> TokenStream {
+pub(super) fn rust_type(object: &str, data_type: DataType) -> String {
     use DataType as D;
     let primitive = match data_type {
         D::Boolean => "bool",
@@ -36,22 +43,18 @@ pub(super) fn rust_type(object: &TokenStream, data_type: DataType) -> TokenStrea
         D::Real32 => "f32",
         D::Real64 => "f64",
         other => {
-            let name = format_ident!("{}", runtime_type(other));
-            return quote!(#object::#name);
+            return format!("{object}::{}", runtime_type(other));
         }
     };
-    let primitive = format_ident!("{primitive}");
-    quote!(#primitive)
+    primitive.to_owned()
 }
 
 /// The variant of the runtime's `DataType`.
-pub(super) fn data_type(object: &TokenStream, data_type: DataType) -> TokenStream {
-    let name = match data_type {
+pub(super) fn data_type(data_type: DataType) -> String {
+    match data_type {
         DataType::Other(_) => "OctetString".to_owned(),
         known => format!("{known:?}"),
-    };
-    let name = format_ident!("{name}");
-    quote!(#object::DataType::#name)
+    }
 }
 
 fn runtime_type(data_type: DataType) -> &'static str {
@@ -81,65 +84,54 @@ pub(super) fn is_wrapped(data_type: DataType) -> bool {
 
 impl Context<'_> {
     /// A value of a type; integers in hexadecimal where the data sheet has them so.
-    pub(super) fn value(&self, r#type: Type, number: Number, in_hex: bool) -> TokenStream {
+    pub(super) fn value(&self, r#type: Type, number: Number, in_hex: bool) -> String {
         match r#type {
             Type::Plain(data_type) => self.plain_value(data_type, number, in_hex),
             Type::Newtype(row) => {
                 let newtype = &self.plan.newtypes[row];
-                let ident = format_ident!("{}", newtype.ident);
-                let value = self.plain_value(newtype.data_type, number, in_hex);
-                quote!(#ident(#value))
+                format!("{}({})", newtype.ident, self.plain_value(newtype.data_type, number, in_hex))
             }
         }
     }
 
-    pub(super) fn plain_value(&self, data_type: DataType, number: Number, in_hex: bool) -> TokenStream {
+    pub(super) fn plain_value(&self, data_type: DataType, number: Number, in_hex: bool) -> String {
         let integer = match number {
             Number::Real(real) => return float(data_type, real),
             Number::Integer(integer) => integer,
         };
-        let object = &self.object;
         match data_type {
-            DataType::Boolean if integer != 0 => quote!(true),
-            DataType::Boolean => quote!(false),
+            DataType::Boolean => (integer != 0).to_string(),
             DataType::TimeOfDay | DataType::TimeDifference => {
-                let name = rust_type(object, data_type);
-                let (days, ms) = (decimal(integer >> 32 & 0xFFFF), decimal(integer & 0x0FFF_FFFF));
-                quote!(#name { days: #days, ms: #ms })
+                let name = rust_type(&self.path, data_type);
+                let (days, ms) = (integer >> 32 & 0xFFFF, integer & 0x0FFF_FFFF);
+                format!("{name} {{ days: {days}, ms: {ms} }}")
             }
             _ => {
                 let digits = match u64::try_from(integer) {
                     Ok(value) if in_hex => {
-                        let hex = hex(value, data_type.bits().map_or(1, |bits| usize::from(bits).div_ceil(4)));
-                        quote!(#hex)
+                        hex_text(value, data_type.bits().map_or(1, |bits| usize::from(bits).div_ceil(4)))
                     }
-                    _ => decimal(integer),
+                    _ => integer.to_string(),
                 };
                 if !is_wrapped(data_type) {
                     return digits;
                 }
-                let name = rust_type(object, data_type);
-                quote!(#name::literal(#digits))
+                format!("{}::literal({digits})", rust_type(&self.path, data_type))
             }
         }
     }
 }
 
 /// A finite number.
-fn float(data_type: DataType, real: f64) -> TokenStream {
+fn float(data_type: DataType, real: f64) -> String {
     let is_single = data_type == DataType::Real32;
     // clippy takes a number near a famous constant for that constant (`approx_constant`).
     let is_famous = FAMOUS.iter().any(|famous| (real.abs() - famous).abs() < 0.01) && real.fract() != 0.0;
-    if is_famous && is_single {
-        let bits = hex((real as f32).to_bits(), 8);
-        quote!(f32::from_bits(#bits))
-    } else if is_famous {
-        let bits = hex(real.to_bits(), 16);
-        quote!(f64::from_bits(#bits))
-    } else {
-        let magnitude = if is_single { format!("{:?}", (real as f32).abs()) } else { format!("{:?}", real.abs()) };
-        let digits = parse(&magnitude);
-        if real.is_sign_negative() { quote!(-#digits) } else { quote!(#digits) }
+    match (is_famous, is_single) {
+        (true, true) => format!("f32::from_bits({})", hex_text((real as f32).to_bits(), 8)),
+        (true, false) => format!("f64::from_bits({})", hex_text(real.to_bits(), 16)),
+        (false, true) => format!("{:?}", real as f32),
+        (false, false) => format!("{real:?}"),
     }
 }
 
@@ -168,7 +160,3 @@ const FAMOUS: &[f64] = &[
     1.618_033_988_749_895,
     0.577_215_664_901_532_9,
 ];
-
-fn parse(digits: &str) -> Literal {
-    digits.parse().expect("digits are a literal")
-}

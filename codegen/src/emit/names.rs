@@ -1,28 +1,36 @@
 //! The table that tools show entries by.
 
 use lexican_eds::model::Object;
-use proc_macro2::TokenStream;
-use quote::{format_ident, quote};
+use proc_macro2::Literal;
 
-use super::{Context, literal};
+use super::{Context, layout, literal};
 use crate::plan::{Newtype, NewtypeKind};
 
-pub(super) fn names(context: &Context<'_>) -> TokenStream {
-    let object = &context.object;
+pub(super) fn names(context: &Context<'_>, code: &mut String) {
+    let object = &context.path;
     let rows = context.plan.device.objects.iter().flat_map(|described| {
         described.entries.iter().map(move |entry| {
-            let (index, sub) = (literal::hex(entry.index, 4), literal::hex(entry.sub, 2));
-            let name = full_name(described, &entry.name);
-            let data_type = literal::data_type(object, entry.data_type);
-            let meaning =
-                context.plan.newtype_of(entry).map_or_else(|| quote!(Plain), |newtype| meaning(context, newtype));
-            quote!(#object::Name::new(#index, #sub, #name, #data_type, #object::Meaning::#meaning))
+            let name = Literal::string(&full_name(described, &entry.name));
+            let data_type = literal::data_type(entry.data_type);
+            let meaning = context.plan.newtype_of(entry).map_or_else(|| "Plain".to_owned(), |it| meaning(it));
+            let (index, sub) = (entry.index, entry.sub);
+            format!(
+                "object::Name::new(0x{index:04X}, 0x{sub:02X}, {name}, object::DataType::{data_type}, \
+                 object::Meaning::{meaning})"
+            )
         })
     });
-    quote! {
-        /// The names of all entries, ascending by address.
-        pub static NAMES: &[#object::Name] = &[#(#rows),*];
-    }
+    // The module and not what is in it: a type of the data sheet may be called as that is.
+    *code += &format!(
+        "
+/// The names of all entries, ascending by address.
+pub static NAMES: &[{object}::Name] = {{
+    use {object};
+    {}
+}};
+",
+        layout::rows("    ", rows)
+    );
 }
 
 fn full_name(object: &Object, name: &str) -> String {
@@ -32,12 +40,11 @@ fn full_name(object: &Object, name: &str) -> String {
     }
 }
 
-fn meaning(context: &Context<'_>, newtype: &Newtype<'_>) -> TokenStream {
-    let object = &context.object;
-    let ident = format_ident!("{}", newtype.ident);
-    match newtype.kind {
-        NewtypeKind::Enumeration { .. } => quote!(Enumeration(<#ident as #object::Enumeration>::NAMES)),
-        NewtypeKind::BitField { .. } => quote!(BitField(<#ident as #object::BitField>::BITS)),
-        NewtypeKind::Quantity { .. } => quote!(Quantity(<#ident as #object::Quantity>::UNITS)),
-    }
+fn meaning(newtype: &Newtype<'_>) -> String {
+    let (variant, constant) = match newtype.kind {
+        NewtypeKind::Enumeration { .. } => ("Enumeration", "NAMES"),
+        NewtypeKind::BitField { .. } => ("BitField", "BITS"),
+        NewtypeKind::Quantity { .. } => ("Quantity", "UNITS"),
+    };
+    format!("{variant}(<{} as object::{variant}>::{constant})", newtype.ident)
 }

@@ -1,6 +1,6 @@
 //! Enumerations, bit fields and quantities.
 
-use lexican_eds::model::{BitField, Enumeration, Quantity, Unit};
+use lexican_eds::model::{BitField, Entry, Enumeration, Quantity, Unit};
 use lexican_eds::types::{Class, DataType};
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
@@ -24,9 +24,9 @@ pub(super) fn newtype(context: &Context<'_>, newtype: &Newtype<'_>) -> TokenStre
 
 /// The struct, and by a macro of the runtime the traits that it has for being what it is.
 fn base(context: &Context<'_>, newtype: &Newtype<'_>, what: &str) -> TokenStream {
-    let (object, runtime) = (&context.object, &context.runtime);
+    let runtime = &context.runtime;
     let ident = format_ident!("{}", newtype.ident);
-    let inner = literal::rust_type(object, newtype.data_type);
+    let inner = literal::tokens(&literal::rust_type(&context.path, newtype.data_type));
     let data_type = format_ident!("{}", format!("{:?}", newtype.data_type));
     // The name says no more than the type's own.
     let mut text = vec![docs::sentence(newtype.description.unwrap_or(newtype.name), what)];
@@ -61,13 +61,15 @@ fn enumeration_members(
 ) -> TokenStream {
     let object = &context.object;
     let ident = format_ident!("{}", newtype.ident);
+    let is_used_by = |entry: &Entry| context.plan.newtype_of(entry).is_some_and(|other| other.ident == newtype.ident);
+    let in_hex = context.plan.device.entries().any(|entry| docs::is_hex(entry) && is_used_by(entry));
     let constants = values.iter().map(|(constant, row, number)| {
         let named = &enumeration.values[*row];
         let mut text = vec![docs::sentence(&named.name, "A value.")];
         text.extend(docs::paragraph(named.description.as_deref()));
         let docs = docs::lines(&text);
         let constant = format_ident!("{constant}");
-        let value = context.plain_value(newtype.data_type, Number::Integer(*number), false);
+        let value = literal::tokens(&context.plain_value(newtype.data_type, Number::Integer(*number), in_hex));
         quote!(#docs pub const #constant: Self = Self(#value);)
     });
     let mut rows: Vec<(u64, &str)> = values
@@ -169,8 +171,7 @@ fn word(data_type: DataType) -> TokenStream {
 }
 
 fn from_word(context: &Context<'_>, data_type: DataType, word: TokenStream) -> TokenStream {
-    let object = &context.object;
-    let inner = literal::rust_type(object, data_type);
+    let inner = literal::tokens(&literal::rust_type(&context.path, data_type));
     match data_type {
         DataType::Unsigned64 => word,
         _ if literal::is_wrapped(data_type) => quote!(#inner::from_low_bits(#word)),

@@ -1,127 +1,83 @@
 //! Objects: constants, arrays, records.
 
-use proc_macro2::TokenStream;
-use quote::{format_ident, quote};
-
-use super::{Context, docs, literal};
+use super::layout::{self, Chain, Generic};
+use super::{Context, docs};
 use crate::plan::{Access, Default, Handle, Item, Mapping, Shape};
 
-pub(super) fn item(context: &Context<'_>, item: &Item<'_>) -> TokenStream {
+pub(super) fn item(context: &Context<'_>, item: &Item<'_>, code: &mut String) {
+    code.push('\n');
     match &item.shape {
-        Shape::Variable(handle) => variable(context, item, handle),
-        Shape::Array { count, elements } => array(context, item, count, elements),
-        Shape::Record { ident, members } => record(context, item, ident, members),
+        Shape::Variable(handle) => variable(context, item, handle, code),
+        Shape::Array { count, elements } => array(context, item, count, elements, code),
+        Shape::Record { ident, members } => record(context, item, ident, members, code),
     }
 }
 
-fn variable(context: &Context<'_>, item: &Item<'_>, handle: &Handle<'_>) -> TokenStream {
-    let docs = docs::handle(context, &item.object.name, item.object.description.as_deref(), handle);
-    let ident = format_ident!("{}", item.ident);
-    let r#type = handle_type(context, handle);
-    let value = handle_value(context, handle);
-    quote! {
-        #docs
-        pub const #ident: #r#type = #value;
-    }
+fn variable(context: &Context<'_>, item: &Item<'_>, handle: &Handle<'_>, code: &mut String) {
+    *code += &docs::handle(context, &item.object.name, item.object.description.as_deref(), handle, "");
+    layout::constant(code, &item.ident, &handle_type(context, handle), &handle_value(context, handle));
 }
 
-fn array(context: &Context<'_>, item: &Item<'_>, count: &Handle<'_>, elements: &[Handle<'_>]) -> TokenStream {
+fn array(context: &Context<'_>, item: &Item<'_>, count: &Handle<'_>, elements: &[Handle<'_>], code: &mut String) {
     let first = elements.first().expect("an array has elements");
-    let docs = docs::whole(context, item, Some(first));
-    let ident = format_ident!("{}", item.ident);
-    let object = &context.object;
-    let parameters = parameters(context, first, count.access != Access::Ro);
+    *code += &docs::whole(context, item, Some(first));
+    let object = &context.path;
+    let mut parameters = parameters(context, first, count.access != Access::Ro);
     // The access right of sub-index 0 is left out where it is `ro`.
-    let count = (count.access != Access::Ro).then(|| marker(context, count.access)).into_iter();
-    let value = handle_value(context, first);
-    let len = literal::decimal(elements.len() as i128);
-    quote! {
-        #docs
-        pub const #ident: #object::Array<#parameters #(, #count)*> = #object::Array::new(#len, #value);
-    }
+    parameters.extend((count.access != Access::Ro).then(|| marker(context, count.access)));
+    let r#type = Generic { path: format!("{object}::Array"), parameters };
+    let element = handle_value(context, first).line();
+    let value = format!("{object}::Array::new({}, {element})", elements.len());
+    layout::constant(code, &item.ident, &r#type, &Chain { first: value, methods: Vec::new() });
 }
 
 /// The type derives nothing: it is a name and no value, and every `derive` costs each build of each user.
-fn record(context: &Context<'_>, item: &Item<'_>, type_ident: &str, members: &[Handle<'_>]) -> TokenStream {
-    let docs = docs::whole(context, item, None);
-    let type_docs = docs::lines(&[format!("The members of [`{}`].", item.ident)]);
-    let ident = format_ident!("{}", item.ident);
-    let type_ident = format_ident!("{type_ident}");
-    let members = members.iter().map(|member| {
-        let docs = docs::handle(context, &member.entry.name, None, member);
-        let ident = format_ident!("{}", member.ident);
-        let r#type = handle_type(context, member);
-        let value = handle_value(context, member);
-        quote! {
-            #docs
-            pub const fn #ident(&self) -> #r#type {
-                #value
-            }
-        }
-    });
-    quote! {
-        #docs
-        pub const #ident: #type_ident = #type_ident;
-
-        #type_docs
-        pub struct #type_ident;
-
-        impl #type_ident {
-            #(#members)*
-        }
+fn record(context: &Context<'_>, item: &Item<'_>, type_ident: &str, members: &[Handle<'_>], code: &mut String) {
+    let ident = &item.ident;
+    *code += &docs::whole(context, item, None);
+    *code += &format!("pub const {ident}: {type_ident} = {type_ident};\n");
+    *code += &format!("\n/// The members of [`{ident}`].\npub struct {type_ident};\n\nimpl {type_ident} {{\n");
+    for member in members {
+        *code += &docs::handle(context, &member.entry.name, None, member, "    ");
+        layout::member(code, &member.ident, &handle_type(context, member), &handle_value(context, member));
     }
+    *code += "}\n";
 }
 
-fn handle_type(context: &Context<'_>, handle: &Handle<'_>) -> TokenStream {
-    let object = &context.object;
-    let parameters = parameters(context, handle, false);
-    quote!(#object::Object<#parameters>)
+fn handle_type(context: &Context<'_>, handle: &Handle<'_>) -> Generic {
+    Generic { path: format!("{}::Object", context.path), parameters: parameters(context, handle, false) }
 }
 
 /// Type, access and mapping; the mapping is left out where it is none.
-fn parameters(context: &Context<'_>, handle: &Handle<'_>, whole: bool) -> TokenStream {
-    let object = &context.object;
-    let r#type = context.r#type(handle.r#type);
-    let access = marker(context, handle.access);
+fn parameters(context: &Context<'_>, handle: &Handle<'_>, whole: bool) -> Vec<String> {
     let mapping = match handle.mapping {
-        Mapping::Unmapped if whole => Some(quote!(#object::Unmapped)),
+        Mapping::Unmapped if whole => Some("Unmapped"),
         Mapping::Unmapped => None,
-        Mapping::Tpdo => Some(quote!(#object::Tpdo)),
-        Mapping::Rpdo => Some(quote!(#object::Rpdo)),
-        Mapping::Both => Some(quote!(#object::Mappable)),
+        Mapping::Tpdo => Some("Tpdo"),
+        Mapping::Rpdo => Some("Rpdo"),
+        Mapping::Both => Some("Mappable"),
     };
-    let mapping = mapping.iter();
-    quote!(#r#type, #access #(, #mapping)*)
+    let mapping = mapping.map(|mapping| format!("{}::{mapping}", context.path));
+    [context.r#type(handle.r#type), marker(context, handle.access)].into_iter().chain(mapping).collect()
 }
 
-fn marker(context: &Context<'_>, access: Access) -> TokenStream {
-    let object = &context.object;
-    match access {
-        Access::Ro => quote!(#object::Ro),
-        Access::Wo => quote!(#object::Wo),
-        Access::Rw => quote!(#object::Rw),
-        Access::Const => quote!(#object::Const),
-    }
+fn marker(context: &Context<'_>, access: Access) -> String {
+    format!("{}::{access:?}", context.path)
 }
 
-fn handle_value(context: &Context<'_>, handle: &Handle<'_>) -> TokenStream {
-    let object = &context.object;
-    let index = literal::hex(handle.entry.index, 4);
-    let sub = literal::hex(handle.entry.sub, 2);
-    let in_hex = docs::is_hex(handle.entry);
+fn handle_value(context: &Context<'_>, handle: &Handle<'_>) -> Chain {
+    let entry = handle.entry;
+    let in_hex = docs::is_hex(entry);
     let limits = handle.limits.iter().map(|&(low, high)| {
         let [low, high] = [low, high].map(|number| context.value(handle.r#type, number, in_hex));
-        quote!(.with_limits(#low, #high))
+        format!(".with_limits({low}, {high})")
     });
     let default = handle.default.iter().map(|default| match *default {
-        Default::Number(number) => {
-            let value = context.value(handle.r#type, number, in_hex);
-            quote!(.with_default(#value))
-        }
-        Default::NodeIdPlus(base) => {
-            let base = literal::hex(base as u64, 1);
-            quote!(.with_default_node_id_plus(#base))
-        }
+        Default::Number(number) => format!(".with_default({})", context.value(handle.r#type, number, in_hex)),
+        Default::NodeIdPlus(base) => format!(".with_default_node_id_plus(0x{base:X})"),
     });
-    quote!(#object::Object::new(#index, #sub) #(#limits)* #(#default)*)
+    Chain {
+        first: format!("{}::Object::new(0x{:04X}, 0x{:02X})", context.path, entry.index, entry.sub),
+        methods: limits.chain(default).collect(),
+    }
 }

@@ -106,7 +106,7 @@ fn facts(pdo: &Pdo, bytes: u32) -> String {
 
 fn field(context: &Context<'_>, field: &Field<'_>) -> TokenStream {
     let (ident, _, _) = place(field);
-    let r#type = field.r#type.map_or_else(|| quote!(u64), |r#type| context.r#type(r#type));
+    let r#type = field.r#type.map_or_else(|| quote!(u64), |r#type| literal::tokens(&context.r#type(r#type)));
     let mapped = &field.mapped;
     let at = format!("{:04X}:{:02X}", mapped.index, mapped.sub);
     let name = docs::sentence(field.name.unwrap_or_default(), &at);

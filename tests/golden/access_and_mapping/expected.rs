@@ -114,20 +114,15 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Identity object
 ///
@@ -143,45 +138,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -190,10 +178,8 @@ impl IdentityObjectRecord {
 ///
 /// Address 0x2000:00 · UNSIGNED16 · ro
 #[doc(alias("0x2000:00", "2000"))]
-pub const RO_UNMAPPED: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x2000, 0x00);
+pub const RO_UNMAPPED: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x2000, 0x00);
 
 /// ro mappable
 ///
@@ -209,10 +195,8 @@ pub const RO_MAPPABLE: ::lexican_runtime::object::Object<
 ///
 /// Address 0x2002:00 · UNSIGNED16 · wo
 #[doc(alias("0x2002:00", "2002"))]
-pub const WO_UNMAPPED: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Wo,
-> = ::lexican_runtime::object::Object::new(0x2002, 0x00);
+pub const WO_UNMAPPED: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Wo> =
+    ::lexican_runtime::object::Object::new(0x2002, 0x00);
 
 /// wo mappable
 ///
@@ -228,10 +212,8 @@ pub const WO_MAPPABLE: ::lexican_runtime::object::Object<
 ///
 /// Address 0x2004:00 · UNSIGNED16 · rw
 #[doc(alias("0x2004:00", "2004"))]
-pub const RW_UNMAPPED: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2004, 0x00);
+pub const RW_UNMAPPED: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2004, 0x00);
 
 /// rw mappable
 ///
@@ -247,10 +229,8 @@ pub const RW_MAPPABLE: ::lexican_runtime::object::Object<
 ///
 /// Address 0x2006:00 · UNSIGNED16 · rw
 #[doc(alias("0x2006:00", "2006"))]
-pub const RWR_UNMAPPED: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2006, 0x00);
+pub const RWR_UNMAPPED: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2006, 0x00);
 
 /// rwr mappable
 ///
@@ -266,10 +246,8 @@ pub const RWR_MAPPABLE: ::lexican_runtime::object::Object<
 ///
 /// Address 0x2008:00 · UNSIGNED16 · rw
 #[doc(alias("0x2008:00", "2008"))]
-pub const RWW_UNMAPPED: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2008, 0x00);
+pub const RWW_UNMAPPED: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2008, 0x00);
 
 /// rww mappable
 ///
@@ -285,10 +263,8 @@ pub const RWW_MAPPABLE: ::lexican_runtime::object::Object<
 ///
 /// Address 0x200A:00 · UNSIGNED16 · const
 #[doc(alias("0x200A:00", "200A"))]
-pub const CONST_UNMAPPED: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Const,
-> = ::lexican_runtime::object::Object::new(0x200A, 0x00);
+pub const CONST_UNMAPPED: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Const> =
+    ::lexican_runtime::object::Object::new(0x200A, 0x00);
 
 /// const mappable
 ///

@@ -114,20 +114,15 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Pre-defined error field
 ///
@@ -138,10 +133,7 @@ pub const PRE_DEFINED_ERROR_FIELD: ::lexican_runtime::object::Array<
     ::lexican_runtime::object::Ro,
     ::lexican_runtime::object::Unmapped,
     ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Array::new(
-    3,
-    ::lexican_runtime::object::Object::new(0x1003, 0x01),
-);
+> = ::lexican_runtime::object::Array::new(3, ::lexican_runtime::object::Object::new(0x1003, 0x01));
 
 /// Store parameters
 ///
@@ -157,27 +149,27 @@ impl StoreParametersRecord {
     ///
     /// Address 0x1010:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1010:00", "1010"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1010, 0x00).with_default(2)
     }
     /// Save all parameters
     ///
     /// Address 0x1010:01 · UNSIGNED32 · rw
     #[doc(alias("0x1010:01", "1010"))]
-    pub const fn save_all_parameters(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn save_all_parameters(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1010, 0x01)
     }
     /// Save communication parameters
     ///
     /// Address 0x1010:02 · UNSIGNED32 · rw
     #[doc(alias("0x1010:02", "1010"))]
-    pub const fn save_communication_parameters(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn save_communication_parameters(&self) -> ::lexican_runtime::object::Object<
+        u32,
+        ::lexican_runtime::object::Rw,
+    > {
         ::lexican_runtime::object::Object::new(0x1010, 0x02)
     }
 }
@@ -186,13 +178,8 @@ impl StoreParametersRecord {
 ///
 /// Address 0x1016 · ARRAY of 2, `.at(1)` to `.at(2)` · UNSIGNED32 · rw · default 0
 #[doc(alias("0x1016", "1016"))]
-pub const CONSUMER_HEARTBEAT_TIME: ::lexican_runtime::object::Array<
-    u32,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Array::new(
-    2,
-    ::lexican_runtime::object::Object::new(0x1016, 0x01).with_default(0),
-);
+pub const CONSUMER_HEARTBEAT_TIME: ::lexican_runtime::object::Array<u32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Array::new(2, ::lexican_runtime::object::Object::new(0x1016, 0x01).with_default(0));
 
 /// Identity object
 ///
@@ -208,45 +195,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -259,10 +239,7 @@ pub const DIGITAL_OUTPUTS: ::lexican_runtime::object::Array<
     u8,
     ::lexican_runtime::object::Rw,
     ::lexican_runtime::object::Rpdo,
-> = ::lexican_runtime::object::Array::new(
-    4,
-    ::lexican_runtime::object::Object::new(0x2000, 0x01).with_default(0),
-);
+> = ::lexican_runtime::object::Array::new(4, ::lexican_runtime::object::Object::new(0x2000, 0x01).with_default(0));
 
 /// With a gap
 ///
@@ -278,27 +255,24 @@ impl WithAGapRecord {
     ///
     /// Address 0x2001:00 · UNSIGNED8 · ro · default 3
     #[doc(alias("0x2001:00", "2001"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x2001, 0x00).with_default(3)
     }
     /// Value 1
     ///
     /// Address 0x2001:01 · UNSIGNED16 · rw
     #[doc(alias("0x2001:01", "2001"))]
-    pub const fn value_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn value_1(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2001, 0x01)
     }
     /// Value 3
     ///
     /// Address 0x2001:03 · UNSIGNED16 · rw
     #[doc(alias("0x2001:03", "2001"))]
-    pub const fn value_3(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn value_3(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2001, 0x03)
     }
 }
@@ -317,262 +291,66 @@ impl WithOtherDefaultsRecord {
     ///
     /// Address 0x2002:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x2002:00", "2002"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x2002, 0x00).with_default(2)
     }
     /// Value 1
     ///
     /// Address 0x2002:01 · UNSIGNED16 · rw · default 1
     #[doc(alias("0x2002:01", "2002"))]
-    pub const fn value_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn value_1(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2002, 0x01).with_default(1)
     }
     /// Value 2
     ///
     /// Address 0x2002:02 · UNSIGNED16 · rw · default 2
     #[doc(alias("0x2002:02", "2002"))]
-    pub const fn value_2(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn value_2(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2002, 0x02).with_default(2)
     }
 }
 
 /// All entries with their defaults, as the device serves them.
-pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::Table {
-    entries: &[
-        ::lexican_runtime::object::Entry::new(
-                0x1000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(0, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(4, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1003,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(5, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1003,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(6, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1003,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(10, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1003,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(14, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1010,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(18, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1010,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(19, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1010,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(23, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1016,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(27, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1016,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(28, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1016,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(32, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(36, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(37, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(41, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(45, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(49, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(53, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Rpdo,
-            )
-            .at(54, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Rpdo,
-            )
-            .at(55, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Rpdo,
-            )
-            .at(56, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Rpdo,
-            )
-            .at(57, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(58, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2001,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(59, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x2001,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(61, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x2002,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(63, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2002,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(64, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x2002,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(66, 2),
-    ],
-    limits: &[],
-    image: b"\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x02\x01\0\0\0\x01\0\0\0\x02\0\0\0\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x04\0\0\0\0\x03\0\0\0\0\x02\x01\0\x02\0",
-    node_relative: &[],
+pub static TABLE: ::lexican_runtime::object::Table = {
+    use ::lexican_runtime::object::{Access, DataType, Entry, PdoMapping, Table};
+    Table {
+        entries: &[
+            Entry::new(0x1000, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4),
+            Entry::new(0x1001, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(4, 1),
+            Entry::new(0x1003, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(5, 1),
+            Entry::new(0x1003, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(6, 4),
+            Entry::new(0x1003, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(10, 4),
+            Entry::new(0x1003, 0x03, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(14, 4),
+            Entry::new(0x1010, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(18, 1),
+            Entry::new(0x1010, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(19, 4),
+            Entry::new(0x1010, 0x02, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(23, 4),
+            Entry::new(0x1016, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(27, 1),
+            Entry::new(0x1016, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(28, 4),
+            Entry::new(0x1016, 0x02, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(32, 4),
+            Entry::new(0x1018, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(36, 1),
+            Entry::new(0x1018, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(37, 4),
+            Entry::new(0x1018, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(41, 4),
+            Entry::new(0x1018, 0x03, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(45, 4),
+            Entry::new(0x1018, 0x04, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(49, 4),
+            Entry::new(0x2000, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(53, 1),
+            Entry::new(0x2000, 0x01, DataType::Unsigned8, Access::Rw, PdoMapping::Rpdo).at(54, 1),
+            Entry::new(0x2000, 0x02, DataType::Unsigned8, Access::Rw, PdoMapping::Rpdo).at(55, 1),
+            Entry::new(0x2000, 0x03, DataType::Unsigned8, Access::Rw, PdoMapping::Rpdo).at(56, 1),
+            Entry::new(0x2000, 0x04, DataType::Unsigned8, Access::Rw, PdoMapping::Rpdo).at(57, 1),
+            Entry::new(0x2001, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(58, 1),
+            Entry::new(0x2001, 0x01, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(59, 2),
+            Entry::new(0x2001, 0x03, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(61, 2),
+            Entry::new(0x2002, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(63, 1),
+            Entry::new(0x2002, 0x01, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(64, 2),
+            Entry::new(0x2002, 0x02, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(66, 2),
+        ],
+        limits: &[],
+        image: b"\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x02\x01\0\0\0\x01\0\0\0\x02\0\0\0\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x04\0\0\0\0\x03\0\0\0\0\x02\x01\0\x02\0",
+        node_relative: &[],
+    }
 };
 
 /// The dictionary of a device: all values.
@@ -594,203 +372,36 @@ pub static WRITABLE_IN: &[::lexican_runtime::object::WritableIn] = &[];
 pub static PERSISTENT: &[::lexican_runtime::object::Address] = &[];
 
 /// The names of all entries, ascending by address.
-pub static NAMES: &[::lexican_runtime::object::Name] = &[
-    ::lexican_runtime::object::Name::new(
-        0x1000,
-        0x00,
-        "Device type",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1001,
-        0x00,
-        "Error register",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::BitField(
-            <ErrorRegister as ::lexican_runtime::object::BitField>::BITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1003,
-        0x00,
-        "Pre-defined error field: Number of errors",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1003,
-        0x01,
-        "Pre-defined error field: Standard error field 1",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1003,
-        0x02,
-        "Pre-defined error field: Standard error field 2",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1003,
-        0x03,
-        "Pre-defined error field: Standard error field 3",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1010,
-        0x00,
-        "Store parameters: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1010,
-        0x01,
-        "Store parameters: Save all parameters",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1010,
-        0x02,
-        "Store parameters: Save communication parameters",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1016,
-        0x00,
-        "Consumer heartbeat time: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1016,
-        0x01,
-        "Consumer heartbeat time: Consumer heartbeat time 1",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1016,
-        0x02,
-        "Consumer heartbeat time: Consumer heartbeat time 2",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x00,
-        "Identity object: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x01,
-        "Identity object: Vendor-ID",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x02,
-        "Identity object: Product code",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x03,
-        "Identity object: Revision number",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x04,
-        "Identity object: Serial number",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2000,
-        0x00,
-        "Digital outputs: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2000,
-        0x01,
-        "Digital outputs: Output 1",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2000,
-        0x02,
-        "Digital outputs: Output 2",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2000,
-        0x03,
-        "Digital outputs: Output 3",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2000,
-        0x04,
-        "Digital outputs: Output 4",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2001,
-        0x00,
-        "With a gap: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2001,
-        0x01,
-        "With a gap: Value 1",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2001,
-        0x03,
-        "With a gap: Value 3",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2002,
-        0x00,
-        "With other defaults: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2002,
-        0x01,
-        "With other defaults: Value 1",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2002,
-        0x02,
-        "With other defaults: Value 2",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-];
+pub static NAMES: &[::lexican_runtime::object::Name] = {
+    use ::lexican_runtime::object;
+    &[
+        object::Name::new(0x1000, 0x00, "Device type", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1001, 0x00, "Error register", object::DataType::Unsigned8, object::Meaning::BitField(<ErrorRegister as object::BitField>::BITS)),
+        object::Name::new(0x1003, 0x00, "Pre-defined error field: Number of errors", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1003, 0x01, "Pre-defined error field: Standard error field 1", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1003, 0x02, "Pre-defined error field: Standard error field 2", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1003, 0x03, "Pre-defined error field: Standard error field 3", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1010, 0x00, "Store parameters: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1010, 0x01, "Store parameters: Save all parameters", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1010, 0x02, "Store parameters: Save communication parameters", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1016, 0x00, "Consumer heartbeat time: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1016, 0x01, "Consumer heartbeat time: Consumer heartbeat time 1", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1016, 0x02, "Consumer heartbeat time: Consumer heartbeat time 2", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x00, "Identity object: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x01, "Identity object: Vendor-ID", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x02, "Identity object: Product code", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x03, "Identity object: Revision number", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x04, "Identity object: Serial number", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x2000, 0x00, "Digital outputs: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x2000, 0x01, "Digital outputs: Output 1", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x2000, 0x02, "Digital outputs: Output 2", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x2000, 0x03, "Digital outputs: Output 3", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x2000, 0x04, "Digital outputs: Output 4", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x2001, 0x00, "With a gap: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x2001, 0x01, "With a gap: Value 1", object::DataType::Unsigned16, object::Meaning::Plain),
+        object::Name::new(0x2001, 0x03, "With a gap: Value 3", object::DataType::Unsigned16, object::Meaning::Plain),
+        object::Name::new(0x2002, 0x00, "With other defaults: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x2002, 0x01, "With other defaults: Value 1", object::DataType::Unsigned16, object::Meaning::Plain),
+        object::Name::new(0x2002, 0x02, "With other defaults: Value 2", object::DataType::Unsigned16, object::Meaning::Plain),
+    ]
+};

@@ -114,29 +114,22 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Producer heartbeat time
 ///
 /// Address 0x1017:00 · UNSIGNED16 · rw · default 0
 #[doc(alias("0x1017:00", "1017"))]
-pub const PRODUCER_HEARTBEAT_TIME: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x1017, 0x00).with_default(0);
+pub const PRODUCER_HEARTBEAT_TIME: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x1017, 0x00).with_default(0);
 
 /// Identity object
 ///
@@ -152,45 +145,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -209,37 +195,28 @@ impl Rpdo1CommunicationParameterRecord {
     ///
     /// Address 0x1400:00 · UNSIGNED8 · const · default 5
     #[doc(alias("0x1400:00", "1400"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
         ::lexican_runtime::object::Object::new(0x1400, 0x00).with_default(5)
     }
     /// COB-ID
     ///
     /// Address 0x1400:01 · UNSIGNED32 · rw · default 0x200 + node-ID
     #[doc(alias("0x1400:01", "1400"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1400, 0x01)
-            .with_default_node_id_plus(0x200)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1400, 0x01).with_default_node_id_plus(0x200)
     }
     /// Transmission type
     ///
     /// Address 0x1400:02 · UNSIGNED8 · rw
     #[doc(alias("0x1400:02", "1400"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1400, 0x02)
     }
     /// Event timer
     ///
     /// Address 0x1400:05 · UNSIGNED16 · rw
     #[doc(alias("0x1400:05", "1400"))]
-    pub const fn event_timer(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn event_timer(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1400, 0x05)
     }
 }
@@ -258,37 +235,28 @@ impl Rpdo2CommunicationParameterRecord {
     ///
     /// Address 0x1401:00 · UNSIGNED8 · const · default 5
     #[doc(alias("0x1401:00", "1401"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
         ::lexican_runtime::object::Object::new(0x1401, 0x00).with_default(5)
     }
     /// COB-ID
     ///
     /// Address 0x1401:01 · UNSIGNED32 · rw · default 0x300 + node-ID
     #[doc(alias("0x1401:01", "1401"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1401, 0x01)
-            .with_default_node_id_plus(0x300)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1401, 0x01).with_default_node_id_plus(0x300)
     }
     /// Transmission type
     ///
     /// Address 0x1401:02 · UNSIGNED8 · rw
     #[doc(alias("0x1401:02", "1401"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1401, 0x02)
     }
     /// Event timer
     ///
     /// Address 0x1401:05 · UNSIGNED16 · rw
     #[doc(alias("0x1401:05", "1401"))]
-    pub const fn event_timer(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn event_timer(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1401, 0x05)
     }
 }
@@ -307,81 +275,63 @@ impl Rpdo1MappingParameterRecord {
     ///
     /// Address 0x1600:00 · UNSIGNED8 · rw · default 0
     #[doc(alias("0x1600:00", "1600"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1600, 0x00).with_default(0)
     }
     /// Mapped object 1
     ///
     /// Address 0x1600:01 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1600:01", "1600"))]
-    pub const fn mapped_object_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1600, 0x01).with_default(0x00000000)
     }
     /// Mapped object 2
     ///
     /// Address 0x1600:02 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1600:02", "1600"))]
-    pub const fn mapped_object_2(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_2(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1600, 0x02).with_default(0x00000000)
     }
     /// Mapped object 3
     ///
     /// Address 0x1600:03 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1600:03", "1600"))]
-    pub const fn mapped_object_3(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_3(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1600, 0x03).with_default(0x00000000)
     }
     /// Mapped object 4
     ///
     /// Address 0x1600:04 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1600:04", "1600"))]
-    pub const fn mapped_object_4(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_4(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1600, 0x04).with_default(0x00000000)
     }
     /// Mapped object 5
     ///
     /// Address 0x1600:05 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1600:05", "1600"))]
-    pub const fn mapped_object_5(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_5(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1600, 0x05).with_default(0x00000000)
     }
     /// Mapped object 6
     ///
     /// Address 0x1600:06 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1600:06", "1600"))]
-    pub const fn mapped_object_6(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_6(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1600, 0x06).with_default(0x00000000)
     }
     /// Mapped object 7
     ///
     /// Address 0x1600:07 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1600:07", "1600"))]
-    pub const fn mapped_object_7(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_7(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1600, 0x07).with_default(0x00000000)
     }
     /// Mapped object 8
     ///
     /// Address 0x1600:08 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1600:08", "1600"))]
-    pub const fn mapped_object_8(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_8(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1600, 0x08).with_default(0x00000000)
     }
 }
@@ -400,81 +350,63 @@ impl Rpdo2MappingParameterRecord {
     ///
     /// Address 0x1601:00 · UNSIGNED8 · rw · default 0
     #[doc(alias("0x1601:00", "1601"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1601, 0x00).with_default(0)
     }
     /// Mapped object 1
     ///
     /// Address 0x1601:01 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1601:01", "1601"))]
-    pub const fn mapped_object_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1601, 0x01).with_default(0x00000000)
     }
     /// Mapped object 2
     ///
     /// Address 0x1601:02 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1601:02", "1601"))]
-    pub const fn mapped_object_2(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_2(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1601, 0x02).with_default(0x00000000)
     }
     /// Mapped object 3
     ///
     /// Address 0x1601:03 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1601:03", "1601"))]
-    pub const fn mapped_object_3(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_3(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1601, 0x03).with_default(0x00000000)
     }
     /// Mapped object 4
     ///
     /// Address 0x1601:04 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1601:04", "1601"))]
-    pub const fn mapped_object_4(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_4(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1601, 0x04).with_default(0x00000000)
     }
     /// Mapped object 5
     ///
     /// Address 0x1601:05 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1601:05", "1601"))]
-    pub const fn mapped_object_5(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_5(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1601, 0x05).with_default(0x00000000)
     }
     /// Mapped object 6
     ///
     /// Address 0x1601:06 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1601:06", "1601"))]
-    pub const fn mapped_object_6(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_6(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1601, 0x06).with_default(0x00000000)
     }
     /// Mapped object 7
     ///
     /// Address 0x1601:07 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1601:07", "1601"))]
-    pub const fn mapped_object_7(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_7(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1601, 0x07).with_default(0x00000000)
     }
     /// Mapped object 8
     ///
     /// Address 0x1601:08 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1601:08", "1601"))]
-    pub const fn mapped_object_8(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_8(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1601, 0x08).with_default(0x00000000)
     }
 }
@@ -493,28 +425,21 @@ impl Tpdo1CommunicationRecord {
     ///
     /// Address 0x1800:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1800:00", "1800"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1800, 0x00).with_default(2)
     }
     /// COB-ID
     ///
     /// Address 0x1800:01 · UNSIGNED32 · rw · default 0x180 + node-ID
     #[doc(alias("0x1800:01", "1800"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1800, 0x01)
-            .with_default_node_id_plus(0x180)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1800, 0x01).with_default_node_id_plus(0x180)
     }
     /// Transmission type
     ///
     /// Address 0x1800:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1800:02", "1800"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1800, 0x02).with_default(255)
     }
 }
@@ -533,37 +458,28 @@ impl Tpdo2CommunicationParameterRecord {
     ///
     /// Address 0x1801:00 · UNSIGNED8 · const · default 5
     #[doc(alias("0x1801:00", "1801"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
         ::lexican_runtime::object::Object::new(0x1801, 0x00).with_default(5)
     }
     /// COB-ID
     ///
     /// Address 0x1801:01 · UNSIGNED32 · rw · default 0x280 + node-ID
     #[doc(alias("0x1801:01", "1801"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1801, 0x01)
-            .with_default_node_id_plus(0x280)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1801, 0x01).with_default_node_id_plus(0x280)
     }
     /// Transmission type
     ///
     /// Address 0x1801:02 · UNSIGNED8 · rw
     #[doc(alias("0x1801:02", "1801"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1801, 0x02)
     }
     /// Event timer
     ///
     /// Address 0x1801:05 · UNSIGNED16 · rw
     #[doc(alias("0x1801:05", "1801"))]
-    pub const fn event_timer(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn event_timer(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1801, 0x05)
     }
 }
@@ -582,18 +498,17 @@ impl Tpdo1MappingRecord {
     ///
     /// Address 0x1A00:00 · UNSIGNED8 · rw · default 1
     #[doc(alias("0x1A00:00", "1A00"))]
-    pub const fn number_of_mapped_objects(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn number_of_mapped_objects(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Rw,
+    > {
         ::lexican_runtime::object::Object::new(0x1A00, 0x00).with_default(1)
     }
     /// First mapped object
     ///
     /// Address 0x1A00:01 · UNSIGNED32 · rw · default 0x20000010
     #[doc(alias("0x1A00:01", "1A00"))]
-    pub const fn first_mapped_object(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn first_mapped_object(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x01).with_default(0x20000010)
     }
 }
@@ -612,81 +527,63 @@ impl Tpdo2MappingParameterRecord {
     ///
     /// Address 0x1A01:00 · UNSIGNED8 · rw · default 0
     #[doc(alias("0x1A01:00", "1A01"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x00).with_default(0)
     }
     /// Mapped object 1
     ///
     /// Address 0x1A01:01 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1A01:01", "1A01"))]
-    pub const fn mapped_object_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x01).with_default(0x00000000)
     }
     /// Mapped object 2
     ///
     /// Address 0x1A01:02 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1A01:02", "1A01"))]
-    pub const fn mapped_object_2(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_2(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x02).with_default(0x00000000)
     }
     /// Mapped object 3
     ///
     /// Address 0x1A01:03 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1A01:03", "1A01"))]
-    pub const fn mapped_object_3(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_3(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x03).with_default(0x00000000)
     }
     /// Mapped object 4
     ///
     /// Address 0x1A01:04 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1A01:04", "1A01"))]
-    pub const fn mapped_object_4(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_4(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x04).with_default(0x00000000)
     }
     /// Mapped object 5
     ///
     /// Address 0x1A01:05 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1A01:05", "1A01"))]
-    pub const fn mapped_object_5(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_5(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x05).with_default(0x00000000)
     }
     /// Mapped object 6
     ///
     /// Address 0x1A01:06 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1A01:06", "1A01"))]
-    pub const fn mapped_object_6(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_6(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x06).with_default(0x00000000)
     }
     /// Mapped object 7
     ///
     /// Address 0x1A01:07 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1A01:07", "1A01"))]
-    pub const fn mapped_object_7(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_7(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x07).with_default(0x00000000)
     }
     /// Mapped object 8
     ///
     /// Address 0x1A01:08 · UNSIGNED32 · rw · default 0
     #[doc(alias("0x1A01:08", "1A01"))]
-    pub const fn mapped_object_8(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn mapped_object_8(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x08).with_default(0x00000000)
     }
 }
@@ -762,453 +659,73 @@ impl ::lexican_runtime::object::Pdo for Tpdo1 {
 }
 
 /// All entries with their defaults, as the device serves them.
-pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::Table {
-    entries: &[
-        ::lexican_runtime::object::Entry::new(
-                0x1000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(0, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(4, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1017,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(5, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(7, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(8, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(12, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(16, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(20, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1400,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Const,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(24, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1400,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(25, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1400,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(29, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1400,
-                0x05,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(30, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x1401,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Const,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(32, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1401,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(33, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1401,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(37, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1401,
-                0x05,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(38, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(40, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(41, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(45, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(49, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(53, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x05,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(57, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x06,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(61, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x07,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(65, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x08,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(69, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1601,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(73, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1601,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(74, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1601,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(78, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1601,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(82, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1601,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(86, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1601,
-                0x05,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(90, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1601,
-                0x06,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(94, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1601,
-                0x07,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(98, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1601,
-                0x08,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(102, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(106, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(107, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(111, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1801,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Const,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(112, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1801,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(113, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1801,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(117, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1801,
-                0x05,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(118, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(120, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(121, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A01,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(125, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1A01,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(126, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A01,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(130, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A01,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(134, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A01,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(138, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A01,
-                0x05,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(142, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A01,
-                0x06,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(146, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A01,
-                0x07,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(150, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A01,
-                0x08,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(154, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer16,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::Tpdo,
-            )
-            .at(158, 2),
-    ],
-    limits: &[],
-    image: b"\0\0\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x05\0\x02\0\0\0\0\0\x05\0\x03\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x02\x80\x01\0\0\xFF\x05\x80\x02\0\0\0\0\0\x01\x10\0\0 \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0",
-    node_relative: &[
-        ::lexican_runtime::object::NodeRelative {
-            offset: 25,
-            size: 4,
-        },
-        ::lexican_runtime::object::NodeRelative {
-            offset: 33,
-            size: 4,
-        },
-        ::lexican_runtime::object::NodeRelative {
-            offset: 107,
-            size: 4,
-        },
-        ::lexican_runtime::object::NodeRelative {
-            offset: 113,
-            size: 4,
-        },
-    ],
+pub static TABLE: ::lexican_runtime::object::Table = {
+    use ::lexican_runtime::object::{Access, DataType, Entry, NodeRelative, PdoMapping, Table};
+    Table {
+        entries: &[
+            Entry::new(0x1000, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4),
+            Entry::new(0x1001, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(4, 1),
+            Entry::new(0x1017, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(5, 2),
+            Entry::new(0x1018, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(7, 1),
+            Entry::new(0x1018, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(8, 4),
+            Entry::new(0x1018, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(12, 4),
+            Entry::new(0x1018, 0x03, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(16, 4),
+            Entry::new(0x1018, 0x04, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(20, 4),
+            Entry::new(0x1400, 0x00, DataType::Unsigned8, Access::Const, PdoMapping::None).at(24, 1),
+            Entry::new(0x1400, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(25, 4),
+            Entry::new(0x1400, 0x02, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(29, 1),
+            Entry::new(0x1400, 0x05, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(30, 2),
+            Entry::new(0x1401, 0x00, DataType::Unsigned8, Access::Const, PdoMapping::None).at(32, 1),
+            Entry::new(0x1401, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(33, 4),
+            Entry::new(0x1401, 0x02, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(37, 1),
+            Entry::new(0x1401, 0x05, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(38, 2),
+            Entry::new(0x1600, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(40, 1),
+            Entry::new(0x1600, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(41, 4),
+            Entry::new(0x1600, 0x02, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(45, 4),
+            Entry::new(0x1600, 0x03, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(49, 4),
+            Entry::new(0x1600, 0x04, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(53, 4),
+            Entry::new(0x1600, 0x05, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(57, 4),
+            Entry::new(0x1600, 0x06, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(61, 4),
+            Entry::new(0x1600, 0x07, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(65, 4),
+            Entry::new(0x1600, 0x08, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(69, 4),
+            Entry::new(0x1601, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(73, 1),
+            Entry::new(0x1601, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(74, 4),
+            Entry::new(0x1601, 0x02, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(78, 4),
+            Entry::new(0x1601, 0x03, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(82, 4),
+            Entry::new(0x1601, 0x04, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(86, 4),
+            Entry::new(0x1601, 0x05, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(90, 4),
+            Entry::new(0x1601, 0x06, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(94, 4),
+            Entry::new(0x1601, 0x07, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(98, 4),
+            Entry::new(0x1601, 0x08, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(102, 4),
+            Entry::new(0x1800, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(106, 1),
+            Entry::new(0x1800, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(107, 4),
+            Entry::new(0x1800, 0x02, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(111, 1),
+            Entry::new(0x1801, 0x00, DataType::Unsigned8, Access::Const, PdoMapping::None).at(112, 1),
+            Entry::new(0x1801, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(113, 4),
+            Entry::new(0x1801, 0x02, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(117, 1),
+            Entry::new(0x1801, 0x05, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(118, 2),
+            Entry::new(0x1A00, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(120, 1),
+            Entry::new(0x1A00, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(121, 4),
+            Entry::new(0x1A01, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(125, 1),
+            Entry::new(0x1A01, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(126, 4),
+            Entry::new(0x1A01, 0x02, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(130, 4),
+            Entry::new(0x1A01, 0x03, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(134, 4),
+            Entry::new(0x1A01, 0x04, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(138, 4),
+            Entry::new(0x1A01, 0x05, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(142, 4),
+            Entry::new(0x1A01, 0x06, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(146, 4),
+            Entry::new(0x1A01, 0x07, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(150, 4),
+            Entry::new(0x1A01, 0x08, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(154, 4),
+            Entry::new(0x2000, 0x00, DataType::Integer16, Access::Ro, PdoMapping::Tpdo).at(158, 2),
+        ],
+        limits: &[],
+        image: b"\0\0\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x05\0\x02\0\0\0\0\0\x05\0\x03\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x02\x80\x01\0\0\xFF\x05\x80\x02\0\0\0\0\0\x01\x10\0\0 \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0",
+        node_relative: &[
+            NodeRelative { offset: 25, size: 4 },
+            NodeRelative { offset: 33, size: 4 },
+            NodeRelative { offset: 107, size: 4 },
+            NodeRelative { offset: 113, size: 4 },
+        ],
+    }
 };
 
 /// The dictionary of a device: all values.

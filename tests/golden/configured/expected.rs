@@ -114,29 +114,22 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Producer heartbeat time
 ///
 /// Address 0x1017:00 · UNSIGNED16 · rw · default 0 · configured 500
 #[doc(alias("0x1017:00", "1017"))]
-pub const PRODUCER_HEARTBEAT_TIME: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x1017, 0x00).with_default(0);
+pub const PRODUCER_HEARTBEAT_TIME: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x1017, 0x00).with_default(0);
 
 /// Identity object
 ///
@@ -152,45 +145,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -199,30 +185,22 @@ impl IdentityObjectRecord {
 ///
 /// Address 0x2000:00 · INTEGER16 · rw · default 100 · configured -250 · limits -1000…1000
 #[doc(alias("0x2000:00", "2000"))]
-pub const SPEED: ::lexican_runtime::object::Object<i16, ::lexican_runtime::object::Rw> = ::lexican_runtime::object::Object::new(
-        0x2000,
-        0x00,
-    )
-    .with_limits(-1000, 1000)
-    .with_default(100);
+pub const SPEED: ::lexican_runtime::object::Object<i16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2000, 0x00).with_limits(-1000, 1000).with_default(100);
 
 /// Only a default
 ///
 /// Address 0x2001:00 · UNSIGNED16 · rw · default 7
 #[doc(alias("0x2001:00", "2001"))]
-pub const ONLY_A_DEFAULT: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2001, 0x00).with_default(7);
+pub const ONLY_A_DEFAULT: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2001, 0x00).with_default(7);
 
 /// Only configured
 ///
 /// Address 0x2002:00 · UNSIGNED16 · rw · configured 8
 #[doc(alias("0x2002:00", "2002"))]
-pub const ONLY_CONFIGURED: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2002, 0x00);
+pub const ONLY_CONFIGURED: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2002, 0x00);
 
 /// Station name
 ///
@@ -246,238 +224,72 @@ pub const KEY: ::lexican_runtime::object::Object<
 ///
 /// Address 0x2005:00 · UNSIGNED32 · rw · default 0x180 + node-ID · configured 421
 #[doc(alias("0x2005:00", "2005"))]
-pub const ABSOLUTE_IDENTIFIER: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2005, 0x00)
-    .with_default_node_id_plus(0x180);
+pub const ABSOLUTE_IDENTIFIER: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2005, 0x00).with_default_node_id_plus(0x180);
 
 /// Identifier with node-ID
 ///
 /// Address 0x2006:00 · UNSIGNED32 · rw · default 801 · configured 0x400 + node-ID
 #[doc(alias("0x2006:00", "2006"))]
-pub const IDENTIFIER_WITH_NODE_ID: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2006, 0x00).with_default(801);
+pub const IDENTIFIER_WITH_NODE_ID: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2006, 0x00).with_default(801);
 
 /// Configured out of its type
 ///
 /// Address 0x2007:00 · UNSIGNED8 · rw · default 1
 #[doc(alias("0x2007:00", "2007"))]
-pub const CONFIGURED_OUT_OF_ITS_TYPE: ::lexican_runtime::object::Object<
-    u8,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2007, 0x00).with_default(1);
+pub const CONFIGURED_OUT_OF_ITS_TYPE: ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2007, 0x00).with_default(1);
 
 /// Gain
 ///
 /// Address 0x2008:00 · REAL32 · rw · default 1 · configured 2.5
 #[doc(alias("0x2008:00", "2008"))]
-pub const GAIN: ::lexican_runtime::object::Object<f32, ::lexican_runtime::object::Rw> = ::lexican_runtime::object::Object::new(
-        0x2008,
-        0x00,
-    )
-    .with_default(1.0);
+pub const GAIN: ::lexican_runtime::object::Object<f32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2008, 0x00).with_default(1.0);
 
 /// Positions
 ///
 /// Address 0x2010 · ARRAY of 3, `.at(1)` to `.at(3)` · INTEGER32 · rw · default 0
 #[doc(alias("0x2010", "2010"))]
-pub const POSITIONS: ::lexican_runtime::object::Array<
-    i32,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Array::new(
-    3,
-    ::lexican_runtime::object::Object::new(0x2010, 0x01).with_default(0),
-);
+pub const POSITIONS: ::lexican_runtime::object::Array<i32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Array::new(3, ::lexican_runtime::object::Object::new(0x2010, 0x01).with_default(0));
 
 /// All entries with their configured values and defaults, as the device serves them.
-pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::Table {
-    entries: &[
-        ::lexican_runtime::object::Entry::new(
-                0x1000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(0, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(4, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1017,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(5, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(7, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(8, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(12, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(16, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(20, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(24, 2)
-            .limited(0),
-        ::lexican_runtime::object::Entry::new(
-                0x2001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(26, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x2002,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(28, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x2003,
-                0x00,
-                ::lexican_runtime::object::DataType::VisibleString,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(32, 32),
-        ::lexican_runtime::object::Entry::new(
-                0x2004,
-                0x00,
-                ::lexican_runtime::object::DataType::OctetString,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(66, 32),
-        ::lexican_runtime::object::Entry::new(
-                0x2005,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(98, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2006,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(102, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2007,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(106, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2008,
-                0x00,
-                ::lexican_runtime::object::DataType::Real32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(107, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2010,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(111, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2010,
-                0x01,
-                ::lexican_runtime::object::DataType::Integer32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(112, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2010,
-                0x02,
-                ::lexican_runtime::object::DataType::Integer32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(116, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2010,
-                0x03,
-                ::lexican_runtime::object::DataType::Integer32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(120, 4),
-    ],
-    limits: &[
-        ::lexican_runtime::object::Limit {
-            low: 0xFC18,
-            high: 0x3E8,
-        },
-    ],
-    image: b"\0\0\0\0\0\xF4\x01\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x06\xFF\x07\0\x08\0\x0C\0Line 4, left\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x03\0\xC0\xFF\xEE\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xA5\x01\0\0\0\x04\0\0\0\0\0 @\x03\xE8\x03\0\0\xD0\x07\0\0\0\0\0\0",
-    node_relative: &[
-        ::lexican_runtime::object::NodeRelative {
-            offset: 102,
-            size: 4,
-        },
-    ],
+pub static TABLE: ::lexican_runtime::object::Table = {
+    use ::lexican_runtime::object::{Access, DataType, Entry, Limit, NodeRelative, PdoMapping, Table};
+    Table {
+        entries: &[
+            Entry::new(0x1000, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4),
+            Entry::new(0x1001, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(4, 1),
+            Entry::new(0x1017, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(5, 2),
+            Entry::new(0x1018, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(7, 1),
+            Entry::new(0x1018, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(8, 4),
+            Entry::new(0x1018, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(12, 4),
+            Entry::new(0x1018, 0x03, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(16, 4),
+            Entry::new(0x1018, 0x04, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(20, 4),
+            Entry::new(0x2000, 0x00, DataType::Integer16, Access::Rw, PdoMapping::None).at(24, 2).limited(0),
+            Entry::new(0x2001, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(26, 2),
+            Entry::new(0x2002, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(28, 2),
+            Entry::new(0x2003, 0x00, DataType::VisibleString, Access::Rw, PdoMapping::None).at(32, 32),
+            Entry::new(0x2004, 0x00, DataType::OctetString, Access::Rw, PdoMapping::None).at(66, 32),
+            Entry::new(0x2005, 0x00, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(98, 4),
+            Entry::new(0x2006, 0x00, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(102, 4),
+            Entry::new(0x2007, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(106, 1),
+            Entry::new(0x2008, 0x00, DataType::Real32, Access::Rw, PdoMapping::None).at(107, 4),
+            Entry::new(0x2010, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(111, 1),
+            Entry::new(0x2010, 0x01, DataType::Integer32, Access::Rw, PdoMapping::None).at(112, 4),
+            Entry::new(0x2010, 0x02, DataType::Integer32, Access::Rw, PdoMapping::None).at(116, 4),
+            Entry::new(0x2010, 0x03, DataType::Integer32, Access::Rw, PdoMapping::None).at(120, 4),
+        ],
+        limits: &[
+            Limit { low: 0xFC18, high: 0x3E8 },
+        ],
+        image: b"\0\0\0\0\0\xF4\x01\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x06\xFF\x07\0\x08\0\x0C\0Line 4, left\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x03\0\xC0\xFF\xEE\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xA5\x01\0\0\0\x04\0\0\x01\0\0 @\x03\xE8\x03\0\0\xD0\x07\0\0\0\0\0\0",
+        node_relative: &[
+            NodeRelative { offset: 102, size: 4 },
+        ],
+    }
 };
 
 /// The dictionary of a device: all values.

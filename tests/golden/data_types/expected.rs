@@ -114,20 +114,15 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Identity object
 ///
@@ -143,45 +138,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -190,73 +178,57 @@ impl IdentityObjectRecord {
 ///
 /// Address 0x2000:00 · BOOLEAN · rw · default 1
 #[doc(alias("0x2000:00", "2000"))]
-pub const BOOLEAN_VALUE: ::lexican_runtime::object::Object<
-    bool,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2000, 0x00).with_default(true);
+pub const BOOLEAN_VALUE: ::lexican_runtime::object::Object<bool, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2000, 0x00).with_default(true);
 
 /// INTEGER8 value
 ///
 /// Address 0x2001:00 · INTEGER8 · rw · default -1
 #[doc(alias("0x2001:00", "2001"))]
-pub const INTEGER8_VALUE: ::lexican_runtime::object::Object<
-    i8,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2001, 0x00).with_default(-1);
+pub const INTEGER8_VALUE: ::lexican_runtime::object::Object<i8, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2001, 0x00).with_default(-1);
 
 /// INTEGER16 value
 ///
 /// Address 0x2002:00 · INTEGER16 · rw · default -2
 #[doc(alias("0x2002:00", "2002"))]
-pub const INTEGER16_VALUE: ::lexican_runtime::object::Object<
-    i16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2002, 0x00).with_default(-2);
+pub const INTEGER16_VALUE: ::lexican_runtime::object::Object<i16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2002, 0x00).with_default(-2);
 
 /// INTEGER32 value
 ///
 /// Address 0x2003:00 · INTEGER32 · rw · default -70000
 #[doc(alias("0x2003:00", "2003"))]
-pub const INTEGER32_VALUE: ::lexican_runtime::object::Object<
-    i32,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2003, 0x00).with_default(-70000);
+pub const INTEGER32_VALUE: ::lexican_runtime::object::Object<i32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2003, 0x00).with_default(-70000);
 
 /// UNSIGNED8 value
 ///
 /// Address 0x2004:00 · UNSIGNED8 · rw · default 200
 #[doc(alias("0x2004:00", "2004"))]
-pub const UNSIGNED8_VALUE: ::lexican_runtime::object::Object<
-    u8,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2004, 0x00).with_default(200);
+pub const UNSIGNED8_VALUE: ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2004, 0x00).with_default(200);
 
 /// UNSIGNED16 value
 ///
 /// Address 0x2005:00 · UNSIGNED16 · rw · default 4660
 #[doc(alias("0x2005:00", "2005"))]
-pub const UNSIGNED16_VALUE: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2005, 0x00).with_default(4660);
+pub const UNSIGNED16_VALUE: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2005, 0x00).with_default(4660);
 
 /// UNSIGNED32 value
 ///
 /// Address 0x2006:00 · UNSIGNED32 · rw · default 4000000000
 #[doc(alias("0x2006:00", "2006"))]
-pub const UNSIGNED32_VALUE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2006, 0x00).with_default(4000000000);
+pub const UNSIGNED32_VALUE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2006, 0x00).with_default(4000000000);
 
 /// REAL32 value
 ///
 /// Address 0x2007:00 · REAL32 · rw · default 1.5
 #[doc(alias("0x2007:00", "2007"))]
-pub const REAL32_VALUE: ::lexican_runtime::object::Object<
-    f32,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2007, 0x00).with_default(1.5);
+pub const REAL32_VALUE: ::lexican_runtime::object::Object<f32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2007, 0x00).with_default(1.5);
 
 /// VISIBLE\_STRING value
 ///
@@ -326,11 +298,8 @@ pub const INTEGER24_VALUE: ::lexican_runtime::object::Object<
 ///
 /// Address 0x200F:00 · REAL64 · rw · default 3.14159265358979
 #[doc(alias("0x200F:00", "200F"))]
-pub const REAL64_VALUE: ::lexican_runtime::object::Object<
-    f64,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x200F, 0x00)
-    .with_default(f64::from_bits(0x400921FB54442D11));
+pub const REAL64_VALUE: ::lexican_runtime::object::Object<f64, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x200F, 0x00).with_default(f64::from_bits(0x400921FB54442D11));
 
 /// INTEGER40 value
 ///
@@ -349,8 +318,7 @@ pub const INTEGER40_VALUE: ::lexican_runtime::object::Object<
 pub const INTEGER48_VALUE: ::lexican_runtime::object::Object<
     ::lexican_runtime::object::I48,
     ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2011, 0x00)
-    .with_default(::lexican_runtime::object::I48::literal(0));
+> = ::lexican_runtime::object::Object::new(0x2011, 0x00).with_default(::lexican_runtime::object::I48::literal(0));
 
 /// INTEGER56 value
 ///
@@ -359,18 +327,14 @@ pub const INTEGER48_VALUE: ::lexican_runtime::object::Object<
 pub const INTEGER56_VALUE: ::lexican_runtime::object::Object<
     ::lexican_runtime::object::I56,
     ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2012, 0x00)
-    .with_default(::lexican_runtime::object::I56::literal(1));
+> = ::lexican_runtime::object::Object::new(0x2012, 0x00).with_default(::lexican_runtime::object::I56::literal(1));
 
 /// INTEGER64 value
 ///
 /// Address 0x2013:00 · INTEGER64 · rw · default -9223372036854775808
 #[doc(alias("0x2013:00", "2013"))]
-pub const INTEGER64_VALUE: ::lexican_runtime::object::Object<
-    i64,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2013, 0x00)
-    .with_default(-9223372036854775808);
+pub const INTEGER64_VALUE: ::lexican_runtime::object::Object<i64, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2013, 0x00).with_default(-9223372036854775808);
 
 /// UNSIGNED24 value
 ///
@@ -399,8 +363,7 @@ pub const UNSIGNED40_VALUE: ::lexican_runtime::object::Object<
 pub const UNSIGNED48_VALUE: ::lexican_runtime::object::Object<
     ::lexican_runtime::object::U48,
     ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2016, 0x00)
-    .with_default(::lexican_runtime::object::U48::literal(1));
+> = ::lexican_runtime::object::Object::new(0x2016, 0x00).with_default(::lexican_runtime::object::U48::literal(1));
 
 /// UNSIGNED56 value
 ///
@@ -409,282 +372,57 @@ pub const UNSIGNED48_VALUE: ::lexican_runtime::object::Object<
 pub const UNSIGNED56_VALUE: ::lexican_runtime::object::Object<
     ::lexican_runtime::object::U56,
     ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2017, 0x00)
-    .with_default(::lexican_runtime::object::U56::literal(2));
+> = ::lexican_runtime::object::Object::new(0x2017, 0x00).with_default(::lexican_runtime::object::U56::literal(2));
 
 /// UNSIGNED64 value
 ///
 /// Address 0x2018:00 · UNSIGNED64 · rw · default 18446744073709551615
 #[doc(alias("0x2018:00", "2018"))]
-pub const UNSIGNED64_VALUE: ::lexican_runtime::object::Object<
-    u64,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2018, 0x00)
-    .with_default(18446744073709551615);
+pub const UNSIGNED64_VALUE: ::lexican_runtime::object::Object<u64, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2018, 0x00).with_default(18446744073709551615);
 
 /// All entries with their defaults, as the device serves them.
-pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::Table {
-    entries: &[
-        ::lexican_runtime::object::Entry::new(
-                0x1000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(0, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(4, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(5, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(6, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(10, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(14, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(18, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x00,
-                ::lexican_runtime::object::DataType::Boolean,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(22, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2001,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(23, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2002,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(24, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x2003,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(26, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2004,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(30, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2005,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(31, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x2006,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(33, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2007,
-                0x00,
-                ::lexican_runtime::object::DataType::Real32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(37, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2008,
-                0x00,
-                ::lexican_runtime::object::DataType::VisibleString,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(43, 33),
-        ::lexican_runtime::object::Entry::new(
-                0x2009,
-                0x00,
-                ::lexican_runtime::object::DataType::OctetString,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(78, 32),
-        ::lexican_runtime::object::Entry::new(
-                0x200A,
-                0x00,
-                ::lexican_runtime::object::DataType::UnicodeString,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(112, 32),
-        ::lexican_runtime::object::Entry::new(
-                0x200B,
-                0x00,
-                ::lexican_runtime::object::DataType::TimeOfDay,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(144, 6),
-        ::lexican_runtime::object::Entry::new(
-                0x200C,
-                0x00,
-                ::lexican_runtime::object::DataType::TimeDifference,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(150, 6),
-        ::lexican_runtime::object::Entry::new(
-                0x200D,
-                0x00,
-                ::lexican_runtime::object::DataType::Domain,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(0, 0),
-        ::lexican_runtime::object::Entry::new(
-                0x200E,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer24,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(156, 3),
-        ::lexican_runtime::object::Entry::new(
-                0x200F,
-                0x00,
-                ::lexican_runtime::object::DataType::Real64,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(159, 8),
-        ::lexican_runtime::object::Entry::new(
-                0x2010,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer40,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(167, 5),
-        ::lexican_runtime::object::Entry::new(
-                0x2011,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer48,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(172, 6),
-        ::lexican_runtime::object::Entry::new(
-                0x2012,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer56,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(178, 7),
-        ::lexican_runtime::object::Entry::new(
-                0x2013,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer64,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(185, 8),
-        ::lexican_runtime::object::Entry::new(
-                0x2014,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned24,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(193, 3),
-        ::lexican_runtime::object::Entry::new(
-                0x2015,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned40,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(196, 5),
-        ::lexican_runtime::object::Entry::new(
-                0x2016,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned48,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(201, 6),
-        ::lexican_runtime::object::Entry::new(
-                0x2017,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned56,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(207, 7),
-        ::lexican_runtime::object::Entry::new(
-                0x2018,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned64,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(214, 8),
-    ],
-    limits: &[],
-    image: b"\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x01\xFF\xFE\xFF\x90\xEE\xFE\xFF\xC84\x12\0(k\xEE\0\0\xC0?!\0text with \"quotes\" and [brackets]\x03\0\x01\x02\xFF\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x11-DT\xFB!\t@\0\0\0\0\x80\0\0\0\0\0\0\x01\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\x01\0\0\0\0\0\x02\0\0\0\0\0\0\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF",
-    node_relative: &[],
+pub static TABLE: ::lexican_runtime::object::Table = {
+    use ::lexican_runtime::object::{Access, DataType, Entry, PdoMapping, Table};
+    Table {
+        entries: &[
+            Entry::new(0x1000, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4),
+            Entry::new(0x1001, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(4, 1),
+            Entry::new(0x1018, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(5, 1),
+            Entry::new(0x1018, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(6, 4),
+            Entry::new(0x1018, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(10, 4),
+            Entry::new(0x1018, 0x03, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(14, 4),
+            Entry::new(0x1018, 0x04, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(18, 4),
+            Entry::new(0x2000, 0x00, DataType::Boolean, Access::Rw, PdoMapping::None).at(22, 1),
+            Entry::new(0x2001, 0x00, DataType::Integer8, Access::Rw, PdoMapping::None).at(23, 1),
+            Entry::new(0x2002, 0x00, DataType::Integer16, Access::Rw, PdoMapping::None).at(24, 2),
+            Entry::new(0x2003, 0x00, DataType::Integer32, Access::Rw, PdoMapping::None).at(26, 4),
+            Entry::new(0x2004, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(30, 1),
+            Entry::new(0x2005, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(31, 2),
+            Entry::new(0x2006, 0x00, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(33, 4),
+            Entry::new(0x2007, 0x00, DataType::Real32, Access::Rw, PdoMapping::None).at(37, 4),
+            Entry::new(0x2008, 0x00, DataType::VisibleString, Access::Rw, PdoMapping::None).at(43, 33),
+            Entry::new(0x2009, 0x00, DataType::OctetString, Access::Rw, PdoMapping::None).at(78, 32),
+            Entry::new(0x200A, 0x00, DataType::UnicodeString, Access::Rw, PdoMapping::None).at(112, 32),
+            Entry::new(0x200B, 0x00, DataType::TimeOfDay, Access::Rw, PdoMapping::None).at(144, 6),
+            Entry::new(0x200C, 0x00, DataType::TimeDifference, Access::Rw, PdoMapping::None).at(150, 6),
+            Entry::new(0x200D, 0x00, DataType::Domain, Access::Rw, PdoMapping::None).at(0, 0),
+            Entry::new(0x200E, 0x00, DataType::Integer24, Access::Rw, PdoMapping::None).at(156, 3),
+            Entry::new(0x200F, 0x00, DataType::Real64, Access::Rw, PdoMapping::None).at(159, 8),
+            Entry::new(0x2010, 0x00, DataType::Integer40, Access::Rw, PdoMapping::None).at(167, 5),
+            Entry::new(0x2011, 0x00, DataType::Integer48, Access::Rw, PdoMapping::None).at(172, 6),
+            Entry::new(0x2012, 0x00, DataType::Integer56, Access::Rw, PdoMapping::None).at(178, 7),
+            Entry::new(0x2013, 0x00, DataType::Integer64, Access::Rw, PdoMapping::None).at(185, 8),
+            Entry::new(0x2014, 0x00, DataType::Unsigned24, Access::Rw, PdoMapping::None).at(193, 3),
+            Entry::new(0x2015, 0x00, DataType::Unsigned40, Access::Rw, PdoMapping::None).at(196, 5),
+            Entry::new(0x2016, 0x00, DataType::Unsigned48, Access::Rw, PdoMapping::None).at(201, 6),
+            Entry::new(0x2017, 0x00, DataType::Unsigned56, Access::Rw, PdoMapping::None).at(207, 7),
+            Entry::new(0x2018, 0x00, DataType::Unsigned64, Access::Rw, PdoMapping::None).at(214, 8),
+        ],
+        limits: &[],
+        image: b"\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x01\xFF\xFE\xFF\x90\xEE\xFE\xFF\xC84\x12\0(k\xEE\0\0\xC0?!\0text with \"quotes\" and [brackets]\x03\0\x01\x02\xFF\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x11-DT\xFB!\t@\0\0\0\0\x80\0\0\0\0\0\0\x01\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\x01\0\0\0\0\0\x02\0\0\0\0\0\0\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF",
+        node_relative: &[],
+    }
 };
 
 /// The dictionary of a device: all values.
@@ -706,231 +444,40 @@ pub static WRITABLE_IN: &[::lexican_runtime::object::WritableIn] = &[];
 pub static PERSISTENT: &[::lexican_runtime::object::Address] = &[];
 
 /// The names of all entries, ascending by address.
-pub static NAMES: &[::lexican_runtime::object::Name] = &[
-    ::lexican_runtime::object::Name::new(
-        0x1000,
-        0x00,
-        "Device type",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1001,
-        0x00,
-        "Error register",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::BitField(
-            <ErrorRegister as ::lexican_runtime::object::BitField>::BITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x00,
-        "Identity object: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x01,
-        "Identity object: Vendor-ID",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x02,
-        "Identity object: Product code",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x03,
-        "Identity object: Revision number",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x04,
-        "Identity object: Serial number",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2000,
-        0x00,
-        "BOOLEAN value",
-        ::lexican_runtime::object::DataType::Boolean,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2001,
-        0x00,
-        "INTEGER8 value",
-        ::lexican_runtime::object::DataType::Integer8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2002,
-        0x00,
-        "INTEGER16 value",
-        ::lexican_runtime::object::DataType::Integer16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2003,
-        0x00,
-        "INTEGER32 value",
-        ::lexican_runtime::object::DataType::Integer32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2004,
-        0x00,
-        "UNSIGNED8 value",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2005,
-        0x00,
-        "UNSIGNED16 value",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2006,
-        0x00,
-        "UNSIGNED32 value",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2007,
-        0x00,
-        "REAL32 value",
-        ::lexican_runtime::object::DataType::Real32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2008,
-        0x00,
-        "VISIBLE_STRING value",
-        ::lexican_runtime::object::DataType::VisibleString,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2009,
-        0x00,
-        "OCTET_STRING value",
-        ::lexican_runtime::object::DataType::OctetString,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200A,
-        0x00,
-        "UNICODE_STRING value",
-        ::lexican_runtime::object::DataType::UnicodeString,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200B,
-        0x00,
-        "TIME_OF_DAY value",
-        ::lexican_runtime::object::DataType::TimeOfDay,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200C,
-        0x00,
-        "TIME_DIFFERENCE value",
-        ::lexican_runtime::object::DataType::TimeDifference,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200D,
-        0x00,
-        "DOMAIN value",
-        ::lexican_runtime::object::DataType::Domain,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200E,
-        0x00,
-        "INTEGER24 value",
-        ::lexican_runtime::object::DataType::Integer24,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200F,
-        0x00,
-        "REAL64 value",
-        ::lexican_runtime::object::DataType::Real64,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2010,
-        0x00,
-        "INTEGER40 value",
-        ::lexican_runtime::object::DataType::Integer40,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2011,
-        0x00,
-        "INTEGER48 value",
-        ::lexican_runtime::object::DataType::Integer48,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2012,
-        0x00,
-        "INTEGER56 value",
-        ::lexican_runtime::object::DataType::Integer56,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2013,
-        0x00,
-        "INTEGER64 value",
-        ::lexican_runtime::object::DataType::Integer64,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2014,
-        0x00,
-        "UNSIGNED24 value",
-        ::lexican_runtime::object::DataType::Unsigned24,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2015,
-        0x00,
-        "UNSIGNED40 value",
-        ::lexican_runtime::object::DataType::Unsigned40,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2016,
-        0x00,
-        "UNSIGNED48 value",
-        ::lexican_runtime::object::DataType::Unsigned48,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2017,
-        0x00,
-        "UNSIGNED56 value",
-        ::lexican_runtime::object::DataType::Unsigned56,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2018,
-        0x00,
-        "UNSIGNED64 value",
-        ::lexican_runtime::object::DataType::Unsigned64,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-];
+pub static NAMES: &[::lexican_runtime::object::Name] = {
+    use ::lexican_runtime::object;
+    &[
+        object::Name::new(0x1000, 0x00, "Device type", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1001, 0x00, "Error register", object::DataType::Unsigned8, object::Meaning::BitField(<ErrorRegister as object::BitField>::BITS)),
+        object::Name::new(0x1018, 0x00, "Identity object: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x01, "Identity object: Vendor-ID", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x02, "Identity object: Product code", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x03, "Identity object: Revision number", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x04, "Identity object: Serial number", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x2000, 0x00, "BOOLEAN value", object::DataType::Boolean, object::Meaning::Plain),
+        object::Name::new(0x2001, 0x00, "INTEGER8 value", object::DataType::Integer8, object::Meaning::Plain),
+        object::Name::new(0x2002, 0x00, "INTEGER16 value", object::DataType::Integer16, object::Meaning::Plain),
+        object::Name::new(0x2003, 0x00, "INTEGER32 value", object::DataType::Integer32, object::Meaning::Plain),
+        object::Name::new(0x2004, 0x00, "UNSIGNED8 value", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x2005, 0x00, "UNSIGNED16 value", object::DataType::Unsigned16, object::Meaning::Plain),
+        object::Name::new(0x2006, 0x00, "UNSIGNED32 value", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x2007, 0x00, "REAL32 value", object::DataType::Real32, object::Meaning::Plain),
+        object::Name::new(0x2008, 0x00, "VISIBLE_STRING value", object::DataType::VisibleString, object::Meaning::Plain),
+        object::Name::new(0x2009, 0x00, "OCTET_STRING value", object::DataType::OctetString, object::Meaning::Plain),
+        object::Name::new(0x200A, 0x00, "UNICODE_STRING value", object::DataType::UnicodeString, object::Meaning::Plain),
+        object::Name::new(0x200B, 0x00, "TIME_OF_DAY value", object::DataType::TimeOfDay, object::Meaning::Plain),
+        object::Name::new(0x200C, 0x00, "TIME_DIFFERENCE value", object::DataType::TimeDifference, object::Meaning::Plain),
+        object::Name::new(0x200D, 0x00, "DOMAIN value", object::DataType::Domain, object::Meaning::Plain),
+        object::Name::new(0x200E, 0x00, "INTEGER24 value", object::DataType::Integer24, object::Meaning::Plain),
+        object::Name::new(0x200F, 0x00, "REAL64 value", object::DataType::Real64, object::Meaning::Plain),
+        object::Name::new(0x2010, 0x00, "INTEGER40 value", object::DataType::Integer40, object::Meaning::Plain),
+        object::Name::new(0x2011, 0x00, "INTEGER48 value", object::DataType::Integer48, object::Meaning::Plain),
+        object::Name::new(0x2012, 0x00, "INTEGER56 value", object::DataType::Integer56, object::Meaning::Plain),
+        object::Name::new(0x2013, 0x00, "INTEGER64 value", object::DataType::Integer64, object::Meaning::Plain),
+        object::Name::new(0x2014, 0x00, "UNSIGNED24 value", object::DataType::Unsigned24, object::Meaning::Plain),
+        object::Name::new(0x2015, 0x00, "UNSIGNED40 value", object::DataType::Unsigned40, object::Meaning::Plain),
+        object::Name::new(0x2016, 0x00, "UNSIGNED48 value", object::DataType::Unsigned48, object::Meaning::Plain),
+        object::Name::new(0x2017, 0x00, "UNSIGNED56 value", object::DataType::Unsigned56, object::Meaning::Plain),
+        object::Name::new(0x2018, 0x00, "UNSIGNED64 value", object::DataType::Unsigned64, object::Meaning::Plain),
+    ]
+};

@@ -124,27 +124,21 @@ impl TwoWordsRecord {
     ///
     /// Address 0x0041:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x0041:00", "0041"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x0041, 0x00).with_default(2)
     }
     /// First
     ///
     /// Address 0x0041:01 · UNSIGNED8 · ro · default 6
     #[doc(alias("0x0041:01", "0041"))]
-    pub const fn first(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn first(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x0041, 0x01).with_default(6)
     }
     /// Second
     ///
     /// Address 0x0041:02 · UNSIGNED8 · ro · default 6
     #[doc(alias("0x0041:02", "0041"))]
-    pub const fn second(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn second(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x0041, 0x02).with_default(6)
     }
 }
@@ -153,65 +147,50 @@ impl TwoWordsRecord {
 ///
 /// Address 0x0060:00 · UNSIGNED32 · ro · default 12
 #[doc(alias("0x0060:00", "0060"))]
-pub const TWELVE_BITS: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x0060, 0x00).with_default(12);
+pub const TWELVE_BITS: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x0060, 0x00).with_default(12);
 
 /// Three bytes
 ///
 /// Address 0x0061:00 · UNSIGNED32 · ro · default 24
 #[doc(alias("0x0061:00", "0061"))]
-pub const THREE_BYTES: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x0061, 0x00).with_default(24);
+pub const THREE_BYTES: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x0061, 0x00).with_default(24);
 
 /// All that fits into a frame
 ///
 /// Address 0x0062:00 · UNSIGNED32 · ro · default 64
 #[doc(alias("0x0062:00", "0062"))]
-pub const ALL_THAT_FITS_INTO_A_FRAME: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x0062, 0x00).with_default(64);
+pub const ALL_THAT_FITS_INTO_A_FRAME: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x0062, 0x00).with_default(64);
 
 /// More than fits
 ///
 /// Address 0x0063:00 · UNSIGNED32 · ro · default 80
 #[doc(alias("0x0063:00", "0063"))]
-pub const MORE_THAN_FITS: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x0063, 0x00).with_default(80);
+pub const MORE_THAN_FITS: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x0063, 0x00).with_default(80);
 
 /// Device type
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Producer heartbeat time
 ///
 /// Address 0x1017:00 · UNSIGNED16 · rw · default 0
 #[doc(alias("0x1017:00", "1017"))]
-pub const PRODUCER_HEARTBEAT_TIME: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x1017, 0x00).with_default(0);
+pub const PRODUCER_HEARTBEAT_TIME: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x1017, 0x00).with_default(0);
 
 /// Identity object
 ///
@@ -227,45 +206,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -284,28 +256,21 @@ impl Tpdo1CommunicationRecord {
     ///
     /// Address 0x1800:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1800:00", "1800"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1800, 0x00).with_default(2)
     }
     /// COB-ID
     ///
     /// Address 0x1800:01 · UNSIGNED32 · rw · default 0x180 + node-ID
     #[doc(alias("0x1800:01", "1800"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1800, 0x01)
-            .with_default_node_id_plus(0x180)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1800, 0x01).with_default_node_id_plus(0x180)
     }
     /// Transmission type
     ///
     /// Address 0x1800:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1800:02", "1800"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1800, 0x02).with_default(255)
     }
 }
@@ -324,27 +289,24 @@ impl Tpdo1MappingRecord {
     ///
     /// Address 0x1A00:00 · UNSIGNED8 · rw · default 2
     #[doc(alias("0x1A00:00", "1A00"))]
-    pub const fn number_of_mapped_objects(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn number_of_mapped_objects(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Rw,
+    > {
         ::lexican_runtime::object::Object::new(0x1A00, 0x00).with_default(2)
     }
     /// First mapped object
     ///
     /// Address 0x1A00:01 · UNSIGNED32 · rw · default 0x2000000C
     #[doc(alias("0x1A00:01", "1A00"))]
-    pub const fn first_mapped_object(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn first_mapped_object(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x01).with_default(0x2000000C)
     }
     /// Second mapped object
     ///
     /// Address 0x1A00:02 · UNSIGNED32 · rw · default 0x20010018
     #[doc(alias("0x1A00:02", "1A00"))]
-    pub const fn second_mapped_object(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn second_mapped_object(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x02).with_default(0x20010018)
     }
 }
@@ -359,9 +321,7 @@ pub const ANGLE_OF_TWELVE_BITS: ::lexican_runtime::object::Object<
     u16,
     ::lexican_runtime::object::Rw,
     ::lexican_runtime::object::Mappable,
-> = ::lexican_runtime::object::Object::new(0x2000, 0x00)
-    .with_limits(0, 4095)
-    .with_default(291);
+> = ::lexican_runtime::object::Object::new(0x2000, 0x00).with_limits(0, 4095).with_default(291);
 
 /// Counter of three bytes
 ///
@@ -374,10 +334,7 @@ pub const COUNTER_OF_THREE_BYTES: ::lexican_runtime::object::Object<
     ::lexican_runtime::object::Ro,
     ::lexican_runtime::object::Tpdo,
 > = ::lexican_runtime::object::Object::new(0x2001, 0x00)
-    .with_limits(
-        ::lexican_runtime::object::U24::literal(1),
-        ::lexican_runtime::object::U24::literal(65535),
-    )
+    .with_limits(::lexican_runtime::object::U24::literal(1), ::lexican_runtime::object::U24::literal(65535))
     .with_default(::lexican_runtime::object::U24::literal(70000));
 
 /// Whole frame
@@ -390,8 +347,7 @@ pub const WHOLE_FRAME: ::lexican_runtime::object::Object<
     u64,
     ::lexican_runtime::object::Rw,
     ::lexican_runtime::object::Mappable,
-> = ::lexican_runtime::object::Object::new(0x2002, 0x00)
-    .with_default(18446744073709551615);
+> = ::lexican_runtime::object::Object::new(0x2002, 0x00).with_default(18446744073709551615);
 
 /// Long
 ///
@@ -417,10 +373,8 @@ pub const PAIR_OF_WORDS: ::lexican_runtime::object::Object<
 ///
 /// The device defines its data type 0060h as 12 bits.
 #[doc(alias("0x2005:00", "2005"))]
-pub const TOO_LARGE_A_DEFAULT: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2005, 0x00).with_limits(0, 4095);
+pub const TOO_LARGE_A_DEFAULT: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2005, 0x00).with_limits(0, 4095);
 
 /// Of a type that nobody describes
 ///
@@ -441,9 +395,7 @@ pub const OFFSET_WITH_A_SIGN: ::lexican_runtime::object::Object<
     u16,
     ::lexican_runtime::object::Rw,
     ::lexican_runtime::object::Mappable,
-> = ::lexican_runtime::object::Object::new(0x2007, 0x00)
-    .with_limits(0, 4095)
-    .with_default(4091);
+> = ::lexican_runtime::object::Object::new(0x2007, 0x00).with_limits(0, 4095).with_default(4091);
 
 /// Transmit PDO 1, as mapped by default in 1A00.
 ///
@@ -519,262 +471,49 @@ impl ::lexican_runtime::object::Pdo for Tpdo1 {
 }
 
 /// All entries with their defaults, as the device serves them.
-pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::Table {
-    entries: &[
-        ::lexican_runtime::object::Entry::new(
-                0x0041,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(0, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x0041,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(1, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x0041,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(2, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x0060,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(3, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x0061,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(7, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x0062,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(11, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x0063,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(15, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(19, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(23, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1017,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(24, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(26, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(27, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(31, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(35, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(39, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(43, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(44, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(48, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(49, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(50, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(54, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Both,
-            )
-            .at(58, 2)
-            .limited(0),
-        ::lexican_runtime::object::Entry::new(
-                0x2001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned24,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::Tpdo,
-            )
-            .at(60, 3)
-            .limited(1),
-        ::lexican_runtime::object::Entry::new(
-                0x2002,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned64,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Both,
-            )
-            .at(63, 8),
-        ::lexican_runtime::object::Entry::new(
-                0x2003,
-                0x00,
-                ::lexican_runtime::object::DataType::OctetString,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(73, 32),
-        ::lexican_runtime::object::Entry::new(
-                0x2004,
-                0x00,
-                ::lexican_runtime::object::DataType::OctetString,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(107, 32),
-        ::lexican_runtime::object::Entry::new(
-                0x2005,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(139, 2)
-            .limited(0),
-        ::lexican_runtime::object::Entry::new(
-                0x2006,
-                0x00,
-                ::lexican_runtime::object::DataType::OctetString,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(143, 32),
-        ::lexican_runtime::object::Entry::new(
-                0x2007,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Both,
-            )
-            .at(175, 2)
-            .limited(0),
-    ],
-    limits: &[
-        ::lexican_runtime::object::Limit {
-            low: 0x0,
-            high: 0xFFF,
-        },
-        ::lexican_runtime::object::Limit {
-            low: 0x1,
-            high: 0xFFFF,
-        },
-    ],
-    image: b"\x02\x06\x06\x0C\0\0\0\x18\0\0\0@\0\0\0P\0\0\0\0\0\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x02\x80\x01\0\0\xFF\x02\x0C\0\0 \x18\0\x01 #\x01p\x11\x01\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xFB\x0F",
-    node_relative: &[
-        ::lexican_runtime::object::NodeRelative {
-            offset: 44,
-            size: 4,
-        },
-    ],
+pub static TABLE: ::lexican_runtime::object::Table = {
+    use ::lexican_runtime::object::{Access, DataType, Entry, Limit, NodeRelative, PdoMapping, Table};
+    Table {
+        entries: &[
+            Entry::new(0x0041, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(0, 1),
+            Entry::new(0x0041, 0x01, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(1, 1),
+            Entry::new(0x0041, 0x02, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(2, 1),
+            Entry::new(0x0060, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(3, 4),
+            Entry::new(0x0061, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(7, 4),
+            Entry::new(0x0062, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(11, 4),
+            Entry::new(0x0063, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(15, 4),
+            Entry::new(0x1000, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(19, 4),
+            Entry::new(0x1001, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(23, 1),
+            Entry::new(0x1017, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(24, 2),
+            Entry::new(0x1018, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(26, 1),
+            Entry::new(0x1018, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(27, 4),
+            Entry::new(0x1018, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(31, 4),
+            Entry::new(0x1018, 0x03, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(35, 4),
+            Entry::new(0x1018, 0x04, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(39, 4),
+            Entry::new(0x1800, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(43, 1),
+            Entry::new(0x1800, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(44, 4),
+            Entry::new(0x1800, 0x02, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(48, 1),
+            Entry::new(0x1A00, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(49, 1),
+            Entry::new(0x1A00, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(50, 4),
+            Entry::new(0x1A00, 0x02, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(54, 4),
+            Entry::new(0x2000, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::Both).at(58, 2).limited(0),
+            Entry::new(0x2001, 0x00, DataType::Unsigned24, Access::Ro, PdoMapping::Tpdo).at(60, 3).limited(1),
+            Entry::new(0x2002, 0x00, DataType::Unsigned64, Access::Rw, PdoMapping::Both).at(63, 8),
+            Entry::new(0x2003, 0x00, DataType::OctetString, Access::Rw, PdoMapping::None).at(73, 32),
+            Entry::new(0x2004, 0x00, DataType::OctetString, Access::Rw, PdoMapping::None).at(107, 32),
+            Entry::new(0x2005, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(139, 2).limited(0),
+            Entry::new(0x2006, 0x00, DataType::OctetString, Access::Rw, PdoMapping::None).at(143, 32),
+            Entry::new(0x2007, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::Both).at(175, 2).limited(0),
+        ],
+        limits: &[
+            Limit { low: 0x0, high: 0xFFF },
+            Limit { low: 0x1, high: 0xFFFF },
+        ],
+        image: b"\x02\x06\x06\x0C\0\0\0\x18\0\0\0@\0\0\0P\0\0\0\0\0\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x02\x80\x01\0\0\xFF\x02\x0C\0\0 \x18\0\x01 #\x01p\x11\x01\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xFB\x0F",
+        node_relative: &[
+            NodeRelative { offset: 44, size: 4 },
+        ],
+    }
 };
 
 /// The dictionary of a device: all values.
@@ -796,210 +535,37 @@ pub static WRITABLE_IN: &[::lexican_runtime::object::WritableIn] = &[];
 pub static PERSISTENT: &[::lexican_runtime::object::Address] = &[];
 
 /// The names of all entries, ascending by address.
-pub static NAMES: &[::lexican_runtime::object::Name] = &[
-    ::lexican_runtime::object::Name::new(
-        0x0041,
-        0x00,
-        "Two words: Highest sub-index",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x0041,
-        0x01,
-        "Two words: First",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x0041,
-        0x02,
-        "Two words: Second",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x0060,
-        0x00,
-        "Twelve bits",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x0061,
-        0x00,
-        "Three bytes",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x0062,
-        0x00,
-        "All that fits into a frame",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x0063,
-        0x00,
-        "More than fits",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1000,
-        0x00,
-        "Device type",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1001,
-        0x00,
-        "Error register",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::BitField(
-            <ErrorRegister as ::lexican_runtime::object::BitField>::BITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1017,
-        0x00,
-        "Producer heartbeat time",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x00,
-        "Identity object: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x01,
-        "Identity object: Vendor-ID",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x02,
-        "Identity object: Product code",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x03,
-        "Identity object: Revision number",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x04,
-        "Identity object: Serial number",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1800,
-        0x00,
-        "TPDO 1 communication: Highest sub-index",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1800,
-        0x01,
-        "TPDO 1 communication: COB-ID",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1800,
-        0x02,
-        "TPDO 1 communication: Transmission type",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1A00,
-        0x00,
-        "TPDO 1 mapping: Number of mapped objects",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1A00,
-        0x01,
-        "TPDO 1 mapping: First mapped object",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1A00,
-        0x02,
-        "TPDO 1 mapping: Second mapped object",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2000,
-        0x00,
-        "Angle of twelve bits",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2001,
-        0x00,
-        "Counter of three bytes",
-        ::lexican_runtime::object::DataType::Unsigned24,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2002,
-        0x00,
-        "Whole frame",
-        ::lexican_runtime::object::DataType::Unsigned64,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2003,
-        0x00,
-        "Long",
-        ::lexican_runtime::object::DataType::OctetString,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2004,
-        0x00,
-        "Pair of words",
-        ::lexican_runtime::object::DataType::OctetString,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2005,
-        0x00,
-        "Too large a default",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2006,
-        0x00,
-        "Of a type that nobody describes",
-        ::lexican_runtime::object::DataType::OctetString,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2007,
-        0x00,
-        "Offset with a sign",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-];
+pub static NAMES: &[::lexican_runtime::object::Name] = {
+    use ::lexican_runtime::object;
+    &[
+        object::Name::new(0x0041, 0x00, "Two words: Highest sub-index", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x0041, 0x01, "Two words: First", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x0041, 0x02, "Two words: Second", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x0060, 0x00, "Twelve bits", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x0061, 0x00, "Three bytes", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x0062, 0x00, "All that fits into a frame", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x0063, 0x00, "More than fits", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1000, 0x00, "Device type", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1001, 0x00, "Error register", object::DataType::Unsigned8, object::Meaning::BitField(<ErrorRegister as object::BitField>::BITS)),
+        object::Name::new(0x1017, 0x00, "Producer heartbeat time", object::DataType::Unsigned16, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x00, "Identity object: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x01, "Identity object: Vendor-ID", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x02, "Identity object: Product code", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x03, "Identity object: Revision number", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x04, "Identity object: Serial number", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1800, 0x00, "TPDO 1 communication: Highest sub-index", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1800, 0x01, "TPDO 1 communication: COB-ID", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1800, 0x02, "TPDO 1 communication: Transmission type", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1A00, 0x00, "TPDO 1 mapping: Number of mapped objects", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1A00, 0x01, "TPDO 1 mapping: First mapped object", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1A00, 0x02, "TPDO 1 mapping: Second mapped object", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x2000, 0x00, "Angle of twelve bits", object::DataType::Unsigned16, object::Meaning::Plain),
+        object::Name::new(0x2001, 0x00, "Counter of three bytes", object::DataType::Unsigned24, object::Meaning::Plain),
+        object::Name::new(0x2002, 0x00, "Whole frame", object::DataType::Unsigned64, object::Meaning::Plain),
+        object::Name::new(0x2003, 0x00, "Long", object::DataType::OctetString, object::Meaning::Plain),
+        object::Name::new(0x2004, 0x00, "Pair of words", object::DataType::OctetString, object::Meaning::Plain),
+        object::Name::new(0x2005, 0x00, "Too large a default", object::DataType::Unsigned16, object::Meaning::Plain),
+        object::Name::new(0x2006, 0x00, "Of a type that nobody describes", object::DataType::OctetString, object::Meaning::Plain),
+        object::Name::new(0x2007, 0x00, "Offset with a sign", object::DataType::Unsigned16, object::Meaning::Plain),
+    ]
+};

@@ -114,20 +114,15 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Identity object
 ///
@@ -143,45 +138,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -190,64 +178,50 @@ impl IdentityObjectRecord {
 ///
 /// Address 0x2000:00 · UNSIGNED16 · rw
 #[doc(alias("0x2000:00", "2000"))]
-pub const BOLD_UNDER_CODE_LINK_X_B_TAG_B: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2000, 0x00);
+pub const BOLD_UNDER_CODE_LINK_X_B_TAG_B: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2000, 0x00);
 
 /// \- a list
 ///
 /// Address 0x2001:00 · UNSIGNED16 · rw
 #[doc(alias("0x2001:00", "2001"))]
-pub const A_LIST: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2001, 0x00);
+pub const A_LIST: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2001, 0x00);
 
 /// 1\. a list
 ///
 /// Address 0x2002:00 · UNSIGNED16 · rw
 #[doc(alias("0x2002:00", "2002"))]
-pub const _1_A_LIST: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2002, 0x00);
+pub const _1_A_LIST: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2002, 0x00);
 
 /// \# a heading
 ///
 /// Address 0x2003:00 · UNSIGNED16 · rw
 #[doc(alias("0x2003:00", "2003"))]
-pub const A_HEADING: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2003, 0x00);
+pub const A_HEADING: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2003, 0x00);
 
 /// see https\://example.com/x
 ///
 /// Address 0x2004:00 · UNSIGNED16 · rw
 #[doc(alias("0x2004:00", "2004"))]
-pub const SEE_HTTPS_EXAMPLE_COM_X: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2004, 0x00);
+pub const SEE_HTTPS_EXAMPLE_COM_X: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2004, 0x00);
 
 /// indented like code
 ///
 /// Address 0x2005:00 · UNSIGNED16 · rw
 #[doc(alias("0x2005:00", "2005"))]
-pub const INDENTED_LIKE_CODE: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2005, 0x00);
+pub const INDENTED_LIKE_CODE: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2005, 0x00);
 
 /// a \\\\ backslash, a \| pipe
 ///
 /// Address 0x2006:00 · UNSIGNED16 · rw
 #[doc(alias("0x2006:00", "2006"))]
-pub const A_BACKSLASH_A_PIPE: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2006, 0x00);
+pub const A_BACKSLASH_A_PIPE: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2006, 0x00);
 
 /// "quoted" and 'single'
 ///

@@ -114,20 +114,15 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Identity object
 ///
@@ -143,45 +138,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -190,63 +178,43 @@ impl IdentityObjectRecord {
 ///
 /// Address 0x2000:00 · UNSIGNED16 · rw · default 100 · limits 1…500
 #[doc(alias("0x2000:00", "2000"))]
-pub const BOTH_LIMITS: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2000, 0x00)
-    .with_limits(1, 500)
-    .with_default(100);
+pub const BOTH_LIMITS: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2000, 0x00).with_limits(1, 500).with_default(100);
 
 /// only a low limit
 ///
 /// Address 0x2001:00 · INTEGER16 · rw · default 0 · limits -10…32767
 #[doc(alias("0x2001:00", "2001"))]
-pub const ONLY_A_LOW_LIMIT: ::lexican_runtime::object::Object<
-    i16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2001, 0x00)
-    .with_limits(-10, 32767)
-    .with_default(0);
+pub const ONLY_A_LOW_LIMIT: ::lexican_runtime::object::Object<i16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2001, 0x00).with_limits(-10, 32767).with_default(0);
 
 /// only a high limit
 ///
 /// Address 0x2002:00 · UNSIGNED8 · rw · limits 0…100
 #[doc(alias("0x2002:00", "2002"))]
-pub const ONLY_A_HIGH_LIMIT: ::lexican_runtime::object::Object<
-    u8,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2002, 0x00).with_limits(0, 100);
+pub const ONLY_A_HIGH_LIMIT: ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2002, 0x00).with_limits(0, 100);
 
 /// the limits of the type
 ///
 /// Address 0x2003:00 · UNSIGNED8 · rw · default 0
 #[doc(alias("0x2003:00", "2003"))]
-pub const THE_LIMITS_OF_THE_TYPE: ::lexican_runtime::object::Object<
-    u8,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2003, 0x00).with_default(0);
+pub const THE_LIMITS_OF_THE_TYPE: ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2003, 0x00).with_default(0);
 
 /// hexadecimal of the complement
 ///
 /// Address 0x2004:00 · INTEGER16 · rw · default 0 · limits -100…100
 #[doc(alias("0x2004:00", "2004"))]
-pub const HEXADECIMAL_OF_THE_COMPLEMENT: ::lexican_runtime::object::Object<
-    i16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2004, 0x00)
-    .with_limits(-100, 100)
-    .with_default(0);
+pub const HEXADECIMAL_OF_THE_COMPLEMENT: ::lexican_runtime::object::Object<i16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2004, 0x00).with_limits(-100, 100).with_default(0);
 
 /// a real number
 ///
 /// Address 0x2005:00 · REAL32 · rw · default 0.25 · limits -1.5…2
 #[doc(alias("0x2005:00", "2005"))]
-pub const A_REAL_NUMBER: ::lexican_runtime::object::Object<
-    f32,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2005, 0x00)
-    .with_limits(-1.5, 2.0)
-    .with_default(0.25);
+pub const A_REAL_NUMBER: ::lexican_runtime::object::Object<f32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2005, 0x00).with_limits(-1.5, 2.0).with_default(0.25);
 
 /// of an odd width
 ///
@@ -256,243 +224,74 @@ pub const OF_AN_ODD_WIDTH: ::lexican_runtime::object::Object<
     ::lexican_runtime::object::I24,
     ::lexican_runtime::object::Rw,
 > = ::lexican_runtime::object::Object::new(0x2006, 0x00)
-    .with_limits(
-        ::lexican_runtime::object::I24::literal(-5),
-        ::lexican_runtime::object::I24::literal(5),
-    )
+    .with_limits(::lexican_runtime::object::I24::literal(-5), ::lexican_runtime::object::I24::literal(5))
     .with_default(::lexican_runtime::object::I24::literal(5));
 
 /// a default beyond the type
 ///
 /// Address 0x2007:00 · UNSIGNED8 · rw
 #[doc(alias("0x2007:00", "2007"))]
-pub const A_DEFAULT_BEYOND_THE_TYPE: ::lexican_runtime::object::Object<
-    u8,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2007, 0x00);
+pub const A_DEFAULT_BEYOND_THE_TYPE: ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2007, 0x00);
 
 /// limits the wrong way round
 ///
 /// Address 0x2008:00 · UNSIGNED16 · rw · default 7
 #[doc(alias("0x2008:00", "2008"))]
-pub const LIMITS_THE_WRONG_WAY_ROUND: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2008, 0x00).with_default(7);
+pub const LIMITS_THE_WRONG_WAY_ROUND: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2008, 0x00).with_default(7);
 
 /// Beyond REAL32
 ///
 /// Address 0x5F00:00 · REAL32 · rw · limits -340282346638528860000000000000000000000…10
 #[doc(alias("0x5F00:00", "5F00"))]
-pub const BEYOND_REAL32: ::lexican_runtime::object::Object<
-    f32,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x5F00, 0x00)
-    .with_limits(-3.4028235e38, 10.0);
+pub const BEYOND_REAL32: ::lexican_runtime::object::Object<f32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x5F00, 0x00).with_limits(-3.4028235e38, 10.0);
 
 /// Not below the node-ID
 ///
 /// Address 0x5F01:00 · UNSIGNED8 · rw · default 100 · limits 0…120
 #[doc(alias("0x5F01:00", "5F01"))]
-pub const NOT_BELOW_THE_NODE_ID: ::lexican_runtime::object::Object<
-    u8,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x5F01, 0x00)
-    .with_limits(0, 120)
-    .with_default(100);
+pub const NOT_BELOW_THE_NODE_ID: ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x5F01, 0x00).with_limits(0, 120).with_default(100);
 
 /// All entries with their defaults, as the device serves them.
-pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::Table {
-    entries: &[
-        ::lexican_runtime::object::Entry::new(
-                0x1000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(0, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(4, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(5, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(6, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(10, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(14, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(18, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(22, 2)
-            .limited(0),
-        ::lexican_runtime::object::Entry::new(
-                0x2001,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(24, 2)
-            .limited(1),
-        ::lexican_runtime::object::Entry::new(
-                0x2002,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(26, 1)
-            .limited(2),
-        ::lexican_runtime::object::Entry::new(
-                0x2003,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(27, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2004,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(28, 2)
-            .limited(3),
-        ::lexican_runtime::object::Entry::new(
-                0x2005,
-                0x00,
-                ::lexican_runtime::object::DataType::Real32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(30, 4)
-            .limited(4),
-        ::lexican_runtime::object::Entry::new(
-                0x2006,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer24,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(34, 3)
-            .limited(5),
-        ::lexican_runtime::object::Entry::new(
-                0x2007,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(37, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2008,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(38, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x5F00,
-                0x00,
-                ::lexican_runtime::object::DataType::Real32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(40, 4)
-            .limited(6),
-        ::lexican_runtime::object::Entry::new(
-                0x5F01,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(44, 1)
-            .limited(7),
-    ],
-    limits: &[
-        ::lexican_runtime::object::Limit {
-            low: 0x1,
-            high: 0x1F4,
-        },
-        ::lexican_runtime::object::Limit {
-            low: 0xFFF6,
-            high: 0x7FFF,
-        },
-        ::lexican_runtime::object::Limit {
-            low: 0x0,
-            high: 0x64,
-        },
-        ::lexican_runtime::object::Limit {
-            low: 0xFF9C,
-            high: 0x64,
-        },
-        ::lexican_runtime::object::Limit {
-            low: 0xBFC00000,
-            high: 0x40000000,
-        },
-        ::lexican_runtime::object::Limit {
-            low: 0xFFFFFB,
-            high: 0x5,
-        },
-        ::lexican_runtime::object::Limit {
-            low: 0xFF7FFFFF,
-            high: 0x41200000,
-        },
-        ::lexican_runtime::object::Limit {
-            low: 0x0,
-            high: 0x78,
-        },
-    ],
-    image: b"\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0d\0\0\0\0\0\0\0\0\0\x80>\x05\0\0\0\x07\0\0\0\0\0d",
-    node_relative: &[],
+pub static TABLE: ::lexican_runtime::object::Table = {
+    use ::lexican_runtime::object::{Access, DataType, Entry, Limit, PdoMapping, Table};
+    Table {
+        entries: &[
+            Entry::new(0x1000, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4),
+            Entry::new(0x1001, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(4, 1),
+            Entry::new(0x1018, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(5, 1),
+            Entry::new(0x1018, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(6, 4),
+            Entry::new(0x1018, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(10, 4),
+            Entry::new(0x1018, 0x03, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(14, 4),
+            Entry::new(0x1018, 0x04, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(18, 4),
+            Entry::new(0x2000, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(22, 2).limited(0),
+            Entry::new(0x2001, 0x00, DataType::Integer16, Access::Rw, PdoMapping::None).at(24, 2).limited(1),
+            Entry::new(0x2002, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(26, 1).limited(2),
+            Entry::new(0x2003, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(27, 1),
+            Entry::new(0x2004, 0x00, DataType::Integer16, Access::Rw, PdoMapping::None).at(28, 2).limited(3),
+            Entry::new(0x2005, 0x00, DataType::Real32, Access::Rw, PdoMapping::None).at(30, 4).limited(4),
+            Entry::new(0x2006, 0x00, DataType::Integer24, Access::Rw, PdoMapping::None).at(34, 3).limited(5),
+            Entry::new(0x2007, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(37, 1),
+            Entry::new(0x2008, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(38, 2),
+            Entry::new(0x5F00, 0x00, DataType::Real32, Access::Rw, PdoMapping::None).at(40, 4).limited(6),
+            Entry::new(0x5F01, 0x00, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(44, 1).limited(7),
+        ],
+        limits: &[
+            Limit { low: 0x1, high: 0x1F4 },
+            Limit { low: 0xFFF6, high: 0x7FFF },
+            Limit { low: 0x0, high: 0x64 },
+            Limit { low: 0xFF9C, high: 0x64 },
+            Limit { low: 0xBFC00000, high: 0x40000000 },
+            Limit { low: 0xFFFFFB, high: 0x5 },
+            Limit { low: 0xFF7FFFFF, high: 0x41200000 },
+            Limit { low: 0x0, high: 0x78 },
+        ],
+        image: b"\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0d\0\0\0\0\0\0\0\0\0\x80>\x05\0\0\0\x07\0\0\0\0\0d",
+        node_relative: &[],
+    }
 };
 
 /// The dictionary of a device: all values.

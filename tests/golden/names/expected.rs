@@ -114,20 +114,15 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Identity object
 ///
@@ -143,45 +138,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -190,82 +178,64 @@ impl IdentityObjectRecord {
 ///
 /// Address 0x2000:00 · UNSIGNED16 · rw
 #[doc(alias("0x2000:00", "2000"))]
-pub const VELOCITY: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2000, 0x00);
+pub const VELOCITY: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2000, 0x00);
 
 /// velocity
 ///
 /// Address 0x2001:00 · UNSIGNED16 · rw
 #[doc(alias("0x2001:00", "2001"))]
-pub const VELOCITY_2001: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2001, 0x00);
+pub const VELOCITY_2001: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2001, 0x00);
 
 /// VELOCITY!
 ///
 /// Address 0x2002:00 · UNSIGNED16 · rw
 #[doc(alias("0x2002:00", "2002"))]
-pub const VELOCITY_2002: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2002, 0x00);
+pub const VELOCITY_2002: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2002, 0x00);
 
 /// 2nd gear
 ///
 /// Address 0x2003:00 · UNSIGNED16 · rw
 #[doc(alias("0x2003:00", "2003"))]
-pub const _2ND_GEAR: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2003, 0x00);
+pub const _2ND_GEAR: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2003, 0x00);
 
 /// %
 ///
 /// Address 0x2004:00 · UNSIGNED16 · rw
 #[doc(alias("0x2004:00", "2004"))]
-pub const OBJECT_2004: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2004, 0x00);
+pub const OBJECT_2004: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2004, 0x00);
 
 /// Vendor ID
 ///
 /// Address 0x2005:00 · UNSIGNED16 · rw
 #[doc(alias("0x2005:00", "2005"))]
-pub const VENDOR_ID_2005: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2005, 0x00);
+pub const VENDOR_ID_2005: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2005, 0x00);
 
 /// table
 ///
 /// Address 0x2006:00 · UNSIGNED16 · rw
 #[doc(alias("0x2006:00", "2006"))]
-pub const TABLE_2006: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2006, 0x00);
+pub const TABLE_2006: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2006, 0x00);
 
 /// Größe in µm
 ///
 /// Address 0x2007:00 · UNSIGNED16 · rw
 #[doc(alias("0x2007:00", "2007"))]
-pub const GROESSE_IN_UM: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2007, 0x00);
+pub const GROESSE_IN_UM: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2007, 0x00);
 
 /// X
 ///
 /// Address 0x2008:00 · UNSIGNED16 · rw
 #[doc(alias("0x2008:00", "2008"))]
-pub const X: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> = ::lexican_runtime::object::Object::new(
-    0x2008,
-    0x00,
-);
+pub const X: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2008, 0x00);
 
 /// Words of Rust
 ///
@@ -281,90 +251,70 @@ impl WordsOfRustRecord {
     ///
     /// Address 0x2100:00 · UNSIGNED8 · ro · default 9
     #[doc(alias("0x2100:00", "2100"))]
-    pub const fn number_of_entries(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn number_of_entries(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x2100, 0x00).with_default(9)
     }
     /// type
     ///
     /// Address 0x2100:01 · UNSIGNED16 · rw
     #[doc(alias("0x2100:01", "2100"))]
-    pub const fn type_(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn type_(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x01)
     }
     /// gen
     ///
     /// Address 0x2100:02 · UNSIGNED16 · rw
     #[doc(alias("0x2100:02", "2100"))]
-    pub const fn gen_(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn gen_(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x02)
     }
     /// self
     ///
     /// Address 0x2100:03 · UNSIGNED16 · rw
     #[doc(alias("0x2100:03", "2100"))]
-    pub const fn self_(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn self_(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x03)
     }
     /// iter
     ///
     /// Address 0x2100:04 · UNSIGNED16 · rw
     #[doc(alias("0x2100:04", "2100"))]
-    pub const fn iter_2100_04(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn iter_2100_04(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x04)
     }
     /// not
     ///
     /// Address 0x2100:05 · UNSIGNED16 · rw
     #[doc(alias("0x2100:05", "2100"))]
-    pub const fn not_2100_05(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn not_2100_05(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x05)
     }
     /// Gain
     ///
     /// Address 0x2100:06 · UNSIGNED16 · rw
     #[doc(alias("0x2100:06", "2100"))]
-    pub const fn gain(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn gain(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x06)
     }
     /// gain
     ///
     /// Address 0x2100:07 · UNSIGNED16 · rw
     #[doc(alias("0x2100:07", "2100"))]
-    pub const fn gain_2100_07(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn gain_2100_07(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x07)
     }
     /// \---
     ///
     /// Address 0x2100:08 · UNSIGNED16 · rw
     #[doc(alias("0x2100:08", "2100"))]
-    pub const fn object_2100_08(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn object_2100_08(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x08)
     }
     /// From here
     ///
     /// Address 0x2100:09 · UNSIGNED16 · rw
     #[doc(alias("0x2100:09", "2100"))]
-    pub const fn from_here(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+    pub const fn from_here(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x2100, 0x09)
     }
 }
@@ -383,27 +333,24 @@ impl KeywordsThatCollideRecord {
     ///
     /// Address 0x5F00:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x5F00:00", "5F00"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x5F00, 0x00).with_default(2)
     }
     /// self
     ///
     /// Address 0x5F00:01 · UNSIGNED8 · rw · default 0
     #[doc(alias("0x5F00:01", "5F00"))]
-    pub const fn self_(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn self_(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x5F00, 0x01).with_default(0)
     }
     /// Self
     ///
     /// Address 0x5F00:02 · UNSIGNED8 · rw · default 0
     #[doc(alias("0x5F00:02", "5F00"))]
-    pub const fn self_5f00_02(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn self_5f00_02(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x5F00, 0x02).with_default(0)
     }
 }

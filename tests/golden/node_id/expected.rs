@@ -114,29 +114,22 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// COB-ID EMCY
 ///
 /// Address 0x1014:00 · UNSIGNED32 · rw · default 0x80 + node-ID
 #[doc(alias("0x1014:00", "1014"))]
-pub const COB_ID_EMCY: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x1014, 0x00).with_default_node_id_plus(0x80);
+pub const COB_ID_EMCY: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x1014, 0x00).with_default_node_id_plus(0x80);
 
 /// Identity object
 ///
@@ -152,45 +145,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -209,27 +195,21 @@ impl Tpdo1CommunicationRecord {
     ///
     /// Address 0x1800:00 · UNSIGNED8 · const · default 2
     #[doc(alias("0x1800:00", "1800"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
         ::lexican_runtime::object::Object::new(0x1800, 0x00).with_default(2)
     }
     /// COB-ID beyond 32 bits
     ///
     /// Address 0x1800:01 · UNSIGNED32 · rw
     #[doc(alias("0x1800:01", "1800"))]
-    pub const fn cob_id_beyond_32_bits(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn cob_id_beyond_32_bits(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1800, 0x01)
     }
     /// Transmission type
     ///
     /// Address 0x1800:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1800:02", "1800"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1800, 0x02).with_default(255)
     }
 }
@@ -248,18 +228,14 @@ impl Tpdo1MappingRecord {
     ///
     /// Address 0x1A00:00 · UNSIGNED8 · const · default 1
     #[doc(alias("0x1A00:00", "1A00"))]
-    pub const fn highest_sub_index(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
+    pub const fn highest_sub_index(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Const> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x00).with_default(1)
     }
     /// Mapped
     ///
     /// Address 0x1A00:01 · UNSIGNED32 · const · default 0x10010008
     #[doc(alias("0x1A00:01", "1A00"))]
-    pub const fn mapped(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Const> {
+    pub const fn mapped(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Const> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x01).with_default(0x10010008)
     }
 }
@@ -268,19 +244,15 @@ impl Tpdo1MappingRecord {
 ///
 /// Address 0x2000:00 · UNSIGNED8 · ro · default node-ID
 #[doc(alias("0x2000:00", "2000"))]
-pub const NODE_ID: ::lexican_runtime::object::Object<
-    u8,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x2000, 0x00).with_default_node_id_plus(0x0);
+pub const NODE_ID: ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x2000, 0x00).with_default_node_id_plus(0x0);
 
 /// beyond its type
 ///
 /// Address 0x2001:00 · UNSIGNED8 · ro
 #[doc(alias("0x2001:00", "2001"))]
-pub const BEYOND_ITS_TYPE: ::lexican_runtime::object::Object<
-    u8,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x2001, 0x00);
+pub const BEYOND_ITS_TYPE: ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x2001, 0x00);
 
 /// Transmit PDO 1, as mapped by default in 1A00.
 ///
@@ -339,141 +311,33 @@ impl ::lexican_runtime::object::Pdo for Tpdo1 {
 }
 
 /// All entries with their defaults, as the device serves them.
-pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::Table {
-    entries: &[
-        ::lexican_runtime::object::Entry::new(
-                0x1000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(0, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(4, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1014,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(5, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(9, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(10, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(14, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(18, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(22, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Const,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(26, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(27, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(31, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Const,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(32, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Const,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(33, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(37, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(38, 1),
-    ],
-    limits: &[],
-    image: b"\0\0\0\0\0\x80\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x02\0\0\0\0\xFF\x01\x08\0\x01\x10\0\0",
-    node_relative: &[
-        ::lexican_runtime::object::NodeRelative {
-            offset: 5,
-            size: 4,
-        },
-        ::lexican_runtime::object::NodeRelative {
-            offset: 37,
-            size: 1,
-        },
-    ],
+pub static TABLE: ::lexican_runtime::object::Table = {
+    use ::lexican_runtime::object::{Access, DataType, Entry, NodeRelative, PdoMapping, Table};
+    Table {
+        entries: &[
+            Entry::new(0x1000, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4),
+            Entry::new(0x1001, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(4, 1),
+            Entry::new(0x1014, 0x00, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(5, 4),
+            Entry::new(0x1018, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(9, 1),
+            Entry::new(0x1018, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(10, 4),
+            Entry::new(0x1018, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(14, 4),
+            Entry::new(0x1018, 0x03, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(18, 4),
+            Entry::new(0x1018, 0x04, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(22, 4),
+            Entry::new(0x1800, 0x00, DataType::Unsigned8, Access::Const, PdoMapping::None).at(26, 1),
+            Entry::new(0x1800, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(27, 4),
+            Entry::new(0x1800, 0x02, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(31, 1),
+            Entry::new(0x1A00, 0x00, DataType::Unsigned8, Access::Const, PdoMapping::None).at(32, 1),
+            Entry::new(0x1A00, 0x01, DataType::Unsigned32, Access::Const, PdoMapping::None).at(33, 4),
+            Entry::new(0x2000, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(37, 1),
+            Entry::new(0x2001, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(38, 1),
+        ],
+        limits: &[],
+        image: b"\0\0\0\0\0\x80\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x02\0\0\0\0\xFF\x01\x08\0\x01\x10\0\0",
+        node_relative: &[
+            NodeRelative { offset: 5, size: 4 },
+            NodeRelative { offset: 37, size: 1 },
+        ],
+    }
 };
 
 /// The dictionary of a device: all values.

@@ -634,20 +634,15 @@ impl ::lexican_runtime::object::Quantity for Window {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Identity object
 ///
@@ -663,45 +658,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -720,28 +708,24 @@ impl Rpdo1ParameterRecord {
     ///
     /// Address 0x1400:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1400:00", "1400"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1400, 0x00).with_default(2)
     }
     /// COB-ID
     ///
     /// Address 0x1400:01 · UNSIGNED32 · rw · default 0x200 + node-ID
     #[doc(alias("0x1400:01", "1400"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1400, 0x01)
-            .with_default_node_id_plus(0x200)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1400, 0x01).with_default_node_id_plus(0x200)
     }
     /// Transmission type
     ///
     /// Address 0x1400:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1400:02", "1400"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1400, 0x02).with_default(255)
     }
 }
@@ -760,27 +744,24 @@ impl Rpdo1MappingRecord {
     ///
     /// Address 0x1600:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1600:00", "1600"))]
-    pub const fn number_of_mapped_objects(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn number_of_mapped_objects(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1600, 0x00).with_default(2)
     }
     /// Entry 1
     ///
     /// Address 0x1600:01 · UNSIGNED32 · ro · default 0x20040010
     #[doc(alias("0x1600:01", "1600"))]
-    pub const fn entry_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn entry_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1600, 0x01).with_default(0x20040010)
     }
     /// Entry 2
     ///
     /// Address 0x1600:02 · UNSIGNED32 · ro · default 0x200C0020
     #[doc(alias("0x1600:02", "1600"))]
-    pub const fn entry_2(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn entry_2(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1600, 0x02).with_default(0x200C0020)
     }
 }
@@ -799,28 +780,24 @@ impl Tpdo1ParameterRecord {
     ///
     /// Address 0x1800:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1800:00", "1800"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1800, 0x00).with_default(2)
     }
     /// COB-ID
     ///
     /// Address 0x1800:01 · UNSIGNED32 · rw · default 0x180 + node-ID
     #[doc(alias("0x1800:01", "1800"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1800, 0x01)
-            .with_default_node_id_plus(0x180)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1800, 0x01).with_default_node_id_plus(0x180)
     }
     /// Transmission type
     ///
     /// Address 0x1800:02 · UNSIGNED8 · rw · default 1
     #[doc(alias("0x1800:02", "1800"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1800, 0x02).with_default(1)
     }
 }
@@ -839,36 +816,31 @@ impl Tpdo1MappingRecord {
     ///
     /// Address 0x1A00:00 · UNSIGNED8 · ro · default 3
     #[doc(alias("0x1A00:00", "1A00"))]
-    pub const fn number_of_mapped_objects(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn number_of_mapped_objects(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1A00, 0x00).with_default(3)
     }
     /// Entry 1
     ///
     /// Address 0x1A00:01 · UNSIGNED32 · ro · default 0x20010008
     #[doc(alias("0x1A00:01", "1A00"))]
-    pub const fn entry_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn entry_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x01).with_default(0x20010008)
     }
     /// Entry 2
     ///
     /// Address 0x1A00:02 · UNSIGNED32 · ro · default 0x20080010
     #[doc(alias("0x1A00:02", "1A00"))]
-    pub const fn entry_2(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn entry_2(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x02).with_default(0x20080010)
     }
     /// Entry 3
     ///
     /// Address 0x1A00:03 · UNSIGNED32 · ro · default 0x20090010
     #[doc(alias("0x1A00:03", "1A00"))]
-    pub const fn entry_3(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn entry_3(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x03).with_default(0x20090010)
     }
 }
@@ -928,8 +900,7 @@ pub const CONTROLWORD: ::lexican_runtime::object::Object<
     ControlWord,
     ::lexican_runtime::object::Rw,
     ::lexican_runtime::object::Rpdo,
-> = ::lexican_runtime::object::Object::new(0x2004, 0x00)
-    .with_default(ControlWord(0x0006));
+> = ::lexican_runtime::object::Object::new(0x2004, 0x00).with_default(ControlWord(0x0006));
 
 /// Signed flags
 ///
@@ -945,21 +916,16 @@ pub const SIGNED_FLAGS: ::lexican_runtime::object::Object<
 ///
 /// Address 0x2006:00 · UNSIGNED64 · rw · default 0
 #[doc(alias("0x2006:00", "2006"))]
-pub const WIDE_FLAGS: ::lexican_runtime::object::Object<
-    WideFlags,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2006, 0x00)
-    .with_default(WideFlags(0x0000000000000000));
+pub const WIDE_FLAGS: ::lexican_runtime::object::Object<WideFlags, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2006, 0x00).with_default(WideFlags(0x0000000000000000));
 
 /// Odd flags
 ///
 /// Address 0x2007:00 · INTEGER24 · rw · default 0
 #[doc(alias("0x2007:00", "2007"))]
-pub const ODD_FLAGS: ::lexican_runtime::object::Object<
-    OddFlags,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2007, 0x00)
-    .with_default(OddFlags(::lexican_runtime::object::I24::literal(0)));
+pub const ODD_FLAGS: ::lexican_runtime::object::Object<OddFlags, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2007, 0x00)
+        .with_default(OddFlags(::lexican_runtime::object::I24::literal(0)));
 
 /// Motor voltage
 ///
@@ -991,10 +957,8 @@ pub const MOTOR_TEMPERATURE: ::lexican_runtime::object::Object<
 ///
 /// Unit: Nm.
 #[doc(alias("0x200A:00", "200A"))]
-pub const TORQUE: ::lexican_runtime::object::Object<
-    Torque,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x200A, 0x00).with_default(Torque(0.5));
+pub const TORQUE: ::lexican_runtime::object::Object<Torque, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x200A, 0x00).with_default(Torque(0.5));
 
 /// Energy
 ///
@@ -1002,10 +966,8 @@ pub const TORQUE: ::lexican_runtime::object::Object<
 ///
 /// Unit: J, 3600/1000 per count.
 #[doc(alias("0x200B:00", "200B"))]
-pub const ENERGY: ::lexican_runtime::object::Object<
-    Energy,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x200B, 0x00);
+pub const ENERGY: ::lexican_runtime::object::Object<Energy, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x200B, 0x00);
 
 /// Target position
 ///
@@ -1025,19 +987,15 @@ pub const TARGET_POSITION: ::lexican_runtime::object::Object<
 ///
 /// Unit: increments.
 #[doc(alias("0x200D:00", "200D"))]
-pub const WINDOW: ::lexican_runtime::object::Object<
-    Window,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x200D, 0x00).with_default(Window(10));
+pub const WINDOW: ::lexican_runtime::object::Object<Window, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x200D, 0x00).with_default(Window(10));
 
 /// Spindle pitch
 ///
 /// Address 0x200E:00 · UNSIGNED16 · rw · default 0
 #[doc(alias("0x200E:00", "200E"))]
-pub const SPINDLE_PITCH: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x200E, 0x00).with_default(0);
+pub const SPINDLE_PITCH: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x200E, 0x00).with_default(0);
 
 /// Turns
 ///
@@ -1045,11 +1003,9 @@ pub const SPINDLE_PITCH: ::lexican_runtime::object::Object<
 ///
 /// Unit: rev, 1/1600 per count.
 #[doc(alias("0x200F:00", "200F"))]
-pub const TURNS: ::lexican_runtime::object::Object<
-    Turns,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x200F, 0x00)
-    .with_default(Turns(::lexican_runtime::object::I24::literal(0)));
+pub const TURNS: ::lexican_runtime::object::Object<Turns, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x200F, 0x00)
+        .with_default(Turns(::lexican_runtime::object::I24::literal(0)));
 
 /// Not a number
 ///
@@ -1068,10 +1024,8 @@ pub const NOT_A_NUMBER: ::lexican_runtime::object::Object<
 ///
 /// Unit: %, -100 per count.
 #[doc(alias("0x2011:00", "2011"))]
-pub const RATIO: ::lexican_runtime::object::Object<
-    Ratio,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x2011, 0x00).with_default(Ratio(1.0));
+pub const RATIO: ::lexican_runtime::object::Object<Ratio, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x2011, 0x00).with_default(Ratio(1.0));
 
 /// Receive PDO 1, as mapped by default in 1600.
 ///
@@ -1319,325 +1273,56 @@ impl ::lexican_runtime::object::Pdo for Tpdo2 {
 }
 
 /// All entries with their defaults, as the device serves them.
-pub static TABLE: ::lexican_runtime::object::Table = ::lexican_runtime::object::Table {
-    entries: &[
-        ::lexican_runtime::object::Entry::new(
-                0x1000,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(0, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1001,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(4, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(5, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(6, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(10, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(14, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1018,
-                0x04,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(18, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1400,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(22, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1400,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(23, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1400,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(27, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(28, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(29, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1600,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(33, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(37, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(38, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1800,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(42, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(43, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x01,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(44, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x02,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(48, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x1A00,
-                0x03,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(52, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x2000,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer8,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Both,
-            )
-            .at(56, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2001,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer8,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::Tpdo,
-            )
-            .at(57, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2002,
-                0x00,
-                ::lexican_runtime::object::DataType::Boolean,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Both,
-            )
-            .at(58, 1),
-        ::lexican_runtime::object::Entry::new(
-                0x2003,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned24,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Both,
-            )
-            .at(59, 3),
-        ::lexican_runtime::object::Entry::new(
-                0x2004,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Rpdo,
-            )
-            .at(62, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x2005,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Both,
-            )
-            .at(64, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x2006,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned64,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(66, 8),
-        ::lexican_runtime::object::Entry::new(
-                0x2007,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer24,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(74, 3),
-        ::lexican_runtime::object::Entry::new(
-                0x2008,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::Tpdo,
-            )
-            .at(77, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x2009,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer16,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::Tpdo,
-            )
-            .at(79, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x200A,
-                0x00,
-                ::lexican_runtime::object::DataType::Real32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(81, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x200B,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned64,
-                ::lexican_runtime::object::Access::Ro,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(85, 8),
-        ::lexican_runtime::object::Entry::new(
-                0x200C,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::Rpdo,
-            )
-            .at(93, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x200D,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(97, 4),
-        ::lexican_runtime::object::Entry::new(
-                0x200E,
-                0x00,
-                ::lexican_runtime::object::DataType::Unsigned16,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(101, 2),
-        ::lexican_runtime::object::Entry::new(
-                0x200F,
-                0x00,
-                ::lexican_runtime::object::DataType::Integer24,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(103, 3),
-        ::lexican_runtime::object::Entry::new(
-                0x2010,
-                0x00,
-                ::lexican_runtime::object::DataType::VisibleString,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(108, 32),
-        ::lexican_runtime::object::Entry::new(
-                0x2011,
-                0x00,
-                ::lexican_runtime::object::DataType::Real32,
-                ::lexican_runtime::object::Access::Rw,
-                ::lexican_runtime::object::PdoMapping::None,
-            )
-            .at(140, 4),
-    ],
-    limits: &[],
-    image: b"\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x02\0\x02\0\0\xFF\x02\x10\0\x04  \0\x0C \x02\x80\x01\0\0\x01\x03\x08\0\x01 \x10\0\x08 \x10\0\t \x01\0\x01\x02\0\0\x06\0\xFF\xFF\0\0\0\0\0\0\0\0\0\0\0\xF0\0\xFB\xFF\0\0\0?\0\0\0\0\0\0\0\0\0\0\0\0\n\0\0\0\0\0\0\0\0\x01\0x\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80?",
-    node_relative: &[
-        ::lexican_runtime::object::NodeRelative {
-            offset: 23,
-            size: 4,
-        },
-        ::lexican_runtime::object::NodeRelative {
-            offset: 38,
-            size: 4,
-        },
-    ],
+pub static TABLE: ::lexican_runtime::object::Table = {
+    use ::lexican_runtime::object::{Access, DataType, Entry, NodeRelative, PdoMapping, Table};
+    Table {
+        entries: &[
+            Entry::new(0x1000, 0x00, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4),
+            Entry::new(0x1001, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(4, 1),
+            Entry::new(0x1018, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(5, 1),
+            Entry::new(0x1018, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(6, 4),
+            Entry::new(0x1018, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(10, 4),
+            Entry::new(0x1018, 0x03, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(14, 4),
+            Entry::new(0x1018, 0x04, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(18, 4),
+            Entry::new(0x1400, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(22, 1),
+            Entry::new(0x1400, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(23, 4),
+            Entry::new(0x1400, 0x02, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(27, 1),
+            Entry::new(0x1600, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(28, 1),
+            Entry::new(0x1600, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(29, 4),
+            Entry::new(0x1600, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(33, 4),
+            Entry::new(0x1800, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(37, 1),
+            Entry::new(0x1800, 0x01, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(38, 4),
+            Entry::new(0x1800, 0x02, DataType::Unsigned8, Access::Rw, PdoMapping::None).at(42, 1),
+            Entry::new(0x1A00, 0x00, DataType::Unsigned8, Access::Ro, PdoMapping::None).at(43, 1),
+            Entry::new(0x1A00, 0x01, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(44, 4),
+            Entry::new(0x1A00, 0x02, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(48, 4),
+            Entry::new(0x1A00, 0x03, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(52, 4),
+            Entry::new(0x2000, 0x00, DataType::Integer8, Access::Rw, PdoMapping::Both).at(56, 1),
+            Entry::new(0x2001, 0x00, DataType::Integer8, Access::Ro, PdoMapping::Tpdo).at(57, 1),
+            Entry::new(0x2002, 0x00, DataType::Boolean, Access::Rw, PdoMapping::Both).at(58, 1),
+            Entry::new(0x2003, 0x00, DataType::Unsigned24, Access::Rw, PdoMapping::Both).at(59, 3),
+            Entry::new(0x2004, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::Rpdo).at(62, 2),
+            Entry::new(0x2005, 0x00, DataType::Integer16, Access::Rw, PdoMapping::Both).at(64, 2),
+            Entry::new(0x2006, 0x00, DataType::Unsigned64, Access::Rw, PdoMapping::None).at(66, 8),
+            Entry::new(0x2007, 0x00, DataType::Integer24, Access::Rw, PdoMapping::None).at(74, 3),
+            Entry::new(0x2008, 0x00, DataType::Unsigned16, Access::Ro, PdoMapping::Tpdo).at(77, 2),
+            Entry::new(0x2009, 0x00, DataType::Integer16, Access::Ro, PdoMapping::Tpdo).at(79, 2),
+            Entry::new(0x200A, 0x00, DataType::Real32, Access::Rw, PdoMapping::None).at(81, 4),
+            Entry::new(0x200B, 0x00, DataType::Unsigned64, Access::Ro, PdoMapping::None).at(85, 8),
+            Entry::new(0x200C, 0x00, DataType::Integer32, Access::Rw, PdoMapping::Rpdo).at(93, 4),
+            Entry::new(0x200D, 0x00, DataType::Unsigned32, Access::Rw, PdoMapping::None).at(97, 4),
+            Entry::new(0x200E, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(101, 2),
+            Entry::new(0x200F, 0x00, DataType::Integer24, Access::Rw, PdoMapping::None).at(103, 3),
+            Entry::new(0x2010, 0x00, DataType::VisibleString, Access::Rw, PdoMapping::None).at(108, 32),
+            Entry::new(0x2011, 0x00, DataType::Real32, Access::Rw, PdoMapping::None).at(140, 4),
+        ],
+        limits: &[],
+        image: b"\0\0\0\0\0\x04\xFF\x0F\0\0\x01\0\0\0\x02\0\x01\0\0\0\0\0\x02\0\x02\0\0\xFF\x02\x10\0\x04  \0\x0C \x02\x80\x01\0\0\x01\x03\x08\0\x01 \x10\0\x08 \x10\0\t \x01\0\x01\x02\0\0\x06\0\xFF\xFF\0\0\0\0\0\0\0\0\0\0\0\xF0\0\xFB\xFF\0\0\0?\0\0\0\0\0\0\0\0\0\0\0\0\n\0\0\0\0\0\0\0\0\x01\0x\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80?",
+        node_relative: &[
+            NodeRelative { offset: 23, size: 4 },
+            NodeRelative { offset: 38, size: 4 },
+        ],
+    }
 };
 
 /// The dictionary of a device: all values.
@@ -1685,305 +1370,46 @@ pub static PERSISTENT: &[::lexican_runtime::object::Address] = &[
 ];
 
 /// The names of all entries, ascending by address.
-pub static NAMES: &[::lexican_runtime::object::Name] = &[
-    ::lexican_runtime::object::Name::new(
-        0x1000,
-        0x00,
-        "Device type",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1001,
-        0x00,
-        "Error register",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::BitField(
-            <ErrorRegister as ::lexican_runtime::object::BitField>::BITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x00,
-        "Identity object: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x01,
-        "Identity object: Vendor-ID",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x02,
-        "Identity object: Product code",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x03,
-        "Identity object: Revision number",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1018,
-        0x04,
-        "Identity object: Serial number",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1400,
-        0x00,
-        "RPDO 1 parameter: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1400,
-        0x01,
-        "RPDO 1 parameter: COB-ID",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1400,
-        0x02,
-        "RPDO 1 parameter: Transmission type",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1600,
-        0x00,
-        "RPDO 1 mapping: Number of mapped objects",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1600,
-        0x01,
-        "RPDO 1 mapping: Entry 1",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1600,
-        0x02,
-        "RPDO 1 mapping: Entry 2",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1800,
-        0x00,
-        "TPDO 1 parameter: Highest sub-index supported",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1800,
-        0x01,
-        "TPDO 1 parameter: COB-ID",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1800,
-        0x02,
-        "TPDO 1 parameter: Transmission type",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1A00,
-        0x00,
-        "TPDO 1 mapping: Number of mapped objects",
-        ::lexican_runtime::object::DataType::Unsigned8,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1A00,
-        0x01,
-        "TPDO 1 mapping: Entry 1",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1A00,
-        0x02,
-        "TPDO 1 mapping: Entry 2",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x1A00,
-        0x03,
-        "TPDO 1 mapping: Entry 3",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2000,
-        0x00,
-        "Operating mode",
-        ::lexican_runtime::object::DataType::Integer8,
-        ::lexican_runtime::object::Meaning::Enumeration(
-            <OperatingMode as ::lexican_runtime::object::Enumeration>::NAMES,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2001,
-        0x00,
-        "Operating mode display",
-        ::lexican_runtime::object::DataType::Integer8,
-        ::lexican_runtime::object::Meaning::Enumeration(
-            <OperatingMode as ::lexican_runtime::object::Enumeration>::NAMES,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2002,
-        0x00,
-        "Gear",
-        ::lexican_runtime::object::DataType::Boolean,
-        ::lexican_runtime::object::Meaning::Enumeration(
-            <Gear as ::lexican_runtime::object::Enumeration>::NAMES,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2003,
-        0x00,
-        "Direction",
-        ::lexican_runtime::object::DataType::Unsigned24,
-        ::lexican_runtime::object::Meaning::Enumeration(
-            <Direction as ::lexican_runtime::object::Enumeration>::NAMES,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2004,
-        0x00,
-        "Controlword",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::BitField(
-            <ControlWord as ::lexican_runtime::object::BitField>::BITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2005,
-        0x00,
-        "Signed flags",
-        ::lexican_runtime::object::DataType::Integer16,
-        ::lexican_runtime::object::Meaning::BitField(
-            <SignedFlags as ::lexican_runtime::object::BitField>::BITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2006,
-        0x00,
-        "Wide flags",
-        ::lexican_runtime::object::DataType::Unsigned64,
-        ::lexican_runtime::object::Meaning::BitField(
-            <WideFlags as ::lexican_runtime::object::BitField>::BITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2007,
-        0x00,
-        "Odd flags",
-        ::lexican_runtime::object::DataType::Integer24,
-        ::lexican_runtime::object::Meaning::BitField(
-            <OddFlags as ::lexican_runtime::object::BitField>::BITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2008,
-        0x00,
-        "Motor voltage",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Quantity(
-            <Voltage as ::lexican_runtime::object::Quantity>::UNITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2009,
-        0x00,
-        "Motor temperature",
-        ::lexican_runtime::object::DataType::Integer16,
-        ::lexican_runtime::object::Meaning::Quantity(
-            <Temperature as ::lexican_runtime::object::Quantity>::UNITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200A,
-        0x00,
-        "Torque",
-        ::lexican_runtime::object::DataType::Real32,
-        ::lexican_runtime::object::Meaning::Quantity(
-            <Torque as ::lexican_runtime::object::Quantity>::UNITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200B,
-        0x00,
-        "Energy",
-        ::lexican_runtime::object::DataType::Unsigned64,
-        ::lexican_runtime::object::Meaning::Quantity(
-            <Energy as ::lexican_runtime::object::Quantity>::UNITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200C,
-        0x00,
-        "Target position",
-        ::lexican_runtime::object::DataType::Integer32,
-        ::lexican_runtime::object::Meaning::Quantity(
-            <Position as ::lexican_runtime::object::Quantity>::UNITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200D,
-        0x00,
-        "Window",
-        ::lexican_runtime::object::DataType::Unsigned32,
-        ::lexican_runtime::object::Meaning::Quantity(
-            <Window as ::lexican_runtime::object::Quantity>::UNITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200E,
-        0x00,
-        "Spindle pitch",
-        ::lexican_runtime::object::DataType::Unsigned16,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x200F,
-        0x00,
-        "Turns",
-        ::lexican_runtime::object::DataType::Integer24,
-        ::lexican_runtime::object::Meaning::Quantity(
-            <Turns as ::lexican_runtime::object::Quantity>::UNITS,
-        ),
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2010,
-        0x00,
-        "Not a number",
-        ::lexican_runtime::object::DataType::VisibleString,
-        ::lexican_runtime::object::Meaning::Plain,
-    ),
-    ::lexican_runtime::object::Name::new(
-        0x2011,
-        0x00,
-        "Ratio",
-        ::lexican_runtime::object::DataType::Real32,
-        ::lexican_runtime::object::Meaning::Quantity(
-            <Ratio as ::lexican_runtime::object::Quantity>::UNITS,
-        ),
-    ),
-];
+pub static NAMES: &[::lexican_runtime::object::Name] = {
+    use ::lexican_runtime::object;
+    &[
+        object::Name::new(0x1000, 0x00, "Device type", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1001, 0x00, "Error register", object::DataType::Unsigned8, object::Meaning::BitField(<ErrorRegister as object::BitField>::BITS)),
+        object::Name::new(0x1018, 0x00, "Identity object: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x01, "Identity object: Vendor-ID", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x02, "Identity object: Product code", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x03, "Identity object: Revision number", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1018, 0x04, "Identity object: Serial number", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1400, 0x00, "RPDO 1 parameter: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1400, 0x01, "RPDO 1 parameter: COB-ID", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1400, 0x02, "RPDO 1 parameter: Transmission type", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1600, 0x00, "RPDO 1 mapping: Number of mapped objects", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1600, 0x01, "RPDO 1 mapping: Entry 1", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1600, 0x02, "RPDO 1 mapping: Entry 2", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1800, 0x00, "TPDO 1 parameter: Highest sub-index supported", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1800, 0x01, "TPDO 1 parameter: COB-ID", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1800, 0x02, "TPDO 1 parameter: Transmission type", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1A00, 0x00, "TPDO 1 mapping: Number of mapped objects", object::DataType::Unsigned8, object::Meaning::Plain),
+        object::Name::new(0x1A00, 0x01, "TPDO 1 mapping: Entry 1", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1A00, 0x02, "TPDO 1 mapping: Entry 2", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x1A00, 0x03, "TPDO 1 mapping: Entry 3", object::DataType::Unsigned32, object::Meaning::Plain),
+        object::Name::new(0x2000, 0x00, "Operating mode", object::DataType::Integer8, object::Meaning::Enumeration(<OperatingMode as object::Enumeration>::NAMES)),
+        object::Name::new(0x2001, 0x00, "Operating mode display", object::DataType::Integer8, object::Meaning::Enumeration(<OperatingMode as object::Enumeration>::NAMES)),
+        object::Name::new(0x2002, 0x00, "Gear", object::DataType::Boolean, object::Meaning::Enumeration(<Gear as object::Enumeration>::NAMES)),
+        object::Name::new(0x2003, 0x00, "Direction", object::DataType::Unsigned24, object::Meaning::Enumeration(<Direction as object::Enumeration>::NAMES)),
+        object::Name::new(0x2004, 0x00, "Controlword", object::DataType::Unsigned16, object::Meaning::BitField(<ControlWord as object::BitField>::BITS)),
+        object::Name::new(0x2005, 0x00, "Signed flags", object::DataType::Integer16, object::Meaning::BitField(<SignedFlags as object::BitField>::BITS)),
+        object::Name::new(0x2006, 0x00, "Wide flags", object::DataType::Unsigned64, object::Meaning::BitField(<WideFlags as object::BitField>::BITS)),
+        object::Name::new(0x2007, 0x00, "Odd flags", object::DataType::Integer24, object::Meaning::BitField(<OddFlags as object::BitField>::BITS)),
+        object::Name::new(0x2008, 0x00, "Motor voltage", object::DataType::Unsigned16, object::Meaning::Quantity(<Voltage as object::Quantity>::UNITS)),
+        object::Name::new(0x2009, 0x00, "Motor temperature", object::DataType::Integer16, object::Meaning::Quantity(<Temperature as object::Quantity>::UNITS)),
+        object::Name::new(0x200A, 0x00, "Torque", object::DataType::Real32, object::Meaning::Quantity(<Torque as object::Quantity>::UNITS)),
+        object::Name::new(0x200B, 0x00, "Energy", object::DataType::Unsigned64, object::Meaning::Quantity(<Energy as object::Quantity>::UNITS)),
+        object::Name::new(0x200C, 0x00, "Target position", object::DataType::Integer32, object::Meaning::Quantity(<Position as object::Quantity>::UNITS)),
+        object::Name::new(0x200D, 0x00, "Window", object::DataType::Unsigned32, object::Meaning::Quantity(<Window as object::Quantity>::UNITS)),
+        object::Name::new(0x200E, 0x00, "Spindle pitch", object::DataType::Unsigned16, object::Meaning::Plain),
+        object::Name::new(0x200F, 0x00, "Turns", object::DataType::Integer24, object::Meaning::Quantity(<Turns as object::Quantity>::UNITS)),
+        object::Name::new(0x2010, 0x00, "Not a number", object::DataType::VisibleString, object::Meaning::Plain),
+        object::Name::new(0x2011, 0x00, "Ratio", object::DataType::Real32, object::Meaning::Quantity(<Ratio as object::Quantity>::UNITS)),
+    ]
+};

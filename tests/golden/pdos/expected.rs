@@ -114,20 +114,15 @@ impl ::lexican_runtime::object::BitField for ErrorRegister {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Identity object
 ///
@@ -143,45 +138,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -200,28 +188,24 @@ impl Rpdo1CommunicationParameterRecord {
     ///
     /// Address 0x1400:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1400:00", "1400"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1400, 0x00).with_default(2)
     }
     /// COB-ID
     ///
     /// Address 0x1400:01 · UNSIGNED32 · rw · default 0x200 + node-ID
     #[doc(alias("0x1400:01", "1400"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1400, 0x01)
-            .with_default_node_id_plus(0x200)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1400, 0x01).with_default_node_id_plus(0x200)
     }
     /// Transmission type
     ///
     /// Address 0x1400:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1400:02", "1400"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1400, 0x02).with_default(255)
     }
 }
@@ -240,28 +224,24 @@ impl Rpdo3CommunicationParameterRecord {
     ///
     /// Address 0x1402:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1402:00", "1402"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1402, 0x00).with_default(2)
     }
     /// COB-ID
     ///
     /// Address 0x1402:01 · UNSIGNED32 · rw · default 0x400 + node-ID
     #[doc(alias("0x1402:01", "1402"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1402, 0x01)
-            .with_default_node_id_plus(0x400)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1402, 0x01).with_default_node_id_plus(0x400)
     }
     /// Transmission type
     ///
     /// Address 0x1402:02 · UNSIGNED8 · rw · default 1
     #[doc(alias("0x1402:02", "1402"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1402, 0x02).with_default(1)
     }
 }
@@ -280,27 +260,24 @@ impl Rpdo4CommunicationParameterRecord {
     ///
     /// Address 0x1403:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1403:00", "1403"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1403, 0x00).with_default(2)
     }
     /// COB-ID
     ///
     /// Address 0x1403:01 · UNSIGNED32 · rw · default 0x80000000
     #[doc(alias("0x1403:01", "1403"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1403, 0x01).with_default(0x80000000)
     }
     /// Transmission type
     ///
     /// Address 0x1403:02 · UNSIGNED8 · rw · default 254
     #[doc(alias("0x1403:02", "1403"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1403, 0x02).with_default(254)
     }
 }
@@ -319,27 +296,24 @@ impl Rpdo1MappingParameterRecord {
     ///
     /// Address 0x1600:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1600:00", "1600"))]
-    pub const fn number_of_mapped_objects(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn number_of_mapped_objects(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1600, 0x00).with_default(2)
     }
     /// Mapping entry 1
     ///
     /// Address 0x1600:01 · UNSIGNED32 · ro · default 0x20000010
     #[doc(alias("0x1600:01", "1600"))]
-    pub const fn mapping_entry_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1600, 0x01).with_default(0x20000010)
     }
     /// Mapping entry 2
     ///
     /// Address 0x1600:02 · UNSIGNED32 · ro · default 0x20010108
     #[doc(alias("0x1600:02", "1600"))]
-    pub const fn mapping_entry_2(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_2(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1600, 0x02).with_default(0x20010108)
     }
 }
@@ -358,45 +332,38 @@ impl Rpdo3MappingParameterRecord {
     ///
     /// Address 0x1602:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1602:00", "1602"))]
-    pub const fn number_of_mapped_objects(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn number_of_mapped_objects(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1602, 0x00).with_default(4)
     }
     /// Mapping entry 1
     ///
     /// Address 0x1602:01 · UNSIGNED32 · ro · default 0x20020101
     #[doc(alias("0x1602:01", "1602"))]
-    pub const fn mapping_entry_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1602, 0x01).with_default(0x20020101)
     }
     /// Mapping entry 2
     ///
     /// Address 0x1602:02 · UNSIGNED32 · ro · default 0x20020101
     #[doc(alias("0x1602:02", "1602"))]
-    pub const fn mapping_entry_2(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_2(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1602, 0x02).with_default(0x20020101)
     }
     /// Mapping entry 3
     ///
     /// Address 0x1602:03 · UNSIGNED32 · ro · default 0x50008
     #[doc(alias("0x1602:03", "1602"))]
-    pub const fn mapping_entry_3(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_3(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1602, 0x03).with_default(0x00050008)
     }
     /// Mapping entry 4
     ///
     /// Address 0x1602:04 · UNSIGNED32 · ro · default 0x20030020
     #[doc(alias("0x1602:04", "1602"))]
-    pub const fn mapping_entry_4(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_4(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1602, 0x04).with_default(0x20030020)
     }
 }
@@ -415,18 +382,17 @@ impl Rpdo4MappingParameterRecord {
     ///
     /// Address 0x1603:00 · UNSIGNED8 · ro · default 1
     #[doc(alias("0x1603:00", "1603"))]
-    pub const fn number_of_mapped_objects(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn number_of_mapped_objects(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1603, 0x00).with_default(1)
     }
     /// Mapping entry 1
     ///
     /// Address 0x1603:01 · UNSIGNED32 · ro · default 0x60010
     #[doc(alias("0x1603:01", "1603"))]
-    pub const fn mapping_entry_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1603, 0x01).with_default(0x00060010)
     }
 }
@@ -445,28 +411,24 @@ impl Tpdo1CommunicationParameterRecord {
     ///
     /// Address 0x1800:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1800:00", "1800"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1800, 0x00).with_default(2)
     }
     /// COB-ID
     ///
     /// Address 0x1800:01 · UNSIGNED32 · rw · default 0x180 + node-ID
     #[doc(alias("0x1800:01", "1800"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1800, 0x01)
-            .with_default_node_id_plus(0x180)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1800, 0x01).with_default_node_id_plus(0x180)
     }
     /// Transmission type
     ///
     /// Address 0x1800:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1800:02", "1800"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1800, 0x02).with_default(255)
     }
 }
@@ -485,28 +447,24 @@ impl Tpdo2CommunicationParameterRecord {
     ///
     /// Address 0x1801:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1801:00", "1801"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1801, 0x00).with_default(2)
     }
     /// COB-ID
     ///
     /// Address 0x1801:01 · UNSIGNED32 · rw · default 0x280 + node-ID
     #[doc(alias("0x1801:01", "1801"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x1801, 0x01)
-            .with_default_node_id_plus(0x280)
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x1801, 0x01).with_default_node_id_plus(0x280)
     }
     /// Transmission type
     ///
     /// Address 0x1801:02 · UNSIGNED8 · rw · default 255
     #[doc(alias("0x1801:02", "1801"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1801, 0x02).with_default(255)
     }
 }
@@ -525,27 +483,24 @@ impl Tpdo6CommunicationParameterRecord {
     ///
     /// Address 0x1805:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1805:00", "1805"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1805, 0x00).with_default(2)
     }
     /// COB-ID
     ///
     /// Address 0x1805:01 · UNSIGNED32 · rw · default 0x4A1
     #[doc(alias("0x1805:01", "1805"))]
-    pub const fn cob_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
+    pub const fn cob_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1805, 0x01).with_default(0x000004A1)
     }
     /// Transmission type
     ///
     /// Address 0x1805:02 · UNSIGNED8 · rw · default 253
     #[doc(alias("0x1805:02", "1805"))]
-    pub const fn transmission_type(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
+    pub const fn transmission_type(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Rw> {
         ::lexican_runtime::object::Object::new(0x1805, 0x02).with_default(253)
     }
 }
@@ -564,18 +519,17 @@ impl Tpdo1MappingParameterRecord {
     ///
     /// Address 0x1A00:00 · UNSIGNED8 · ro · default 1
     #[doc(alias("0x1A00:00", "1A00"))]
-    pub const fn number_of_mapped_objects(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn number_of_mapped_objects(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1A00, 0x00).with_default(1)
     }
     /// Mapping entry 1
     ///
     /// Address 0x1A00:01 · UNSIGNED32 · ro · default 0x20040040
     #[doc(alias("0x1A00:01", "1A00"))]
-    pub const fn mapping_entry_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A00, 0x01).with_default(0x20040040)
     }
 }
@@ -594,27 +548,24 @@ impl Tpdo2MappingParameterRecord {
     ///
     /// Address 0x1A01:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x1A01:00", "1A01"))]
-    pub const fn number_of_mapped_objects(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn number_of_mapped_objects(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1A01, 0x00).with_default(2)
     }
     /// Mapping entry 1
     ///
     /// Address 0x1A01:01 · UNSIGNED32 · ro · default 0x20040040
     #[doc(alias("0x1A01:01", "1A01"))]
-    pub const fn mapping_entry_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x01).with_default(0x20040040)
     }
     /// Mapping entry 2
     ///
     /// Address 0x1A01:02 · UNSIGNED32 · ro · default 0x20000010
     #[doc(alias("0x1A01:02", "1A01"))]
-    pub const fn mapping_entry_2(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_2(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A01, 0x02).with_default(0x20000010)
     }
 }
@@ -633,36 +584,31 @@ impl Tpdo6MappingParameterRecord {
     ///
     /// Address 0x1A05:00 · UNSIGNED8 · ro · default 3
     #[doc(alias("0x1A05:00", "1A05"))]
-    pub const fn number_of_mapped_objects(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn number_of_mapped_objects(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1A05, 0x00).with_default(3)
     }
     /// Mapping entry 1
     ///
     /// Address 0x1A05:01 · UNSIGNED32 · ro · default 0x20050000
     #[doc(alias("0x1A05:01", "1A05"))]
-    pub const fn mapping_entry_1(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_1(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A05, 0x01).with_default(0x20050000)
     }
     /// Mapping entry 2
     ///
     /// Address 0x1A05:02 · UNSIGNED32 · ro · default 0x20990110
     #[doc(alias("0x1A05:02", "1A05"))]
-    pub const fn mapping_entry_2(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_2(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A05, 0x02).with_default(0x20990110)
     }
     /// Mapping entry 3
     ///
     /// Address 0x1A05:03 · UNSIGNED32 · ro · default 0x20030020
     #[doc(alias("0x1A05:03", "1A05"))]
-    pub const fn mapping_entry_3(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn mapping_entry_3(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1A05, 0x03).with_default(0x20030020)
     }
 }
@@ -685,10 +631,7 @@ pub const OUTPUTS: ::lexican_runtime::object::Array<
     u8,
     ::lexican_runtime::object::Rw,
     ::lexican_runtime::object::Rpdo,
-> = ::lexican_runtime::object::Array::new(
-    2,
-    ::lexican_runtime::object::Object::new(0x2001, 0x01),
-);
+> = ::lexican_runtime::object::Array::new(2, ::lexican_runtime::object::Object::new(0x2001, 0x01));
 
 /// Switches
 ///
@@ -704,18 +647,17 @@ impl SwitchesRecord {
     ///
     /// Address 0x2002:00 · UNSIGNED8 · ro · default 1
     #[doc(alias("0x2002:00", "2002"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x2002, 0x00).with_default(1)
     }
     /// Light
     ///
     /// Address 0x2002:01 · BOOLEAN · rw · mappable: RPDO
     #[doc(alias("0x2002:01", "2002"))]
-    pub const fn light(
-        &self,
-    ) -> ::lexican_runtime::object::Object<
+    pub const fn light(&self) -> ::lexican_runtime::object::Object<
         bool,
         ::lexican_runtime::object::Rw,
         ::lexican_runtime::object::Rpdo,
@@ -738,11 +680,8 @@ pub const POSITION: ::lexican_runtime::object::Object<
 ///
 /// Address 0x2004:00 · UNSIGNED64 · ro · mappable: TPDO
 #[doc(alias("0x2004:00", "2004"))]
-pub const TIME: ::lexican_runtime::object::Object<
-    u64,
-    ::lexican_runtime::object::Ro,
-    ::lexican_runtime::object::Tpdo,
-> = ::lexican_runtime::object::Object::new(0x2004, 0x00);
+pub const TIME: ::lexican_runtime::object::Object<u64, ::lexican_runtime::object::Ro, ::lexican_runtime::object::Tpdo> =
+    ::lexican_runtime::object::Object::new(0x2004, 0x00);
 
 /// Text
 ///

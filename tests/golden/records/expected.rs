@@ -124,27 +124,21 @@ impl TraceSettingsRecord {
     ///
     /// Address 0x0040:00 · UNSIGNED8 · ro · default 2
     #[doc(alias("0x0040:00", "0040"))]
-    pub const fn number_of_entries(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn number_of_entries(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x0040, 0x00).with_default(2)
     }
     /// Type of the trigger
     ///
     /// Address 0x0040:01 · UNSIGNED8 · ro · default 7
     #[doc(alias("0x0040:01", "0040"))]
-    pub const fn type_of_the_trigger(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn type_of_the_trigger(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x0040, 0x01).with_default(7)
     }
     /// Type of the period
     ///
     /// Address 0x0040:02 · UNSIGNED8 · ro · default 6
     #[doc(alias("0x0040:02", "0040"))]
-    pub const fn type_of_the_period(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn type_of_the_period(&self) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x0040, 0x02).with_default(6)
     }
 }
@@ -153,20 +147,15 @@ impl TraceSettingsRecord {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00000000);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Identity object
 ///
@@ -182,45 +171,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -239,40 +221,31 @@ impl MotorParameterSetRecord {
     ///
     /// Address 0x2410:00 · UNSIGNED8 · ro · default 8
     #[doc(alias("0x2410:00", "2410"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x2410, 0x00).with_default(8)
     }
     /// Controller P
     ///
     /// Address 0x2410:01 · UNSIGNED16 · rw · default 100 · limits 1…500
     #[doc(alias("0x2410:01", "2410"))]
-    pub const fn controller_p(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x2410, 0x01)
-            .with_limits(1, 500)
-            .with_default(100)
+    pub const fn controller_p(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x2410, 0x01).with_limits(1, 500).with_default(100)
     }
     /// Controller I
     ///
     /// Address 0x2410:02 · UNSIGNED16 · rw · default 5 · limits 0…500
     #[doc(alias("0x2410:02", "2410"))]
-    pub const fn controller_i(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
-        ::lexican_runtime::object::Object::new(0x2410, 0x02)
-            .with_limits(0, 500)
-            .with_default(5)
+    pub const fn controller_i(&self) -> ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> {
+        ::lexican_runtime::object::Object::new(0x2410, 0x02).with_limits(0, 500).with_default(5)
     }
     /// Serial number
     ///
     /// Address 0x2410:08 · VISIBLE\_STRING · const · default "A1"
     #[doc(alias("0x2410:08", "2410"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<
         ::lexican_runtime::object::VisibleString,
         ::lexican_runtime::object::Const,
     > {

@@ -21,7 +21,7 @@ pub const PRODUCT_CODE: u32 = 0x00000001;
 pub const REVISION_NUMBER: u32 = 0x00010002;
 
 /// The number of the device profile.
-pub const DEVICE_PROFILE: u16 = 0x0192;
+pub const DEVICE_PROFILE: u16 = 402;
 
 /// The bit rates that the device knows, in kbit/s.
 pub const BIT_RATES_KBIT: &[u16] = &[125, 250, 500, 1000];
@@ -682,20 +682,15 @@ impl ::lexican_runtime::object::BitField for SupportedDriveModes {
 ///
 /// Address 0x1000:00 · UNSIGNED32 · ro · default 0x20192
 #[doc(alias("0x1000:00", "1000"))]
-pub const DEVICE_TYPE: ::lexican_runtime::object::Object<
-    u32,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00020192);
+pub const DEVICE_TYPE: ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1000, 0x00).with_default(0x00020192);
 
 /// Error register
 ///
 /// Address 0x1001:00 · UNSIGNED8 · ro · default 0
 #[doc(alias("0x1001:00", "1001"))]
-pub const ERROR_REGISTER: ::lexican_runtime::object::Object<
-    ErrorRegister,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x1001, 0x00)
-    .with_default(ErrorRegister(0x00));
+pub const ERROR_REGISTER: ::lexican_runtime::object::Object<ErrorRegister, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x1001, 0x00).with_default(ErrorRegister(0x00));
 
 /// Identity object
 ///
@@ -711,45 +706,38 @@ impl IdentityObjectRecord {
     ///
     /// Address 0x1018:00 · UNSIGNED8 · ro · default 4
     #[doc(alias("0x1018:00", "1018"))]
-    pub const fn highest_sub_index_supported(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u8, ::lexican_runtime::object::Ro> {
+    pub const fn highest_sub_index_supported(&self) -> ::lexican_runtime::object::Object<
+        u8,
+        ::lexican_runtime::object::Ro,
+    > {
         ::lexican_runtime::object::Object::new(0x1018, 0x00).with_default(4)
     }
     /// Vendor-ID
     ///
     /// Address 0x1018:01 · UNSIGNED32 · ro · default 0xFFF
     #[doc(alias("0x1018:01", "1018"))]
-    pub const fn vendor_id(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn vendor_id(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x01).with_default(0x00000FFF)
     }
     /// Product code
     ///
     /// Address 0x1018:02 · UNSIGNED32 · ro · default 1
     #[doc(alias("0x1018:02", "1018"))]
-    pub const fn product_code(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn product_code(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x02).with_default(0x00000001)
     }
     /// Revision number
     ///
     /// Address 0x1018:03 · UNSIGNED32 · ro · default 0x10002
     #[doc(alias("0x1018:03", "1018"))]
-    pub const fn revision_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn revision_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x03).with_default(0x00010002)
     }
     /// Serial number
     ///
     /// Address 0x1018:04 · UNSIGNED32 · ro
     #[doc(alias("0x1018:04", "1018"))]
-    pub const fn serial_number(
-        &self,
-    ) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
+    pub const fn serial_number(&self) -> ::lexican_runtime::object::Object<u32, ::lexican_runtime::object::Ro> {
         ::lexican_runtime::object::Object::new(0x1018, 0x04)
     }
 }
@@ -758,13 +746,8 @@ impl IdentityObjectRecord {
 ///
 /// Address 0x1029 · ARRAY of 2, `.at(1)` to `.at(2)` · UNSIGNED8 · rw · default 0
 #[doc(alias("0x1029", "1029"))]
-pub const ERROR_BEHAVIOUR: ::lexican_runtime::object::Array<
-    ErrorBehaviour,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Array::new(
-    2,
-    ::lexican_runtime::object::Object::new(0x1029, 0x01).with_default(ErrorBehaviour(0)),
-);
+pub const ERROR_BEHAVIOUR: ::lexican_runtime::object::Array<ErrorBehaviour, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Array::new(2, ::lexican_runtime::object::Object::new(0x1029, 0x01).with_default(ErrorBehaviour(0)));
 
 /// Controlword
 ///
@@ -774,8 +757,7 @@ pub const CONTROLWORD: ::lexican_runtime::object::Object<
     Controlword,
     ::lexican_runtime::object::Rw,
     ::lexican_runtime::object::Rpdo,
-> = ::lexican_runtime::object::Object::new(0x6040, 0x00)
-    .with_default(Controlword(0x0000));
+> = ::lexican_runtime::object::Object::new(0x6040, 0x00).with_default(Controlword(0x0000));
 
 /// Statusword
 ///
@@ -791,20 +773,15 @@ pub const STATUSWORD: ::lexican_runtime::object::Object<
 ///
 /// Address 0x605A:00 · INTEGER16 · rw · default 2
 #[doc(alias("0x605A:00", "605A"))]
-pub const QUICK_STOP_OPTION_CODE: ::lexican_runtime::object::Object<
-    QuickStopOption,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x605A, 0x00)
-    .with_default(QuickStopOption(2));
+pub const QUICK_STOP_OPTION_CODE: ::lexican_runtime::object::Object<QuickStopOption, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x605A, 0x00).with_default(QuickStopOption(2));
 
 /// Shutdown option code
 ///
 /// Address 0x605B:00 · UNSIGNED16 · rw · default 0
 #[doc(alias("0x605B:00", "605B"))]
-pub const SHUTDOWN_OPTION_CODE: ::lexican_runtime::object::Object<
-    u16,
-    ::lexican_runtime::object::Rw,
-> = ::lexican_runtime::object::Object::new(0x605B, 0x00).with_default(0);
+pub const SHUTDOWN_OPTION_CODE: ::lexican_runtime::object::Object<u16, ::lexican_runtime::object::Rw> =
+    ::lexican_runtime::object::Object::new(0x605B, 0x00).with_default(0);
 
 /// Modes of operation
 ///
@@ -814,8 +791,7 @@ pub const MODES_OF_OPERATION: ::lexican_runtime::object::Object<
     ModeOfOperation,
     ::lexican_runtime::object::Rw,
     ::lexican_runtime::object::Mappable,
-> = ::lexican_runtime::object::Object::new(0x6060, 0x00)
-    .with_default(ModeOfOperation(1));
+> = ::lexican_runtime::object::Object::new(0x6060, 0x00).with_default(ModeOfOperation(1));
 
 /// Modes of operation display
 ///
@@ -831,8 +807,5 @@ pub const MODES_OF_OPERATION_DISPLAY: ::lexican_runtime::object::Object<
 ///
 /// Address 0x6502:00 · UNSIGNED32 · ro · default 0xA5
 #[doc(alias("0x6502:00", "6502"))]
-pub const SUPPORTED_DRIVE_MODES: ::lexican_runtime::object::Object<
-    SupportedDriveModes,
-    ::lexican_runtime::object::Ro,
-> = ::lexican_runtime::object::Object::new(0x6502, 0x00)
-    .with_default(SupportedDriveModes(0x000000A5));
+pub const SUPPORTED_DRIVE_MODES: ::lexican_runtime::object::Object<SupportedDriveModes, ::lexican_runtime::object::Ro> =
+    ::lexican_runtime::object::Object::new(0x6502, 0x00).with_default(SupportedDriveModes(0x000000A5));

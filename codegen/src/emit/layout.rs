@@ -1,0 +1,78 @@
+//! Where lines break in what is written as text.
+
+/// No line is longer, unless a name is.
+const WIDTH: usize = 120;
+
+/// A type with parameters: `path<a, b>`.
+pub(super) struct Generic {
+    pub(super) path: String,
+    pub(super) parameters: Vec<String>,
+}
+
+/// A call, and methods called on what it returns.
+pub(super) struct Chain {
+    pub(super) first: String,
+    pub(super) methods: Vec<String>,
+}
+
+impl Generic {
+    fn line(&self) -> String {
+        format!("{}<{}>", self.path, self.parameters.join(", "))
+    }
+
+    fn lines(&self, indent: &str) -> String {
+        let parameters: String = self.parameters.iter().map(|it| format!("{indent}    {it},\n")).collect();
+        format!("{}<\n{parameters}{indent}>", self.path)
+    }
+}
+
+impl Chain {
+    pub(super) fn line(&self) -> String {
+        self.first.clone() + &self.methods.concat()
+    }
+
+    /// On one line if so many characters beside it leave room for it.
+    fn lines(&self, beside: usize, indent: &str) -> String {
+        let line = self.line();
+        if beside + line.len() <= WIDTH {
+            return line;
+        }
+        let methods = self.methods.iter().map(|method| format!("\n{indent}    {method}"));
+        self.first.clone() + &methods.collect::<String>()
+    }
+}
+
+/// `pub const NAME: type = value;`
+pub(super) fn constant(code: &mut String, name: &str, r#type: &Generic, value: &Chain) {
+    let head = format!("pub const {name}: {}", r#type.line());
+    if head.len() + value.line().len() + 4 <= WIDTH {
+        *code += &format!("{head} = {};\n", value.line());
+    } else if head.len() + 2 <= WIDTH {
+        *code += &format!("{head} =\n    {};\n", value.lines(5, "    "));
+    } else {
+        *code += &format!("pub const {name}: {} = {};\n", r#type.lines(""), value.lines(5, ""));
+    }
+}
+
+/// `pub const fn name(&self) -> type { value }`, indented by one step.
+pub(super) fn member(code: &mut String, name: &str, r#type: &Generic, value: &Chain) {
+    let line = format!("    pub const fn {name}(&self) -> {} {{\n", r#type.line());
+    if line.len() <= WIDTH + 1 {
+        *code += &line;
+    } else {
+        *code += &format!("    pub const fn {name}(&self) -> {} {{\n", r#type.lines("    "));
+    }
+    *code += &format!("        {}\n    }}\n", value.lines(8, "        "));
+}
+
+/// `&[ rows ]`, a line for each, closed at `indent`.
+pub(super) fn rows(indent: &str, rows: impl IntoIterator<Item = String>) -> String {
+    let mut text = String::from("&[");
+    for row in rows {
+        text.extend(["\n", indent, "    ", &row, ","]);
+    }
+    if text.len() > 2 {
+        text.extend(["\n", indent]);
+    }
+    text + "]"
+}
