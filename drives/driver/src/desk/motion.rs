@@ -15,7 +15,6 @@ pub(crate) enum Motion {
     /// Velocity mode.
     Running,
     /// Something, and the frames that said how it went on are lost.
-    #[cfg(feature = "tokio")]
     Unknown,
 }
 
