@@ -178,7 +178,7 @@ impl fmt::Display for Position {
     }
 }
 
-/// A place: a byte range in one of the texts of an [`Input`](crate::Input).
+/// A place: a byte range in one of the texts of an [`Input`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Span {
     /// Which text: 0 is the data sheet, n the n-th overlay.
