@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use lexican_eds::model::{Device, Entry, Meaning, ObjectKind, Unit, Value};
+use lexican_eds::types::DataType;
 use lexican_eds::{Input, Source};
 use lexican_runtime::object::{Address, Condition};
 use siko_ag03_1::od;
@@ -18,6 +19,8 @@ use crate::notation::snake;
 /// The data sheet with its overlay, and the code that was generated from it.
 pub(crate) struct Sheet {
     pub(crate) device: Device,
+    /// The data sheet as other tools read it, without the overlay.
+    alone: Device,
     pub(crate) handles: BTreeMap<Address, Handle>,
     pub(crate) overlay: String,
     findings: Vec<String>,
@@ -27,11 +30,12 @@ pub(crate) struct Sheet {
 impl Sheet {
     pub(crate) fn new(inputs: &Inputs) -> Self {
         let eds = Source::new("SIKOAG03.EDS", inputs.eds.as_str());
+        let (alone, _) = lexican_eds::load(&Input::new(eds.clone()));
         let input = Input::new(eds).overlay(Source::new("SIKOAG03.toml", inputs.overlay.as_str()));
         let (device, diagnostics) = lexican_eds::load(&input);
         let findings = diagnostics.iter().map(|finding| format!("{} {}", finding.code, finding.message)).collect();
         let (overlay, code_is_stale) = (inputs.overlay.clone(), inputs.code_is_stale);
-        Sheet { device, handles: code::handles(), overlay, findings, code_is_stale }
+        Sheet { device, alone, handles: code::handles(), overlay, findings, code_is_stale }
     }
 
     pub(crate) fn handle(&self, entry: &Entry) -> Option<&Handle> {
@@ -62,6 +66,11 @@ pub(crate) fn check(checker: &mut Checker<'_>, _manual: &Manual, sheet: &Sheet) 
     // What deviates from CiA, and stays so, is accepted in the overlay.
     sheet.findings.iter().for_each(|finding| checker.finding(format!("SIKOAG03: {finding}")));
     device_information(checker, &sheet.device);
+    // Other tools refuse any other type there; the overlay has what the manual prints.
+    for object in sheet.alone.objects.iter().filter(|object| object.kind != ObjectKind::Variable) {
+        let count = object.entries.iter().find(|entry| entry.sub == 0).map(|entry| entry.data_type);
+        checker.require(count == Some(DataType::Unsigned8), || format!("{:04X}:00 is {count:?}", object.index));
+    }
     for unit in sheet.device.quantities.values().flat_map(|quantity| &quantity.units) {
         let known = METHODS.iter().any(|(symbol, method)| *symbol == unit.symbol && *method == unit.method);
         checker.require(known, || format!("the unit {} has the method {}", unit.symbol, unit.method));
