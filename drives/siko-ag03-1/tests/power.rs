@@ -11,6 +11,7 @@ use siko_ag03_1::od;
 use siko_ag03_1::sim::controller::Motor;
 use siko_ag03_1::sim::{BusLed, DipSwitches, NonVolatile, Restore, Setup, SimulatedDrive, StatusLed};
 use siko_ag03_1::state::State;
+use siko_ag03_1::words::system;
 
 use support::Bench;
 
@@ -94,6 +95,21 @@ fn a_shaft_that_loses_its_supply_runs_out_and_is_not_forgotten() {
     bench.see(SimulatedDrive::switch_on);
     bench.pass(1000);
     assert_eq!(bench.see(|drive, now| (drive.position(now), drive.state())), (there + 100, State::SwitchOnDisabled));
+}
+
+/// "In position" refers to the travel before until then, and to 607Ah afterwards, which is 0 again.
+#[test]
+fn a_reset_forgets_the_travel_before() {
+    let mut bench = Bench::new();
+    bench.enable();
+    bench.travel_to(100);
+    bench.pass(5000);
+    let in_position =
+        |bench: &Bench| bench.see(|drive, now| drive.controller().system_status(now)) & system::IN_POSITION != 0;
+    assert!(in_position(&bench));
+    bench.ask(0x000, &[0x81, 5]);
+    bench.pass(1000);
+    assert!(!in_position(&bench));
 }
 
 #[test]

@@ -76,9 +76,7 @@ impl Controller {
     #[must_use]
     pub(super) fn restarted(&self, now: Instant, inputs: Inputs) -> Self {
         let mut motion = self.motion.clone();
-        if motion.is_moving(now) {
-            motion.cancel(now, RUN_OUT_DECELERATION);
-        }
+        motion.cancel(now, RUN_OUT_DECELERATION);
         motion.forget_job();
         Controller::start(now, self.parameters, inputs, motion)
     }
@@ -176,7 +174,6 @@ impl Controller {
             self.motor(now) == Motor::Released && !self.motion.is_moving(now) && self.inputs.shaft == Shaft::Free;
         if turns {
             self.motion.displace(now, f64::from(increments));
-            self.settle(now);
         }
         turns
     }

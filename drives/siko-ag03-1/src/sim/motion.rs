@@ -191,9 +191,9 @@ impl Motion {
             && self.is_active(now)
             && !travel.interrupted
         {
-            let turn = travel.turn.filter(|_| self.is_before_turn(now));
+            let travel = Travel { interrupted: true, ..self.ahead(now, travel) };
             let way = Trajectory::ramp(now, self.state(now), 0.0, deceleration);
-            self.begin(Job::Positioning(Travel { turn, interrupted: true, ..travel }), way);
+            self.begin(Job::Positioning(travel), way);
         }
     }
 
@@ -238,14 +238,13 @@ impl Motion {
         self.brake(now, deceleration);
     }
 
-    /// Stands still at once, because the shaft is blocked. The job stays.
+    /// Stands still at once, because the shaft is blocked. The job stays; a shaft without one only stands.
     pub fn block(&mut self, now: Instant) {
         if let Job::Positioning(travel) = self.job {
-            let turn = travel.turn.filter(|_| self.is_before_turn(now));
-            self.job = Job::Positioning(Travel { turn, ..travel });
+            self.job = Job::Positioning(self.ahead(now, travel));
         }
         self.way = Trajectory::rest(now, self.state(now).position);
-        self.blocked = true;
+        self.blocked = self.job != Job::None;
     }
 
     /// Whether the shaft is blocked in the middle of a job.
@@ -257,7 +256,7 @@ impl Motion {
     /// Goes on with the job that was blocked; inching is not taken up again.
     pub fn unblock(&mut self, now: Instant, acceleration: f64) {
         match self.job {
-            Job::Positioning(travel) if !travel.interrupted => self.travel(now, travel),
+            Job::Positioning(travel) if !travel.interrupted => self.travel(now, self.ahead(now, travel)),
             Job::Velocity(velocity) => self.run_at(now, velocity, acceleration),
             _ => self.blocked = false,
         }
@@ -313,6 +312,11 @@ impl Motion {
         let ends = [self.way.end(), turn];
         let ends = ends.into_iter().flatten().filter(|end| *end > now);
         ends.chain(self.way.next_change(now, key)).min()
+    }
+
+    /// What is left of a travel that is under way: a turn that was made is not made again.
+    fn ahead(&self, now: Instant, travel: Travel) -> Travel {
+        Travel { turn: travel.turn.filter(|_| self.is_before_turn(now)), ..travel }
     }
 
     fn travel(&mut self, now: Instant, travel: Travel) {

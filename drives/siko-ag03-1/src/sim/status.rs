@@ -50,7 +50,6 @@ impl Controller {
     #[must_use]
     pub fn system_status(&self, now: Instant) -> u16 {
         let seen = self.observe(self.motion.state(now));
-        let positioning = self.parameters.mode == Mode::Positioning;
         let not_ready = self.state == State::Fault || self.is_unready(now, seen);
         bits(&[
             (system::IN_POSITION, seen.in_window()),
@@ -59,7 +58,7 @@ impl Controller {
             (system::BELOW_LOWER_LIMIT, seen.below_lower_limit),
             (system::MOTOR_RELEASED, self.motor(now) == Motor::Released),
             (system::FAULT, self.state == State::Fault),
-            (system::AGAINST_APPROACH, positioning && self.motion.is_before_turn(now)),
+            (system::AGAINST_APPROACH, self.motion.is_before_turn(now)),
             (system::NO_SUPPLY, !self.inputs.supply_is_present()),
             (system::NOT_READY, not_ready),
             (system::BATTERY_LOW, self.inputs.battery_is_low()),

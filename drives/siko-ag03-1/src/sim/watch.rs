@@ -43,14 +43,12 @@ impl Controller {
         } else if !blocked && self.motion.is_blocked() {
             self.motion.unblock(now, self.parameters.rotation());
         }
-        let counts = self.motion.is_blocked() && !self.faults.contains(&Fault::SHAFT_BLOCKED);
-        self.blocked_since = counts.then(|| self.blocked_since.unwrap_or(now));
+        self.blocked_since = self.motion.is_blocked().then(|| self.blocked_since.unwrap_or(now));
     }
 
     fn watch_current(&mut self, now: Instant) {
         let too_high = self.current_ma(now) > Inputs::OVERCURRENT_MA;
-        let counts = too_high && !self.faults.contains(&Fault::OVERCURRENT);
-        self.overcurrent_since = counts.then(|| self.overcurrent_since.unwrap_or(now));
+        self.overcurrent_since = too_high.then(|| self.overcurrent_since.unwrap_or(now));
     }
 
     /// Chapter 2.3: brakes fully and keeps control; the job can be resumed.
