@@ -4,14 +4,15 @@
 //! Whoever opens one of them is on the bus, so that a monitor and a writing command can be there at once. Like an
 //! adapter it carries frames only while its channel is open, so that nobody finds old frames in it.
 
-use std::io::{ErrorKind, Read, Write};
+use std::fs::File;
+use std::io::{self, ErrorKind, Read, Write};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration as StdDuration;
 
 use lexican_runtime::host::slcan::{Decoder, Message, line};
 use lexican_runtime::host::{Incoming, Link, LinkError};
 use lexican_runtime::{Frame, Instant};
-use serialport::{SerialPort, TTYPort};
+use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 
 use crate::output::Failure;
 
@@ -90,7 +91,8 @@ impl Ptys {
             Some(b'F') => "F00\r",
             Some(b'V') => "V0101\r",
             Some(b'N') => "N0000\r",
-            // What we have said ourselves: until somebody who opens a terminal has set it up, it echoes.
+            // What we have said ourselves: a system that resets a terminal when its last user leaves, as macOS
+            // does, echoes until the next one has set it up.
             Some(b'z' | b'^') => return None,
             None | Some(b'S' | b's' | b'M' | b'm' | b'Z' | b'X') => DONE,
             Some(_) => REFUSED,
@@ -123,14 +125,12 @@ impl Ptys {
 impl Terminal {
     fn open(number: usize, heard: &SyncSender<(usize, Heard)>) -> Result<Self, Failure> {
         let failed = |error| Failure::new(format_args!("cannot open a pseudo-terminal: {error}"));
-        let (master, slave) = TTYPort::pair().map_err(failed)?;
-        let path = slave.name().ok_or_else(|| Failure::new("a pseudo-terminal has no name"))?;
-        let reader = master.try_clone_native().map_err(failed)?;
+        let (writer, path) = terminal().map_err(failed)?;
+        let reader = writer.try_clone().map_err(failed)?;
         let (lines, queue) = sync_channel::<String>(WAITING_LINES);
         let heard = heard.clone();
         std::thread::spawn(move || read(reader, number, &heard));
-        std::thread::spawn(move || write(master, &queue));
-        // The other end is not kept open: the terminal itself then tells when somebody leaves.
+        std::thread::spawn(move || write(writer, &queue));
         Ok(Terminal { path, lines, open: false })
     }
 
@@ -141,9 +141,20 @@ impl Terminal {
     }
 }
 
+/// Makes a pseudo-terminal; returns our end of it, and the path of the other one. That is not kept open, so that
+/// reading reports when its last user leaves.
+fn terminal() -> io::Result<(File, String)> {
+    let pair = nix::pty::openpty(None, None)?;
+    let mut settings = tcgetattr(&pair.slave)?;
+    cfmakeraw(&mut settings);
+    tcsetattr(&pair.slave, SetArg::TCSANOW, &settings)?;
+    let path = nix::unistd::ttyname(&pair.slave)?;
+    Ok((pair.master.into(), path.to_string_lossy().into_owned()))
+}
+
 /// Cuts what comes into lines, until nobody wants them any more.
 #[expect(clippy::disallowed_methods, reason = "a terminal that nobody has open can only be looked at again")]
-fn read(mut terminal: TTYPort, number: usize, heard: &SyncSender<(usize, Heard)>) {
+fn read(mut terminal: File, number: usize, heard: &SyncSender<(usize, Heard)>) {
     let (mut buffer, mut line, mut gone) = ([0; 256], String::new(), true);
     loop {
         match terminal.read(&mut buffer) {
@@ -163,7 +174,8 @@ fn read(mut terminal: TTYPort, number: usize, heard: &SyncSender<(usize, Heard)>
                     }
                 }
             }
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            // Only once all has been read that its last user has said. A poll reports the hang-up before that.
             _ => {
                 line.clear();
                 if !gone && heard.send((number, Heard::Gone)).is_err() {
@@ -176,7 +188,7 @@ fn read(mut terminal: TTYPort, number: usize, heard: &SyncSender<(usize, Heard)>
     }
 }
 
-fn write(mut terminal: TTYPort, lines: &Receiver<String>) {
+fn write(mut terminal: File, lines: &Receiver<String>) {
     while let Ok(line) = lines.recv() {
         // Who has left hears nothing; the reader notices that.
         let _ = terminal.write_all(line.as_bytes());
@@ -211,6 +223,8 @@ impl Link for Ptys {
 
 #[cfg(test)]
 mod tests {
+    use lexican_runtime::{CobId, Duration};
+
     use super::*;
 
     #[test]
@@ -223,6 +237,20 @@ mod tests {
         {
             ptys.take(0, Heard::Line(line.to_owned()));
             assert_eq!(answers.try_recv().ok().as_deref(), answer, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_user_who_leaves_at_once_is_heard_to_the_end() {
+        let mut ptys = Ptys::open(1).unwrap();
+        let frame = Frame::from_array(CobId::SYNC, [1]);
+        // The first one leaves while nobody looks at the terminal, the next one while it is being read.
+        for _ in 0..20 {
+            let mut user = serialport::new(&ptys.terminals[0].path, 115_200).open_native().unwrap();
+            user.write_all(format!("O\r{}\rC\r", line(&frame)).as_bytes()).unwrap();
+            drop(user);
+            let until = ptys.now() + Duration::from_secs(60);
+            assert_eq!(ptys.receive(until).unwrap(), Some(Incoming::Frame(frame)));
         }
     }
 
