@@ -62,7 +62,7 @@ fn an_adapter_is_set_up_and_carries_frames() {
     let adapter = play_adapter(far, |command| if command == "C" { b"\x07" } else { b"\r" });
     let mut link = Slcan::open(&path, settings(500_000)).unwrap();
     let (mut far, commands) = adapter.join().unwrap();
-    assert_eq!(commands, ["", "C", "S6", "O"]);
+    assert_eq!(commands, ["", "", "", "C", "S6", "O"]);
 
     far.write_all(b"t58584B00100092010200\rz\rT0000012321122\r").unwrap();
     hears(&mut link, Incoming::Frame(frame(0x585, &[0x4B, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00])));
@@ -72,6 +72,20 @@ fn an_adapter_is_set_up_and_carries_frames() {
     let mut heard = [0; 8];
     far.read_exact(&mut heard).unwrap();
     assert_eq!(&heard, b"r7051\rC\r", "the channel is closed at the end");
+}
+
+#[test]
+fn answers_to_an_earlier_user_are_not_taken_for_those_to_the_opening() {
+    let (mut far, _near, path) = terminal();
+    // Some have come before, some come late.
+    far.write_all(b"\x07t12\x07\x07\x07").unwrap();
+    let adapter = play_adapter(far, |command| match command {
+        "" | "C" => b"\x07\x07",
+        _ => b"\r",
+    });
+    drop(Slcan::open(&path, settings(500_000)).unwrap());
+    let (_far, commands) = adapter.join().unwrap();
+    assert_eq!(commands, ["", "", "", "C", "S6", "O"]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Serial adapters that speak the Lawicel protocol (slcan), and pseudo-terminals that act like one.
 //!
 //! Works on Linux, macOS and Windows, and needs nothing of the kernel but a serial port. A mute other
-//! end is taken for what it is, a peer on a pseudo-terminal: nothing here waits for an answer that
+//! end is taken for what it is, a peer on a pseudo-terminal: nothing here waits for long for an answer that
 //! need not come.
 
 mod codec;
@@ -14,9 +14,9 @@ use std::vec::Vec;
 
 #[cfg(windows)]
 use serialport::COMPort as Port;
-use serialport::SerialPort;
 #[cfg(unix)]
 use serialport::TTYPort as Port;
+use serialport::{ClearBuffer, SerialPort};
 
 pub use codec::{Decoder, Message, line};
 pub use error::SlcanError;
@@ -35,7 +35,11 @@ pub const BIT_RATES: [u32; 9] = [10_000, 20_000, 50_000, 100_000, 125_000, 250_0
 pub const BAUD: u32 = super::url::BAUD;
 
 /// How long an adapter may take to answer a command.
-const ANSWER: Duration = Duration::from_millis(50);
+const ANSWER: Duration = Duration::from_millis(200);
+
+/// An adapter that has answered, and is silent for so long, has no more answers. So long is waited, too, for those of
+/// one that may have none.
+const QUIET: Duration = Duration::from_millis(50);
 
 /// How often a link tries to open an adapter that is gone.
 const LOOK: Duration = Duration::from_millis(250);
@@ -127,26 +131,43 @@ impl Slcan {
         self.unsent.clear();
         self.heard = Heard::NOTHING;
         self.decoder.reset();
-        // A channel that is still open refuses to be set up. If it is closed, it refuses that.
-        self.command("")?;
-        self.command("C")?;
-        if let Some(speed) = speed
-            && self.command(&speed)? == Some(Message::Refused)
+        let answers = self.synchronise().map_err(|error| SlcanError::Io { path: self.path.clone(), error })?;
+        let patience = if answers { ANSWER } else { QUIET };
+        for command in speed.as_deref().into_iter().chain(["O"]) {
+            if self.command(command, patience)? == Some(Message::Refused) {
+                return Err(SlcanError::Refused { path: self.path.clone(), command: command.to_owned() });
+            }
+        }
+        Ok(())
+    }
+
+    /// Closes the channel, and passes over all that is heard until the adapter is quiet, so that the next answer is that
+    /// to the next command. Returns whether the adapter answers.
+    fn synchronise(&mut self) -> io::Result<bool> {
+        if let Some(port) = &self.port {
+            port.clear(ClearBuffer::Input)?;
+        }
+        // The empty lines end what an earlier user has begun, as the CANUSB manual advises. A channel that is
+        // open refuses to be set up; one that is closed refuses `C`.
+        self.write(b"\r\r\rC\r")?;
+        let begin = self.now();
+        let (mut until, mut answers) = (begin + ANSWER, false);
+        // A peer may never be quiet.
+        while self.now() < begin + ANSWER + ANSWER
+            && let Some(message) = self.message(until)?
         {
-            return Err(SlcanError::Refused { path: self.path.clone(), command: speed });
+            answers |= matches!(message, Message::Done | Message::Refused);
+            until = self.now() + QUIET;
         }
-        match self.command("O")? {
-            Some(Message::Refused) => Err(SlcanError::Refused { path: self.path.clone(), command: "O".to_owned() }),
-            _ => Ok(()),
-        }
+        Ok(answers)
     }
 
     /// Gives a command and waits for its answer, if there is one. A frame is the sign of an open
     /// channel, whatever becomes of the answer.
-    fn command(&mut self, command: &str) -> Result<Option<Message>, SlcanError> {
+    fn command(&mut self, command: &str, patience: Duration) -> Result<Option<Message>, SlcanError> {
         let failed = |path: &str, error| SlcanError::Io { path: path.to_owned(), error };
         self.write(std::format!("{command}\r").as_bytes()).map_err(|error| failed(&self.path, error))?;
-        let until = self.now() + ANSWER;
+        let until = self.now() + patience;
         loop {
             match self.message(until).map_err(|error| failed(&self.path, error))? {
                 Some(answer @ (Message::Done | Message::Refused)) => return Ok(Some(answer)),
