@@ -1,10 +1,11 @@
 //! Every way in which a program can end, with a drive that it moves: what the drive does then.
 //!
 //! The program is this very executable, started again as a process of its own; the simulated drive is here, in real
-//! time, and a socket is the bus between them. The drive inches, which goes on without end if nobody stops it.
+//! time and on a thread of its own, and a socket is the bus between them. The drive inches, which goes on without end
+//! if nobody stops it.
 #![cfg(unix)]
 
-use std::io::{ErrorKind, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
@@ -22,6 +23,10 @@ const TEST: &str = "the_program";
 /// How the program is to end, and where the bus is.
 const ENDING: &str = "LEXICAN_ENDING";
 const BUS: &str = "LEXICAN_BUS";
+/// What the program says when the drive moves, and its end can come.
+const MOVES: &str = "the drive moves";
+/// What no machine is too busy for.
+const PATIENCE: Wall = Wall::from_secs(60);
 
 /// A bus of two: each frame is a line of candump's form.
 struct Socket {
@@ -96,10 +101,14 @@ impl Link for Socket {
 }
 
 impl Socket {
-    #[expect(clippy::disallowed_methods, reason = "a bus on which nobody speaks is waited for in real time")]
     fn pause(&self, until: Instant) {
-        std::thread::sleep(until.since(self.now()).into());
+        sleep(until.since(self.now()).into());
     }
+}
+
+#[expect(clippy::disallowed_methods, reason = "two processes have real time in common, and nothing else")]
+fn sleep(span: Wall) {
+    std::thread::sleep(span);
 }
 
 /// The program: moves the drive, and ends. Without an ending it is no test.
@@ -126,22 +135,18 @@ fn run(link: Socket, ending: &str) -> Result<(), Error> {
     drive.enable()?;
     drive.inch(Direction::Positive)?;
     drive.pass(Duration::from_millis(300))?;
+    println!("{MOVES}");
     match ending.trim_start_matches("protected ") {
         "return" => return Ok(()),
         "error" => return Err(drive.move_to(0).unwrap_err()),
         "panic" => panic!("of the program"),
         "exit" => std::process::exit(0),
         "abort" => std::process::abort(),
-        "idle" => idle(),
-        _ => drive.pass(Duration::from_secs(60))?,
+        "cable" | "SIGINT with a handler" | "SIGTERM with a handler" => drive.pass(Duration::from_secs(60))?,
+        // Something that takes its time, and has nothing to do with the drive.
+        _ => sleep(PATIENCE),
     }
     Ok(())
-}
-
-/// Something that takes its time, and has nothing to do with the drive.
-#[expect(clippy::disallowed_methods, reason = "the program does something else, in real time")]
-fn idle() {
-    std::thread::sleep(Wall::from_secs(60));
 }
 
 /// What becomes of a drive whose program ends.
@@ -157,8 +162,8 @@ enum Then {
 
 struct Running {
     child: Child,
-    participant: Participant<Socket, Arc<Mutex<SimulatedDrive>>>,
     drive: Arc<Mutex<SimulatedDrive>>,
+    origin: WallInstant,
     cable: TcpStream,
 }
 
@@ -166,7 +171,7 @@ impl Running {
     /// Starts the program, and waits until its drive moves.
     fn start(ending: &str) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let child = Command::new(std::env::current_exe().unwrap())
+        let mut child = Command::new(std::env::current_exe().unwrap())
             .args(["--exact", TEST, "--nocapture"])
             .env(ENDING, ending)
             .env(BUS, listener.local_addr().unwrap().to_string())
@@ -176,26 +181,21 @@ impl Running {
             .unwrap();
         let cable = listener.accept().unwrap().0;
         let socket = Socket::new(cable.try_clone().unwrap());
+        let origin = socket.origin;
         let drive = Arc::new(Mutex::new(SimulatedDrive::power_on(socket.now(), Setup::new(NODE))));
         let participant = Participant::new(socket, Arc::clone(&drive));
-        let mut running = Running { child, participant, drive, cable };
-        let mut left = 100;
-        while running.velocity() == 0 {
-            running.pass(Duration::from_millis(100));
-            left -= 1;
-            assert!(left > 0, "{ending}: it does not move");
+        std::thread::spawn(move || serve(participant));
+        let said = BufReader::new(child.stdout.as_mut().unwrap()).lines();
+        let moves = said.map_while(Result::ok).any(|line| line.contains(MOVES));
+        let running = Running { child, drive, origin, cable };
+        if !moves {
+            panic!("{ending}: it does not move: {:?}", running.end(&Then::Moves));
         }
         running
     }
 
-    /// Lets real time pass for the drive.
-    fn pass(&mut self, span: Duration) {
-        let until = self.participant.now() + span;
-        while self.participant.run(until).unwrap().is_some() {}
-    }
-
     fn velocity(&self) -> i32 {
-        self.drive.lock().unwrap().velocity(self.participant.now())
+        self.drive.lock().unwrap().velocity(Instant::ZERO + self.origin.elapsed().into())
     }
 
     fn signal(&self, signal: &str) {
@@ -203,37 +203,47 @@ impl Running {
         assert!(status.unwrap().success());
     }
 
-    /// What becomes of the drive, and what the program has said.
-    fn end(mut self) -> (Then, String) {
-        let mut left = 100;
-        while self.child.try_wait().unwrap().is_none() {
-            self.pass(Duration::from_millis(50));
-            left -= 1;
-            assert!(left > 0, "the program does not end");
-        }
-        // Longer than a protected drive waits.
-        self.pass(Duration::from_millis(2500));
+    fn becomes(&self) -> Then {
         let state = self.drive.lock().unwrap().state();
-        let then = match (self.velocity(), state) {
+        match (self.velocity(), state) {
             (0, State::OperationEnabled) => Then::Stands,
             (0, State::SwitchOnDisabled) => Then::Released,
             _ => Then::Moves,
-        };
+        }
+    }
+
+    /// What becomes of the drive, for which this is expected, and what the program has said.
+    fn end(mut self, expected: &Then) -> (Then, String) {
         let mut said = String::new();
         self.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        self.child.wait().unwrap();
+        // Longer than a protected drive waits, if the machine has time for it.
+        sleep(Wall::from_millis(2500));
+        let mut then = self.becomes();
+        let until = self.origin.elapsed() + PATIENCE;
+        while then != *expected && self.origin.elapsed() < until {
+            sleep(Wall::from_millis(50));
+            then = self.becomes();
+        }
         (then, said)
+    }
+}
+
+/// The drive's part, until nobody else has it any more: it must not wait for what the test waits for.
+fn serve(mut participant: Participant<Socket, Arc<Mutex<SimulatedDrive>>>) {
+    while Arc::strong_count(participant.node()) > 1 {
+        let until = participant.now() + Duration::from_millis(50);
+        while participant.run(until).unwrap().is_some() {}
     }
 }
 
 #[track_caller]
 fn check(ending: &str, signal: Option<&str>, then: &Then, words: &str) {
-    let mut running = Running::start(ending);
+    let running = Running::start(ending);
     if let Some(signal) = signal {
-        // Well into the time that it lets pass.
-        running.pass(Duration::from_millis(1000));
         running.signal(signal);
     }
-    let (seen, said) = running.end();
+    let (seen, said) = running.end(then);
     assert_eq!(seen, *then, "{ending}: {said}");
     assert!(said.contains(words), "{ending}: {said}");
 }
@@ -278,10 +288,9 @@ fn a_program_that_is_gone_at_once_leaves_its_drive_moving() {
 #[test]
 fn a_program_without_its_cable_says_that_its_drive_may_be_moving() {
     for (ending, then) in [("cable", Then::Moves), ("protected cable", Then::Released)] {
-        let mut running = Running::start(ending);
-        running.pass(Duration::from_millis(1000));
+        let running = Running::start(ending);
         running.cable.shutdown(Shutdown::Both).unwrap();
-        let (seen, said) = running.end();
+        let (seen, said) = running.end(&then);
         assert_eq!(seen, then, "{ending}: {said}");
         assert!(said.contains("; the drive at node 5 may still be moving"), "{ending}: {said}");
         assert!(said.contains("a stop has been sent, and nothing shows that it has arrived"), "{ending}: {said}");
@@ -299,8 +308,8 @@ fn a_protected_drive_notices_that_its_program_is_gone() {
 #[test]
 fn a_protected_drive_is_kept_going_while_its_program_does_something_else() {
     let mut running = Running::start("protected idle");
-    running.pass(Duration::from_millis(3500));
+    sleep(Wall::from_millis(3500));
     assert_ne!(running.velocity(), 0);
     running.child.kill().unwrap();
-    assert_eq!(running.end().0, Then::Released);
+    assert_eq!(running.end(&Then::Released).0, Then::Released);
 }
