@@ -160,6 +160,18 @@ enum Then {
     Released,
 }
 
+/// This executable, with SIGINT doing what it does by default: a shell has its background jobs ignore it, and they pass
+/// that on to whatever they start.
+fn program() -> Command {
+    let this = std::env::current_exe().unwrap();
+    if cfg!(target_os = "linux") {
+        let mut command = Command::new("env");
+        command.arg("--default-signal=INT").arg(this);
+        return command;
+    }
+    Command::new(this)
+}
+
 struct Running {
     child: Child,
     drive: Arc<Mutex<SimulatedDrive>>,
@@ -171,7 +183,7 @@ impl Running {
     /// Starts the program, and waits until its drive moves.
     fn start(ending: &str) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let mut child = Command::new(std::env::current_exe().unwrap())
+        let mut child = program()
             .args(["--exact", TEST, "--nocapture"])
             .env(ENDING, ending)
             .env(BUS, listener.local_addr().unwrap().to_string())
