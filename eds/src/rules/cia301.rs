@@ -2,7 +2,7 @@
 
 use super::context::{Context, held_by, is_restricted, place, plural};
 use super::remedy::{MAX_STEPS, overlays};
-use super::{Out, note};
+use super::rule::{Out, note};
 use crate::model::keys::Key;
 use crate::model::pdo::held;
 use crate::model::types::DataType;

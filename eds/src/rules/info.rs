@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::context::{Context, plural};
-use super::{Out, note};
+use super::rule::{Out, note};
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind};
 use crate::parse::COMPACT_PDO_BITS;

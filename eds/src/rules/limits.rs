@@ -2,7 +2,7 @@
 
 use super::context::{Context, place};
 use super::remedy::{Edit, MAX_STEPS, edits, toml};
-use super::{Out, note};
+use super::rule::{Out, note};
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind, Repeated};
 use crate::model::keys::Key;

@@ -1,8 +1,8 @@
 //! Files, lines, sections and keys.
 
 use super::context::{Context, plural};
-use super::note;
 use super::remedy::{Edit, MAX_STEPS, edits};
+use super::rule::note;
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind, Repeated, Separator};
 use crate::model::keys::{COMMISSIONING, DEVICE_INFO, FILE_INFO};

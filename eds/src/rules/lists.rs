@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::context::{Context, listed, plural};
 use super::remedy::{Edit, MAX_STEPS, edits};
-use super::{Out, note};
+use super::rule::{Out, note};
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind};
 use crate::model::{Object, ObjectList};

@@ -13,61 +13,22 @@ mod objects;
 mod overlays;
 mod pdo;
 mod remedy;
+mod rule;
 mod table;
 
 use std::collections::BTreeSet;
 
 use context::Context;
+pub use rule::Rule;
+use rule::{Find, Out};
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::finding::{Finding, Findings, Kind};
 use crate::model::Device;
 use crate::model::keys::Key;
 use crate::overlay::{Accepted, Changes};
 use crate::parse::facts::Facts;
 use crate::text::Span;
-
-/// A rule.
-#[derive(Clone, Copy, Debug)]
-pub struct Rule {
-    /// The code of its findings.
-    pub code: &'static str,
-    /// How bad its findings are.
-    pub severity: Severity,
-    /// What holds where it finds nothing: one sentence.
-    pub holds: &'static str,
-    /// Why that matters, and what is done about it: one paragraph.
-    pub why: &'static str,
-    find: Find,
-}
-
-/// How a rule comes to its findings.
-#[derive(Clone, Copy, Debug)]
-enum Find {
-    /// It puts into words what parsing or an overlay has found.
-    Read(fn(&Context<'_>, &Finding) -> Option<Diagnostic>),
-    /// It looks at the finished model.
-    Check(fn(&Context<'_>, &mut Out<'_>)),
-    /// It is about the findings themselves.
-    Last,
-}
-
-/// Where a rule puts its findings.
-struct Out<'o> {
-    rule: &'static Rule,
-    diagnostics: &'o mut Diagnostics,
-}
-
-/// A finding in the words of a rule, whose code and severity it gets from the table.
-fn note(message: impl Into<String>) -> Diagnostic {
-    Diagnostic::new("", Severity::Note, message)
-}
-
-impl Out<'_> {
-    fn push(&mut self, note: Diagnostic) {
-        self.diagnostics.push(Diagnostic { code: self.rule.code, severity: self.rule.severity, ..note });
-    }
-}
 
 /// All rules, in the order in which they are applied.
 #[must_use]
@@ -180,7 +141,7 @@ fn accept(context: &Context<'_>, diagnostics: &mut Diagnostics) {
         at.inspect(|&at| used[at] = true).is_some()
     });
     for (accepted, _) in accepted.iter().zip(used).filter(|(_, used)| !used) {
-        let (code, note) = overlays::accepted_in_vain(accepted);
+        let (code, note) = overlays::accepted_in_vain(accepted, rule(&accepted.code).is_some());
         if let Some(rule) = rule(code) {
             Out { rule, diagnostics: &mut *diagnostics }.push(note);
         }

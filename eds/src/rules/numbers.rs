@@ -2,8 +2,8 @@
 
 use super::context::{Context, are};
 use super::lines::without_key;
-use super::note;
 use super::remedy::{Edit, edits};
+use super::rule::note;
 use crate::diagnostic::Diagnostic;
 use crate::dump::value_text;
 use crate::finding::{Finding, Kind, Oddity};

@@ -2,7 +2,7 @@
 
 use super::context::{Context, are, listed, place, plural};
 use super::remedy::{Edit, MAX_STEPS, edits, overlay, overlays, quoted};
-use super::{Out, note};
+use super::rule::{Out, note};
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind};
 use crate::model::keys::Key;

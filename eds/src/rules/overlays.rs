@@ -1,7 +1,7 @@
 //! Overlays.
 
 use super::context::Context;
-use super::{Out, note, rule};
+use super::rule::{Out, note};
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind};
 use crate::model::types::DataType;
@@ -90,17 +90,13 @@ pub(super) fn units(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
 }
 
 /// What is accepted where there is no such finding, or no such rule: the code of the rule, and its finding.
-pub(super) fn accepted_in_vain(accepted: &Accepted) -> (&'static str, Diagnostic) {
+pub(super) fn accepted_in_vain(accepted: &Accepted, is_rule: bool) -> (&'static str, Diagnostic) {
     let Accepted { code, span, .. } = accepted;
-    match rule(code) {
-        Some(_) => {
-            ("overlay::accepted-in-vain", note(format!("there is no finding of {code} to accept")).at(*span, ""))
-        }
-        None => {
-            let expected = "expected the code of a rule, such as \"cia301::data-type\"";
-            ("overlay::bad-value", note(expected).at(*span, ""))
-        }
+    if is_rule {
+        return ("overlay::accepted-in-vain", note(format!("there is no finding of {code} to accept")).at(*span, ""));
     }
+    let expected = "expected the code of a rule, such as \"cia301::data-type\"";
+    ("overlay::bad-value", note(expected).at(*span, ""))
 }
 
 pub(super) fn undefined_name(cx: &Context<'_>, out: &mut Out<'_>) {

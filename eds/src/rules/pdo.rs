@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::context::{Context, are, held_by, is_dummy, is_restricted, listed, pdo_name, place, plural};
 use super::remedy::{Edit, edits, overlay};
-use super::{Out, note};
+use super::rule::{Out, note};
 use crate::model::keys::Key;
 use crate::model::pdo::{communication_parameter, held, mapping_parameter};
 use crate::model::types::DataType;

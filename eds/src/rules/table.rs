@@ -1,7 +1,8 @@
 //! All rules, in the order in which they are applied.
 
-use super::Find::{Check, Last, Read};
-use super::{Rule, cia301, info, limits, lines, lists, numbers, objects, overlays, pdo};
+use super::rule::Find::{Check, Last, Read};
+use super::rule::Rule;
+use super::{cia301, info, limits, lines, lists, numbers, objects, overlays, pdo};
 use crate::diagnostic::Severity;
 
 /// A row each: the code, how bad its findings are, where they come from, what holds, and why that matters.
