@@ -6,9 +6,11 @@ use std::{env, fs};
 
 use lexican_eds::{Diagnostics, Input, Severity, Source, library, rules, text};
 
-use crate::compile::{FINDINGS, Options, compile};
+use crate::compile::compile;
 use crate::error::Error;
+use crate::findings::FINDINGS;
 use crate::name::{self, Case};
+use crate::options::Options;
 
 /// So many warnings are shown for each data sheet.
 const MAX_WARNINGS: usize = 20;

@@ -24,15 +24,19 @@ mod config;
 mod defined;
 mod emit;
 mod error;
+mod findings;
 mod name;
+mod options;
 mod plan;
 mod scope;
 mod standard;
 mod start;
 
-pub use compile::{FINDINGS, Finding, Options, Output, compile};
+pub use compile::{Output, compile};
 pub use config::Config;
 pub use error::Error;
+pub use findings::{FINDINGS, Finding};
+pub use options::Options;
 pub use start::{Initial, initial};
 
 /// The README, so that what it shows compiles.

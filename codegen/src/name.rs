@@ -1,6 +1,8 @@
 //! Identifiers from the names of a data sheet. The rules are frozen by `tests/names.rs`: whoever updates
 //! lexican must not have to rename anything.
 
+use lexican_eds::model::Object;
+
 /// How an identifier is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Case {
@@ -145,6 +147,14 @@ fn plain(c: char) -> String {
         _ => "",
     };
     letters.to_owned()
+}
+
+/// `2410_01`, as it is appended to names; `2410` for an object of one value.
+pub(crate) fn address_suffix(object: &Object, sub: Option<u8>) -> String {
+    match sub {
+        Some(sub) => format!("{:04x}_{sub:02x}", object.index),
+        None => format!("{:04x}", object.index),
+    }
 }
 
 #[cfg(test)]

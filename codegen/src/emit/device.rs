@@ -5,7 +5,8 @@ use lexican_eds::types::DataType;
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
-use super::{Context, docs, layout, literal};
+use super::context::{Context, print};
+use super::{docs, layout, literal};
 use crate::plan::{Access, Handle, Mapping, fitting, raw};
 use crate::start;
 
@@ -35,7 +36,7 @@ pub(super) fn device(context: &Context<'_>, code: &mut String) {
 
         #conditions
     };
-    super::print(items, code);
+    print(items, code);
 }
 
 fn table(context: &Context<'_>, values: &str, image: &Image, rows: Vec<String>, code: &mut String) {

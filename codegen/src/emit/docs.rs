@@ -5,7 +5,7 @@ use lexican_eds::types::Class;
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::Context;
+use super::context::Context;
 use crate::plan::{Access, Default, Handle, Item, Mapping, Number};
 
 /// Lines of documentation; an empty one separates paragraphs.

@@ -3,7 +3,8 @@
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 
-use super::{Context, docs, literal};
+use super::context::Context;
+use super::{docs, literal};
 
 /// One constant for each fact that the data sheet states.
 pub(super) fn facts(context: &Context<'_>) -> TokenStream {

@@ -5,7 +5,7 @@ use std::f64::consts;
 use lexican_eds::types::DataType;
 use proc_macro2::TokenStream;
 
-use super::Context;
+use super::context::Context;
 use crate::plan::{Number, Type};
 
 /// `0x1018`.
@@ -83,6 +83,14 @@ pub(super) fn is_wrapped(data_type: DataType) -> bool {
 }
 
 impl Context<'_> {
+    /// A type, as a path.
+    pub(super) fn r#type(&self, r#type: Type) -> String {
+        match r#type {
+            Type::Plain(data_type) => rust_type(&self.path, data_type),
+            Type::Newtype(row) => self.plan.newtypes[row].ident.clone(),
+        }
+    }
+
     /// A value of a type; integers in hexadecimal where the data sheet has them so.
     pub(super) fn value(&self, r#type: Type, number: Number, in_hex: bool) -> String {
         match r#type {

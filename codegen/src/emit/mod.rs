@@ -1,6 +1,7 @@
 //! A plan as text: one `quote!` block for each kind of item. What there is one of for each entry, handles and rows of
 //! tables, is written as text: tokens cost twenty times as much.
 
+mod context;
 mod device;
 mod docs;
 mod facts;
@@ -14,18 +15,10 @@ mod pdo;
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use crate::compile::Options;
-use crate::plan::{Plan, Type};
+use context::{Context, print};
 
-/// What all emitters need.
-struct Context<'a> {
-    plan: &'a Plan<'a>,
-    /// The runtime.
-    runtime: TokenStream,
-    /// Its module `object`, and the same as text.
-    object: TokenStream,
-    path: String,
-}
+use crate::options::Options;
+use crate::plan::Plan;
 
 /// The code of a plan.
 pub(crate) fn emit(plan: &Plan<'_>, options: &Options) -> String {
@@ -47,28 +40,8 @@ pub(crate) fn emit(plan: &Plan<'_>, options: &Options) -> String {
     code
 }
 
-/// Appends items, an empty line before each.
-fn print(items: TokenStream, code: &mut String) {
-    let file: syn::File = syn::parse2(items).expect("what the emitters write is Rust");
-    for item in file.items {
-        let alone = syn::File { shebang: None, frontmatter: None, attrs: Vec::new(), items: vec![item] };
-        code.push('\n');
-        code.push_str(&prettyplease::unparse(&alone));
-    }
-}
-
 /// What the data sheet calls itself: the output must not depend on where it lies.
 fn origin(plan: &Plan<'_>) -> String {
     let name = docs::one_line(plan.device.file.name.as_deref().unwrap_or_default());
     if name.is_empty() { "a data sheet".into() } else { format!("`{name}`") }
-}
-
-impl Context<'_> {
-    /// A type, as a path.
-    fn r#type(&self, r#type: Type) -> String {
-        match r#type {
-            Type::Plain(data_type) => literal::rust_type(&self.path, data_type),
-            Type::Newtype(row) => self.plan.newtypes[row].ident.clone(),
-        }
-    }
 }

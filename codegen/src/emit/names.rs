@@ -3,7 +3,8 @@
 use lexican_eds::model::Object;
 use proc_macro2::Literal;
 
-use super::{Context, layout, literal};
+use super::context::Context;
+use super::{layout, literal};
 use crate::plan::{Newtype, NewtypeKind};
 
 pub(super) fn names(context: &Context<'_>, code: &mut String) {

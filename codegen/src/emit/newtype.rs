@@ -5,7 +5,8 @@ use lexican_eds::types::{Class, DataType};
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
-use super::{Context, docs, literal};
+use super::context::Context;
+use super::{docs, literal};
 use crate::plan::{Newtype, NewtypeKind, Number, companion, raw};
 
 pub(super) fn newtype(context: &Context<'_>, newtype: &Newtype<'_>) -> TokenStream {

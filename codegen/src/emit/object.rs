@@ -1,7 +1,8 @@
 //! Objects: constants, arrays, records.
 
+use super::context::Context;
+use super::docs;
 use super::layout::{self, Chain, Generic};
-use super::{Context, docs};
 use crate::plan::{Access, Default, Handle, Item, Mapping, Shape};
 
 pub(super) fn item(context: &Context<'_>, item: &Item<'_>, code: &mut String) {

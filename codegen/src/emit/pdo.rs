@@ -5,7 +5,8 @@ use lexican_eds::types::{Class, DataType};
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
-use super::{Context, docs, literal};
+use super::context::Context;
+use super::{docs, literal};
 use crate::plan::{Field, PdoItem, fits_every_node};
 
 pub(super) fn pdo(context: &Context<'_>, item: &PdoItem<'_>) -> TokenStream {

@@ -3,18 +3,20 @@
 mod newtype;
 mod object;
 mod pdo;
+mod types;
 mod value;
 
-use std::collections::BTreeMap;
-
-use lexican_eds::model::{Device, Entry, Object};
-use lexican_eds::types::{Class, DataType};
-use lexican_eds::{Diagnostic, Diagnostics, Severity};
+use lexican_eds::Diagnostics;
+use lexican_eds::model::{Device, Entry};
+use lexican_eds::types::DataType;
 
 pub(crate) use newtype::{Newtype, NewtypeKind, companion};
 pub(crate) use object::{Access, Default, Handle, Item, Mapping, Shape};
 pub(crate) use pdo::{Field, PdoItem};
+pub(crate) use types::Type;
 pub(crate) use value::{Number, fits_every_node, fitting, raw};
+
+use types::{Types, type_of};
 
 use crate::scope::{self, Claim};
 
@@ -46,15 +48,6 @@ pub(crate) struct Plan<'a> {
     pub(crate) items: Vec<Item<'a>>,
     pub(crate) pdos: Vec<PdoItem<'a>>,
     types: Types,
-}
-
-/// The type of a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Type {
-    /// A data type of CiA 301.
-    Plain(DataType),
-    /// A row of [`Plan::newtypes`].
-    Newtype(usize),
 }
 
 impl<'a> Plan<'a> {
@@ -124,29 +117,4 @@ impl<'a> Plan<'a> {
             Type::Newtype(row) => self.newtypes[row].data_type,
         }
     }
-}
-
-/// Which type each entry has that an overlay gives a meaning.
-pub(crate) type Types = BTreeMap<(u16, u8), Type>;
-
-pub(crate) fn type_of(entry: &Entry, types: &Types) -> Type {
-    types.get(&(entry.index, entry.sub)).copied().unwrap_or(Type::Plain(entry.data_type))
-}
-
-/// Whether the type holds values of a fixed size.
-pub(crate) fn has_values(data_type: DataType) -> bool {
-    !matches!(data_type.class(), Class::Text | Class::Bytes | Class::Other)
-}
-
-/// `2410_01`, as it is appended to names; `2410` for an object of one value.
-pub(crate) fn address_suffix(object: &Object, sub: Option<u8>) -> String {
-    match sub {
-        Some(sub) => format!("{:04x}_{sub:02x}", object.index),
-        None => format!("{:04x}", object.index),
-    }
-}
-
-fn warning(code: &'static str, message: String) -> Diagnostic {
-    debug_assert!(crate::FINDINGS.iter().any(|finding| finding.code == code), "{code} is documented");
-    Diagnostic::new(code, Severity::Warning, message)
 }

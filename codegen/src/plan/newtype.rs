@@ -6,7 +6,8 @@ use lexican_eds::model::{BitField, Bits, Device, Enumeration, Meaning, Named, Qu
 use lexican_eds::types::{Class, DataType};
 use lexican_eds::{Diagnostics, Span};
 
-use super::{Number, Type, Types, fitting};
+use super::types::{Type, Types};
+use super::value::{Number, fitting};
 use crate::name::{self, Case};
 use crate::scope::{self, Claim};
 

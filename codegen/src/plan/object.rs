@@ -4,8 +4,10 @@ use lexican_eds::Diagnostics;
 use lexican_eds::model::{AccessType, Device, Entry, Object, ObjectKind, Value};
 use lexican_eds::types::{Class, DataType};
 
-use super::{Number, Type, Types, address_suffix, fits_every_node, fitting, has_values, type_of, warning};
-use crate::name::Case;
+use super::types::{Type, Types, has_values, type_of};
+use super::value::{Number, fits_every_node, fitting};
+use crate::findings::warning;
+use crate::name::{Case, address_suffix};
 use crate::scope::{self, Claim};
 
 /// Names that the members of a record must leave free: what the handle of an array has, and what clippy

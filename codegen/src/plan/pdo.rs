@@ -3,8 +3,9 @@
 use lexican_eds::Diagnostics;
 use lexican_eds::model::{Device, Direction, Entry, Mapped, Object, Pdo};
 
-use super::{Type, Types, address_suffix, has_values, type_of, warning};
-use crate::name::Case;
+use super::types::{Type, Types, has_values, type_of};
+use crate::findings::warning;
+use crate::name::{Case, address_suffix};
 use crate::scope::{self, Claim};
 
 /// Names that the fields must leave free: none collides with a method, but `self` is none.

@@ -1,0 +1,19 @@
+//! What to generate.
+
+/// What to generate.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Whether the device's side is generated too: `TABLE`, `Storage` and what the overlay says of conditions. It
+    /// starts with what a DCF configures, else with the defaults.
+    pub storage: bool,
+    /// Whether the table `NAMES` is generated, which tools show entries by. It takes its place in the flash.
+    pub names: bool,
+    /// The path of the runtime: `::lexican_runtime`, or where a crate re-exports it.
+    pub runtime_path: String,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { storage: false, names: false, runtime_path: "::lexican_runtime".into() }
+    }
+}
