@@ -8,6 +8,7 @@
 mod capability;
 mod check;
 mod condition;
+mod frame;
 mod number;
 mod pdo;
 

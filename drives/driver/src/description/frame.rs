@@ -1,0 +1,76 @@
+//! PDOs as frames.
+
+use lexican_runtime::{Frame, NodeId};
+
+use super::{Description, Number, Pdo, Signal};
+
+impl Pdo {
+    /// The frame with these values; what is not given is 0.
+    ///
+    /// # Panics
+    ///
+    /// When the signals take more than eight bytes.
+    pub(crate) fn frame(&self, node: NodeId, description: &Description, values: &[(Signal, i64)]) -> Frame {
+        let mut bytes = Vec::with_capacity(8);
+        for signal in self.signals {
+            let value = values.iter().find(|(given, _)| given == signal).map_or(0, |(_, value)| *value);
+            let raw = signal.number(description).map_or(0, |number| number.encode(value));
+            bytes.extend(raw.to_le_bytes().iter().take(signal.size(description)));
+        }
+        Frame::new(self.cob_id(node), &bytes).expect("the signals of a described PDO take eight bytes at most")
+    }
+
+    /// The status word in the data of the PDO; `None` when it has none, or the data are too short for it.
+    pub(crate) fn status_word(&self, description: &Description, data: &[u8]) -> Option<u16> {
+        let place = self.signals.iter().position(|signal| *signal == Signal::StatusWord)?;
+        let before = self.signals.iter().take(place).map(|signal| signal.size(description)).sum();
+        let bytes = data.get(before..)?.first_chunk::<2>()?;
+        Some(u16::from_le_bytes(*bytes))
+    }
+}
+
+impl Signal {
+    fn number(self, description: &Description) -> Option<Number> {
+        match self {
+            Signal::ControlWord => Some(description.objects.control_word),
+            Signal::StatusWord => Some(description.objects.status_word),
+            Signal::TargetPosition => Some(description.objects.target_position),
+            Signal::TargetVelocity => description.velocity.map(|velocity| velocity.target),
+            Signal::Other(_) => None,
+        }
+    }
+
+    pub(super) fn size(self, description: &Description) -> usize {
+        match self {
+            Signal::Other(bytes) => bytes.into(),
+            _ => self.number(description).map_or(0, |number| number.size()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NODE: NodeId = NodeId::literal(5);
+
+    #[test]
+    fn signals_are_packed_in_their_order() {
+        let values = [(Signal::ControlWord, 0x001F), (Signal::TargetPosition, -5000)];
+        let check = |signals, frame: &str| {
+            let pdo = Pdo { base: 0x400, signals };
+            assert_eq!(pdo.frame(NODE, &Description::CIA_402, &values).to_string(), frame);
+        };
+        check(&[Signal::ControlWord, Signal::TargetPosition], "405#1F0078ECFFFF");
+        check(&[Signal::TargetPosition, Signal::Other(2), Signal::ControlWord], "405#78ECFFFF00001F00");
+    }
+
+    #[test]
+    fn a_status_word_is_found_wherever_it_is() {
+        let word = |signals, data: &[u8]| Pdo { base: 0x380, signals }.status_word(&Description::CIA_402, data);
+        assert_eq!(word(&[Signal::StatusWord], &[0x37, 0x02]), Some(0x0237));
+        assert_eq!(word(&[Signal::Other(4), Signal::StatusWord], &[1, 2, 3, 4, 0x37, 0x02]), Some(0x0237));
+        assert_eq!(word(&[Signal::Other(4), Signal::StatusWord], &[1, 2, 3, 4, 0x37]), None, "too short");
+        assert_eq!(word(&[Signal::Other(4)], &[1, 2, 3, 4]), None);
+    }
+}
