@@ -11,6 +11,7 @@ mod clock;
 pub mod kept;
 mod link;
 mod node;
+mod open;
 mod participant;
 mod pump;
 mod replay;

@@ -10,12 +10,12 @@
 use core::fmt;
 use core::str::FromStr;
 use std::borrow::ToOwned;
-use std::boxed::Box;
 use std::path::PathBuf;
 use std::string::{String, ToString};
 use std::vec::Vec;
 
-use super::{Link, Pace, Replay, ReplayError};
+use super::Pace;
+pub use super::open::OpenError;
 
 /// The speed of a serial line when the URL tells none, in bit/s.
 pub(super) const BAUD: u32 = 115_200;
@@ -54,48 +54,6 @@ pub enum BusUrl {
         /// Whether the frames come as fast as they are asked for, or as they came then.
         pace: Pace,
     },
-}
-
-impl BusUrl {
-    /// Opens what the URL names.
-    ///
-    /// # Errors
-    ///
-    /// [`OpenError`], which says what to do. A simulation is not opened here: it needs the simulators,
-    /// which stand above this crate.
-    pub fn open(&self) -> Result<Box<dyn Link + Send>, OpenError> {
-        match self {
-            BusUrl::SocketCan { interface } => open_socketcan(interface),
-            BusUrl::Slcan { port, bit_rate, baud } => open_slcan(port, *bit_rate, *baud),
-            BusUrl::Simulation { device, .. } => Err(OpenError::Simulation { device: device.clone() }),
-            BusUrl::Log { file, interface, pace } => Ok(Box::new(Replay::open(file, interface.as_deref(), *pace)?)),
-        }
-    }
-}
-
-#[cfg(all(feature = "socketcan", target_os = "linux"))]
-fn open_socketcan(interface: &str) -> Result<Box<dyn Link + Send>, OpenError> {
-    Ok(Box::new(super::socketcan::SocketCan::open(interface)?))
-}
-
-#[cfg(not(all(feature = "socketcan", target_os = "linux")))]
-fn open_socketcan(interface: &str) -> Result<Box<dyn Link + Send>, OpenError> {
-    let bus = interface.to_owned();
-    Err(if cfg!(target_os = "linux") {
-        OpenError::NotBuilt { bus, feature: "socketcan" }
-    } else {
-        OpenError::NotLinux { bus }
-    })
-}
-
-#[cfg(feature = "slcan")]
-fn open_slcan(port: &str, bit_rate: Option<u32>, baud: u32) -> Result<Box<dyn Link + Send>, OpenError> {
-    Ok(Box::new(super::slcan::Slcan::open(port, super::slcan::Settings { bit_rate, baud })?))
-}
-
-#[cfg(not(feature = "slcan"))]
-fn open_slcan(port: &str, _: Option<u32>, _: u32) -> Result<Box<dyn Link + Send>, OpenError> {
-    Err(OpenError::NotBuilt { bus: port.to_owned(), feature: "slcan" })
 }
 
 impl FromStr for BusUrl {
@@ -294,43 +252,6 @@ pub enum BusUrlError {
 
 fn list(known: &[&str]) -> String {
     if known.is_empty() { String::new() } else { std::format!("; there is {}", known.join(", ")) }
-}
-
-/// A bus cannot be opened, and what to do about it.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum OpenError {
-    /// A CAN interface.
-    #[cfg(all(feature = "socketcan", target_os = "linux"))]
-    #[error(transparent)]
-    SocketCan(#[from] super::socketcan::SocketCanError),
-    /// A serial adapter.
-    #[cfg(feature = "slcan")]
-    #[error(transparent)]
-    Slcan(#[from] super::slcan::SlcanError),
-    /// A log.
-    #[error(transparent)]
-    Log(#[from] ReplayError),
-    /// The support for it was left out.
-    #[error("{bus} cannot be opened: this program was built without the feature `{feature}` of lexican-runtime")]
-    NotBuilt {
-        /// What was to be opened.
-        bus: String,
-        /// The feature.
-        feature: &'static str,
-    },
-    /// SocketCAN is Linux's.
-    #[error("{bus} cannot be opened: only Linux has SocketCAN; use a serial adapter: slcan:COM3?bitrate=500000")]
-    NotLinux {
-        /// What was to be opened.
-        bus: String,
-    },
-    /// Simulators are not part of this crate.
-    #[error("{device} cannot be opened as a link: a simulation is started by the program that has the simulators")]
-    Simulation {
-        /// The device.
-        device: String,
-    },
 }
 
 #[cfg(test)]

@@ -31,8 +31,10 @@
 //! ```
 
 mod assignment;
+mod error;
 mod member;
 mod network;
+mod network_event;
 mod remote;
 
 use crate::frame::Frame;
@@ -42,7 +44,7 @@ use crate::service::heartbeat_consumer;
 use crate::service::heartbeat_producer::HeartbeatProducer;
 use crate::service::nmt_manager::{Outbox, Unsent};
 use crate::service::node_guard;
-use crate::service::sdo_client::{self, Busy, Payload, SdoClient};
+use crate::service::sdo_client::{self, Payload, SdoClient};
 use crate::service::sync_producer::SyncProducer;
 use crate::time::{Duration, Instant};
 use crate::wire::emcy::{CodeOrder, Emergency};
@@ -51,7 +53,9 @@ use crate::wire::nmt::{NmtCommand, NmtState};
 use crate::wire::time;
 
 pub use assignment::{Assignment, Guarding, OnLoss, Startup};
-pub use network::{Network, NetworkEvent};
+pub use error::{BeginError, Full};
+pub use network::Network;
+pub use network_event::NetworkEvent;
 pub use remote::Remote;
 
 /// A manager of up to `NODES` nodes.
@@ -144,27 +148,6 @@ impl<P: Payload> Payloads for P {
     fn of_node(&mut self, _node: NodeId) -> &mut dyn Payload {
         self
     }
-}
-
-/// There is no room for another node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("node {node} does not fit: the manager has room for {nodes} nodes")]
-pub struct Full {
-    /// The node that does not fit.
-    pub node: NodeId,
-    /// How many nodes there is room for.
-    pub nodes: usize,
-}
-
-/// An SDO transfer cannot begin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum BeginError {
-    /// The manager does not look after the node.
-    #[error("node {0} was not added to the manager")]
-    UnknownNode(NodeId),
-    /// Another transfer with the node is under way.
-    #[error(transparent)]
-    Busy(#[from] Busy),
 }
 
 impl<const NODES: usize> Manager<NODES> {

@@ -2,51 +2,13 @@
 //! (CiA 302-2, 6.3).
 
 use super::member::{Heard, Member};
-use super::{Assignment, OnLoss};
+use super::{Assignment, Full, NetworkEvent, OnLoss};
 use crate::frame::Frame;
 use crate::id::NodeId;
-use crate::procedure::BootError;
 use crate::service::nmt_manager::Outbox;
 use crate::time::{Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
-use crate::wire::nmt::{NmtCommand, NmtMessage, NmtState};
-
-/// What happened in the network.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NetworkEvent {
-    /// A node has booted: it is what it shall be, and reports OPERATIONAL if it was to be started.
-    Booted(NodeId),
-    /// A node does not boot. It is tried again with its next boot-up message.
-    Failed {
-        /// Which node.
-        node: NodeId,
-        /// Whether the network can do without it.
-        mandatory: bool,
-        /// Why.
-        error: BootError,
-    },
-    /// All mandatory nodes have booted, for the first time or again. Returned by a call of `handle_timeout` that
-    /// is due at once.
-    Ready,
-    /// Not all mandatory nodes have booted within the boot time (1F89h).
-    BootTimeElapsed,
-    /// A node that is not booted without asking has sent its boot-up message; [`Network::boot`] boots it.
-    BootedUp(NodeId),
-    /// A node that has booted reports another state than before: somebody commanded it, or it has an error.
-    StateChanged {
-        /// Which node.
-        node: NodeId,
-        /// Its state.
-        state: NmtState,
-    },
-    /// A node is lost; it is booted again, or what [`OnLoss`] says happens.
-    Lost {
-        /// Which node.
-        node: NodeId,
-        /// Whether the network can do without it.
-        mandatory: bool,
-    },
-}
+use crate::wire::nmt::{NmtCommand, NmtMessage};
 
 /// Boots and keeps up a network of up to `NODES` nodes, each with its configuration as a `C`: `&[u8]`, `Vec<u8>`.
 #[derive(Clone, Debug)]
@@ -100,12 +62,12 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
     ///
     /// # Errors
     ///
-    /// [`Full`](super::Full) when there is no room.
-    pub fn assign(&mut self, node: NodeId, assignment: Assignment<C>) -> Result<(), super::Full> {
+    /// [`Full`] when there is no room.
+    pub fn assign(&mut self, node: NodeId, assignment: Assignment<C>) -> Result<(), Full> {
         let known = self.members.iter().position(|place| place.as_ref().is_some_and(|known| known.node() == node));
         let free = || self.members.iter().position(Option::is_none);
         let place = known.or_else(free).and_then(|at| self.members.get_mut(at));
-        *place.ok_or(super::Full { node, nodes: NODES })? = Some(Member::new(node, assignment));
+        *place.ok_or(Full { node, nodes: NODES })? = Some(Member::new(node, assignment));
         Ok(())
     }
 

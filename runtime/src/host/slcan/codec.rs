@@ -10,6 +10,9 @@ use std::string::String;
 use crate::host::BusState;
 use crate::{CobId, Frame};
 
+/// The bit rates that the protocol has a command for, in bit/s: `S0` to `S8`.
+pub const BIT_RATES: [u32; 9] = [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
+
 /// The longest line: an extended frame with eight bytes and a time stamp, `T` + 8 + 1 + 16 + 4.
 const LONGEST: usize = 30;
 

@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 use serialport::ErrorKind;
 
-use super::BIT_RATES;
+use super::codec::BIT_RATES;
 
 /// Why an adapter cannot be opened, and what to do about it.
 #[derive(Debug, thiserror::Error)]

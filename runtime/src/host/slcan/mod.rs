@@ -18,7 +18,7 @@ use serialport::COMPort as Port;
 use serialport::TTYPort as Port;
 use serialport::{ClearBuffer, SerialPort};
 
-pub use codec::{Decoder, Message, line};
+pub use codec::{BIT_RATES, Decoder, Message, line};
 pub use error::SlcanError;
 
 use super::clock::{Clock, pause};
@@ -27,9 +27,6 @@ use super::link::Descriptor;
 use super::link::PATIENCE;
 use super::{BusState, Incoming, Link, LinkError};
 use crate::{Duration, Frame, Instant};
-
-/// The bit rates that the protocol has a command for, in bit/s: `S0` to `S8`.
-pub const BIT_RATES: [u32; 9] = [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
 
 /// The speed of a serial line when none is given, in bit/s. USB adapters take any.
 pub const BAUD: u32 = super::url::BAUD;

@@ -7,7 +7,6 @@ use std::vec::Vec;
 
 use nix::errno::Errno;
 
-use super::errno;
 use super::presence::interfaces;
 
 /// Why an interface cannot be opened, and what to do about it.
@@ -69,6 +68,10 @@ impl SocketCanError {
             _ => SocketCanError::Io { interface, error },
         }
     }
+}
+
+pub(super) fn errno(error: &io::Error) -> Errno {
+    error.raw_os_error().map_or(Errno::UnknownErrno, Errno::from_raw)
 }
 
 fn create(interface: &str) -> String {

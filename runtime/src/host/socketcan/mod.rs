@@ -24,6 +24,7 @@ use socketcan::errors::{CAN_ERR_BUSOFF, CAN_ERR_CRTL, CAN_ERR_RESTARTED};
 use socketcan::{CanFilter, CanFrame, CanSocket, EmbeddedFrame, ExtendedId, Id, Socket, SocketOptions, StandardId};
 
 pub use self::error::SocketCanError;
+use self::error::errno;
 use self::presence::{Presence, interfaces};
 use super::clock::{Clock, pause};
 use super::link::{Descriptor, PATIENCE};
@@ -355,10 +356,6 @@ fn from_kernel(id: u32, len: u8, data: &[u8]) -> Option<Frame> {
         CobId::standard(u16::try_from(id & !REMOTE).ok()?)?
     };
     if id & REMOTE != 0 { Frame::remote(cob_id, len) } else { Frame::new(cob_id, data.get(..len.into())?) }
-}
-
-fn errno(error: &io::Error) -> Errno {
-    error.raw_os_error().map_or(Errno::UnknownErrno, Errno::from_raw)
 }
 
 #[cfg(test)]

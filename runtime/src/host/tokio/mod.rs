@@ -33,6 +33,7 @@
 //! ```
 
 mod alarm;
+mod command;
 mod looks;
 mod outgoing;
 mod owner;
@@ -49,12 +50,14 @@ use std::vec::Vec;
 
 use tokio::sync::{broadcast, mpsc, oneshot};
 
+use self::command::Command;
+pub use self::command::Event;
 use self::owner::Owner;
 use self::transfers::Transfer;
 use super::access::{AccessError, LONGEST};
-use super::boot::{BootNetworkError, NotReady, Plan};
+use super::boot::{BootNetworkError, Plan};
 use super::bytes::Bytes;
-use super::{BusState, Link, LinkError};
+use super::{Link, LinkError};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::manager::{self, Manager, NetworkEvent};
@@ -75,32 +78,6 @@ pub struct Network {
     /// Why the task has ended, if it was the link.
     failure: Arc<OnceLock<LinkError>>,
 }
-
-/// What happens on a network.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
-    /// The manager learned something.
-    Manager(manager::Event),
-    /// The bus is in another state.
-    Bus(BusState),
-    /// So many frames are missing here: see [`Incoming::Gap`](super::Incoming::Gap).
-    Gap(u32),
-}
-
-/// What a handle asks the task for.
-enum Command {
-    Transfer(NodeId, Transfer),
-    Send(Frame, Reply),
-    Tell(Tell),
-    Boot(Box<Plan>, Duration, oneshot::Sender<Result<(), NotReady>>),
-    Listen(Option<Vec<CobId>>),
-    /// Reply at this time.
-    Alarm(Instant, oneshot::Sender<Instant>),
-}
-
-type Reply = oneshot::Sender<Result<(), LinkError>>;
-
-type Tell = Box<dyn FnOnce(&mut Manager<127>, Instant) + Send>;
 
 impl Network {
     /// Starts the task on the current runtime, with a network over `link`. Nothing is sent.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::Reply;
+use super::command::Reply;
 use crate::frame::Frame;
 use crate::host::link::PATIENCE;
 use crate::host::{Link, LinkError};

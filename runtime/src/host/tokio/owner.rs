@@ -6,10 +6,10 @@ use std::vec::Vec;
 
 use tokio::sync::{broadcast, mpsc, oneshot};
 
+use super::command::{Command, Event};
 use super::outgoing::{Outgoing, tell};
 use super::readiness::Readiness;
 use super::transfers::Transfers;
-use super::{Command, Event};
 use crate::frame::Frame;
 use crate::host::audience::Audience;
 use crate::host::boot::{Kept, NotReady, is_booting};

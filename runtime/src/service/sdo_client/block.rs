@@ -1,7 +1,8 @@
 //! Block transfers (CiA 301, 7.2.4.3.9 to 7.2.4.3.15), and what becomes of them with servers that know none.
 
+use super::Payload;
+use super::progress::{Failure, Progress};
 use super::segmented::{self, Download, Upload};
-use super::{Failure, Payload, Progress};
 use crate::abort::AbortCode;
 use crate::object::Address;
 use crate::service::sdo_block::{Confirmed, Receiver, Sender};

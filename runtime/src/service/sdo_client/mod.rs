@@ -14,11 +14,13 @@
 
 mod block;
 mod payload;
+mod progress;
 mod segmented;
 
 pub use self::payload::{Payload, Scalar};
 
 use self::block::{BlockDownload, BlockUpload};
+use self::progress::{Failure, Progress};
 use self::segmented::{Download, Upload};
 use crate::abort::AbortCode;
 use crate::frame::Frame;
@@ -162,16 +164,6 @@ enum State {
     BlockDownload(BlockDownload),
     /// The payload was too short; what is left is to report it.
     Failed(SdoError),
-}
-
-/// Why a transfer ends that is not at its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Failure {
-    TimedOut,
-    Stalled,
-    TooLong { capacity: u32 },
-    TooShort { len: u32 },
-    Violation(AbortCode),
 }
 
 /// No response begins with a specifier of 7.
@@ -600,21 +592,4 @@ impl SdoClient {
 /// Whether `len` bytes are as many as `from`, if that is a number: [`u32::MAX`] stands for none.
 const fn is_from(len: u32, from: u32) -> bool {
     len >= from && from < u32::MAX
-}
-
-/// What a response did to a transfer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Progress {
-    /// It does not belong to it.
-    Ignored,
-    /// It belongs to it, and more will come without a request.
-    Awaited,
-    /// The next request is to be sent.
-    Continue,
-    /// The server goes on with segments, and not with blocks.
-    Segmented { announced: Option<u32> },
-    /// The transfer is complete.
-    Done { len: u32 },
-    /// The transfer is complete, and the server is to be told so.
-    BlockUploadDone { len: u32 },
 }

@@ -1,6 +1,7 @@
 //! Expedited and segmented transfers (CiA 301, 7.2.4.3.3 to 7.2.4.3.8).
 
-use super::{Failure, Payload, Progress};
+use super::Payload;
+use super::progress::{Failure, Progress};
 use crate::abort::AbortCode;
 use crate::object::Address;
 use crate::wire::sdo::{ClientRequest, Content, Expedited, Raw, Segment, ServerResponse};
