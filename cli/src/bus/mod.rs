@@ -3,13 +3,12 @@
 pub(crate) mod failure;
 #[cfg(test)]
 pub(crate) mod flood;
+mod node_id;
 pub(crate) mod object;
 #[cfg(unix)]
 pub(crate) mod pty;
 pub(crate) mod simulation;
 pub(crate) mod virtual_device;
-
-use std::str::FromStr;
 
 use lexican_eds::model::Device;
 use lexican_runtime::host::blocking::Network;
@@ -20,6 +19,8 @@ use lexican_runtime::{Duration, NodeId};
 use crate::device::Loaded;
 use crate::identity::{PRODUCT, VENDOR, recognise};
 use crate::output::{Failure, note};
+pub(crate) use node_id::{NodeOrNone, node_id};
+
 use failure::{access_failure, link_failure, open_failure};
 
 /// The arguments that name a bus.
@@ -75,7 +76,8 @@ impl BusArgs {
     /// Opens the bus; simulated time passes at `pace` unless the URL says otherwise.
     pub(crate) fn open(&self, pace: Pace) -> Result<Bus, Failure> {
         if let BusUrl::Simulation { device, parameters } = &self.bus {
-            return simulation::open(device, parameters, pace);
+            let (link, node, loaded) = simulation::open(device, parameters, pace)?;
+            return Ok(Bus { link, simulated: Some((node, loaded)) });
         }
         if self.bus == (BusUrl::SocketCan { interface: "pty".to_owned() }) {
             return Err(Failure::new("pty is a bus that `lexican simulate` makes")
@@ -159,23 +161,4 @@ fn identify(network: &mut Network<Box<dyn Link + Send>>, node: NodeId) -> Result
     let Some(shipped) = recognise(vendor, product) else { return Ok(None) };
     note(format_args!("node {node} is a {} by its identity (1018h); --device none takes it for unknown", shipped.id));
     Ok(Some(shipped.device.clone()))
-}
-
-/// A node-ID on the command line where none is possible, too.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct NodeOrNone(pub(crate) Option<NodeId>);
-
-impl FromStr for NodeOrNone {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "none" { Ok(NodeOrNone(None)) } else { node_id(text).map(|node| NodeOrNone(Some(node))) }
-    }
-}
-
-/// A node-ID on the command line.
-pub(crate) fn node_id(text: &str) -> Result<NodeId, String> {
-    let number: u32 = text.parse().map_err(|_| format!("{text:?} is not a number"))?;
-    let id = u8::try_from(number).ok().and_then(NodeId::new);
-    id.ok_or_else(|| format!("{number} is not a node-ID: node-IDs are 1 to 127"))
 }

@@ -1,11 +1,11 @@
 //! `sim:DEVICE?node=5`: a bus inside the process with one device on it.
 
 use lexican_runtime::NodeId;
-use lexican_runtime::host::{Pace, VirtualBus};
+use lexican_runtime::host::{Link, Pace, VirtualBus};
 use siko_ag03_1::sim::SimulatedDrive;
 
+use super::node_id;
 use super::virtual_device::VirtualDevice;
-use super::{Bus, node_id};
 use crate::device::Loaded;
 use crate::output::Failure;
 
@@ -13,8 +13,12 @@ use crate::output::Failure;
 const NODE: NodeId = NodeId::literal(1);
 const BIT_RATE_KBIT: u32 = 500;
 
-/// Opens a simulation by the parameters of its URL.
-pub(super) fn open(device: &str, parameters: &[(String, String)], mut pace: Pace) -> Result<Bus, Failure> {
+/// Opens a simulation by the parameters of its URL: the bus, and the node that is on it.
+pub(super) fn open(
+    device: &str,
+    parameters: &[(String, String)],
+    mut pace: Pace,
+) -> Result<(Box<dyn Link + Send>, NodeId, Loaded), Failure> {
     let mut node = NODE;
     for (key, value) in parameters {
         match (key.as_str(), value.as_str()) {
@@ -34,7 +38,7 @@ pub(super) fn open(device: &str, parameters: &[(String, String)], mut pace: Pace
     }
     let link = bus.link();
     bus.set_pace(pace);
-    Ok(Bus { link: Box::new(link), simulated: Some((node, loaded)) })
+    Ok((Box::new(link), node, loaded))
 }
 
 /// Whether there is a simulator that knows more of a device than its data sheet does.

@@ -1,10 +1,8 @@
 //! LSS in words and in fields (CiA 305).
 
+use lexican_runtime::NodeId;
 use lexican_runtime::wire::lss::{Bound, LssRequest, LssResponse, LssState, Part};
-use lexican_runtime::{Frame, NodeId};
 use serde_json::{Value as Json, json};
-
-use super::{Decoded, Detail, Service};
 
 /// CiA 305, table 1: the bit rates in kbit/s by their index; `None` is reserved.
 pub(crate) const BIT_TIMING_TABLE: [Option<u16>; 9] =
@@ -13,24 +11,8 @@ pub(crate) const BIT_TIMING_TABLE: [Option<u16>; 9] =
 /// The entry that stands for "find it out".
 pub(crate) const AUTOMATIC: u8 = 9;
 
-pub(super) fn request(frame: &Frame) -> Decoded {
-    let Some(request) = LssRequest::parse(frame.data()) else {
-        return Decoded::unreadable(Service::Lss, "LSS request", None, frame);
-    };
-    let (text, detail) = (request_text(request), Detail::LssRequest(request));
-    Decoded { text, detail, ..Decoded::new(Service::Lss, "LSS request", None) }
-}
-
-pub(super) fn response(frame: &Frame) -> Decoded {
-    let Some(response) = LssResponse::parse(frame.data()) else {
-        return Decoded::unreadable(Service::Lss, "LSS response", None, frame);
-    };
-    let (text, detail, alarming) = (response_text(response), Detail::LssResponse(response), refuses(response));
-    Decoded { text, detail, alarming, ..Decoded::new(Service::Lss, "LSS response", None) }
-}
-
 /// `select by product = 1402h`.
-fn request_text(request: LssRequest) -> String {
+pub(super) fn request_text(request: LssRequest) -> String {
     match request {
         LssRequest::SwitchGlobal(state) => format!("all devices enter LSS {}", state_name(state)),
         LssRequest::SwitchSelective(part, value) => format!("select by {} = {value:X}h", part_name(part)),

@@ -1,5 +1,6 @@
 //! Frames in words and in fields: which service, which node, and what it says by name and unit.
 
+mod decoded;
 mod detail;
 pub(crate) mod lss;
 mod network;
@@ -14,6 +15,7 @@ use lexican_runtime::{Frame, NodeId};
 
 use crate::values::Known;
 
+pub(crate) use decoded::{Decoded, Service};
 pub(crate) use detail::{Detail, Emcy, Pdo, Sdo, Side};
 
 use sdo::Channel;
@@ -24,37 +26,6 @@ use sdo::Channel;
 pub(crate) struct Decoder<'a> {
     nodes: BTreeMap<NodeId, Known<'a>>,
     channels: BTreeMap<NodeId, Channel>,
-}
-
-/// What a frame says.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Decoded {
-    pub(crate) service: Service,
-    /// `RPDO3`, `SDO request`.
-    pub(crate) name: String,
-    /// Whom it concerns; `None` for everybody.
-    pub(crate) node: Option<NodeId>,
-    /// In words; may be empty.
-    pub(crate) text: String,
-    /// Whether something went wrong.
-    pub(crate) alarming: bool,
-    /// In parts.
-    pub(crate) detail: Detail,
-}
-
-/// The services of CiA 301.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Service {
-    Nmt,
-    Sync,
-    Time,
-    Emcy,
-    Rpdo,
-    Tpdo,
-    Sdo,
-    ErrorControl,
-    Lss,
-    Unknown,
 }
 
 impl<'a> Decoder<'a> {
@@ -87,8 +58,8 @@ impl<'a> Decoder<'a> {
             (0x700, Some(node)) => network::error_control(node, frame),
             // Which PDO a device of ours sends or receives was asked above.
             (base @ 0x180..=0x500, Some(node)) if !self.nodes.contains_key(&node) => pdo::predefined(base, node, frame),
-            _ if id == 0x7E5 => lss::request(frame),
-            _ if id == 0x7E4 => lss::response(frame),
+            _ if id == 0x7E5 => network::lss_request(frame),
+            _ if id == 0x7E4 => network::lss_response(frame),
             _ => Decoded::new(Service::Unknown, "", None),
         }
     }
@@ -105,28 +76,6 @@ impl<'a> Decoder<'a> {
             detail: Detail::Sdo(Box::new(said.detail)),
             ..Decoded::new(Service::Sdo, name, Some(node))
         }
-    }
-}
-
-impl Decoded {
-    /// Whether nobody but the node itself sends such a frame.
-    pub(crate) fn is_from_node(&self) -> bool {
-        match &self.detail {
-            Detail::Sdo(sdo) => sdo.side == Side::Server,
-            Detail::Pdo(pdo) => !pdo.received,
-            Detail::Emcy(_) | Detail::ErrorControl { .. } => true,
-            _ => false,
-        }
-    }
-
-    fn new(service: Service, name: impl Into<String>, node: Option<NodeId>) -> Self {
-        Decoded { service, name: name.into(), node, text: String::new(), alarming: false, detail: Detail::None }
-    }
-
-    /// A frame that its service does not have.
-    fn unreadable(service: Service, name: &str, node: Option<NodeId>, frame: &Frame) -> Self {
-        let text = format!("not readable: {} bytes {}", frame.dlc(), crate::values::hex(frame.data()));
-        Decoded { text, alarming: true, ..Decoded::new(service, name, node) }
     }
 }
 

@@ -3,11 +3,12 @@
 use lexican_eds::model::Value;
 use lexican_runtime::wire::emcy::{CodeOrder, Emergency, ErrorCode};
 use lexican_runtime::wire::heartbeat::ErrorControl;
+use lexican_runtime::wire::lss::{LssRequest, LssResponse};
 use lexican_runtime::wire::nmt::{NmtMessage, NmtState};
 use lexican_runtime::wire::sync::Sync;
 use lexican_runtime::{Frame, NodeId};
 
-use super::{Decoded, Detail, Emcy, Service};
+use super::{Decoded, Detail, Emcy, Service, lss};
 use crate::values::{Known, hex};
 
 pub(super) fn nmt(frame: &Frame) -> Decoded {
@@ -90,4 +91,21 @@ pub(super) fn emergency(node: NodeId, known: Option<&Known<'_>>, frame: &Frame) 
         vendor: emergency.vendor,
     });
     decoded
+}
+
+pub(super) fn lss_request(frame: &Frame) -> Decoded {
+    let Some(request) = LssRequest::parse(frame.data()) else {
+        return Decoded::unreadable(Service::Lss, "LSS request", None, frame);
+    };
+    let (text, detail) = (lss::request_text(request), Detail::LssRequest(request));
+    Decoded { text, detail, ..Decoded::new(Service::Lss, "LSS request", None) }
+}
+
+pub(super) fn lss_response(frame: &Frame) -> Decoded {
+    let Some(response) = LssResponse::parse(frame.data()) else {
+        return Decoded::unreadable(Service::Lss, "LSS response", None, frame);
+    };
+    let (text, detail, alarming) =
+        (lss::response_text(response), Detail::LssResponse(response), lss::refuses(response));
+    Decoded { text, detail, alarming, ..Decoded::new(Service::Lss, "LSS response", None) }
 }

@@ -3,8 +3,9 @@
 use lexican_runtime::host::Link;
 use serde_json::json;
 
+use super::args::{LinkArgs, SelectArgs, select};
+use super::print::{print, print_refusal, selected_json, title};
 use super::session::Session;
-use super::{LinkArgs, SelectArgs, print, print_refusal, select, selected_json, title};
 use crate::decode::lss::{AUTOMATIC, BIT_TIMING_TABLE};
 use crate::output::{Failure, Outcome, note};
 

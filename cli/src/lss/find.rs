@@ -6,8 +6,9 @@ use lexican_runtime::host::Link;
 use lexican_runtime::wire::lss::Identity;
 use serde_json::json;
 
+use super::args::LinkArgs;
+use super::print::{identity_json, print, words};
 use super::session::{Session, no_fastscan};
-use super::{LinkArgs, identity_json, print, words};
 use crate::output::{self, Failure, Outcome, note, warn};
 
 /// Find the devices that have no node-ID, one after the other

@@ -2,7 +2,8 @@
 
 use serde_json::json;
 
-use super::{LinkArgs, SelectArgs, print, selected_json, words};
+use super::args::{LinkArgs, SelectArgs};
+use super::print::{print, selected_json, words};
 use crate::output::{Failure, Outcome};
 
 /// Tell the identity and the node-ID of a device

@@ -4,8 +4,9 @@ use lexican_runtime::NodeId;
 use lexican_runtime::host::Link;
 use serde_json::json;
 
+use super::args::{LinkArgs, SelectArgs};
+use super::print::{print, print_refusal, selected_json, words};
 use super::session::{Selected, Session};
-use super::{LinkArgs, SelectArgs, print, print_refusal, selected_json, words};
 use crate::bus::NodeOrNone;
 use crate::output::{Failure, Outcome, note, warn};
 

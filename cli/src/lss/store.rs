@@ -2,7 +2,8 @@
 
 use serde_json::json;
 
-use super::{LinkArgs, SelectArgs, print, print_refusal, select, selected_json, title};
+use super::args::{LinkArgs, SelectArgs, select};
+use super::print::{print, print_refusal, selected_json, title};
 use crate::output::{Failure, Outcome};
 
 /// Let a device, or all, store node-ID and bit rate

@@ -8,10 +8,11 @@ use lexican_runtime::host::{BusUrl, Link, LinkError, Node, Notice, Participant};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 use serde_json::json;
 
+use super::args::{Args, Place};
 use super::control::{self, Command};
 use super::device::Simulated;
+use super::input::is_listening;
 use super::report::Report;
-use super::{Args, Place, is_listening};
 use crate::bus::failure::link_failure;
 use crate::bus::object::resolve;
 use crate::device::Loaded;

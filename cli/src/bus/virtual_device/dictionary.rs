@@ -11,6 +11,9 @@ use lexican_runtime::{AbortCode, NodeId};
 use crate::values::wire::parse;
 use crate::values::{Limits, resolved};
 
+/// The `$NODEID` of a dictionary that nobody can read yet.
+pub(super) const NO_NODE: NodeId = NodeId::literal(127);
+
 /// More than this is not kept of one entry.
 const MAX_BYTES: usize = 1024 * 1024;
 

@@ -18,7 +18,7 @@ use lexican_runtime::service::lss_device::{LssHost, StoreError};
 use lexican_runtime::service::storage::Storage;
 use lexican_runtime::{AbortCode, NodeId};
 
-use super::NO_NODE;
+use super::dictionary::NO_NODE;
 use super::dictionary::SheetDictionary;
 use crate::output::{Failure, reason};
 use crate::values::hex;

@@ -34,9 +34,6 @@ pub(crate) struct VirtualDevice {
     memory: Memory,
 }
 
-/// The `$NODEID` of a dictionary that nobody can read yet.
-const NO_NODE: NodeId = NodeId::literal(127);
-
 impl VirtualDevice {
     /// A new device that is switched on at `now`.
     pub(crate) fn power_on(now: Instant, node: NodeId, sheet: &model::Device) -> Self {
@@ -45,7 +42,7 @@ impl VirtualDevice {
 
     /// A device that remembers something. Without a node-ID it waits for LSS to give it one.
     pub(crate) fn with_memory(now: Instant, node: Option<NodeId>, sheet: Arc<model::Device>, memory: Memory) -> Self {
-        let dictionary = SheetDictionary::new(NO_NODE, &sheet);
+        let dictionary = SheetDictionary::new(dictionary::NO_NODE, &sheet);
         let part = |sub| {
             let value = dictionary.value(Address::new(0x1018, sub)).ok()?;
             Some(u32::from_le_bytes(value.try_into().ok()?))
@@ -73,7 +70,7 @@ impl VirtualDevice {
 
     /// Everything anew under a node-ID.
     fn boot(&mut self, now: Instant, node: Option<NodeId>) {
-        self.dictionary = SheetDictionary::new(node.unwrap_or(NO_NODE), &self.sheet);
+        self.dictionary = SheetDictionary::new(node.unwrap_or(dictionary::NO_NODE), &self.sheet);
         self.dictionary.reset(&self.memory.kept);
         self.memory.writable = self.dictionary.writable();
         let Some(node) = node else {
