@@ -6,8 +6,8 @@ use lexican_eds::model::Value;
 use siko_ag03_1::od;
 use siko_ag03_1::parameter::PARAMETERS;
 
+use super::observed::{enabled_with, velocities};
 use super::sheet::Sheet;
-use super::statements::{enabled_with, velocities};
 use crate::bench::{Bench, Memory, NODE, once};
 use crate::checker::{Against, Checker};
 use crate::manual::Manual;

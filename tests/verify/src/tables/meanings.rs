@@ -9,8 +9,8 @@ use siko_ag03_1::fault::Fault;
 use siko_ag03_1::sim::inputs::Key;
 use siko_ag03_1::sim::{BIT_RATES, Gear, Setup};
 
+use super::observed::{enabled_with, way_to_rest};
 use super::sheet::Sheet;
-use super::statements::{enabled_with, way_to_rest};
 use crate::bench::{Bench, Memory, NODE, once};
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};

@@ -8,6 +8,7 @@ mod leds;
 mod meanings;
 mod network;
 mod objects;
+mod observed;
 mod overview;
 mod parameters;
 mod pdo;

@@ -9,7 +9,7 @@ use siko_ag03_1::sim::inputs::{Inputs, Shaft};
 use siko_ag03_1::state::{TRANSITIONS, has_torque};
 
 use super::sheet::Sheet;
-use super::{claims, statements};
+use super::{claims, observed};
 use crate::bench::{Bench, Memory, once};
 use crate::checker::{Against, Checker};
 use crate::manual::{Manual, Row};
@@ -127,7 +127,7 @@ fn quick_stop() -> String {
         let mut bench = moving_to(100_000, 1000);
         bench.control(0x0002);
         // 4 rev/s2 from 800 increments/s.
-        let brakes = statements::way_to_rest(&mut bench) == 50;
+        let brakes = observed::way_to_rest(&mut bench) == 50;
         let holds = !bench.see(|drive, now| drive.turn_shaft(now, 10));
         claims::said(vec![("decelerates at maximum", brakes), ("stops with torque", holds)], "; ")
     })

@@ -2,6 +2,7 @@
 //! does what it says.
 
 mod network;
+mod parameter;
 mod travelling;
 mod trouble;
 
@@ -9,7 +10,7 @@ use std::collections::BTreeMap;
 
 use super::claims::{Clauses, said};
 use super::sheet::Sheet;
-use crate::bench::{Bench, Memory, once};
+use crate::bench::{Memory, once};
 use crate::checker::{Against, Checker};
 use crate::manual::Manual;
 
@@ -91,74 +92,3 @@ const STATEMENTS: &[Statement] = &[
     ("7.12.2.10:restore", network::restored),
     ("7.13:switches", network::switches),
 ];
-
-fn position(bench: &Bench) -> i32 {
-    bench.see(|drive, now| drive.position(now))
-}
-
-fn velocity(bench: &Bench) -> i32 {
-    bench.see(|drive, now| drive.velocity(now))
-}
-
-/// In increments/s, without rounding.
-fn speed(bench: &Bench) -> f64 {
-    bench.see(|drive, now| drive.shaft(now).velocity)
-}
-
-fn is_fault(bench: &Bench) -> bool {
-    bench.status() & 0x4F == 0x08
-}
-
-/// 1002h, bit 7.
-fn is_released(bench: &Bench) -> bool {
-    bench.system() >> 7 & 1 == 1
-}
-
-/// Enabled, with what `set` has written before.
-pub(super) fn enabled_with(set: &[(u16, u8, i64, u8)]) -> Bench {
-    let mut bench = Bench::new();
-    bench.set(set);
-    bench.nmt(0x01);
-    bench.enable();
-    bench.control(0x000F);
-    bench
-}
-
-/// Velocities after each of these times, in milliseconds from the start.
-pub(super) fn velocities(bench: &mut Bench, times: &[u64]) -> Vec<i32> {
-    let mut passed = 0;
-    let mut at = |time: &u64| {
-        bench.hear(time - passed);
-        passed = *time;
-        velocity(bench)
-    };
-    times.iter().map(&mut at).collect()
-}
-
-/// How far the shaft turns until it stands, in increments.
-pub(super) fn way_to_rest(bench: &mut Bench) -> i32 {
-    let before = position(bench);
-    bench.hear(30_000);
-    if speed(bench) == 0.0 { position(bench) - before } else { i32::MAX }
-}
-
-/// The positions that the drive passes, every 20 ms.
-fn way(bench: &mut Bench, ms: u64) -> Vec<i32> {
-    let mut look = || {
-        bench.hear(20);
-        position(bench)
-    };
-    (0..ms / 20).map(|_| look()).collect()
-}
-
-/// Faster by so many rev/min each 100 ms.
-const A_POS: (u16, u8) = (0x2410, 0x04);
-const V_POS: (u16, u8) = (0x2410, 0x05);
-const A_ROT: (u16, u8) = (0x2410, 0x06);
-const A_INCH: (u16, u8) = (0x2410, 0x08);
-const V_INCH: (u16, u8) = (0x2410, 0x09);
-const D_POS: (u16, u8) = (0x2410, 0x0A);
-
-const fn one((index, sub): (u16, u8), value: i64) -> (u16, u8, i64, u8) {
-    (index, sub, value, 1)
-}

@@ -4,8 +4,8 @@ use siko_ag03_1::sim::inputs::BusState;
 use siko_ag03_1::sim::{DipSwitches, SimulatedDrive};
 
 use super::super::claims::Clauses;
+use super::super::observed::{enabled_with, is_released, position, speed, velocity, way_to_rest};
 use super::super::states::{moving_to, with_inputs};
-use super::{enabled_with, is_released, position, speed, velocity, way_to_rest};
 use crate::bench::Bench;
 
 pub(super) fn nmt() -> Clauses {

@@ -3,11 +3,9 @@
 use siko_ag03_1::sim::inputs::{Inputs, Key};
 
 use super::super::claims::Clauses;
+use super::super::observed::{enabled_with, position, speed, velocities, velocity, way, way_to_rest};
 use super::super::states::{in_velocity_mode, moving_to, running_at};
-use super::{
-    A_INCH, A_POS, A_ROT, D_POS, V_INCH, V_POS, enabled_with, one, position, speed, velocities, velocity, way,
-    way_to_rest,
-};
+use super::parameter::{A_INCH, A_POS, A_ROT, D_POS, V_INCH, V_POS, one};
 use crate::bench::Bench;
 
 pub(super) fn ramp() -> Clauses {

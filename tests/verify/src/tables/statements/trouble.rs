@@ -4,8 +4,9 @@ use siko_ag03_1::sim::inputs::{Inputs, Key};
 use siko_ag03_1::sim::{DipSwitches, Restore, Setup, SimulatedDrive};
 
 use super::super::claims::Clauses;
+use super::super::observed::{enabled_with, is_fault, is_released, position, speed, velocity, way_to_rest};
 use super::super::states::{in_velocity_mode, moving_to, running_at, with_inputs};
-use super::{V_INCH, enabled_with, is_fault, is_released, one, position, speed, velocity, way_to_rest};
+use super::parameter::{V_INCH, one};
 use crate::bench::{Bench, NODE};
 
 /// A travel with a threshold, and a load that comes when it is under way.
