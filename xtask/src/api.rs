@@ -221,7 +221,7 @@ fn is_public(visibility: &Visibility) -> bool {
     matches!(visibility, Visibility::Public(_))
 }
 
-fn is_for_tests(item: &Item) -> bool {
+pub(crate) fn is_for_tests(item: &Item) -> bool {
     let text = item.to_token_stream().to_string();
     text.starts_with("# [cfg (test)]") || text.starts_with("# [cfg (doctest)]")
 }

@@ -8,7 +8,7 @@ use std::process::{Command, ExitStatus, Stdio};
 
 use clap::{Args, ValueEnum};
 
-use crate::{command, python, target_folder, vcan};
+use crate::{command, python, vcan, workspace};
 
 #[derive(Args)]
 pub(crate) struct Bench {
@@ -48,7 +48,7 @@ pub(crate) fn run(root: &Path, bench: &Bench) -> Result<(), String> {
 
 /// The program runs twice: here over pseudo-terminals, and over vcan where there is one.
 fn bus(root: &Path) -> Result<(), String> {
-    let results = target_folder(root).join("interop");
+    let results = workspace::target_folder(root).join("interop");
     fs::create_dir_all(&results).map_err(|error| format!("{}: {error}", results.display()))?;
     let python = python::environment(root)?;
     succeeded(cargo(root, "build").status().map_err(failed)?)?;
@@ -128,5 +128,5 @@ fn failed(error: std::io::Error) -> String {
 
 /// Where it is built: below the workspace's own, and so ignored by git and removed with it.
 fn folder(root: &Path) -> PathBuf {
-    target_folder(root).join("bench")
+    workspace::target_folder(root).join("bench")
 }

@@ -6,7 +6,7 @@ use std::process::Command;
 use clap::ValueEnum;
 
 use crate::disk::Free;
-use crate::{checkout, command, package};
+use crate::{checkout, command, package, workspace};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Job {
@@ -93,32 +93,33 @@ fn short_of_space(root: &Path) -> String {
 }
 
 pub(crate) fn bless(root: &Path) -> Result<(), String> {
-    cargo(root, &["test", "--workspace", "golden"], &[("LEXICAN_BLESS", "1")])?;
+    command::run_cargo(root, &["test", "--workspace", "golden"], &[("LEXICAN_BLESS", "1")])?;
     crate::api::run(root, false)
 }
 
 impl Job {
     fn run(self, root: &Path) -> Result<(), String> {
         match self {
-            Job::Fmt => {
-                cargo(root, &["fmt", "--all", "--check"], &[]).map_err(|error| format!("{error}\nmend it: cargo fmt"))
-            }
+            Job::Fmt => command::run_cargo(root, &["fmt", "--all", "--check"], &[])
+                .map_err(|error| format!("{error}\nmend it: cargo fmt")),
             Job::Clippy => {
-                cargo(root, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
+                command::run_cargo(root, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
                 // Without features, as firmware takes the core, and each feature by itself.
                 for package in package::published(root)?.iter().filter(|package| !package.features().is_empty()) {
                     for features in [&[""], &package.features()[..]].concat() {
                         let alone = ["clippy", "-p", &package.name, "--no-default-features", "--features", features];
-                        cargo(root, &[&alone[..], &["--", "-D", "warnings"]].concat(), &[])?;
+                        command::run_cargo(root, &[&alone[..], &["--", "-D", "warnings"]].concat(), &[])?;
                     }
                 }
                 // In the workspace's folder: what both depend on is compiled once.
-                let folder = crate::target_folder(root).to_string_lossy().into_owned();
+                let folder = workspace::target_folder(root).to_string_lossy().into_owned();
                 let benchmarks = ["clippy", "--manifest-path", "tests/bench/Cargo.toml", "--target-dir", &folder];
-                cargo(root, &[&benchmarks[..], &["--locked", "--", "-D", "warnings"]].concat(), &[])
+                command::run_cargo(root, &[&benchmarks[..], &["--locked", "--", "-D", "warnings"]].concat(), &[])
             }
             Job::Targets => targets(root),
-            Job::Doc => cargo(root, &["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")]),
+            Job::Doc => {
+                command::run_cargo(root, &["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")])
+            }
             Job::Tidy => crate::tidy::run(root),
             Job::Api => crate::api::run(root, true),
             Job::Dependencies => dependencies(root),
@@ -138,7 +139,7 @@ impl Job {
                 // With the features that the workspace's tests have been built with.
                 let tests = ["test", "--workspace", "--test", "link_socketcan"];
                 // Built here, where it is quick; in the guest it only runs.
-                cargo(root, &[&tests[..], &["--no-run"]].concat(), &[])?;
+                command::run_cargo(root, &[&tests[..], &["--no-run"]].concat(), &[])?;
                 let required = ["env", "LEXICAN_REQUIRE_CAN=1", "cargo"];
                 crate::vcan::run_command(root, &[&required[..], &tests[..], &["--offline"]].concat(), &[])
             }
@@ -161,7 +162,11 @@ fn targets(root: &Path) -> Result<(), String> {
             println!("skipped: {target} is not installed: rustup target add {target}");
             continue;
         }
-        cargo(root, &[&["clippy", "--target", target], packages, &["--", "-D", "warnings"]].concat(), &[])?;
+        command::run_cargo(
+            root,
+            &[&["clippy", "--target", target], packages, &["--", "-D", "warnings"]].concat(),
+            &[],
+        )?;
     }
     Ok(())
 }
@@ -171,7 +176,8 @@ fn dependencies(root: &Path) -> Result<(), String> {
     let hint = |error| format!("{error}\n.ci/run installs what is missing");
     // By its own name: as a command of cargo it would take its name for a folder, since cargo has started this task.
     command::run(&["cargo-machete", "--skip-target-dir", &root.to_string_lossy()]).map_err(hint)?;
-    cargo(root, &["deny", "--offline", "--all-features", "check", "licenses", "bans", "sources"], &[]).map_err(hint)
+    command::run_cargo(root, &["deny", "--offline", "--all-features", "check", "licenses", "bans", "sources"], &[])
+        .map_err(hint)
 }
 
 /// Compiles what is published with the lowest versions that its manifests permit, in a copy: the lock file is another.
@@ -180,14 +186,14 @@ fn minimal(root: &Path) -> Result<(), String> {
     checkout::copy(root, &folder)?;
     // It is an option of the resolver that is not stable yet, and changes nothing of what the compiler takes.
     let unstable = [("RUSTC_BOOTSTRAP", "1")];
-    cargo(&folder, &["-Z", "direct-minimal-versions", "generate-lockfile", "--quiet"], &unstable)?;
-    let target = crate::target_folder(root).join("minimal-target").to_string_lossy().into_owned();
+    command::run_cargo(&folder, &["-Z", "direct-minimal-versions", "generate-lockfile", "--quiet"], &unstable)?;
+    let target = workspace::target_folder(root).join("minimal-target").to_string_lossy().into_owned();
     let mut arguments = vec!["check", "--quiet", "--locked", "--all-features", "--target-dir", &target];
     let packages = package::published(root)?;
     for package in &packages {
         arguments.extend(["--package", &package.name]);
     }
-    cargo(&folder, &arguments, &[])
+    command::run_cargo(&folder, &arguments, &[])
 }
 
 /// Runs the command that the README gives for `purpose`.
@@ -195,7 +201,7 @@ fn readme_command(root: &Path, purpose: &str) -> Result<(), String> {
     let readme = std::fs::read_to_string(root.join("README.md")).map_err(|error| format!("README.md: {error}"))?;
     let words =
         command_for(&readme, purpose).ok_or_else(|| format!("README.md: no cargo command below `# {purpose}`"))?;
-    cargo(root, &words, &[])
+    command::run_cargo(root, &words, &[])
 }
 
 /// The arguments of cargo in the line after `# <purpose>`.
@@ -204,18 +210,6 @@ fn command_for<'r>(readme: &'r str, purpose: &str) -> Option<Vec<&'r str>> {
     let mut lines = readme.lines().skip_while(|line| !line.starts_with(&marker));
     let command = lines.nth(1)?.strip_prefix("cargo ")?;
     Some(command.split_ascii_whitespace().collect())
-}
-
-pub(crate) fn cargo(root: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
-    let line = format!("cargo {}", arguments.join(" "));
-    println!("$ {line}");
-    let status = command::cargo()
-        .args(arguments)
-        .envs(environment.iter().copied())
-        .current_dir(root)
-        .status()
-        .map_err(|error| format!("{line}: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Commands that tasks run.
 
+use std::path::Path;
 use std::process::{Command, Output};
 
 /// The cargo that has started the task.
@@ -23,4 +24,17 @@ pub(crate) fn output(command: &mut Command) -> Result<Output, String> {
         return Ok(output);
     }
     Err(format!("{command:?}: {}\n{}", output.status, String::from_utf8_lossy(&output.stderr)))
+}
+
+/// Runs cargo in a folder, and shows it.
+pub(crate) fn run_cargo(root: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
+    let line = format!("cargo {}", arguments.join(" "));
+    println!("$ {line}");
+    let status = cargo()
+        .args(arguments)
+        .envs(environment.iter().copied())
+        .current_dir(root)
+        .status()
+        .map_err(|error| format!("{line}: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{ci, outside};
+use crate::{command, outside};
 
 /// So many bytes of generated code make one crate, so that no build is larger than a large user's.
 const MAX_BYTES: usize = 6_000_000;
@@ -15,7 +15,7 @@ pub(crate) fn simulate(root: &Path, folder: &Path) -> Result<(), String> {
     let test = "check::simulated::every_data_sheet_simulated_is_as_it_says";
     let folder = folder.canonicalize().map_err(|error| format!("{}: {error}", folder.display()))?;
     let arguments = ["test", "-p", "lexican", "--bin", "lexican", "--", "--exact", "--nocapture", test];
-    ci::cargo(root, &arguments, &[("LEXICAN_SHEETS", &folder.to_string_lossy())])
+    command::run_cargo(root, &arguments, &[("LEXICAN_SHEETS", &folder.to_string_lossy())])
 }
 
 /// Every file that loads must compile, without a warning, in both editions by turns.

@@ -16,7 +16,7 @@ pub(crate) struct Free {
 impl Free {
     /// Where cargo builds. `None` where there is no `df` to ask, as on Windows.
     pub(crate) fn for_builds(root: &Path) -> Option<Self> {
-        let folder = crate::target_folder(root);
+        let folder = crate::workspace::target_folder(root);
         // Before the first build the folder is not there yet.
         let there = folder.ancestors().find(|folder| folder.exists())?;
         let output = Command::new("df").arg("-Pk").arg(there).output().ok().filter(|output| output.status.success())?;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::{ci, command};
+use crate::{command, workspace};
 
 /// As cargo-fuzz has them with `--sanitizer none`.
 const FLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
@@ -23,13 +23,13 @@ pub(crate) struct Arguments {
 
 /// Runs targets from the committed inputs and those that earlier runs have found, which lie below the target folder.
 pub(crate) fn run(root: &Path, target: Option<&str>, seconds: u32) -> Result<(), String> {
-    let folder = crate::target_folder(root).join("fuzz");
+    let folder = workspace::target_folder(root).join("fuzz");
     let host = host()?;
     let text = folder.to_string_lossy();
     // With a target named, what runs while building is not counted.
     let mut build = vec!["build", "--release", "--quiet", "--locked", "--manifest-path", "fuzz/Cargo.toml"];
     build.extend(["--target", &host, "--target-dir", &text]);
-    ci::cargo(root, &build, &[("RUSTFLAGS", FLAGS)])?;
+    command::run_cargo(root, &build, &[("RUSTFLAGS", FLAGS)])?;
     let targets = targets(root)?;
     if let Some(unknown) = target.filter(|target| !targets.iter().any(|known| known == target)) {
         return Err(format!("there is no target {unknown}; there are {}", targets.join(", ")));
@@ -89,7 +89,7 @@ fn more_inputs(target: &str) -> Option<&'static str> {
 
 /// The names of all targets.
 fn targets(root: &Path) -> Result<Vec<String>, String> {
-    let manifest = crate::tidy::read_toml(&root.join("fuzz/Cargo.toml"))?;
+    let manifest = workspace::read_toml(&root.join("fuzz/Cargo.toml"))?;
     let bins = manifest.get("bin").and_then(toml::Value::as_array).into_iter().flatten();
     Ok(bins.filter_map(|bin| Some(bin.get("name")?.as_str()?.to_owned())).collect())
 }
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn every_target_has_inputs_and_a_test_over_them() {
-        let root = crate::root();
+        let root = workspace::root();
         let tests = fs::read_to_string(root.join("tests/tests/fuzz.rs")).unwrap();
         let targets = targets(&root).unwrap();
         assert!(targets.len() >= 10, "{targets:?}");

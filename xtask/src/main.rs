@@ -18,8 +18,9 @@ mod size;
 mod tidy;
 mod vcan;
 mod verify;
+mod workspace;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -84,7 +85,7 @@ enum Task {
 }
 
 fn main() -> ExitCode {
-    let root = root();
+    let root = workspace::root();
     let outcome = match Arguments::parse().task {
         Task::Ci { job } => ci::run(&root, job),
         Task::Tidy => tidy::run(&root),
@@ -108,15 +109,4 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// The workspace's root: the folder above this crate's.
-fn root() -> PathBuf {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    here.parent().expect("xtask lies in the workspace").to_path_buf()
-}
-
-/// Where cargo puts what it makes.
-fn target_folder(root: &Path) -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder))
 }

@@ -5,17 +5,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use crate::command;
+use crate::{command, workspace};
 
 /// The command that users run, built as they run it.
 pub(crate) fn lexican(root: &Path) -> Result<PathBuf, String> {
     command::output(command::cargo().args(["build", "--quiet", "--release", "-p", "lexican"]).current_dir(root))?;
-    Ok(crate::target_folder(root).join("release").join(format!("lexican{}", std::env::consts::EXE_SUFFIX)))
+    Ok(workspace::target_folder(root).join("release").join(format!("lexican{}", std::env::consts::EXE_SUFFIX)))
 }
 
 /// An empty folder of this name below the target folder.
 pub(crate) fn empty_folder(root: &Path, name: &str) -> Result<PathBuf, String> {
-    let folder = crate::target_folder(root).join(name);
+    let folder = workspace::target_folder(root).join(name);
     if folder.exists() {
         fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{ci, command, outside, tidy};
+use crate::{command, outside, workspace};
 
 /// A package that is published.
 pub(crate) struct Package {
@@ -15,8 +15,8 @@ pub(crate) struct Package {
 /// Those of the workspace.
 pub(crate) fn published(root: &Path) -> Result<Vec<Package>, String> {
     let mut packages = Vec::new();
-    for path in tidy::manifests(root)? {
-        let manifest = tidy::read_toml(&path)?;
+    for path in workspace::manifests(root)? {
+        let manifest = workspace::read_toml(&path)?;
         let package = manifest.get("package").and_then(toml::Value::as_table).ok_or("a manifest has no package")?;
         if package.get("publish").and_then(toml::Value::as_bool) == Some(false) {
             continue;
@@ -42,7 +42,7 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     let text = folder.to_string_lossy();
     let mut pack = vec!["package", "--quiet", "--no-verify", "--offline", "--allow-dirty", "--target-dir", &text];
     pack.extend(packages.iter().flat_map(|package| ["--package", &package.name]));
-    ci::cargo(root, &pack, &[])?;
+    command::run_cargo(root, &pack, &[])?;
     // A workspace of what was unpacked, in which each finds the others. Cargo's own verification takes the others from
     // a registry that it keeps between runs, and so from the run before.
     let (mut members, mut patches) = (String::new(), String::new());
@@ -58,9 +58,9 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     let lock = std::fs::read_to_string(root.join("Cargo.lock")).map_err(|error| format!("Cargo.lock: {error}"))?;
     outside::write(&folder.join("Cargo.lock"), &lock)?;
     // What the workspace has compiled of the same dependencies is used again: neither has debug information of them.
-    let target = crate::target_folder(root).to_string_lossy().into_owned();
+    let target = workspace::target_folder(root).to_string_lossy().into_owned();
     let check = ["check", "--workspace", "--all-features", "--offline", "--target-dir", &target];
-    ci::cargo(&folder, &check, &[("CARGO_PROFILE_DEV_DEBUG", "false")])
+    command::run_cargo(&folder, &check, &[("CARGO_PROFILE_DEV_DEBUG", "false")])
 }
 
 impl Package {
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn what_is_published_has_features_but_for_the_default_ones() {
-        let packages = published(&crate::root()).unwrap();
+        let packages = published(&workspace::root()).unwrap();
         let runtime = packages.iter().find(|package| package.name == "lexican-runtime").unwrap();
         assert_eq!(runtime.features(), ["slcan", "socketcan", "std", "tokio"]);
         assert!(!packages.iter().any(|package| package.name == "xtask"));

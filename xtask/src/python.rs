@@ -3,14 +3,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::command;
+use crate::{command, workspace};
 
 /// What the environment consists of.
 pub(crate) const PACKAGES: [&str; 3] = ["canopen==2.4.1", "python-can==4.6.1", "pyserial==3.5"];
 
 /// The python of the environment, which is made when it is not there yet.
 pub(crate) fn environment(root: &Path) -> Result<PathBuf, String> {
-    let venv = crate::target_folder(root).join("python-canopen");
+    let venv = workspace::target_folder(root).join("python-canopen");
     let python = venv.join("bin/python");
     let complete = venv.join("complete");
     if fs::read_to_string(&complete).is_ok_and(|packages| packages == PACKAGES.join("\n")) {

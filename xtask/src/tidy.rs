@@ -1,7 +1,11 @@
 //! Habits that no compiler checks. Each is a function that returns what it found wrong.
 
+mod circles;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use crate::workspace::{entries, manifests, read_toml};
 
 /// Which of our packages may use which: nothing points back.
 const ARROWS: &[(&str, &[&str])] = &[
@@ -30,6 +34,8 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     for source in &sources {
         found.extend(source.findings());
     }
+    let texts = sources.iter().map(|source| (source.path.as_str(), source.text.as_str())).collect();
+    found.extend(circles::findings(&texts)?);
     for (path, _) in LONG {
         if !sources.iter().any(|source| source.path == *path && source.text.lines().count() > 800) {
             found.push(format!("xtask/src/tidy.rs: {path} need not stand among the long files any more"));
@@ -66,27 +72,6 @@ fn arrows_of(shown: &str, manifest: &toml::Table) -> Vec<String> {
     let used = sections.flatten().filter_map(toml::Value::as_table).flat_map(toml::Table::keys);
     let wrong = used.filter(|used| used.starts_with("lexican") && !allowed.contains(&used.as_str()));
     wrong.map(|used| format!("{shown}: {name} must not use {used}")).collect()
-}
-
-/// The manifests of all members of the workspace.
-pub(crate) fn manifests(root: &Path) -> Result<Vec<PathBuf>, String> {
-    let workspace = read_toml(&root.join("Cargo.toml"))?;
-    let members = workspace.get("workspace").and_then(|workspace| workspace.get("members"));
-    let members = members.and_then(toml::Value::as_array).ok_or("Cargo.toml: the workspace has no members")?;
-    let mut manifests = Vec::new();
-    for member in members.iter().filter_map(toml::Value::as_str) {
-        match member.strip_suffix("/*") {
-            Some(folder) => manifests.extend(entries(&root.join(folder))?.iter().map(|path| path.join("Cargo.toml"))),
-            None => manifests.push(root.join(member).join("Cargo.toml")),
-        }
-    }
-    manifests.retain(|manifest| manifest.exists());
-    Ok(manifests)
-}
-
-pub(crate) fn read_toml(path: &Path) -> Result<toml::Table, String> {
-    let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    text.parse().map_err(|error| format!("{}: {error}", path.display()))
 }
 
 struct Source {
@@ -160,14 +145,6 @@ fn collect(root: &Path, folder: &Path, sources: &mut Vec<Source>) -> Result<(), 
     Ok(())
 }
 
-/// The entries of a folder, by name.
-fn entries(folder: &Path) -> Result<Vec<PathBuf>, String> {
-    let read = fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let mut paths: Vec<PathBuf> = read.filter_map(Result::ok).map(|entry| entry.path()).collect();
-    paths.sort();
-    Ok(paths)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -225,7 +202,7 @@ mod tests {
 
     #[test]
     fn every_package_with_arrows_is_there() {
-        let manifests = manifests(&crate::root()).unwrap();
+        let manifests = manifests(&crate::workspace::root()).unwrap();
         assert_eq!(manifests.len(), ARROWS.len(), "{manifests:?}");
     }
 

@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use crate::{ci, command, target_folder};
+use crate::{command, workspace};
 
 /// Writes the report anew; with `check` only looks whether it is right.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     // With the features that the workspace's tests have been built with, and not with fewer: it is there already.
-    ci::cargo(root, &["build", "--quiet", "--workspace", "--bin", "lexican-verify"], &[])?;
-    let program = target_folder(root).join("debug").join(format!("lexican-verify{}", std::env::consts::EXE_SUFFIX));
+    command::run_cargo(root, &["build", "--quiet", "--workspace", "--bin", "lexican-verify"], &[])?;
+    let program =
+        workspace::target_folder(root).join("debug").join(format!("lexican-verify{}", std::env::consts::EXE_SUFFIX));
     let program = program.to_string_lossy();
     let line: &[&str] = if check { &[&program, "--check"] } else { &[&program] };
     command::run(line)

@@ -9,20 +9,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{command, python, target_folder, vcan};
-use table::{Column, Table};
-
-/// Who plays what.
-struct Direction {
-    /// What `run.py` calls it.
-    name: &'static str,
-    /// The program of ours that it is given.
-    program: &'static str,
-    /// Who is on the other side.
-    peer: &'static str,
-    /// The head of its columns.
-    head: &'static str,
-}
+use crate::{command, python, vcan, workspace};
+use table::{Column, Direction, Table};
 
 /// Every service of CANopen: the columns of the first table.
 const SERVICES: [Direction; 3] = [
@@ -58,7 +46,7 @@ const MARKERS: [&str; 2] = ["<!-- made by cargo xtask interop -->\n", "<!-- unti
 
 /// Runs everything and writes the tables; with `check` only looks whether the written ones are right.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
-    let folder = target_folder(root).join("interop");
+    let folder = workspace::target_folder(root).join("interop");
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let python = python::environment(root)?;
     for (program, package) in [("candump", "can-utils"), ("tshark", "tshark")] {
@@ -66,7 +54,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
             return Err(format!("there is no {program}\ninstall it: apt-get install {package}"));
         }
     }
-    crate::ci::cargo(root, &["build", "--release", "-p", "lexican", "-p", "lexican-tests", "--bins"], &[])?;
+    command::run_cargo(root, &["build", "--release", "-p", "lexican", "-p", "lexican-tests", "--bins"], &[])?;
     let run = Run { root, folder, python };
     let tables = [run.table(&SERVICES)?, run.table(&DRIVE)?];
     let page = table::page(&tables);
@@ -130,7 +118,7 @@ impl Run<'_> {
     fn column(&self, direction: &'static Direction, link: &'static str) -> Result<Column, String> {
         let results = self.folder.join(format!("{}-{link}.txt", direction.name));
         let script = self.root.join("tests/interop/run.py");
-        let program = target_folder(self.root).join("release").join(direction.program);
+        let program = workspace::target_folder(self.root).join("release").join(direction.program);
         let [python, script, program, results_word] =
             [&self.python, &script, &program, &results].map(|path| path.to_string_lossy().into_owned());
         // -B: no byte code beside the scripts.
@@ -152,7 +140,7 @@ impl Run<'_> {
 
     /// What tshark and lexican make of a recorded bus: a line of results.
     fn compare(&self, log: &Path) -> Result<String, String> {
-        let lexican = target_folder(self.root).join("release/lexican");
+        let lexican = workspace::target_folder(self.root).join("release/lexican");
         let script = self.root.join("tests/interop/compare.py");
         let output = Command::new("python3").arg(script).arg(lexican).arg(log).output();
         let output = output.map_err(|error| format!("python3: {error}"))?;

@@ -5,8 +5,19 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use super::Direction;
 use crate::python::PACKAGES;
+
+/// Who plays what.
+pub(super) struct Direction {
+    /// What `run.py` calls it.
+    pub(super) name: &'static str,
+    /// The program of ours that it is given.
+    pub(super) program: &'static str,
+    /// Who is on the other side.
+    pub(super) peer: &'static str,
+    /// The head of its columns.
+    pub(super) head: &'static str,
+}
 
 /// A table: a row for each service, a column for each direction and link.
 #[derive(Default)]

@@ -58,7 +58,7 @@ fn run(root: &Path, arguments: &Arguments) -> Result<u8, String> {
         let status = Command::new(program).args(rest).status().map_err(|error| format!("{program}: {error}"))?;
         return Ok(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(125));
     }
-    let kernel = uml::Kernel::in_cache(&crate::target_folder(root).join("vcan"))?;
+    let kernel = uml::Kernel::in_cache(&crate::workspace::target_folder(root).join("vcan"))?;
     kernel.run(&arguments.command, arguments.time_limit, &arguments.writable)
 }
 
