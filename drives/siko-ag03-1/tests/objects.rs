@@ -172,6 +172,22 @@ fn a_running_travel_refuses_what_it_relies_on() {
     }
 }
 
+/// Where the bus writes nothing, the drive itself may (STOPPED, and while it starts).
+#[test]
+fn what_the_bus_may_not_write_then_the_drive_may() {
+    let mut bench = Bench::operational();
+    for (command, taken) in [("000#0105", false), ("000#0205", true), ("000#8005", true)] {
+        bench.ask(command);
+        let written = bench.see(|drive, now| {
+            drive.with_dictionary(now, |od| {
+                let entry = od.entry(Address::new(0x1400, 2)).unwrap();
+                od.write(&entry, 0, &[255], true)
+            })
+        });
+        assert_eq!(written.is_ok(), taken, "{command}");
+    }
+}
+
 #[test]
 fn ranges_follow_the_gear() {
     let mut bench = Bench::new();

@@ -9,7 +9,7 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Frame, Instant, NodeId};
 use siko_ag03_1::od;
 use siko_ag03_1::sim::controller::Motor;
-use siko_ag03_1::sim::{BusLed, DipSwitches, NonVolatile, Restore, Setup, SimulatedDrive, StatusLed};
+use siko_ag03_1::sim::{BusLed, DipSwitches, Lights, NonVolatile, Restore, Setup, SimulatedDrive, StatusLed};
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::system;
 
@@ -59,6 +59,7 @@ fn a_drive_without_supply_is_dark_and_silent() {
     let mut bench = Bench::new();
     bench.write(0x1017, 0, 100, 2);
     bench.see(SimulatedDrive::switch_off);
+    assert_eq!(bench.see(|drive, now| drive.lights(now)), Lights { status: false, bus: false });
     assert!(bench.pass(1000).is_empty());
     assert!(bench.ask(0x605, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]).is_empty());
     assert_eq!(bench.see(|drive, _| (drive.status_led(), drive.bus_led())), (StatusLed::Off, BusLed::Off));

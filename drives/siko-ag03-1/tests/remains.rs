@@ -4,10 +4,11 @@
 mod bench;
 
 use bench::Bench;
-use lexican_runtime::Duration;
+use lexican_runtime::{Duration, Instant};
 use siko_ag03_1::fault::{Fault, register};
 use siko_ag03_1::sim::controller::{Controller, Emergency, Network};
 use siko_ag03_1::sim::inputs::{BusState, Inputs, Key, Shaft};
+use siko_ag03_1::sim::motion::{FULL_ACCELERATION, Motion};
 use siko_ag03_1::sim::parameters::{Mode, Parameters};
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::{control, generic, status, system};
@@ -44,7 +45,7 @@ fn torque_is_deactivated(bench: &Bench) -> bool {
 
 #[test]
 fn a_new_controller_has_the_faults_and_the_load_that_are_there() {
-    let now = lexican_runtime::Instant::ZERO;
+    let now = Instant::ZERO;
     let inputs = Inputs { internal_error: true, ..Inputs::default() };
     assert_eq!(Controller::new(now, Parameters::default(), inputs, 0).faults(), [Fault::INTERNAL]);
     let inputs = Inputs { attainable_rpm: Some(20), ..Inputs::default() };
@@ -259,6 +260,58 @@ fn a_shaft_that_is_held_at_rest_or_without_a_job_is_not_blocked() {
     bench.world(|inputs| inputs.shaft = Shaft::Blocked);
     bench.pass_ms(5000);
     assert_eq!(bench.controller.faults(), []);
+}
+
+#[test]
+fn a_shaft_that_is_held_after_its_travel_is_not_blocked() {
+    let mut bench = arrived();
+    bench.world(|inputs| inputs.shaft = Shaft::Blocked);
+    bench.pass_ms(5000);
+    assert_eq!(bench.controller.faults(), []);
+}
+
+#[test]
+fn a_step_is_not_deactivated() {
+    let mut bench = Bench::enabled(Parameters { torque_deactivation: 20, ..Parameters::default() });
+    bench.control(0x000F);
+    bench.control(0x000F | control::INCHING_1);
+    bench.pass_ms(100);
+    assert!(bench.controller.is_travelling(bench.now) && !torque_is_deactivated(&bench));
+}
+
+/// Parameter 26 has released the motor: another load does not bring the shaft back.
+#[test]
+fn another_load_moves_nothing_that_has_arrived() {
+    let mut bench = Bench::enabled(Parameters { in_position_mode: 2, ..Parameters::default() });
+    bench.travel_to(1000);
+    bench.pass_ms(60_000);
+    assert!(bench.controller.turn_shaft(bench.now, 100));
+    bench.world(|inputs| inputs.attainable_rpm = Some(20));
+    bench.pass_ms(5000);
+    assert_eq!(bench.controller.position(bench.now), 1100);
+}
+
+/// What stops or resumes a travel does nothing where there is nothing to stop or to resume.
+#[test]
+fn only_a_travel_under_way_is_interrupted_and_only_once() {
+    let ms = |ms| Instant::ZERO + Duration::from_millis(ms);
+    let parameters = Parameters { positioning_type: 1, loop_length: 4000, numerator: 5, ..Parameters::default() };
+    let mut motion = Motion::at_rest(ms(0), 0.0);
+    motion.move_to(ms(0), -1000.0, parameters.positioning(), parameters.by_loop());
+    assert_eq!(motion.next_change(ms(1), |_| ()).map(|at| motion.state(at).position), Some(-21_000.0));
+    let end = motion.rest_at().unwrap();
+    // The turn is behind it.
+    let before_the_end = Instant::ZERO + Duration::from_micros(end.as_micros() - 1_000_000);
+    motion.resume(before_the_end);
+    assert_eq!(motion.rest_at(), Some(end));
+    motion.interrupt(before_the_end);
+    let stands = motion.rest_at();
+    motion.interrupt_braking(before_the_end + Duration::from_millis(1), FULL_ACCELERATION);
+    assert_eq!(motion.rest_at(), stands);
+    motion.resume(end);
+    let end = motion.rest_at().unwrap();
+    motion.interrupt(end);
+    assert!(!motion.is_interrupted() && motion.state(end).position == -1000.0);
 }
 
 #[test]

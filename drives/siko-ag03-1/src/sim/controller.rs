@@ -77,7 +77,6 @@ impl Controller {
     pub(super) fn restarted(&self, now: Instant, inputs: Inputs) -> Self {
         let mut motion = self.motion.clone();
         motion.cancel(now, RUN_OUT_DECELERATION);
-        motion.forget_job();
         Controller::start(now, self.parameters, inputs, motion)
     }
 

@@ -265,7 +265,7 @@ impl Motion {
     /// Lets the load allow no more than `velocity`, in increments/s; the job goes on with that at once.
     pub fn set_ceiling(&mut self, now: Instant, velocity: f64, acceleration: f64) {
         self.ceiling = velocity;
-        if !self.is_moving(now) || self.blocked || self.ending {
+        if !self.is_moving(now) || self.ending {
             return;
         }
         match self.job {
@@ -295,11 +295,6 @@ impl Motion {
     /// Somebody else turns the shaft, in no time; a job that is finished stays known.
     pub fn displace(&mut self, now: Instant, increments: f64) {
         self.way = Trajectory::rest(now, self.state(now).position + increments);
-    }
-
-    /// Forgets the job, as without power; the shaft does what it does.
-    pub fn forget_job(&mut self) {
-        (self.job, self.blocked, self.ceiling) = (Job::None, false, f64::INFINITY);
     }
 
     /// The first time after `now` at which an observation changes: [`Trajectory::next_change`] says which
