@@ -127,7 +127,11 @@ impl Job {
             Job::Package => package::run(root),
             Job::Main => readme_command(root, "main job"),
             Job::Test => readme_command(root, "tests"),
-            Job::Verify => crate::verify::run(root, true),
+            Job::Verify => {
+                crate::verify::run(root, true)?;
+                // The tests try some of the simulated drive's mutants; here it is all of them.
+                command::run_cargo(root, &["test", "-p", "lexican-mutants"], &[("LEXICAN_VERIFY_ALL", "1")])
+            }
             Job::Corpus => {
                 let folder = root.join("eds/tests/golden");
                 crate::corpus::simulate(root, &folder).and_then(|()| crate::corpus::compile(root, &folder))

@@ -17,6 +17,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1"]),
     ("lexican-tests", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1", "lexican"]),
     ("lexican-verify", &["lexican-eds", "lexican-runtime", "lexican-siko-ag03-1"]),
+    ("lexican-mutated-siko-ag03-1", &["lexican-runtime", "lexican-siko-ag03-1"]),
+    ("lexican-mutants", &["lexican-eds", "lexican-runtime", "lexican-mutated-siko-ag03-1"]),
     ("xtask", &[]),
 ];
 

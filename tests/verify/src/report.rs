@@ -121,7 +121,8 @@ Written by `cargo xtask verify`; `cargo xtask verify --check` fails when it is s
 of the driver, compiled in (Code), and with what the simulated drive does on a virtual bus (Drive); some cells
 also with another place of the manual (Manual). The columns below give rows agreeing of rows compared. Altering any
 single cell of the data sheet, of the overlay or of the tables makes the verification fail: a test alters some
-hundreds of them, and all of them when `LEXICAN_VERIFY_ALL` is set.
+hundreds of them, and all of them when `LEXICAN_VERIFY_ALL` is set. Another test, `tests/mutants`, alters the simulated
+drive in the same way: its own tests or the verification find each mutant of the files that `simulator/build.rs` names.
 
 ";
 
