@@ -1,47 +1,19 @@
 //! Long objects go by block through every shell, where that is quicker.
 #![cfg(feature = "tokio")]
 
+mod block_support;
 mod common;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use common::testing::TestOd;
-use common::{FULL, NODE};
-use lexican_runtime::device::{Behaviour, Device};
-use lexican_runtime::host::{Node, VirtualBus, blocking, tokio as shell};
+use block_support::{Station, TEXT};
+use common::NODE;
+use lexican_runtime::host::{VirtualBus, blocking, tokio as shell};
 use lexican_runtime::manager::Remote;
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoClient;
-use lexican_runtime::{Duration, Frame, Instant};
-
-const TEXT: Address = Address::new(0x1008, 0);
-
-struct Station(Device<3, 3, 2, 3>, TestOd);
-
-impl Station {
-    fn new(len: usize) -> Self {
-        let mut device = Device::new(NODE, Behaviour::CIA_301);
-        let mut od = TestOd::new(FULL).without(0x1200).with(&format!("1008:00 text rw - {}", "n".repeat(len)));
-        device.restart(Instant::ZERO, &mut od);
-        Station(device, od)
-    }
-}
-
-impl Node for Station {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        self.0.handle_frame(now, frame, &mut self.1);
-    }
-    fn handle_timeout(&mut self, now: Instant) {
-        self.0.handle_timeout(now, &mut self.1);
-    }
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.0.poll_transmit(now, &mut self.1)
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.0.poll_timeout()
-    }
-}
+use lexican_runtime::{Duration, Instant};
 
 /// How long it takes to read and to write an object of `len` bytes at 125 kbit/s, and how many frames that are.
 fn measure(len: usize, remote: Remote) -> [(Duration, usize); 2] {
@@ -49,7 +21,7 @@ fn measure(len: usize, remote: Remote) -> [(Duration, usize); 2] {
     let frames = Arc::new(AtomicUsize::new(0));
     let count = Arc::clone(&frames);
     bus.observe(move |_, _| _ = count.fetch_add(1, Ordering::Relaxed));
-    bus.attach(Station::new(len));
+    bus.attach(Station::new(NODE, len));
     let mut network = blocking::Network::new(bus.link());
     let now = network.now();
     network.manager().add(now, remote).unwrap();
@@ -82,7 +54,7 @@ fn long_objects_take_half_the_time_and_short_ones_none_more() {
 #[tokio::test]
 async fn the_tokio_shell_transfers_by_block() {
     let bus = VirtualBus::with_bit_rate(125);
-    bus.attach(Station::new(65_000));
+    bus.attach(Station::new(NODE, 65_000));
     let network = shell::Network::spawn(bus.link()).unwrap();
     assert_eq!(network.read_bytes(NODE, TEXT).await.unwrap(), vec![b'n'; 65_000]);
     network.write_bytes(NODE, TEXT, &vec![b'x'; 65_000]).await.unwrap();

@@ -1,22 +1,21 @@
 //! Block transfers send up to 127 frames in a row. What is due meanwhile is done meanwhile, in every shell.
 #![cfg(feature = "tokio")]
 
+mod block_support;
 mod common;
 
 use std::sync::{Arc, Mutex};
 
-use common::testing::TestOd;
-use common::{FULL, NODE};
-use lexican_runtime::device::{Behaviour, Device};
+use block_support::{Station, TEXT};
+use common::NODE;
 use lexican_runtime::host::{
-    Incoming, Link, LinkError, Node, Participant, VirtualBus, VirtualLink, blocking, tokio as shell,
+    Incoming, Link, LinkError, Participant, VirtualBus, VirtualLink, blocking, tokio as shell,
 };
 use lexican_runtime::manager::{Event, Manager, Remote};
 use lexican_runtime::object::{Address, Object, Ro};
 use lexican_runtime::service::sdo_client::SdoClient;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-const TEXT: Address = Address::new(0x1008, 0);
 const STATUSWORD: Object<u16, Ro> = Object::new(0x6041, 0);
 
 /// The length of the name in bytes: 2,858 segments, and those take 0.7 s.
@@ -30,33 +29,6 @@ const PERIOD: Duration = Duration::from_millis(5);
 
 /// How late it may be: after four frames, and what else was on its way.
 const SLACK: Duration = Duration::from_millis(3);
-
-/// A device with a long name, which can be written.
-struct Station(Device<3, 3, 2, 3>, TestOd);
-
-impl Station {
-    fn new(node: NodeId) -> Self {
-        let mut device = Device::new(node, Behaviour::CIA_301);
-        let mut od = TestOd::new(FULL).without(0x1200).with(&format!("1008:00 text rw - {}", "n".repeat(LONG)));
-        device.restart(Instant::ZERO, &mut od);
-        Station(device, od)
-    }
-}
-
-impl Node for Station {
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        self.0.handle_frame(now, frame, &mut self.1);
-    }
-    fn handle_timeout(&mut self, now: Instant) {
-        self.0.handle_timeout(now, &mut self.1);
-    }
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.0.poll_transmit(now, &mut self.1)
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.0.poll_timeout()
-    }
-}
 
 /// A link without a queue: a frame is sent when it has left.
 struct Queueless(VirtualLink, VirtualBus);
@@ -107,7 +79,7 @@ fn a_block_download_of_the_blocking_shell_holds_up_neither_sync_nor_heartbeats()
     let bus = VirtualBus::with_bit_rate(500);
     let watched = NodeId::literal(9);
     for node in [NODE, watched] {
-        bus.attach(Station::new(node));
+        bus.attach(Station::new(node, LONG));
     }
     let syncs = times_of(&bus, 0x080);
     let mut network = blocking::Network::new(Queueless(bus.link(), bus.clone()));
@@ -127,7 +99,7 @@ async fn a_block_download_of_the_tokio_shell_holds_up_nobody_else() {
     let bus = VirtualBus::with_bit_rate(500);
     let other = NodeId::literal(9);
     for node in [NODE, other] {
-        bus.attach(Station::new(node));
+        bus.attach(Station::new(node, LONG));
     }
     let (syncs, answers) = (times_of(&bus, 0x080), times_of(&bus, 0x589));
     let network = shell::Network::spawn(Queueless(bus.link(), bus.clone())).unwrap();
@@ -152,7 +124,7 @@ fn a_block_upload_of_the_device_shell_does_not_hold_up_its_heartbeat() {
     let bus = VirtualBus::with_bit_rate(500);
     let mut other = bus.link();
     let beats = times_of(&bus, 0x705);
-    let node = Station::new(NODE);
+    let node = Station::new(NODE, LONG);
     let mut participant = Participant::new(Queueless(bus.link(), bus.clone()), node);
     // A heartbeat every 5 ms; blocks of 127 segments; the block is received, and the next one begins.
     let confirmations = std::iter::repeat_n("605#A27F7F0000000000", 22);
