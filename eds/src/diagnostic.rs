@@ -113,7 +113,7 @@ impl Diagnostics {
         }
     }
 
-    /// Counts findings that nobody keeps, because there were enough of their code.
+    /// Counts findings that are not kept, because there were enough of their code.
     pub(crate) fn count_only(&mut self, code: &'static str, more: usize) {
         *self.kept.entry(code).or_default() += more;
     }

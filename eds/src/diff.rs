@@ -1,4 +1,4 @@
-//! What differs between two devices: by object, whatever the order and spelling of their files.
+//! The differences between two devices, by object; order and spelling of their files do not matter.
 
 use std::fmt;
 

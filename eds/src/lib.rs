@@ -10,8 +10,8 @@
 //! assert!(diagnostics.render(&input).contains("drive.eds:2:1"));
 //! ```
 //!
-//! What comes of it: [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
-//! DCF of one; [`fmt`] brings a file into the form of the standard. [`library`] holds the data sheets that are shipped.
+//! From the model, [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
+//! DCF; [`fmt`] brings a file into the form of the standard. [`library`] holds the data sheets that are shipped.
 //!
 //! In one direction: [`text`] (bytes, encodings, lines, places) → `parse` (sections, keys, what CiA 306 says) →
 //! [`model`] → [`overlay`] (corrections and meanings beside the data sheet) → [`rules`] → [`report`]. Parsing and
@@ -39,7 +39,7 @@ use finding::Findings;
 
 /// Reads a data sheet and its overlays, builds the model and applies all rules.
 ///
-/// Never fails and never panics: whatever is wrong is in the findings, and the model holds what could be read.
+/// Never fails and never panics: all that is wrong is in the findings, and the model holds what could be read.
 #[must_use]
 pub fn load(input: &Input) -> (model::Device, Diagnostics) {
     let mut found = Findings::default();

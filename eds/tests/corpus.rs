@@ -96,7 +96,7 @@ fn compare(path: &Path, count: &Count, device: &Device, diagnostics: &Diagnostic
         match compact {
             0 => {}
             255 => {
-                // One more than there can be, which is told.
+                // One more than there can be, which is reported.
                 assert!(diagnostics.iter().any(|finding| finding.code == "eds::compact-count"), "{}", path.display());
                 expected.extend(0..=0xFE);
             }

@@ -6,7 +6,7 @@ use std::{env, fs};
 
 use lexican_eds::{Diagnostics, Input, Source, load};
 
-/// Tells the child which file to read.
+/// The file that the child reads.
 const SHAPE: &str = "LEXICAN_SHAPE";
 /// About the size of the files.
 const BYTES: usize = 1_000_000;
@@ -73,9 +73,9 @@ fn read_one_file() {
 fn nothing_is_lost(diagnostics: &Diagnostics) {
     for code in diagnostics.iter().map(|finding| finding.code) {
         let kept = diagnostics.iter().filter(|finding| finding.code == code).count();
-        let told =
+        let counted =
             diagnostics.iter().any(|finding| finding.message.ends_with(&format!("findings of {code} are not shown")));
-        assert!(kept < lexican_eds::MAX_PER_CODE || told, "{kept} findings of {code}, and no word of more");
+        assert!(kept < lexican_eds::MAX_PER_CODE || counted, "{kept} findings of {code}, and no count of the others");
     }
 }
 

@@ -29,7 +29,7 @@ fn is_found(text: &str, line: usize) -> bool {
     labels.any(|label| (label.span.start as usize) < end && start <= label.span.end as usize)
 }
 
-/// Puts `line` behind the head of every section, and returns where nobody noticed it.
+/// Puts `line` behind the head of every section, and returns the sections in which no finding names it.
 fn unnoticed(line: &str, matters: fn(&str, &str) -> bool) -> Vec<String> {
     let mut unnoticed = Vec::new();
     // Most sections are those of the base, the same in all cases.

@@ -198,7 +198,7 @@ fn an_array_is_corrected_element_by_element_each_with_its_own_findings() {
         let found: Vec<String> = of_overlay.map(|finding| format!("{} {}", finding.code, finding.message)).collect();
         (device, found)
     };
-    // The first element differs, so that only the second one is told.
+    // The first element differs, so only the second one has a finding.
     let first = "[object.\"2001:01\"]\nreason = \"r\"\ndata_type = \"UNSIGNED8\"\n";
     let second = "[object.\"2001\"]\nreason = \"r\"\ndata_type = \"UNSIGNED16\"\n";
     let input = Input::new(Source::new("x.eds", EDS));
@@ -212,7 +212,7 @@ fn an_array_is_corrected_element_by_element_each_with_its_own_findings() {
     let (_, found) = codes_and_messages(second);
     let same = |sub: u8| format!("overlay::no-effect the data sheet has the same `DataType` for 2001:{sub:02X}");
     assert_eq!(found, [same(1), same(2)]);
-    // What is wrong with the overlay itself is told once.
+    // What is wrong with the overlay itself is reported once, not per element.
     let (_, found) = codes_and_messages("[object.\"2001\"]\nreason = \"r\"\nlow = true\nunit = 1\naccess = \"x\"\n");
     assert_eq!(
         found,

@@ -14,7 +14,7 @@ fn read_bytes(bytes: &[u8]) -> (Device, Diagnostics) {
     (device, diagnostics)
 }
 
-/// Whatever was read is written and read back.
+/// A device that is written and read back is the same.
 fn survives_writing(mut device: Device) {
     let text = write::dcf(&device);
     let (mut read, _) = load(&Input::new(Source::new("written.dcf", text.as_str())));
@@ -197,7 +197,7 @@ fn places(diagnostics: &Diagnostics, text: &str) -> Vec<String> {
     diagnostics.iter().map(|finding| format!("{} {}", place(finding), finding.code)).collect()
 }
 
-/// All findings of these codes are told, and at these places.
+/// The findings of these codes are exactly those expected, at these places.
 #[track_caller]
 fn check_places(text: &str, codes: &[&str], expected: &[&str]) -> Device {
     let (device, diagnostics) = read(text);

@@ -1,4 +1,4 @@
-//! Whatever is on the bus, what takes part in it goes on.
+//! No frames on the bus stop what takes part in it.
 
 use lexican_runtime::manager::{Event, Manager, Remote};
 use lexican_runtime::object::{Access, DataType};

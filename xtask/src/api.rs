@@ -1,7 +1,7 @@
 //! The public API of every library, as a file that a change of it has to change: `tests/api/<package>.txt`.
 //!
-//! It is read from the sources, so that any toolchain gives the same: whatever is `pub` is reachable, which the
-//! lint `unreachable_pub` sees to. What macros make stands there as they and their arguments. Generated dictionaries have
+//! It is read from the sources, so that any toolchain gives the same: all that is `pub` is reachable, which the lint
+//! `unreachable_pub` checks. Items made by macros are listed as the call and its arguments. Generated dictionaries have
 //! golden files of their own.
 
 use std::collections::BTreeSet;

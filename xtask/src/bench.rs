@@ -59,7 +59,7 @@ fn bus(root: &Path) -> Result<(), String> {
          Contenders take turns of a second: the rate is that of the middle turn, processor time that of all turns. \
          Ratios of rates: above 1 is faster; of processor time: below 1 is cheaper. Under user-mode Linux every \
          system call takes ten times as long, and reading the clock is one. When one of eight nodes is silent, the \
-         others share what it leaves them: 1.00 or more is as it should be.\n",
+         others share what it leaves them: expected is 1.00 or more.\n",
         python::PACKAGES.join(", ")
     );
     for link in ["slcan", "vcan"] {

@@ -65,7 +65,7 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
-    /// Feed inputs that libFuzzer makes up to whatever reads some, and look for broken promises
+    /// Fuzz what reads untrusted input with libFuzzer, and look for broken promises
     Fuzz(fuzz::Arguments),
     /// Run lexican against python-canopen, both ways, over slcan and vcan, and write the tables of results
     Interop {

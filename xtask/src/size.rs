@@ -1,7 +1,7 @@
 //! What generated code costs: the time that the compiler takes, lines, and the instructions of one write.
 //!
 //! In the mix of real data sheets handles and plain constants are level, because arrays save what records cost. Of
-//! records alone, a member (a `const fn`) takes some 25 µs more than a constant, whatever stands in it: shorter
+//! records alone, a member (a `const fn`) takes some 25 µs more than a constant, independent of its body: shorter
 //! paths, one call in place of three, `self` by value and no alias were tried, and none of them changes that. It is
 //! the price of a member's own documentation and search entry.
 
@@ -170,7 +170,7 @@ const LETTERS: [&str; MEMBERS] = ["none", "alpha", "beta", "gamma", "delta", "ep
 const HEAD: &str = "[FileInfo]\nFileName=size.eds\n\n[DeviceInfo]\nVendorName=none\nBaudRate_1000=1\n\n\
                     [MandatoryObjects]\nSupportedObjects=0\n\n[OptionalObjects]\nSupportedObjects=0\n\n";
 
-/// Whatever sends: what it does is not looked at, only what is done before it is called.
+/// Stands for a function that sends; only the code before the call is measured.
 const TYPED_WRITE: &str = r#"
 /// Sends a value; the compiler sees what stands before the call.
 #[inline(never)]
@@ -209,7 +209,8 @@ fn generate(lexican: &Path, workspace: &Path, sheet: &Sheet) -> Result<String, S
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// The shortest times (of the processor, where the system tells) that `cargo check` takes for handles and for plain constants, dependencies being warm.
+/// The shortest times that `cargo check` takes for handles and for plain constants, with warm dependencies: of the
+/// processor where the system reports it, else of the wall.
 #[expect(clippy::disallowed_methods, reason = "a task that measures real time reads the clock")]
 fn times(root: &Path, workspace: &Path) -> Result<[Duration; 2], String> {
     let mut best = [Duration::MAX; 2];

@@ -64,7 +64,7 @@ pub struct Object {
     pub flags: u32,
     /// Where the data sheet describes it.
     pub span: Span,
-    pub(crate) details: Apart<ObjectDetails>,
+    pub(crate) details: Sparse<ObjectDetails>,
 }
 
 /// What only few objects have.
@@ -128,7 +128,7 @@ pub struct Entry {
     pub default: Option<Value>,
     /// Where the data sheet describes it.
     pub span: Span,
-    pub(crate) details: Apart<EntryDetails>,
+    pub(crate) details: Sparse<EntryDetails>,
 }
 
 /// What only few entries have.
@@ -530,14 +530,14 @@ impl Object {
             entries: Vec::new(),
             flags: 0,
             span,
-            details: Apart::NONE,
+            details: Sparse::NONE,
         }
     }
 
     /// The same with these details instead of its own.
     #[must_use]
     pub fn with_details(self, details: ObjectDetails) -> Self {
-        Self { details: Apart::new(details), ..self }
+        Self { details: Sparse::new(details), ..self }
     }
 
     /// The entry at this sub-index.
@@ -561,14 +561,14 @@ impl Entry {
             pdo_mapping: false,
             default: None,
             span,
-            details: Apart::NONE,
+            details: Sparse::NONE,
         }
     }
 
     /// The same with these details instead of its own.
     #[must_use]
     pub fn with_details(self, details: EntryDetails) -> Self {
-        Self { details: Apart::new(details), ..self }
+        Self { details: Sparse::new(details), ..self }
     }
 }
 
@@ -669,18 +669,18 @@ impl Value {
     }
 }
 
-/// Kept apart from what every object and entry has, and only where there is something to keep: a data sheet may
+/// Details that most objects and entries lack, allocated only where they differ from the default: a data sheet may
 /// have 65,536 objects of a few bytes each, and limits, overlays and configurations are far larger than those.
 #[derive(Clone, Debug)]
-pub(crate) struct Apart<T>(Option<Box<T>>);
+pub(crate) struct Sparse<T>(Option<Box<T>>);
 
-/// What can be kept apart.
+/// Details that can be left out.
 pub(crate) trait Details: Default + PartialEq + 'static {
-    /// Those of most objects or entries: the default.
+    /// The default, which most objects or entries have.
     fn none() -> &'static Self;
 }
 
-impl<T: Details> Apart<T> {
+impl<T: Details> Sparse<T> {
     const NONE: Self = Self(None);
 
     fn new(details: T) -> Self {
@@ -696,7 +696,7 @@ impl<T: Details> Apart<T> {
     }
 }
 
-impl<T: Details> PartialEq for Apart<T> {
+impl<T: Details> PartialEq for Sparse<T> {
     fn eq(&self, other: &Self) -> bool {
         self.get() == other.get()
     }

@@ -72,8 +72,8 @@ impl Reader<'_> {
         value
     }
 
-    /// The same for what is made of several values: nothing more is said when one of them is wrong already, of which
-    /// the findings since there were `before` tell.
+    /// The same for what is made of several values: adds no finding if one of them was already wrong, that is, if there
+    /// are more findings than `before`.
     pub(super) fn expect_whole<T>(
         &mut self,
         node: &Node<'_>,

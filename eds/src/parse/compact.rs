@@ -97,7 +97,7 @@ impl<'a, 's> Reader<'a, 's> {
         object.links = lines.iter().filter_map(|line| self.number(Some(line.pair))).collect();
     }
 
-    /// Compares what `NrOfEntries` and the like say with what there is.
+    /// Compares `NrOfEntries` and the like with the number of entries found.
     pub(crate) fn count(&mut self, said: Option<&'s Pair<'a>>, found: usize) {
         let Some(pair) = said else { return };
         if let Some(said) = self.number::<usize>(Some(pair)).filter(|&said| said != found) {

@@ -125,7 +125,7 @@ fn odd_integer(text: &str) -> Option<i128> {
         let digits = hex.strip_prefix("0x").unwrap_or(hex);
         return digits.bytes().all(|b| b.is_ascii_hexdigit()).then(|| i128::from_str_radix(digits, 16).ok())?;
     }
-    // The suffix of C needs a point before it: `1F` is hexadecimal without `0x`, and nobody knows.
+    // The suffix of C needs a point before it: `1F` could also be hexadecimal without its `0x`.
     let decimal = text.strip_suffix(['f', 'F']).filter(|decimal| decimal.contains('.')).unwrap_or(text);
     let number: f64 = decimal.parse().ok()?;
     let whole = number.is_finite() && number.fract() == 0.0 && number.abs() < 1e15;
@@ -171,7 +171,7 @@ fn bytes(text: &str, data_type: DataType) -> Read<Value> {
     }
 }
 
-/// A value of a type that nobody knows.
+/// A value whose data type is unknown.
 fn any(text: &str) -> Read<Value> {
     if let Some(Read { value, oddity }) = formula(text) {
         Read { value: Value::NodeIdPlus(value), oddity }

@@ -212,7 +212,7 @@ pub(crate) fn nonempty<'a, 's>(pair: Option<&'s Pair<'a>>) -> Option<&'s Pair<'a
     pair.filter(|pair| !pair.value.is_empty())
 }
 
-/// What the object is, whatever its type says: with sub-indices it cannot be a variable.
+/// The kind of the object. With sub-indices it is no variable, even if its `ObjectType` says so.
 fn kind(facts: &ObjectFacts) -> ObjectKind {
     // What is known of an object without a section of its own are its sub-indices.
     let several = facts.subs > 0 || facts.compact > 0 || !facts.header;

@@ -244,7 +244,7 @@ pub(super) fn heartbeat_consumer(cx: &Context<'_>, out: &mut Out<'_>) {
             let note = note(format!("{} watches a node-ID that does not exist", place(entry)));
             let note = note.at(cx.entry_span(entry, held_by(entry)), "");
             let off = default(cx, entry, "0");
-            out.push(note.mend(off.map(|remedy| format!("to watch nobody, {remedy}"))));
+            out.push(note.mend(off.map(|remedy| format!("to watch no node, {remedy}"))));
         }
     }
 }

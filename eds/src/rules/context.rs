@@ -123,14 +123,14 @@ impl<'a> Context<'a> {
         self.mapped().any(|(_, _, mapped)| (mapped.index, mapped.sub) == (entry.index, entry.sub))
     }
 
-    /// The smallest and the largest number of a data type. Nobody knows whether one that the device defines has a
-    /// sign, so both are possible.
+    /// The smallest and the largest number of a data type. The sign of one that the device defines is
+    /// unknown, so both are possible.
     pub(super) fn range(&self, data_type: DataType) -> Option<(i128, i128)> {
         let defined = || self.device.bits(data_type).map(|bits| (-(1 << (bits - 1)), (1 << bits) - 1));
         data_type.range().or_else(|| matches!(data_type, DataType::Other(_)).then(defined)?)
     }
 
-    /// Whether a data type can have a value, whatever the node-ID.
+    /// Whether a data type can have a value, for every node-ID.
     pub(super) fn fits(&self, data_type: DataType, value: Option<&Value>) -> bool {
         let range = self.range(data_type);
         let within = |low: i128, high: i128| range.is_none_or(|range| range.0 <= low && high <= range.1);
@@ -143,7 +143,7 @@ impl<'a> Context<'a> {
     }
 
     /// Whether nothing would be wrong with another default: it fits the data type and the limits, and does not make a
-    /// configured value one that nobody can download.
+    /// configured value one that cannot be downloaded.
     pub(super) fn can_default(&self, entry: &Entry, value: i128) -> bool {
         let limit = |limit: &Option<Value>| limit.as_ref().and_then(Value::as_integer);
         let within =

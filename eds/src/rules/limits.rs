@@ -173,7 +173,7 @@ pub(super) fn value_not_writable(cx: &Context<'_>, out: &mut Out<'_>) {
             let own =
                 cx.facts.syntax.section_at(entry.span).and_then(|section| section.get(Key::ParameterValue.name()));
             let removed = own.and_then(|_| cx.remove(span));
-            out.push(note.mend(removed.map(|remedy| format!("nobody can download the value, so {remedy}"))));
+            out.push(note.mend(removed.map(|remedy| format!("the value cannot be downloaded, so {remedy}"))));
         }
     }
 }

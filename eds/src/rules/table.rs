@@ -68,7 +68,7 @@ rules! {
     "eds::unknown-key" Note Read(lines::unknown_key),
         "Every key is one that CiA 306 knows for its section.",
         "Vendors add keys for their own tools; CiA 306-1 lets other readers ignore them. A misspelt key looks the \
-         same, so each name is told once, at its first place.";
+         same, so each name is reported once, at its first place.";
     "eds::key-without-effect" Note Read(lines::key_without_effect),
         "A key stands where it means something.",
         "The data type, access type or value of an ARRAY or RECORD is that of its sub-indices; the same keys in the \
@@ -119,8 +119,8 @@ rules! {
         "A value that its data type cannot have is read as absent. Either the value or the data type is wrong; an \
          overlay mends both.";
     "eds::entry-count" Warning Read(numbers::entry_count),
-        "NrOfEntries, Lines and the like are what there is.",
-        "Readers that trust the number lose what is beyond it. All entries that there are are read.";
+        "NrOfEntries, Lines and the like are the number of entries that follow.",
+        "Readers that trust the number lose the entries beyond it. Here all entries are read.";
     "eds::value-without-entry" Warning Read(numbers::value_without_entry),
         "Names and values are given to sub-indices that exist.",
         "`[xxxxName]`, `[xxxxValue]` and `[xxxxDenotation]` belong to sub-indices of the object; the key is the \
@@ -134,7 +134,7 @@ rules! {
          read as if the key were absent.";
     "eds::missing-data-type" Warning Read(objects::missing_data_type),
         "Every variable names its data type.",
-        "Without data type nobody can read or write the value but as raw bytes. A DOMAIN needs none.";
+        "Without data type the value can only be transferred as raw bytes. A DOMAIN needs none.";
     "eds::unknown-data-type" Warning Read(objects::unknown_data_type),
         "Data types are those of CiA 301 or of the device itself.",
         "Data types have the indices 0001h to 025Fh (CiA 301, 7.4.1). Others are kept as a number, and nothing can \
@@ -176,8 +176,8 @@ rules! {
         "An overlay corrects and explains what is there; addresses are hexadecimal, `2410` or `2410:05`.";
     "overlay::missing-reason" Error Read(overlays::missing_reason),
         "A correction says why.",
-        "Whoever reads the overlay later wants to know whether the correction still holds: the page of the manual, \
-         the firmware, the measurement.";
+        "A later reader has to judge whether the correction still holds: name the page of the manual, the firmware or \
+         the measurement.";
     "overlay::no-effect" Warning Read(overlays::no_effect),
         "A correction says something else than the data sheet.",
         "A correction of what is right already was made for another version of the data sheet, or for another \
@@ -219,7 +219,7 @@ rules! {
         "Generated code and the tools read the entry to decide which unit or range applies.";
     "overlay::accepted-in-vain" Warning Last,
         "What an overlay accepts is found without it.",
-        "`accept` says that a finding is as it should be. What is not found any more was mended, or the overlay is \
+        "`accept` says that a finding is intended. If it is no longer found, the data sheet was mended, or the overlay is \
          for another version of the data sheet.";
     "eds::missing-section" Warning Check(info::missing_section),
         "FileInfo, DeviceInfo and MandatoryObjects are there.",
@@ -316,8 +316,8 @@ rules! {
         "Sub-index 0 holds the highest sub-index (CiA 301, 7.4.3). Tools that read it first find nothing.";
     "eds::sub-0-type" Warning Check(objects::sub_0_type),
         "Sub-index 0 of an array or record is an UNSIGNED8.",
-        "The highest sub-index has one byte (CiA 301, 7.4.3). A device answers with one byte whatever the data sheet \
-         says.";
+        "The highest sub-index has one byte (CiA 301, 7.4.3). A device answers with one byte even if the data sheet \
+         says otherwise.";
     "eds::highest-sub" Warning Check(objects::highest_sub),
         "The default of sub-index 0 is the highest sub-index.",
         "Sub-index 0 says how far to read (CiA 301, 7.4.3). The number of faults in 1003h and the number of objects \
@@ -327,8 +327,8 @@ rules! {
         "What has several data types is a RECORD (CiA 301, table 42). Each entry keeps the data type that it names.";
     "eds::decimal-sub-index" Warning Check(objects::decimal_sub_index),
         "The sub-index in the name of a section is hexadecimal.",
-        "After `[2000sub9]` comes `[2000subA]`; `[2000sub10]` is sub-index 16. A gap from 0Ah to 0Fh looks as if \
-         somebody had counted in decimal.";
+        "After `[2000sub9]` comes `[2000subA]`; `[2000sub10]` is sub-index 16. A gap from 0Ah to 0Fh suggests that \
+         the sub-indices were counted in decimal.";
     "eds::compact-count" Warning Check(objects::compact_count),
         "CompactSubObj is at most 254.",
         "Sub-indices go from 0 to FEh (CiA 301, 7.4.3). What is beyond is not read.";
@@ -375,7 +375,7 @@ rules! {
         "When both limits are the same, one value only can be written.";
     "eds::value-not-writable" Note Check(limits::value_not_writable),
         "The values of a DCF can be written.",
-        "A value for what cannot be written is not downloaded; it tells what the device had.";
+        "A value of an entry that cannot be written is not downloaded; it records what the device had.";
     "eds::constant-without-default" Note Check(limits::constant_without_default),
         "What is const has a default.",
         "A constant never changes, so the data sheet can say its value (CiA 306-1, 6.5.2).";
@@ -465,7 +465,7 @@ rules! {
     "cia301::no-error-control" Warning Check(cia301::no_error_control),
         "The device has heartbeat or node guarding.",
         "CiA 301 demands one of them: the heartbeat producer time 1017h, or guard time 100Ch and life time factor \
-         100Dh. Without it nobody notices that the device is gone.";
+         100Dh. Without it the loss of the device goes unnoticed.";
     "cia301::half-guarding" Warning Check(cia301::half_guarding),
         "Guard time and life time factor come together.",
         "The life time is the product of 100Ch and 100Dh (CiA 301, 7.5.2.11); one without the other means nothing.";

@@ -84,7 +84,7 @@ fn with_summary(text: &str, summary: &str) -> Result<String, String> {
     parts().ok_or_else(|| format!("{SUMMARY}: it has no lines {MARKERS:?}"))
 }
 
-/// An error unless the file has the text, whatever the measured figures are.
+/// An error unless the file has the text, measured figures aside.
 fn same(root: &Path, name: &str, text: &str) -> Result<(), String> {
     match table::difference(&read(root, name)?, text) {
         None => Ok(()),
@@ -123,7 +123,7 @@ impl Run<'_> {
             [&self.python, &script, &program, &results].map(|path| path.to_string_lossy().into_owned());
         // -B: no byte code beside the scripts.
         let line = [&*python, "-B", &script, &program, direction.name, link, &results_word];
-        // A service that failed is in the results, too: the table tells it.
+        // A service that failed is in the results, and so in the table.
         let outcome = match link {
             "vcan" => vcan::run_command(self.root, &line, &[&self.folder]),
             _ => command::run(&line),

@@ -87,7 +87,7 @@ impl Table {
     }
 }
 
-/// All there is to tell.
+/// The page with all tables.
 pub(super) fn page(tables: &[Table]) -> String {
     let mut text = format!(
         "# Interoperability\n\nMade by `cargo xtask interop`; python-canopen is {}. A fault is one of python-canopen: the \
@@ -141,7 +141,7 @@ fn is_measured(remark: &str) -> bool {
     FIGURES.iter().any(|unit| remark.contains(unit))
 }
 
-/// The first line in which two pages differ, whatever was measured: a verdict, a note, a service.
+/// The first line in which two pages differ in a verdict, a note or a service; measured figures are ignored.
 pub(super) fn difference(written: &str, made: &str) -> Option<String> {
     let (mut written, mut made) = (written.lines(), made.lines());
     loop {

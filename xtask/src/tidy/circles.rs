@@ -3,7 +3,7 @@
 //! An edge goes from a file to the file that defines a name it uses: by an import, or by a path in the code, macros
 //! included. A re-export is followed to the definition, so a child that takes a name from its parent depends on the
 //! parent only if the parent defines that name itself. Declaring a module, importing one and re-exporting a name are no
-//! edges; whatever then is used is. Modules for tests are left out: they may use whatever they test.
+//! edges; each use of it is. Modules for tests are left out: they may use all that they test.
 //!
 //! What macros define is taken to stand in the file that calls them, and macros that are called without a path, and
 //! methods, are not followed.

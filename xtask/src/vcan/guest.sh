@@ -42,7 +42,7 @@ for interface in vcan0 vcan1; do
     b ip link set $interface up
 done
 
-# The second serial line comes from the task and stays silent. It ends with the task: nobody waits
+# The second serial line comes from the task and stays silent. It ends with the task: nothing waits
 # for this any more.
 (
     b stty -F /dev/ttyS1 raw -echo
@@ -74,7 +74,7 @@ clock=$!
 exec 3>&-
 wait $command
 status=$?
-b kill -KILL $clock -$command 2>/dev/null # whatever it left running would hold the pipe open
+b kill -KILL $clock -$command 2>/dev/null # what it left running would hold the pipe open
 waited=0
 while b kill -0 $output 2>/dev/null && [ $waited -lt 50 ]; do
     b usleep 20000

@@ -98,7 +98,7 @@ impl Kernel {
         fs::rename(&new, &self.folder).map_err(|error| format!("{}: {error}", self.folder.display()))
     }
 
-    /// Runs the command in the guest and tells its exit status.
+    /// Runs the command in the guest and returns its exit status.
     pub(super) fn run(&self, command: &[String], time_limit_s: u32, writable: &[PathBuf]) -> Result<u8, String> {
         for _ in 0..TRIES {
             let job = Job::new(self, command, time_limit_s, writable)
@@ -295,7 +295,7 @@ fn is_name(key: &str) -> bool {
         && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// A word of the shell, whatever it contains.
+/// A text as one word of the shell.
 fn quote(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
