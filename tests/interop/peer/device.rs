@@ -13,7 +13,9 @@ use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::lss::{self, Identity};
 use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
-use crate::{Outcome, od};
+use crate::od;
+
+pub(crate) type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 const SETPOINT: Address = Address::new(0x2000, 0);
 const ACTUAL: Address = Address::new(0x2001, 0);

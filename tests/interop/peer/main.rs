@@ -7,16 +7,13 @@
 
 mod device;
 mod manager;
+mod od;
 
 use std::process::ExitCode;
 
+use device::Outcome;
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{BusUrl, Link};
-
-/// The dictionary of `peer.eds`.
-mod od {
-    lexican_runtime::include_od!("peer");
-}
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -38,8 +35,6 @@ fn main() -> ExitCode {
         }
     }
 }
-
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 fn open(url: &str) -> Outcome<Box<dyn Link + Send>> {
     Ok(url.parse::<BusUrl>()?.open()?)

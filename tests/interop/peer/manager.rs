@@ -12,7 +12,8 @@ use lexican_runtime::wire::lss::{LssState, Part};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
-use crate::{Outcome, od};
+use crate::device::Outcome;
+use crate::od;
 
 const STORE: Address = Address::new(0x2005, 0);
 const SECOND: Duration = Duration::from_secs(1);

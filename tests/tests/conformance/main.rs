@@ -13,12 +13,9 @@ mod cases;
 mod device;
 mod faults;
 mod faulty;
+mod od;
 mod sdo;
 mod tester;
-
-mod od {
-    lexican_runtime::include_od!("device");
-}
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};

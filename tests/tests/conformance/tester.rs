@@ -34,6 +34,10 @@ pub struct Case {
     pub run: fn(&mut Tester<'_>) -> Outcome,
 }
 
+pub const fn case(id: &'static str, title: &'static str, run: fn(&mut Tester<'_>) -> Outcome) -> Case {
+    Case { id, title, run }
+}
+
 /// A value to be written by SDO.
 #[derive(Clone, Copy, Debug)]
 pub struct Write {

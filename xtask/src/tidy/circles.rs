@@ -23,13 +23,6 @@ const KNOWN: &[(&str, &str)] = &[
     ("drives/siko-ag03-1/src/sim/drive.rs", "supply and scripts act on the whole drive"),
     ("drives/siko-ag03-1/src/sim/script/mod.rs", "a script reads itself from TOML"),
     ("runtime/src/service/sdo_server/mod.rs", "the server's methods are in one file for each kind of transfer"),
-    ("tests/bench/src/bus/mod.rs", "the measurements share the players that they are run with"),
-    ("tests/bench/src/eds/mod.rs", "peak memory is measured with the readers that are timed"),
-    ("tests/bench/src/files/mod.rs", "readers of files share the form of a reading"),
-    ("tests/bench/src/sdo/mod.rs", "all contenders share the cases"),
-    ("tests/interop/peer/main.rs", "both sides of the peer include one generated dictionary"),
-    ("tests/tests/conformance/cases/mod.rs", "the macro of a case"),
-    ("tests/tests/conformance/main.rs", "the generated dictionary is included there"),
     ("tests/verify/src/tables/claims.rs", "claims about words and about states need each other"),
     ("tests/verify/src/tables/objects.rs", "parameters are compared as objects, too"),
 ];

@@ -8,7 +8,7 @@ use lexican_runtime::host::{BusUrl, blocking, tokio};
 use lexican_runtime::object::{Object, Ro};
 use nix::sys::resource::{UsageWho, getrusage};
 
-use super::{NODE, Outcome};
+use super::player::{NODE, Outcome};
 
 pub(super) const DEVICE_TYPE: Object<u32, Ro> = Object::new(0x1000, 0);
 

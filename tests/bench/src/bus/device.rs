@@ -8,7 +8,7 @@ use lexican_runtime::host::{BusUrl, Link, Participant, Station};
 use lexican_runtime::object::{Access, DataType, Dictionary, Entry, PdoMapping, Table};
 use lexican_runtime::{Duration, NodeId};
 
-use super::Outcome;
+use super::player::Outcome;
 
 /// 1000h, 1001h and 1017h.
 static TABLE: Table = Table {

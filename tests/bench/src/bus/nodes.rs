@@ -6,8 +6,8 @@ use lexican_runtime::NodeId;
 use lexican_runtime::host::{BusUrl, tokio};
 
 use super::client::{DEVICE_TYPE, Turn, runtime};
+use super::player::{Outcome, Player, ourselves};
 use super::wire::Wire;
-use super::{Outcome, Player, ourselves};
 
 pub(super) const NODES: u8 = 8;
 

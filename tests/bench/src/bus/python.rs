@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use super::NODE;
+use super::player::NODE;
 use super::wire::Wire;
 
 /// Reads 1000h for a second, and says what ours says: round trips, seconds, seconds of the processor.

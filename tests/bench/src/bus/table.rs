@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use super::client::Figure;
 use super::nodes::Rates;
+use super::player::{Pair, Party};
 use super::wire::Wire;
-use super::{Pair, Party};
 
 pub(super) fn text(wire: &Wire, rows: &[(Pair, Figure)], nodes: &[Rates]) -> String {
     let mut text = format!("### {}\n\n{}\n\n", wire.name, machine());

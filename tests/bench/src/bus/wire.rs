@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serialport::{SerialPort, TTYPort};
 
-use super::{Outcome, Player, ourselves};
+use super::player::{Outcome, Player, ourselves};
 
 /// A bus with two ends.
 pub(super) struct Wire {

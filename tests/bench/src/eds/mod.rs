@@ -8,17 +8,17 @@
 
 pub(crate) mod peak;
 pub(crate) mod python;
+mod readers;
 mod synthetic;
 
-use std::borrow::Cow;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 
-use ini::{Ini, ParseOption};
-use lexican_eds::{Diagnostics, Input, Source, model};
+use lexican_eds::model;
 
 use crate::measure::{self, Contender, Figure};
 use crate::report::{self, Goals};
+use readers::{canopen_host, lexican, rust_ini, text};
 
 const ROUNDS: usize = 60;
 
@@ -142,24 +142,6 @@ fn memory(path: &Path, goals: &mut Goals) {
 fn shortened(name: &str) -> String {
     let skipped = name.chars().count().saturating_sub(33);
     if skipped == 0 { name.to_owned() } else { format!("…{}", name.chars().skip(skipped).collect::<String>()) }
-}
-
-fn lexican(bytes: &[u8]) -> (model::Device, Diagnostics) {
-    lexican_eds::load(&Input::new(Source::from_bytes("bench.eds", bytes)))
-}
-
-fn rust_ini(text: &str) -> Result<Ini, ini::ParseError> {
-    let options = ParseOption { enabled_quote: false, enabled_escape: false, ..ParseOption::default() };
-    Ini::load_from_str_opt(text, options)
-}
-
-fn canopen_host(text: &str) -> Result<canopen_host::eds::Eds, canopen_host::eds::EdsError> {
-    canopen_host::eds::Eds::parse(text)
-}
-
-/// For those who do not decode: every byte that is no UTF-8 costs a replacement character.
-fn text(bytes: &[u8]) -> Cow<'_, str> {
-    String::from_utf8_lossy(bytes)
 }
 
 /// How many entries with a value a device has.

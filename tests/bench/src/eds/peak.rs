@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::Command;
 
+use super::readers;
+
 /// The most memory, in bytes, that `reader` takes beyond what the process takes that only has the file's bytes.
 /// `None` where the kernel does not tell (`VmHWM` of Linux).
 pub(super) fn measured(reader: &str, path: &Path) -> Option<u64> {
@@ -19,9 +21,9 @@ fn high_water(reader: &str, path: &Path) -> Option<u64> {
 pub(crate) fn child(reader: &str, path: &str) {
     let bytes = std::fs::read(path).expect("the parent has read it too");
     let kept: Box<dyn std::any::Any> = match reader {
-        "lexican" => Box::new(super::lexican(&bytes)),
-        "rust-ini" => Box::new(super::rust_ini(&super::text(&bytes)).expect("it was read before")),
-        "canopen-host" => Box::new(super::canopen_host(&super::text(&bytes)).expect("it was read before")),
+        "lexican" => Box::new(readers::lexican(&bytes)),
+        "rust-ini" => Box::new(readers::rust_ini(&readers::text(&bytes)).expect("it was read before")),
+        "canopen-host" => Box::new(readers::canopen_host(&readers::text(&bytes)).expect("it was read before")),
         _ => Box::new(()),
     };
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -2,7 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Address;
+/// Index and sub-index of a value.
+pub(super) type Address = (u16, u8);
+
+/// What a reader makes of a file; `None` when it refuses it.
+pub(super) type Reading = Option<BTreeSet<Address>>;
 
 /// The values that the sections `[xxxx]` and `[xxxxsubN]` of a data sheet stand for. An object whose elements
 /// are described has no value of its own, nor has an ARRAY or RECORD; `CompactSubObj` stands for sub-index 0

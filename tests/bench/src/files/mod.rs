@@ -15,13 +15,7 @@ use std::time::{Duration, Instant};
 
 use lexican_eds::{Input, Source};
 
-use described::described;
-
-/// Index and sub-index of a value.
-type Address = (u16, u8);
-
-/// What a reader makes of a file; `None` when it refuses it.
-type Reading = Option<BTreeSet<Address>>;
+use described::{Address, Reading, described};
 
 /// All files, read by one reader.
 struct Figure {

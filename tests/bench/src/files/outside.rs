@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::{Address, Reading};
+use super::described::{Address, Reading};
 use crate::eds::python::interpreter;
 
 /// A line for each file: `-` when it was refused, else its addresses; at the end the time that reading took, in ns.

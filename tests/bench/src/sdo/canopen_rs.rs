@@ -9,7 +9,7 @@ use canopen_rs::object_dictionary::{Address, Entry, ObjectDictionary};
 use canopen_rs::sdo::{SdoClient, SdoEvent, SdoServer};
 use canopen_rs::types::NodeId;
 
-use super::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
+use super::transfer::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
 use crate::measure::{self, Contender};
 
 pub(super) fn contender(case: Case) -> Option<Contender> {

@@ -9,7 +9,7 @@ use std::hint::black_box;
 
 use canopen_sdo::{ObjectDictionary, SdoAbortCode, SdoClient, SdoConfig, SdoOutcome, SdoServer, ServerConfig};
 
-use super::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
+use super::transfer::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
 use crate::measure::{self, Contender};
 
 const NODE: u8 = 5;

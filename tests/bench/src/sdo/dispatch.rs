@@ -11,7 +11,8 @@ use lexican_runtime::{CobId, Frame, Instant, NodeId};
 use zencan_common::messages::{CanId, CanMessage};
 use zencan_node::Callbacks;
 
-use super::{ROUNDS, zencan::generated::pdos};
+use super::transfer::ROUNDS;
+use super::zencan::generated::pdos;
 use crate::measure::{self, Contender};
 use crate::report::{self, Goals};
 

@@ -10,7 +10,7 @@ use lexican_runtime::service::sdo_client::{Event, Payload, Scalar, SdoClient};
 use lexican_runtime::service::sdo_server::{self, SdoServer};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 
-use super::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
+use super::transfer::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
 use crate::measure::{self, Contender};
 use crate::report;
 

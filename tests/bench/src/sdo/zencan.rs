@@ -14,7 +14,7 @@ use zencan_common::messages::CanMessage;
 use zencan_common::traits::{AsyncCanReceiver, AsyncCanSender, CanSendError};
 use zencan_node::{Callbacks, Node, NodeMbox};
 
-use super::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
+use super::transfer::{Case, Direction, Indices, Kind, Transfer, bytes_index, check, pattern};
 use crate::measure::Contender;
 
 const NODE: u8 = 5;

@@ -4,8 +4,7 @@ use lexican_eds::model::{Entry, ObjectKind, Value};
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::case;
-use crate::tester::{Case, Outcome, Tester, ensure, failed, not_applicable};
+use crate::tester::{Case, Outcome, Tester, case, ensure, failed, not_applicable};
 
 pub const CASES: &[Case] = &[
     case("4.1", "all that may be read is read, and has its size", |t| {

@@ -3,8 +3,7 @@
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId};
 
-use super::case;
-use crate::tester::{Case, Outcome, PATIENCE_MS, Tester, ensure, text};
+use crate::tester::{Case, Outcome, PATIENCE_MS, Tester, case, ensure, text};
 
 pub const CASES: &[Case] = &[
     case("7.1", "100Ch and 100Dh are the defaults", |t| {

@@ -3,10 +3,9 @@
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId};
 
-use super::case;
 use super::pdo::{configure, tpdos, transmission};
 use super::storing::{self, SAVE};
-use crate::tester::{Case, Outcome, Tester, ensure, failed, text};
+use crate::tester::{Case, Outcome, Tester, case, ensure, failed, text};
 
 pub const CASES: &[Case] = &[
     case("5.1", "1014h is 80h + node-ID", |t| {

@@ -10,7 +10,7 @@ mod pdo_mapping;
 mod sdo;
 mod storing;
 
-use crate::tester::{Case, Outcome, Tester};
+use crate::tester::Case;
 
 /// All of them, in the order of the plan.
 pub fn all() -> impl Iterator<Item = &'static Case> {
@@ -25,8 +25,4 @@ pub fn all() -> impl Iterator<Item = &'static Case> {
         nmt::CASES,
     ];
     chapters.into_iter().flatten()
-}
-
-const fn case(id: &'static str, title: &'static str, run: fn(&mut Tester<'_>) -> Outcome) -> Case {
-    Case { id, title, run }
 }

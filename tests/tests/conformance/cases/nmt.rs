@@ -5,8 +5,8 @@ use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 
 use super::pdo::{Transmission, configure, tpdos, transmission};
-use super::{case, error_control, messages};
-use crate::tester::{Case, Outcome, PATIENCE, PATIENCE_MS, Tester, Verdict, ensure, not_applicable, text};
+use super::{error_control, messages};
+use crate::tester::{Case, Outcome, PATIENCE, PATIENCE_MS, Tester, Verdict, case, ensure, not_applicable, text};
 
 pub const CASES: &[Case] = &[
     case("9.1", "the device boots up, with its defaults", |t| {

@@ -4,8 +4,7 @@ use lexican_eds::model::{Direction, Pdo};
 use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::case;
-use crate::tester::{Case, Outcome, Tester, ensure, not_applicable};
+use crate::tester::{Case, Outcome, Tester, case, ensure, not_applicable};
 
 pub const CASES: &[Case] = &[
     case("3.1", "the parameters of RPDOs are read", |t| are_read(t, 0x1400..=0x15FF)),

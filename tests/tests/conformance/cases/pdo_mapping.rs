@@ -5,10 +5,9 @@ use lexican_eds::types::DataType;
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::case;
 use super::pdo::{configure, transmission};
 use crate::sdo::Answer;
-use crate::tester::{Case, Outcome, Tester, ensure, failed, not_applicable};
+use crate::tester::{Case, Outcome, Tester, case, ensure, failed, not_applicable};
 
 pub const CASES: &[Case] = &[
     case("3.21", "the mappings are those of the data sheet, and what they map exists", |t| {

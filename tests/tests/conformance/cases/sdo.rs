@@ -3,8 +3,7 @@
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{AbortCode, CobId};
 
-use super::case;
-use crate::tester::{Case, Outcome, Tester, ensure, failed, not_applicable};
+use crate::tester::{Case, Outcome, Tester, case, ensure, failed, not_applicable};
 
 pub const CASES: &[Case] = &[
     case("1.0", "the data sheet has no findings", |t| ensure(t.sheet.findings.is_empty(), || &t.sheet.findings)),

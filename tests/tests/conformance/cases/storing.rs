@@ -3,8 +3,7 @@
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtCommand;
 
-use super::case;
-use crate::tester::{Case, Outcome, Tester, failed};
+use crate::tester::{Case, Outcome, Tester, case, failed};
 
 pub const SAVE: u32 = u32::from_le_bytes(*b"save");
 const LOAD: u32 = u32::from_le_bytes(*b"load");

@@ -1,0 +1,3 @@
+//! The dictionary of `peer.eds`.
+
+lexican_runtime::include_od!("peer");
