@@ -46,7 +46,7 @@ fn in_turn<F: Copy + 'static>(name: &'static str, frames: Vec<F>, mut take: impl
 }
 
 fn ours() -> Contender {
-    let mut od = dictionary();
+    let mut od = dictionary::<{ image_len(1) }>(1, 255);
     let mut device = Device::<4, 4, 1, 4>::new(NodeId::literal(NODE), Behaviour::CIA_301);
     device.restart(Instant::ZERO, &mut od);
     while device.poll_transmit(Instant::ZERO, &mut od).is_some() {}
@@ -93,23 +93,26 @@ fn zencan() -> Contender {
     })
 }
 
-/// Four RPDOs and four TPDOs that map one object each.
-fn dictionary() -> Dictionary<IMAGE> {
+/// `objects` numbers from 2000h on, four RPDOs, and four TPDOs of the transmission type `tpdo_type`. All map the first
+/// and the last of the objects. `N` is [`image_len`] of them.
+pub(crate) fn dictionary<const N: usize>(objects: u16, tpdo_type: u32) -> Dictionary<N> {
     let mut rows: Vec<(u16, u8, DataType, u32)> = Vec::new();
     let mut row = |index, sub, data_type, value| rows.push((index, sub, data_type, value));
     row(0x1001, 0, DataType::Unsigned8, 0);
     row(0x1005, 0, DataType::Unsigned32, 0x80);
     row(0x1017, 0, DataType::Unsigned16, 1000);
-    for (parameter, mapping, cob_id) in [(0x1400, 0x1600, 0x200), (0x1800, 0x1A00, 0x180)] {
+    for (parameter, mapping, cob_id, transmission) in [(0x1400, 0x1600, 0x200, 255), (0x1800, 0x1A00, 0x180, tpdo_type)]
+    {
         for pdo in 0..4 {
             row(parameter + pdo, 0, DataType::Unsigned8, 2);
             row(parameter + pdo, 1, DataType::Unsigned32, cob_id + 0x100 * u32::from(pdo) + u32::from(NODE));
-            row(parameter + pdo, 2, DataType::Unsigned8, 255);
-            row(mapping + pdo, 0, DataType::Unsigned8, 1);
+            row(parameter + pdo, 2, DataType::Unsigned8, transmission);
+            row(mapping + pdo, 0, DataType::Unsigned8, 2);
             row(mapping + pdo, 1, DataType::Unsigned32, 0x2000_0020);
+            row(mapping + pdo, 2, DataType::Unsigned32, 0x2000_0020 + (u32::from(objects - 1) << 16));
         }
     }
-    row(0x2000, 0, DataType::Unsigned32, 0);
+    (0..objects).for_each(|object| row(0x2000 + object, 0, DataType::Unsigned32, 0));
     rows.sort_by_key(|(index, sub, ..)| (*index, *sub));
     let (mut entries, mut image) = (Vec::new(), Vec::new());
     for (index, sub, data_type, value) in rows {
@@ -122,5 +125,7 @@ fn dictionary() -> Dictionary<IMAGE> {
     Dictionary::new(Box::leak(Box::new(table)), NodeId::literal(NODE))
 }
 
-/// 1001h, 1005h, 1017h, eight times parameters and mapping, and 2000h.
-const IMAGE: usize = 1 + 4 + 2 + 8 * (1 + 4 + 1 + 1 + 4) + 4;
+/// 1001h, 1005h, 1017h, eight times parameters and mapping, and the objects.
+pub(crate) const fn image_len(objects: u16) -> usize {
+    1 + 4 + 2 + 8 * (1 + 4 + 1 + 1 + 4 + 4) + 4 * objects as usize
+}

@@ -6,7 +6,7 @@
 
 mod canopen_rs;
 mod canopen_sdo;
-mod dispatch;
+pub(crate) mod dispatch;
 mod lexican;
 mod transfer;
 mod zencan;
