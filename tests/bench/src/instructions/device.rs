@@ -7,6 +7,8 @@ use lexican_runtime::object::Dictionary;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Frame, Instant, NodeId};
 
+use crate::sdo::dispatch;
+
 const NODE: NodeId = NodeId::literal(5);
 const OBJECTS: u16 = 1000;
 const IMAGE: usize = dispatch::image_len(OBJECTS);
