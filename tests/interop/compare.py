@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares what two decoders make of a log: tshark, which nobody here wrote, and `lexican monitor`.
+"""Compares what two decoders make of a log: tshark, which is independent of lexican, and `lexican monitor`.
 
 usage: compare.py LEXICAN LOG
 
@@ -86,9 +86,9 @@ def main():
     line += [word for field in fields for word in ("-e", field)]
     tshark = subprocess.run(line, capture_output=True, text=True, check=True).stdout.splitlines()
     monitor = subprocess.run([lexican, "monitor", "--bus", f"log:{log}", "--json"], capture_output=True, text=True)
-    told = [json.loads(line) for line in monitor.stdout.splitlines()]
+    decoded = [json.loads(line) for line in monitor.stdout.splitlines()]
     # What is not a frame is an event: a device that was recognised, for one.
-    ours = [line for line in told if "id" in line]
+    ours = [line for line in decoded if "id" in line]
     if not ours or len(ours) != len(tshark):
         sys.exit(f"{log}: tshark has {len(tshark)} frames, lexican {len(ours)}: {monitor.stderr}")
     segments, differences = 0, []

@@ -8,7 +8,7 @@ import time
 
 from canopen.profiles.p402 import BaseNode402, State402
 
-from verdicts import eventually, same, tell
+from verdicts import eventually, same, report
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 EDS = os.path.join(HERE, "../../eds/devices/siko/ag03-1/SIKOAG03.EDS")
@@ -53,13 +53,13 @@ def run(network, node, simulation):
     with simulation() as simulated:
         eventually("boot-up message", booted.is_set)
         drive = Drive(network, node)
-        tell("identity", drive.identity)
-        tell("table 25, positioning", lambda: drive.play("example_position.csv", POSITIONING))
-        tell("table 26, velocity", lambda: drive.play("example_velocity.csv", VELOCITY))
-        tell("states by its CiA 402 profile", drive.states)
-        tell("fault, EMCY and fault reset", lambda: drive.fault(simulated))
-        tell("settings kept by the EEPROM", drive.settings)
-        tell("heartbeat, guarding", drive.error_control)
+        report("identity", drive.identity)
+        report("table 25, positioning", lambda: drive.play("example_position.csv", POSITIONING))
+        report("table 26, velocity", lambda: drive.play("example_velocity.csv", VELOCITY))
+        report("states by its CiA 402 profile", drive.states)
+        report("fault, EMCY and fault reset", lambda: drive.fault(simulated))
+        report("settings kept by the EEPROM", drive.settings)
+        report("heartbeat, guarding", drive.error_control)
 
 
 class Drive:
@@ -85,7 +85,7 @@ class Drive:
     # --- the worked examples
 
     def play(self, table, mode):
-        """Sends the table's frames, and sees after each that the drive has done what it tells."""
+        """Sends the table's frames, and checks after each that the drive has obeyed."""
         self.node.sdo[0x6060].raw = mode
         with open(os.path.join(TABLES, table), encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
@@ -143,7 +143,7 @@ class Drive:
         return next((name for name, (mask, value) in State402.SW_MASK.items() if word & mask == value), None)
 
     def nmt_state(self):
-        """By node guarding: heartbeats are off unless somebody wants them."""
+        """By node guarding: heartbeats are off by default."""
         answer = []
         self.network.subscribe(0x700 + self.id, lambda _, data, __: answer.append(data[0] & 0x7F))
         self.network.send_message(0x700 + self.id, b"", remote=True)

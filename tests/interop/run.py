@@ -48,7 +48,7 @@ def run_peer(peer, url, python_canopen):
 
 
 def flood(peer, seconds):
-    """Frames that concern nobody, as fast as cangen can; meanwhile no answer may be lost."""
+    """Foreign frames as fast as cangen sends them; meanwhile no answer may be lost."""
     with Served(peer, "device", "socketcan:vcan0", str(NODE)):
         noise = subprocess.Popen(["cangen", "vcan0", "-g", "0", "-i", "-I", "2A7", "-L", "8"], stderr=subprocess.DEVNULL)
         packets = "/sys/class/net/vcan0/statistics/tx_packets"

@@ -6,7 +6,7 @@ import struct
 HERE = os.path.dirname(os.path.abspath(__file__))
 EDS = os.path.join(HERE, "peer.eds")
 
-# What its device does not have, whatever lexican's manager tries. That lexican's side is right is shown by
+# What its device lacks, so that lexican's manager cannot succeed. That lexican's side is right is shown by
 # lexican's own device, and where its manager has the service, by that.
 MISSING = {
     "LSS": "its device has no LSS",

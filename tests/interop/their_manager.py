@@ -7,7 +7,7 @@ import time
 
 from canopen.sdo.exceptions import SdoAbortedError
 
-from verdicts import eventually, same, tell
+from verdicts import eventually, same, report
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 EDS = os.path.join(HERE, "peer.eds")
@@ -25,23 +25,23 @@ class Manager:
         self.node.sdo.RESPONSE_TIMEOUT = 2.0
 
     def run(self):
-        tell("LSS", self.lss)
-        tell("boot-up", self.boot_up)
-        tell("heartbeat", self.heartbeat)
-        tell("node guarding", self.guarding)
-        tell("NMT", self.nmt)
-        tell("SDO read expedited", self.read_expedited)
-        tell("SDO write expedited", self.write_expedited)
-        tell("SDO read segmented", self.read_segmented)
-        tell("SDO write segmented", self.write_segmented)
-        tell("SDO read block", self.read_block)
-        tell("SDO write block", self.write_block)
-        tell("SDO aborts", self.aborts)
-        tell("PDO", self.pdo)
-        tell("SYNC", self.sync)
-        tell("TIME", self.time)
-        tell("EMCY", self.emcy)
-        tell("SDO reads per second", self.speed)
+        report("LSS", self.lss)
+        report("boot-up", self.boot_up)
+        report("heartbeat", self.heartbeat)
+        report("node guarding", self.guarding)
+        report("NMT", self.nmt)
+        report("SDO read expedited", self.read_expedited)
+        report("SDO write expedited", self.write_expedited)
+        report("SDO read segmented", self.read_segmented)
+        report("SDO write segmented", self.write_segmented)
+        report("SDO read block", self.read_block)
+        report("SDO write block", self.write_block)
+        report("SDO aborts", self.aborts)
+        report("PDO", self.pdo)
+        report("SYNC", self.sync)
+        report("TIME", self.time)
+        report("EMCY", self.emcy)
+        report("SDO reads per second", self.speed)
 
     def lss(self):
         """The device begins without node-ID: it is found by fast scan, and boots with what it is given."""

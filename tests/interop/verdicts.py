@@ -19,10 +19,10 @@ def write(service, verdict, remark):
         print(service, verdict, remark, sep="\t", file=results, flush=True)
 
 
-def tell(service, try_it):
+def report(service, try_it):
     try:
         verdict, remark = "ok", try_it() or ""
-    except Exception as error:  # whatever it is: it goes into the table
+    except Exception as error:  # of any kind: it goes into the table
         verdict, remark = "failed", f"{type(error).__name__}: {error}".replace("\n", " ")
     write(service, verdict, remark)
 

@@ -103,7 +103,7 @@ fn a_bell_makes_the_link_ask_for_the_state() {
     let adapter = play_adapter(far, |_| b"\r");
     let mut link = Slcan::open(&path, settings(125_000)).unwrap();
     let (mut far, _) = adapter.join().unwrap();
-    // 20h: error passive, as of a controller that nobody acknowledges.
+    // 20h: error passive, as of a controller whose frames are not acknowledged.
     let far = std::thread::spawn(move || {
         let mut question = [0; 2];
         far.write_all(b"\x07").unwrap();

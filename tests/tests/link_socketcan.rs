@@ -48,7 +48,7 @@ impl Drop for Interface {
     }
 }
 
-/// Not on the machine where this is what is tested.
+/// Panics where CAN is required; elsewhere the test is skipped.
 fn skip<T>(reason: &str) -> Option<T> {
     assert!(std::env::var_os("LEXICAN_REQUIRE_CAN").is_none(), "skipped although CAN is required: {reason}");
     println!("skipped: {reason}");
@@ -169,7 +169,7 @@ fn a_shell_that_listens_to_its_own_nodes_hears_no_others() {
         }
     }
     assert_eq!(heard, [0x2A7, 0x185]);
-    // Whoever is asked is heard, in time for the answer.
+    // The filter admits a node before it is asked, so that its answer is heard.
     network.read(other, DEVICE_TYPE).unwrap();
 }
 
@@ -313,7 +313,7 @@ fn a_queue_that_stays_full_is_told_within_its_time() {
     let Some(interface) = SerialInterface::new() else { return };
     let mut link = SocketCan::open(&interface.name).unwrap();
     let started = WallClock::now();
-    let refused = (0..100_000).find_map(|_| link.send(&frame(0x123, &[0; 8])).err()).expect("nobody reads the line");
+    let refused = (0..100_000).find_map(|_| link.send(&frame(0x123, &[0; 8])).err()).expect("the line is not read");
     assert!(matches!(refused, LinkError::Full), "{refused}");
     let again = WallClock::now();
     assert!(matches!(link.send(&frame(0x123, &[])), Err(LinkError::Full)));
@@ -328,7 +328,7 @@ fn a_queue_that_stays_full_does_not_hold_up_a_tokio_shell() {
     let link = SocketCan::open(&interface.name).unwrap();
     link_support::run(async {
         let network = Network::spawn(link).unwrap();
-        // Whoever sends is told; others have their turn meanwhile.
+        // The sender gets an error; others have their turn meanwhile.
         let flood = tokio::spawn({
             let network = network.clone();
             async move {
@@ -350,7 +350,7 @@ fn a_queue_that_stays_full_does_not_hold_up_a_tokio_shell() {
     });
 }
 
-/// An interface of the kernel's slcan driver, on a pseudo-terminal that nobody reads: the one kind of
+/// An interface of the kernel's slcan driver, on a pseudo-terminal that is not read: the one kind of
 /// interface with a queue that needs no hardware.
 struct SerialInterface {
     name: String,

@@ -37,7 +37,7 @@ fn a_reset_ends_configuring_and_brings_the_node_id_into_effect() {
     assert_eq!(ask(&mut device, &INQUIRE_NODE), Some(vec![0x5E, 0xFF, 0, 0, 0, 0, 0, 0]), "not active yet");
     assert_eq!(device.reset(), Some(node));
     assert_eq!(device.state(), LssState::Waiting);
-    assert_eq!(ask(&mut device, &INQUIRE_NODE), None, "nobody has selected it again");
+    assert_eq!(ask(&mut device, &INQUIRE_NODE), None, "it has not been selected again");
     assert_eq!(ask(&mut device, &CONFIGURE), None);
     assert_eq!(ask(&mut device, &INQUIRE_NODE), Some(vec![0x5E, 5, 0, 0, 0, 0, 0, 0]));
 }

@@ -41,8 +41,8 @@ pub struct CanFrame {
 }
 
 /// The main loop; false when `node` is no node-ID.
-// The symbol is what the linker begins with. The attribute is the only thing here that is called unsafe: nobody
-// else may give something this name.
+// The symbol is where the linker starts. The attribute is unsafe because no other item may have this name; it is the
+// only unsafe thing here.
 #[unsafe(no_mangle)]
 pub extern "C" fn bare_run(board: &Board, node: u8) -> bool {
     let Some(node) = NodeId::new(node) else { return false };
@@ -85,7 +85,7 @@ impl Drive {
                 self.od.reset(self.device.node(), values);
                 self.device.restart(now(board), &mut self.od);
             }
-            // The drive is where it is told to be: what moves it is not of interest here.
+            // The drive is always at its target: its mechanics are not the subject here.
             Some(Event::RpdoReceived { .. } | Event::Written(_)) => {
                 let target = self.od.get(od::TARGET_POSITION);
                 self.od.set(od::POSITION_ACTUAL_VALUE, target);

@@ -1,4 +1,4 @@
-//! Takes times: many short batches, the contenders in turn, so that whatever else the machine does meets all of
+//! Takes times: many short batches, the contenders in turn, so that other work of the machine meets all of
 //! them alike.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 /// How long a batch takes at least, so that reading the clock costs nothing beside it.
 const BATCH: Duration = Duration::from_micros(500);
 
-/// Somebody who does a piece of work, as often as asked.
+/// A piece of work, done as often as asked.
 pub(crate) struct Contender {
     pub(crate) name: &'static str,
     /// CAN frames, in both directions, that the piece of work takes.
@@ -72,7 +72,7 @@ pub(crate) fn race(mut copies: Vec<Vec<Contender>>, rounds: usize) -> Vec<Figure
     for round in 0..rounds {
         let contenders = &mut copies[round % copies_count];
         for turn in 0..contenders.len() {
-            // Nobody always follows the same one, whose traces are in the caches.
+            // No contender always follows the same one, whose traces are in the caches.
             let at = (turn + round / copies_count) % contenders.len();
             let spent = (contenders[at].batch)(times[at]);
             samples[at].push(spent.as_nanos() as f64 / times[at] as f64);

@@ -80,7 +80,7 @@ pub(crate) fn rows(case: &str, bytes: usize, figures: &[Figure]) {
     }
 }
 
-/// Tenths only where they tell anything.
+/// Tenths only where they are significant.
 fn nanoseconds(ns: f64) -> String {
     if ns < 1000.0 { format!("{ns:.1}") } else { format!("{ns:.0}") }
 }

@@ -23,23 +23,23 @@ pub(crate) fn run(link: impl Link, node: NodeId) -> Outcome<()> {
     let network = Network::new(link);
     let mut run = Run { network: Some(network), node, failed: 0 };
     run.watch()?;
-    run.tell("LSS", Run::lss);
-    run.tell("boot-up", Run::boot_up);
-    run.tell("heartbeat", Run::heartbeat);
-    run.tell("node guarding", Run::guarding);
-    run.tell("NMT", Run::nmt);
-    run.tell("SDO read expedited", Run::read_expedited);
-    run.tell("SDO write expedited", Run::write_expedited);
-    run.tell("SDO read segmented", Run::read_segmented);
-    run.tell("SDO write segmented", Run::write_segmented);
-    run.tell("SDO read block", Run::read_block);
-    run.tell("SDO write block", Run::write_block);
-    run.tell("SDO aborts", Run::aborts);
-    run.tell("PDO", Run::pdo);
-    run.tell("SYNC", Run::sync);
-    run.tell("TIME", Run::time);
-    run.tell("EMCY", Run::emcy);
-    run.tell("SDO reads per second", Run::speed);
+    run.report("LSS", Run::lss);
+    run.report("boot-up", Run::boot_up);
+    run.report("heartbeat", Run::heartbeat);
+    run.report("node guarding", Run::guarding);
+    run.report("NMT", Run::nmt);
+    run.report("SDO read expedited", Run::read_expedited);
+    run.report("SDO write expedited", Run::write_expedited);
+    run.report("SDO read segmented", Run::read_segmented);
+    run.report("SDO write segmented", Run::write_segmented);
+    run.report("SDO read block", Run::read_block);
+    run.report("SDO write block", Run::write_block);
+    run.report("SDO aborts", Run::aborts);
+    run.report("PDO", Run::pdo);
+    run.report("SYNC", Run::sync);
+    run.report("TIME", Run::time);
+    run.report("EMCY", Run::emcy);
+    run.report("SDO reads per second", Run::speed);
     if run.failed == 0 { Ok(()) } else { Err(format!("{} services failed", run.failed).into()) }
 }
 
@@ -71,7 +71,7 @@ struct Run<L> {
 }
 
 impl<L: Link> Run<L> {
-    fn tell(&mut self, service: &str, try_it: fn(&mut Self) -> Outcome<String>) {
+    fn report(&mut self, service: &str, try_it: fn(&mut Self) -> Outcome<String>) {
         match try_it(self) {
             Ok(remark) => println!("{service}\tok\t{remark}"),
             Err(error) => {
@@ -387,7 +387,7 @@ fn same<T: PartialEq + std::fmt::Debug>(got: &T, expected: &T) -> Outcome<()> {
     if got == expected { Ok(()) } else { Err(format!("{got:?} instead of {expected:?}").into()) }
 }
 
-/// What this process has used of a processor, where the system tells.
+/// The processor time of this process, where the system reports it.
 fn processor_us() -> u64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = stat.rsplit(')').next().unwrap_or_default().split_ascii_whitespace();

@@ -119,7 +119,7 @@ pub(crate) fn run<T>(test: impl Future<Output = T>) -> T {
     tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap().block_on(test)
 }
 
-/// Eight nodes on one shell, of which node 8 is silent: everybody else gets every answer while it is waited for.
+/// Eight nodes on one shell, of which node 8 is silent: the others get every answer while it is waited for.
 pub(crate) fn a_silent_node_holds_up_nobody(devices: impl Link + Send + 'static, link: impl Link + Send + 'static) {
     const READS: usize = 200;
     let nodes: Vec<NodeId> = NodeId::all().take(8).collect();
@@ -128,7 +128,7 @@ pub(crate) fn a_silent_node_holds_up_nobody(devices: impl Link + Send + 'static,
     run(async {
         let network = Network::spawn(link).unwrap();
         let silent = *silent;
-        // Waited for in vain, and so long that nobody could wait with it.
+        // Waited for in vain, and far longer than the others could wait with it.
         let patient = SdoClient::of_node(silent).with_timeout(Duration::from_secs(600));
         network
             .tell(move |manager, now| manager.add(now, Remote::new(silent).with_sdo(patient)).unwrap())

@@ -114,7 +114,7 @@ pub(super) struct Turn {
 }
 
 impl Turn {
-    /// Prints a line, so that everybody else's time is taken, too.
+    /// Prints a line, so that the times of all others are taken, too.
     #[expect(clippy::disallowed_methods, reason = "taking the time is what a benchmark is for")]
     pub(super) fn begin() -> Self {
         println!("warm");

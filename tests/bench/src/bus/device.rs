@@ -41,11 +41,11 @@ pub(super) fn run(url: &str, first: &str, count: &str) -> Outcome<()> {
 
 fn end_of_input() -> Arc<AtomicBool> {
     let ended = Arc::new(AtomicBool::new(false));
-    let tell = Arc::clone(&ended);
+    let at_end = Arc::clone(&ended);
     std::thread::spawn(move || {
-        // Whatever comes, or an error: the end is what counts.
+        // Input is ignored; its end, or an error, ends the device.
         let _ = std::io::stdin().read_to_end(&mut Vec::new());
-        tell.store(true, Ordering::Relaxed);
+        at_end.store(true, Ordering::Relaxed);
     });
     ended
 }

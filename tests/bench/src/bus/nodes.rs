@@ -80,7 +80,7 @@ pub(super) fn run(url: &str, seconds: &str, every_ms: &str) -> Outcome<()> {
 /// Reads one node's 1000h until `end`, every so often; a node that is silent is asked again and again.
 async fn read_until(network: tokio::Network, node: u8, end: Instant, every: Duration) -> u32 {
     let Ok(node) = NodeId::try_from(node) else { return 0 };
-    // Whoever reads as fast as it goes never waits for this.
+    // A client that reads as fast as it goes never waits for this.
     let mut ticks = ::tokio::time::interval(every.max(Duration::from_nanos(1)));
     ticks.set_missed_tick_behavior(::tokio::time::MissedTickBehavior::Skip);
     let mut answers = 0;

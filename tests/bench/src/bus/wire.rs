@@ -58,7 +58,7 @@ fn carry(mut from: TTYPort, mut to: TTYPort) -> io::Result<()> {
             Err(error) => return Err(error),
         };
         match to.write_all(&buffer[..len]) {
-            // Nobody is at that end.
+            // No program has that end open.
             Err(error) if error.kind() == ErrorKind::TimedOut => {}
             outcome => outcome?,
         }

@@ -128,7 +128,7 @@ fn memory(path: &Path, goals: &mut Goals) {
     let size = std::fs::metadata(path).map_or(1, |data| data.len());
     for reader in ["lexican", "rust-ini", "canopen-host"] {
         let Some(peak) = peak::measured(reader, path) else {
-            println!("{size} bytes: this system does not tell the peak of {reader}");
+            println!("{size} bytes: this system does not report the peak of {reader}");
             continue;
         };
         let multiple = peak as f64 / size as f64;

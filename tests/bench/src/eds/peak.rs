@@ -6,7 +6,7 @@ use std::process::Command;
 use super::readers;
 
 /// The most memory, in bytes, that `reader` takes beyond what the process takes that only has the file's bytes.
-/// `None` where the kernel does not tell (`VmHWM` of Linux).
+/// `None` if the kernel does not report it (`VmHWM` of Linux).
 pub(super) fn measured(reader: &str, path: &Path) -> Option<u64> {
     Some(high_water(reader, path)?.saturating_sub(high_water("nothing", path)?))
 }

@@ -79,7 +79,7 @@ fn canopen_rs() -> Contender {
     })
 }
 
-/// Only the mailbox: it finds out that a frame is for nobody, and the node hears nothing of it.
+/// Only the mailbox: it finds no receiver for the frame, which never reaches the node.
 fn zencan() -> Contender {
     let id = zencan_common::NodeId::new(NODE).expect("1 to 127");
     let (mbox, state) = (&pdos::NODE_MBOX, &pdos::NODE_STATE);

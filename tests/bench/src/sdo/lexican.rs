@@ -1,5 +1,5 @@
 //! Ours: frames with identifier and length, checked on both sides; access rights, limits and lengths checked by the
-//! server; deadlines armed by both; repeated answers told from new ones. The data is lent, and streamed by offset.
+//! server; deadlines armed by both; repeated answers distinguished from new ones. The data is lent, and streamed by offset.
 
 use std::hint::black_box;
 
@@ -124,7 +124,7 @@ impl<S: Side> Channel<S> {
         self.exchange(payload);
     }
 
-    /// Carries frames to and fro until the transfer is over and nobody has any left.
+    /// Carries frames to and fro until the transfer is over and neither has any left.
     fn exchange(&mut self, payload: &mut dyn Payload) {
         let mut is_over = false;
         loop {

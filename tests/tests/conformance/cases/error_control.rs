@@ -47,7 +47,7 @@ pub const CASES: &[Case] = &[
         t.reads(0x100C, 0, 100)?;
         t.reads(0x100D, 0, 2)
     }),
-    case("7.6", "life guarding notices that nobody guards", |t| {
+    case("7.6", "life guarding notices that guarding stops", |t| {
         guard(t)?;
         // It begins with the first request, and is content with requests in time.
         t.silence(500)?;

@@ -32,7 +32,7 @@ pub const CASES: &[Case] = &[
         t.hears_once(t.error_control(), &[0], 500)?;
         has_services(t, NmtState::PreOperational)
     }),
-    case("9.3", "OPERATIONAL has all services, and is left when nobody guards", |t| {
+    case("9.3", "OPERATIONAL has all services, and is left when guarding stops", |t| {
         has_services(t, NmtState::Operational)?;
         if t.has(&[0x100C, 0x100D]).is_err() {
             return Ok(());
