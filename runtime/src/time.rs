@@ -38,6 +38,15 @@ impl Instant {
     }
 }
 
+/// The earliest of some deadlines. Out of `flatten().min()` the compiler makes ten times the instructions, for every
+/// frame (tests/bench/instructions.md).
+pub(crate) fn earliest<const N: usize>(deadlines: [Option<Instant>; N]) -> Option<Instant> {
+    deadlines.iter().fold(None, |first, &deadline| match (first, deadline) {
+        (Some(first), Some(deadline)) => Some(deadline.min(first)),
+        _ => first.or(deadline),
+    })
+}
+
 impl Duration {
     /// No time at all.
     pub const ZERO: Duration = Duration(0);

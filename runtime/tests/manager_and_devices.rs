@@ -343,6 +343,51 @@ fn a_manager_has_room_for_as_many_nodes_as_it_says() {
 }
 
 #[test]
+fn what_the_application_does_with_an_sdo_client_counts_at_once() {
+    let mut network = Network::started();
+    let second = NodeId::literal(6);
+    network.manager.add(network.now, Remote::new(second)).unwrap();
+    let (address, second_ms) = (Address::new(0x1000, 0), network.now + Duration::from_secs(1));
+    assert_eq!(network.manager.poll_timeout(), None);
+    network.manager.sdo(NODE).unwrap().read(network.now, address).unwrap();
+    assert_eq!(network.manager.poll_timeout(), Some(second_ms), "before any other call");
+    network.manager.read(network.now, second, address).unwrap();
+    network.manager.sdo(NODE).unwrap().abort(AbortCode::GENERAL);
+    network.manager.sdo(second).unwrap().abort(AbortCode::GENERAL);
+    assert_eq!((network.manager.poll_timeout(), network.manager.handle_timeout(second_ms)), (None, None));
+    assert_eq!(network.manager.poll_transmit(network.now, &mut network.value), None, "neither was begun on the bus");
+}
+
+#[test]
+fn nodes_are_heard_under_the_identifiers_of_now() {
+    let mut network = Network::started();
+    let address = Address::new(0x1000, 0);
+    let [request, response, emergencies] = [0x6E5, 0x6E6, 0x6E7].map(|id| CobId::standard(id).unwrap());
+    *network.manager.sdo(NODE).unwrap() = SdoClient::new(request, response);
+    network.manager.read(network.now, NODE, address).unwrap();
+    assert_eq!(network.manager.poll_transmit(network.now, &mut network.value).map(|frame| frame.id()), Some(request));
+    let answer = |id| Frame::from_array(id, [0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0, 0]);
+    let mut take = |frame: Frame| network.manager.handle_frame(network.now, &frame, &mut network.value);
+    let before = take(answer(CobId::of_node(0x580, NODE)));
+    assert!(!matches!(before, Some(Event::Sdo { .. })), "{before:?}");
+    let after = take(answer(response));
+    let expected = sdo_client::Event::Done { address, len: 4 };
+    assert_eq!(after, Some(Event::Sdo { node: NODE, event: expected }));
+
+    let again = Remote::new(NODE).with_emergencies(emergencies, CodeOrder::LowByteFirst);
+    network.manager.add(network.now, again).unwrap();
+    let emergency = |manager: &mut Manager<4>, id| {
+        let frame = Frame::from_array(id, [0x10, 0x42, 0x08, 0, 0, 0, 0, 0]);
+        matches!(manager.handle_frame(Instant::ZERO, &frame, &mut [0; 0]), Some(Event::Emergency { node: NODE, .. }))
+    };
+    assert!(emergency(&mut network.manager, emergencies));
+    assert!(network.manager.remote(NODE).unwrap().error_register() == ErrorRegister::TEMPERATURE);
+    assert!(network.manager.remove(NODE).is_some() && network.manager.remote(NODE).is_none());
+    assert!(!emergency(&mut network.manager, emergencies));
+    assert_eq!(network.manager.remotes().map(Remote::node).collect::<Vec<_>>(), []);
+}
+
+#[test]
 fn a_procedure_does_its_steps_in_order() {
     let heartbeat = Object::<u16, Rw>::new(0x1017, 0);
     let mut network = Network::started();

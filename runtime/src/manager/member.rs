@@ -1,12 +1,14 @@
 //! A node of a network that is booted.
 
-use super::{Assignment, NetworkEvent};
+use super::assignment::Assignment;
+use super::event::NetworkEvent;
+use super::table::{Entry, IDS, MARKS};
+use super::watch::Watch;
 use crate::frame::Frame;
-use crate::id::NodeId;
+use crate::id::{CobId, NodeId};
 use crate::procedure::{BootEvent, BootNode, BootPlan};
-use crate::service::heartbeat_consumer::{self, HeartbeatConsumer};
-use crate::service::node_guard::{self, NodeGuard};
-use crate::time::Instant;
+use crate::service::node_guard;
+use crate::time::{Instant, earliest};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 
@@ -38,12 +40,6 @@ enum Phase<C> {
     Down,
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Watch {
-    Heartbeat(HeartbeatConsumer),
-    Guarding(NodeGuard),
-}
-
 /// What a heartbeat, a guarding answer or a boot-up message says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Heard {
@@ -55,70 +51,21 @@ pub(super) enum Heard {
     State(NmtState),
 }
 
+/// What a deadline of a node brings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Due {
+    /// The node is lost.
+    Lost(NodeId),
+    Event(NetworkEvent),
+}
+
 /// How often a node that does not answer in time is asked again, before that is a failure.
 const RETRIES: u8 = 3;
 
-impl Watch {
-    fn new<C>(node: NodeId, assignment: &Assignment<C>) -> Self {
-        match assignment.guarding {
-            Some(guarding) => Watch::Guarding(NodeGuard::new(node, guarding.guard_time, guarding.retry_factor)),
-            None => Watch::Heartbeat(HeartbeatConsumer::new(node, assignment.heartbeat)),
-        }
-    }
-
-    fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<heartbeat_consumer::Event> {
-        let guard = match self {
-            Watch::Heartbeat(consumer) => return consumer.handle_frame(now, frame),
-            Watch::Guarding(guard) => guard,
-        };
-        match guard.handle_frame(now, frame)? {
-            node_guard::Event::BootedUp => Some(heartbeat_consumer::Event::BootedUp),
-            node_guard::Event::Started(state) => Some(heartbeat_consumer::Event::Started(state)),
-            node_guard::Event::StateChanged(state) => Some(heartbeat_consumer::Event::StateChanged(state)),
-            // A node that never alternates is lost when its life time is over.
-            node_guard::Event::ToggleError | node_guard::Event::Lost => None,
-        }
-    }
-
-    /// Whether the node is lost.
-    fn handle_timeout(&mut self, now: Instant) -> bool {
-        match self {
-            Watch::Heartbeat(consumer) => consumer.handle_timeout(now).is_some(),
-            Watch::Guarding(guard) => guard.handle_timeout(now).is_some(),
-        }
-    }
-
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        match self {
-            Watch::Heartbeat(_) => None,
-            Watch::Guarding(guard) => guard.poll_transmit(now),
-        }
-    }
-
-    fn poll_timeout(&self) -> Option<Instant> {
-        match self {
-            Watch::Heartbeat(consumer) => consumer.poll_timeout(),
-            Watch::Guarding(guard) => guard.poll_timeout(),
-        }
-    }
-
-    /// Begins to guard.
-    fn start(&mut self, now: Instant) {
-        match self {
-            Watch::Guarding(guard) if guard.poll_timeout().is_none() => guard.start(now),
-            _ => {}
-        }
-    }
-}
-
 impl<C: AsRef<[u8]> + Clone> Member<C> {
     pub(super) fn new(node: NodeId, assignment: Assignment<C>) -> Self {
-        let watch = Watch::new(node, &assignment);
+        let watch = watch(node, &assignment);
         Member { node, assignment, watch, phase: Phase::Idle, retries: 0, command: None, lost: false }
-    }
-
-    pub(super) const fn node(&self) -> NodeId {
-        self.node
     }
 
     pub(super) const fn is_mandatory(&self) -> bool {
@@ -135,6 +82,11 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
 
     pub(super) const fn has_booted(&self) -> bool {
         matches!(self.phase, Phase::Booted)
+    }
+
+    /// Whether the network is not ready without it.
+    pub(super) const fn is_missing(&self) -> bool {
+        self.is_mandatory() && !self.has_booted()
     }
 
     pub(super) fn is_booting(&self) -> bool {
@@ -171,7 +123,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
 
     /// From here on, the node may be silent for as long as a reset takes.
     pub(super) fn forget(&mut self) {
-        self.watch = Watch::new(self.node, &self.assignment);
+        self.watch = watch(self.node, &self.assignment);
     }
 
     pub(super) fn stop(&mut self) {
@@ -214,7 +166,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
             return None;
         }
         match self.watch.handle_frame(now, frame)? {
-            heartbeat_consumer::Event::BootedUp => {
+            node_guard::Event::BootedUp => {
                 self.lost = false;
                 match &self.phase {
                     Phase::Booted => return Some(Heard::Rebooted),
@@ -229,10 +181,10 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
                 }
             }
             // It was away, and did not notice: the command did not reach it.
-            heartbeat_consumer::Event::Started(_) if self.lost && (stopped || self.assignment.boots_again) => {
+            node_guard::Event::Started(_) if self.lost && (stopped || self.assignment.boots_again) => {
                 self.command = Some(if stopped { NmtCommand::Stop } else { NmtCommand::ResetNode });
             }
-            heartbeat_consumer::Event::StateChanged(state) if self.has_booted() => return Some(Heard::State(state)),
+            node_guard::Event::StateChanged(state) if self.has_booted() => return Some(Heard::State(state)),
             _ => {}
         }
         None
@@ -244,20 +196,20 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         self.handle_boot(now, event, held)
     }
 
-    /// The node, when it is lost now.
-    pub(super) fn find_loss(&mut self, now: Instant) -> Option<NodeId> {
-        self.watch.handle_timeout(now).then_some(self.node)
-    }
-
-    pub(super) fn handle_timeout(&mut self, now: Instant, held: bool) -> Option<NetworkEvent> {
+    /// Does what is due.
+    pub(super) fn handle_timeout(&mut self, now: Instant, held: bool) -> Option<Due> {
+        if self.watch.handle_timeout(now).is_some() {
+            return Some(Due::Lost(self.node));
+        }
         let Phase::Booting(boot) = &mut self.phase else { return None };
         let event = boot.handle_timeout(now);
-        self.handle_boot(now, event, held)
+        self.handle_boot(now, event, held).map(Due::Event)
     }
 
     fn handle_boot(&mut self, now: Instant, event: Option<BootEvent>, held: bool) -> Option<NetworkEvent> {
         let Phase::Booting(boot) = &self.phase else { return None };
-        if boot.is_configured() || event == Some(BootEvent::Booted) {
+        let may_be_guarded = boot.is_configured() || event == Some(BootEvent::Booted);
+        if may_be_guarded && self.watch.poll_timeout().is_none() {
             self.watch.start(now);
         }
         match event? {
@@ -291,12 +243,42 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
             _ => None,
         }
     }
+}
 
-    pub(super) fn poll_timeout(&self) -> Option<Instant> {
+/// What a network asks about its nodes: who has a frame to send?
+pub(super) const SENDING: usize = 0;
+/// Without whom is the network not ready?
+pub(super) const MISSING: usize = 1;
+/// For whom do nodes wait that are started together?
+pub(super) const AWAITED: usize = 2;
+
+impl<C: AsRef<[u8]> + Clone> Entry for Member<C> {
+    fn node(&self) -> NodeId {
+        self.node
+    }
+
+    fn cob_ids(&self) -> [Option<CobId>; IDS] {
+        [Some(self.assignment.client.response_id()), None]
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
         let boot = match &self.phase {
             Phase::Booting(boot) => boot.poll_timeout(),
             _ => None,
         };
-        [self.watch.poll_timeout(), boot].into_iter().flatten().min()
+        earliest([self.watch.poll_timeout(), boot])
+    }
+
+    fn marks(&self) -> [bool; MARKS] {
+        let boots = matches!(&self.phase, Phase::Booting(boot) if boot.has_outgoing());
+        let sends = self.command.is_some() || self.watch.has_outgoing() || boots;
+        [sends, self.is_missing(), self.is_mandatory() && !self.is_startable()]
+    }
+}
+
+fn watch<C>(node: NodeId, assignment: &Assignment<C>) -> Watch {
+    match assignment.guarding {
+        Some(guarding) => Watch::guarding(node, guarding.guard_time, guarding.retry_factor),
+        None => Watch::heartbeat(node, assignment.heartbeat),
     }
 }

@@ -31,22 +31,27 @@
 //! ```
 
 mod assignment;
+mod deadlines;
 mod error;
+mod event;
 mod member;
 mod network;
-mod network_event;
+mod places;
 mod remote;
+mod table;
+mod watch;
 
+use self::places::Place;
+use self::table::{Entry as _, Table};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, Pdo, TimeOfDay};
-use crate::service::heartbeat_consumer;
 use crate::service::heartbeat_producer::HeartbeatProducer;
 use crate::service::nmt_manager::{Outbox, Unsent};
 use crate::service::node_guard;
-use crate::service::sdo_client::{self, Payload, SdoClient};
+use crate::service::sdo_client::{Payload, SdoClient};
 use crate::service::sync_producer::SyncProducer;
-use crate::time::{Duration, Instant};
+use crate::time::{Duration, Instant, earliest};
 use crate::wire::emcy::{CodeOrder, Emergency};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::{NmtCommand, NmtState};
@@ -54,87 +59,22 @@ use crate::wire::time;
 
 pub use assignment::{Assignment, Guarding, OnLoss, Startup};
 pub use error::{BeginError, Full};
+pub use event::{Event, NetworkEvent};
 pub use network::Network;
-pub use network_event::NetworkEvent;
 pub use remote::Remote;
 
 /// A manager of up to `NODES` nodes.
 #[derive(Clone, Debug)]
 pub struct Manager<const NODES: usize> {
-    remotes: [Option<Remote>; NODES],
+    remotes: Table<Remote, NODES>,
+    /// The node whose SDO client the application has, and may use until the next call.
+    lent: Option<Place>,
     sync: SyncProducer,
     sync_id: CobId,
     heartbeat: Option<HeartbeatProducer>,
     outbox: Outbox,
-    /// The place in `remotes` whose SDO frame comes first.
-    turn: usize,
-}
-
-/// What a manager learned. One frame or deadline is at most one event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
-    /// A node sent its boot-up message; also one that the manager does not look after.
-    BootedUp {
-        /// Which node.
-        node: NodeId,
-    },
-    /// A node's state was heard for the first time, or for the first time after it was lost.
-    Appeared {
-        /// Which node.
-        node: NodeId,
-        /// Its state.
-        state: NmtState,
-    },
-    /// A node is in another state.
-    StateChanged {
-        /// Which node.
-        node: NodeId,
-        /// Its state.
-        state: NmtState,
-    },
-    /// A node's heartbeat or guarding answer is overdue.
-    Lost {
-        /// Which node.
-        node: NodeId,
-    },
-    /// A node's guarding answers do not alternate.
-    ToggleError {
-        /// Which node.
-        node: NodeId,
-    },
-    /// A node that the manager does not look after sends heartbeats or guarding answers.
-    Stranger {
-        /// Which node.
-        node: NodeId,
-        /// Its state.
-        state: NmtState,
-    },
-    /// A node reports an error, or the end of one.
-    Emergency {
-        /// Which node.
-        node: NodeId,
-        /// What it reports.
-        emergency: Emergency,
-    },
-    /// An SDO transfer ended.
-    Sdo {
-        /// With which node.
-        node: NodeId,
-        /// How.
-        event: sdo_client::Event,
-    },
-    /// A data frame that is no other message: a PDO, to be [read](Pdo::from_data) by who knows the mapping.
-    Pdo {
-        /// The node that the manager looks after whose TPDO has this COB-ID in the predefined connection
-        /// set. The PDOs of a network may be arranged otherwise.
-        node: Option<NodeId>,
-        /// The frame.
-        frame: Frame,
-    },
-    /// Another node tells the time of day.
-    Time(TimeOfDay),
-    /// Something happened in the network that a shell boots and keeps. A [`Manager`] alone reports none.
-    Network(NetworkEvent),
+    /// Whose SDO frame comes first.
+    turn: Place,
 }
 
 /// Where the bytes of the SDO transfers with the nodes are.
@@ -155,12 +95,13 @@ impl<const NODES: usize> Manager<NODES> {
     #[must_use]
     pub const fn new() -> Self {
         Manager {
-            remotes: [const { None }; NODES],
+            remotes: Table::new(),
+            lent: None,
             sync: SyncProducer::new(),
             sync_id: CobId::SYNC,
             heartbeat: None,
             outbox: Outbox::new(),
-            turn: 0,
+            turn: Place::FIRST,
         }
     }
 
@@ -170,33 +111,26 @@ impl<const NODES: usize> Manager<NODES> {
     ///
     /// [`Full`] when there is no room.
     pub fn add(&mut self, now: Instant, mut remote: Remote) -> Result<(), Full> {
-        let node = remote.node();
-        remote.start(now);
-        let known = self.remotes.iter().position(|place| place.as_ref().is_some_and(|known| known.node() == node));
-        let free = || self.remotes.iter().position(Option::is_none);
-        let place = known.or_else(free).and_then(|at| self.remotes.get_mut(at));
-        *place.ok_or(Full { node, nodes: NODES })? = Some(remote);
-        Ok(())
+        self.take_back();
+        remote.watch.start(now);
+        self.remotes.insert(remote)
     }
 
     /// Looks after a node no longer.
     pub fn remove(&mut self, node: NodeId) -> Option<Remote> {
-        self.remotes.iter_mut().find_map(|place| place.take_if(|remote| remote.node() == node))
+        self.take_back();
+        self.remotes.remove(node)
     }
 
     /// What is known of a node.
     #[must_use]
     pub fn remote(&self, node: NodeId) -> Option<&Remote> {
-        self.remotes().find(|remote| remote.node() == node)
+        self.remotes.get(node)
     }
 
     /// All nodes that the manager looks after.
     pub fn remotes(&self) -> impl Iterator<Item = &Remote> {
-        self.remotes.iter().flatten()
-    }
-
-    fn remote_mut(&mut self, node: NodeId) -> Option<&mut Remote> {
-        self.remotes.iter_mut().flatten().find(|remote| remote.node() == node)
+        self.remotes.iter()
     }
 
     /// Sends a frame as it is.
@@ -291,25 +225,36 @@ impl<const NODES: usize> Manager<NODES> {
     ///
     /// [`BeginError::UnknownNode`].
     pub fn sdo(&mut self, node: NodeId) -> Result<&mut SdoClient, BeginError> {
-        self.remote_mut(node).map(|remote| &mut remote.sdo).ok_or(BeginError::UnknownNode(node))
+        self.take_back();
+        self.lent = self.remotes.place(node);
+        let remote = self.lent.and_then(|place| self.remotes.lend(place));
+        remote.map(|remote| &mut remote.sdo).ok_or(BeginError::UnknownNode(node))
+    }
+
+    /// The application may have begun or aborted a transfer.
+    fn take_back(&mut self) {
+        if let Some(place) = self.lent.take() {
+            self.remotes.take_back(place);
+        }
     }
 
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame, payloads: &mut dyn Payloads) -> Option<Event> {
+        self.take_back();
         let id = frame.id();
         if let Some(node) = ErrorControl::node(id) {
             return self.handle_error_control(now, node, frame);
         }
-        for remote in self.remotes.iter_mut().flatten() {
-            let node = remote.node();
-            if id == remote.sdo.response_id() {
-                let event = remote.sdo.handle_frame(now, frame, payloads.of_node(node))?;
-                return Some(Event::Sdo { node, event });
-            }
-            if id == remote.emcy.id() {
+        if let Some((place, which)) = self.remotes.find(id) {
+            return self.remotes.change(place, |remote| {
+                let node = remote.node;
+                if which == remote::SDO_RESPONSE {
+                    let event = remote.sdo.handle_frame(now, frame, payloads.of_node(node))?;
+                    return Some(Event::Sdo { node, event });
+                }
                 let emergency = remote.emcy.handle_frame(now, frame)?;
-                return Some(Event::Emergency { node, emergency });
-            }
+                Some(Event::Emergency { node, emergency })
+            })?;
         }
         if frame.is_remote() || id == CobId::NMT || id == self.sync_id {
             return None;
@@ -322,68 +267,65 @@ impl<const NODES: usize> Manager<NODES> {
             let emergency = Emergency::parse(frame.data(), CodeOrder::LowByteFirst)?;
             return Some(Event::Emergency { node, emergency });
         }
-        let node = transmitter(id).filter(|&node| self.remote(node).is_some());
+        let node = transmitter(id).filter(|&node| self.remotes.place(node).is_some());
         is_pdo(id).then_some(Event::Pdo { node, frame: *frame })
     }
 
     fn handle_error_control(&mut self, now: Instant, node: NodeId, frame: &Frame) -> Option<Event> {
-        let Some(remote) = self.remote_mut(node) else { return stranger(node, frame) };
-        let event = match &mut remote.guard {
-            Some(guard) => guard.handle_frame(now, frame).map(|event| guarded(node, event)),
-            None => remote.heartbeat.handle_frame(now, frame).map(|event| heard(node, event)),
-        };
-        if matches!(event, Some(Event::BootedUp { .. })) {
-            remote.emcy.reset();
-        }
-        event
+        let Some(place) = self.remotes.place(node) else { return stranger(node, frame) };
+        self.remotes.change(place, |remote| {
+            let event = remote.watch.handle_frame(now, frame)?;
+            if event == node_guard::Event::BootedUp {
+                remote.emcy.reset();
+            }
+            Some(Event::of_watch(node, event))
+        })?
     }
 
     /// Does what is due. Several deadlines may be due at once: call it while `poll_timeout() <= now`.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+        self.take_back();
         self.sync.handle_timeout(now);
         if let Some(heartbeat) = &mut self.heartbeat {
             heartbeat.handle_timeout(now);
         }
-        self.remotes.iter_mut().flatten().find_map(|remote| {
-            let node = remote.node();
-            let guard = &mut remote.guard;
-            let lost = remote.heartbeat.handle_timeout(now).map(|event| heard(node, event));
-            let lost = lost.or_else(|| guard.as_mut()?.handle_timeout(now).map(|event| guarded(node, event)));
+        self.remotes.handle_timeout(now, |remote| {
+            let node = remote.node;
+            let lost = remote.watch.handle_timeout(now).map(|event| Event::of_watch(node, event));
             lost.or_else(|| Some(Event::Sdo { node, event: remote.sdo.handle_timeout(now)? }))
         })
     }
 
     /// The next frame to send: what the application sends, SYNC, guarding, heartbeat, SDO.
     pub fn poll_transmit(&mut self, now: Instant, payloads: &mut dyn Payloads) -> Option<Frame> {
+        self.take_back();
         if let Some(frame) = self.outbox.poll_transmit(now) {
             return Some(frame);
         }
         if let Some((_, frame)) = self.sync.poll_transmit(now) {
             return Some(frame);
         }
-        let guard = self.remotes.iter_mut().flatten().find_map(|remote| remote.poll_guard(now));
-        let error_control = guard.or_else(|| self.heartbeat.as_mut()?.poll_transmit(now, NmtState::Operational));
+        let mut guarding = self.remotes.marked(remote::GUARDING).from(Place::FIRST);
+        let request =
+            guarding.find_map(|place| self.remotes.change(place, |remote| remote.watch.poll_transmit(now))?);
+        let error_control = request.or_else(|| self.heartbeat.as_mut()?.poll_transmit(now, NmtState::Operational));
         error_control.or_else(|| self.poll_sdo(now, payloads))
     }
 
     /// The nodes take turns: 127 segments for one do not hold up the others.
     fn poll_sdo(&mut self, now: Instant, payloads: &mut dyn Payloads) -> Option<Frame> {
-        let (later, first) = self.remotes.split_at_mut(self.turn.min(NODES));
-        let mut places = first.iter_mut().zip(self.turn..).chain(later.iter_mut().zip(0..));
-        let (frame, at) = places.find_map(|(place, at)| {
-            let remote = place.as_mut()?;
-            Some((remote.sdo.poll_transmit(now, payloads.of_node(remote.node))?, at))
-        })?;
-        self.turn = at + 1;
-        Some(frame)
+        self.remotes.marked(remote::SDO).from(self.turn).find_map(|place| {
+            self.turn = place.next();
+            self.remotes.change(place, |remote| remote.sdo.poll_transmit(now, payloads.of_node(remote.node)))?
+        })
     }
 
     /// When to call [`Manager::handle_timeout`]; `None` to sleep until a frame comes.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let remotes = self.remotes().filter_map(Remote::poll_timeout);
+        let lent = self.lent.and_then(|place| self.remotes.at(place)?.poll_timeout());
         let heartbeat = self.heartbeat.as_ref().and_then(HeartbeatProducer::poll_timeout);
-        remotes.chain(self.sync.poll_timeout()).chain(heartbeat).min()
+        earliest([self.remotes.poll_timeout(), lent, self.sync.poll_timeout(), heartbeat])
     }
 }
 
@@ -397,25 +339,6 @@ fn stranger(node: NodeId, frame: &Frame) -> Option<Event> {
     match ErrorControl::parse(frame.data())? {
         ErrorControl { state: NmtState::Initialising, .. } => Some(Event::BootedUp { node }),
         ErrorControl { state, .. } => Some(Event::Stranger { node, state }),
-    }
-}
-
-const fn heard(node: NodeId, event: heartbeat_consumer::Event) -> Event {
-    match event {
-        heartbeat_consumer::Event::BootedUp => Event::BootedUp { node },
-        heartbeat_consumer::Event::Started(state) => Event::Appeared { node, state },
-        heartbeat_consumer::Event::StateChanged(state) => Event::StateChanged { node, state },
-        heartbeat_consumer::Event::Lost => Event::Lost { node },
-    }
-}
-
-const fn guarded(node: NodeId, event: node_guard::Event) -> Event {
-    match event {
-        node_guard::Event::BootedUp => Event::BootedUp { node },
-        node_guard::Event::Started(state) => Event::Appeared { node, state },
-        node_guard::Event::StateChanged(state) => Event::StateChanged { node, state },
-        node_guard::Event::ToggleError => Event::ToggleError { node },
-        node_guard::Event::Lost => Event::Lost { node },
     }
 }
 

@@ -1,19 +1,23 @@
 //! Booting a network: all nodes that belong to it, in parallel, and again when one comes back
 //! (CiA 302-2, 6.3).
 
-use super::member::{Heard, Member};
-use super::{Assignment, Full, NetworkEvent, OnLoss};
+use super::assignment::{Assignment, OnLoss};
+use super::error::Full;
+use super::event::NetworkEvent;
+use super::member::{self, Due, Heard, Member};
+use super::places::Place;
+use super::table::{Entry as _, Table};
 use crate::frame::Frame;
 use crate::id::NodeId;
 use crate::service::nmt_manager::Outbox;
-use crate::time::{Duration, Instant};
+use crate::time::{Duration, Instant, earliest};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::{NmtCommand, NmtMessage};
 
 /// Boots and keeps up a network of up to `NODES` nodes, each with its configuration as a `C`: `&[u8]`, `Vec<u8>`.
 #[derive(Clone, Debug)]
 pub struct Network<C, const NODES: usize> {
-    members: [Option<Member<C>>; NODES],
+    members: Table<Member<C>, NODES>,
     on_loss: OnLoss,
     outbox: Outbox,
     deadline: Option<Instant>,
@@ -40,7 +44,7 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
     #[must_use]
     pub const fn new(on_loss: OnLoss) -> Self {
         Network {
-            members: [const { None }; NODES],
+            members: Table::new(),
             on_loss,
             outbox: Outbox::new(),
             deadline: None,
@@ -64,28 +68,12 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
     ///
     /// [`Full`] when there is no room.
     pub fn assign(&mut self, node: NodeId, assignment: Assignment<C>) -> Result<(), Full> {
-        let known = self.members.iter().position(|place| place.as_ref().is_some_and(|known| known.node() == node));
-        let free = || self.members.iter().position(Option::is_none);
-        let place = known.or_else(free).and_then(|at| self.members.get_mut(at));
-        *place.ok_or(Full { node, nodes: NODES })? = Some(Member::new(node, assignment));
-        Ok(())
+        self.members.insert(Member::new(node, assignment))
     }
 
     /// The nodes that belong to the network.
     pub fn nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
-        self.members().map(Member::node)
-    }
-
-    fn members(&self) -> impl Iterator<Item = &Member<C>> {
-        self.members.iter().flatten()
-    }
-
-    fn members_mut(&mut self) -> impl Iterator<Item = &mut Member<C>> {
-        self.members.iter_mut().flatten()
-    }
-
-    fn member_mut(&mut self, node: NodeId) -> Option<&mut Member<C>> {
-        self.members_mut().find(|member| member.node() == node)
+        self.members.iter().map(Member::node)
     }
 
     /// Resets the communication of all nodes but those that [run on](crate::procedure::BootPlan::keep_alive), and boots
@@ -93,7 +81,7 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
     pub fn start(&mut self, now: Instant, boot_time: Duration) {
         self.outbox = Outbox::new();
         // The outbox was just emptied.
-        let spared = self.members().any(Member::is_kept_alive);
+        let spared = self.members.iter().any(Member::is_kept_alive);
         if !spared {
             let _ = self.outbox.command(NmtCommand::ResetCommunication, None);
         }
@@ -102,61 +90,61 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.held = self.start_all;
         self.deadline = if boot_time.is_zero() { None } else { Some(now + boot_time) };
         let held = self.held;
-        self.members_mut().for_each(|member| member.start(held, spared));
+        self.members.change_all(|member| member.start(held, spared));
     }
 
     /// Boots a node again that is not booted without asking, or did not boot.
     pub fn boot(&mut self, node: NodeId) {
-        let held = self.held;
-        if !self.stopped {
-            self.member_mut(node).into_iter().for_each(|member| member.boot(held));
+        if let Some(place) = self.members.place(node).filter(|_| !self.stopped) {
+            self.members.change(place, |member| member.boot(self.held));
         }
     }
 
     /// Whether all mandatory nodes have booted.
     #[must_use]
     pub fn is_ready(&self) -> bool {
-        self.members().all(|member| member.has_booted() || !member.is_mandatory())
+        self.members.marked(member::MISSING).is_empty()
     }
 
     /// Whether a node has booted.
     #[must_use]
     pub fn has_booted(&self, node: NodeId) -> bool {
-        self.members().any(|member| member.node() == node && member.has_booted())
+        self.members.get(node).is_some_and(Member::has_booted)
     }
 
     /// Whether a node is being booted, over the same SDO channel that others use to reach it.
     #[must_use]
     pub fn is_booting(&self, node: NodeId) -> bool {
-        self.members().any(|member| member.node() == node && member.is_booting())
+        self.members.get(node).is_some_and(Member::is_booting)
     }
 
     /// The mandatory nodes that have not booted.
     pub fn missing(&self) -> impl Iterator<Item = NodeId> + '_ {
-        self.members().filter(|member| member.is_mandatory() && !member.has_booted()).map(Member::node)
+        self.members.iter().filter(|member| member.is_missing()).map(Member::node)
     }
 
     /// Whether a mandatory node has failed or is lost, and no other one is being booted: the network does not get ready
     /// before a node boots up by itself, or is [booted](Network::boot) again.
     #[must_use]
     pub fn is_stuck(&self) -> bool {
-        let mut missing = self.members().filter(|member| member.is_mandatory() && !member.is_startable());
+        let mut missing = self.members.iter().filter(|member| member.is_mandatory() && !member.is_startable());
         missing.next().is_some_and(|first| !first.is_booting()) && missing.all(|other| !other.is_booting())
     }
 
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<NetworkEvent> {
         let (stopped, held) = (self.stopped, self.held);
-        if let Some(member) = ErrorControl::node(frame.id()).and_then(|node| self.member_mut(node)) {
-            let node = member.node();
-            match member.hear(now, frame, stopped, held) {
-                Some(Heard::Rebooted) => return self.handle_loss(now, node, Loss::Rebooted),
-                Some(Heard::Waits) => return Some(NetworkEvent::BootedUp(node)),
-                Some(Heard::State(state)) => return Some(NetworkEvent::StateChanged { node, state }),
-                None => {}
-            }
+        let Some(node) = ErrorControl::node(frame.id()) else {
+            let (place, _) = self.members.find(frame.id())?;
+            return self.members.change(place, |member| member.handle_frame(now, frame, held))?;
+        };
+        let place = self.members.place(node)?;
+        match self.members.change(place, |member| member.hear(now, frame, stopped, held))? {
+            Some(Heard::Rebooted) => self.handle_loss(now, node, Loss::Rebooted),
+            Some(Heard::Waits) => Some(NetworkEvent::BootedUp(node)),
+            Some(Heard::State(state)) => Some(NetworkEvent::StateChanged { node, state }),
+            None => self.members.change(place, |member| member.handle_frame(now, frame, held))?,
         }
-        self.members_mut().find_map(|member| member.handle_frame(now, frame, held))
     }
 
     /// Does what is due. Several deadlines may be due at once: call it while `poll_timeout() <= now`.
@@ -174,39 +162,41 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         if self.deadline.take_if(|deadline| *deadline <= now).is_some() {
             return Some(NetworkEvent::BootTimeElapsed);
         }
-        let lost = self.members_mut().find_map(|member| member.find_loss(now));
-        if let Some(node) = lost {
-            return self.handle_loss(now, node, Loss::Silent);
-        }
         let held = self.held;
-        self.members_mut().find_map(|member| member.handle_timeout(now, held))
+        match self.members.handle_timeout(now, |member| member.handle_timeout(now, held))? {
+            Due::Lost(node) => self.handle_loss(now, node, Loss::Silent),
+            Due::Event(event) => Some(event),
+        }
     }
 
     /// Whether the nodes have waited for each other, and need to no longer.
     fn is_releasable(&self) -> bool {
-        self.held && self.members().all(|member| member.is_startable() || !member.is_mandatory())
+        self.held && self.members.marked(member::AWAITED).is_empty()
     }
 
     /// Starts those that have waited for the others: by one command when all can be started, or it would reach nodes in
     /// the midst of their configuration.
     fn release(&mut self, now: Instant) {
         self.held = false;
-        let at_once = self.members().all(|member| member.is_startable() && member.is_to_be_started())
+        let at_once = self.members.iter().all(|member| member.is_startable() && member.is_to_be_started())
             && self.outbox.command(NmtCommand::Start, None).is_ok();
-        self.members_mut().for_each(|member| member.release(now, at_once));
+        self.members.change_all(|member| member.release(now, at_once));
     }
 
     fn handle_loss(&mut self, now: Instant, node: NodeId, loss: Loss) -> Option<NetworkEvent> {
-        let (stopped, held) = (self.stopped, self.held);
-        let on_loss = self.on_loss;
-        let member = self.member_mut(node)?;
-        let mandatory = member.is_mandatory();
-        member.lose(loss == Loss::Silent);
-        match on_loss {
+        let place = self.members.place(node)?;
+        let mandatory = self.members.at(place)?.is_mandatory();
+        let is_silent = loss == Loss::Silent;
+        self.members.change(place, |member| member.lose(is_silent));
+        match self.on_loss {
             OnLoss::ResetAll if mandatory => self.start(now, Duration::ZERO),
             OnLoss::StopAll if mandatory => self.stop_all(),
-            _ if stopped => member.command(NmtCommand::Stop),
-            _ => member.recover(loss == Loss::Silent, held),
+            _ => {
+                let (stopped, held) = (self.stopped, self.held);
+                self.members.change(place, |member| {
+                    if stopped { member.command(NmtCommand::Stop) } else { member.recover(is_silent, held) }
+                });
+            }
         }
         Some(NetworkEvent::Lost { node, mandatory })
     }
@@ -216,7 +206,7 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.held = false;
         self.deadline = None;
         // Commands that were not sent yet are no longer wanted.
-        self.members_mut().for_each(Member::stop);
+        self.members.change_all(Member::stop);
         self.outbox = Outbox::new();
         let _ = self.outbox.command(NmtCommand::Stop, None);
     }
@@ -226,11 +216,12 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         if let Some(frame) = self.outbox.poll_transmit(now) {
             if frame == (NmtMessage { command: NmtCommand::ResetCommunication, node: None }.frame()) {
                 // What came while the reset waited for being sent was from before it.
-                self.members_mut().for_each(Member::forget);
+                self.members.change_all(Member::forget);
             }
             return Some(frame);
         }
-        self.members_mut().find_map(|member| member.poll_transmit(now))
+        let mut sending = self.members.marked(member::SENDING).from(Place::FIRST);
+        sending.find_map(|place| self.members.change(place, |member| member.poll_transmit(now))?)
     }
 
     /// When to call [`Network::handle_timeout`].
@@ -239,6 +230,6 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         if self.is_ready() != self.ready || self.is_releasable() {
             return Some(Instant::ZERO);
         }
-        self.members().filter_map(Member::poll_timeout).chain(self.deadline).min()
+        earliest([self.members.poll_timeout(), self.deadline])
     }
 }

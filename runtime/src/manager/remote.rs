@@ -1,12 +1,12 @@
 //! A node as its manager sees it.
 
-use crate::frame::Frame;
+use super::table::{Entry, IDS, MARKS};
+use super::watch::Watch;
 use crate::id::{CobId, NodeId};
 use crate::service::emcy_consumer::EmcyConsumer;
-use crate::service::heartbeat_consumer::{Heartbeat, HeartbeatConsumer};
-use crate::service::node_guard::NodeGuard;
+use crate::service::heartbeat_consumer::Heartbeat;
 use crate::service::sdo_client::SdoClient;
-use crate::time::{Duration, Instant};
+use crate::time::{Duration, Instant, earliest};
 use crate::wire::emcy::{CodeOrder, Emergency, ErrorRegister};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
@@ -19,8 +19,7 @@ const BLOCKS_FROM: u32 = 64;
 #[derive(Clone, Debug)]
 pub struct Remote {
     pub(super) node: NodeId,
-    pub(super) heartbeat: HeartbeatConsumer,
-    pub(super) guard: Option<NodeGuard>,
+    pub(super) watch: Watch,
     pub(super) emcy: EmcyConsumer,
     pub(super) sdo: SdoClient,
 }
@@ -32,24 +31,23 @@ impl Remote {
     pub const fn new(node: NodeId) -> Self {
         Remote {
             node,
-            heartbeat: HeartbeatConsumer::new(node, Duration::ZERO),
-            guard: None,
+            watch: Watch::heartbeat(node, Duration::ZERO),
             emcy: EmcyConsumer::new(Emergency::cob_id(node), CodeOrder::LowByteFirst),
             sdo: SdoClient::of_node(node).with_block_writes_from(BLOCKS_FROM).with_block_reads_from(BLOCKS_FROM),
         }
     }
 
-    /// The node is lost when no heartbeat comes within `time`. The first one arms the watch.
+    /// The node is lost when no heartbeat comes within `time`. The first one arms the watch. Not together with guarding.
     #[must_use]
     pub fn with_heartbeat(self, time: Duration) -> Self {
-        Remote { heartbeat: HeartbeatConsumer::new(self.node, time), ..self }
+        Remote { watch: Watch::heartbeat(self.node, time), ..self }
     }
 
     /// The node is asked for its state every `guard_time`, and lost when it does not answer for
     /// `life_time_factor` times that.
     #[must_use]
     pub fn with_guarding(self, guard_time: Duration, life_time_factor: u8) -> Self {
-        Remote { guard: Some(NodeGuard::new(self.node, guard_time, life_time_factor)), ..self }
+        Remote { watch: Watch::guarding(self.node, guard_time, life_time_factor), ..self }
     }
 
     /// The node sends emergencies as `id`, with the bytes of the error code in `order`.
@@ -78,40 +76,55 @@ impl Remote {
         own.into_iter().chain(predefined)
     }
 
-    /// The NMT state, as heartbeat or guarding told it last; `None` when neither did, or the node is lost.
+    /// The NMT state that heartbeat or guarding reported last; `None` before, and while the node is lost.
     #[must_use]
-    pub fn state(&self) -> Option<NmtState> {
-        match (&self.guard, self.heartbeat.heartbeat()) {
-            (Some(guard), _) => guard.state(),
-            (None, Heartbeat::Alive(state)) => Some(state),
-            (None, _) => None,
+    pub const fn state(&self) -> Option<NmtState> {
+        match &self.watch {
+            Watch::Guarding(guard) => guard.state(),
+            Watch::Heartbeat(consumer) => match consumer.heartbeat() {
+                Heartbeat::Alive(state) => Some(state),
+                Heartbeat::Unknown | Heartbeat::Lost => None,
+            },
         }
     }
 
-    /// What is known of the heartbeat.
+    /// What is known of the heartbeat; nothing if the node is guarded.
     #[must_use]
     pub const fn heartbeat(&self) -> Heartbeat {
-        self.heartbeat.heartbeat()
+        match &self.watch {
+            Watch::Heartbeat(consumer) => consumer.heartbeat(),
+            Watch::Guarding(_) => Heartbeat::Unknown,
+        }
     }
 
-    /// The error register, as the last emergency since the node's boot-up told it.
+    /// The error register in the last emergency since the node's boot-up.
     #[must_use]
     pub const fn error_register(&self) -> ErrorRegister {
         self.emcy.register()
     }
+}
 
-    pub(super) fn start(&mut self, now: Instant) {
-        if let Some(guard) = &mut self.guard {
-            guard.start(now);
-        }
+/// Which of [`Entry::cob_ids`] SDO responses have; the other one is of emergencies.
+pub(super) const SDO_RESPONSE: usize = 0;
+
+/// What the manager asks about its nodes: whose guarding request is to be sent, whose SDO frame?
+pub(super) const GUARDING: usize = 0;
+pub(super) const SDO: usize = 1;
+
+impl Entry for Remote {
+    fn node(&self) -> NodeId {
+        self.node
     }
 
-    pub(super) fn poll_guard(&mut self, now: Instant) -> Option<Frame> {
-        self.guard.as_mut()?.poll_transmit(now)
+    fn cob_ids(&self) -> [Option<CobId>; IDS] {
+        [Some(self.sdo.response_id()), Some(self.emcy.id())]
     }
 
-    pub(super) fn poll_timeout(&self) -> Option<Instant> {
-        let guard = self.guard.as_ref().and_then(NodeGuard::poll_timeout);
-        [guard, self.heartbeat.poll_timeout(), self.sdo.poll_timeout()].into_iter().flatten().min()
+    fn poll_timeout(&self) -> Option<Instant> {
+        earliest([self.watch.poll_timeout(), self.sdo.poll_timeout()])
+    }
+
+    fn marks(&self) -> [bool; MARKS] {
+        [self.watch.has_outgoing(), self.sdo.has_outgoing(), false]
     }
 }

@@ -159,6 +159,11 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
         }
     }
 
+    /// Whether [`Runner::poll_transmit`] has a frame.
+    pub(crate) const fn has_outgoing(&self) -> bool {
+        matches!(self.activity, Activity::Command) || self.client.has_outgoing()
+    }
+
     /// The next frame to send.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         match &mut self.activity {

@@ -4,9 +4,11 @@
 use super::heartbeat_producer::next_tick;
 use crate::frame::Frame;
 use crate::id::NodeId;
-use crate::time::{Duration, Instant};
+use crate::time::{Duration, Instant, earliest};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
+
+use super::heartbeat_consumer;
 
 /// What guarding noticed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +23,18 @@ pub enum Event {
     ToggleError,
     /// No answer came within the life time.
     Lost,
+}
+
+/// What a heartbeat says, as if it were an answer.
+impl From<heartbeat_consumer::Event> for Event {
+    fn from(event: heartbeat_consumer::Event) -> Self {
+        match event {
+            heartbeat_consumer::Event::BootedUp => Event::BootedUp,
+            heartbeat_consumer::Event::Started(state) => Event::Started(state),
+            heartbeat_consumer::Event::StateChanged(state) => Event::StateChanged(state),
+            heartbeat_consumer::Event::Lost => Event::Lost,
+        }
+    }
 }
 
 /// Guards one node.
@@ -113,6 +127,11 @@ impl NodeGuard {
         Some(Event::Lost)
     }
 
+    /// Whether [`NodeGuard::poll_transmit`] has a request.
+    pub(crate) const fn has_outgoing(&self) -> bool {
+        self.ask
+    }
+
     /// The request, when one is due.
     pub fn poll_transmit(&mut self, _now: Instant) -> Option<Frame> {
         core::mem::take(&mut self.ask).then(|| ErrorControl::request(self.node))
@@ -121,7 +140,7 @@ impl NodeGuard {
     /// When the next request is due or the node is lost.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        [self.next, self.deadline].into_iter().flatten().min()
+        earliest([self.next, self.deadline])
     }
 }
 

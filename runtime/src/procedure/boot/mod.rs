@@ -290,6 +290,12 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         }
     }
 
+    /// Whether [`BootNode::poll_transmit`] has a frame.
+    pub(crate) const fn has_outgoing(&self) -> bool {
+        let runs = !matches!(self.stage, Stage::Configure { .. });
+        self.outgoing.is_some() || self.client.has_outgoing() || runs && self.runner.has_outgoing()
+    }
+
     /// The next frame to send.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         if let Some(frame) = self.outgoing.take() {

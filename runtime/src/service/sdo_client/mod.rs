@@ -333,6 +333,11 @@ impl SdoClient {
         Some(self.fail(address, Failure::TimedOut))
     }
 
+    /// Whether [`SdoClient::poll_transmit`] has a frame.
+    pub(crate) const fn has_outgoing(&self) -> bool {
+        self.unsent || self.parting.is_some()
+    }
+
     /// The next frame to be sent.
     #[inline(always)]
     pub fn poll_transmit(&mut self, now: Instant, payload: &mut dyn Payload) -> Option<Frame> {

@@ -1,0 +1,126 @@
+//! What a manager and a network report.
+
+use crate::frame::Frame;
+use crate::id::NodeId;
+use crate::object::TimeOfDay;
+use crate::procedure::BootError;
+use crate::service::{node_guard, sdo_client};
+use crate::wire::emcy::Emergency;
+use crate::wire::nmt::NmtState;
+
+/// What a manager learned. One frame or deadline is at most one event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// A node sent its boot-up message; also one that the manager does not look after.
+    BootedUp {
+        /// Which node.
+        node: NodeId,
+    },
+    /// A node's state was heard for the first time, or for the first time after it was lost.
+    Appeared {
+        /// Which node.
+        node: NodeId,
+        /// Its state.
+        state: NmtState,
+    },
+    /// A node is in another state.
+    StateChanged {
+        /// Which node.
+        node: NodeId,
+        /// Its state.
+        state: NmtState,
+    },
+    /// A node's heartbeat or guarding answer is overdue.
+    Lost {
+        /// Which node.
+        node: NodeId,
+    },
+    /// A node's guarding answers do not alternate.
+    ToggleError {
+        /// Which node.
+        node: NodeId,
+    },
+    /// A node that the manager does not look after sends heartbeats or guarding answers.
+    Stranger {
+        /// Which node.
+        node: NodeId,
+        /// Its state.
+        state: NmtState,
+    },
+    /// A node reports an error, or the end of one.
+    Emergency {
+        /// Which node.
+        node: NodeId,
+        /// What it reports.
+        emergency: Emergency,
+    },
+    /// An SDO transfer ended.
+    Sdo {
+        /// With which node.
+        node: NodeId,
+        /// How.
+        event: sdo_client::Event,
+    },
+    /// A data frame that is no other message: a PDO, to be [read](crate::object::Pdo::from_data) by who knows the mapping.
+    Pdo {
+        /// The node that the manager looks after whose TPDO has this COB-ID in the predefined connection
+        /// set. The PDOs of a network may be arranged otherwise.
+        node: Option<NodeId>,
+        /// The frame.
+        frame: Frame,
+    },
+    /// Another node tells the time of day.
+    Time(TimeOfDay),
+    /// Something happened in the network that a shell boots and keeps. A [`Manager`](super::Manager) alone reports none.
+    Network(NetworkEvent),
+}
+
+impl Event {
+    /// What the watch over a node has noticed.
+    pub(super) const fn of_watch(node: NodeId, event: node_guard::Event) -> Self {
+        match event {
+            node_guard::Event::BootedUp => Event::BootedUp { node },
+            node_guard::Event::Started(state) => Event::Appeared { node, state },
+            node_guard::Event::StateChanged(state) => Event::StateChanged { node, state },
+            node_guard::Event::ToggleError => Event::ToggleError { node },
+            node_guard::Event::Lost => Event::Lost { node },
+        }
+    }
+}
+
+/// What happened in the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NetworkEvent {
+    /// A node has booted: it is what it shall be, and reports OPERATIONAL if it was to be started.
+    Booted(NodeId),
+    /// A node does not boot. It is tried again with its next boot-up message.
+    Failed {
+        /// Which node.
+        node: NodeId,
+        /// Whether the network can do without it.
+        mandatory: bool,
+        /// Why.
+        error: BootError,
+    },
+    /// All mandatory nodes have booted, for the first time or again. Returned by a call of `handle_timeout` that
+    /// is due at once.
+    Ready,
+    /// Not all mandatory nodes have booted within the boot time (1F89h).
+    BootTimeElapsed,
+    /// A node that is not booted without asking has sent its boot-up message; [`Network::boot`](super::Network::boot) boots it.
+    BootedUp(NodeId),
+    /// A node that has booted reports another state than before: somebody commanded it, or it has an error.
+    StateChanged {
+        /// Which node.
+        node: NodeId,
+        /// Its state.
+        state: NmtState,
+    },
+    /// A node is lost; it is booted again, or what [`OnLoss`](super::OnLoss) says happens.
+    Lost {
+        /// Which node.
+        node: NodeId,
+        /// Whether the network can do without it.
+        mandatory: bool,
+    },
+}
