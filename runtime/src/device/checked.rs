@@ -3,13 +3,12 @@
 
 use super::behaviour::{Behaviour, ChangeRule, ErrorControlRule};
 use super::identifiers::{self, SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED, identifier, is_cob_id, switched};
-use super::{Device, RpdoSlot, TpdoSlot};
+use super::services::{RpdoSlot, Services, TpdoSlot};
 use crate::abort::AbortCode;
 use crate::cia301;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, Direction, Entry, Mapped, ObjectDictionary};
 use crate::service::mapping::{self, Mapping};
-use crate::service::nmt::Nmt;
 use crate::service::objects;
 use crate::service::sdo_server::SdoServer;
 use crate::wire::nmt::NmtState;
@@ -29,27 +28,18 @@ pub(super) struct Checked<'a> {
     pub(super) server_room: usize,
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED>
-{
-    /// The dictionary as clients may write it. It gets what it looks at and not all of the device, whose server is
-    /// lent elsewhere meanwhile.
-    pub(super) fn checked<'a>(
-        od: &'a mut dyn ObjectDictionary,
-        nmt: &Nmt,
-        behaviour: &'a Behaviour,
-        rpdos: &'a [RpdoSlot],
-        tpdos: &'a [TpdoSlot],
-    ) -> Checked<'a> {
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RPDOS, TPDOS, MONITORED> {
+    /// The dictionary as clients may write it, of a device with room for `server_room` servers.
+    pub(super) fn checked<'a>(&'a self, od: &'a mut dyn ObjectDictionary, server_room: usize) -> Checked<'a> {
         Checked {
             od,
-            node: nmt.node(),
-            state: nmt.state(),
-            behaviour,
-            rpdos,
-            tpdos,
+            node: self.nmt.node(),
+            state: self.nmt.state(),
+            behaviour: &self.behaviour,
+            rpdos: &self.rpdos,
+            tpdos: &self.tpdos,
             monitored: MONITORED,
-            server_room: SERVERS,
+            server_room,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::checked::consumed_heartbeat;
 use super::identifiers::{self, SYNC_GENERATED, TIME_CONSUMED, TIME_PRODUCED, identifier};
-use super::{Device, RpdoSlot, TpdoSlot};
+use super::services::{RpdoSlot, Services, TpdoSlot};
 use crate::cia301;
 use crate::id::CobId;
 use crate::object::{Address, Direction, ObjectDictionary};
@@ -10,17 +10,13 @@ use crate::service::heartbeat_consumer::HeartbeatConsumer;
 use crate::service::mapping::Mapping;
 use crate::service::objects;
 use crate::service::rpdo::{self, Rpdo};
-use crate::service::sdo_server::SdoServer;
 use crate::service::tpdo::{self, Tpdo};
 use crate::time::{Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
-use crate::wire::nmt::NmtState;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED>
-{
-    /// Configures everything.
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RPDOS, TPDOS, MONITORED> {
+    /// Configures all services.
     pub(super) fn configure(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
         self.load_sync(now, od);
         self.load_time(od);
@@ -33,10 +29,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
             self.load_consumer(sub, od);
         }
         self.starts_itself = starts_itself(od);
-        self.load_servers(od);
         self.load_rpdos(od);
         self.load_tpdos(od);
-        self.listen();
     }
 
     /// Configures what a written entry concerns.
@@ -54,39 +48,19 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
                 self.heartbeat.configure(now, heartbeat_period(od), Duration::ZERO);
                 self.load_guarding(od);
             }
-            // The answer to this very write leaves under the identifiers that the request came to.
-            cia301::SDO_SERVER_1..=cia301::SDO_SERVER_128 => self.servers_changed = true,
             index @ cia301::RPDO_1..=cia301::RPDO_MAPPING_512 => self.reload_rpdo(cia301::pdo_number(index), od),
             index @ cia301::TPDO_1..=cia301::TPDO_MAPPING_512 => self.reload_tpdo(cia301::pdo_number(index), now, od),
-            _ => return,
+            _ => {}
         }
-        self.listen();
     }
 
-    fn listen(&mut self) {
-        self.quiet = None;
-        self.filter = self.cob_ids().collect();
-        self.generation = self.generation.wrapping_add(1);
-    }
-
-    /// The identifiers of all frames that concern the device, perhaps more than once; for links that can leave
-    /// out others. They change with [`Device::generation`].
-    pub fn cob_ids(&self) -> impl Iterator<Item = CobId> {
-        let fixed = [CobId::NMT, ErrorControl::cob_id(self.node)];
+    /// The identifiers of all frames for these services.
+    pub(super) fn cob_ids(&self) -> impl Iterator<Item = CobId> {
         let heartbeats = self.consumers.iter().flatten().map(|consumer| ErrorControl::cob_id(consumer.node()));
-        let requests = self.servers.iter().flatten().map(SdoServer::request_id);
         let rpdos = self.rpdos.iter().map(|slot| &slot.pdo).filter(|pdo| pdo.is_active());
         let tpdos = self.tpdos.iter().map(|slot| &slot.pdo).filter(|pdo| pdo.is_active());
         let pdos = rpdos.map(|pdo| pdo.parameters().cob_id).chain(tpdos.map(|pdo| pdo.parameters().cob_id));
-        let messages = fixed.into_iter().chain(self.sync_consumer.id()).chain(self.time_id).chain(requests);
-        messages.chain(heartbeats).chain(pdos.map(PdoCobId::id))
-    }
-
-    /// Another number than before when the communication objects have configured the device anew, and with
-    /// them perhaps [which identifiers](Device::cob_ids) concern it.
-    #[must_use]
-    pub const fn generation(&self) -> u32 {
-        self.generation
+        self.sync_consumer.id().into_iter().chain(self.time_id).chain(heartbeats).chain(pdos.map(PdoCobId::id))
     }
 
     fn load_sync(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
@@ -134,33 +108,6 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         *place = entry.map(|(node, time_ms)| HeartbeatConsumer::new(node, Duration::from_millis(u64::from(time_ms))));
     }
 
-    /// Configures the servers anew when one of them was written, and none has an answer left to send.
-    #[inline]
-    pub(super) fn follow_servers(&mut self, od: &mut dyn ObjectDictionary) {
-        if self.servers_changed && !self.servers.iter().flatten().any(SdoServer::has_answer) {
-            self.load_servers(od);
-            self.listen();
-        }
-    }
-
-    /// The default server, and those of 1201h and up that are valid, as long as there is room. A server
-    /// that stays as it is goes on with its transfer.
-    fn load_servers(&mut self, od: &mut dyn ObjectDictionary) {
-        self.servers_changed = false;
-        let old = core::mem::replace(&mut self.servers, [const { None }; SERVERS]);
-        // Whatever 1200h holds: the identifiers of the default server are not configurable (CiA 301, 7.5.2.33).
-        let default = SdoServer::of_node(self.node);
-        let others = (cia301::SDO_SERVER_2..=cia301::SDO_SERVER_128).filter_map(|index| identifiers::sdo(index, od));
-        let others = others.map(|(request, response)| SdoServer::new(request, response));
-        let sizes_indicated = self.behaviour.sdo_sizes_indicated;
-        for (place, new) in self.servers.iter_mut().zip(core::iter::once(default).chain(others)) {
-            let same =
-                |old: &&SdoServer| old.request_id() == new.request_id() && old.response_id() == new.response_id();
-            let running = old.iter().flatten().find(same).cloned();
-            *place = Some(running.unwrap_or(new.with_sizes_indicated(sizes_indicated)));
-        }
-    }
-
     fn load_rpdos(&mut self, od: &mut dyn ObjectDictionary) {
         let mut numbers = 1..=512;
         for at in 0..RPDOS {
@@ -194,7 +141,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// In OPERATIONAL, a TPDO that comes to exist begins as if the state had just been entered.
     fn reload_tpdo(&mut self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) {
         let new = self.tpdo_of(number, od);
-        let operational = self.nmt.state() == NmtState::Operational;
+        let operational = self.is_operational();
         for slot in self.tpdos.iter_mut().filter(|slot| slot.number == number) {
             let before = core::mem::replace(&mut slot.pdo, new);
             match (operational, before.is_active()) {

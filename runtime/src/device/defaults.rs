@@ -22,7 +22,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// are restricted (no service has them) or that two services have (SYNC and TIME go before SDO, and SDO before
     /// RPDOs). Defaults of a data sheet are not checked when they are loaded, as a manager's writes are.
     pub fn misconfigured<'a>(&'a self, od: &'a mut dyn ObjectDictionary) -> impl Iterator<Item = Misconfigured> + 'a {
-        let checked = Self::checked(od, &self.nmt, &self.behaviour, &self.rpdos, &self.tpdos);
+        let checked = self.services.get().checked(od, SERVERS);
         Defaults { checked, next: Address::new(cia301::COMMUNICATION.start, 0) }
     }
 }

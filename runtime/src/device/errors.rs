@@ -1,6 +1,7 @@
 //! Errors: the register (1001h), the history (1003h), EMCY, and what an error of communication brings with it.
 
 use super::Device;
+use super::services::{Services, Timer};
 use crate::cia301;
 use crate::object::{Address, ObjectDictionary};
 use crate::service::heartbeat_consumer::Heartbeat;
@@ -19,7 +20,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         vendor: [u8; 5],
         od: &mut dyn ObjectDictionary,
     ) {
-        self.raise(code, register, vendor, true, od);
+        self.services.get_mut().raise(code, register, vendor, true, od);
     }
 
     /// The same without an entry in the history.
@@ -30,9 +31,30 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         vendor: [u8; 5],
         od: &mut dyn ObjectDictionary,
     ) {
-        self.raise(code, register, vendor, false, od);
+        self.services.get_mut().raise(code, register, vendor, false, od);
     }
 
+    /// Errors are over: `register` is reset in the error register, and an EMCY with the code 0000h is
+    /// sent when the application had set any of its bits. `ErrorRegister(0xFF)` ends all errors of the application.
+    pub fn clear(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
+        self.services.get_mut().clear(register, od);
+    }
+
+    /// The bus failed (bus-off): the error behaviour (1029h) follows. Losing a heartbeat or life guarding
+    /// is noticed without this.
+    pub const fn communication_failed(&mut self, now: Instant) {
+        self.services.get_mut().timers.set(Timer::Reaction, Some(now));
+    }
+
+    /// Resets the error of communication in the register when none is left.
+    pub(super) fn end_communication_error(&mut self, od: &mut dyn ObjectDictionary) {
+        if self.services.get().communication_error {
+            self.services.get_mut().end_communication_error(od);
+        }
+    }
+}
+
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RPDOS, TPDOS, MONITORED> {
     fn raise(
         &mut self,
         code: ErrorCode,
@@ -49,14 +71,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     fn report_error(&mut self, code: ErrorCode, vendor: [u8; 5], record: bool, od: &mut dyn ObjectDictionary) {
-        self.quiet = None;
         let before = self.emcy.register();
         self.emcy.raise(code, self.errors(), vendor, record, od);
         self.follow_register(before);
     }
 
     fn report_end(&mut self, od: &mut dyn ObjectDictionary) {
-        self.quiet = None;
         let before = self.emcy.register();
         self.emcy.clear(self.errors(), [0; 5], od);
         self.follow_register(before);
@@ -72,28 +92,21 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// What the error register has to show: the errors of the application and those that the device has
     /// noticed itself. The generic bit is set with any of them.
     fn errors(&self) -> ErrorRegister {
-        let own = if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE };
-        let errors = self.application_errors | own;
+        let errors = self.application_errors | self.own_errors();
         if errors.is_empty() { errors } else { errors | ErrorRegister::GENERIC }
     }
 
-    /// Errors are over: `register` is reset in the error register, and an EMCY with the code 0000h is
-    /// sent when the application had set any of its bits. `ErrorRegister(0xFF)` ends all errors of the application.
-    pub fn clear(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
-        let ended = self.application_errors & register;
-        self.application_errors = self.application_errors & !register;
-        // Of what the device has noticed itself, nothing ends by this.
-        let still_there = if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE };
-        if !(ended & !still_there).is_empty() {
-            self.report_end(od);
-        }
+    fn own_errors(&self) -> ErrorRegister {
+        if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE }
     }
 
-    /// The bus failed (bus-off): the error behaviour (1029h) follows. Losing a heartbeat or life guarding
-    /// is noticed without this.
-    pub const fn communication_failed(&mut self, now: Instant) {
-        self.reaction = Some(now);
-        self.quiet = None;
+    fn clear(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
+        let ended = self.application_errors & register;
+        self.application_errors = self.application_errors & !register;
+        // What the device has noticed itself does not end by this.
+        if !(ended & !self.own_errors()).is_empty() {
+            self.report_end(od);
+        }
     }
 
     /// An error of communication that the device has noticed itself.
@@ -105,18 +118,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         self.report_error(code, [0; 5], self.behaviour.records_communication_errors, od);
     }
 
-    /// Resets the error of communication in the register when none is left.
-    #[inline]
+    /// Resets the error of communication in the register when none is left. While the application has errors, the
+    /// device is not free of errors, and sends no message that may be read as that.
     pub(super) fn end_communication_error(&mut self, od: &mut dyn ObjectDictionary) {
-        if self.communication_error {
-            self.report_end_of_communication_error(od);
-        }
-    }
-
-    /// Where the application has errors, the device is not free of errors, and sends no message that may be
-    /// read as that.
-    fn report_end_of_communication_error(&mut self, od: &mut dyn ObjectDictionary) {
-        if self.has_communication_error() {
+        if !self.communication_error || self.has_communication_error() {
             return;
         }
         self.communication_error = false;

@@ -1,15 +1,13 @@
 //! What frames do to a device.
 
-use super::checked::Checked;
-use super::transmit::is_guarded;
-use super::{Device, Event, TpdoSlot};
+use super::event::Event;
+use super::services::{Services, Timer, TpdoSlot};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
-use crate::object::{Address, ObjectDictionary};
+use crate::object::ObjectDictionary;
 use crate::service::mapping::Mapping;
 use crate::service::nmt;
 use crate::service::rpdo::{self, LengthError};
-use crate::service::sdo_server::{self, SdoServer};
 use crate::service::tpdo::Tpdo;
 use crate::time::Instant;
 use crate::wire::emcy::ErrorCode;
@@ -18,15 +16,13 @@ use crate::wire::nmt::NmtState;
 use crate::wire::sync::Sync;
 use crate::wire::time;
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED>
-{
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RPDOS, TPDOS, MONITORED> {
     /// A frame that is no request to a server.
     pub(super) fn dispatch(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
         let (id, state) = (frame.id(), self.nmt.state());
         if id == CobId::NMT {
             let event = self.nmt.handle_frame(now, frame)?;
-            return self.follow_nmt(now, event);
+            return Some(self.follow_nmt(now, event));
         }
         if state == NmtState::Initialising {
             return None;
@@ -49,7 +45,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         if self.time_id == Some(id) && !frame.is_remote() {
             return time::parse(frame.data()).map(Event::Time);
         }
-        if self.nmt.state() != NmtState::Operational {
+        if !self.is_operational() {
             return None;
         }
         if frame.is_remote() {
@@ -61,9 +57,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     /// Everything that a change of the NMT state brings with it.
-    pub(super) fn follow_nmt(&mut self, now: Instant, event: nmt::Event) -> Option<Event> {
+    pub(super) fn follow_nmt(&mut self, now: Instant, event: nmt::Event) -> Event {
         let state = self.nmt.state();
-        self.quiet = None;
         if state == NmtState::Operational {
             self.tpdos.iter_mut().for_each(|slot| slot.pdo.start(now));
         } else {
@@ -73,19 +68,18 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         if state.allows_messages() {
             self.sync_producer.resume(now);
         } else {
-            self.servers.iter_mut().flatten().for_each(SdoServer::reset);
             self.sync_producer.suspend();
-            self.own_sync = None;
+            self.timers.set(Timer::OwnSync, None);
             self.time = None;
         }
         match event {
-            nmt::Event::StateChanged(state) => Some(Event::StateChanged(state)),
-            nmt::Event::Reset(reset) => Some(Event::Reset(reset)),
+            nmt::Event::StateChanged(state) => Event::StateChanged(state),
+            nmt::Event::Reset(reset) => Event::Reset(reset),
         }
     }
 
     fn handle_error_control(&mut self, now: Instant, node: NodeId, frame: &Frame) -> Option<Event> {
-        if node == self.node {
+        if node == self.nmt.node() {
             // A device with a heartbeat is not guarded (CiA 301, 7.2.8.3.2.2).
             let guarded = self.heartbeat.period().is_zero();
             return if guarded { self.guarding.handle_frame(now, frame).map(Event::LifeGuarding) } else { None };
@@ -96,7 +90,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     pub(super) fn handle_sync(&mut self, sync: Sync, od: &mut dyn ObjectDictionary) -> Event {
-        if self.nmt.state() == NmtState::Operational {
+        if self.is_operational() {
             self.rpdos.iter_mut().for_each(|slot| slot.pdo.handle_sync(od));
             self.tpdos.iter_mut().for_each(|slot| slot.pdo.handle_sync(sync.counter, od));
             for slot in self.rpdos.iter().filter(|slot| slot.pdo.applied().is_some()) {
@@ -124,90 +118,6 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         }
         rpdo_event(number, event)
     }
-
-    /// Whether the identifier is one of messages that go before SDO, should a data sheet give both the same one.
-    #[inline]
-    pub(super) fn is_sync_or_time(&self, id: CobId) -> bool {
-        let id = Some(id);
-        id == self.sync_consumer.id() || id == self.time_id
-    }
-
-    /// The place of the server that has requests of this identifier.
-    #[inline]
-    pub(super) fn server_of(&self, id: CobId) -> Option<usize> {
-        if !self.nmt.state().allows_messages() {
-            return None;
-        }
-        self.servers.iter().position(|server| server.as_ref().is_some_and(|server| server.request_id() == id))
-    }
-
-    /// A request to the server in place `at`.
-    // Always inlined: so the event is looked at where it is written, and not moved about before.
-    #[inline(always)]
-    pub(super) fn handle_request(
-        &mut self,
-        at: usize,
-        now: Instant,
-        frame: &Frame,
-        od: &mut dyn ObjectDictionary,
-    ) -> Option<sdo_server::Event> {
-        let server = self.servers.get_mut(at)?.as_mut()?;
-        if is_guarded(server) || may_name_communication(frame) || !self.behaviour.writable_in.is_empty() {
-            return self.handle_guarded(at, now, frame, od);
-        }
-        server.handle_frame(now, frame, od)
-    }
-
-    #[inline(never)]
-    fn handle_guarded(
-        &mut self,
-        at: usize,
-        now: Instant,
-        frame: &Frame,
-        od: &mut dyn ObjectDictionary,
-    ) -> Option<sdo_server::Event> {
-        let (server, mut checked) = self.guarded(at, od)?;
-        server.handle_frame(now, frame, &mut checked)
-    }
-
-    /// The server in place `at`, and the dictionary as its client may write it.
-    pub(super) fn guarded<'a>(
-        &'a mut self,
-        at: usize,
-        od: &'a mut dyn ObjectDictionary,
-    ) -> Option<(&'a mut SdoServer, Checked<'a>)> {
-        let server = self.servers.get_mut(at)?.as_mut()?;
-        let checked = Self::checked(od, &self.nmt, &self.behaviour, &self.rpdos, &self.tpdos);
-        Some((server, checked))
-    }
-
-    /// What a server did to an entry.
-    #[inline(always)]
-    pub(super) fn follow_sdo(
-        &mut self,
-        now: Instant,
-        event: Option<sdo_server::Event>,
-        od: &mut dyn ObjectDictionary,
-    ) -> Option<Event> {
-        match event {
-            None | Some(sdo_server::Event::Read(_)) => None,
-            Some(sdo_server::Event::Written(address)) => Some(self.follow_write(now, address, od)),
-            Some(sdo_server::Event::Aborted { address, code, .. }) => Some(Event::SdoAborted { address, reason: code }),
-        }
-    }
-
-    fn follow_write(&mut self, now: Instant, address: Address, od: &mut dyn ObjectDictionary) -> Event {
-        self.reconfigure(now, address, od);
-        self.changed(address);
-        self.end_communication_error(od);
-        Event::Written(address)
-    }
-}
-
-/// Whether a request may name an entry that [`Checked`] looks at: 1000h to 1FFFh. Where others name an index,
-/// a segment has data.
-fn may_name_communication(frame: &Frame) -> bool {
-    frame.data().get(2).is_some_and(|high| high >> 4 == 1)
 }
 
 /// What an RPDO has written is a change for the TPDOs that map it, if it is another value.

@@ -1,0 +1,112 @@
+//! The SDO servers of a device: they serve the dictionary as [`Checked`](super::checked::Checked) lets clients write
+//! it, and what they have written takes effect.
+
+use super::event::Event;
+use super::{Device, identifiers};
+use crate::cia301;
+use crate::frame::Frame;
+use crate::id::CobId;
+use crate::object::{Address, ObjectDictionary};
+use crate::service::sdo_server::{self, SdoServer};
+use crate::time::Instant;
+
+impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
+    Device<RPDOS, TPDOS, SERVERS, MONITORED>
+{
+    /// The place of the server that has requests of this identifier.
+    pub(super) fn server_of(&self, id: CobId) -> Option<usize> {
+        let services = self.services.get();
+        // SYNC and TIME go first, should a data sheet give them the identifier of a server.
+        let is_message = services.sync_consumer.id() == Some(id) || services.time_id == Some(id);
+        if is_message || !services.nmt.state().allows_messages() {
+            return None;
+        }
+        self.servers.iter().position(|server| server.as_ref().is_some_and(|server| server.request_id() == id))
+    }
+
+    /// A request to the server in place `at`.
+    pub(super) fn handle_request(
+        &mut self,
+        at: usize,
+        now: Instant,
+        frame: &Frame,
+        od: &mut dyn ObjectDictionary,
+    ) -> Option<Event> {
+        let server = self.servers.get_mut(at)?.as_mut()?;
+        let event = server.handle_frame(now, frame, &mut self.services.get().checked(od, SERVERS))?;
+        self.follow_sdo(now, event, od)
+    }
+
+    /// What a server did to an entry.
+    fn follow_sdo(&mut self, now: Instant, event: sdo_server::Event, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        let event = reported(event)?;
+        if let Event::Written(address) = event {
+            self.reconfigure(now, address, od);
+            self.changed(address);
+            self.end_communication_error(od);
+        }
+        Some(event)
+    }
+
+    /// Configures what a written entry concerns.
+    fn reconfigure(&mut self, now: Instant, address: Address, od: &mut dyn ObjectDictionary) {
+        if !cia301::COMMUNICATION.contains(&address.index()) {
+            return;
+        }
+        // The answer to this very write leaves under the identifiers that the request came to.
+        self.servers_changed |= (cia301::SDO_SERVER_1..=cia301::SDO_SERVER_128).contains(&address.index());
+        self.services.get_mut().reconfigure(now, address, od);
+        self.listen();
+    }
+
+    /// A device that has stopped forgets its transfers.
+    pub(super) fn follow_state(&mut self, event: Option<Event>) -> Option<Event> {
+        if !self.nmt_state().allows_messages() {
+            self.servers.iter_mut().flatten().for_each(SdoServer::reset);
+        }
+        event
+    }
+
+    pub(super) fn handle_server_timeout(&mut self, now: Instant) -> Option<Event> {
+        let event = self.servers.iter_mut().flatten().find_map(|server| server.handle_timeout(now))?;
+        reported(event)
+    }
+
+    pub(super) fn poll_servers(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+        if !self.nmt_state().allows_messages() {
+            return None;
+        }
+        let frame = self.servers.iter_mut().flatten().find_map(|server| server.poll_transmit(now, od));
+        if self.servers_changed && !self.servers.iter().flatten().any(SdoServer::has_answer) {
+            self.load_servers(od);
+            self.listen();
+        }
+        frame
+    }
+
+    /// The default server, and those of 1201h and up that are valid, as long as there is room. A server
+    /// that stays as it is goes on with its transfer.
+    pub(super) fn load_servers(&mut self, od: &mut dyn ObjectDictionary) {
+        self.servers_changed = false;
+        let old = core::mem::replace(&mut self.servers, [const { None }; SERVERS]);
+        // The identifiers of the default server are fixed, also if 1200h has others (CiA 301, 7.5.2.33).
+        let default = SdoServer::of_node(self.node());
+        let others = (cia301::SDO_SERVER_2..=cia301::SDO_SERVER_128).filter_map(|index| identifiers::sdo(index, od));
+        let others = others.map(|(request, response)| SdoServer::new(request, response));
+        let sizes_indicated = self.behaviour().sdo_sizes_indicated;
+        for (place, new) in self.servers.iter_mut().zip(core::iter::once(default).chain(others)) {
+            let same =
+                |old: &&SdoServer| old.request_id() == new.request_id() && old.response_id() == new.response_id();
+            let running = old.iter().flatten().find(same).cloned();
+            *place = Some(running.unwrap_or(new.with_sizes_indicated(sizes_indicated)));
+        }
+    }
+}
+
+const fn reported(event: sdo_server::Event) -> Option<Event> {
+    match event {
+        sdo_server::Event::Read(_) => None,
+        sdo_server::Event::Written(address) => Some(Event::Written(address)),
+        sdo_server::Event::Aborted { address, code, .. } => Some(Event::SdoAborted { address, reason: code }),
+    }
+}

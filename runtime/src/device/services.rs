@@ -1,0 +1,303 @@
+//! Everything of a device but its SDO servers: what is due, in which order it is sent, and when time passes.
+
+use super::behaviour::Behaviour;
+use super::event::Event;
+use crate::cia301;
+use crate::frame::Frame;
+use crate::id::{CobId, NodeId};
+use crate::object::{Address, ObjectDictionary, TimeOfDay};
+use crate::service::emcy_producer::EmcyProducer;
+use crate::service::guarding::Guarding;
+use crate::service::heartbeat_consumer::HeartbeatConsumer;
+use crate::service::heartbeat_producer::HeartbeatProducer;
+use crate::service::mapping::Mapping;
+use crate::service::nmt::Nmt;
+use crate::service::objects;
+use crate::service::rpdo::{self, Rpdo};
+use crate::service::sync_consumer::SyncConsumer;
+use crate::service::sync_producer::SyncProducer;
+use crate::service::tpdo::{self, Tpdo, Triggers};
+use crate::time::Instant;
+use crate::wire::emcy::{ErrorCode, ErrorRegister};
+use crate::wire::nmt::NmtState;
+use crate::wire::sync::Sync;
+use crate::wire::time;
+
+/// The services, as [`Device`](super::Device) configures them from the dictionary.
+#[derive(Clone, Debug)]
+pub(super) struct Services<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> {
+    pub(super) behaviour: Behaviour,
+    pub(super) nmt: Nmt,
+    pub(super) sync_consumer: SyncConsumer,
+    pub(super) sync_producer: SyncProducer,
+    /// The SYNC that the device itself has sent last: it concerns its own PDOs too.
+    own_sync: Sync,
+    /// TIME is consumed under this identifier.
+    pub(super) time_id: Option<CobId>,
+    /// TIME is produced under this identifier.
+    pub(super) time_producer: Option<CobId>,
+    /// The time to send.
+    pub(super) time: Option<TimeOfDay>,
+    pub(super) emcy: EmcyProducer,
+    pub(super) heartbeat: HeartbeatProducer,
+    pub(super) guarding: Guarding,
+    pub(super) consumers: [Option<HeartbeatConsumer>; MONITORED],
+    pub(super) rpdos: [RpdoSlot; RPDOS],
+    pub(super) tpdos: [TpdoSlot; TPDOS],
+    /// The error register shows an error of communication that the device has noticed itself.
+    pub(super) communication_error: bool,
+    /// What the application has set in the error register.
+    pub(super) application_errors: ErrorRegister,
+    /// The device enters OPERATIONAL by itself after its boot-up (1F80h).
+    pub(super) starts_itself: bool,
+    pub(super) timers: Timers,
+}
+
+/// An RPDO and its number; number 0 is free.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RpdoSlot {
+    pub(super) number: u16,
+    pub(super) pdo: Rpdo,
+}
+
+/// A TPDO and its number; number 0 is free.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TpdoSlot {
+    pub(super) number: u16,
+    pub(super) pdo: Tpdo,
+}
+
+impl RpdoSlot {
+    const FREE: RpdoSlot = RpdoSlot { number: 0, pdo: Rpdo::new(rpdo::Parameters::OFF, Mapping::EMPTY) };
+
+    pub(super) const fn parameter_index(&self) -> u16 {
+        cia301::rpdo(self.number)
+    }
+}
+
+impl TpdoSlot {
+    const FREE: TpdoSlot =
+        TpdoSlot { number: 0, pdo: Tpdo::new(tpdo::Parameters::OFF, Mapping::EMPTY, Triggers::NONE) };
+
+    pub(super) const fn parameter_index(&self) -> u16 {
+        cia301::tpdo(self.number)
+    }
+}
+
+/// What the device does by itself at a given time. Services have deadlines of their own.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Timer {
+    /// It enters OPERATIONAL (1F80h).
+    Start,
+    /// The error behaviour (1029h).
+    Reaction,
+    /// The SYNC that it has sent takes effect on its own PDOs.
+    OwnSync,
+}
+
+/// When each [`Timer`] runs out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Timers([Option<Instant>; Timers::ALL.len()]);
+
+impl Timers {
+    const ALL: [Timer; 3] = [Timer::Start, Timer::Reaction, Timer::OwnSync];
+    const NONE: Timers = Timers([None; Timers::ALL.len()]);
+
+    pub(super) const fn set(&mut self, timer: Timer, at: Option<Instant>) {
+        self.0[timer as usize] = at;
+    }
+
+    fn next(&self) -> Option<Instant> {
+        self.0.into_iter().flatten().min()
+    }
+
+    /// The first timer that has run out, which is stopped.
+    fn expire(&mut self, now: Instant) -> Option<Timer> {
+        let mut timers = Timers::ALL.into_iter().zip(&mut self.0);
+        timers.find_map(|(timer, at)| at.take_if(|at| *at <= now).map(|_| timer))
+    }
+}
+
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RPDOS, TPDOS, MONITORED> {
+    pub(super) const fn new(node: NodeId, behaviour: Behaviour) -> Self {
+        Services {
+            behaviour,
+            nmt: Nmt::new(node),
+            sync_consumer: SyncConsumer::new(),
+            sync_producer: SyncProducer::new(),
+            own_sync: Sync { counter: None },
+            time_id: None,
+            time_producer: None,
+            time: None,
+            emcy: EmcyProducer::new(behaviour.emcy_code_order),
+            heartbeat: HeartbeatProducer::new(node),
+            guarding: Guarding::new(node),
+            consumers: [const { None }; MONITORED],
+            rpdos: [RpdoSlot::FREE; RPDOS],
+            tpdos: [TpdoSlot::FREE; TPDOS],
+            communication_error: false,
+            application_errors: ErrorRegister::NONE,
+            starts_itself: false,
+            timers: Timers::NONE,
+        }
+    }
+
+    /// Changes the NMT state by local control.
+    pub(super) fn enter(&mut self, now: Instant, state: NmtState) -> Option<Event> {
+        let event = self.nmt.enter(state)?;
+        Some(self.follow_nmt(now, event))
+    }
+
+    pub(super) fn is_operational(&self) -> bool {
+        self.nmt.state() == NmtState::Operational
+    }
+
+    /// Whether a TPDO maps an object.
+    pub(super) fn maps(&self, address: Address) -> bool {
+        self.tpdos.iter().any(|slot| slot.pdo.mapping().maps(address))
+    }
+
+    /// An object changed.
+    pub(super) fn changed(&mut self, address: Address) {
+        if self.is_operational() {
+            self.tpdos.iter_mut().for_each(|slot| slot.pdo.changed(address));
+        }
+    }
+
+    /// Does what is due, but no more than one event of it.
+    pub(super) fn handle_timeout(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        self.heartbeat.handle_timeout(now);
+        self.sync_producer.handle_timeout(now);
+        self.emcy.handle_timeout(now);
+        self.tpdos.iter_mut().for_each(|slot| slot.pdo.handle_timeout(now));
+        if self.sync_consumer.handle_timeout(now) {
+            self.tpdos.iter_mut().for_each(|slot| slot.pdo.close_window());
+        }
+        let mut event = None;
+        while event.is_none()
+            && let Some(timer) = self.timers.expire(now)
+        {
+            event = self.handle_timer(timer, now, od);
+        }
+        event.or_else(|| self.handle_lost_peers(now, od)).or_else(|| self.handle_late_pdos(now, od))
+    }
+
+    fn handle_timer(&mut self, timer: Timer, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        match timer {
+            Timer::Start => self.enter(now, NmtState::Operational),
+            // CiA 301, 7.5.2.31.
+            Timer::Reaction => match objects::read_u8(od, cia301::ERROR_BEHAVIOUR, 1).unwrap_or(0) {
+                0 if self.is_operational() => self.enter(now, NmtState::PreOperational),
+                2 => self.enter(now, NmtState::Stopped),
+                _ => None,
+            },
+            Timer::OwnSync => Some(self.handle_sync(self.own_sync, od)),
+        }
+    }
+
+    fn handle_lost_peers(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        let lost = self
+            .consumers
+            .iter_mut()
+            .flatten()
+            .find_map(|consumer| Some((consumer.node(), consumer.handle_timeout(now)?)))
+            .map(|(node, event)| Event::Heartbeat { node, event })
+            .or_else(|| self.guarding.handle_timeout(now).map(Event::LifeGuarding))?;
+        self.raise_communication_error(ErrorCode::LIFE_GUARD, od);
+        self.timers.set(Timer::Reaction, Some(now));
+        Some(lost)
+    }
+
+    fn handle_late_pdos(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
+        let number = self.rpdos.iter_mut().find_map(|slot| slot.pdo.handle_timeout(now).map(|_| slot.number))?;
+        self.raise_communication_error(ErrorCode::RPDO_TIMEOUT, od);
+        Some(Event::RpdoTimedOut { number })
+    }
+
+    /// The next frame, the most important one first. Out of line, so that only the check whether there is anything to
+    /// send is inlined (README: SDO read of 4 bytes).
+    #[inline(never)]
+    fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+        self.end_communication_error(od);
+        if let Some(boot_up) = self.nmt.poll_transmit(now) {
+            self.timers.set(Timer::Start, self.starts_itself.then_some(now));
+            return Some(boot_up);
+        }
+        let state = self.nmt.state();
+        let message = if state.allows_messages() { self.poll_messages(now, od) } else { None };
+        message.or_else(|| self.heartbeat.poll_transmit(now, state)).or_else(|| self.guarding.poll_transmit(now, state))
+    }
+
+    fn poll_messages(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+        if let Some((sync, frame)) = self.sync_producer.poll_transmit(now) {
+            self.sync_consumer.open_window(now);
+            self.own_sync = sync;
+            self.timers.set(Timer::OwnSync, Some(now));
+            return Some(frame);
+        }
+        if let Some(frame) = self.emcy.poll_transmit(now) {
+            return Some(frame);
+        }
+        if let Some((id, time)) = self.time_producer.zip(self.time.take()) {
+            return Some(time::frame(id, time));
+        }
+        // Outside OPERATIONAL no TPDO is due: they are suspended.
+        self.tpdos.iter_mut().find_map(|slot| slot.pdo.poll_transmit(now, od))
+    }
+
+    /// When anything is due.
+    fn poll_timeout(&self) -> Option<Instant> {
+        let own = [
+            self.heartbeat.poll_timeout(),
+            self.sync_producer.poll_timeout(),
+            self.sync_consumer.poll_timeout(),
+            self.emcy.poll_timeout(),
+            self.guarding.poll_timeout(),
+            self.timers.next(),
+        ];
+        let consumers = self.consumers.iter().flatten().filter_map(HeartbeatConsumer::poll_timeout);
+        let rpdos = self.rpdos.iter().filter_map(|slot| slot.pdo.poll_timeout());
+        let tpdos = self.tpdos.iter().filter_map(|slot| slot.pdo.poll_timeout());
+        own.into_iter().flatten().chain(consumers).chain(rpdos).chain(tpdos).min()
+    }
+}
+
+/// Services, and whether they have nothing to send, once they were asked. To lend them mutably forgets that, so that
+/// nothing which may make a frame due has to reset it. It keeps the cost of an SDO transfer (`tests/bench/sdo.md`: u32
+/// read, whole device) independent of the number of PDOs.
+#[derive(Clone, Debug)]
+pub(super) struct Polled<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> {
+    services: Services<RPDOS, TPDOS, MONITORED>,
+    /// `Some` while there is nothing to send, with the next deadline.
+    quiet: Option<Option<Instant>>,
+}
+
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Polled<RPDOS, TPDOS, MONITORED> {
+    pub(super) const fn new(services: Services<RPDOS, TPDOS, MONITORED>) -> Self {
+        Polled { services, quiet: None }
+    }
+
+    pub(super) const fn get(&self) -> &Services<RPDOS, TPDOS, MONITORED> {
+        &self.services
+    }
+
+    pub(super) const fn get_mut(&mut self) -> &mut Services<RPDOS, TPDOS, MONITORED> {
+        self.quiet = None;
+        &mut self.services
+    }
+
+    pub(super) fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
+        if self.quiet.is_some() {
+            return None;
+        }
+        let frame = self.services.poll_transmit(now, od);
+        if frame.is_none() {
+            self.quiet = Some(self.services.poll_timeout());
+        }
+        frame
+    }
+
+    pub(super) fn poll_timeout(&self) -> Option<Instant> {
+        self.quiet.unwrap_or_else(|| self.services.poll_timeout())
+    }
+}
