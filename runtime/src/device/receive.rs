@@ -8,7 +8,6 @@ use crate::object::ObjectDictionary;
 use crate::service::mapping::Mapping;
 use crate::service::nmt;
 use crate::service::rpdo::{self, LengthError};
-use crate::service::tpdo::Tpdo;
 use crate::time::Instant;
 use crate::wire::emcy::ErrorCode;
 use crate::wire::heartbeat::ErrorControl;
@@ -122,8 +121,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
 
 /// What an RPDO has written is a change for the TPDOs that map it, if it is another value.
 fn compare(tpdos: &mut [TpdoSlot], written: &Mapping, od: &mut dyn ObjectDictionary) {
-    let maps_any = |pdo: &Tpdo| pdo.mapping().iter().any(|mapped| written.maps(mapped.address));
-    tpdos.iter_mut().filter(|slot| maps_any(&slot.pdo)).for_each(|slot| slot.pdo.compare(od));
+    tpdos.iter_mut().filter(|slot| slot.pdo.mapping().overlaps(written)).for_each(|slot| slot.pdo.compare(od));
 }
 
 fn rpdo_event(number: u16, event: rpdo::Event) -> Option<Event> {

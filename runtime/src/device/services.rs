@@ -17,7 +17,7 @@ use crate::service::rpdo::{self, Rpdo};
 use crate::service::sync_consumer::SyncConsumer;
 use crate::service::sync_producer::SyncProducer;
 use crate::service::tpdo::{self, Tpdo, Triggers};
-use crate::time::Instant;
+use crate::time::{Instant, earliest};
 use crate::wire::emcy::{ErrorCode, ErrorRegister};
 use crate::wire::nmt::NmtState;
 use crate::wire::sync::Sync;
@@ -108,7 +108,7 @@ impl Timers {
     }
 
     fn next(&self) -> Option<Instant> {
-        self.0.into_iter().flatten().min()
+        earliest(self.0)
     }
 
     /// The first timer that has run out, which is stopped.
@@ -214,9 +214,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
         Some(Event::RpdoTimedOut { number })
     }
 
-    /// The next frame, the most important one first. Out of line, so that only the check whether there is anything to
-    /// send is inlined (README: SDO read of 4 bytes).
-    #[inline(never)]
+    /// The next frame, the most important one first.
     fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
         self.end_communication_error(od);
         if let Some(boot_up) = self.nmt.poll_transmit(now) {
@@ -247,18 +245,24 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
 
     /// When anything is due.
     fn poll_timeout(&self) -> Option<Instant> {
-        let own = [
+        let mut next = earliest([
             self.heartbeat.poll_timeout(),
             self.sync_producer.poll_timeout(),
             self.sync_consumer.poll_timeout(),
             self.emcy.poll_timeout(),
             self.guarding.poll_timeout(),
             self.timers.next(),
-        ];
-        let consumers = self.consumers.iter().flatten().filter_map(HeartbeatConsumer::poll_timeout);
-        let rpdos = self.rpdos.iter().filter_map(|slot| slot.pdo.poll_timeout());
-        let tpdos = self.tpdos.iter().filter_map(|slot| slot.pdo.poll_timeout());
-        own.into_iter().flatten().chain(consumers).chain(rpdos).chain(tpdos).min()
+        ]);
+        for consumer in self.consumers.iter().flatten() {
+            next = earliest([next, consumer.poll_timeout()]);
+        }
+        for slot in &self.rpdos {
+            next = earliest([next, slot.pdo.poll_timeout()]);
+        }
+        for slot in &self.tpdos {
+            next = earliest([next, slot.pdo.poll_timeout()]);
+        }
+        next
     }
 }
 
@@ -287,9 +291,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Polled<RPDO
     }
 
     pub(super) fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
-        if self.quiet.is_some() {
-            return None;
-        }
+        if self.quiet.is_some() { None } else { self.ask(now, od) }
+    }
+
+    /// Out of line, so that only the look at `quiet` is inlined.
+    #[inline(never)]
+    fn ask(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
         let frame = self.services.poll_transmit(now, od);
         if frame.is_none() {
             self.quiet = Some(self.services.poll_timeout());

@@ -20,7 +20,18 @@ pub trait ObjectDictionary {
     /// [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
     fn entry(&self, address: Address) -> Result<Entry, AbortCode>;
 
-    /// The bytes that the entry holds now, or `None` when only reading to the end tells.
+    /// The same for an entry that is looked up again and again, as a mapped object is. `row` is where it was found
+    /// last, or any number. A dictionary with rows looks there first, and sets it to where the entry is.
+    ///
+    /// # Errors
+    ///
+    /// As [`ObjectDictionary::entry`].
+    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
+        let _ = row;
+        self.entry(address)
+    }
+
+    /// The number of bytes that the entry holds now, or `None` if it is known only after reading to the end.
     fn len(&self, entry: &Entry) -> Option<u32>;
 
     /// Reads from `offset` into `buffer`; less than the whole buffer only at the end. Access rights are
@@ -158,17 +169,28 @@ impl Table {
     ///
     /// [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
     pub fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
+        self.find(address).map(|(_, entry)| *entry)
+    }
+
+    fn find(&self, address: Address) -> Result<(usize, &Entry), AbortCode> {
         let row = self.entries.partition_point(|entry| entry.address < address);
-        match self.entries.get(row) {
-            Some(entry) if entry.address == address => return Ok(*entry),
-            Some(entry) if entry.address.index() == address.index() => return Err(AbortCode::NO_SUCH_SUB_INDEX),
-            _ => {}
-        }
-        // The entry before may be of the same object: then only the sub-index is missing.
-        match row.checked_sub(1).and_then(|row| self.entries.get(row)) {
-            Some(entry) if entry.address.index() == address.index() => Err(AbortCode::NO_SUCH_SUB_INDEX),
+        // The entry before may be of the same object, too: then only the sub-index is missing.
+        let [before, found] = [row.checked_sub(1), Some(row)].map(|row| self.entries.get(row?));
+        let is_near = |entry: &Entry| entry.address.index() == address.index();
+        match found {
+            Some(entry) if entry.address == address => Ok((row, entry)),
+            _ if found.is_some_and(is_near) || before.is_some_and(is_near) => Err(AbortCode::NO_SUCH_SUB_INDEX),
             _ => Err(AbortCode::NO_SUCH_OBJECT),
         }
+    }
+
+    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
+        if let Some(entry) = self.entries.get(usize::from(*row)).filter(|entry| entry.address == address) {
+            return Ok(*entry);
+        }
+        let (found, entry) = self.find(address)?;
+        *row = u16::try_from(found).unwrap_or(0);
+        Ok(*entry)
     }
 }
 
@@ -303,28 +325,6 @@ fn slot_range(entry: &Entry) -> Range<usize> {
     start.saturating_sub(prefix)..start + usize::from(entry.capacity)
 }
 
-/// Copies between slices of one length. What is short is copied without a call, as two pieces that may overlap.
-#[inline]
-fn copy(to: &mut [u8], from: &[u8]) {
-    match to.len() {
-        4..=8 => copy_ends::<4>(to, from),
-        9..=16 => copy_ends::<8>(to, from),
-        17..=32 => copy_ends::<16>(to, from),
-        _ => to.copy_from_slice(from),
-    }
-}
-
-/// Copies the first and the last `N` bytes, which are all when there are at most twice as many.
-#[inline]
-fn copy_ends<const N: usize>(to: &mut [u8], from: &[u8]) {
-    if let (Some(to), Some(from)) = (to.first_chunk_mut::<N>(), from.first_chunk()) {
-        *to = *from;
-    }
-    if let (Some(to), Some(from)) = (to.last_chunk_mut::<N>(), from.last_chunk()) {
-        *to = *from;
-    }
-}
-
 /// A number that orders wire forms as their values order.
 fn order_key(data_type: DataType, bits: u8, raw: u64) -> i128 {
     let up = 64 - u32::from(bits);
@@ -347,6 +347,10 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
         self.table.entry(address)
     }
 
+    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
+        self.table.entry_again(address, row)
+    }
+
     fn len(&self, entry: &Entry) -> Option<u32> {
         u32::try_from(self.bytes(entry).len()).ok()
     }
@@ -356,17 +360,9 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
             return Err(AbortCode::NO_DATA);
         }
         let rest = self.bytes(entry).get(offset as usize..).unwrap_or(&[]);
-        // Eight bytes are what an SDO server asks for: without a call, they take half the time.
-        if let (Some(rest), Ok(buffer)) = (rest.first_chunk::<8>(), <&mut [u8; 8]>::try_from(&mut *buffer)) {
-            *buffer = *rest;
-            return Ok(8);
-        }
         let n = rest.len().min(buffer.len());
         if let (Some(buffer), Some(rest)) = (buffer.get_mut(..n), rest.get(..n)) {
-            match (<&mut [u8; 4]>::try_from(&mut *buffer), <&[u8; 4]>::try_from(rest)) {
-                (Ok(buffer), Ok(rest)) => *buffer = *rest,
-                _ => buffer.copy_from_slice(rest),
-            }
+            buffer.copy_from_slice(rest);
         }
         Ok(n)
     }
@@ -387,7 +383,7 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
         let Some(to) = start.checked_add(data.len()).and_then(|end| value.get_mut(start..end)) else {
             return Err(AbortCode::LENGTH_TOO_HIGH);
         };
-        copy(to, data);
+        to.copy_from_slice(data);
         // What comes in pieces is empty until the last one: nobody reads a mixture of two values.
         if last || start == 0 {
             let len = if last { start + data.len() } else { 0 };
@@ -451,6 +447,20 @@ mod tests {
         }
         for index in [0, 0x1015, 0x2003, 0xFFFF] {
             assert_eq!(entry(index, 0), Err(AbortCode::NO_SUCH_OBJECT));
+        }
+    }
+
+    #[test]
+    fn an_entry_is_found_again_wherever_it_was_looked_for_before() {
+        let od = dictionary();
+        for address in
+            [(0x1014, 0), (0x2000, 1), (0x2000, 2), (0x2002, 0), (0xFFFF, 0)].map(|at| Address::new(at.0, at.1))
+        {
+            for mut row in (0..8).chain([u16::MAX]) {
+                assert_eq!(od.entry_again(address, &mut row), od.entry(address));
+                let found = TABLE.entries.get(usize::from(row)).filter(|entry| entry.address == address);
+                assert_eq!(found.copied().ok_or(()), od.entry(address).map_err(|_| ()), "{address} in row {row}");
+            }
         }
     }
 

@@ -6,17 +6,27 @@ use crate::abort::AbortCode;
 use crate::object::{self, Address, DataType, Direction, Entry, Mapped, ObjectDictionary, PdoMapping};
 
 /// The objects of a PDO, at most 64 of them, at most 64 bits in all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Mapping {
     // As mapping parameters hold them: half the size of `Mapped`.
     entries: [u32; Mapping::MAX],
+    // Where the dictionary has them, so that a PDO does not search for them.
+    rows: [u16; Mapping::MAX],
     len: u8,
     bits: u8,
 }
 
+impl PartialEq for Mapping {
+    fn eq(&self, other: &Self) -> bool {
+        self.len == other.len && self.entries == other.entries
+    }
+}
+
+impl Eq for Mapping {}
+
 impl Mapping {
     /// Nothing mapped.
-    pub const EMPTY: Mapping = Mapping { entries: [0; Mapping::MAX], len: 0, bits: 0 };
+    pub const EMPTY: Mapping = Mapping { entries: [0; Mapping::MAX], rows: [0; Mapping::MAX], len: 0, bits: 0 };
 
     /// As many objects as there are bits.
     pub const MAX: usize = 64;
@@ -34,6 +44,10 @@ impl Mapping {
                 return Mapping::EMPTY;
             }
         }
+        for (entry, row) in mapping.entries.iter().zip(&mut mapping.rows).take(usize::from(mapping.len)) {
+            // What is not in the dictionary is looked for, and not found, with every PDO.
+            let _ = od.entry_again(Mapped::from_parameter(*entry).address, row);
+        }
         mapping
     }
 
@@ -50,6 +64,11 @@ impl Mapping {
     /// The objects, in their order.
     pub fn iter(&self) -> impl Iterator<Item = Mapped> + '_ {
         self.entries.iter().take(usize::from(self.len)).map(|&entry| Mapped::from_parameter(entry))
+    }
+
+    /// The objects, each with its place in the dictionary.
+    fn located(&self) -> impl Iterator<Item = (Mapped, u16)> + '_ {
+        self.iter().zip(self.rows)
     }
 
     /// Whether nothing is mapped.
@@ -70,12 +89,17 @@ impl Mapping {
         self.iter().any(|mapped| mapped.address == address)
     }
 
+    /// Whether any object is in both mappings.
+    pub(crate) fn overlaps(&self, other: &Mapping) -> bool {
+        self.iter().any(|mapped| other.maps(mapped.address))
+    }
+
     /// The PDO's data, as the dictionary holds them now; what it does not give is zero.
     #[must_use]
     pub fn pack(&self, od: &mut dyn ObjectDictionary) -> [u8; 8] {
         let (mut raw, mut low) = (0, 0);
-        for mapped in self.iter() {
-            let value = if is_dummy(mapped) { None } else { objects::read_at(od, mapped.address) };
+        for (mapped, row) in self.located() {
+            let value = if is_dummy(mapped) { None } else { read(mapped, row, od) };
             raw |= object::place(value.unwrap_or(0), low, mapped.bits);
             low += mapped.bits;
         }
@@ -93,11 +117,11 @@ impl Mapping {
         bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
         let (raw, mut low) = (u64::from_le_bytes(bytes), 0);
         let mut result = Ok(());
-        for mapped in self.iter() {
+        for (mapped, row) in self.located() {
             let value = object::take(raw, low, mapped.bits);
             low += mapped.bits;
             if !is_dummy(mapped)
-                && let Err(reason) = write(mapped, value, od)
+                && let Err(reason) = write(mapped, row, value, od)
             {
                 result = result.and(Err((mapped.address, reason)));
             }
@@ -106,8 +130,13 @@ impl Mapping {
     }
 }
 
-fn write(mapped: Mapped, value: u64, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
-    let entry = od.entry(mapped.address)?;
+fn read(mapped: Mapped, mut row: u16, od: &mut dyn ObjectDictionary) -> Option<u64> {
+    let entry = od.entry_again(mapped.address, &mut row).ok()?;
+    objects::read_entry(od, &entry)
+}
+
+fn write(mapped: Mapped, mut row: u16, value: u64, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
+    let entry = od.entry_again(mapped.address, &mut row)?;
     let size = entry.data_type.size().unwrap_or(usize::from(mapped.bits).div_ceil(8));
     let bytes = value.to_le_bytes();
     od.write(&entry, 0, bytes.get(..size).unwrap_or(&bytes), true)

@@ -1,12 +1,17 @@
 //! How services read and write numbers in the dictionary that they are lent.
 
-use crate::object::{Address, ObjectDictionary};
+use crate::object::{Address, Entry, ObjectDictionary};
 
 /// The number at `address`; `None` when there is none or the dictionary does not give it.
 pub(crate) fn read_at(od: &mut dyn ObjectDictionary, address: Address) -> Option<u64> {
     let entry = od.entry(address).ok()?;
+    read_entry(od, &entry)
+}
+
+/// The number that an entry holds; `None` when the dictionary does not give it.
+pub(crate) fn read_entry(od: &mut dyn ObjectDictionary, entry: &Entry) -> Option<u64> {
     let mut bytes = [0; 8];
-    let len = od.read(&entry, 0, &mut bytes).ok()?;
+    let len = od.read(entry, 0, &mut bytes).ok()?;
     (len > 0).then_some(u64::from_le_bytes(bytes))
 }
 

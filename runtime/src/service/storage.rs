@@ -5,6 +5,7 @@
 //! store or restore on command.
 
 use crate::abort::AbortCode;
+use crate::cia301;
 use crate::object::{Address, Entry, ObjectDictionary};
 
 /// What the application does with the values of its dictionary.
@@ -43,12 +44,16 @@ impl<'a> Storing<'a> {
 
 /// Whether the entry is one of 1010h or 1011h that stands for a group.
 fn is_group(address: Address) -> bool {
-    matches!(address.index(), 0x1010 | 0x1011) && address.sub() > 0
+    matches!(address.index(), cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS) && address.sub() > 0
 }
 
 impl ObjectDictionary for Storing<'_> {
     fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
         self.od.entry(address)
+    }
+
+    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
+        self.od.entry_again(address, row)
     }
 
     fn len(&self, entry: &Entry) -> Option<u32> {
@@ -67,8 +72,8 @@ impl ObjectDictionary for Storing<'_> {
         match (index, <[u8; 4]>::try_from(data)) {
             (_, Err(_)) if data.len() < 4 => Err(AbortCode::LENGTH_TOO_LOW),
             (_, Err(_)) => Err(AbortCode::LENGTH_TOO_HIGH),
-            (0x1010, Ok(SAVE)) => self.storage.store(group, self.od),
-            (0x1011, Ok(LOAD)) => self.storage.restore(group),
+            (cia301::STORE_PARAMETERS, Ok(SAVE)) => self.storage.store(group, self.od),
+            (cia301::RESTORE_DEFAULT_PARAMETERS, Ok(LOAD)) => self.storage.restore(group),
             // Any other signature is refused, and nothing happens (CiA 301, 7.5.2.13).
             _ => Err(AbortCode::CANNOT_TRANSFER),
         }

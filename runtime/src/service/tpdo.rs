@@ -12,7 +12,7 @@ use super::mapping::Mapping;
 use crate::frame::Frame;
 use crate::id::CobId;
 use crate::object::{Address, ObjectDictionary};
-use crate::time::{Duration, Instant};
+use crate::time::{Duration, Instant, earliest};
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// The communication parameter of a TPDO.
@@ -304,7 +304,7 @@ impl Tpdo {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         let inhibited = self.inhibited.filter(|_| self.pending.is_some());
-        [inhibited, self.event].into_iter().flatten().min()
+        earliest([inhibited, self.event])
     }
 }
 
