@@ -394,12 +394,6 @@ impl Segment {
         self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
     }
 
-    /// The data as eight bytes: those that do not count are zero.
-    #[inline]
-    pub(crate) const fn padded(&self) -> &[u8; 8] {
-        &self.data
-    }
-
     #[inline]
     fn parse(raw: Raw) -> Self {
         let len = usize::from(7 - (raw.command() >> 1 & 0b111));
@@ -537,12 +531,6 @@ impl Raw {
     #[inline]
     fn specifier(self) -> u8 {
         self.command() >> 5
-    }
-
-    /// The toggle bit of a request for a segment, if this is one.
-    #[inline]
-    pub(crate) fn upload_segment(self) -> Option<bool> {
-        (self.specifier() == 3).then(|| self.has(TOGGLE))
     }
 
     /// The toggle bit of the confirmation of a segment, if this is one.

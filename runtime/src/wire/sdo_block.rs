@@ -47,12 +47,6 @@ impl BlockSegment {
         data
     }
 
-    /// The data as eight bytes, of which the last one is zero.
-    #[inline]
-    pub(crate) const fn padded(&self) -> &[u8; 8] {
-        &self.data
-    }
-
     /// The place in its block, 1 to 127.
     #[inline]
     #[must_use]

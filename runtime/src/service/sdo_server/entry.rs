@@ -1,5 +1,7 @@
 //! An entry as the transfers see it: a stream of bytes, read or written from its beginning to its end.
 
+use core::cmp::Ordering;
+
 use crate::abort::AbortCode;
 use crate::object::{Address, Entry, ObjectDictionary};
 use crate::wire::sdo::Expedited;
@@ -25,14 +27,8 @@ impl Source {
         let entry = readable(address, od)?;
         let mut bytes = [0; 8];
         let len = od.read(&entry, 0, &mut bytes)?;
-        Ok(Source::after(entry, len, &bytes))
-    }
-
-    /// The entry of which the first bytes have been read already.
-    #[inline]
-    pub(super) fn after(entry: Entry, len: usize, bytes: &[u8; 8]) -> Self {
         let is_whole = len < bytes.len() || entry.data_type.size().is_some();
-        Source { entry, value: is_whole.then_some(Value { len, bytes: *bytes }) }
+        Ok(Source { entry, value: is_whole.then_some(Value { len, bytes }) })
     }
 
     pub(super) fn address(&self) -> Address {
@@ -40,9 +36,9 @@ impl Source {
     }
 
     /// The value, when it fits into one frame.
-    #[inline]
     pub(super) fn expedited(&self) -> Option<Expedited> {
-        self.value.and_then(|Value { len, bytes }| expedited(len, &bytes))
+        let Value { len, bytes: [a, b, c, d, ..] } = self.value?;
+        Expedited::of_buffer([a, b, c, d], len)
     }
 
     /// The number of bytes, if the dictionary knows it beforehand.
@@ -60,9 +56,9 @@ impl Source {
         let mut bytes = [0; 8];
         let len = match &self.value {
             Some(value) => {
-                bytes =
-                    (u64::from_le_bytes(value.bytes).checked_shr(offset.saturating_mul(8)).unwrap_or(0)).to_le_bytes();
-                value.len.saturating_sub(offset as usize)
+                let rest = value.bytes.get(offset as usize..value.len).unwrap_or(&[]);
+                bytes.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
+                rest.len()
             }
             None => od.read(&self.entry, offset, &mut bytes)?,
         };
@@ -74,13 +70,12 @@ impl Source {
 /// Until then, and when they never come, it keeps what it has.
 const STAGED: usize = 64;
 
-/// The bytes of a transfer that have come. A segment is copied as eight bytes, which costs no call: there is
-/// room behind the last one.
+/// The bytes of a transfer that have come.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stage([u8; STAGED + 8]);
+pub(super) struct Stage([u8; STAGED]);
 
 impl Stage {
-    pub(super) const EMPTY: Stage = Stage([0; STAGED + 8]);
+    pub(super) const EMPTY: Stage = Stage([0; STAGED]);
 }
 
 /// An entry being written.
@@ -97,7 +92,6 @@ pub(super) struct Sink {
 }
 
 impl Sink {
-    #[inline]
     pub(super) fn open(
         address: Address,
         announced: Option<u32>,
@@ -125,28 +119,28 @@ impl Sink {
         self.entry.address
     }
 
-    /// Takes the next bytes: the first `len` of these.
+    /// Takes the next bytes.
     #[inline]
     pub(super) fn write(
         &mut self,
-        data: &[u8; 8],
-        len: usize,
+        data: &[u8],
         last: bool,
         stage: &mut Stage,
         od: &mut dyn ObjectDictionary,
     ) -> Result<(), AbortCode> {
         let start = self.offset;
-        let end = start.checked_add(len as u32).filter(|end| *end <= self.most).ok_or(AbortCode::LENGTH_TOO_HIGH)?;
+        let end = start.checked_add(data.len() as u32).filter(|end| *end <= self.most);
+        let end = end.ok_or(AbortCode::LENGTH_TOO_HIGH)?;
         if last && end < self.least {
             return Err(AbortCode::LENGTH_TOO_LOW);
         }
         self.offset = end;
         if !self.is_staged {
-            return od.write(&self.entry, start, data.get(..len).unwrap_or(data), last);
+            return od.write(&self.entry, start, data, last);
         }
         // There always is room: `most` is at most STAGED here.
-        if let Some(room) = stage.0.get_mut(start as usize..).and_then(|rest| rest.first_chunk_mut()) {
-            *room = *data;
+        if let Some(room) = stage.0.get_mut(start as usize..end as usize) {
+            room.copy_from_slice(data);
         }
         if last { od.write(&self.entry, 0, stage.0.get(..end as usize).unwrap_or(&stage.0), true) } else { Ok(()) }
     }
@@ -154,7 +148,6 @@ impl Sink {
 
 /// Writes an entry whose data came in one frame. If the request does not say how many of the four bytes
 /// count, or some of them may be padding, the size of the entry decides.
-#[inline]
 pub(super) fn write_expedited(
     address: Address,
     data: Expedited,
@@ -162,25 +155,19 @@ pub(super) fn write_expedited(
     od: &mut dyn ObjectDictionary,
 ) -> Result<(), AbortCode> {
     let entry = writable(address, od)?;
-    let data = data.data();
-    let Some(size) = entry.data_type.size() else {
-        return od.write(&entry, 0, data, true);
+    let may_be_padded = may_be_padded && data.data().len() == 4 || data.len().is_none();
+    let data = match entry.data_type.size() {
+        Some(size) if may_be_padded => data.data().get(..size).unwrap_or(data.data()),
+        _ => data.data(),
     };
-    let mut bytes = [0; 8];
-    bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-    let len = if may_be_padded && data.len() == 4 { size.min(4) } else { data.len() };
-    write_value(&entry, &bytes, len, od)
-}
-
-/// The bytes that came from an entry, when they are all and fit into one frame.
-#[inline]
-pub(super) fn expedited(len: usize, bytes: &[u8; 8]) -> Option<Expedited> {
-    let [a, b, c, d, ..] = *bytes;
-    Expedited::of_buffer([a, b, c, d], len)
+    match entry.data_type.size().map(|size| data.len().cmp(&size)) {
+        Some(Ordering::Less) => Err(AbortCode::LENGTH_TOO_LOW),
+        Some(Ordering::Greater) => Err(AbortCode::LENGTH_TOO_HIGH),
+        Some(Ordering::Equal) | None => od.write(&entry, 0, data, true),
+    }
 }
 
 /// The facts of an entry that may be read.
-#[inline]
 pub(super) fn readable(address: Address, od: &mut dyn ObjectDictionary) -> Result<Entry, AbortCode> {
     let entry = od.entry(address)?;
     if entry.access.is_readable() { Ok(entry) } else { Err(AbortCode::WRITE_ONLY) }
@@ -189,17 +176,4 @@ pub(super) fn readable(address: Address, od: &mut dyn ObjectDictionary) -> Resul
 fn writable(address: Address, od: &mut dyn ObjectDictionary) -> Result<Entry, AbortCode> {
     let entry = od.entry(address)?;
     if entry.access.is_writable() { Ok(entry) } else { Err(AbortCode::READ_ONLY) }
-}
-
-/// Writes a value of a fixed size, which must have come in full.
-#[inline]
-fn write_value(entry: &Entry, bytes: &[u8; 8], len: usize, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
-    let size = entry.data_type.size().unwrap_or(len);
-    if len < size {
-        return Err(AbortCode::LENGTH_TOO_LOW);
-    }
-    match bytes.get(..size) {
-        Some(value) if len == size => od.write(entry, 0, value, true),
-        _ => Err(AbortCode::LENGTH_TOO_HIGH),
-    }
 }

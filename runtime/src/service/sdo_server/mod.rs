@@ -21,7 +21,7 @@ mod entry;
 mod segmented;
 
 use self::block::{BlockDownload, BlockUpload};
-use self::entry::Stage;
+use self::entry::{Sink, Source, Stage};
 use self::segmented::{Download, Upload};
 use crate::abort::AbortCode;
 use crate::cia301::connection;
@@ -30,7 +30,7 @@ use crate::id::{CobId, NodeId};
 use crate::object::{Address, ObjectDictionary};
 use crate::service::sdo_block;
 use crate::time::{Duration, Instant};
-use crate::wire::sdo::{Abort, ClientRequest, Raw, ServerResponse};
+use crate::wire::sdo::{Abort, ClientRequest, Content, Raw, ServerResponse};
 use crate::wire::sdo_block::BlockSegment;
 
 /// One SDO channel of a device, the side that serves.
@@ -67,7 +67,6 @@ impl SizesIndicated {
     pub const NONE: SizesIndicated = SizesIndicated { expedited: [false; 4], longer: false };
 
     /// Whether an expedited answer of `len` bytes does.
-    #[inline]
     fn expedited(self, len: usize) -> bool {
         len.checked_sub(1).and_then(|at| self.expedited.get(at)).copied().unwrap_or(false)
     }
@@ -121,8 +120,6 @@ enum Progress {
     /// It was a write, and is complete.
     Written,
 }
-
-type Outcome = Result<Progress, AbortCode>;
 
 impl SdoServer {
     /// A server that listens to `request` and answers with `response`. A transfer times out after 1 s
@@ -248,9 +245,9 @@ impl SdoServer {
 
     /// The next frame to be sent. An error of the dictionary in the midst of a block is sent at once, and
     /// reported by the next [`SdoServer::handle_timeout`], whose time has come then.
-    #[inline(always)]
+    #[inline]
     pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
-        let raw = self.next(now, od)?;
+        let raw = self.reply.take().or_else(|| self.next_segment(now, od))?;
         Some(Frame::from_array(self.response, raw.to_bytes()))
     }
 
@@ -261,27 +258,27 @@ impl SdoServer {
     }
 
     fn handle_request(&mut self, now: Instant, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Event> {
-        let event = match self.handle_segment(raw, od) {
-            Some(Ok(Progress::Continues)) => None,
-            Some(outcome) => self.conclude(self.address(), outcome),
+        let event = match self.handle_block_segment(raw, od) {
+            Some(Ok(())) => None,
+            Some(Err(code)) => Some(self.abort(self.address(), code)),
             None => self.handle_command(raw, od),
         };
         self.await_client(now);
         event
     }
 
-    /// Almost all frames of a long transfer are segments or requests for them, so these come first.
+    /// Takes a segment of a block download, which has no command; `None` if none is awaited.
     #[inline]
-    fn handle_segment(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Outcome> {
-        match &mut self.state {
-            State::BlockDownload(download) => {
-                let taken = download.take(&download.parse(raw)?, &mut self.stage, od);
-                Some(taken.map(|confirmation| self.confirm_block_download(confirmation)))
+    fn handle_block_segment(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Result<(), AbortCode>> {
+        let State::BlockDownload(download) = &mut self.state else { return None };
+        let segment = download.parse(raw)?;
+        let taken = download.take(&segment, &mut self.stage, od);
+        Some(taken.map(|confirmation| {
+            // Segments are not answered but at the end of their block.
+            if let Some(confirmation) = confirmation {
+                self.answer(ServerResponse::ConfirmBlockDownload(confirmation));
             }
-            State::Upload(_) => raw.upload_segment().map(|toggle| self.upload_segment(toggle, od)),
-            State::Download(_) => raw.segment().map(|segment| self.download_segment(segment, od)),
-            _ => None,
-        }
+        }))
     }
 
     fn handle_command(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Event> {
@@ -289,34 +286,114 @@ impl SdoServer {
         let Some(request) = ClientRequest::from_raw(raw) else {
             return Some(self.abort(before.unwrap_or(raw.address()), AbortCode::UNKNOWN_COMMAND));
         };
-        let outcome = match request {
-            ClientRequest::InitiateUpload { address } => self.initiate_upload(address, od),
-            ClientRequest::InitiateDownload { address, content } => self.initiate_download(address, content, od),
-            ClientRequest::InitiateBlockUpload { address, crc, block_size, switch_threshold } => {
-                self.initiate_block_upload(address, crc, block_size, switch_threshold, od)
-            }
-            ClientRequest::InitiateBlockDownload { address, crc, size } => {
-                self.initiate_block_download(address, crc, size, od)
-            }
-            ClientRequest::StartBlockUpload => self.start_block_upload(),
-            ClientRequest::ConfirmBlockUpload(confirmation) => self.confirm_block_upload(confirmation),
-            ClientRequest::EndBlockUpload => self.block_upload_ended(),
-            ClientRequest::EndBlockDownload(block_end) => self.end_block_download(block_end, od),
-            ClientRequest::Abort(Abort { code, .. }) => return self.abandon(code),
-            // A segment, but of nothing, or of a transfer that is not segmented.
-            ClientRequest::UploadSegment { .. } | ClientRequest::DownloadSegment(_) => Err(AbortCode::UNKNOWN_COMMAND),
-        };
-        if request.initiates().is_none() {
-            return self.conclude(self.address(), outcome);
+        if let ClientRequest::Abort(Abort { code, .. }) = request {
+            let address = before?;
+            self.reset();
+            return Some(aborted(address, code, Side::Client));
         }
+        let Some(address) = request.initiates() else {
+            let outcome = self.proceed(request, od);
+            return self.conclude(self.address(), outcome);
+        };
+        let outcome = self.initiate(request, od);
         // A client that begins another transfer has given up the one under way.
-        let event = self.conclude(raw.address(), outcome);
+        let event = self.conclude(address, outcome);
         event.or_else(|| before.map(|before| aborted(before, AbortCode::GENERAL, Side::Client)))
     }
 
-    /// Ends the transfer, if that is the outcome.
+    /// Begins a transfer, which may be all of it.
+    fn initiate(&mut self, request: ClientRequest, od: &mut dyn ObjectDictionary) -> Result<Progress, AbortCode> {
+        match request {
+            ClientRequest::InitiateUpload { address } => {
+                let source = Source::open(address, od)?;
+                Ok(self.upload(source, od))
+            }
+            ClientRequest::InitiateDownload { address, content: Content::Expedited(data) } => {
+                entry::write_expedited(address, data, self.padded_writes, od)?;
+                self.answer(ServerResponse::InitiateDownload { address });
+                Ok(Progress::Written)
+            }
+            ClientRequest::InitiateDownload { address, content: Content::Segmented { size } } => {
+                let download = Download::new(Sink::open(address, size, od)?);
+                Ok(self.begin(State::Download(download), ServerResponse::InitiateDownload { address }))
+            }
+            ClientRequest::InitiateBlockUpload { address, crc, block_size, switch_threshold } => {
+                let source = Source::open(address, od)?;
+                let size = source.size(od);
+                if switch_threshold > 0 && size.is_some_and(|size| size <= u32::from(switch_threshold)) {
+                    return Ok(self.upload(source, od));
+                }
+                let upload = BlockUpload::new(source, block_size, crc)?;
+                let size = size.filter(|_| self.sizes_indicated.longer);
+                let answer = ServerResponse::InitiateBlockUpload { address, crc: true, size };
+                Ok(self.begin(State::BlockUpload(upload), answer))
+            }
+            ClientRequest::InitiateBlockDownload { address, crc, size } => {
+                let block_size = self.block_size;
+                let download = BlockDownload::new(Sink::open(address, size, od)?, block_size, crc, size);
+                let answer = ServerResponse::InitiateBlockDownload { address, crc: true, block_size };
+                Ok(self.begin(State::BlockDownload(download), answer))
+            }
+            _ => Err(AbortCode::UNKNOWN_COMMAND),
+        }
+    }
+
+    fn begin(&mut self, state: State, answer: ServerResponse) -> Progress {
+        self.state = state;
+        self.answer(answer);
+        Progress::Continues
+    }
+
+    /// Answers a read without blocks: with the data, if it fits into one frame, and else with segments.
+    fn upload(&mut self, source: Source, od: &mut dyn ObjectDictionary) -> Progress {
+        let address = source.address();
+        if let Some(data) = source.expedited() {
+            let indicated = data.len().is_some_and(|len| self.sizes_indicated.expedited(len));
+            let data = if indicated { data } else { data.without_len() };
+            self.answer(ServerResponse::InitiateUpload { address, content: Content::Expedited(data) });
+            return Progress::Read;
+        }
+        let size = if self.sizes_indicated.longer { source.size(od) } else { None };
+        let answer = ServerResponse::InitiateUpload { address, content: Content::Segmented { size } };
+        self.begin(State::Upload(Upload::new(source)), answer)
+    }
+
+    /// Goes on with the transfer under way; a request that does not belong to it ends it.
     #[inline]
-    fn conclude(&mut self, address: Address, outcome: Outcome) -> Option<Event> {
+    fn proceed(&mut self, request: ClientRequest, od: &mut dyn ObjectDictionary) -> Result<Progress, AbortCode> {
+        match (&mut self.state, request) {
+            (State::Upload(upload), ClientRequest::UploadSegment { toggle }) => {
+                let segment = upload.segment(toggle, od)?;
+                self.answer(ServerResponse::UploadSegment(segment));
+                Ok(if segment.last { Progress::Read } else { Progress::Continues })
+            }
+            (State::Download(download), ClientRequest::DownloadSegment(segment)) => {
+                download.take(&segment, &mut self.stage, od)?;
+                self.answer(ServerResponse::DownloadSegment { toggle: segment.toggle });
+                Ok(if segment.last { Progress::Written } else { Progress::Continues })
+            }
+            (State::BlockUpload(upload), ClientRequest::StartBlockUpload) => {
+                upload.start()?;
+                Ok(Progress::Continues)
+            }
+            (State::BlockUpload(upload), ClientRequest::ConfirmBlockUpload(confirmation)) => {
+                if let Some(block_end) = upload.confirm(confirmation)? {
+                    self.answer(ServerResponse::EndBlockUpload(block_end));
+                }
+                Ok(Progress::Continues)
+            }
+            (State::BlockUpload(upload), ClientRequest::EndBlockUpload) if upload.is_ending() => Ok(Progress::Read),
+            (State::BlockDownload(download), ClientRequest::EndBlockDownload(block_end)) => {
+                download.finish(block_end, &mut self.stage, od)?;
+                self.answer(ServerResponse::EndBlockDownload);
+                Ok(Progress::Written)
+            }
+            _ => Err(AbortCode::UNKNOWN_COMMAND),
+        }
+    }
+
+    /// Ends the transfer, if that is the outcome.
+    fn conclude(&mut self, address: Address, outcome: Result<Progress, AbortCode>) -> Option<Event> {
         let event = match outcome {
             Ok(Progress::Continues) => return None,
             Ok(Progress::Read) => Event::Read(address),
@@ -327,20 +404,9 @@ impl SdoServer {
         Some(event)
     }
 
-    /// What is to be sent next. It comes in a register; the frame is put together where it is wanted.
-    fn next(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Raw> {
-        match self.reply.take() {
-            None => self.next_segment(now, od),
-            reply => reply,
-        }
-    }
-
     /// The next segment of a block upload.
-    #[inline]
     fn next_segment(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Raw> {
-        let State::BlockUpload(upload) = &mut self.state else {
-            return None;
-        };
+        let State::BlockUpload(upload) = &mut self.state else { return None };
         match upload.segment(od)? {
             Ok(segment) => {
                 self.await_client(now);
@@ -370,19 +436,10 @@ impl SdoServer {
     }
 
     /// Ends the transfer, and sends the abort.
-    #[cold]
     fn abort(&mut self, address: Address, code: AbortCode) -> Event {
         self.state = State::Idle;
         self.answer(ServerResponse::Abort(Abort { address, code }));
         aborted(address, code, Side::Server)
-    }
-
-    /// The client has ended the transfer.
-    #[cold]
-    fn abandon(&mut self, code: AbortCode) -> Option<Event> {
-        let address = self.is_busy().then(|| self.address())?;
-        self.reset();
-        Some(aborted(address, code, Side::Client))
     }
 
     /// The entry that is transferred; `0000:00` when there is none.
