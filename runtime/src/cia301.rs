@@ -79,6 +79,24 @@ pub const TO_MAPPING: u16 = RPDO_MAPPING_1 - RPDO_1;
 /// 1F80h: what a device does after its boot-up (CiA 302-2).
 pub const NMT_STARTUP: u16 = 0x1F80;
 
+/// 1F81h: which nodes belong to the network of the manager, and how it treats each (CiA 302-2); as with all that
+/// follow, the sub-index is the node-ID.
+pub const NMT_SLAVE_ASSIGNMENT: u16 = 0x1F81;
+/// 1F26h: the date of the configuration that a node is expected to have (CiA 302-3).
+pub const EXPECTED_CONFIGURATION_DATE: u16 = 0x1F26;
+/// 1F27h: the time of that.
+pub const EXPECTED_CONFIGURATION_TIME: u16 = 0x1F27;
+/// 1F84h: the device type that a node is expected to have (CiA 302-2).
+pub const EXPECTED_DEVICE_TYPE: u16 = 0x1F84;
+/// 1F85h: its vendor-ID.
+pub const EXPECTED_VENDOR: u16 = 0x1F85;
+/// 1F86h: its product code.
+pub const EXPECTED_PRODUCT: u16 = 0x1F86;
+/// 1F87h: its revision number.
+pub const EXPECTED_REVISION: u16 = 0x1F87;
+/// 1F88h: its serial number.
+pub const EXPECTED_SERIAL: u16 = 0x1F88;
+
 /// The communication parameter of RPDO `number`, 1 to 512.
 #[must_use]
 pub const fn rpdo(number: u16) -> u16 {
@@ -103,6 +121,8 @@ pub mod connection {
     pub const EMCY: u16 = 0x080;
     /// The first TPDO; the next three follow in steps of 100h.
     pub const TPDO_1: u16 = 0x180;
+    /// All four TPDOs.
+    pub const TPDOS: [u16; 4] = [TPDO_1, TPDO_1 + 0x100, TPDO_1 + 0x200, TPDO_1 + 0x300];
     /// The first RPDO; the next three follow in steps of 100h.
     pub const RPDO_1: u16 = 0x200;
     /// What the default SDO server answers.

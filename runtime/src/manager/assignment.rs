@@ -1,6 +1,7 @@
 //! Which nodes belong to a network, and how it starts: what the dictionary of its manager says (CiA 302-2, 1F80h
 //! and 1F81h).
 
+use crate::cia301;
 use crate::id::NodeId;
 use crate::object::ObjectDictionary;
 use crate::procedure::BootPlan;
@@ -124,10 +125,11 @@ impl<C> Assignment<C> {
         const MEMBER: u32 = 1 << 0;
         const BOOTS_AGAIN: u32 = 1 << 2;
         const MANDATORY: u32 = 1 << 3;
-        let assignment = objects::read_u32(od, 0x1F81, node.get()).filter(|bits| bits & MEMBER != 0)?;
-        let entries = objects::read_u8(od, 0x1016, 0).unwrap_or(0);
+        let assignment =
+            objects::read_u32(od, cia301::NMT_SLAVE_ASSIGNMENT, node.get()).filter(|bits| bits & MEMBER != 0)?;
+        let entries = objects::read_u8(od, cia301::CONSUMER_HEARTBEAT_TIME, 0).unwrap_or(0);
         let heartbeat_ms = (1..=entries).find_map(|sub| {
-            let entry = objects::read_u32(od, 0x1016, sub)?;
+            let entry = objects::read_u32(od, cia301::CONSUMER_HEARTBEAT_TIME, sub)?;
             (entry >> 16 == u32::from(node.get())).then_some(entry & 0xFFFF)
         });
         let heartbeat = Duration::from_millis(heartbeat_ms.unwrap_or(0).into());

@@ -43,6 +43,7 @@ mod watch;
 
 use self::places::Place;
 use self::table::{Entry as _, Table};
+use crate::cia301::connection;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, Pdo, TimeOfDay};
@@ -343,14 +344,14 @@ fn stranger(node: NodeId, frame: &Frame) -> Option<Event> {
 }
 
 /// Whether a PDO may have this COB-ID. 081h to 0FFh may too, but are taken for emergencies.
-const fn is_pdo(id: CobId) -> bool {
-    id.is_extended() || !id.is_restricted() && id.raw() > 0x180
+fn is_pdo(id: CobId) -> bool {
+    id.is_extended() || !id.is_restricted() && id.raw() > connection::TPDO_1.into()
 }
 
 /// Whose TPDO has this COB-ID in the predefined connection set (CiA 301, 7.3.3).
 fn transmitter(id: CobId) -> Option<NodeId> {
     let base = id.raw() & 0x780;
-    let is_tpdo = !id.is_extended() && matches!(base, 0x180 | 0x280 | 0x380 | 0x480);
+    let is_tpdo = !id.is_extended() && connection::TPDOS.map(u32::from).contains(&base);
     let node = u8::try_from(id.raw() & 0x7F).ok().and_then(NodeId::new);
     node.filter(|_| is_tpdo)
 }

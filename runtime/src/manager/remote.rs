@@ -2,6 +2,7 @@
 
 use super::table::{Entry, IDS, MARKS};
 use super::watch::Watch;
+use crate::cia301::connection;
 use crate::id::{CobId, NodeId};
 use crate::service::emcy_consumer::EmcyConsumer;
 use crate::service::heartbeat_consumer::Heartbeat;
@@ -71,7 +72,7 @@ impl Remote {
     /// The identifiers under which the node sends what its manager hears: error control, SDO responses, EMCY,
     /// and the four TPDOs of the predefined connection set (CiA 301, 7.3.5).
     pub fn cob_ids(&self) -> impl Iterator<Item = CobId> + use<> {
-        let predefined = [0x180, 0x280, 0x380, 0x480].map(|base| CobId::of_node(base, self.node));
+        let predefined = connection::TPDOS.map(|base| CobId::of_node(base, self.node));
         let own = [ErrorControl::cob_id(self.node), self.sdo.response_id(), self.emcy.id()];
         own.into_iter().chain(predefined)
     }

@@ -1,6 +1,7 @@
 //! Configuring a PDO in the order of CiA 301, 7.5.2.36: switch it off, change it, switch it on.
 
 use super::step::Step;
+use crate::cia301;
 use crate::object::{Address, Direction, Mapped};
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
@@ -26,12 +27,11 @@ pub struct PdoSettings<'a> {
 /// The steps that configure a PDO. The device must be in PRE-OPERATIONAL, unless it does not mind.
 pub fn configure_pdo<'a>(settings: PdoSettings<'a>) -> impl Iterator<Item = Step<'static>> + use<'a> {
     let (parameter, mapping) = match settings.direction {
-        Direction::Receive => (0x13FF_u16, 0x15FF_u16),
-        Direction::Transmit => (0x17FF, 0x19FF),
+        Direction::Receive => (cia301::RPDO_1, cia301::RPDO_MAPPING_1),
+        Direction::Transmit => (cia301::TPDO_1, cia301::TPDO_MAPPING_1),
     };
     // A number beyond 512 names no PDO: the device says so.
-    let parameter = parameter.wrapping_add(settings.number);
-    let mapping = mapping.wrapping_add(settings.number);
+    let [parameter, mapping] = [parameter, mapping].map(|first| first.wrapping_add(settings.number).wrapping_sub(1));
     let off = [Step::value(Address::new(parameter, 1), settings.cob_id.switched_off().0)];
     let parameters = [
         Some(Step::value(Address::new(parameter, 2), settings.transmission.code())),

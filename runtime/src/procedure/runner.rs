@@ -159,11 +159,6 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
         }
     }
 
-    /// Whether [`Runner::poll_transmit`] has a frame.
-    pub(crate) const fn has_outgoing(&self) -> bool {
-        matches!(self.activity, Activity::Command) || self.client.has_outgoing()
-    }
-
     /// The next frame to send.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         match &mut self.activity {
@@ -240,7 +235,7 @@ impl<'a, I: Iterator<Item = Step<'a>>> Runner<'a, I> {
             sdo_client::Event::Failed(error) => return self.fail(error.into()),
         };
         let Activity::Transfer { value, until } = self.activity else { return self.begin_next(now) };
-        let got = number(value);
+        let got = value.number();
         match self.step {
             Some(Step::Expect { address, mask, value }) if got & mask != value & mask => {
                 self.fail(StepError::Mismatch { address, got: got & mask })
@@ -315,9 +310,4 @@ fn bytes_of(step: Step<'_>) -> &[u8] {
         Step::Write { data: Data::Bytes(bytes), .. } => bytes,
         _ => &[],
     }
-}
-
-/// The number that was read.
-fn number(value: Scalar) -> u64 {
-    value.bytes().iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte))
 }

@@ -12,13 +12,12 @@ mod plan;
 pub use plan::{BootError, BootPlan};
 
 use super::concise::{ConciseDcf, Position};
-use super::runner::{self, Runner, StepError};
-use super::step::Step;
+use crate::cia301;
 use crate::frame::Frame;
 use crate::id::NodeId;
 use crate::object::Address;
-use crate::service::sdo_client::{self, SdoClient};
-use crate::time::{Duration, Instant};
+use crate::service::sdo_client::{Event, Payload, Scalar, SdoClient};
+use crate::time::{Duration, Instant, earliest};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::lss::Part;
 use crate::wire::nmt::{NmtCommand, NmtMessage, NmtState};
@@ -26,11 +25,12 @@ use crate::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 /// Boots one node.
 #[derive(Clone, Debug)]
 pub struct BootNode<C> {
+    node: NodeId,
     plan: BootPlan<C>,
-    /// Writes the configuration; the runner has a client of its own.
     client: SdoClient,
-    runner: Runner<'static, Steps>,
     stage: Stage,
+    /// What was read last.
+    value: Scalar,
     /// A heartbeat or guarding answer was heard.
     alive: bool,
     /// The node is started with the others, when it is released.
@@ -50,14 +50,33 @@ pub enum BootEvent {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    Identify,
-    CheckState { until: Instant },
-    Reset,
-    CheckConfiguration,
-    Configure { at: Position, entry: usize },
-    AwaitErrorControl { until: Instant },
+    /// It begins with the first deadline, which is due at once.
+    Begin,
+    /// Reads the device type, then each part of the identity that is to have a certain value.
+    Identify {
+        part: Option<Part>,
+    },
+    CheckState {
+        until: Instant,
+    },
+    Reset {
+        until: Instant,
+    },
+    /// Reads the date of the configuration (1020h:01), then its time (1020h:02).
+    CheckConfiguration {
+        sub: u8,
+    },
+    Configure {
+        at: Position,
+        entry: usize,
+    },
+    AwaitErrorControl {
+        until: Instant,
+    },
     ReadHeartbeatTime,
-    Held { report: Report },
+    Held {
+        report: Report,
+    },
     AwaitOperational(Starting),
     Over,
 }
@@ -85,16 +104,7 @@ struct Starting {
     state: Option<NmtState>,
 }
 
-/// The steps of a stage.
-#[derive(Clone, Debug)]
-enum Steps {
-    Identify { expected: [(Address, Option<u32>); 5], at: usize },
-    CheckConfiguration { expected: [(Address, u32); 2], at: usize },
-    Reset { at: u8 },
-    ReadHeartbeatTime { begun: bool },
-}
-
-/// How long a node may take to tell its state when it is asked for it.
+/// How long a node may take to answer when it is asked for its state.
 const STATE_TIMEOUT: Duration = Duration::from_millis(500);
 /// How long a node may take to boot.
 const BOOT_UP_TIMEOUT: Duration = Duration::from_secs(10);
@@ -105,60 +115,20 @@ const STATE_POLL: Duration = Duration::from_millis(100);
 /// How often a node is commanded to start: the command is not confirmed, and may get lost.
 const STARTS: u8 = 3;
 
-const DEVICE_TYPE: Address = Address::new(0x1000, 0);
-const HEARTBEAT_TIME: Address = Address::new(0x1017, 0);
-
-impl Steps {
-    fn identify<C>(plan: &BootPlan<C>) -> Self {
-        let part = |part: Part| Address::new(0x1018, 1 + part.number());
-        let expected = [
-            (DEVICE_TYPE, plan.device_type),
-            (part(Part::Vendor), plan.vendor),
-            (part(Part::Product), plan.product),
-            (part(Part::Revision), plan.revision),
-            (part(Part::Serial), plan.serial),
-        ];
-        Steps::Identify { expected, at: 0 }
-    }
-}
-
-impl Iterator for Steps {
-    type Item = Step<'static>;
-
-    fn next(&mut self) -> Option<Step<'static>> {
-        match self {
-            Steps::Identify { expected, at } => loop {
-                let &(address, value) = expected.get(*at)?;
-                *at += 1;
-                match value {
-                    Some(value) => return Some(Step::expect(address, value.into())),
-                    // The device type is read in any case: it shows whether the node is there.
-                    None if address == DEVICE_TYPE => return Some(Step::Expect { address, mask: 0, value: 0 }),
-                    None => {}
-                }
-            },
-            Steps::CheckConfiguration { expected, at } => {
-                let &(address, value) = expected.get(*at)?;
-                *at += 1;
-                Some(Step::expect(address, value.into()))
-            }
-            Steps::Reset { at } => {
-                *at += 1;
-                match *at {
-                    1 => Some(Step::Nmt(NmtCommand::ResetCommunication)),
-                    2 => Some(Step::AwaitBootUp { timeout: BOOT_UP_TIMEOUT }),
-                    _ => None,
-                }
-            }
-            // Another value than 0 fails the step, which reports it.
-            Steps::ReadHeartbeatTime { begun } => {
-                (!core::mem::replace(begun, true)).then_some(Step::expect(HEARTBEAT_TIME, 0))
-            }
-        }
-    }
-}
+const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
+const HEARTBEAT_TIME: Address = Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0);
 
 impl<C: AsRef<[u8]>> BootPlan<C> {
+    /// What a part of the identity is to be.
+    const fn expected(&self, part: Part) -> Option<u32> {
+        match part {
+            Part::Vendor => self.vendor,
+            Part::Product => self.product,
+            Part::Revision => self.revision,
+            Part::Serial => self.serial,
+        }
+    }
+
     /// The data of an entry of the configuration.
     fn entry(&self, at: Position) -> &[u8] {
         ConciseDcf::at(self.configuration.as_ref(), at).split().map_or(&[], |(_, data, _)| data)
@@ -169,8 +139,8 @@ impl<C: AsRef<[u8]>> BootNode<C> {
     /// Boots `node` through `client`.
     #[must_use]
     pub fn new(node: NodeId, client: SdoClient, plan: BootPlan<C>) -> Self {
-        let runner = Runner::new(node, client.clone(), Steps::identify(&plan));
-        BootNode { plan, client, runner, stage: Stage::Identify, alive: false, held: false, outgoing: None }
+        let value = Scalar::room_for::<u64>();
+        BootNode { node, plan, client, stage: Stage::Begin, value, alive: false, held: false, outgoing: None }
     }
 
     /// Does not start the node until [`BootNode::release`].
@@ -182,7 +152,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
     /// The node.
     #[must_use]
     pub const fn node(&self) -> NodeId {
-        self.runner.node()
+        self.node
     }
 
     /// Whether the node has booted, or failed to.
@@ -200,7 +170,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
     /// Whether it has reset the node, and the boot-up message that follows is no news.
     #[must_use]
     pub const fn resets(&self) -> bool {
-        matches!(self.stage, Stage::Reset)
+        matches!(self.stage, Stage::Reset { .. })
     }
 
     /// Whether the node has its configuration, so that it may be guarded.
@@ -241,24 +211,34 @@ impl<C: AsRef<[u8]>> BootNode<C> {
 
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<BootEvent> {
-        let is_error_control = frame.id() == ErrorControl::cob_id(self.node()) && !frame.is_remote();
-        if is_error_control && !self.resets() {
-            return self.handle_state(now, ErrorControl::parse(frame.data())?.state);
+        if frame.id() == ErrorControl::cob_id(self.node) && !frame.is_remote() {
+            let message = ErrorControl::parse(frame.data())?;
+            return match self.stage {
+                Stage::Reset { .. } if message != ErrorControl::heartbeat(NmtState::Initialising) => None,
+                Stage::Reset { .. } => self.check_configuration(now),
+                _ => self.handle_state(now, message.state),
+            };
         }
-        if let Stage::Configure { at, .. } = self.stage {
-            let mut data = self.plan.entry(at);
-            let event = self.client.handle_frame(now, frame, &mut data)?;
-            return self.handle_entry(now, event);
+        let event = self.transfer(|client, payload| client.handle_frame(now, frame, payload))?;
+        self.handle_transfer(now, event)
+    }
+
+    /// Calls the client with what it reads or writes.
+    fn transfer<R>(&mut self, call: impl FnOnce(&mut SdoClient, &mut dyn Payload) -> R) -> R {
+        match self.stage {
+            Stage::Configure { at, .. } => call(&mut self.client, &mut self.plan.entry(at)),
+            _ => call(&mut self.client, &mut self.value),
         }
-        let event = self.runner.handle_frame(now, frame)?;
-        self.handle_end(now, event)
     }
 
     fn handle_state(&mut self, now: Instant, state: NmtState) -> Option<BootEvent> {
         self.alive |= state != NmtState::Initialising;
         match &mut self.stage {
             Stage::CheckState { .. } if state == NmtState::Operational => self.end(BootEvent::Booted),
-            Stage::CheckState { .. } => self.reset(),
+            Stage::CheckState { .. } => {
+                self.reset(now);
+                None
+            }
             Stage::AwaitErrorControl { .. } if self.alive => self.prepare_start(now),
             Stage::AwaitOperational(_) if state == NmtState::Operational => self.end(BootEvent::Booted),
             Stage::AwaitOperational(starting) => {
@@ -272,70 +252,93 @@ impl<C: AsRef<[u8]>> BootNode<C> {
     /// Does what is due.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<BootEvent> {
         match self.stage {
-            Stage::Over | Stage::Held { .. } => None,
+            Stage::Begin => self.identify(now, None),
             Stage::AwaitErrorControl { until } if until <= now => {
                 self.fail(BootError::NoErrorControl(self.plan.error_control))
             }
-            Stage::CheckState { until } if until <= now => self.reset(),
-            Stage::AwaitErrorControl { .. } | Stage::CheckState { .. } => None,
-            Stage::AwaitOperational(starting) => self.handle_start_timeout(now, starting),
-            Stage::Configure { .. } => {
-                let event = self.client.handle_timeout(now)?;
-                self.handle_entry(now, event)
+            Stage::CheckState { until } if until <= now => {
+                self.reset(now);
+                None
             }
+            Stage::Reset { until } if until <= now => self.fail(BootError::NoBootUp(BOOT_UP_TIMEOUT)),
+            Stage::AwaitOperational(starting) => self.handle_start_timeout(now, starting),
+            // Between its transfers the client has no deadline.
             _ => {
-                let event = self.runner.handle_timeout(now)?;
-                self.handle_end(now, event)
+                let event = self.client.handle_timeout(now)?;
+                self.handle_transfer(now, event)
             }
         }
     }
 
     /// Whether [`BootNode::poll_transmit`] has a frame.
     pub(crate) const fn has_outgoing(&self) -> bool {
-        let runs = !matches!(self.stage, Stage::Configure { .. });
-        self.outgoing.is_some() || self.client.has_outgoing() || runs && self.runner.has_outgoing()
+        self.outgoing.is_some() || self.client.has_outgoing()
     }
 
     /// The next frame to send.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        if let Some(frame) = self.outgoing.take() {
-            return Some(frame);
-        }
-        if let Stage::Configure { at, .. } = self.stage {
-            let mut data = self.plan.entry(at);
-            return self.client.poll_transmit(now, &mut data);
-        }
-        // What is left of a configuration that failed: an abort.
-        self.client.poll_transmit(now, &mut [0; 0]).or_else(|| self.runner.poll_transmit(now))
+        // What the client has after a failure is an abort.
+        self.outgoing.take().or_else(|| self.transfer(|client, payload| client.poll_transmit(now, payload)))
     }
 
     /// When to call [`BootNode::handle_timeout`].
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         match self.stage {
-            Stage::Over | Stage::Held { .. } => None,
-            Stage::AwaitErrorControl { until } | Stage::CheckState { until } => Some(until),
-            Stage::AwaitOperational(Starting { until, ask, .. }) => Some(ask.map_or(until, |ask| ask.min(until))),
-            Stage::Configure { .. } => self.client.poll_timeout(),
-            _ => self.runner.poll_timeout(),
+            Stage::Begin => Some(Instant::ZERO),
+            Stage::AwaitErrorControl { until } | Stage::CheckState { until } | Stage::Reset { until } => Some(until),
+            Stage::AwaitOperational(Starting { until, ask, .. }) => earliest([Some(until), ask]),
+            _ => self.client.poll_timeout(),
         }
     }
 
-    fn run(&mut self, stage: Stage, steps: Steps) {
-        self.stage = stage;
-        self.runner = Runner::new(self.node(), self.client.clone(), steps);
+    fn handle_transfer(&mut self, now: Instant, event: Event) -> Option<BootEvent> {
+        let read = match event {
+            Event::Done { .. } => Ok(self.value.number()),
+            Event::Failed(error) => Err(error),
+        };
+        match (self.stage, read) {
+            (Stage::Identify { part: None }, Err(error)) => self.fail(BootError::NoDeviceType(error)),
+            (Stage::Identify { part: Some(_) }, Err(error)) => self.fail(BootError::NoIdentity(error)),
+            (Stage::Identify { part }, Ok(got)) => self.handle_identity(now, part, got),
+            (Stage::CheckConfiguration { sub }, read) => self.handle_configured(now, sub, read.ok()),
+            (Stage::Configure { entry, .. }, Err(error)) => self.fail(BootError::Configuration { entry, error }),
+            (Stage::Configure { at, entry }, Ok(_)) => {
+                let mut dcf = ConciseDcf::at(self.plan.configuration.as_ref(), at);
+                dcf.next();
+                self.write_entry(now, dcf.position(), entry + 1)
+            }
+            (Stage::ReadHeartbeatTime, Ok(ms @ 1..)) => self.start(now, Report::Within(Duration::from_millis(ms))),
+            (Stage::ReadHeartbeatTime, _) => self.start(now, Report::Asked),
+            _ => None,
+        }
     }
 
-    fn handle_end(&mut self, now: Instant, event: runner::Event<'static>) -> Option<BootEvent> {
-        match (self.stage, event) {
-            (Stage::Identify, runner::Event::Finished { .. }) if self.plan.keep_alive => self.await_state(now),
-            (Stage::Identify | Stage::Reset, runner::Event::Finished { .. }) => self.check_configuration(now),
-            (Stage::CheckConfiguration, runner::Event::Finished { .. }) => self.await_error_control(now),
-            // Another configuration, or none that it could tell: it gets ours.
-            (Stage::CheckConfiguration, runner::Event::Failed(_)) => self.configure(now),
-            (Stage::ReadHeartbeatTime, event) => self.start(now, report(&event)),
-            (stage, runner::Event::Failed(failure)) => self.fail(boot_error(stage, failure)?),
-            _ => None,
+    fn read(&mut self, now: Instant, stage: Stage, address: Address) -> Option<BootEvent> {
+        self.stage = stage;
+        self.value = Scalar::room_for::<u64>();
+        // The client is idle: one entry, one transfer.
+        let _ = self.client.read(now, address);
+        None
+    }
+
+    /// The device type is read in any case: it shows whether the node is there.
+    fn identify(&mut self, now: Instant, part: Option<Part>) -> Option<BootEvent> {
+        let address = part.map_or(DEVICE_TYPE, |part| Address::new(cia301::IDENTITY, 1 + part.number()));
+        self.read(now, Stage::Identify { part }, address)
+    }
+
+    fn handle_identity(&mut self, now: Instant, part: Option<Part>, got: u64) -> Option<BootEvent> {
+        let expected = part.map_or(self.plan.device_type, |part| self.plan.expected(part));
+        if expected.is_some_and(|expected| got != expected.into()) {
+            let got = got as u32;
+            return self.fail(part.map_or(BootError::DeviceType { got }, |part| BootError::Identity { part, got }));
+        }
+        let mut parts = Part::ALL.into_iter().filter(|&next| Some(next) > part);
+        match parts.find(|&next| self.plan.expected(next).is_some()) {
+            None if self.plan.keep_alive => self.await_state(now),
+            None => self.check_configuration(now),
+            next => self.identify(now, next),
         }
     }
 
@@ -350,22 +353,40 @@ impl<C: AsRef<[u8]>> BootNode<C> {
     }
 
     fn ask(&mut self) {
-        self.outgoing = Some(ErrorControl::request(self.node()));
+        self.outgoing = Some(ErrorControl::request(self.node));
     }
 
     /// From here on, it has reported nothing.
-    fn reset(&mut self) -> Option<BootEvent> {
+    fn reset(&mut self, now: Instant) {
         self.alive = false;
-        self.outgoing = None;
-        self.run(Stage::Reset, Steps::Reset { at: 0 });
-        None
+        self.command(NmtCommand::ResetCommunication);
+        self.stage = Stage::Reset { until: now + BOOT_UP_TIMEOUT };
+    }
+
+    fn command(&mut self, command: NmtCommand) {
+        self.outgoing = Some(NmtMessage { command, node: Some(self.node) }.frame());
     }
 
     fn check_configuration(&mut self, now: Instant) -> Option<BootEvent> {
-        let Some((date, time)) = self.plan.configured else { return self.configure(now) };
-        let expected = [(Address::new(0x1020, 1), date), (Address::new(0x1020, 2), time)];
-        self.run(Stage::CheckConfiguration, Steps::CheckConfiguration { expected, at: 0 });
-        None
+        match self.plan.configured {
+            Some(_) => self.read_configured(now, 1),
+            None => self.configure(now),
+        }
+    }
+
+    fn read_configured(&mut self, now: Instant, sub: u8) -> Option<BootEvent> {
+        let address = Address::new(cia301::VERIFY_CONFIGURATION, sub);
+        self.read(now, Stage::CheckConfiguration { sub }, address)
+    }
+
+    /// A node with another configuration, or none that it reports, is given ours.
+    fn handle_configured(&mut self, now: Instant, sub: u8, got: Option<u64>) -> Option<BootEvent> {
+        let expected = self.plan.configured.map(|(date, time)| if sub == 1 { date } else { time }.into());
+        match sub {
+            _ if got != expected => self.configure(now),
+            1 => self.read_configured(now, 2),
+            _ => self.await_error_control(now),
+        }
     }
 
     fn configure(&mut self, now: Instant) -> Option<BootEvent> {
@@ -386,18 +407,6 @@ impl<C: AsRef<[u8]>> BootNode<C> {
         None
     }
 
-    fn handle_entry(&mut self, now: Instant, event: sdo_client::Event) -> Option<BootEvent> {
-        let Stage::Configure { at, entry } = self.stage else { return None };
-        match event {
-            sdo_client::Event::Done { .. } => {
-                let mut dcf = ConciseDcf::at(self.plan.configuration.as_ref(), at);
-                dcf.next();
-                self.write_entry(now, dcf.position(), entry + 1)
-            }
-            sdo_client::Event::Failed(error) => self.fail(BootError::Configuration { entry, error }),
-        }
-    }
-
     fn await_error_control(&mut self, now: Instant) -> Option<BootEvent> {
         if self.plan.error_control.is_zero() || self.alive {
             return self.prepare_start(now);
@@ -412,8 +421,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
             return self.end(BootEvent::Booted);
         }
         if self.plan.error_control.is_zero() {
-            self.run(Stage::ReadHeartbeatTime, Steps::ReadHeartbeatTime { begun: false });
-            return None;
+            return self.read(now, Stage::ReadHeartbeatTime, HEARTBEAT_TIME);
         }
         self.start(now, Report::Within(self.plan.error_control))
     }
@@ -434,7 +442,7 @@ impl<C: AsRef<[u8]>> BootNode<C> {
 
     fn command_again(&mut self, now: Instant, starting: Starting, alone: bool) {
         if alone {
-            self.outgoing = Some(NmtMessage { command: NmtCommand::Start, node: Some(self.node()) }.frame());
+            self.command(NmtCommand::Start);
         }
         let (patience, ask) = match starting.report {
             Report::Within(time) => (START_TIMEOUT + time, None),
@@ -472,29 +480,5 @@ impl<C: AsRef<[u8]>> BootNode<C> {
     fn end(&mut self, event: BootEvent) -> Option<BootEvent> {
         self.stage = Stage::Over;
         Some(event)
-    }
-}
-
-/// A node with a heartbeat reports its state in it.
-fn report(event: &runner::Event<'_>) -> Report {
-    match event {
-        runner::Event::Failed(runner::Failure { error: StepError::Mismatch { got, .. }, .. }) => {
-            Report::Within(Duration::from_millis(*got))
-        }
-        _ => Report::Asked,
-    }
-}
-
-fn boot_error(stage: Stage, failure: runner::Failure<'_>) -> Option<BootError> {
-    match (stage, failure.error) {
-        (Stage::Reset, StepError::TimedOut { within }) => Some(BootError::NoBootUp(within)),
-        (_, StepError::Sdo(error)) if error.address() == DEVICE_TYPE => Some(BootError::NoDeviceType(error)),
-        (_, StepError::Sdo(error)) => Some(BootError::NoIdentity(error)),
-        (_, StepError::Mismatch { address: DEVICE_TYPE, got }) => Some(BootError::DeviceType { got: got as u32 }),
-        (_, StepError::Mismatch { address, got }) => {
-            let part = Part::ALL.into_iter().find(|part| part.number() + 1 == address.sub())?;
-            Some(BootError::Identity { part, got: got as u32 })
-        }
-        _ => None,
     }
 }

@@ -1,5 +1,6 @@
 //! What a node is to be, and why it is not.
 
+use crate::cia301;
 use crate::id::NodeId;
 use crate::object::ObjectDictionary;
 use crate::procedure::ConciseDcfError;
@@ -47,18 +48,19 @@ impl<C> BootPlan<C> {
     #[must_use]
     pub fn load(node: NodeId, configuration: C, od: &mut dyn ObjectDictionary) -> Self {
         let mut expected = |index| objects::read_u32(od, index, node.get()).filter(|&value| value != 0);
-        let configured = expected(0x1F26).zip(expected(0x1F27));
+        let date = expected(cia301::EXPECTED_CONFIGURATION_DATE);
+        let configured = date.zip(expected(cia301::EXPECTED_CONFIGURATION_TIME));
         BootPlan {
-            device_type: expected(0x1F84),
-            vendor: expected(0x1F85),
-            product: expected(0x1F86),
-            revision: expected(0x1F87),
-            serial: expected(0x1F88),
+            device_type: expected(cia301::EXPECTED_DEVICE_TYPE),
+            vendor: expected(cia301::EXPECTED_VENDOR),
+            product: expected(cia301::EXPECTED_PRODUCT),
+            revision: expected(cia301::EXPECTED_REVISION),
+            serial: expected(cia301::EXPECTED_SERIAL),
             configured,
             configuration,
             error_control: Duration::ZERO,
-            start: objects::read_u32(od, 0x1F80, 0).unwrap_or(0) & START_BY_APPLICATION == 0,
-            keep_alive: objects::read_u32(od, 0x1F81, node.get()).unwrap_or(0) & KEEP_ALIVE != 0,
+            start: objects::read_u32(od, cia301::NMT_STARTUP, 0).unwrap_or(0) & START_BY_APPLICATION == 0,
+            keep_alive: objects::read_u32(od, cia301::NMT_SLAVE_ASSIGNMENT, node.get()).unwrap_or(0) & KEEP_ALIVE != 0,
         }
     }
 }

@@ -23,6 +23,7 @@ use self::block::{BlockDownload, BlockUpload};
 use self::progress::{Failure, Progress};
 use self::segmented::{Download, Upload};
 use crate::abort::AbortCode;
+use crate::cia301::connection;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::Address;
@@ -194,7 +195,7 @@ impl SdoClient {
     /// A client of the default server of a node (1200h): 600h + node-ID, answered with 580h + node-ID.
     #[must_use]
     pub const fn of_node(node: NodeId) -> Self {
-        SdoClient::new(CobId::of_node(0x600, node), CobId::of_node(0x580, node))
+        SdoClient::new(CobId::of_node(connection::SDO_REQUEST, node), CobId::of_node(connection::SDO_RESPONSE, node))
     }
 
     /// Waits `timeout` for each answer, and for all of them ten times as long, and once more for each 64 bytes.

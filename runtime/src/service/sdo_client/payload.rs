@@ -96,6 +96,11 @@ impl Scalar {
         self.len == 0
     }
 
+    /// The bytes as one number.
+    pub(crate) fn number(&self) -> u64 {
+        self.bytes().iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte))
+    }
+
     /// The value.
     ///
     /// # Errors
