@@ -1,4 +1,4 @@
-//! Which device a command is about: a data sheet in a file, or one that lexican brings along.
+//! The device of a command: a data sheet in a file, or a device of the library.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -8,25 +8,22 @@ use lexican_eds::{Diagnostics, Input, Source, library};
 
 use crate::output::{Failure, warn};
 
-/// The arguments that name a device.
 #[derive(clap::Args, Debug)]
 pub(crate) struct DeviceArgs {
     /// An EDS or DCF file, or a device that lexican knows, such as siko/ag03-1 (see `lexican devices`)
     #[arg(value_name = "FILE|DEVICE")]
     device: String,
 
-    /// Corrections and meanings beside the data sheet (TOML); may be given several times
+    /// Corrections and meanings in addition to the data sheet (TOML); may be given several times
     #[arg(long, value_name = "FILE")]
     overlay: Vec<PathBuf>,
 }
 
 impl DeviceArgs {
-    /// The texts that describe the device.
     pub(crate) fn input(&self) -> Result<Input, Failure> {
         with_overlays(input(&self.device)?, &self.overlay)
     }
 
-    /// What the device was called.
     pub(crate) fn name(&self) -> &str {
         &self.device
     }
@@ -37,7 +34,7 @@ impl DeviceArgs {
     }
 }
 
-/// A device with what was found while reading its data sheet.
+/// A device, and the findings about its data sheet.
 pub(crate) struct Loaded {
     pub(crate) input: Input,
     pub(crate) device: Device,
@@ -45,7 +42,7 @@ pub(crate) struct Loaded {
 }
 
 impl Loaded {
-    /// Reads a data sheet; one without any object is a failure, whose reasons are shown.
+    /// Reads a data sheet. Fails after printing the errors if it has no objects.
     pub(crate) fn new(input: Input) -> Result<Self, Failure> {
         let (device, diagnostics) = lexican_eds::load(&input);
         let loaded = Loaded { input, device, diagnostics };
@@ -56,7 +53,7 @@ impl Loaded {
         Ok(loaded)
     }
 
-    /// The device of this name, with errors of its data sheet as warnings.
+    /// Reads the data sheet of this name; warns about its errors.
     pub(crate) fn named(name: &str) -> Result<Self, Failure> {
         let loaded = Loaded::new(input(name)?)?;
         let errors = loaded.diagnostics.count(lexican_eds::Severity::Error);
@@ -67,7 +64,7 @@ impl Loaded {
         Ok(loaded)
     }
 
-    /// Shows errors in full on stderr; returns whether there are any.
+    /// Prints errors in full on stderr; returns whether there are any.
     pub(crate) fn show_errors(&self) -> bool {
         let errors = self.diagnostics.iter().filter(|finding| finding.severity == lexican_eds::Severity::Error);
         let mut any = false;
@@ -79,14 +76,14 @@ impl Loaded {
     }
 }
 
-/// A text is no data sheet, whatever else is wrong with it.
+/// The failure for a text that is no data sheet.
 pub(crate) fn no_object(input: &Input) -> Failure {
     Failure::new(format_args!("{}:1:1: the file describes no object", input.eds.name())).help(
         "is it an electronic data sheet? It begins with a line [FileInfo] and lists objects in [MandatoryObjects]",
     )
 }
 
-/// The texts of the device with this name: a file, else one of the library.
+/// The data sheet of this name: a file, else a device of the library.
 pub(crate) fn input(name: &str) -> Result<Input, Failure> {
     let path = Path::new(name);
     if path.is_file() {
@@ -103,19 +100,19 @@ pub(crate) fn input(name: &str) -> Result<Input, Failure> {
     Err(failure.help(advice(name)))
 }
 
-/// The same with overlays from files.
+/// Adds overlays from files.
 pub(crate) fn with_overlays(input: Input, overlays: &[PathBuf]) -> Result<Input, Failure> {
     overlays.iter().try_fold(input, |input, path| Ok(input.overlay(read(path)?)))
 }
 
-/// A text file, whatever its encoding.
+/// Reads a text file in any encoding.
 pub(crate) fn read(path: &Path) -> Result<Source, Failure> {
-    // One byte beyond the bound is enough to be refused, which is a finding.
+    // One byte beyond the bound, so that the file is reported as too large.
     let bytes = read_up_to(path, lexican_eds::text::MAX_BYTES + 1)?;
     Ok(Source::from_bytes(path.display().to_string(), &bytes))
 }
 
-/// The first bytes of a file: it may be larger than the memory, or have no end.
+/// Reads the first bytes of a file, which may be larger than the memory, or have no end.
 pub(crate) fn read_up_to(path: &Path, bound: usize) -> Result<Vec<u8>, Failure> {
     let failed = |error| Failure::file("read", path, &error);
     let file = std::fs::File::open(path).map_err(failed)?;
@@ -137,7 +134,7 @@ fn looks_like_a_file(path: &Path) -> bool {
     path.exists() || extension == "eds" || extension == "dcf" || extension == "txt" || path.is_absolute()
 }
 
-/// Which devices could have been meant.
+/// Suggests similar names.
 fn advice(name: &str) -> String {
     let near: Vec<_> = library::all()
         .iter()

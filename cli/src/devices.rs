@@ -1,4 +1,4 @@
-//! `lexican devices`: what lexican brings along.
+//! `lexican devices`: the devices of the library.
 
 use std::io::Write;
 

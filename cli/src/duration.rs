@@ -1,16 +1,21 @@
-//! Times on the command line.
+//! Durations on the command line.
 
 use lexican_runtime::Duration;
 
-/// Whole milliseconds: `500`.
+/// A duration in whole milliseconds, rounded down.
+pub(crate) fn in_milliseconds(duration: Duration) -> u64 {
+    duration.as_micros() / 1000
+}
+
+/// Parses whole milliseconds: `500`.
 pub(crate) fn milliseconds(text: &str) -> Result<Duration, String> {
     let ms = text.parse().ok().filter(|_| !text.starts_with('+'));
-    // Longer than an hour is a mistake, and does not fit everywhere.
+    // More than an hour is a mistake.
     let ms = ms.filter(|ms| *ms <= 3_600_000).map(Duration::from_millis);
     ms.ok_or_else(|| format!("{text:?} is not a number of milliseconds such as 500"))
 }
 
-/// Seconds, of which parts are possible: `10`, `0.5`.
+/// Parses seconds: `10`, `0.5`.
 pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
     let digits = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
     let seconds = text.parse().ok().filter(|seconds: &f64| digits && *seconds < 1e9);
@@ -23,7 +28,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_numbers_of_their_unit() {
+    fn durations_are_numbers_of_their_unit() {
         let check = |text: &str, ms: Option<u64>, s: Option<u64>| {
             let micros = |duration: Result<Duration, String>| duration.ok().map(Duration::as_micros);
             assert_eq!((micros(milliseconds(text)), micros(seconds(text))), (ms, s), "{text:?}");

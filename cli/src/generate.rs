@@ -1,4 +1,4 @@
-//! `lexican gen`: a typed dictionary from a data sheet, as a build script would make it.
+//! `lexican gen`: generates Rust code from a data sheet.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -11,14 +11,14 @@ use crate::output::{self, Failure, Outcome, warn, write_whole};
 
 /// Generate Rust code from a data sheet: what lexican-codegen does in a build script
 ///
-/// Errors of the data sheet are shown in full, and nothing is written then (exit code 1); correct them with an
+/// If the data sheet has errors, they are printed in full, and nothing is written (exit code 1); correct them with an
 /// overlay, or drop them with --allow.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(flatten)]
     device: DeviceArgs,
 
-    /// Where the code goes; to stdout, when not given
+    /// The file to write; stdout by default
     #[arg(short, long, value_name = "FILE.rs")]
     output: Option<PathBuf>,
 
@@ -26,11 +26,11 @@ pub(crate) struct Args {
     #[arg(long)]
     storage: bool,
 
-    /// Also generate a table of names, for programs that show them
+    /// Also generate a table of names
     #[arg(long)]
     names: bool,
 
-    /// Take findings with this code for errors; may be given several times
+    /// Treat findings with this code as errors; may be given several times
     #[arg(long, value_name = "CODE")]
     deny: Vec<String>,
 

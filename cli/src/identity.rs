@@ -1,17 +1,18 @@
-//! What a node is, by its identity object (1018h): the devices that lexican brings along, recognised.
+//! Recognises the devices of the library by their identity object (1018h).
 
 use std::sync::LazyLock;
 
 use lexican_eds::library;
 use lexican_eds::model::Device;
+use lexican_runtime::cia301;
 use lexican_runtime::object::Address;
 
 /// The vendor-ID.
-pub(crate) const VENDOR: Address = Address::new(0x1018, 1);
+pub(crate) const VENDOR: Address = Address::new(cia301::IDENTITY, 1);
 /// The product code.
-pub(crate) const PRODUCT: Address = Address::new(0x1018, 2);
+pub(crate) const PRODUCT: Address = Address::new(cia301::IDENTITY, 2);
 
-/// `vendor 195h`, `product 0h`, `revision 10000h`, `serial 2Ah`: those of the four numbers that there are.
+/// `vendor 195h`, `product 0h`, `revision 10000h`, `serial 2Ah`, without the unknown ones.
 pub(crate) fn words(numbers: [Option<u32>; 4]) -> impl Iterator<Item = String> {
     let names = ["vendor", "product", "revision", "serial"];
     names.into_iter().zip(numbers).filter_map(|(name, number)| Some(format!("{name} {:X}h", number?)))
@@ -24,13 +25,13 @@ pub(crate) struct Shipped {
     pub(crate) device: Device,
 }
 
-/// Data sheets are read once, and not before anybody wants to recognise a device.
+/// The data sheets, read at first use.
 static LIBRARY: LazyLock<Vec<Shipped>> = LazyLock::new(|| {
     let all = library::all().iter();
     all.map(|shipped| Shipped { id: shipped.id, device: lexican_eds::load(&shipped.input()).0 }).collect()
 });
 
-/// The device of the library with this vendor-ID and product code; `None` when there is none, or several.
+/// The device of the library with this vendor-ID and product code; `None` if there is none or several.
 pub(crate) fn recognise(vendor: u32, product: u32) -> Option<&'static Shipped> {
     if vendor == 0 {
         return None;
@@ -39,7 +40,6 @@ pub(crate) fn recognise(vendor: u32, product: u32) -> Option<&'static Shipped> {
         let info = &shipped.device.info;
         info.vendor_number == Some(vendor) && info.product_number.unwrap_or(0) == product
     });
-    // Two that look the same are none.
     same.next().filter(|_| same.next().is_none())
 }
 

@@ -1,8 +1,8 @@
 //! `lexican`: CANopen on the command line.
 //!
-//! [`device`] finds the data sheet that a command is about, [`identity`] recognises one on the bus, [`bus`] opens links
-//! and says what is wrong with them, [`values`] and [`decode`] put values and frames into words and fields, [`duration`]
-//! reads times, [`output`] knows how a command ends; every other module is one command.
+//! [`device`] loads data sheets, [`identity`] recognises devices on the bus, [`bus`] opens links and explains their errors,
+//! [`values`] and [`decode`] turn values and frames into text and JSON, [`duration`] parses times, and [`output`] prints
+//! results and sets the exit code. Each other module is one command.
 
 mod access;
 mod boot;
@@ -38,24 +38,24 @@ struct Cli {
 }
 
 const BEGIN: &str = "\
-To begin without any device, let one terminal have a simulated one, and try the others in a second:
+To begin without hardware, simulate a drive in one terminal, and try the other commands in a second one:
 
     lexican simulate siko/ag03-1 --node 5
-    lexican scan --bus slcan:/dev/pts/3          (the bus that the first one names)
+    lexican scan --bus slcan:/dev/pts/3          (the bus that the first command prints)
 
-A bus is can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5 or log:FILE. Exit codes: 0 all is well, \
-1 findings, 2 the command could not do it.";
+A bus is can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5 or log:FILE. Exit codes: 0 success, \
+1 findings, 2 failure.";
 
 #[derive(clap::Subcommand, Debug)]
 enum Command {
     Demo(demo::Args),
-    /// Show, check, compare and tidy electronic data sheets (EDS, DCF)
+    /// Show, check, compare and format electronic data sheets (EDS, DCF)
     #[command(subcommand)]
     Eds(eds::Command),
     Gen(generate::Args),
     Scan(scan::Args),
-    Read(access::read::Args),
-    Write(access::write::Args),
+    Read(access::ReadArgs),
+    Write(access::WriteArgs),
     Nmt(nmt::Args),
     Boot(boot::Args),
     #[command(subcommand)]
@@ -63,7 +63,7 @@ enum Command {
     Monitor(monitor::Args),
     Check(check::Args),
     Simulate(simulate::Args),
-    /// List the devices that lexican brings along
+    /// List the devices that lexican knows
     Devices,
 }
 
@@ -73,8 +73,8 @@ fn main() -> ExitCode {
         Command::Eds(command) => command.run(),
         Command::Gen(args) => generate::run(&args),
         Command::Scan(args) => scan::run(&args),
-        Command::Read(args) => access::read::run(&args),
-        Command::Write(args) => access::write::run(&args),
+        Command::Read(args) => access::read(&args),
+        Command::Write(args) => access::write(&args),
         Command::Nmt(args) => nmt::run(&args),
         Command::Boot(args) => boot::run(&args),
         Command::Lss(command) => command.run(),

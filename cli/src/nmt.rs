@@ -1,4 +1,4 @@
-//! `lexican nmt`: commands to the state machine of nodes.
+//! `lexican nmt`: NMT commands.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -8,24 +8,26 @@ use lexican_runtime::object::Address;
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
-use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
 use serde_json::json;
 
 use crate::bus::failure::link_failure;
+use crate::bus::sdo::{request_frame, responder};
 use crate::bus::{BusArgs, let_leave, node_id};
-use crate::duration::milliseconds;
-use crate::output::{self, Failure, Outcome, fields, tell, warn};
+use crate::duration::{in_milliseconds, milliseconds};
+use crate::output::{self, Failure, Outcome, fields, print_result, warn};
 
 /// Send an NMT command to a node, or to all
 ///
-/// Nobody answers to NMT; with --wait the command listens until it has been obeyed. Exit code 1 when it has not.
+/// Nodes do not confirm NMT commands; with --wait, the command waits for the new state. Exit code 1 if it is not
+/// reached.
 #[derive(clap::Args, Debug)]
-#[command(after_help = EXAMPLES, group = clap::ArgGroup::new("whom").required(true).args(["node", "all"]))]
+#[command(after_help = EXAMPLES, group = clap::ArgGroup::new("target").required(true).args(["node", "all"]))]
 pub(crate) struct Args {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// What to do
+    /// The command
     #[arg(value_enum)]
     command: Command,
 
@@ -37,11 +39,10 @@ pub(crate) struct Args {
     #[arg(long)]
     all: bool,
 
-    /// Wait until the node tells that it is in its state, or after a reset that it has booted; no longer than so
-    /// many ms
+    /// Wait up to so many ms until the node reports the new state, or its boot-up after a reset
     ///
-    /// A node that sends no heartbeat is asked by node guarding, and by SDO whether it has one at all. Of all nodes, those count that are heard or answer,
-    /// and the command always lasts that long.
+    /// A node without heartbeat is asked by node guarding, and by SDO whether it has a heartbeat at all. With --all,
+    /// the nodes that are heard or respond count, and the command always lasts that long.
     #[arg(long, value_name = "MS", value_parser = milliseconds)]
     wait: Option<Duration>,
 
@@ -81,10 +82,10 @@ impl From<Command> for NmtCommand {
     }
 }
 
-/// A node that is not in its state, and was not heard for so long, is asked for its state.
+/// How long to listen before nodes are asked for their state.
 const UNHEARD: Duration = Duration::from_millis(250);
 
-/// Between two questions: 127 of them shall not crowd anybody else out.
+/// The pause between two requests, so that 127 of them leave room for other frames.
 const PAUSE: Duration = Duration::from_millis(1);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -105,39 +106,38 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
 }
 
-/// Somebody who follows what nodes tell of their states after a command.
+/// Follows the states of nodes after a command.
 struct Watch<L> {
     link: L,
     pump: Pump,
     message: NmtMessage,
-    /// What each node told last; after a reset, INITIALISING is its boot-up message and stays.
+    /// The last reported state of each node; after a reset it stays INITIALISING, which is the boot-up message.
     heard: BTreeMap<NodeId, NmtState>,
-    /// The heartbeat of nodes that were not heard, in ms, as they answer by SDO; `None`: they have no 1017h.
-    answers: BTreeMap<NodeId, Option<u16>>,
-    /// Who was asked for it.
+    /// The heartbeat time (1017h) of nodes that were not heard, in ms, read by SDO; `None` if they have no such object.
+    heartbeats: BTreeMap<NodeId, Option<u16>>,
+    /// The nodes whose heartbeat time was requested.
     asked: BTreeSet<NodeId>,
 }
 
-/// The producer heartbeat time: 0 for none.
-const HEARTBEAT_TIME: Address = Address::new(0x1017, 0);
+/// 0 for no heartbeat.
+const HEARTBEAT_TIME: Address = Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0);
 
 impl<L: Link> Watch<L> {
     fn new(link: L, message: NmtMessage) -> Self {
-        let (heard, answers, asked) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
-        Watch { link, pump: Pump::new(), message, heard, answers, asked }
+        let (heard, heartbeats, asked) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
+        Watch { link, pump: Pump::new(), message, heard, heartbeats, asked }
     }
 
-    /// Listens until the node is in its state. Nobody knows how many nodes all are: that takes the whole time.
+    /// Listens until the node has reached its state, or for the whole span if all nodes are addressed.
     fn watch(&mut self, span: Duration) -> Result<(), Failure> {
         let end = self.link.now() + span;
-        // Who has little time asks soon.
         let patience = UNHEARD.min(Duration::from_micros(span.as_micros() / 2));
-        let mut everybody = true;
+        let mut is_first = true;
         while self.link.now() < end && !self.is_over() {
             self.listen(end.min(self.link.now() + patience))?;
             if self.link.now() < end && !self.is_over() {
-                self.ask(everybody)?;
-                everybody = false;
+                self.ask(is_first)?;
+                is_first = false;
             }
         }
         Ok(())
@@ -152,53 +152,50 @@ impl<L: Link> Watch<L> {
         Ok(())
     }
 
-    /// Whether the one node that is meant is in its state.
+    /// Whether the node has reached its state.
     fn is_over(&self) -> bool {
         self.message.node.is_some_and(|node| self.has_reached(node))
     }
 
     fn hear(&mut self, frame: &Frame) {
         let node = ErrorControl::node(frame.id()).filter(|node| !frame.is_remote() && self.message.concerns(*node));
-        if let (Some(node), Some(told)) = (node, ErrorControl::parse(frame.data()))
+        if let (Some(node), Some(message)) = (node, ErrorControl::parse(frame.data()))
             && !(self.is_reset() && self.has_reached(node))
         {
-            self.heard.insert(node, told.state);
+            self.heard.insert(node, message.state);
         }
-        let server = frame.id().raw().checked_sub(0x580).and_then(|low| NodeId::new(u8::try_from(low).ok()?));
-        if let Some(node) = server.filter(|node| self.asked.contains(node) && !frame.id().is_extended()) {
+        if let Some(node) = responder(frame).filter(|node| self.asked.contains(node)) {
             match ServerResponse::parse(frame.data()) {
                 Some(ServerResponse::InitiateUpload { address, content: Content::Expedited(value) })
                     if address == HEARTBEAT_TIME =>
                 {
                     let ms = value.data().first_chunk().map(|bytes| u16::from_le_bytes(*bytes));
-                    self.answers.insert(node, ms);
+                    self.heartbeats.insert(node, ms);
                 }
                 Some(ServerResponse::Abort(abort)) if abort.address == HEARTBEAT_TIME => {
-                    self.answers.insert(node, None);
+                    self.heartbeats.insert(node, None);
                 }
                 _ => {}
             }
         }
     }
 
-    /// Asks for the state by node guarding (CiA 301, 7.2.8.2.2): what sends heartbeats need not answer. A node that was
-    /// not heard is asked for its heartbeat by SDO, once: it may have none, and not know guarding either. After a reset
-    /// there is nothing to ask for: a node that has booted says so.
-    fn ask(&mut self, everybody: bool) -> Result<(), Failure> {
+    /// Requests states by node guarding (CiA 301, 7.2.8.2.2), to which heartbeat producers need not respond; and once by
+    /// SDO the heartbeat time of a node that was not heard, which may have neither. After a reset, nodes send a boot-up
+    /// message by themselves.
+    fn ask(&mut self, all: bool) -> Result<(), Failure> {
         if self.is_reset() {
             return Ok(());
         }
         let concerned = NodeId::all().filter(|node| self.message.concerns(*node) && !self.has_reached(*node));
-        let asked: Vec<_> = concerned
-            .filter(|node| everybody || self.message.node.is_some() || self.heard.contains_key(node))
-            .collect();
+        let asked: Vec<_> =
+            concerned.filter(|node| all || self.message.node.is_some() || self.heard.contains_key(node)).collect();
         for node in asked {
             self.link.send(&ErrorControl::request(node)).map_err(|error| link_failure(&error))?;
             self.listen(self.link.now() + PAUSE)?;
             if !self.heard.contains_key(&node) && self.asked.insert(node) {
-                let question = ClientRequest::InitiateUpload { address: HEARTBEAT_TIME }.to_bytes();
-                let question = Frame::from_array(CobId::of_node(0x600, node), question);
-                self.link.send(&question).map_err(|error| link_failure(&error))?;
+                let request = request_frame(node, ClientRequest::InitiateUpload { address: HEARTBEAT_TIME });
+                self.link.send(&request).map_err(|error| link_failure(&error))?;
                 self.listen(self.link.now() + PAUSE)?;
             }
         }
@@ -215,20 +212,19 @@ impl<L: Link> Watch<L> {
 }
 
 fn print_command(as_json: bool, message: NmtMessage) -> Result<(), Failure> {
-    let whom = message.node.map_or("all nodes".to_owned(), |node| format!("node {node}"));
+    let target = message.node.map_or("all nodes".to_owned(), |node| format!("node {node}"));
     let what = match message.command.target() {
         NmtState::Initialising => message.command.to_string(),
         state => format!("enter {state}"),
     };
     let object = json!({ "node": message.node.map(NodeId::get), "command": message.command.to_string() });
-    tell(as_json, fields(object), format_args!("{whom}: {what}"))
+    print_result(as_json, fields(object), format_args!("{target}: {what}"))
 }
 
-/// What became of the nodes.
 fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Result<Outcome, Failure> {
-    let wait_ms = wait.as_micros() / 1000;
+    let wait_ms = in_milliseconds(wait);
     let mut stdout = output::stdout();
-    let heard = watch.heard.keys().chain(watch.answers.keys());
+    let heard = watch.heard.keys().chain(watch.heartbeats.keys());
     let nodes: BTreeSet<_> = heard.copied().chain(watch.message.node).collect();
     for &node in &nodes {
         let (state, reached) = (watch.heard.get(&node), watch.has_reached(node));
@@ -236,7 +232,7 @@ fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Res
             let state = state.map(ToString::to_string);
             let command = watch.message.command.to_string();
             let mut line = json!({ "node": node.get(), "command": command, "state": state, "reached": reached });
-            if let Some(heartbeat) = watch.answers.get(&node) {
+            if let Some(heartbeat) = watch.heartbeats.get(&node) {
                 line["heartbeat_ms"] = json!(heartbeat);
             }
             writeln!(stdout, "{line}")?;
@@ -247,11 +243,11 @@ fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Res
             Some(state) if reached => writeln!(stdout, "node {node}: {state}")?,
             Some(_) if watch.is_reset() => warn(format_args!("node {node} has not booted within {wait_ms} ms")),
             Some(state) => warn(format_args!("node {node} is {state} after {wait_ms} ms")),
-            None => match watch.answers.get(&node) {
+            None => match watch.heartbeats.get(&node) {
                 None => warn(format_args!("nothing was heard of node {node} within {wait_ms} ms")),
                 Some(None | Some(0)) => warn(format_args!(
-                    "node {node} answers, but does not report its state: it has no heartbeat (1017h), and does not answer \
-                     to guarding"
+                    "node {node} answers, but does not report its state: it has no heartbeat (1017h), and does not \
+                     respond to guarding"
                 )),
                 Some(Some(ms)) => warn(format_args!(
                     "node {node} has a heartbeat of {ms} ms (1017h), of which none came within {wait_ms} ms"
@@ -271,20 +267,23 @@ fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Res
 mod tests {
     use super::*;
     use crate::bus::flood::Flood;
+    use crate::bus::sdo::response_id;
+    use lexican_runtime::CobId;
+    use lexican_runtime::cia301::connection;
     use lexican_runtime::host::{Node, VirtualBus};
     use lexican_runtime::wire::nmt::NmtCommand::{EnterPreOperational, ResetNode, Start, Stop};
     use std::collections::VecDeque;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// A node that changes its state a while after it was told so.
+    /// A node that changes its state some time after the command.
     struct Slow {
         node: NodeId,
         state: NmtState,
         delay: Duration,
         /// Zero for none.
         heartbeat: Duration,
-        /// Whether it answers to guarding, as long as it has no heartbeat.
+        /// Whether it responds to guarding while it has no heartbeat.
         knows_guarding: bool,
         next_beat: Option<Instant>,
         change: Option<(Instant, NmtState)>,
@@ -306,7 +305,7 @@ mod tests {
             }
         }
 
-        fn tell(&mut self, state: NmtState) {
+        fn report(&mut self, state: NmtState) {
             self.unsent.push_back(ErrorControl::heartbeat(state).frame(self.node));
         }
     }
@@ -318,25 +317,25 @@ mod tests {
             {
                 self.change = Some((now + self.delay, message.command.target()));
             } else if *frame == ErrorControl::request(self.node) && self.heartbeat.is_zero() && self.knows_guarding {
-                self.tell(self.state);
-            } else if frame.id() == CobId::of_node(0x600, self.node) {
+                self.report(self.state);
+            } else if frame.id() == CobId::of_node(connection::SDO_REQUEST, self.node) {
                 assert_eq!(frame.data(), [0x40, 0x17, 0x10, 0, 0, 0, 0, 0]);
                 let [low, high, ..] = (self.heartbeat.as_micros() / 1000).to_le_bytes();
                 let answer = [0x4B, 0x17, 0x10, 0, low, high, 0, 0];
-                self.unsent.push_back(Frame::from_array(CobId::of_node(0x580, self.node), answer));
+                self.unsent.push_back(Frame::from_array(response_id(self.node), answer));
             }
         }
         fn handle_timeout(&mut self, now: Instant) {
             if let Some((_, state)) = self.change.take_if(|(at, _)| *at <= now) {
                 self.state = state;
                 if state == NmtState::Initialising {
-                    self.tell(state);
+                    self.report(state);
                     self.state = NmtState::PreOperational;
                 }
             }
             if let Some(beat) = self.next_beat.filter(|beat| *beat <= now) {
                 self.next_beat = Some(beat + self.heartbeat);
-                self.tell(self.state);
+                self.report(self.state);
             }
         }
         fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
@@ -347,15 +346,14 @@ mod tests {
         }
     }
 
-    /// What came of waiting.
     #[derive(Debug, PartialEq)]
     struct Seen {
         reached: Vec<u8>,
         others: Vec<u8>,
-        /// The heartbeat of those that were asked for it by SDO.
-        answers: Vec<(u8, Option<u16>)>,
+        /// The heartbeat times read by SDO.
+        heartbeats: Vec<(u8, Option<u16>)>,
         after_ms: u64,
-        /// How many times somebody was asked.
+        /// The number of guarding requests.
         questions: usize,
     }
 
@@ -378,7 +376,7 @@ mod tests {
         Seen {
             reached: numbers(reached),
             others: numbers(others),
-            answers: watch.answers.iter().map(|(node, heartbeat)| (node.get(), *heartbeat)).collect(),
+            heartbeats: watch.heartbeats.iter().map(|(node, heartbeat)| (node.get(), *heartbeat)).collect(),
             after_ms: bus.now().as_micros() / 1000,
             questions: questions.load(Ordering::Relaxed),
         }
@@ -391,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn a_heartbeat_tells_the_state() {
+    fn a_heartbeat_reports_the_state() {
         let seen = wait(vec![Slow::new(5, 730, 100), Slow::new(6, 0, 100)], Start, 5, 5000);
         check(&seen, &[5], &[], 730..=830);
     }
@@ -403,7 +401,7 @@ mod tests {
             check(&seen, &[5], &[], 730..=1010);
             assert_eq!(seen.questions, 3);
         }
-        // Who has little time asks soon.
+        // With little time, it is asked early.
         check(&wait(vec![Slow::new(5, 0, 0)], Start, 5, 100), &[5], &[], 50..=51);
     }
 
@@ -413,13 +411,13 @@ mod tests {
         for all in [0, 5] {
             let seen = wait(vec![mute(5)], Start, all, 2000);
             check(&seen, &[], &[], 2000..=2000);
-            assert_eq!(seen.answers, [(5, Some(0))]);
+            assert_eq!(seen.heartbeats, [(5, Some(0))]);
         }
         // The next heartbeat comes in a minute.
         let rare = Slow { next_beat: Some(Instant::from_micros(60_000_000)), ..Slow::new(5, 0, 60_000) };
-        assert_eq!(wait(vec![rare], Start, 5, 2000).answers, [(5, Some(60_000))]);
+        assert_eq!(wait(vec![rare], Start, 5, 2000).heartbeats, [(5, Some(60_000))]);
         // After a reset, a node reports by itself.
-        assert_eq!(wait(vec![mute(5)], ResetNode, 5, 2000).answers, []);
+        assert_eq!(wait(vec![mute(5)], ResetNode, 5, 2000).heartbeats, []);
     }
 
     #[test]
@@ -435,15 +433,15 @@ mod tests {
         check(&wait(vec![Slow::new(5, 6000, 100)], Start, 5, 5000), &[], &[5], 5000..=5000);
         let silent = wait(vec![Slow::new(6, 0, 100)], Start, 5, 5000);
         check(&silent, &[], &[], 5000..=5000);
-        assert_eq!(silent.questions, 19, "it may just be slow to come");
+        assert_eq!(silent.questions, 19, "it may be slow");
     }
 
     #[test]
-    fn of_all_nodes_those_count_that_are_heard() {
+    fn of_all_nodes_those_that_are_heard_count() {
         let nodes = || vec![Slow::new(5, 0, 0), Slow::new(6, 1500, 1000), Slow::new(7, 9000, 0)];
         let seen = wait(nodes(), Start, 0, 5000);
         check(&seen, &[5, 6], &[7], 5000..=5000);
-        assert!(seen.questions < 127 + 30, "who was never heard is asked once: {seen:?}");
+        assert!(seen.questions < 127 + 30, "a node that was never heard is asked once: {seen:?}");
         check(&wait(nodes(), EnterPreOperational, 0, 5000), &[5, 6, 7], &[], 5000..=5000);
         check(&wait(nodes(), ResetNode, 0, 20_000), &[5, 6, 7], &[], 20_000..=20_000);
     }

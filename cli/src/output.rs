@@ -1,22 +1,25 @@
-//! What a command says and leaves behind: text on the terminal, whole files, an exit code.
+//! What a command prints and writes: text on the terminal, files, an exit code.
 
 use std::fmt::Display;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
+use lexican_runtime::host::kept::replace;
 use serde_json::{Map, Value as Json};
 
-/// How a command ended that did what it was asked for.
+/// The result of a command that has done its work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// Nothing to complain about: exit 0.
+    /// No findings: exit 0.
     Clean,
     /// Findings, differences, failed checks: exit 1.
     Found,
-    /// Some of what was asked for could not be read, which has been said: exit 2.
+    /// Some input could not be read, which has been reported: exit 2.
     Unreadable,
 }
 
@@ -30,7 +33,7 @@ impl From<Outcome> for ExitCode {
     }
 }
 
-/// Why a command could not do what it was asked for: exit 2, as for a wrong command line.
+/// Why a command could not do its work: exit 2, as for a wrong command line.
 #[derive(Debug)]
 pub(crate) struct Failure {
     message: String,
@@ -43,31 +46,31 @@ impl Failure {
         Failure { message: message.to_string(), help: None, silent: false }
     }
 
-    /// With a hint what to do about it.
+    /// Adds advice what to do about it.
     pub(crate) fn help(mut self, help: impl Display) -> Self {
         self.help = Some(help.to_string());
         self
     }
 
-    /// `what` went wrong with a file.
+    /// `cannot WHAT FILE: REASON`.
     pub(crate) fn file(what: &str, path: &Path, error: &io::Error) -> Self {
         Failure::new(format_args!("cannot {what} {}: {}", path.display(), reason(error)))
     }
 
-    /// The message and the hint.
+    /// The message and the advice.
     #[cfg(test)]
     pub(crate) fn words(&self) -> (&str, Option<&str>) {
         (&self.message, self.help.as_deref())
     }
 
-    /// Tells the user on stderr; returns the exit code.
+    /// Prints the failure on stderr; returns the exit code.
     pub(crate) fn report(&self) -> ExitCode {
         if self.silent {
             return ExitCode::SUCCESS;
         }
         let mut stderr = anstream::stderr().lock();
         let (error, help) = (AnsiColor::Red.on_default().bold(), AnsiColor::Cyan.on_default().bold());
-        // Where nobody listens on stderr there is nobody to tell.
+        // If stderr is closed, the exit code has to do.
         let _ = writeln!(stderr, "{error}error{error:#}: {}", self.message);
         if let Some(text) = &self.help {
             let _ = writeln!(stderr, "{help}help{help:#}: {text}");
@@ -76,15 +79,15 @@ impl Failure {
     }
 }
 
-/// The message without the hint.
+/// The message without the advice.
 impl Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.message)
     }
 }
 
-/// An error while writing to stdout. A command that would write for ever ends when nobody reads on (`lexican monitor |
-/// head`), which is no failure; all others write to [`stdout`], and end as they would have.
+/// An error while writing to stdout. A command without end stops when its reader leaves (`lexican monitor | head`), which
+/// is no failure; all others write to [`stdout`], and end with their own exit code.
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         let silent = error.kind() == io::ErrorKind::BrokenPipe;
@@ -92,7 +95,7 @@ impl From<io::Error> for Failure {
     }
 }
 
-/// What the operating system says, in lower case and without its number.
+/// The message of the operating system, in lower case and without its number.
 pub(crate) fn reason(error: &io::Error) -> String {
     let text = error.to_string();
     let text = text.split(" (os error").next().unwrap_or_default();
@@ -100,36 +103,50 @@ pub(crate) fn reason(error: &io::Error) -> String {
     letters.next().map(|first| first.to_lowercase().chain(letters).collect()).unwrap_or_default()
 }
 
+/// The text about frames that were received by the machine but not by the command.
+pub(crate) fn missing_frames(frames: u32) -> String {
+    format!("{frames} frames are missing here: they came faster than they were read")
+}
+
+/// A flag that Ctrl-C sets.
+pub(crate) fn ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let handler = Arc::clone(&flag);
+    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
+        .map_err(|error| Failure::new(format_args!("cannot handle Ctrl-C: {error}")))?;
+    Ok(flag)
+}
+
 /// Whether colours are wanted on stdout: not in a pipe, and not where NO_COLOR is set (<https://no-color.org>).
 pub(crate) fn colours() -> bool {
     anstream::AutoStream::choice(&io::stdout()) != anstream::ColorChoice::Never
 }
 
-/// Something that the user may want to know, on stderr.
+/// A remark on stderr.
 pub(crate) fn note(message: impl Display) {
     let note = AnsiColor::Green.on_default().bold();
     let _ = writeln!(anstream::stderr().lock(), "{note}note{note:#}: {message}");
 }
 
-/// A complaint on stderr that does not end the command.
+/// A problem that does not end the command, on stderr.
 pub(crate) fn warn(message: impl Display) {
     let warning = AnsiColor::Yellow.on_default().bold();
     let _ = writeln!(anstream::stderr().lock(), "{warning}warning{warning:#}: {message}");
 }
 
-/// A bar on stderr for something that takes a while; where stderr is no terminal, nothing is shown.
+/// A progress bar on stderr; hidden if stderr is no terminal.
 pub(crate) fn progress(template: &str, steps: u64) -> ProgressBar {
     let style = ProgressStyle::with_template(template).expect("the template is valid");
     ProgressBar::new(steps).with_style(style)
 }
 
-/// Stdout. When nobody reads on (`lexican ... | head`), what is written is lost, and the command goes on to its end: its
-/// exit code is a result, too.
+/// Stdout for commands that end by themselves. If the reader leaves (`lexican ... | head`), the rest of the output is
+/// dropped, and the command goes on: its exit code is a result as well.
 pub(crate) fn stdout() -> Stdout {
     Stdout(anstream::stdout().lock())
 }
 
-/// The same for text that is to stay as it is, escape sequences in it as well.
+/// [`stdout`] for data, in which escape sequences are kept.
 pub(crate) fn raw_stdout() -> Stdout {
     Stdout(anstream::AutoStream::always_ansi(io::stdout().lock()))
 }
@@ -152,8 +169,8 @@ fn unless_broken<T>(result: io::Result<T>, otherwise: T) -> io::Result<T> {
     }
 }
 
-/// A result on stdout: an object for programs, a line for people.
-pub(crate) fn tell(as_json: bool, fields: Map<String, Json>, text: impl Display) -> Result<(), Failure> {
+/// Prints a result: the fields as a JSON object, or the text.
+pub(crate) fn print_result(as_json: bool, fields: Map<String, Json>, text: impl Display) -> Result<(), Failure> {
     let mut stdout = stdout();
     if as_json {
         writeln!(stdout, "{}", Json::Object(fields))?;
@@ -172,51 +189,20 @@ pub(crate) fn fields(object: Json) -> Map<String, Json> {
     }
 }
 
-/// Text in a style; without one where stdout is no terminal, because [`anstream`] takes it out again.
+/// Text in a style, which [`anstream`] removes if stdout is no terminal.
 pub(crate) fn styled(style: Style, text: impl Display) -> String {
     format!("{style}{text}{style:#}")
 }
 
-/// Writes a file wholly or not at all: under another name first, which then takes the file's place.
+/// Replaces a file as a whole, or leaves it as it is. A link stays a link; a device such as `/dev/null` is written to.
 pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
-    write_all_whole(&[(path.to_owned(), content.to_vec())])
-}
-
-/// Writes several files, none of which takes its place before all are written.
-pub(crate) fn write_all_whole(files: &[(PathBuf, Vec<u8>)]) -> Result<(), Failure> {
-    let failed = |path: &Path, error| {
-        files.iter().for_each(|(path, _)| drop(std::fs::remove_file(unfinished(path))));
-        Failure::file("write", path, &error)
+    let is_special = std::fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
+    let written = if is_special {
+        std::fs::write(path, content)
+    } else {
+        replace(&std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()), content)
     };
-    for (path, content) in files {
-        prepare(path, content).map_err(|error| failed(path, error))?;
-    }
-    for (path, _) in files.iter().filter(|(path, _)| !is_special(path)) {
-        std::fs::rename(unfinished(path), path).map_err(|error| failed(path, error))?;
-    }
-    Ok(())
-}
-
-/// Writes what is to take the place of a file, with the rights that the file had.
-fn prepare(path: &Path, content: &[u8]) -> io::Result<()> {
-    if is_special(path) {
-        return std::fs::write(path, content);
-    }
-    std::fs::write(unfinished(path), content)?;
-    match std::fs::metadata(path) {
-        Ok(old) => std::fs::set_permissions(unfinished(path), old.permissions()),
-        Err(_) => Ok(()),
-    }
-}
-
-/// A terminal, a pipe, `/dev/null`: something that no file may take the place of.
-fn is_special(path: &Path) -> bool {
-    std::fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir())
-}
-
-fn unfinished(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.{}.tmp", std::process::id()))
+    written.map_err(|error| Failure::file("write", path, &error))
 }
 
 #[cfg(test)]
@@ -224,16 +210,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_are_written_together_or_not_at_all() {
+    fn a_file_is_replaced_as_a_whole_or_not_at_all() {
         let folder = std::env::temp_dir().join(format!("lexican-output-{}", std::process::id()));
         std::fs::create_dir_all(folder.join("in-the-way")).unwrap();
-        let files = |second: &str| [(folder.join("a"), b"1".to_vec()), (folder.join(second), b"2".to_vec())];
-        assert!(write_all_whole(&files("no/such/folder")).is_err());
-        assert!(write_all_whole(&files("in-the-way")).is_err());
-        let entries = |folder: &Path| std::fs::read_dir(folder).unwrap().count();
-        assert_eq!(entries(&folder), 2, "the folder in the way, and the file that was whole before it failed");
-        write_all_whole(&files("b")).unwrap();
-        assert_eq!(std::fs::read(folder.join("b")).unwrap(), b"2");
+        for path in ["no/such/folder", "in-the-way"] {
+            assert!(write_whole(&folder.join(path), b"1").is_err(), "{path}");
+        }
+        for content in [b"1", b"2"] {
+            write_whole(&folder.join("a"), content).unwrap();
+            assert_eq!(std::fs::read(folder.join("a")).unwrap(), content);
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("a", folder.join("link")).unwrap();
+            write_whole(&folder.join("link"), b"3").unwrap();
+            assert!(std::fs::symlink_metadata(folder.join("link")).unwrap().is_symlink());
+            assert_eq!(std::fs::read(folder.join("a")).unwrap(), b"3");
+            std::fs::remove_file(folder.join("link")).unwrap();
+        }
+        let left = std::fs::read_dir(&folder).unwrap().count();
+        assert_eq!(left, 2, "the folder in the way and the file, nothing beside them");
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

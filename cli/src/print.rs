@@ -1,4 +1,4 @@
-//! Frames on the terminal: one line each, in columns, with colours where there are any.
+//! Frames on the terminal: one line each, in columns and colours.
 
 use std::fmt::Write as _;
 
@@ -30,7 +30,7 @@ pub(crate) fn line(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
     .to_owned()
 }
 
-/// Something that is not a frame but worth telling.
+/// A line that is no frame.
 pub(crate) fn notice(text: &str) -> String {
     styled(AnsiColor::Yellow.on_default().bold(), text)
 }

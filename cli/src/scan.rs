@@ -1,4 +1,4 @@
-//! `lexican scan`: who is on the bus.
+//! `lexican scan`: the nodes of a bus.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -10,21 +10,22 @@ use lexican_runtime::object::Address;
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::wire::sdo::{Abort, ClientRequest, Content, ServerResponse};
-use lexican_runtime::{AbortCode, CobId, Duration, Frame, NodeId};
+use lexican_runtime::{AbortCode, Duration, Frame, NodeId, cia301};
 use serde_json::json;
 
 use crate::bus::BusArgs;
 use crate::bus::failure::link_failure;
+use crate::bus::sdo::{request_frame, responder};
 use crate::decode::Decoder;
-use crate::decode::twins::{Evidence, Twins};
+use crate::decode::duplicates::{DuplicateNodes, Evidence};
 use crate::duration::milliseconds;
 use crate::identity::{recognise, words};
 use crate::output::{self, Failure, Outcome, progress, styled};
 
 /// Find the nodes of a bus
 ///
-/// Asks every node-ID for its device type by SDO, and those that answer for their identity. Nothing is changed.
-/// Two nodes with one node-ID are suspected where more answers come than were asked for. Exit code 1 when nobody
+/// Reads the device type of every node-ID by SDO, and the identity of those that answer. Nothing is changed.
+/// Two nodes with one node-ID are suspected if there are more responses than requests. Exit code 1 if no node
 /// answers, and for such a suspicion.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -46,21 +47,19 @@ Examples:
     lexican scan --bus can0
     lexican scan --bus slcan:/dev/ttyACM0?bitrate=500000 --json";
 
-/// Between two requests: 127 of them shall not crowd anybody else out.
+/// The pause between two requests, so that 127 of them leave room for other frames.
 const PAUSE: Duration = Duration::from_millis(1);
-/// How much later than the first answer a second one may come, of another node with the same node-ID.
+/// How much later a second node with the same node-ID may respond.
 const GRACE: Duration = Duration::from_millis(30);
-const DEVICE_TYPE: Address = Address::new(0x1000, 0);
-const IDENTITY: u16 = 0x1018;
+const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
 
-/// What a node tells of itself.
 #[derive(Debug, Default)]
 struct Found {
     numbers: BTreeMap<Address, u32>,
-    /// What was answered besides, to the same question.
+    /// Second, different responses.
     others: BTreeMap<Address, u32>,
     state: Option<NmtState>,
-    /// What looks as if there were two of it.
+    /// Why there may be two nodes.
     evidence: BTreeSet<Evidence>,
 }
 
@@ -72,18 +71,17 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if found.is_empty() || suspicious { Outcome::Found } else { Outcome::Clean })
 }
 
-/// Asks everybody, and listens.
 struct Scanner<L> {
     link: L,
     pump: Pump,
     wait: Duration,
     found: BTreeMap<NodeId, Found>,
-    /// Who has answered the present question.
+    /// The nodes that have responded to the current request.
     answered: BTreeSet<NodeId>,
-    /// Questions that were answered in segments, which is for somebody else to understand.
+    /// Entries whose responses are segmented: they are read again at the end.
     segmented: Vec<(NodeId, Address)>,
     decoder: Decoder<'static>,
-    twins: Twins,
+    duplicates: DuplicateNodes,
     progress: ProgressBar,
 }
 
@@ -97,45 +95,41 @@ impl<L: Link> Scanner<L> {
             answered: BTreeSet::new(),
             segmented: Vec::new(),
             decoder: Decoder::new(),
-            twins: Twins::default(),
+            duplicates: DuplicateNodes::default(),
             progress: progress("{msg} {wide_bar} {pos}/{len}", NodeId::all().count() as u64),
         }
     }
 
     fn scan(mut self) -> Result<BTreeMap<NodeId, Found>, Failure> {
-        self.progress.set_message("asking for nodes");
+        self.progress.set_message("reading device types");
         self.ask(NodeId::all(), DEVICE_TYPE)?;
-        // Whoever is there may be slow.
         self.listen(self.wait, false)?;
         for sub in 1..=4 {
-            self.progress.set_message("asking for identities");
+            self.progress.set_message("reading identities");
             let nodes: Vec<_> = self.found.keys().copied().collect();
-            self.ask(nodes.into_iter(), Address::new(IDENTITY, sub))?;
+            self.ask(nodes.into_iter(), Address::new(cia301::IDENTITY, sub))?;
             self.listen(self.wait, true)?;
             self.listen(GRACE, false)?;
         }
         self.progress.finish_and_clear();
         let mut network = Network::new(self.link);
         for (node, address) in self.segmented {
-            // Who answers in segments and then no more has told nothing.
-            let Ok(data) = network.read_bytes(node, address) else { continue };
-            let bytes = data.iter().take(4).rev();
-            let number = bytes.fold(0, |number, byte| number << 8 | u32::from(*byte));
-            self.found.entry(node).or_default().numbers.insert(address, number);
+            if let Ok(data) = network.read_bytes(node, address) {
+                self.found.entry(node).or_default().numbers.insert(address, number(&data));
+            }
         }
         Ok(self.found)
     }
 
-    /// One question to several nodes.
+    /// Reads an entry of several nodes.
     fn ask(&mut self, nodes: impl Iterator<Item = NodeId>, address: Address) -> Result<(), Failure> {
         self.answered.clear();
-        let request = ClientRequest::InitiateUpload { address }.to_bytes();
         let nodes: Vec<_> = nodes.collect();
         self.progress.set_position(0);
         self.progress.set_length(nodes.len() as u64);
         for node in nodes {
             self.progress.inc(1);
-            self.send(&Frame::from_array(CobId::of_node(0x600, node), request))?;
+            self.send(&request_frame(node, ClientRequest::InitiateUpload { address }))?;
             self.listen(PAUSE, false)?;
         }
         Ok(())
@@ -147,7 +141,7 @@ impl<L: Link> Scanner<L> {
         Ok(())
     }
 
-    /// Listens for so long, or until everybody that is known has answered.
+    /// Listens for so long, or until all known nodes have responded.
     fn listen(&mut self, span: Duration, until_answered: bool) -> Result<(), Failure> {
         let until = self.link.now() + span;
         while !until_answered || self.answered.len() < self.found.len() {
@@ -162,8 +156,8 @@ impl<L: Link> Scanner<L> {
     fn hear(&mut self, frame: &Frame) -> Result<(), Failure> {
         self.suspect(frame);
         if let Some(node) = ErrorControl::node(frame.id()).filter(|_| !frame.is_remote()) {
-            // Behind the boot-up message PRE-OPERATIONAL follows by itself.
-            let state = ErrorControl::parse(frame.data()).map(|told| match told.state {
+            // A node is PRE-OPERATIONAL after its boot-up message.
+            let state = ErrorControl::parse(frame.data()).map(|message| match message.state {
                 NmtState::Initialising => NmtState::PreOperational,
                 state => state,
             });
@@ -181,8 +175,7 @@ impl<L: Link> Scanner<L> {
     fn take(&mut self, node: NodeId, address: Address, content: Content) -> Result<(), Failure> {
         match content {
             Content::Expedited(expedited) => {
-                let bytes = expedited.data().iter().rev();
-                let number = bytes.fold(0, |number, byte| number << 8 | u32::from(*byte));
+                let number = number(expedited.data());
                 let found = self.found.entry(node).or_default();
                 if *found.numbers.entry(address).or_insert(number) != number {
                     found.others.insert(address, number);
@@ -192,24 +185,23 @@ impl<L: Link> Scanner<L> {
             Content::Segmented { .. } => {
                 self.segmented.push((node, address));
                 let abort = ClientRequest::Abort(Abort { address, code: AbortCode::GENERAL });
-                self.send(&Frame::from_array(CobId::of_node(0x600, node), abort.to_bytes()))
+                self.send(&request_frame(node, abort))
             }
         }
     }
 
-    /// Watches out for two nodes with one node-ID.
+    /// Looks for two nodes with one node-ID.
     fn suspect(&mut self, frame: &Frame) {
         let decoded = self.decoder.decode(frame);
-        if let Some((node, evidence)) = self.twins.notice(self.link.now(), &decoded) {
+        if let Some((node, evidence)) = self.duplicates.observe(self.link.now(), &decoded) {
             self.found.entry(node).or_default().evidence.insert(evidence);
         }
     }
 }
 
-/// Whose SDO server has sent a frame.
-fn responder(frame: &Frame) -> Option<NodeId> {
-    let low = frame.id().raw().checked_sub(0x580).filter(|_| !frame.id().is_extended())?;
-    NodeId::new(u8::try_from(low).ok()?)
+/// The first four bytes as a number.
+fn number(data: &[u8]) -> u32 {
+    data.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
 }
 
 fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> {
@@ -227,7 +219,7 @@ fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> 
                 "revision": found.identity(3),
                 "serial": found.identity(4),
                 "device": found.device(),
-                "two_nodes": found.evidence.iter().map(|evidence| evidence.name()).collect::<Vec<_>>(),
+                "two_nodes": found.evidence,
                 "other_answers": others,
             });
             writeln!(stdout, "{line}")?;
@@ -242,7 +234,7 @@ fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> 
     }
     if found.is_empty() && !as_json {
         writeln!(stdout, "no node answers; are they on this bus, with power and at this bit rate?")?;
-        writeln!(stdout, "those that have no node-ID yet are found by `lexican lss find`")?;
+        writeln!(stdout, "`lexican lss find` finds nodes that have no node-ID yet")?;
     }
     stdout.flush()?;
     Ok(())
@@ -250,10 +242,9 @@ fn print(as_json: bool, found: &BTreeMap<NodeId, Found>) -> Result<(), Failure> 
 
 impl Found {
     fn identity(&self, sub: u8) -> Option<u32> {
-        self.numbers.get(&Address::new(IDENTITY, sub)).copied()
+        self.numbers.get(&Address::new(cia301::IDENTITY, sub)).copied()
     }
 
-    /// The device of the library that it is, as far as its identity tells.
     fn device(&self) -> Option<&'static str> {
         Some(recognise(self.identity(1)?, self.identity(2).unwrap_or(0))?.id)
     }
@@ -270,7 +261,7 @@ impl Found {
         if parts.is_empty() { "answers, but has no device type".to_owned() } else { parts.join(", ") }
     }
 
-    /// Where two answers to one question differ.
+    /// Where two responses to one request differ.
     fn difference(&self) -> String {
         let differ = self.others.iter().filter_map(|(address, other)| {
             Some(format!("{address} is {:X}h and {other:X}h", self.numbers.get(address)?))
@@ -289,25 +280,22 @@ mod tests {
     use lexican_eds::model::{Device, Value};
     use lexican_runtime::host::VirtualBus;
 
-    /// A sheet with another serial number.
+    /// A data sheet with this serial number.
     fn sheet(serial: i128) -> Device {
         let mut device = Loaded::named("siko/ag03-1").unwrap().device;
-        let identity = device.objects.iter_mut().find(|object| object.index == 0x1018).unwrap();
-        identity
-            .entries
-            .iter_mut()
-            .filter(|entry| entry.sub == 4)
-            .for_each(|entry| entry.default = Some(Value::Integer(serial)));
+        let identity = device.objects.iter_mut().find(|object| object.index == cia301::IDENTITY).unwrap();
+        let entry = identity.entries.iter_mut().find(|entry| entry.sub == 4).unwrap();
+        entry.default = Some(Value::Integer(serial));
         device
     }
 
-    /// What is found on a bus with nodes of these ids and serial numbers.
+    /// Scans a bus with nodes of these node-IDs and serial numbers.
     fn scan(nodes: &[(u8, i128)]) -> BTreeMap<NodeId, Found> {
         let bus = VirtualBus::with_bit_rate(500);
         for &(node, serial) in nodes {
             bus.attach(VirtualDevice::power_on(bus.now(), NodeId::literal(node), &sheet(serial)));
         }
-        // The boot-up messages are not heard any more.
+        // Until after the boot-up messages.
         let mut link = bus.link();
         let until = link.now() + Duration::from_secs(1);
         while link.receive(until).unwrap().is_some() {}
@@ -325,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn nodes_tell_who_they_are() {
+    fn nodes_are_recognised_by_their_identity() {
         let found = scan(&[(5, 42), (127, 7)]);
         assert_eq!(found.keys().map(|node| node.get()).collect::<Vec<_>>(), [5, 127]);
         let one = &found[&NodeId::literal(5)];
@@ -334,20 +322,20 @@ mod tests {
     }
 
     #[test]
-    fn two_nodes_with_one_id_are_suspected_and_told_apart() {
+    fn two_nodes_with_one_id_are_suspected_and_their_difference_is_shown() {
         let found = scan(&[(5, 42), (5, 43), (6, 1)]);
-        let twins = &found[&NodeId::literal(5)];
-        assert!(twins.evidence.contains(&Evidence::SecondAnswer));
-        assert_eq!(twins.others.get(&Address::new(IDENTITY, 4)), Some(&43));
-        assert_eq!(twins.difference(), ": 1018:04 is 2Ah and 2Bh");
+        let duplicates = &found[&NodeId::literal(5)];
+        assert!(duplicates.evidence.contains(&Evidence::SecondAnswer));
+        assert_eq!(duplicates.others.get(&Address::new(cia301::IDENTITY, 4)), Some(&43));
+        assert_eq!(duplicates.difference(), ": 1018:04 is 2Ah and 2Bh");
         assert!(found[&NodeId::literal(6)].evidence.is_empty());
     }
 
     #[test]
-    fn two_nodes_that_say_the_same_are_suspected() {
+    fn two_nodes_with_equal_responses_are_suspected() {
         let found = scan(&[(5, 42), (5, 42)]);
-        let twins = &found[&NodeId::literal(5)];
-        assert!(twins.evidence.contains(&Evidence::SecondAnswer) && twins.others.is_empty());
+        let duplicates = &found[&NodeId::literal(5)];
+        assert!(duplicates.evidence.contains(&Evidence::SecondAnswer) && duplicates.others.is_empty());
     }
 
     #[test]

@@ -7,13 +7,11 @@ use common::{folder, lexican, lexican_in};
 
 const DRIVE: &str = "sim:siko/ag03-1?node=5";
 
-/// Runs the command and compares the exit code and a piece of what it says.
+/// Runs the command and compares the exit code and a part of its output.
 #[track_caller]
 fn check(args: &[&str], code: i32, words: &str) {
     let run = lexican(args);
-    assert_eq!(run.code, Some(code), "{args:?}:\n{}{}", run.stdout, run.stderr);
-    let said = if code == 0 { &run.stdout } else { &run.stderr };
-    assert!(said.contains(words), "{args:?}: {said}");
+    if code == 0 { run.on_stdout(code, words) } else { run.on_stderr(code, words) }
 }
 
 #[test]
@@ -70,7 +68,7 @@ fn a_log_is_monitored_in_words() {
     )
     .unwrap();
     let run = lexican_in(&folder, &["monitor", "--bus", "log:bus.log", "--device", "5=siko/ag03-1"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!(run.code, Some(0), "{run}");
     let lines: Vec<_> = run.stdout.lines().collect();
     assert_eq!(lines.len(), 2);
     assert!(
@@ -78,7 +76,7 @@ fn a_log_is_monitored_in_words() {
     );
     let run = lexican_in(&folder, &["monitor", "--bus", "log:bus.log", "--json", "--count", "1"]);
     assert_eq!(run.stdout.lines().count(), 1);
-    assert!(run.stdout.contains("\"id\":\"405\""), "{}", run.stdout);
+    assert!(run.stdout.contains("\"id\":\"405\""), "{run}");
     check(&["monitor", "--bus", DRIVE, "--for", "1"], 0, "0.000110  705  boot-up node 5");
 }
 
@@ -92,13 +90,12 @@ fn any_data_sheet_is_a_node_of_a_simulated_bus() {
          DefaultValue=0x191\nPDOMapping=0\n",
     )
     .unwrap();
-    let run = lexican_in(&folder, &["read", "--bus", "sim:small.eds?node=9", "Device Type"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    assert!(run.stdout.contains("1000:00 Device Type = 401"), "{}", run.stdout);
+    lexican_in(&folder, &["read", "--bus", "sim:small.eds?node=9", "Device Type"])
+        .on_stdout(0, "1000:00 Device Type = 401");
 }
 
 #[test]
-fn what_cannot_be_is_refused_with_advice() {
+fn impossible_arguments_are_refused_with_advice() {
     check(&["read", "--bus", "can0", "--node", "0", "6064"], 2, "0 is not a node-ID: node-IDs are 1 to 127");
     check(&["read", "--bus", "can0", "--node", "128", "6064"], 2, "128 is not a node-ID: node-IDs are 1 to 127");
     check(&["simulate", "siko/ag03-1", "--bus", "can0", "--node", "300"], 2, "300 is not a node-ID");
@@ -111,12 +108,12 @@ fn what_cannot_be_is_refused_with_advice() {
     check(&["scan", "--bus", "can0", "--wait", "1s"], 2, "is not a number of milliseconds such as 500");
     check(&["monitor", "--bus", DRIVE, "--for", "1s"], 2, "is not a number of seconds such as 10 or 0.5");
     check(&["nmt", "--bus", "can0", "start"], 2, "--node <ID>|--all");
-    // What exactly is missing depends on the machine.
+    // The message depends on the machine.
     check(&["read", "--bus", "no-such-can", "--node", "5", "6064"], 2, "error: ");
     check(&["read", "--bus", DRIVE, "controlwort of another drive"], 2, "names no object");
     check(&["monitor", "--bus", "log:missing.log"], 2, "cannot open the log missing.log: no such file or directory");
     check(&["read", "--bus", "log:missing.log", "--node", "5", "6064"], 2, "candump -L");
     check(&["read", "--bus", "slcan:/dev/no-such-port", "--node", "5", "6064"], 2, "is the adapter plugged in?");
-    check(&["monitor", "--bus", "log:missing.log", "--identify"], 2, "nobody there can be asked");
+    check(&["monitor", "--bus", "log:missing.log", "--identify"], 2, "its nodes cannot be asked");
     check(&["monitor", "--bus", DRIVE, "--device", "siko/ag03-1"], 2, "ID=DEVICE");
 }

@@ -1,4 +1,4 @@
-//! `lexican check`: devices against data sheets that are not quite theirs.
+//! `lexican check`: devices and data sheets that differ in one place.
 
 #[path = "common/mod.rs"]
 mod common;
@@ -24,18 +24,17 @@ fn check(name: &str, wrong: &[(&str, &str)], args: &[&str]) -> Run {
 #[track_caller]
 fn finds(name: &str, wrong: &[(&str, &str)], args: &[&str], words: &str) {
     let run = check(name, wrong, args);
-    assert_eq!(run.code, Some(1), "{}{}", run.stdout, run.stderr);
-    assert!(run.stdout.contains(words), "{}", run.stdout);
-    assert!(run.stdout.contains("not as the data sheet says"), "{}", run.stdout);
+    run.on_stdout(1, words);
+    assert!(run.stdout.contains("not as the data sheet says"), "{run}");
 }
 
 const MEASURED: &str = "ParameterName=Measured Value\nObjectType=0x7\nDataType=0x0003\nAccessType=ro";
 
 #[test]
-fn a_device_that_is_its_data_sheet_has_no_findings() {
+fn a_device_like_its_data_sheet_has_no_findings() {
     for (name, args) in [("check-same", &[][..]), ("check-same-write", &["--write", "--defaults", "--domains"])] {
         let run = check(name, &[], args);
-        assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+        assert_eq!(run.code, Some(0), "{run}");
         assert_eq!(run.stdout, "node 7: 22 entries, as the data sheet says\n");
     }
 }
@@ -69,27 +68,26 @@ fn every_kind_of_difference_is_found() {
 }
 
 #[test]
-fn writing_is_tried_only_when_asked_for() {
+fn writing_is_tried_only_on_request() {
     let wrong = [(MEASURED, &*MEASURED.replace("AccessType=ro", "AccessType=rw"))];
     let run = check("check-no-write", &wrong, &[]);
-    assert_eq!(run.code, Some(0), "{}", run.stdout);
+    assert_eq!(run.code, Some(0), "{run}");
     finds("check-write", &wrong, &["--write"], "access     2000:00 Measured Value: the data sheet says rw, but");
 }
 
 #[test]
-fn values_that_may_change_are_no_difference() {
+fn variable_values_are_no_difference() {
     let wrong = [("DefaultValue=5\n", "DefaultValue=6\n")];
-    let run = check("check-defaults", &wrong, &["--defaults"]);
-    assert_eq!(run.code, Some(0), "{}", run.stdout);
-    assert!(run.stdout.contains("default    2001:00 Averaged Samples: it is 5, by the data sheet 6"), "{}", run.stdout);
+    check("check-defaults", &wrong, &["--defaults"])
+        .on_stdout(0, "default    2001:00 Averaged Samples: it is 5, by the data sheet 6");
 }
 
 #[test]
 fn findings_are_fields_for_programs() {
     let wrong = [("LowLimit=1\n", "LowLimit=6\n"), ("DefaultValue=5\n", "DefaultValue=6\n")];
     let run = check("check-json", &wrong, &["--json"]);
-    let told: Vec<Value> = run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    assert_eq!(told.len(), 2);
+    let lines: Vec<Value> = run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 2);
     for (key, value) in [
         ("event", json!("finding")),
         ("kind", json!("limit")),
@@ -98,35 +96,33 @@ fn findings_are_fields_for_programs() {
         ("value", json!(5)),
         ("node", json!(7)),
     ] {
-        assert_eq!(told[0][key], value, "{key}");
+        assert_eq!(lines[0][key], value, "{key}");
     }
     assert_eq!(
-        (&told[1]["event"], &told[1]["entries"], &told[1]["differ"]),
+        (&lines[1]["event"], &lines[1]["entries"], &lines[1]["differ"]),
         (&json!("summary"), &json!(22), &json!(1))
     );
 }
 
 #[test]
-fn a_node_that_is_not_there_is_said_to_be_silent() {
+fn a_missing_node_is_reported_as_silent() {
     let folder = folder("check-silent");
     std::fs::write(folder.join("sensor.eds"), SHEET).unwrap();
     let args = ["check", "--bus", "sim:sensor.eds?node=7", "--node", "8", "--device", "sensor.eds"];
     let run = lexican_in(&folder, &args);
-    assert_eq!(run.code, Some(2));
-    assert!(run.stderr.contains("no answer") && run.stderr.contains("lexican scan"), "{}", run.stderr);
-    let run = lexican_in(&folder, &["check", "--bus", "sim:sensor.eds?node=7", "--device", "none"]);
-    assert_eq!(run.code, Some(2));
-    assert!(run.stderr.contains("--device FILE"), "{}", run.stderr);
+    run.on_stderr(2, "no answer");
+    run.on_stderr(2, "lexican scan");
+    lexican_in(&folder, &["check", "--bus", "sim:sensor.eds?node=7", "--device", "none"]).on_stderr(2, "--device FILE");
 }
 
 #[test]
-fn what_the_data_sheet_contradicts_itself_in_is_no_difference() {
+fn a_contradiction_of_the_data_sheet_is_no_difference() {
     let wrong = [("LowLimit=1\n", "LowLimit=6\n"), ("VendorNumber=0", "VendorNumber=0x195")];
     let run = check("check-sheet", &wrong, &[]);
-    assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+    assert_eq!(run.code, Some(0), "{run}");
     let lines = [
-        "sheet      1018:01 Identity, Vendor-ID: another vendor: 0h, by the data sheet 195h; so the data sheet has it itself",
-        "sheet      2001:00 Averaged Samples: 5 is not within 6 to 100; so the data sheet has it itself",
+        "sheet      1018:01 Identity, Vendor-ID: another vendor: 0h, by the data sheet 195h; the data sheet itself has this value",
+        "sheet      2001:00 Averaged Samples: 5 is not within 6 to 100; the data sheet itself has this value",
         "node 7: 22 entries, as the data sheet says; 2 by which the data sheet contradicts itself",
     ];
     assert_eq!(run.stdout.lines().collect::<Vec<_>>(), lines);

@@ -1,4 +1,4 @@
-//! What a new user sees: help of every command, and advice for every wrong line.
+//! The help of every command, and the advice for mistyped ones.
 
 #[path = "common/mod.rs"]
 mod common;
@@ -9,12 +9,12 @@ use common::lexican;
 fn listed(help: &str) -> Vec<String> {
     let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);
     let lines = lines.take_while(|line| line.starts_with("  "));
-    // A description that goes on in the next line is further in.
+    // Further lines of a description are indented more.
     let names = lines.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
     names.filter(|name| *name != "help").map(str::to_owned).collect()
 }
 
-/// Looks at the help of a command and of all below it; returns how many there are.
+/// Checks the help of a command and of its subcommands; returns their number.
 fn check(command: &[&str]) -> usize {
     let run = lexican(&[command, &["--help"]].concat());
     let name = command.join(" ");
@@ -22,7 +22,7 @@ fn check(command: &[&str]) -> usize {
     let first = run.stdout.lines().next().unwrap_or_default();
     assert!(first.len() > 20 && !first.starts_with("Usage"), "{name} begins with {first:?}");
     assert!(run.stdout.contains(&format!("Usage: lexican {name}").trim_end().to_owned()), "{name}: {}", run.stdout);
-    // Every option says what it is for, in its line or in the next.
+    // Every option has a description, in its line or in the next.
     let lines: Vec<_> = run.stdout.lines().collect();
     for (at, line) in lines.iter().enumerate().filter(|(_, line)| line.trim_start().starts_with("--")) {
         let explained = line.trim().contains("  ") || lines.get(at + 1).is_some_and(|next| !next.trim().is_empty());
@@ -41,12 +41,11 @@ fn every_command_explains_itself() {
 #[test]
 fn without_arguments_every_command_says_what_it_needs() {
     let help = lexican(&[]);
-    assert!(help.code == Some(2) && help.stderr.contains("Commands:"), "{}", help.stderr);
+    help.on_stderr(2, "Commands:");
     assert!(help.stderr.contains("lexican simulate siko/ag03-1"), "how to begin: {}", help.stderr);
     for command in ["scan", "read", "write", "nmt", "monitor", "check", "gen", "simulate"] {
         let run = lexican(&[command]);
-        assert_eq!(run.code, Some(2), "{command}");
-        assert!(run.stderr.contains("required arguments"), "{command}: {}", run.stderr);
+        run.on_stderr(2, "required arguments");
         assert!(run.stderr.contains(&format!("Usage: lexican {command}")), "{command}: {}", run.stderr);
     }
     let devices = lexican(&["devices"]);
@@ -60,7 +59,6 @@ fn a_misspelt_command_or_option_finds_its_name() {
         (&["scan", "--buss", "can0"], "'--bus'"),
         (&["nmt", "--bus", "can0", "reset", "--all"], "reset-node"),
     ] {
-        let run = lexican(args);
-        assert!(run.code == Some(2) && run.stderr.contains(words), "{args:?}: {}", run.stderr);
+        lexican(args).on_stderr(2, words);
     }
 }

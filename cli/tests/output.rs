@@ -1,4 +1,4 @@
-//! What commands print where nobody reads, or nobody wants colours, and how much of what they read they keep.
+//! Output to a closed pipe, colours, and inputs without end.
 
 #[path = "common/mod.rs"]
 mod common;
@@ -19,7 +19,7 @@ fn sheets(name: &str) -> PathBuf {
     folder
 }
 
-/// Runs the command with a stdout that nobody reads, and returns its exit code.
+/// Runs the command with a closed stdout, and returns its exit code.
 fn unread(folder: &Path, args: &[&str]) -> Option<i32> {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
@@ -90,7 +90,7 @@ fn with_memory(kib: u32, args: &str) -> (Option<i32>, String) {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_has_no_end_is_not_read_to_its_end() {
+fn inputs_without_end_are_not_read_to_their_end() {
     const GIB: u32 = 1024 * 1024;
     for (args, code, words) in
         [("eds lint /dev/zero", 2, "not a regular file"), ("monitor --bus log:/dev/zero", 2, "the line does not end")]
@@ -107,7 +107,6 @@ fn a_file_beyond_the_bound_is_refused_without_being_read_whole() {
     let file = std::fs::File::create(folder.join("huge.eds")).unwrap();
     file.set_len(1 << 40).unwrap();
     let run = lexican_in(&folder, &["eds", "lint", "huge.eds"]);
-    assert_eq!(run.code, Some(2), "{}", run.stderr);
-    assert!(run.stdout.contains("more than 67108864 bytes"), "{}{}", run.stdout, run.stderr);
+    run.on_stdout(2, "more than 67108864 bytes");
     assert_eq!(lexican(&["devices"]).code, Some(0));
 }

@@ -26,7 +26,7 @@ impl Simulation {
     /// Begins one in a folder, and waits until it serves and has booted.
     fn begin(folder: &Path, args: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_lexican"))
-            // Whatever goes wrong, it does not outlive the tests by long.
+            // It ends even if the test is killed.
             .args([&["simulate", "--json", "--for", "120"], args].concat())
             .current_dir(folder)
             .stdin(Stdio::piped())
@@ -53,9 +53,9 @@ impl Simulation {
             let mut line = String::new();
             self.events.read_line(&mut line).unwrap();
             assert!(!line.is_empty(), "no event {event:?} after:\n{before}");
-            let told: Value = serde_json::from_str(&line).unwrap();
-            if told["event"] == event {
-                return told;
+            let json: Value = serde_json::from_str(&line).unwrap();
+            if json["event"] == event {
+                return json;
             }
             before += &line;
         }
@@ -77,9 +77,7 @@ impl Simulation {
     /// The same, which succeeds and says some words.
     #[track_caller]
     fn check(&self, command: &str, args: &[&str], words: &str) {
-        let run = self.run(command, args);
-        assert_eq!(run.code, Some(0), "{command} {args:?}: {}", run.stderr);
-        assert!(run.stdout.contains(words), "{command} {args:?}: {}", run.stdout);
+        self.run(command, args).on_stdout(0, words);
     }
 
     /// Presses Ctrl-C, and returns the last words and the exit code.
@@ -117,8 +115,8 @@ fn several_commands_work_with_one_drive() {
     assert_eq!((&written["address"], &written["value"], &written["node"]), (&json!("6060:00"), &json!(2), &json!(5)));
     // It is the same drive for the next command, and known by its identity.
     let run = drive.run("read", &["--node", "5", "6060"]);
-    assert!(run.stdout.contains("Modes of Operation = profile velocity (2)"), "{}{}", run.stdout, run.stderr);
-    assert!(run.stderr.contains("node 5 is a siko/ag03-1 by its identity"), "{}", run.stderr);
+    assert!(run.stdout.contains("Modes of Operation = profile velocity (2)"), "{run}");
+    assert!(run.stderr.contains("node 5 is a siko/ag03-1 by its identity"), "{run}");
     drive.check("read", &["--node", "5", "--device", "none", "6060"], "6060:00 = 02");
     drive.check("nmt", &["start", "--node", "5"], "OPERATIONAL");
     assert_eq!(drive.until("nmt")["command"], "start");
@@ -141,10 +139,10 @@ fn one_terminal_hears_what_happens_on_the_other() {
         .unwrap();
     let mut lines = BufReader::new(monitor.stdout.take().unwrap()).lines();
     let mut hears = |what: &str| {
-        let told = lines.find(|line| line.as_ref().unwrap().contains(what));
-        serde_json::from_str::<Value>(&told.expect("it listens for a minute").unwrap()).unwrap()
+        let line = lines.find(|line| line.as_ref().unwrap().contains(what));
+        serde_json::from_str::<Value>(&line.expect("it listens for a minute").unwrap()).unwrap()
     };
-    // A heartbeat tells when the monitor is there.
+    // After the first heartbeat the monitor is ready.
     drive.check("write", &["--node", "5", "1017", "raw:100"], "");
     hears("heartbeat");
     drive.check("write", &["--node", "5", "6060", "profile velocity"], "");
@@ -155,7 +153,7 @@ fn one_terminal_hears_what_happens_on_the_other() {
 }
 
 #[test]
-fn a_monitor_tells_that_its_bus_is_gone_and_asks_only_who_speaks() {
+fn a_monitor_reports_that_its_bus_is_gone_and_identifies_nodes_that_it_hears() {
     let mut drive = Simulation::begin(&folder("sim-removed"), &["siko/ag03-1", "--node", "5"]);
     drive.check("write", &["--node", "5", "1017", "raw:100"], "");
     let mut monitor = Command::new(env!("CARGO_BIN_EXE_lexican"))
@@ -166,9 +164,9 @@ fn a_monitor_tells_that_its_bus_is_gone_and_asks_only_who_speaks() {
     let mut lines = BufReader::new(monitor.stdout.take().unwrap()).lines();
     let mut until = |event: &str| {
         let mut asked = Vec::new();
-        let found = lines.by_ref().map(|line| serde_json::from_str::<Value>(&line.unwrap()).unwrap()).find(|told| {
-            asked.extend((told["service"] == "SDO request").then(|| told["node"].clone()));
-            told["event"] == event
+        let found = lines.by_ref().map(|line| serde_json::from_str::<Value>(&line.unwrap()).unwrap()).find(|json| {
+            asked.extend((json["service"] == "SDO request").then(|| json["node"].clone()));
+            json["event"] == event
         });
         (found.expect("it listens for a minute"), asked)
     };
@@ -182,13 +180,29 @@ fn a_monitor_tells_that_its_bus_is_gone_and_asks_only_who_speaks() {
 }
 
 #[test]
-fn a_simulated_device_tells_that_somebody_has_its_node_id() {
-    let mut sensor = Simulation::begin(&sensor("sim-twin"), &["sensor.eds", "--node", "7"]);
+fn a_simulated_device_reports_another_node_with_its_node_id() {
+    let mut sensor = Simulation::begin(&sensor("sim-duplicate"), &["sensor.eds", "--node", "7"]);
     let path = sensor.buses[0].strip_prefix("slcan:").unwrap();
     let mut link = Slcan::open(path, Settings::default()).unwrap();
     link.send(&Frame::from_array(CobId::standard(0x707).unwrap(), [0x05])).unwrap();
-    let told = sensor.until("two-nodes");
-    assert!(told["text"].as_str().unwrap().contains("another node 7"), "{told}");
+    let event = sensor.until("two-nodes");
+    assert!(event["text"].as_str().unwrap().contains("another node 7"), "{event}");
+}
+
+#[test]
+fn an_inconsistent_configuration_is_reported() {
+    let folder = sensor("sim-misconfigured");
+    let mapped = "DefaultValue=0x20000010";
+    assert!(SHEET.contains(mapped));
+    std::fs::write(folder.join("wrong.eds"), SHEET.replace(mapped, "DefaultValue=0x20010110")).unwrap();
+    let mut wrong = Simulation::begin(&folder, &["wrong.eds", "--node", "7"]);
+    let event = wrong.until("misconfigured");
+    assert_eq!((&event["address"], &event["abort_code"]), (&json!("1A00:01"), &json!("06090011")));
+    assert!(event["text"].as_str().unwrap().starts_with("the configuration is inconsistent: 1A00:01"), "{event}");
+    // It is reported at each boot, and a consistent one is not.
+    wrong.asks("power cycle", "misconfigured");
+    let summary = |sheet: &str| lexican_in(&folder, &["simulate", sheet, "--node", "7", "--for", "0.2"]).stdout;
+    assert!(summary("wrong.eds").contains("inconsistent") && !summary("sensor.eds").contains("inconsistent"));
 }
 
 #[test]
@@ -205,8 +219,7 @@ fn lines_control_a_device_made_of_its_data_sheet() {
     assert_eq!(sensor.asks("emcy clear", "emcy")["code"], "0000");
     assert_eq!(sensor.asks("power off", "state")["state"], Value::Null);
     let silent = sensor.run("read", &["--node", "7", "--device", "none", "2000"]);
-    assert_eq!(silent.code, Some(2), "{}", silent.stderr);
-    assert!(silent.stderr.contains("lexican scan"), "{}", silent.stderr);
+    silent.on_stderr(2, "lexican scan");
     sensor.asks("power on", "boot-up");
     sensor.check("read", &["--node", "7", "2000"], "2000:00 = 00 00");
     for (line, words) in [
@@ -257,9 +270,7 @@ fn what_is_stored_survives_in_a_file() {
     second.check("read", &["--node", "7", "2001"], "2001:00 = 05 00");
     drop(second);
     std::fs::write(folder.join("kept.txt"), "something else\n").unwrap();
-    let run = lexican_in(&folder, &[&["simulate"], &args[..]].concat());
-    assert_eq!(run.code, Some(2));
-    assert!(run.stderr.contains("kept.txt:1: this is not what"), "{}", run.stderr);
+    lexican_in(&folder, &[&["simulate"], &args[..]].concat()).on_stderr(2, "kept.txt:1: this is not what");
 }
 
 #[test]
@@ -279,15 +290,15 @@ fn a_drive_keeps_its_parameters_and_follows_a_script() {
     again.check("read", &["--node", "5", "--device", "none", "2410:01"], "2410:01 = 4D");
     drop(again);
     std::fs::write(folder.join("bad.toml"), "[[step]]\nbatery_v = 2.1\n").unwrap();
-    let run = lexican_in(&folder, &["simulate", "siko/ag03-1", "--node", "5", "--script", "bad.toml"]);
-    assert!(run.code == Some(2) && run.stderr.contains("bad.toml:2:"), "{}", run.stderr);
+    lexican_in(&folder, &["simulate", "siko/ag03-1", "--node", "5", "--script", "bad.toml"])
+        .on_stderr(2, "bad.toml:2:");
 }
 
 #[test]
 fn a_device_without_node_id_gets_one_by_lss() {
     let folder = sensor("sim-lss");
     let mut sensor = Simulation::begin(&folder, &["sensor.eds", "--node", "none", "--eeprom", "kept.txt"]);
-    // Silence is an answer. On a busy machine it may be a late one: then longer steps are needed, as the command says.
+    // On a busy machine a response may be late: then longer steps are needed, as the command advises.
     let mut finds = ["100", "400", "1600"].map(|step| ["--one", "--json", "--step", step]).into_iter();
     let found = finds.by_ref().map(|find| sensor.run("lss find", &find)).find(|found| found.code == Some(0));
     let found: Value = serde_json::from_str(&found.expect("it is found in the end").stdout).unwrap();
@@ -305,7 +316,7 @@ fn a_device_without_node_id_gets_one_by_lss() {
     let none = sensor.run("lss find", &["--step", "100"]);
     assert_eq!((none.code, none.stdout.contains("no device without node-ID answers")), (Some(1), true));
 
-    // From now on it has a node-ID, which changes with the next reset.
+    // Now it has a node-ID, which changes with the next reset.
     let again = sensor.run("lss node-id", &["10"]);
     assert!(again.stderr.contains("it is node 9 until its communication is reset"), "{}", again.stderr);
     assert!(again.stderr.contains("not stored"), "{}", again.stderr);
@@ -316,8 +327,7 @@ fn a_device_without_node_id_gets_one_by_lss() {
     assert!(rate.stdout.ends_with("serial 2Ah: 250 kbit/s\n"), "{}", rate.stdout);
     assert!(rate.stderr.contains("neither activated nor stored"), "{}", rate.stderr);
     let refused = sensor.run("lss bit-rate", &["auto"]);
-    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
-    assert!(refused.stderr.contains("serial 2Ah: refused: bit rate not supported"), "{}", refused.stderr);
+    refused.on_stderr(1, "serial 2Ah: refused: bit rate not supported");
     let refused = sensor.run("lss bit-rate", &["auto", "--all", "--json", "--store", "--activate", "20"]);
     assert_eq!(refused.code, Some(1), "{}", refused.stderr);
     let refused: Value = serde_json::from_str(&refused.stdout).unwrap();
@@ -335,9 +345,7 @@ fn a_device_without_node_id_gets_one_by_lss() {
 fn what_lss_cannot_do_says_why() {
     let sensor = Simulation::begin(&sensor("sim-no-lss"), &["sensor.eds", "--node", "7"]);
     let check = |command: &str, args: &[&str], words: &str| {
-        let run = sensor.run(command, args);
-        assert_eq!(run.code, Some(2), "{command} {args:?}: {}", run.stdout);
-        assert!(run.stderr.contains(words), "{command} {args:?}: {}", run.stderr);
+        sensor.run(command, args).on_stderr(2, words);
     };
     check("lss inquire", &["--unconfigured", "--step", "100"], "`lexican scan` shows those that have one");
     check("lss node-id", &["--unconfigured", "--step", "100", "5"], "no device without node-ID answers");
@@ -349,18 +357,18 @@ fn what_lss_cannot_do_says_why() {
     check("lss bit-rate", &["100"], "1000, 800, 500, 250, 125, 50, 20, 10 and auto");
     let drive = Simulation::begin(&folder("sim-no-lss-drive"), &["siko/ag03-1", "--node", "5"]);
     let run = drive.run("lss inquire", &[]);
-    assert!(run.code == Some(2) && run.stderr.contains("no device answers to LSS"), "{}", run.stderr);
-    let run = drive.run("nmt", &["start", "--node", "6", "--wait", "300"]);
-    assert_eq!(run.code, Some(1));
-    assert!(run.stderr.contains("nothing was heard of node 6 within 300 ms"), "{}", run.stderr);
+    run.on_stderr(2, "no device answers to LSS");
+    drive
+        .run("nmt", &["start", "--node", "6", "--wait", "300"])
+        .on_stderr(1, "nothing was heard of node 6 within 300 ms");
 }
 
 #[test]
-fn a_new_user_is_told_what_to_do_next() {
+fn the_next_steps_are_printed() {
     let folder = sensor("sim-new-user");
     let check = |node: &str, words: &[&str]| {
         let run = lexican_in(&folder, &["simulate", "sensor.eds", "--node", node, "--for", "0.1"]);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        assert_eq!(run.code, Some(0), "{run}");
         words.iter().for_each(|words| assert!(run.stderr.contains(words), "{words}: {}", run.stderr));
     };
     check("7", &["lexican monitor --bus slcan:", "--device 7=sensor.eds", "lexican scan --bus slcan:"]);
@@ -369,31 +377,27 @@ fn a_new_user_is_told_what_to_do_next() {
     let silent = sensor.run("monitor", &["--for", "0.1"]);
     assert_eq!((silent.code, silent.stdout.as_str()), (Some(0), ""));
     assert!(silent.stderr.contains("no frame was heard"), "{}", silent.stderr);
-    let nobody = sensor.run("nmt", &["start", "--all", "--wait", "100"]);
-    assert_eq!(nobody.code, Some(1), "{}", nobody.stdout);
-    assert!(nobody.stderr.contains("no node was heard within 100 ms"), "{}", nobody.stderr);
-    let nobody = sensor.run("scan", &["--wait", "100"]);
-    assert_eq!(nobody.code, Some(1), "{}", nobody.stderr);
-    assert!(nobody.stdout.contains("lexican lss find"), "{}", nobody.stdout);
+    let silent = sensor.run("nmt", &["start", "--all", "--wait", "100"]);
+    silent.on_stderr(1, "no node was heard within 100 ms");
+    let silent = sensor.run("scan", &["--wait", "100"]);
+    silent.on_stdout(1, "lexican lss find");
 }
 
 #[test]
 fn what_cannot_be_simulated_says_why() {
     let check = |args: &[&str], words: &str| {
-        let run = lexican(&[&["simulate"], args].concat());
-        assert_eq!(run.code, Some(2), "{args:?}");
-        assert!(run.stderr.contains(words), "{args:?}: {}", run.stderr);
+        lexican(&[&["simulate"], args].concat()).on_stderr(2, words);
     };
     check(&["siko/ag03-1", "--bus", "pty:0"], "\"0\" is not a number of pseudo-terminals");
     check(&["siko/ag03-1", "--bus", "pty:x"], "\"x\" is not a number of pseudo-terminals");
     check(&["siko/ag03-1", "--bus", "log:x"], "a log takes no frames");
-    check(&["siko/ag03-1", "--bus", "sim:siko/ag03-1"], "nobody else can be on a simulated bus");
+    check(&["siko/ag03-1", "--bus", "sim:siko/ag03-1"], "no other command could reach the device");
     check(&["siko/ag03-1", "--node", "none"], "this drive has no LSS");
     check(&["siko/ag03-1", "--script", "missing.toml"], "missing.toml");
     check(&["siko/ag03-1", "--node", "0"], "0 is not a node-ID");
     let folder = sensor("sim-refusals");
     let run = lexican_in(&folder, &["simulate", "sensor.eds", "--script", "x.toml"]);
-    assert!(run.stderr.contains("only drives that lexican has a simulator of"), "{}", run.stderr);
+    assert!(run.stderr.contains("only devices with a simulator of their own"), "{run}");
 }
 
 #[test]
@@ -424,7 +428,7 @@ fn a_line_without_end_is_no_command() {
 fn a_new_node_id_is_activated_when_that_is_wanted() {
     let sensor = Simulation::begin(&sensor("sim-activate"), &["sensor.eds", "--node", "5"]);
     let hinted = sensor.run("lss node-id", &["9"]);
-    assert!(hinted.code == Some(0) && hinted.stderr.contains("it is node 5 until"), "{}", hinted.stderr);
+    hinted.on_stderr(0, "it is node 5 until");
     assert!(hinted.stderr.contains("--activate does so"), "{}", hinted.stderr);
     sensor.check("lss node-id", &["9", "--activate"], "node-ID 9, and has booted with it\n");
     sensor.check("scan", &["--wait", "100"], "node   9");

@@ -12,7 +12,7 @@ const MAX_BYTES: usize = 6_000_000;
 /// Every file that loads becomes a simulated device, in virtual time: it boots, obeys NMT, and `check` finds nothing that
 /// is not as the data sheet says. The test knows how.
 pub(crate) fn simulate(root: &Path, folder: &Path) -> Result<(), String> {
-    let test = "check::simulated::every_data_sheet_simulated_is_as_it_says";
+    let test = "check::simulated::every_simulated_device_agrees_with_its_data_sheet";
     let folder = folder.canonicalize().map_err(|error| format!("{}: {error}", folder.display()))?;
     let arguments = ["test", "-p", "lexican", "--bin", "lexican", "--", "--exact", "--nocapture", test];
     command::run_cargo(root, &arguments, &[("LEXICAN_SHEETS", &folder.to_string_lossy())])

@@ -1,10 +1,9 @@
-//! `lexican boot`: a network is configured, started and kept up.
+//! `lexican boot`: configures and starts a network, and keeps it up.
 
 mod plan;
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use anstyle::AnsiColor;
 use lexican_runtime::host::blocking::Network;
@@ -16,48 +15,47 @@ use serde_json::json;
 use crate::bus::failure::link_failure;
 use crate::bus::{BusArgs, node_id};
 use crate::duration::{milliseconds, seconds};
-use crate::output::{Failure, Outcome, fields, styled, tell, warn};
+use crate::output::{Failure, Outcome, ctrl_c, fields, print_result, styled, warn};
 use plan::Node;
 
 /// Boot a network: check, configure and start its nodes (CiA 302-2)
 ///
-/// The nodes are reset, compared with their data sheets, configured, watched and started; a node has booted when it
-/// reports OPERATIONAL itself. Exit code 1 when a mandatory node has not.
+/// Resets the nodes, compares them with their data sheets, configures, watches and starts them. A node has booted when
+/// it reports OPERATIONAL itself. Exit code 1 if a mandatory node has not booted.
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = EXAMPLES,
-    after_long_help = LONG_HELP,
-    group = clap::ArgGroup::new("what").required(true).multiple(true).args(["file", "node", "optional"])
+    group = clap::ArgGroup::new("network").required(true).multiple(true).args(["file", "node", "optional"])
 )]
 pub(crate) struct Args {
     #[command(flatten)]
     bus: BusArgs,
 
     /// The network (TOML); --help shows one
-    #[arg(value_name = "NETWORK", conflicts_with_all = ["node", "optional", "heartbeat", "guarding"])]
+    #[arg(value_name = "NETWORK", long_help = FILE_HELP, conflicts_with_all = ["node", "optional", "heartbeat", "guarding"])]
     file: Option<PathBuf>,
 
     /// A mandatory node: 5, or 5=drive.dcf, 5=siko/ag03-1; may be given several times
     #[arg(long, value_name = "ID[=DEVICE]", value_parser = node)]
     node: Vec<(NodeId, Option<String>)>,
 
-    /// A node that the network can do without
+    /// An optional node
     #[arg(long, value_name = "ID[=DEVICE]", value_parser = node)]
     optional: Vec<(NodeId, Option<String>)>,
 
-    /// Give the nodes a heartbeat of so many ms (1017h); they are lost after three times that
+    /// Set the heartbeat of the nodes in ms (1017h); they are lost after three times that
     #[arg(long, value_name = "MS", value_parser = milliseconds, conflicts_with = "guarding")]
     heartbeat: Option<Duration>,
 
-    /// Guard the nodes every so many ms; they are lost after three times that
+    /// The guard time in ms; the nodes are lost after three times that
     #[arg(long, value_name = "MS", value_parser = milliseconds)]
     guarding: Option<Duration>,
 
-    /// How long the mandatory nodes may take, in ms; 0: as long as each takes
+    /// The time in ms within which the mandatory nodes must boot; 0 for no limit
     #[arg(long, value_name = "MS", value_parser = milliseconds, default_value = "10000")]
     boot_time: Duration,
 
-    /// Keep the network up until it is interrupted: nodes that get lost are booted again
+    /// Keep the network up until the command is interrupted: nodes that are lost are booted again
     #[arg(long)]
     keep: bool,
 
@@ -75,12 +73,8 @@ Examples:
     lexican boot --bus can0 --node 5=siko/ag03-1 --optional 7 --heartbeat 100
     lexican boot --bus can0 machine.toml --keep";
 
-const LONG_HELP: &str = "\
-Examples:
-    lexican boot --bus can0 --node 5=siko/ag03-1 --optional 7 --heartbeat 100
-    lexican boot --bus can0 machine.toml --keep
-
-A network (times in ms; every key but id may be left out):
+const FILE_HELP: &str = "\
+The network (TOML; times in ms; every key but id may be left out):
 
     boot-time = 10000
     on-loss = \"reset-node\"         # of a mandatory node; or reset-all, stop-all
@@ -88,14 +82,14 @@ A network (times in ms; every key but id may be left out):
 
     [[node]]
     id = 5
-    device = \"drive.dcf\"           # its identity is checked, a DCF written
+    device = \"drive.dcf\"           # its identity is checked, a DCF is written
     dcf = \"drive.bin\"              # a concise DCF (1F22h)
     settings = [\"6060 = profile velocity\", \"2412 = 2.5 mm\"]
     heartbeat = 100                # or guarding = 100, and retry = 3
     mandatory = true
     start = true
     keep-alive = false             # not reset while it is OPERATIONAL
-    boots-again = true             # when it was lost";
+    boots-again = true             # after it was lost";
 
 /// `5`, `5=drive.dcf`.
 fn node(text: &str) -> Result<(NodeId, Option<String>), String> {
@@ -114,10 +108,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let boot_time = described.boot_time.unwrap_or(args.boot_time);
     let link = args.bus.open(Pace::Virtual)?.settled()?.link;
     let mut network = Network::new(link);
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
-        .map_err(|error| Failure::new(format_args!("cannot take note of Ctrl-C: {error}")))?;
+    let interrupted = ctrl_c()?;
 
     let mut written = Ok(());
     let mut report = |event: &NetworkEvent| {
@@ -151,22 +142,21 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if is_ready { Outcome::Clean } else { Outcome::Found })
 }
 
-/// How long Ctrl-C may not be noticed.
+/// How often Ctrl-C is checked.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Whether a node is still being booted; an optional one, for which nobody waits.
+/// Whether a node is still being booted. `Network::boot` does not wait for optional nodes.
 fn is_booting<L: Link>(network: &mut Network<L>) -> bool {
     network.kept().is_some_and(|kept| kept.nodes().any(|node| kept.is_booting(node)))
 }
 
 impl Args {
-    /// The network of the command line.
     fn network(&self) -> plan::Network {
         let node = |(id, device): &(NodeId, Option<String>), mandatory| Node {
             device: device.clone(),
             mandatory,
             heartbeat: self.heartbeat,
-            guarding: self.guarding.map(plan::guarding),
+            guarding: self.guarding,
             ..Node::new(*id)
         };
         let mandatory = self.node.iter().map(|it| node(it, true));
@@ -175,7 +165,6 @@ impl Args {
     }
 }
 
-/// Prints what has happened.
 fn print(as_json: bool, event: &NetworkEvent) -> Result<(), Failure> {
     let bad = |text: String| styled(AnsiColor::Red.on_default(), text);
     let (name, text, more) = match *event {
@@ -187,7 +176,7 @@ fn print(as_json: bool, event: &NetworkEvent) -> Result<(), Failure> {
         NetworkEvent::Ready => ("ready", "the network is ready".to_owned(), json!({})),
         NetworkEvent::BootTimeElapsed => ("boot-time-elapsed", bad("the boot time is over".to_owned()), json!({})),
         NetworkEvent::BootedUp(node) => {
-            ("boot-up", format!("node {node}: is there, and not to be booted again"), json!({ "node": node.get() }))
+            ("boot-up", format!("node {node}: boot-up; it is not booted again"), json!({ "node": node.get() }))
         }
         NetworkEvent::StateChanged { node, state } => {
             let more = json!({ "node": node.get(), "state": state.to_string() });
@@ -199,5 +188,5 @@ fn print(as_json: bool, event: &NetworkEvent) -> Result<(), Failure> {
     };
     let mut object = fields(more);
     object.insert("event".to_owned(), json!(name));
-    tell(as_json, object, text)
+    print_result(as_json, object, text)
 }

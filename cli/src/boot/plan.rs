@@ -1,4 +1,4 @@
-//! What a network is to be: from a file, or from the command line.
+//! The description of a network: from a file, or from the command line.
 
 use std::path::{Path, PathBuf};
 
@@ -7,45 +7,91 @@ use lexican_runtime::host::Plan;
 use lexican_runtime::manager::{Assignment, Guarding, OnLoss};
 use lexican_runtime::object::Address;
 use lexican_runtime::procedure::{ConciseDcf, Data, Step};
-use lexican_runtime::{Duration, NodeId};
-use toml::{Table, Value as Toml};
+use lexican_runtime::{Duration, NodeId, cia301};
+use serde::Deserialize;
+use serde::de::{Deserializer, Error as _};
 
 use crate::bus::node_id;
 use crate::bus::object::resolve;
 use crate::device::{Loaded, read, read_up_to};
+use crate::duration::{in_milliseconds, milliseconds};
+use crate::identity::{PRODUCT, VENDOR};
 use crate::output::Failure;
 use crate::values::wire::encode;
-use crate::values::{Known, resolved};
+use crate::values::{DeviceValues, address, given, is_pdo_mapping, resolved};
 
 /// A network, and how long it may take to boot.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct Network {
+    #[serde(rename = "node", default)]
     pub(super) nodes: Vec<Node>,
+    #[serde(with = "OnLossName", default)]
     pub(super) on_loss: OnLoss,
+    #[serde(default)]
     pub(super) start_all: bool,
-    /// `None`: what the command line says.
+    /// `None`: as on the command line.
+    #[serde(default, deserialize_with = "ms")]
     pub(super) boot_time: Option<Duration>,
 }
 
-/// What a node is to be.
+#[derive(Deserialize)]
+#[serde(remote = "OnLoss", rename_all = "kebab-case")]
+enum OnLossName {
+    ResetNode,
+    ResetAll,
+    StopAll,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct Node {
+    #[serde(deserialize_with = "id")]
     pub(super) id: NodeId,
-    /// A data sheet, or a device that lexican knows; the node must have its identity, and gets the values of a DCF.
+    /// A data sheet, or a device that lexican knows. Its identity is checked; a DCF has values to write.
     pub(super) device: Option<String>,
     /// A file with a concise DCF.
     pub(super) dcf: Option<PathBuf>,
     /// `6060 = profile velocity`.
+    #[serde(default)]
     pub(super) settings: Vec<String>,
+    #[serde(default, deserialize_with = "ms")]
     pub(super) heartbeat: Option<Duration>,
-    pub(super) guarding: Option<Guarding>,
+    /// The guard time.
+    #[serde(default, deserialize_with = "ms")]
+    pub(super) guarding: Option<Duration>,
+    /// How many responses to guarding may be missing.
+    #[serde(default = "retry")]
+    pub(super) retry: u8,
+    #[serde(default = "yes")]
     pub(super) mandatory: bool,
+    #[serde(default = "yes")]
     pub(super) start: bool,
+    #[serde(default)]
     pub(super) keep_alive: bool,
+    #[serde(default = "yes")]
     pub(super) boots_again: bool,
 }
 
-/// How many heartbeats, or answers to guarding, may be missing.
+const fn retry() -> u8 {
+    PATIENCE
+}
+
+const fn yes() -> bool {
+    true
+}
+
+fn id<'de, D: Deserializer<'de>>(deserializer: D) -> Result<NodeId, D::Error> {
+    node_id(&i64::deserialize(deserializer)?.to_string()).map_err(D::Error::custom)
+}
+
+fn ms<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Duration>, D::Error> {
+    milliseconds(&i64::deserialize(deserializer)?.to_string()).map(Some).map_err(D::Error::custom)
+}
+
+/// How many heartbeats, or responses to guarding, may be missing.
 const PATIENCE: u8 = 3;
-/// No node has a longer configuration.
+/// The most bytes of a concise DCF.
 const LONGEST_DCF: usize = 16 * 1024 * 1024;
 
 impl Node {
@@ -58,6 +104,7 @@ impl Node {
             settings: Vec::new(),
             heartbeat: None,
             guarding: None,
+            retry: PATIENCE,
             mandatory: true,
             start: true,
             keep_alive: false,
@@ -66,6 +113,9 @@ impl Node {
     }
 
     fn assignment(&self) -> Result<Assignment<Vec<u8>>, Failure> {
+        if self.guarding.is_some() && self.heartbeat.is_some() {
+            return Err(self.wrong("a node has either heartbeat or guarding"));
+        }
         let loaded = self.device.as_deref().map(Loaded::named).transpose()?;
         let device = loaded.as_ref().map(|loaded| &loaded.device);
         let configuration = self.configuration(device)?;
@@ -75,24 +125,23 @@ impl Node {
         if let Some(heartbeat) = self.heartbeat {
             assignment = assignment.with_heartbeat(heartbeat.times(PATIENCE.into()));
         }
-        if let Some(guarding) = self.guarding {
-            assignment = assignment.with_guarding(guarding);
+        if let Some(guard_time) = self.guarding {
+            assignment = assignment.with_guarding(Guarding { guard_time, retry_factor: self.retry });
         }
         assignment.mandatory = self.mandatory;
         assignment.boots_again = self.boots_again;
         let plan = &mut assignment.plan;
         (plan.start, plan.keep_alive) = (self.start, self.keep_alive);
-        let number = |index, sub| {
-            let entry = device?.entry(index, sub)?;
-            let value = resolved(entry.configured.as_ref().or(entry.default.as_ref())?, self.id).as_integer()?;
+        let number = |address: Address| {
+            let value = resolved(given(device?.entry(address.index(), address.sub())?)?, self.id).as_integer()?;
             u32::try_from(value).ok().filter(|value| *value != 0)
         };
-        plan.device_type = number(0x1000, 0);
-        (plan.vendor, plan.product) = (number(0x1018, 1), number(0x1018, 2));
+        plan.device_type = number(Address::new(cia301::DEVICE_TYPE, 0));
+        (plan.vendor, plan.product) = (number(VENDOR), number(PRODUCT));
         Ok(assignment)
     }
 
-    /// What is written, in this order: the concise DCF, the values of a DCF, the settings, the heartbeat.
+    /// The entries to write, in this order: the concise DCF, the values of a DCF, the settings, the heartbeat.
     fn configuration(&self, device: Option<&Device>) -> Result<Vec<(Address, Vec<u8>)>, Failure> {
         let mut entries = Vec::new();
         if let Some(path) = &self.dcf {
@@ -109,12 +158,12 @@ impl Node {
             entries.push(self.setting(device, setting)?);
         }
         if let Some(heartbeat) = self.heartbeat {
-            let ms = u16::try_from(heartbeat.as_micros() / 1000);
+            let ms = u16::try_from(in_milliseconds(heartbeat));
             let ms = ms.map_err(|_| self.wrong(format_args!("a heartbeat of {heartbeat} is beyond 65535 ms")))?;
-            if device.is_some_and(|device| device.entry(0x1017, 0).is_none()) {
+            if device.is_some_and(|device| device.entry(cia301::PRODUCER_HEARTBEAT_TIME, 0).is_none()) {
                 return Err(self.wrong("its data sheet has no heartbeat (1017h)").help("let it be guarded instead"));
             }
-            entries.push((Address::new(0x1017, 0), ms.to_le_bytes().to_vec()));
+            entries.push((Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0), ms.to_le_bytes().to_vec()));
         }
         Ok(entries)
     }
@@ -123,15 +172,10 @@ impl Node {
         let (object, value) =
             setting.split_once('=').ok_or_else(|| self.wrong(format_args!("{setting:?} is no OBJECT = VALUE")))?;
         let device = device.ok_or_else(|| {
-            self.wrong("settings need a data sheet, which tells their data types").help("name it as its device")
+            self.wrong("settings need a data sheet, because of their data types").help("name it as its device")
         })?;
         let address = resolve(Some(device), object.trim())?;
-        let entry = device.entry(address.index(), address.sub());
-        let entry = entry.ok_or_else(|| self.wrong(format_args!("the data sheet has no {address}")))?;
-        let value = Known::new(device).understand(entry, value.trim());
-        let value = value.map_err(|error| self.wrong(format_args!("{address}: {error}")))?;
-        let data = encode(entry.data_type, &value);
-        let data = data.ok_or_else(|| self.wrong(format_args!("{address}: the value is no {}", entry.data_type)))?;
+        let data = DeviceValues::new(device).encode(address, value.trim()).map_err(|error| self.wrong(error))?;
         Ok((address, data))
     }
 
@@ -140,20 +184,20 @@ impl Node {
     }
 }
 
-/// The values of a DCF that can be written. A PDO is switched off first and on last, and its mapping is emptied before it
-/// is changed (CiA 301, 7.5.2.36).
+/// The writable values of a DCF. A PDO is switched off first and on last, and its mapping is cleared before it is changed
+/// (CiA 301, 7.5.2.36).
 fn configured(device: &Device, node: NodeId) -> Vec<(Address, Vec<u8>)> {
     let (mut entries, mut counts, mut cob_ids) = (Vec::new(), Vec::new(), Vec::new());
     let data = |entry: &Entry| encode(entry.data_type, &resolved(entry.configured.as_ref()?, node));
     for entry in device.entries().filter(|entry| entry.access.writable()) {
         let Some(mut data) = data(entry) else { continue };
-        let address = Address::new(entry.index, entry.sub);
+        let address = address(entry);
         match (entry.index, entry.sub) {
-            (0x1400..=0x15FF | 0x1800..=0x19FF, 1) => {
+            (cia301::RPDO_1..=cia301::RPDO_512 | cia301::TPDO_1..=cia301::TPDO_512, 1) => {
                 cob_ids.push((address, data.clone()));
                 data.last_mut().into_iter().for_each(|byte| *byte |= 0x80);
             }
-            (0x1600..=0x17FF | 0x1A00..=0x1BFF, 0) => {
+            (index, 0) if is_pdo_mapping(index) => {
                 counts.push((address, data.clone()));
                 data.fill(0);
             }
@@ -173,125 +217,35 @@ impl Network {
         Ok(plan)
     }
 
-    /// A network from a file (TOML).
+    /// Reads a network from a file (TOML). Its paths are relative to the file.
     pub(super) fn read(path: &Path) -> Result<Self, Failure> {
         let source = read(path)?;
-        let wrong = |what: String| Failure::new(format_args!("{}: {what}", path.display()));
-        let file: Table = source.text().parse().map_err(|error: toml::de::Error| wrong(error.message().to_owned()))?;
-        let mut file = Keys { table: file, whose: "a network" };
+        let mut network = parse::<Network>(source.text())
+            .map_err(|error| Failure::new(format_args!("{}{error}", path.display())).help(HELP))?;
+        if network.nodes.is_empty() {
+            let failure = Failure::new(format_args!("{}: it lists no nodes", path.display()));
+            return Err(failure.help("each node is a table [[node]] with an id; `lexican boot --help` shows one"));
+        }
         let folder = path.parent().unwrap_or(Path::new(""));
-        let network = (|| {
-            let nodes = match file.table.remove("node") {
-                Some(Toml::Array(nodes)) => nodes.into_iter().map(|node| read_node(node, folder)).collect(),
-                _ => Err("it lists no nodes: each is a table [[node]] with an id".to_owned()),
-            }?;
-            let on_loss = match file.text("on-loss")?.as_deref() {
-                None | Some("reset-node") => OnLoss::ResetNode,
-                Some("reset-all") => OnLoss::ResetAll,
-                Some("stop-all") => OnLoss::StopAll,
-                Some(other) => return Err(format!("on-loss is reset-node, reset-all or stop-all, and not {other:?}")),
-            };
-            let (start_all, boot_time) = (file.flag("start-all")?.unwrap_or(false), file.ms("boot-time")?);
-            file.end()?;
-            Ok(Network { nodes, on_loss, start_all, boot_time })
-        })();
-        network.map_err(wrong)
+        for node in &mut network.nodes {
+            node.dcf = node.dcf.take().map(|dcf| folder.join(dcf));
+            // A file in the same folder, else a device that lexican knows.
+            let beside = node.device.as_ref().map(|name| folder.join(name)).filter(|path| path.is_file());
+            node.device = beside.map(|path| path.display().to_string()).or(node.device.take());
+        }
+        Ok(network)
     }
 }
 
-fn read_node(node: Toml, folder: &Path) -> Result<Node, String> {
-    let Toml::Table(table) = node else { return Err("a node is a table [[node]]".to_owned()) };
-    let mut keys = Keys { table, whose: "a node" };
-    let id = keys.number("id")?.ok_or("a node has no id")?;
-    let mut node = Node::new(node_id(&id.to_string())?);
-    let read = |keys: &mut Keys, node: &mut Node| {
-        // A file beside this one, else a device that lexican knows.
-        node.device = keys.text("device")?.map(|name| {
-            let beside = folder.join(&name);
-            if beside.is_file() { beside.display().to_string() } else { name }
-        });
-        node.dcf = keys.text("dcf")?.map(|name| folder.join(name));
-        node.settings = keys.texts("settings")?;
-        node.heartbeat = keys.ms("heartbeat")?;
-        let retry_factor = keys.number("retry")?.map_or(Ok(PATIENCE), u8::try_from);
-        let retry_factor = retry_factor.map_err(|_| "retry is 0 to 255".to_owned())?;
-        node.guarding = keys.ms("guarding")?.map(|guard_time| Guarding { guard_time, retry_factor });
-        if node.guarding.is_some() && node.heartbeat.is_some() {
-            return Err("a node has either heartbeat or guarding".to_owned());
-        }
-        for (key, flag) in [
-            ("mandatory", &mut node.mandatory),
-            ("start", &mut node.start),
-            ("keep-alive", &mut node.keep_alive),
-            ("boots-again", &mut node.boots_again),
-        ] {
-            *flag = keys.flag(key)?.unwrap_or(*flag);
-        }
-        keys.end()
-    };
-    read(&mut keys, &mut node).map_err(|error| format!("node {id}: {error}"))?;
-    Ok(node)
-}
+const HELP: &str = "`lexican boot --help` lists the keys";
 
-/// A guarding time from the command line.
-pub(super) const fn guarding(guard_time: Duration) -> Guarding {
-    Guarding { guard_time, retry_factor: PATIENCE }
-}
-
-/// The keys of a table that were not read yet.
-struct Keys {
-    table: Table,
-    whose: &'static str,
-}
-
-impl Keys {
-    fn text(&mut self, key: &str) -> Result<Option<String>, String> {
-        match self.table.remove(key) {
-            None => Ok(None),
-            Some(Toml::String(text)) => Ok(Some(text)),
-            Some(other) => Err(format!("{key} is a text in quotes, and not {other}")),
-        }
-    }
-
-    fn texts(&mut self, key: &str) -> Result<Vec<String>, String> {
-        let wrong = || format!("{key} is a list of texts, such as [\"6060 = profile velocity\"]");
-        match self.table.remove(key) {
-            None => Ok(Vec::new()),
-            Some(Toml::Array(texts)) => {
-                texts.into_iter().map(|text| text.as_str().map(str::to_owned).ok_or_else(wrong)).collect()
-            }
-            Some(_) => Err(wrong()),
-        }
-    }
-
-    fn flag(&mut self, key: &str) -> Result<Option<bool>, String> {
-        match self.table.remove(key) {
-            None => Ok(None),
-            Some(Toml::Boolean(flag)) => Ok(Some(flag)),
-            Some(other) => Err(format!("{key} is true or false, and not {other}")),
-        }
-    }
-
-    fn number(&mut self, key: &str) -> Result<Option<i64>, String> {
-        match self.table.remove(key) {
-            None => Ok(None),
-            Some(Toml::Integer(number)) => Ok(Some(number)),
-            Some(other) => Err(format!("{key} is a number, and not {other}")),
-        }
-    }
-
-    fn ms(&mut self, key: &str) -> Result<Option<Duration>, String> {
-        let number = self.number(key)?.map(|ms| crate::duration::milliseconds(&ms.to_string()));
-        number.transpose().map_err(|error| format!("{key}: {error}"))
-    }
-
-    /// Nothing may be left: a key that is mistyped would be ignored.
-    fn end(&self) -> Result<(), String> {
-        match self.table.keys().next() {
-            None => Ok(()),
-            Some(key) => Err(format!("{} has no key {key:?}; `lexican boot --help` lists them", self.whose)),
-        }
-    }
+/// On failure, the line and the reason.
+fn parse<T: for<'de> Deserialize<'de>>(text: &str) -> Result<T, String> {
+    toml::from_str(text).map_err(|error| {
+        let line = error.span().and_then(|span| Some(text.get(..span.start)?.matches('\n').count() + 1));
+        let line = line.map(|line| format!(":{line}")).unwrap_or_default();
+        format!("{line}: {}", error.message())
+    })
 }
 
 #[cfg(test)]
@@ -325,26 +279,28 @@ mod tests {
     }
 
     #[test]
-    fn what_a_file_says_is_what_a_node_gets() {
-        let node =
-            |keys: &str| -> Result<Node, String> { read_node(Toml::Table(keys.parse().unwrap()), Path::new("folder")) };
-        let given = node("id = 5\ndcf = 'a.bin'\nguarding = 100\nmandatory = false\nkeep-alive = true").unwrap();
-        assert_eq!((given.id, given.dcf.as_deref()), (NODE, Some(Path::new("folder/a.bin"))));
-        assert_eq!(given.guarding, Some(guarding(Duration::from_millis(100))));
+    fn a_node_has_the_keys_of_its_file() {
+        let given =
+            parse::<Node>("id = 5\ndcf = 'a.bin'\nguarding = 100\nmandatory = false\nkeep-alive = true").unwrap();
+        assert_eq!((given.id, given.dcf.as_deref()), (NODE, Some(Path::new("a.bin"))));
+        assert_eq!((given.guarding, given.retry), (Some(Duration::from_millis(100)), 3));
         assert_eq!((given.mandatory, given.keep_alive, given.start, given.boots_again), (false, true, true, true));
         for (keys, words) in [
-            ("", "has no id"),
-            ("id = 128", "node-IDs are 1 to 127"),
-            ("id = 5\nhartbeat = 1", "has no key \"hartbeat\""),
-            ("id = 5\nheartbeat = 1\nguarding = 1", "either heartbeat or guarding"),
-            ("id = 5\nstart = 1", "start is true or false"),
-            ("id = 5\nsettings = [1]", "a list of texts"),
-            ("id = 5\nheartbeat = -1", "heartbeat: "),
-            ("id = 5\nretry = 256\nguarding = 1", "retry is 0 to 255"),
+            ("", ": missing field `id`"),
+            ("id = 128", ":1: 128 is not a node-ID: node-IDs are 1 to 127"),
+            ("id = 5\nhartbeat = 1", ":2: unknown field `hartbeat`, expected one of `id`, `device`"),
+            ("id = 5\nstart = 1", ":2: invalid type: integer `1`, expected a boolean"),
+            ("id = 5\nsettings = [1]", ":2: invalid type: integer `1`, expected a string"),
+            ("id = 5\nheartbeat = -1", ":2: \"-1\" is not a number of milliseconds"),
+            ("id = 5\nretry = 256\nguarding = 1", ":2: invalid value: integer `256`, expected u8"),
         ] {
-            let error = node(keys).err().unwrap_or_default();
+            let error = parse::<Node>(keys).err().unwrap_or_default();
             assert!(error.contains(words), "{keys}: {error}");
         }
+        let both = parse::<Node>("id = 5\nheartbeat = 1\nguarding = 1").unwrap().assignment().unwrap_err();
+        assert_eq!(both.to_string(), "node 5: a node has either heartbeat or guarding");
+        let network = parse::<Network>("on-loss = 'stop-all'\nboot-time = 5\n[[node]]\nid = 5").unwrap();
+        assert_eq!((network.on_loss, network.boot_time), (OnLoss::StopAll, Some(Duration::from_millis(5))));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What goes wrong on a bus, and what the user can do about it.
+//! Errors of a bus, with advice to the user.
 
 use std::io::ErrorKind;
 
@@ -8,12 +8,9 @@ use lexican_runtime::service::sdo_client::SdoError;
 
 use crate::output::{Failure, reason};
 
-/// Works on any machine, whatever its kernel has.
 #[cfg(target_os = "linux")]
-const WITHOUT_CAN: &str =
-    "to try things out without any CAN, run `lexican simulate siko/ag03-1 --node 5` in another terminal";
+const WITHOUT_CAN: &str = "to try lexican without CAN, run `lexican simulate siko/ag03-1 --node 5` in another terminal";
 
-/// Why a bus could not be opened.
 pub(crate) fn open_failure(error: &OpenError) -> Failure {
     match error {
         OpenError::Log(ReplayError::Io { path, error }) => {
@@ -31,10 +28,10 @@ pub(crate) fn open_failure(error: &OpenError) -> Failure {
         }
         OpenError::Slcan(slcan::SlcanError::Missing { path, .. }) if path.starts_with("/dev/pts/") => {
             Failure::new(format_args!("there is no terminal {path}"))
-                .help("is `lexican simulate` still running? It names the terminals that it makes")
+                .help("is `lexican simulate` still running? It prints the terminals that it makes")
         }
         OpenError::Slcan(slcan::SlcanError::Busy { path }) if path.starts_with("/dev/pts/") => {
-            Failure::new(error).help("`lexican simulate` has named another one; --bus pty:4 makes four of them")
+            Failure::new(error).help("`lexican simulate` has printed another one; --bus pty:4 makes four of them")
         }
         #[cfg(target_os = "linux")]
         OpenError::SocketCan(lexican_runtime::host::socketcan::SocketCanError::NoCan) => {
@@ -44,13 +41,12 @@ pub(crate) fn open_failure(error: &OpenError) -> Failure {
     }
 }
 
-/// What the operating system says of a file that has no speed to be set.
+/// The error of a file that is not a terminal.
 fn is_no_terminal(error: &std::io::Error) -> bool {
     let text = reason(error);
     text.contains("typewriter") || text.contains("inappropriate ioctl")
 }
 
-/// Why a bus carries frames no more.
 pub(crate) fn link_failure(error: &LinkError) -> Failure {
     let failure = Failure::new(error);
     match error {
@@ -62,20 +58,20 @@ pub(crate) fn link_failure(error: &LinkError) -> Failure {
             "are bit rate, wiring and termination right? Then set the interface down and up again, or let it restart \
              by itself: `ip link set can0 type can restart-ms 100`",
         ),
-        LinkError::Full => failure
-            .help("is another node on the bus, with power and at this bit rate? Nobody else acknowledges a frame"),
+        LinkError::Full => {
+            failure.help("is another node on the bus, with power and at this bit rate? Frames must be acknowledged")
+        }
         LinkError::ReadOnly => failure.help("`lexican monitor --bus log:FILE` shows it"),
         _ => failure,
     }
 }
 
-/// Why an object could not be read or written.
 pub(crate) fn access_failure(error: &AccessError) -> Failure {
     match error {
         AccessError::Sdo { error: SdoError::TimedOut { .. }, .. } => Failure::new(error)
-            .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows who is there"),
+            .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows the nodes of the bus"),
         AccessError::Sdo { error: SdoError::Violation { .. }, .. } => Failure::new(error)
-            .help("two nodes with one node-ID look like this, and two programs that use one; `lexican scan` tells"),
+            .help("two nodes with one node-ID cause this, or two programs that access one node; `lexican scan` finds such nodes"),
         AccessError::Link(error) => link_failure(error),
         _ => Failure::new(error),
     }
@@ -101,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bus_that_cannot_be_opened_says_what_to_do() {
+    fn a_bus_that_cannot_be_opened_has_advice() {
         let log = |error: io::Error| open_failure(&OpenError::Log(ReplayError::Io { path: "bus.log".into(), error }));
         check(
             log(io::Error::from_raw_os_error(2)),
@@ -131,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bus_that_fails_while_in_use_says_what_to_do() {
+    fn a_bus_that_fails_has_advice() {
         let no_bus = |state| link_failure(&LinkError::NoBus(state));
         check(no_bus(BusState::Down), "it is down", Some("ip link set"));
         check(no_bus(BusState::Removed), "it is removed", Some("plug the adapter in"));
@@ -142,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_node_that_fails_says_what_to_do() {
+    fn a_node_that_fails_has_advice() {
         let address = Address::new(0x6064, 0);
         let sdo = |error| access_failure(&AccessError::Sdo { node: NodeId::literal(5), error });
         check(sdo(SdoError::TimedOut { address }), "node 5: 6064:00: no answer", Some("lexican scan"));

@@ -1,9 +1,11 @@
-//! For tests: a bus on which there is always a frame.
+//! For tests: a bus that always has a frame.
 
 use lexican_runtime::host::{Incoming, Link, LinkError};
-use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_runtime::wire::heartbeat::ErrorControl;
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{Duration, Frame, Instant, NodeId};
 
-/// A link that has a frame of node 9 at every look, 10 a millisecond.
+/// A link that returns a frame of node 9 at every call, 10 per millisecond.
 pub(crate) struct Flood {
     now: Instant,
     frame: Frame,
@@ -11,9 +13,12 @@ pub(crate) struct Flood {
 }
 
 impl Flood {
-    /// A flood of heartbeats, so that the node is known to be there.
     pub(crate) fn of_heartbeats() -> Self {
-        Flood { now: Instant::ZERO, frame: Frame::from_array(CobId::of_node(0x700, NodeId::literal(9)), [4]), sent: 0 }
+        Flood {
+            now: Instant::ZERO,
+            frame: ErrorControl::heartbeat(NmtState::Stopped).frame(NodeId::literal(9)),
+            sent: 0,
+        }
     }
 }
 
@@ -27,7 +32,7 @@ impl Link for Flood {
     }
     fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
         self.now += Duration::from_micros(100);
-        assert!(self.now < Instant::from_micros(60_000_000), "nothing is ever over");
+        assert!(self.now < Instant::from_micros(60_000_000), "the wait does not end");
         Ok(Some(Incoming::Frame(self.frame)))
     }
 }

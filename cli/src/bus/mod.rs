@@ -1,4 +1,4 @@
-//! The bus that a command works on, whatever carries it.
+//! The bus of a command: opening it, and the nodes on it.
 
 pub(crate) mod failure;
 #[cfg(test)]
@@ -7,6 +7,7 @@ mod node_id;
 pub(crate) mod object;
 #[cfg(unix)]
 pub(crate) mod pty;
+pub(crate) mod sdo;
 pub(crate) mod simulation;
 pub(crate) mod virtual_device;
 
@@ -23,52 +24,47 @@ pub(crate) use node_id::{NodeOrNone, node_id};
 
 use failure::{access_failure, link_failure, open_failure};
 
-/// The arguments that name a bus.
 #[derive(clap::Args, Debug)]
 pub(crate) struct BusArgs {
     /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5 or log:FILE
     ///
-    /// A simulation lives as long as the command; what happens in it takes no time, unless pace=real stands
-    /// behind the question mark. A log is what `candump -L` writes.
+    /// A simulation lasts as long as the command, and runs as fast as possible unless pace=real is among its
+    /// parameters. A log is a file from `candump -L`.
     #[arg(long, value_name = "URL")]
     bus: BusUrl,
 }
 
-/// The arguments that name a node, and the device that it is.
+/// The arguments that name a node and its device.
 #[derive(clap::Args, Debug)]
 pub(crate) struct NodeArgs {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// The node-ID, 1 to 127; of a simulation, the simulated one when not given
+    /// The node-ID, 1 to 127; may be left out for a simulation
     #[arg(long, value_name = "ID", value_parser = node_id)]
     node: Option<NodeId>,
 
-    /// What the node is: an EDS or DCF file, or a device that lexican knows; none for neither
+    /// The device: an EDS or DCF file, or a device that lexican knows; none for an unknown device
     ///
-    /// When not given, the simulated device of a simulation; else the node is asked for its identity (1018h), and
-    /// taken for the device that lexican knows by it.
+    /// By default the device of a simulation, else the device that lexican knows by the node's identity (1018h).
     #[arg(long, value_name = "FILE|DEVICE")]
     device: Option<String>,
 }
 
-/// What `--device` says of a node that is to be taken for unknown.
+/// The `--device` of a node that is treated as unknown.
 pub(crate) const NO_DEVICE: &str = "none";
 
-/// An open bus.
 pub(crate) struct Bus {
     pub(crate) link: Box<dyn Link + Send>,
-    /// Who is on it for certain: the node that is simulated.
     pub(crate) simulated: Option<(NodeId, Loaded)>,
 }
 
 impl BusArgs {
-    /// As if this bus had been named on the command line.
     pub(crate) const fn named(bus: BusUrl) -> Self {
         BusArgs { bus }
     }
 
-    /// Whether the bus can only be listened to.
+    /// Whether the bus is a log, which takes no frames.
     pub(crate) fn is_log(&self) -> bool {
         matches!(self.bus, BusUrl::Log { .. })
     }
@@ -81,7 +77,7 @@ impl BusArgs {
         }
         if self.bus == (BusUrl::SocketCan { interface: "pty".to_owned() }) {
             return Err(Failure::new("pty is a bus that `lexican simulate` makes")
-                .help("name one of the terminals that it tells, such as --bus slcan:/dev/pts/3"));
+                .help("name one of the terminals that it prints, such as --bus slcan:/dev/pts/3"));
         }
         let link = self.bus.open().map_err(|error| open_failure(&error))?;
         Ok(Bus { link, simulated: None })
@@ -89,7 +85,7 @@ impl BusArgs {
 }
 
 impl Bus {
-    /// The bus when a device that was switched on with it has booted.
+    /// Waits until the simulated device has booted.
     pub(crate) fn settled(mut self) -> Result<Self, Failure> {
         const BOOTING: Duration = Duration::from_millis(100);
         if self.simulated.is_some() {
@@ -99,22 +95,20 @@ impl Bus {
     }
 }
 
-/// A node on an open bus.
 pub(crate) struct Node {
     pub(crate) link: Box<dyn Link + Send>,
     pub(crate) id: NodeId,
-    /// What it is, if anybody said, or if it can be recognised.
+    /// The device, if it is given or recognised.
     pub(crate) device: Option<Device>,
 }
 
 impl NodeArgs {
-    /// Opens the bus and finds out which node is meant, and what it is.
     pub(crate) fn open(&self) -> Result<Node, Failure> {
         let named = self.device.as_deref().filter(|name| *name != NO_DEVICE).map(Loaded::named).transpose()?;
         let Bus { link, simulated } = self.bus.open(Pace::Virtual)?.settled()?;
         let id = self.node.or(simulated.as_ref().map(|(id, _)| *id));
         let id = id.ok_or_else(|| {
-            Failure::new("which node?").help("name it with --node ID; `lexican scan` shows who is there")
+            Failure::new("which node?").help("name it with --node ID; `lexican scan` shows the nodes of the bus")
         })?;
         if self.device.is_some() {
             return Ok(Node { link, id, device: named.map(|loaded| loaded.device) });
@@ -128,37 +122,36 @@ impl NodeArgs {
     }
 }
 
-/// A network that hears nobody but those it asks: a crowded bus costs nothing.
+/// A network that receives only the responses to its requests, so that other frames cost nothing.
 pub(crate) fn network<L: Link>(link: L) -> Result<Network<L>, Failure> {
     let mut network = Network::new(link);
     network.listen_to_own(&[]).map_err(|error| link_failure(&error))?;
     Ok(network)
 }
 
-/// Lets the last frame leave that nobody answers.
+/// Waits until a frame without response has left the buffers.
 pub(crate) fn let_leave(link: &mut impl Link) -> Result<(), Failure> {
     const LEAVING: Duration = Duration::from_millis(20);
     listen(link, LEAVING)
 }
 
-/// Lets `span` pass; what comes meanwhile is not of interest.
+/// Lets `span` pass, and drops the frames.
 fn listen(link: &mut impl Link, span: Duration) -> Result<(), Failure> {
     let (mut pump, until) = (Pump::new(), link.now() + span);
     while pump.receive_frame(link, until).map_err(|error| link_failure(&error))?.is_some() {}
     Ok(())
 }
 
-/// What a node is by its identity, and says so.
+/// Recognises a node by its identity, and says so.
 fn identify(network: &mut Network<Box<dyn Link + Send>>, node: NodeId) -> Result<Option<Device>, Failure> {
     let mut number = |address| match network.read_bytes(node, address) {
         Ok(data) => Ok(<[u8; 4]>::try_from(data).ok().map(u32::from_le_bytes)),
         Err(AccessError::Sdo { error, .. }) if !matches!(error, SdoError::TimedOut { .. }) => Ok(None),
-        // A node that is silent now will be silent to what it is to be asked.
         Err(error) => Err(access_failure(&error)),
     };
     let Some(vendor) = number(VENDOR)? else { return Ok(None) };
     let product = number(PRODUCT)?.unwrap_or(0);
     let Some(shipped) = recognise(vendor, product) else { return Ok(None) };
-    note(format_args!("node {node} is a {} by its identity (1018h); --device none takes it for unknown", shipped.id));
+    note(format_args!("node {node} is a {} by its identity (1018h); --device none treats it as unknown", shipped.id));
     Ok(Some(shipped.device.clone()))
 }

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use lexican_runtime::NodeId;
 
-/// A node-ID on the command line where none is possible, too.
+/// A node-ID, or `none`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NodeOrNone(pub(crate) Option<NodeId>);
 
@@ -16,7 +16,6 @@ impl FromStr for NodeOrNone {
     }
 }
 
-/// A node-ID on the command line.
 pub(crate) fn node_id(text: &str) -> Result<NodeId, String> {
     let number: u32 = text.parse().map_err(|_| format!("{text:?} is not a number"))?;
     let id = u8::try_from(number).ok().and_then(NodeId::new);

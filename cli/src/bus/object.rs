@@ -1,26 +1,27 @@
-//! Objects on the command line: by address, or by the name that the data sheet gives them.
+//! Objects on the command line: by address or by name.
 
 use lexican_eds::model::{Device, Entry};
 use lexican_runtime::object::Address;
 
 use crate::output::Failure;
-use crate::values::name;
+use crate::values::text::parse_hex;
+use crate::values::{address, name};
 
-/// The entry that is meant: `6064`, `2410:05`, `0x1018:1`, or a name such as "Position Actual Value".
+/// Resolves `6064`, `2410:05`, `0x1018:1`, or a name such as "Position Actual Value".
 pub(crate) fn resolve(device: Option<&Device>, text: &str) -> Result<Address, Failure> {
-    if let Some(address) = address(text) {
+    if let Some(address) = parse_address(text) {
         return Ok(address);
     }
     let no_address = || Failure::new(format_args!("{text:?} is not an address such as 6064 or 2410:05"));
     let Some(device) = device else {
-        return Err(no_address().help("names are understood when --device says what the node is"));
+        return Err(no_address().help("names are resolved if --device gives the device of the node"));
     };
     let wanted = plain(text);
     let found: Vec<_> = device.entries().filter(|entry| names(device, entry).contains(&wanted)).collect();
     match found.as_slice() {
-        [entry] => Ok(Address::new(entry.index, entry.sub)),
+        [entry] => Ok(address(entry)),
         [] if is_like_an_address(text) => {
-            Err(no_address().help("it has four hexadecimal digits, from 1000 on, and two behind the colon"))
+            Err(no_address().help("an address has four hexadecimal digits, from 1000 on, and two after the colon"))
         }
         [] => Err(Failure::new(format_args!("the data sheet names no object {text:?}")).help(advice(device, &wanted))),
         several => {
@@ -32,29 +33,23 @@ pub(crate) fn resolve(device: Option<&Device>, text: &str) -> Result<Address, Fa
 
 /// `2410:05 Motor Parameter Set, v-Pos`.
 pub(crate) fn describe(device: &Device, entry: &Entry) -> String {
-    format!("{} {}", Address::new(entry.index, entry.sub), name(device, entry))
+    format!("{} {}", address(entry), name(device, entry))
 }
 
-fn address(text: &str) -> Option<Address> {
+fn parse_address(text: &str) -> Option<Address> {
     let (index, sub) = text.split_once(':').unwrap_or((text, "0"));
-    let hex = |text: &str, most: usize| {
-        let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).unwrap_or(text);
-        let digits = digits.strip_suffix(['h', 'H']).unwrap_or(digits);
-        let plain = (1..=most).contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
-        u16::from_str_radix(digits, 16).ok().filter(|_| plain)
-    };
-    // A shorter number is not an index: 1000h is the lowest of an object.
-    let index = hex(index, 4).filter(|index| *index >= 0x1000)?;
-    Some(Address::new(index, u8::try_from(hex(sub, 2)?).ok()?))
+    // 1000h is the lowest index of an object; a shorter number is a mistake.
+    let index = parse_hex(index, 4).filter(|index| *index >= 0x1000)?;
+    Some(Address::new(index, parse_hex(sub, 2)? as u8))
 }
 
-/// Whether somebody has an address in mind that is none.
+/// Whether a text is probably a mistyped address.
 fn is_like_an_address(text: &str) -> bool {
     let letters = |letter: char| letter.is_ascii_hexdigit() || matches!(letter, ':' | 'x' | 'X' | 'h' | 'H');
     text.starts_with(|first: char| first.is_ascii_digit()) && text.chars().all(letters)
 }
 
-/// The names that an entry answers to: its own, and with that of its object before it.
+/// The names of an entry: its own, and that after the name of its object.
 fn names(device: &Device, entry: &Entry) -> Vec<String> {
     let mut names = vec![plain(&entry.name)];
     names.extend(device.object(entry.index).map(|object| plain(&object.name) + &plain(&entry.name)));
@@ -98,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn addresses_and_names_are_understood() {
+    fn addresses_and_names_are_resolved() {
         let device = device();
         for (text, found) in [
             ("6064", "6064:00"),
@@ -115,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_object_is_refused() {
+    fn other_texts_are_refused() {
         for text in ["", "60", "60640", "6064:100", "6064:", "no such thing", "6064:0:0"] {
             assert!(resolve(Some(&device()), text).is_err(), "{text}");
         }

@@ -1,8 +1,7 @@
-//! `--bus pty`: a bus that needs nothing of the kernel but pseudo-terminals, each of which acts as a serial
-//! adapter (slcan).
+//! `--bus pty`: a bus of pseudo-terminals, each of which acts as a serial adapter (slcan). It needs no CAN driver.
 //!
-//! Whoever opens one of them is on the bus, so that a monitor and a writing command can be there at once. Like an
-//! adapter it carries frames only while its channel is open, so that nobody finds old frames in it.
+//! Each terminal serves one program, so that a monitor and another command can share the bus. Like an adapter, a terminal
+//! carries frames only while its channel is open, so that no program receives old frames.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
@@ -16,66 +15,61 @@ use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 
 use crate::output::Failure;
 
-/// How often a terminal that nobody has open is looked at.
+/// How often a terminal that no program has open is checked.
 const LOOK: StdDuration = StdDuration::from_millis(100);
 
-/// How many lines may wait for somebody who does not read them; what comes then is lost to him.
+/// The most lines that wait to be read by a program; further lines are dropped.
 const WAITING_LINES: usize = 256;
-/// How many lines may wait for us; then whoever sends more has to wait, as for a serial line that is full.
-const HEARD_LINES: usize = 256;
+/// The most lines that wait to be handled; a program that sends more is blocked, as by a serial line that is full.
+const RECEIVED_LINES: usize = 256;
 
-/// The end of a line that says that a command was carried out.
+/// The response to a command that was carried out, and the end of each line.
 const DONE: &str = "\r";
-/// The answer to a frame that was sent.
 const SENT: &str = "z\r";
-/// A command that is none.
+/// The response to an unknown command.
 const REFUSED: &str = "\x07";
 
-/// A bus of pseudo-terminals, and the participant who serves them.
 pub(crate) struct Ptys {
     terminals: Vec<Terminal>,
-    heard: Receiver<(usize, Heard)>,
+    received: Receiver<(usize, Received)>,
     origin: std::time::Instant,
 }
 
 struct Terminal {
     path: String,
     lines: SyncSender<String>,
-    /// Whether somebody has opened the channel.
     open: bool,
 }
 
-/// What comes out of a terminal.
-enum Heard {
+enum Received {
     /// A line without its end.
     Line(String),
-    /// Nobody has it open any more.
-    Gone,
+    /// The last program has closed it.
+    Closed,
 }
 
 impl Ptys {
-    /// A bus with so many pseudo-terminals.
-    #[expect(clippy::disallowed_methods, reason = "a link tells the machine's time, and this is one")]
+    /// A bus of so many pseudo-terminals.
+    #[expect(clippy::disallowed_methods, reason = "a link has the clock of the machine")]
     pub(crate) fn open(count: usize) -> Result<Self, Failure> {
-        let (sender, heard) = sync_channel(HEARD_LINES);
+        let (sender, received) = sync_channel(RECEIVED_LINES);
         let terminals = (0..count).map(|number| Terminal::open(number, &sender)).collect::<Result<_, _>>()?;
-        Ok(Ptys { terminals, heard, origin: std::time::Instant::now() })
+        Ok(Ptys { terminals, received, origin: std::time::Instant::now() })
     }
 
-    /// What to name them on a command line.
     pub(crate) fn urls(&self) -> Vec<String> {
         self.terminals.iter().map(|terminal| format!("slcan:{}", terminal.path)).collect()
     }
 
-    /// Takes what a terminal says; a frame is for everybody.
-    fn take(&mut self, number: usize, heard: Heard) -> Option<Frame> {
+    /// Handles an event of a terminal; returns the frame that it has sent.
+    fn take(&mut self, number: usize, received: Received) -> Option<Frame> {
         let terminal = self.terminals.get_mut(number)?;
-        let line = match heard {
-            Heard::Gone => {
+        let line = match received {
+            Received::Closed => {
                 terminal.open = false;
                 return None;
             }
-            Heard::Line(line) => line,
+            Received::Line(line) => line,
         };
         let answer = match line.as_bytes().first() {
             Some(b't' | b'T' | b'r' | b'R') => return self.frame(number, &line),
@@ -87,17 +81,17 @@ impl Ptys {
                 terminal.open = false;
                 DONE
             }
-            // All is well on this bus.
+            // No errors.
             Some(b'F') => "F00\r",
             Some(b'V') => "V0101\r",
             Some(b'N') => "N0000\r",
-            // What we have said ourselves: a system that resets a terminal when its last user leaves, as macOS
-            // does, echoes until the next one has set it up.
+            // Echoes of own lines: a system that resets a terminal when its last program leaves (Linux, macOS) echoes
+            // until the next one has set it up.
             Some(b'z' | b'^') => return None,
             None | Some(b'S' | b's' | b'M' | b'm' | b'Z' | b'X') => DONE,
             Some(_) => REFUSED,
         };
-        terminal.say(answer);
+        terminal.send(answer);
         None
     }
 
@@ -106,43 +100,42 @@ impl Ptys {
         let message = text.bytes().chain([b'\r']).find_map(|byte| decoder.take(byte));
         let from = self.terminals.get_mut(number)?;
         let Some(Message::Frame(frame)) = message.filter(|_| from.open) else {
-            from.say(REFUSED);
+            from.send(REFUSED);
             return None;
         };
-        from.say(SENT);
-        self.tell(&frame, Some(number));
+        from.send(SENT);
+        self.broadcast(&frame, Some(number));
         Some(frame)
     }
 
-    /// Lets everybody hear a frame but who sent it.
-    fn tell(&mut self, frame: &Frame, sender: Option<usize>) {
+    /// Sends a frame to all terminals except for its sender.
+    fn broadcast(&mut self, frame: &Frame, sender: Option<usize>) {
         let text = line(frame) + DONE;
         let others = self.terminals.iter_mut().enumerate().filter(|(number, it)| it.open && Some(*number) != sender);
-        others.for_each(|(_, terminal)| terminal.say(&text));
+        others.for_each(|(_, terminal)| terminal.send(&text));
     }
 }
 
 impl Terminal {
-    fn open(number: usize, heard: &SyncSender<(usize, Heard)>) -> Result<Self, Failure> {
+    fn open(number: usize, events: &SyncSender<(usize, Received)>) -> Result<Self, Failure> {
         let failed = |error| Failure::new(format_args!("cannot open a pseudo-terminal: {error}"));
         let (writer, path) = terminal().map_err(failed)?;
         let reader = writer.try_clone().map_err(failed)?;
         let (lines, queue) = sync_channel::<String>(WAITING_LINES);
-        let heard = heard.clone();
-        std::thread::spawn(move || read(reader, number, &heard));
+        let events = events.clone();
+        std::thread::spawn(move || read(reader, number, &events));
         std::thread::spawn(move || write(writer, &queue));
         Ok(Terminal { path, lines, open: false })
     }
 
-    /// Says something to whoever has it open.
-    fn say(&self, text: &str) {
-        // Who does not read misses what there is no room for.
+    fn send(&self, text: &str) {
+        // Dropped if there is no room.
         let _ = self.lines.try_send(text.to_owned());
     }
 }
 
-/// Makes a pseudo-terminal; returns our end of it, and the path of the other one. That is not kept open, so that
-/// reading reports when its last user leaves.
+/// Makes a pseudo-terminal; returns this end, and the path of the other one. That is not kept open, so that reading
+/// fails when its last program leaves.
 fn terminal() -> io::Result<(File, String)> {
     let pair = nix::pty::openpty(None, None)?;
     let mut settings = tcgetattr(&pair.slave)?;
@@ -152,9 +145,9 @@ fn terminal() -> io::Result<(File, String)> {
     Ok((pair.master.into(), path.to_string_lossy().into_owned()))
 }
 
-/// Cuts what comes into lines, until nobody wants them any more.
-#[expect(clippy::disallowed_methods, reason = "a terminal that nobody has open can only be looked at again")]
-fn read(mut terminal: File, number: usize, heard: &SyncSender<(usize, Heard)>) {
+/// Reads lines until the bus is dropped.
+#[expect(clippy::disallowed_methods, reason = "a terminal that no program has open can only be polled")]
+fn read(mut terminal: File, number: usize, events: &SyncSender<(usize, Received)>) {
     let (mut buffer, mut line, mut gone) = ([0; 256], String::new(), true);
     loop {
         match terminal.read(&mut buffer) {
@@ -163,22 +156,22 @@ fn read(mut terminal: File, number: usize, heard: &SyncSender<(usize, Heard)>) {
                 for byte in buffer.iter().take(len) {
                     match byte {
                         b'\r' => {
-                            if heard.send((number, Heard::Line(std::mem::take(&mut line)))).is_err() {
+                            if events.send((number, Received::Line(std::mem::take(&mut line)))).is_err() {
                                 return;
                             }
                         }
                         b'\n' => {}
-                        // No line of the protocol is as long.
+                        // Longer than any line of the protocol.
                         _ if line.len() > 64 => line.clear(),
                         byte => line.push(char::from(*byte)),
                     }
                 }
             }
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            // Only once all has been read that its last user has said. A poll reports the hang-up before that.
+            // Reading fails after all lines have been read. A poll would report the hang-up earlier.
             _ => {
                 line.clear();
-                if !gone && heard.send((number, Heard::Gone)).is_err() {
+                if !gone && events.send((number, Received::Closed)).is_err() {
                     return;
                 }
                 gone = true;
@@ -190,7 +183,7 @@ fn read(mut terminal: File, number: usize, heard: &SyncSender<(usize, Heard)>) {
 
 fn write(mut terminal: File, lines: &Receiver<String>) {
     while let Ok(line) = lines.recv() {
-        // Who has left hears nothing; the reader notices that.
+        // The reader notices when the program leaves.
         let _ = terminal.write_all(line.as_bytes());
     }
 }
@@ -201,16 +194,16 @@ impl Link for Ptys {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        self.tell(frame, None);
+        self.broadcast(frame, None);
         Ok(())
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
         loop {
             let remaining = until.since(self.now());
-            match self.heard.recv_timeout(remaining.into()) {
-                Ok((number, heard)) => {
-                    if let Some(frame) = self.take(number, heard) {
+            match self.received.recv_timeout(remaining.into()) {
+                Ok((number, received)) => {
+                    if let Some(frame) = self.take(number, received) {
                         return Ok(Some(Incoming::Frame(frame)));
                     }
                 }
@@ -228,23 +221,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_echo_of_an_answer_is_not_answered() {
+    fn an_echo_gets_no_response() {
         let (lines, answers) = sync_channel(8);
         let mut ptys = Ptys::open(0).unwrap();
         ptys.terminals.push(Terminal { path: String::new(), lines, open: true });
         for (line, answer) in
             [("z", None), ("^G", None), ("O", Some(DONE)), ("t1230", Some(SENT)), ("?", Some(REFUSED))]
         {
-            ptys.take(0, Heard::Line(line.to_owned()));
+            ptys.take(0, Received::Line(line.to_owned()));
             assert_eq!(answers.try_recv().ok().as_deref(), answer, "{line}");
         }
     }
 
     #[test]
-    fn a_user_who_leaves_at_once_is_heard_to_the_end() {
+    fn lines_before_a_hang_up_are_read() {
         let mut ptys = Ptys::open(1).unwrap();
         let frame = Frame::from_array(CobId::SYNC, [1]);
-        // The first one leaves while nobody looks at the terminal, the next one while it is being read.
+        // The first program leaves before the terminal is read, the next ones meanwhile.
         for _ in 0..20 {
             let mut user = serialport::new(&ptys.terminals[0].path, 115_200).open_native().unwrap();
             user.write_all(format!("O\r{}\rC\r", line(&frame)).as_bytes()).unwrap();
@@ -255,14 +248,13 @@ mod tests {
     }
 
     #[test]
-    fn who_sends_more_than_is_taken_has_to_wait() {
+    fn a_program_that_sends_too_much_is_blocked() {
         const LINES: usize = 4096;
         let ptys = Ptys::open(1).unwrap();
         let path = &ptys.terminals[0].path;
         let mut flood = serialport::new(path, 115_200).timeout(StdDuration::from_millis(500)).open_native().unwrap();
-        // Nobody takes any of them.
         let sent = (0..LINES).take_while(|_| flood.write_all(&b"t123811223344556677\r".repeat(16)).is_ok()).count();
-        assert!(sent < LINES, "all were kept");
+        assert!(sent < LINES, "all were taken");
         drop(ptys);
     }
 }

@@ -1,41 +1,40 @@
-//! What a data sheet says of an entry, and what its device does: where they differ.
+//! Where an entry of a device differs from its data sheet.
+
+use std::fmt;
 
 use lexican_eds::model::{AccessType, DeviceInfo, Entry, ObjectList, Value};
 use lexican_eds::types::DataType;
-use lexican_runtime::object::Address;
-use lexican_runtime::{AbortCode, NodeId};
+use lexican_runtime::{AbortCode, NodeId, cia301};
 
 use crate::values::wire::{fitting, parse};
-use crate::values::{Known, Limits, hex, plain, resolved};
+use crate::values::{DeviceValues, Limits, given, hex, is_pdo_mapping, plain, resolved};
 
-/// How a device answered when an entry was read.
+/// The answer of a device when an entry was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Answer {
     Value(Vec<u8>),
     Refused(AbortCode),
-    /// Not at all, or not as SDO has it; in words.
+    /// None, or one that breaks the protocol: why.
     Failed(String),
-    /// It was not asked; why.
-    Unasked(&'static str),
+    /// The entry was not read: why.
+    NotRead(&'static str),
 }
 
-/// Where device and data sheet differ, or why nobody can tell.
+/// A difference between device and data sheet, or why the entry could not be checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Finding {
     pub(super) kind: Kind,
     pub(super) text: String,
 }
 
-/// What differs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
-    /// The device has no such entry.
     Missing,
-    /// The data have another length than the type.
+    /// The value has another length than the data type.
     Type,
-    /// Reading or writing is allowed where the data sheet forbids it, or the other way round.
+    /// The device allows an access that the data sheet forbids, or the other way round.
     Access,
-    /// The value is beyond the limits.
+    /// The value is outside of the limits.
     Limit,
     /// A constant has another value.
     Constant,
@@ -43,49 +42,39 @@ pub(super) enum Kind {
     Count,
     /// It is another device.
     Identity,
-    /// The device did not answer as a device does.
+    /// The device did not respond, or broke the protocol.
     Failed,
-    /// The data sheet contradicts itself, and the device is as one half of it says.
+    /// The data sheet contradicts itself, and the device agrees with one half of it.
     Sheet,
-    /// A value that may change is not the default.
+    /// A variable value is not the default.
     Default,
-    /// It could not be found out.
+    /// The entry could not be checked.
     Unchecked,
 }
 
-impl Kind {
-    pub(super) const fn name(self) -> &'static str {
-        match self {
-            Kind::Missing => "missing",
-            Kind::Type => "type",
-            Kind::Access => "access",
-            Kind::Limit => "limit",
-            Kind::Constant => "constant",
-            Kind::Count => "count",
-            Kind::Identity => "identity",
-            Kind::Failed => "failed",
-            Kind::Sheet => "sheet",
-            Kind::Default => "default",
-            Kind::Unchecked => "unchecked",
-        }
+/// The name of the variant in lower case.
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&format!("{self:?}").to_lowercase())
     }
+}
 
-    /// Whether the data sheet is not that of the device.
+impl Kind {
+    /// Whether the device differs from its data sheet.
     pub(super) const fn is_difference(self) -> bool {
         !matches!(self, Kind::Sheet | Kind::Default | Kind::Unchecked)
     }
 }
 
-/// Compares entries of one device.
 pub(super) struct Comparison<'a> {
-    pub(super) known: &'a Known<'a>,
+    pub(super) values: &'a DeviceValues<'a>,
     pub(super) node: NodeId,
-    /// Whether values are compared with their defaults, too.
+    /// Whether to compare variable values with their defaults.
     pub(super) defaults: bool,
 }
 
 impl Comparison<'_> {
-    /// What is found when an entry was read.
+    /// The findings about an entry that was read.
     pub(super) fn read(&self, entry: &Entry, answer: &Answer) -> Vec<Finding> {
         match answer {
             Answer::Value(_) if entry.access == AccessType::Wo => {
@@ -94,12 +83,12 @@ impl Comparison<'_> {
             Answer::Value(data) => self.value(entry, data),
             Answer::Refused(code) => refused(self.list(entry), entry, *code).into_iter().collect(),
             Answer::Failed(text) => vec![finding(Kind::Failed, text)],
-            Answer::Unasked(why) => vec![finding(Kind::Unchecked, why)],
+            Answer::NotRead(why) => vec![finding(Kind::Unchecked, why)],
         }
     }
 
     fn list(&self, entry: &Entry) -> ObjectList {
-        self.known.device.object(entry.index).map_or(ObjectList::Optional, |object| object.list)
+        self.values.device.object(entry.index).map_or(ObjectList::Optional, |object| object.list)
     }
 
     fn value(&self, entry: &Entry, data: &[u8]) -> Vec<Finding> {
@@ -108,20 +97,20 @@ impl Comparison<'_> {
             let text = format!("{} bytes ({}) are no {}", data.len(), hex(data), entry.data_type);
             return vec![finding(Kind::Type, &text)];
         };
-        let initial = lexican_codegen::initial(self.known.device, entry);
+        let initial = lexican_codegen::initial(self.values.device, entry);
         let stated = initial.of_node(self.node.get());
         let found = [
             self.limit(entry, &value),
             initial.is_given.then(|| self.constant(entry, &value, &stated)).flatten(),
             self.count(entry, &value),
-            identity(&self.known.device.info, entry, &value),
+            identity(&self.values.device.info, entry, &value),
         ];
         let mut found: Vec<Finding> = found.into_iter().flatten().collect();
         if data == stated {
-            // The device has the value that its data sheet gives it: the contradiction is not the device's.
+            // The device has the value of its data sheet: so that contradicts itself.
             for finding in &mut found {
                 finding.kind = Kind::Sheet;
-                finding.text.push_str("; so the data sheet has it itself");
+                finding.text.push_str("; the data sheet itself has this value");
             }
         }
         if let Some(given) = given(entry).filter(|_| !initial.is_given) {
@@ -137,32 +126,34 @@ impl Comparison<'_> {
     fn limit(&self, entry: &Entry, value: &Value) -> Option<Finding> {
         let bound = |bound: &Option<Value>| bound.as_ref().map(|bound| resolved(bound, self.node));
         let own = Limits { low: bound(&entry.low), high: bound(&entry.high) };
-        let ranges = entry.ranges.iter().filter(|range| self.known.holds(&range.when)).map(Limits::from);
+        let ranges = entry.ranges.iter().filter(|range| self.values.holds(&range.when)).map(Limits::from);
         let beyond = ranges.chain([own]).find(|limits| limits.compare(value).is_ne())?;
         let show = |bound: Option<&Value>| bound.map_or_else(|| "any".to_owned(), |bound| plain_number(entry, bound));
         let (low, high) = (show(beyond.low.as_ref()), show(beyond.high.as_ref()));
         Some(finding(Kind::Limit, &format!("{} is not within {low} to {high}", plain_number(entry, value))))
     }
 
-    /// A constant, and what CiA 301 has as one, is as the data sheet says. Other values are compared when asked for.
+    /// Constants, by the data sheet or by CiA 301, must have their value. Others are compared if `defaults` is set.
     fn constant(&self, entry: &Entry, value: &Value, stated: &[u8]) -> Option<Finding> {
         let expected = parse(entry.data_type, stated).filter(|expected| expected != value)?;
-        // 1018h:04 is the number of one specimen, and 1001h says what is wrong with it now.
-        let is_constant = entry.access == AccessType::Const || (entry.index, entry.sub) == (0x1000, 0);
+        // The serial number (1018h:04) and the error register (1001h) differ from device to device.
+        let is_constant = entry.access == AccessType::Const || (entry.index, entry.sub) == (cia301::DEVICE_TYPE, 0);
         let kind = match is_constant {
             true => Kind::Constant,
-            false if self.defaults && !matches!(entry.index, 0x1001 | 0x1018) => Kind::Default,
+            false if self.defaults && !matches!(entry.index, cia301::ERROR_REGISTER | cia301::IDENTITY) => {
+                Kind::Default
+            }
             false => return None,
         };
-        let describe = |value: &Value| self.known.describe(entry, value);
+        let describe = |value: &Value| self.values.describe(entry, value);
         Some(finding(kind, &format!("it is {}, by the data sheet {}", describe(value), describe(&expected))))
     }
 
     /// Sub-index 0 of a record or an array is the highest sub-index (CiA 301, 7.4.4).
     fn count(&self, entry: &Entry, value: &Value) -> Option<Finding> {
         let object =
-            self.known.device.object(entry.index).filter(|object| entry.sub == 0 && object.entries.len() > 1)?;
-        let counts_itself = matches!(entry.index, 0x1003 | 0x1600..=0x17FF | 0x1A00..=0x1BFF);
+            self.values.device.object(entry.index).filter(|object| entry.sub == 0 && object.entries.len() > 1)?;
+        let counts_itself = entry.index == cia301::PREDEFINED_ERROR_FIELD || is_pdo_mapping(entry.index);
         let highest = object.entries.iter().map(|entry| entry.sub).filter(|sub| *sub < 0xFF).max()?;
         let there = value.as_integer()?;
         let more = there > i128::from(highest) && !counts_itself;
@@ -173,12 +164,7 @@ impl Comparison<'_> {
     }
 }
 
-/// What the data sheet says that the entry holds.
-fn given(entry: &Entry) -> Option<&Value> {
-    entry.configured.as_ref().or(entry.default.as_ref())
-}
-
-/// In decimal, as limits are given.
+/// In decimal, as data sheets give limits.
 fn plain_number(entry: &Entry, value: &Value) -> String {
     value.as_integer().map_or_else(|| plain(entry.data_type, value), |number| number.to_string())
 }
@@ -187,12 +173,12 @@ fn finding(kind: Kind, text: &str) -> Finding {
     Finding { kind, text: text.to_owned() }
 }
 
-/// What a refusal to be read means.
+/// The finding about an entry that could not be read.
 fn refused(list: ObjectList, entry: &Entry, code: AbortCode) -> Option<Finding> {
-    let is_history = entry.index == 0x1003 && entry.sub > 0;
+    let is_history = entry.index == cia301::PREDEFINED_ERROR_FIELD && entry.sub > 0;
     match code {
         AbortCode::WRITE_ONLY if entry.access == AccessType::Wo => None,
-        // Some devices have one code for every refusal.
+        // Some devices use one code for every refusal.
         AbortCode::UNSUPPORTED_ACCESS if entry.access == AccessType::Wo => None,
         AbortCode::NO_DATA | AbortCode::NO_SUCH_SUB_INDEX if is_history => None,
         AbortCode::NO_SUCH_OBJECT | AbortCode::NO_SUCH_SUB_INDEX => {
@@ -207,8 +193,8 @@ fn refused(list: ObjectList, entry: &Entry, code: AbortCode) -> Option<Finding> 
     }
 }
 
-/// What is found when the value of an entry that may be written was written back.
-pub(super) fn written_back(code: AbortCode) -> Finding {
+/// The finding about an entry whose own value was refused when it was written back.
+pub(super) fn refused_write(code: AbortCode) -> Finding {
     match code {
         AbortCode::READ_ONLY | AbortCode::UNSUPPORTED_ACCESS => {
             finding(Kind::Access, "the data sheet says rw, but the device does not let it be written")
@@ -217,28 +203,28 @@ pub(super) fn written_back(code: AbortCode) -> Finding {
     }
 }
 
-/// Whether an entry may be written back without anything happening but that: what commands the device is left alone.
+/// Whether writing back its own value does nothing else. Entries that command the device are excluded.
 pub(super) fn may_be_written_back(entry: &Entry) -> bool {
     let writable = matches!(entry.access, AccessType::Rw | AccessType::Rwr | AccessType::Rww);
-    let commands = matches!(entry.index, 0x1003 | 0x1010 | 0x1011 | 0x1F50..=0x1F5F | 0x1F80..=0x1F8F | 0x6040);
+    let commands = matches!(
+        entry.index,
+        cia301::PREDEFINED_ERROR_FIELD | cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS
+            // Programs, NMT by objects, and the control word of CiA 402.
+            | 0x1F50..=0x1F5F | cia301::NMT_STARTUP..=0x1F8F | 0x6040
+    );
     writable && !commands && entry.data_type != DataType::Domain
 }
 
-/// Whether it is the device that the data sheet is about.
+/// Another vendor or product than that of the data sheet.
 fn identity(info: &DeviceInfo, entry: &Entry, value: &Value) -> Option<Finding> {
     let (what, expected) = match (entry.index, entry.sub) {
-        (0x1018, 1) => ("vendor", info.vendor_number?),
-        (0x1018, 2) => ("product", info.product_number?),
+        (cia301::IDENTITY, 1) => ("vendor", info.vendor_number?),
+        (cia301::IDENTITY, 2) => ("product", info.product_number?),
         _ => return None,
     };
     let found = value.as_integer()?;
     (found != i128::from(expected))
         .then(|| finding(Kind::Identity, &format!("another {what}: {found:X}h, by the data sheet {expected:X}h")))
-}
-
-/// The address of an entry.
-pub(super) fn address(entry: &Entry) -> Address {
-    Address::new(entry.index, entry.sub)
 }
 
 #[cfg(test)]
@@ -251,12 +237,12 @@ mod tests {
         lexican_eds::load(&Input::new(Source::new("sensor.eds", include_str!("../../tests/sensor.eds")))).0
     }
 
-    /// What is found of an entry with this answer.
+    /// The findings about an entry with this answer.
     #[track_caller]
     fn check(entry: (u16, u8), answer: Answer, expected: &[(Kind, &str)]) {
         let device = sensor();
-        let known = Known::new(&device);
-        let comparison = Comparison { known: &known, node: NodeId::literal(7), defaults: true };
+        let values = DeviceValues::new(&device);
+        let comparison = Comparison { values: &values, node: NodeId::literal(7), defaults: true };
         let found = comparison.read(device.entry(entry.0, entry.1).unwrap(), &answer);
         let found: Vec<_> = found.iter().map(|finding| (finding.kind, finding.text.as_str())).collect();
         assert_eq!(found, expected, "{entry:04X?} {answer:?}");
@@ -267,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_as_described_is_not_found() {
+    fn a_device_like_its_data_sheet_has_no_findings() {
         check((0x1000, 0), value(&[0; 4]), &[]);
         check((0x1014, 0), value(&0x87_u32.to_le_bytes()), &[]);
         check((0x2000, 0), value(&[0, 0]), &[]);
@@ -305,19 +291,19 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_can_tell_is_no_difference() {
+    fn what_could_not_be_checked_is_no_difference() {
         let refused = Answer::Refused(AbortCode::DEVICE_STATE);
         let device = sensor();
-        let known = Known::new(&device);
-        let comparison = Comparison { known: &known, node: NodeId::literal(7), defaults: false };
+        let values = DeviceValues::new(&device);
+        let comparison = Comparison { values: &values, node: NodeId::literal(7), defaults: false };
         let found = comparison.read(device.entry(0x2000, 0).unwrap(), &refused);
         assert!(found.len() == 1 && !found[0].kind.is_difference(), "{found:?}");
-        assert!(!written_back(AbortCode::DEVICE_STATE).kind.is_difference());
-        assert!(written_back(AbortCode::READ_ONLY).kind.is_difference());
+        assert!(!refused_write(AbortCode::DEVICE_STATE).kind.is_difference());
+        assert!(refused_write(AbortCode::READ_ONLY).kind.is_difference());
     }
 
     #[test]
-    fn what_commands_the_device_is_not_written_back() {
+    fn entries_that_command_the_device_are_not_written_back() {
         let device = sensor();
         let written = |index, sub| may_be_written_back(device.entry(index, sub).unwrap());
         assert!(written(0x1017, 0) && written(0x2001, 0));

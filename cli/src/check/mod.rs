@@ -1,4 +1,4 @@
-//! `lexican check`: a device against its data sheet.
+//! `lexican check`: compares a device with its data sheet.
 
 mod compare;
 #[cfg(test)]
@@ -18,17 +18,17 @@ use serde_json::json;
 
 use crate::bus::failure::access_failure;
 use crate::bus::{Node, NodeArgs, network};
-use crate::output::{Failure, Outcome, fields, progress, styled, tell};
-use crate::values::Known;
-use crate::values::told::Told;
-use crate::values::wire::{fitting, parse};
-use compare::{Answer, Comparison, Finding, Kind, address, may_be_written_back, written_back};
+use crate::output::{Failure, Outcome, fields, print_result, progress, styled};
+use crate::values::report::ValueReport;
+use crate::values::wire::{fitting, parse_padded};
+use crate::values::{DeviceValues, address};
+use compare::{Answer, Comparison, Finding, Kind, may_be_written_back, refused_write};
 
-/// Check a device against its data sheet
+/// Compare a device with its data sheet
 ///
-/// Reads every entry that the data sheet describes, and compares: whether it is there, its length, whether it may be
-/// read, its limits, constants, the identity. Nothing is written, unless --write asks for it. Exit code 1 when
-/// the device is not as its data sheet says.
+/// Reads every entry of the data sheet, and checks that it exists, its length, access, limits and constant values,
+/// and the identity of the device. Nothing is written, unless --write is given. Exit code 1 if the device differs
+/// from its data sheet.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -43,20 +43,19 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// What is looked at beside the values of all entries.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
 struct Extent {
-    /// Write back the value of every entry that may be written, to see whether it is so
+    /// Write back the value of every writable entry, to check its access
     ///
-    /// Entries that command the device are left out: 1003h, 1010h, 1011h, programs, NMT by objects, 6040h.
+    /// Except for entries that command the device: 1003h, 1010h, 1011h, programs (1F50h), NMT (1F80h), 6040h.
     #[arg(long)]
     write: bool,
 
-    /// Tell values that are not the defaults, too; they are no differences
+    /// Also report values that are not the defaults; they are no differences
     #[arg(long)]
     defaults: bool,
 
-    /// Read DOMAIN entries, too, which may be long
+    /// Also read DOMAIN entries, which may be long
     #[arg(long)]
     domains: bool,
 }
@@ -66,36 +65,36 @@ Examples:
     lexican check --bus can0 --node 5 --device FILE.eds
     lexican check --bus can0 --node 5 --write --defaults";
 
-/// A node that leaves so many questions unanswered, one after the other, is not there any more.
+/// After so many time-outs in a row the node counts as gone.
 const SILENCE: usize = 3;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let Node { link, id, device } = args.node.open()?;
     let device = device.ok_or_else(|| {
-        Failure::new("nothing tells which data sheet the device should have")
-            .help("name it with --device FILE, or --device siko/ag03-1 for one that lexican brings along")
+        Failure::new("the data sheet of the device is unknown")
+            .help("name it with --device FILE, or --device siko/ag03-1 for one that lexican knows")
     })?;
-    let mut result = Tally::default();
-    inspect(&mut network(link)?, id, &device, args.extent, |told, findings| {
-        result.count(findings);
-        findings.iter().try_for_each(|finding| print(args.json, id, told, finding))
+    let mut tally = Tally::default();
+    inspect(&mut network(link)?, id, &device, args.extent, |report, findings| {
+        tally.count(findings);
+        findings.iter().try_for_each(|finding| print(args.json, id, report, finding))
     })?;
-    result.print(args.json, id)?;
-    Ok(if result.differ > 0 { Outcome::Found } else { Outcome::Clean })
+    tally.print(args.json, id)?;
+    Ok(if tally.differ > 0 { Outcome::Found } else { Outcome::Clean })
 }
 
-/// Compares every entry of a node with its data sheet, and reports each, mostly without any finding.
+/// Compares every entry of a node with its data sheet; `done` gets each, most of them without findings.
 fn inspect<L: Link>(
     network: &mut Network<L>,
     node: NodeId,
     device: &Device,
     extent: Extent,
-    mut report: impl FnMut(&Told, &[Finding]) -> Result<(), Failure>,
+    mut done: impl FnMut(&ValueReport, &[Finding]) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let mut known = Known::new(device);
+    let mut values = DeviceValues::new(device);
     let mut inspection = Inspection { network, node, silent: 0, extent };
-    let answers = inspection.read_all(&mut known)?;
-    let comparison = Comparison { known: &known, node, defaults: extent.defaults };
+    let answers = inspection.read_all(&mut values)?;
+    let comparison = Comparison { values: &values, node, defaults: extent.defaults };
     for entry in device.entries() {
         let Some(answer) = answers.get(&address(entry)) else { continue };
         let mut findings = comparison.read(entry, answer);
@@ -105,24 +104,27 @@ fn inspect<L: Link>(
         {
             findings.extend(inspection.write_back(entry, data)?);
         }
-        report(&told(&known, entry, answer), &findings)?;
+        let report = match answer {
+            Answer::Value(data) => ValueReport::of_bytes(Some(&values), address(entry), data),
+            _ => ValueReport::without_value(Some(&values), address(entry)),
+        };
+        done(&report, &findings)?;
     }
     Ok(())
 }
 
-/// Somebody who asks a node for everything.
 struct Inspection<'a, L> {
     network: &'a mut Network<L>,
     node: NodeId,
-    /// How many questions in a row were not answered.
+    /// The number of time-outs in a row.
     silent: usize,
     extent: Extent,
 }
 
 impl<L: Link> Inspection<'_, L> {
-    /// Reads all entries first: what one value means and may be depends on others.
-    fn read_all(&mut self, known: &mut Known<'_>) -> Result<BTreeMap<Address, Answer>, Failure> {
-        let entries: Vec<_> = known.device.entries().collect();
+    /// Reads all entries first, because the meaning and the limits of some depend on others.
+    fn read_all(&mut self, values: &mut DeviceValues<'_>) -> Result<BTreeMap<Address, Answer>, Failure> {
+        let entries: Vec<_> = values.device.entries().collect();
         let progress = progress("reading {msg} {wide_bar} {pos}/{len}", entries.len() as u64);
         let mut answers = BTreeMap::new();
         for entry in entries {
@@ -130,9 +132,9 @@ impl<L: Link> Inspection<'_, L> {
             progress.inc(1);
             let answer = self.read(entry)?;
             if let Answer::Value(data) = &answer
-                && let Some(value) = parse(entry.data_type, fitting(entry.data_type, data))
+                && let Some(value) = parse_padded(entry.data_type, data)
             {
-                known.learn(entry.index, entry.sub, &value);
+                values.set(address(entry), &value);
             }
             answers.insert(address(entry), answer);
         }
@@ -142,7 +144,7 @@ impl<L: Link> Inspection<'_, L> {
 
     fn read(&mut self, entry: &Entry) -> Result<Answer, Failure> {
         if entry.data_type == DataType::Domain && !self.extent.domains {
-            return Ok(Answer::Unasked("a DOMAIN is read with --domains only"));
+            return Ok(Answer::NotRead("a DOMAIN is read with --domains only"));
         }
         let result = self.network.read_bytes(self.node, address(entry));
         self.answer(result)
@@ -170,20 +172,19 @@ impl<L: Link> Inspection<'_, L> {
         let data = fitting(entry.data_type, data);
         let result = self.network.write_bytes(self.node, address(entry), data).map(|()| Vec::new());
         Ok(match self.answer(result)? {
-            Answer::Refused(code) => Some(written_back(code)),
+            Answer::Refused(code) => Some(refused_write(code)),
             Answer::Failed(text) => Some(Finding { kind: Kind::Failed, text }),
-            Answer::Value(_) | Answer::Unasked(_) => None,
+            Answer::Value(_) | Answer::NotRead(_) => None,
         })
     }
 }
 
-/// What a check came to.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     entries: usize,
     differ: usize,
     unchecked: usize,
-    /// What the data sheet contradicts itself in.
+    /// Those of which the data sheet contradicts itself.
     sheet: usize,
 }
 
@@ -210,27 +211,20 @@ impl Tally {
             "event": "summary", "node": node.get(), "entries": entries, "differ": differ, "unchecked": unchecked,
             "sheet": sheet,
         });
-        tell(as_json, fields(object), format_args!("node {node}: {entries} entries, {verdict}{rest}"))
+        print_result(as_json, fields(object), format_args!("node {node}: {entries} entries, {verdict}{rest}"))
     }
 }
 
-fn told(known: &Known<'_>, entry: &Entry, answer: &Answer) -> Told {
-    match answer {
-        Answer::Value(data) => Told::transferred(Some(known), address(entry), data),
-        _ => Told::entry(Some(known), address(entry)),
-    }
-}
-
-fn print(as_json: bool, node: NodeId, told: &Told, finding: &Finding) -> Result<(), Failure> {
-    let mut object = told.json();
+fn print(as_json: bool, node: NodeId, report: &ValueReport, finding: &Finding) -> Result<(), Failure> {
+    let mut object = report.json();
     object.extend(fields(json!({
         "event": "finding",
         "node": node.get(),
-        "kind": finding.kind.name(),
+        "kind": finding.kind.to_string(),
         "difference": finding.kind.is_difference(),
         "finding": finding.text,
     })));
     let style = if finding.kind.is_difference() { AnsiColor::Red.on_default() } else { Style::new().dimmed() };
-    let kind = styled(style, format_args!("{:<9}", finding.kind.name()));
-    tell(as_json, object, format_args!("{kind}  {}: {}", told.title(), finding.text))
+    let kind = styled(style, format_args!("{:<9}", finding.kind));
+    print_result(as_json, object, format_args!("{kind}  {}: {}", report.title(), finding.text))
 }

@@ -1,8 +1,7 @@
-//! Every data sheet of a folder, simulated, is the device that it describes: it boots, obeys NMT, and `check` finds
-//! nothing that is not as the data sheet says.
+//! Simulates every data sheet of a folder: the device boots, obeys NMT, and `check` finds no difference.
 //!
-//! `LEXICAN_SHEETS` names the folder; without it, the data sheets of the tests and those that lexican brings along are
-//! simulated. `cargo xtask corpus` runs this over real ones.
+//! `LEXICAN_SHEETS` names the folder; by default, the data sheets of the tests and of the device library are simulated.
+//! `cargo xtask corpus` does it for real ones.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -19,11 +18,11 @@ use super::*;
 use crate::bus::virtual_device::VirtualDevice;
 
 const NODE: NodeId = NodeId::literal(5);
-/// The longest heartbeat, and a second: a node that produces them does not answer to guarding.
+/// The longest heartbeat and a second, because a heartbeat producer does not respond to guarding.
 const PATIENCE: Duration = Duration::from_millis(0xFFFF + 1000);
 
 #[test]
-fn every_data_sheet_simulated_is_as_it_says() {
+fn every_simulated_device_agrees_with_its_data_sheet() {
     let files = data_sheets();
     assert!(!files.is_empty(), "there is no data sheet");
     let (next, simulated) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -48,14 +47,14 @@ fn every_data_sheet_simulated_is_as_it_says() {
     println!("{} data sheets, {} of them simulated", files.len(), simulated.into_inner());
 }
 
-/// The device of a data sheet that has an object and no errors: others are not simulated.
+/// The device of a data sheet, unless that has errors or no objects.
 fn load(path: &Path) -> Option<Device> {
     let bytes = fs::read(path).expect("the data sheet can be read");
     let (device, findings) = lexican_eds::load(&Input::new(Source::from_bytes(path.to_string_lossy(), &bytes)));
     (!findings.has_errors() && !device.objects.is_empty()).then_some(device)
 }
 
-/// What a device that is made of a data sheet does otherwise than that says.
+/// The differences between a simulated device and its data sheet.
 fn deviations(device: &Device) -> Vec<String> {
     let bus = VirtualBus::new();
     let mut watch = bus.link();
@@ -69,17 +68,17 @@ fn deviations(device: &Device) -> Vec<String> {
     let mut network = network(bus.link()).expect("a virtual bus filters");
     found.extend(disobeyed(device, &mut watch, &mut network));
     let extent = Extent { write: true, defaults: true, domains: true };
-    let checked = inspect(&mut network, NODE, device, extent, |told, findings| {
+    let checked = inspect(&mut network, NODE, device, extent, |report, findings| {
         let deviations =
             findings.iter().filter(|finding| finding.kind.is_difference() || finding.kind == Kind::Default);
-        found.extend(deviations.map(|finding| format!("{}: {}: {}", finding.kind.name(), told.title(), finding.text)));
+        found.extend(deviations.map(|finding| format!("{}: {}: {}", finding.kind, report.title(), finding.text)));
         Ok(())
     });
     found.extend(checked.err().map(|failure| failure.to_string()));
     found
 }
 
-/// Which NMT commands are not obeyed, by what the node says of its state and by whether SDO works in it.
+/// The NMT commands that are not obeyed, by the state of the node and by whether SDO works in it.
 fn disobeyed(device: &Device, watch: &mut VirtualLink, network: &mut Network<VirtualLink>) -> Vec<String> {
     let mut found = Vec::new();
     let first = state(watch, network);
@@ -114,7 +113,7 @@ fn disobeyed(device: &Device, watch: &mut VirtualLink, network: &mut Network<Vir
     found
 }
 
-/// The state by the answer to node guarding, or by the next heartbeat.
+/// The state from the response to guarding, or from the next heartbeat.
 fn state(watch: &mut VirtualLink, network: &mut Network<VirtualLink>) -> Option<NmtState> {
     while next_state(watch, Duration::ZERO).is_some() {}
     network.send(&ErrorControl::request(NODE)).expect("a virtual bus carries frames");

@@ -1,26 +1,30 @@
-//! What a frame says.
+//! A frame as text, and as the fields that JSON has of it.
 
-use lexican_runtime::{Frame, NodeId};
+use lexican_runtime::wire::lss::{LssRequest, LssResponse};
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
+use lexican_runtime::{AbortCode, Frame, NodeId};
+use serde::Serialize;
+use serde_json::{Value as Json, json};
 
-use super::detail::{Detail, Side};
+use super::lss;
+use crate::output::fields;
+use crate::values::hex;
+use crate::values::report::ValueReport;
 
-/// A frame in words and in parts.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Decoded {
     pub(crate) service: Service,
     /// `RPDO3`, `SDO request`.
     pub(crate) name: String,
-    /// Whom it concerns; `None` for everybody.
+    /// The node that sends or receives it; `None` for broadcasts.
     pub(crate) node: Option<NodeId>,
-    /// In words; may be empty.
+    /// The content; may be empty.
     pub(crate) text: String,
-    /// Whether something went wrong.
+    /// Whether it reports or is an error.
     pub(crate) alarming: bool,
-    /// In parts.
     pub(crate) detail: Detail,
 }
 
-/// The services of CiA 301.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Service {
     Nmt,
@@ -36,7 +40,7 @@ pub(crate) enum Service {
 }
 
 impl Decoded {
-    /// Whether nobody but the node itself sends such a frame.
+    /// Whether only the node itself sends such a frame.
     pub(crate) fn is_from_node(&self) -> bool {
         match &self.detail {
             Detail::Sdo(sdo) => sdo.side == Side::Server,
@@ -50,9 +54,184 @@ impl Decoded {
         Decoded { service, name: name.into(), node, text: String::new(), alarming: false, detail: Detail::None }
     }
 
-    /// A frame that its service does not have.
-    pub(super) fn unreadable(service: Service, name: &str, node: Option<NodeId>, frame: &Frame) -> Self {
-        let text = format!("not readable: {} bytes {}", frame.dlc(), crate::values::hex(frame.data()));
-        Decoded { text, alarming: true, ..Decoded::new(service, name, node) }
+    pub(super) fn with(self, text: impl Into<String>, detail: Detail) -> Self {
+        Decoded { text: text.into(), detail, ..self }
+    }
+
+    /// A frame that breaks the protocol of its service.
+    pub(super) fn unreadable(self, frame: &Frame) -> Self {
+        let text = format!("not readable: {} bytes {}", frame.dlc(), hex(frame.data()));
+        Decoded { text, alarming: true, ..self }
+    }
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Detail {
+    /// Nothing is known of it.
+    None,
+    Nmt(NmtCommand),
+    Sync {
+        counter: Option<u8>,
+    },
+    Time {
+        days: u16,
+        ms: u32,
+    },
+    Emcy(Emcy),
+    /// Boot-up, heartbeat, or the answer to guarding.
+    ErrorControl {
+        state: NmtState,
+        toggle: bool,
+    },
+    /// The remote frame of node guarding.
+    Guarding,
+    Pdo(Pdo),
+    Sdo(Box<Sdo>),
+    LssRequest(LssRequest),
+    LssResponse(LssResponse),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Emcy {
+    pub(crate) code: u16,
+    /// By the data sheet, else by CiA 301.
+    pub(crate) meaning: Option<String>,
+    pub(crate) register: u8,
+    pub(crate) register_text: String,
+    pub(crate) vendor: [u8; 5],
+}
+
+/// A process data object.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Pdo {
+    pub(crate) number: u16,
+    /// Whether the device receives it.
+    pub(crate) received: bool,
+    /// The mapped entries, in order; empty if the device is unknown, and for a remote frame.
+    pub(crate) fields: Vec<ValueReport>,
+}
+
+/// A frame of an SDO transfer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Sdo {
+    pub(crate) side: Side,
+    pub(crate) step: Step,
+    /// Whether the transfer is a download, if that is known.
+    pub(crate) writes: Option<bool>,
+    /// `expedited`, `segmented` or `block`, if that is known.
+    pub(crate) transfer: Option<&'static str>,
+    /// The entry; with its value when the transfer has carried all of it.
+    pub(crate) report: Option<ValueReport>,
+    /// The announced number of bytes.
+    pub(crate) size: Option<u32>,
+    pub(crate) toggle: Option<bool>,
+    pub(crate) last: Option<bool>,
+    /// The number of a segment of a block, or of the last one that is confirmed.
+    pub(crate) sequence: Option<u8>,
+    pub(crate) block_size: Option<u8>,
+    pub(crate) abort: Option<AbortCode>,
+    /// Whether the transfer ends with this frame.
+    pub(crate) complete: bool,
+}
+
+/// The two ends of a transfer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Side {
+    #[default]
+    Client,
+    Server,
+}
+
+/// The step of the protocol, from either side (CiA 301, 7.2.4.3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Step {
+    InitiateUpload,
+    UploadSegment,
+    InitiateDownload,
+    DownloadSegment,
+    InitiateBlockUpload,
+    StartBlockUpload,
+    ConfirmBlockUpload,
+    EndBlockUpload,
+    InitiateBlockDownload,
+    ConfirmBlockDownload,
+    EndBlockDownload,
+    BlockSegment,
+    Abort,
+    #[default]
+    Unknown,
+}
+
+impl Sdo {
+    pub(crate) fn new(side: Side, step: Step) -> Self {
+        Sdo { side, step, ..Sdo::default() }
+    }
+
+    fn json(&self) -> Json {
+        let mut object = fields(json!({
+            "from": self.side,
+            "command": self.step,
+            "complete": self.complete,
+            "access": self.writes.map(|writes| if writes { "write" } else { "read" }),
+            "transfer": self.transfer,
+            "size": self.size,
+            "toggle": self.toggle,
+            "last": self.last,
+            "sequence": self.sequence,
+            "block_size": self.block_size,
+            "abort_code": self.abort.map(|code| format!("{:08X}", code.0)),
+            "abort": self.abort.and_then(AbortCode::text),
+        }));
+        object.retain(|_, field| !field.is_null());
+        object.extend(self.report.as_ref().map(ValueReport::json).unwrap_or_default());
+        Json::Object(object)
+    }
+}
+
+impl Detail {
+    /// The name of the service in JSON, and its fields.
+    pub(crate) fn json(&self) -> Option<(&'static str, Json)> {
+        let state_name = |state: &NmtState| state.to_string();
+        Some(match self {
+            Detail::None => return None,
+            Detail::Nmt(command) => {
+                let (code, state) = (format!("{:02X}", command.code()), state_name(&command.target()));
+                ("nmt", json!({ "command": command.to_string(), "code": code, "state": state }))
+            }
+            Detail::Sync { counter } => ("sync", json!({ "counter": counter })),
+            Detail::Time { days, ms } => ("time_of_day", json!({ "days": days, "ms": ms })),
+            Detail::Emcy(emcy) => {
+                let fields = json!({
+                    "code": format!("{:04X}", emcy.code),
+                    "meaning": emcy.meaning,
+                    "register": format!("{:02X}", emcy.register),
+                    "register_text": emcy.register_text,
+                    "msef": hex(&emcy.vendor),
+                });
+                ("emcy", fields)
+            }
+            Detail::ErrorControl { state: state @ NmtState::Initialising, .. } => {
+                ("error_control", json!({ "kind": "boot-up", "state": state_name(state) }))
+            }
+            Detail::ErrorControl { state, toggle } => {
+                ("error_control", json!({ "kind": "heartbeat", "state": state_name(state), "toggle": toggle }))
+            }
+            Detail::Guarding => ("error_control", json!({ "kind": "guarding" })),
+            Detail::Pdo(pdo) => {
+                let direction = if pdo.received { "receive" } else { "transmit" };
+                let fields: Vec<_> = pdo.fields.iter().map(ValueReport::json).collect();
+                ("pdo", json!({ "number": pdo.number, "direction": direction, "fields": fields }))
+            }
+            Detail::Sdo(sdo) => ("sdo", sdo.json()),
+            Detail::LssRequest(request) => ("lss", lss::request_json(*request)),
+            Detail::LssResponse(response) => ("lss", lss::response_json(*response)),
+        })
+    }
+
+    /// The fields alone.
+    pub(crate) fn fields(&self) -> Json {
+        self.json().map(|(_, fields)| fields).unwrap_or_default()
     }
 }

@@ -1,14 +1,14 @@
-//! LSS in words and in fields (CiA 305).
+//! LSS frames as text and JSON (CiA 305).
 
 use lexican_runtime::NodeId;
 use lexican_runtime::wire::lss::{Bound, LssRequest, LssResponse, LssState, Part};
 use serde_json::{Value as Json, json};
 
-/// CiA 305, table 1: the bit rates in kbit/s by their index; `None` is reserved.
+/// CiA 305, table 1: the bit rates in kbit/s by their index. The entry without one is reserved.
 pub(crate) const BIT_TIMING_TABLE: [Option<u16>; 9] =
     [Some(1000), Some(800), Some(500), Some(250), Some(125), None, Some(50), Some(20), Some(10)];
 
-/// The entry that stands for "find it out".
+/// The entry of automatic bit rate detection.
 pub(crate) const AUTOMATIC: u8 = 9;
 
 /// `select by product = 1402h`.
@@ -20,7 +20,10 @@ pub(super) fn request_text(request: LssRequest) -> String {
         LssRequest::ConfigureBitTiming { table, index } => format!("take bit rate {}", bit_rate(table, index)),
         LssRequest::ActivateBitTiming { delay_ms } => format!("change the bit rate after {delay_ms} ms"),
         LssRequest::Store => "store the configuration".to_owned(),
-        LssRequest::Identify(bound, value) => format!("who has {}?", bound_text(bound, value)),
+        LssRequest::Identify(bound, value) => {
+            let (part, relation, _) = bound_parts(bound);
+            format!("who has {} {relation} {value:X}h?", part_name(part))
+        }
         LssRequest::IdentifyUnconfigured => "who has no node-ID?".to_owned(),
         LssRequest::Fastscan { bits_left: 0x80, .. } => "fastscan: who has no node-ID?".to_owned(),
         LssRequest::Fastscan { value, bits_left, part, next } => {
@@ -72,64 +75,53 @@ fn result(done: &str, refusal: &str, error: u8, specific: u8) -> String {
 }
 
 pub(super) fn request_json(request: LssRequest) -> Json {
-    let command =
-        |name: &str| json!({ "from": "manager", "command": name, "code": format!("{:02X}", request.emit()[0]) });
-    match request {
-        LssRequest::SwitchGlobal(state) => with(command("switch-global"), json!({ "state": state_name(state) })),
+    let (command, fields) = match request {
+        LssRequest::SwitchGlobal(state) => ("switch-global", json!({ "state": state_name(state) })),
         LssRequest::SwitchSelective(part, value) => {
-            with(command("switch-selective"), json!({ "part": part_name(part), "value": value }))
+            ("switch-selective", json!({ "part": part_name(part), "value": value }))
         }
-        LssRequest::ConfigureNode(node) => {
-            with(command("configure-node-id"), json!({ "node_id": node.map(NodeId::get) }))
-        }
+        LssRequest::ConfigureNode(node) => ("configure-node-id", json!({ "node_id": node.map(NodeId::get) })),
         LssRequest::ConfigureBitTiming { table, index } => {
             let rate = standard_rate(table, index);
-            with(command("configure-bit-timing"), json!({ "table": table, "entry": index, "kbit_per_s": rate }))
+            ("configure-bit-timing", json!({ "table": table, "entry": index, "kbit_per_s": rate }))
         }
-        LssRequest::ActivateBitTiming { delay_ms } => {
-            with(command("activate-bit-timing"), json!({ "delay_ms": delay_ms }))
-        }
-        LssRequest::Store => command("store"),
+        LssRequest::ActivateBitTiming { delay_ms } => ("activate-bit-timing", json!({ "delay_ms": delay_ms })),
+        LssRequest::Store => ("store", json!({})),
         LssRequest::Identify(bound, value) => {
-            with(command("identify"), json!({ "part": bound_name(bound).replace(' ', "-"), "value": value }))
+            let part = format!("{}{}", part_name(bound_parts(bound).0), bound_parts(bound).2);
+            ("identify", json!({ "part": part, "value": value }))
         }
-        LssRequest::IdentifyUnconfigured => command("identify-unconfigured"),
-        LssRequest::Fastscan { value, bits_left, part, next } => with(
-            command("fastscan"),
+        LssRequest::IdentifyUnconfigured => ("identify-unconfigured", json!({})),
+        LssRequest::Fastscan { value, bits_left, part, next } => (
+            "fastscan",
             json!({ "value": value, "bit_checked": bits_left, "part": part_name(part), "next": part_name(next) }),
         ),
-        LssRequest::Inquire(part) => with(command("inquire"), json!({ "part": part_name(part) })),
-        LssRequest::InquireNode => command("inquire-node-id"),
-    }
+        LssRequest::Inquire(part) => ("inquire", json!({ "part": part_name(part) })),
+        LssRequest::InquireNode => ("inquire-node-id", json!({})),
+    };
+    command_json("manager", command, request.emit()[0], fields)
 }
 
 pub(crate) fn response_json(response: LssResponse) -> Json {
-    let command =
-        |name: &str| json!({ "from": "device", "command": name, "code": format!("{:02X}", response.emit()[0]) });
-    let result =
-        |name: &str, error: u8, specific: u8| with(command(name), json!({ "error": error, "specific": specific }));
-    match response {
-        LssResponse::Selected => command("switch-selective"),
-        LssResponse::ConfigureNode { error, specific } => result("configure-node-id", error, specific),
-        LssResponse::ConfigureBitTiming { error, specific } => result("configure-bit-timing", error, specific),
-        LssResponse::Store { error, specific } => result("store", error, specific),
-        LssResponse::Identified => command("identify"),
-        LssResponse::Unconfigured => command("identify-unconfigured"),
-        LssResponse::Inquired(part, value) => {
-            with(command("inquire"), json!({ "part": part_name(part), "value": value }))
-        }
-        LssResponse::InquiredNode(node) => {
-            with(command("inquire-node-id"), json!({ "node_id": node.map(NodeId::get) }))
-        }
-    }
+    let result = |error: u8, specific: u8| json!({ "error": error, "specific": specific });
+    let (command, fields) = match response {
+        LssResponse::Selected => ("switch-selective", json!({})),
+        LssResponse::ConfigureNode { error, specific } => ("configure-node-id", result(error, specific)),
+        LssResponse::ConfigureBitTiming { error, specific } => ("configure-bit-timing", result(error, specific)),
+        LssResponse::Store { error, specific } => ("store", result(error, specific)),
+        LssResponse::Identified => ("identify", json!({})),
+        LssResponse::Unconfigured => ("identify-unconfigured", json!({})),
+        LssResponse::Inquired(part, value) => ("inquire", json!({ "part": part_name(part), "value": value })),
+        LssResponse::InquiredNode(node) => ("inquire-node-id", json!({ "node_id": node.map(NodeId::get) })),
+    };
+    command_json("device", command, response.emit()[0], fields)
 }
 
-/// The fields of both.
-fn with(mut one: Json, other: Json) -> Json {
-    if let (Json::Object(one), Json::Object(other)) = (&mut one, other) {
-        one.extend(other);
-    }
-    one
+fn command_json(from: &str, command: &str, code: u8, mut fields: Json) -> Json {
+    fields["from"] = json!(from);
+    fields["command"] = json!(command);
+    fields["code"] = json!(format!("{code:02X}"));
+    fields
 }
 
 fn state_name(state: LssState) -> &'static str {
@@ -148,25 +140,15 @@ fn part_name(part: Part) -> &'static str {
     }
 }
 
-fn bound_text(bound: Bound, value: u32) -> String {
+/// The number that a bound limits, the relation, and its suffix in JSON.
+fn bound_parts(bound: Bound) -> (Part, &'static str, &'static str) {
     match bound {
-        Bound::Vendor => format!("vendor = {value:X}h"),
-        Bound::Product => format!("product = {value:X}h"),
-        Bound::RevisionLow => format!("revision >= {value:X}h"),
-        Bound::RevisionHigh => format!("revision <= {value:X}h"),
-        Bound::SerialLow => format!("serial >= {value:X}h"),
-        Bound::SerialHigh => format!("serial <= {value:X}h"),
-    }
-}
-
-fn bound_name(bound: Bound) -> &'static str {
-    match bound {
-        Bound::Vendor => "vendor",
-        Bound::Product => "product",
-        Bound::RevisionLow => "revision low",
-        Bound::RevisionHigh => "revision high",
-        Bound::SerialLow => "serial low",
-        Bound::SerialHigh => "serial high",
+        Bound::Vendor => (Part::Vendor, "=", ""),
+        Bound::Product => (Part::Product, "=", ""),
+        Bound::RevisionLow => (Part::Revision, ">=", "-low"),
+        Bound::RevisionHigh => (Part::Revision, "<=", "-high"),
+        Bound::SerialLow => (Part::Serial, ">=", "-low"),
+        Bound::SerialHigh => (Part::Serial, "<=", "-high"),
     }
 }
 
@@ -191,16 +173,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn requests_are_told_in_words() {
+    fn requests_are_decoded() {
         let check = |request: LssRequest, text: &str| {
             assert_eq!(request_text(request), text);
             assert!(request_json(request)["command"].is_string());
         };
-        check(LssRequest::SwitchGlobal(LssState::Configuration), "all devices enter LSS configuration");
         check(LssRequest::SwitchSelective(Part::Product, 0x1402), "select by product = 1402h");
-        check(LssRequest::ConfigureNode(NodeId::new(5)), "take node-ID 5");
         check(LssRequest::ConfigureNode(None), "take node-ID none");
-        check(LssRequest::ConfigureBitTiming { table: 0, index: 2 }, "take bit rate 500 kbit/s");
         check(LssRequest::ConfigureBitTiming { table: 0, index: 9 }, "take bit rate by itself");
         check(LssRequest::ConfigureBitTiming { table: 1, index: 2 }, "take bit rate 2 of table 1");
         check(LssRequest::ActivateBitTiming { delay_ms: 100 }, "change the bit rate after 100 ms");
@@ -212,16 +191,14 @@ mod tests {
     }
 
     #[test]
-    fn answers_are_told_in_words() {
+    fn responses_are_decoded() {
         let check = |response: LssResponse, refused: bool, text: &str| {
             assert_eq!((response_text(response).as_str(), refuses(response)), (text, refused));
             assert!(response_json(response)["command"].is_string());
         };
         check(LssResponse::ConfigureNode { error: 0, specific: 0 }, false, "node-ID taken");
-        check(LssResponse::ConfigureNode { error: 1, specific: 0 }, true, "refused: node-ID out of range");
         check(LssResponse::Store { error: 2, specific: 0 }, true, "refused: the storage failed");
         check(LssResponse::Store { error: 255, specific: 7 }, true, "refused: error 07h of the device");
         check(LssResponse::Inquired(Part::Serial, 0x1234), false, "serial = 1234h");
-        check(LssResponse::InquiredNode(None), false, "node-ID none");
     }
 }

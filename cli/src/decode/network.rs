@@ -1,111 +1,92 @@
-//! What concerns the network: NMT, SYNC, TIME, EMCY and error control.
+//! Frames of the network: NMT, SYNC, TIME, EMCY, error control and LSS.
 
 use lexican_eds::model::Value;
+use lexican_runtime::object::Address;
 use lexican_runtime::wire::emcy::{CodeOrder, Emergency, ErrorCode};
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::lss::{LssRequest, LssResponse};
 use lexican_runtime::wire::nmt::{NmtMessage, NmtState};
 use lexican_runtime::wire::sync::Sync;
-use lexican_runtime::{Frame, NodeId};
+use lexican_runtime::{Frame, NodeId, cia301};
 
 use super::{Decoded, Detail, Emcy, Service, lss};
-use crate::values::{Known, hex};
+use crate::values::{DeviceValues, hex};
 
 pub(super) fn nmt(frame: &Frame) -> Decoded {
     let Some(message) = NmtMessage::parse(frame.data()) else {
-        return Decoded::unreadable(Service::Nmt, "NMT", None, frame);
+        return Decoded::new(Service::Nmt, "NMT", None).unreadable(frame);
     };
     let all = if message.node.is_none() { ", all nodes" } else { "" };
     let text = match message.command.target() {
         NmtState::Initialising => message.command.to_string(),
         state => format!("enter {state}"),
     };
-    let detail = Detail::Nmt(message.command);
-    Decoded { text: text + all, detail, ..Decoded::new(Service::Nmt, "NMT", message.node) }
+    Decoded::new(Service::Nmt, "NMT", message.node).with(text + all, Detail::Nmt(message.command))
 }
 
 pub(super) fn sync(frame: &Frame) -> Decoded {
-    let Some(sync) = Sync::parse(frame.data()) else {
-        return Decoded::unreadable(Service::Sync, "SYNC", None, frame);
-    };
-    let text = sync.counter.map(|counter| format!("counter {counter}")).unwrap_or_default();
-    Decoded { text, detail: Detail::Sync { counter: sync.counter }, ..Decoded::new(Service::Sync, "SYNC", None) }
+    let decoded = Decoded::new(Service::Sync, "SYNC", None);
+    let Some(Sync { counter }) = Sync::parse(frame.data()) else { return decoded.unreadable(frame) };
+    let text = counter.map(|counter| format!("counter {counter}")).unwrap_or_default();
+    decoded.with(text, Detail::Sync { counter })
 }
 
 pub(super) fn time(frame: &Frame) -> Decoded {
-    let Some(time) = lexican_runtime::wire::time::parse(frame.data()) else {
-        return Decoded::unreadable(Service::Time, "TIME", None, frame);
-    };
+    let decoded = Decoded::new(Service::Time, "TIME", None);
+    let Some(time) = lexican_runtime::wire::time::parse(frame.data()) else { return decoded.unreadable(frame) };
     let text = format!("day {} since 1 January 1984, {} ms after midnight", time.days, time.ms);
-    let detail = Detail::Time { days: time.days, ms: time.ms };
-    Decoded { text, detail, ..Decoded::new(Service::Time, "TIME", None) }
+    decoded.with(text, Detail::Time { days: time.days, ms: time.ms })
 }
 
 pub(super) fn error_control(node: NodeId, frame: &Frame) -> Decoded {
-    let decoded = |name: &str, text: String, detail| Decoded {
-        text,
-        detail,
-        ..Decoded::new(Service::ErrorControl, name, Some(node))
-    };
+    let decoded = |name: &str| Decoded::new(Service::ErrorControl, name, Some(node));
     if frame.is_remote() {
-        return decoded("guarding", "state asked for".to_owned(), Detail::Guarding);
+        return decoded("guarding").with("state asked for", Detail::Guarding);
     }
     let Some(ErrorControl { state, toggle }) = ErrorControl::parse(frame.data()) else {
-        return Decoded::unreadable(Service::ErrorControl, "heartbeat", Some(node), frame);
+        return decoded("heartbeat").unreadable(frame);
     };
-    let detail = Detail::ErrorControl { state, toggle };
-    match (state, toggle) {
-        (NmtState::Initialising, false) => decoded("boot-up", String::new(), detail),
-        (_, false) => decoded("heartbeat", state.to_string(), detail),
-        (_, true) => decoded("heartbeat", format!("{state}, toggle bit set"), detail),
-    }
+    let (name, text) = match (state, toggle) {
+        (NmtState::Initialising, false) => ("boot-up", String::new()),
+        (_, false) => ("heartbeat", state.to_string()),
+        (_, true) => ("heartbeat", format!("{state}, toggle bit set")),
+    };
+    decoded(name).with(text, Detail::ErrorControl { state, toggle })
 }
 
-pub(super) fn emergency(node: NodeId, known: Option<&Known<'_>>, frame: &Frame) -> Decoded {
-    let mut decoded = Decoded::new(Service::Emcy, "EMCY", Some(node));
+pub(super) fn emergency(node: NodeId, device: Option<&DeviceValues<'_>>, frame: &Frame) -> Decoded {
+    let decoded = Decoded::new(Service::Emcy, "EMCY", Some(node));
     let Some(emergency) = Emergency::parse(frame.data(), CodeOrder::LowByteFirst) else {
-        decoded.text = format!("{} bytes: an EMCY has 8", frame.data().len());
-        return decoded;
+        return Decoded { text: format!("{} bytes: an EMCY has 8", frame.data().len()), ..decoded };
     };
     let code = emergency.code.0;
-    // The error history has the same codes as the messages, by the names of the device.
-    let named = known.and_then(|known| known.name_of(known.device.entry(0x1003, 1)?, code.into()));
+    let entry = |index, sub| device.and_then(|device| Some((device, device.entry(Address::new(index, sub))?)));
+    // The data sheet names the codes of messages where it describes the error history.
+    let named = entry(cia301::PREDEFINED_ERROR_FIELD, 1).and_then(|(device, entry)| device.name_of(entry, code.into()));
     let group = || emergency.code.group().and_then(ErrorCode::text);
     let meaning = named.or(emergency.code.text()).or_else(group);
-    let register = known.and_then(|known| {
-        let entry = known.device.entry(0x1001, 0)?;
-        Some(known.describe(entry, &Value::Integer(emergency.register.0.into())))
-    });
-    let register = register.unwrap_or_else(|| format!("{:02X}h", emergency.register.0));
-    decoded.text = named.map_or_else(|| emergency.code.to_string(), |name| format!("{code:04X}h: {name}"));
-    decoded.text += &format!(", error register = {register}");
+    let register = Value::Integer(emergency.register.0.into());
+    let register_text = entry(cia301::ERROR_REGISTER, 0).map(|(device, entry)| device.describe(entry, &register));
+    let register_text = register_text.unwrap_or_else(|| format!("{:02X}h", emergency.register.0));
+    let mut text = named.map_or_else(|| emergency.code.to_string(), |name| format!("{code:04X}h: {name}"));
+    text += &format!(", error register = {register_text}");
     if emergency.vendor != [0; 5] {
-        decoded.text += &format!(", {}", hex(&emergency.vendor));
+        text += &format!(", {}", hex(&emergency.vendor));
     }
-    decoded.alarming = code != 0;
-    decoded.detail = Detail::Emcy(Emcy {
-        code,
-        meaning: meaning.map(str::to_owned),
-        register: emergency.register.0,
-        register_text: register,
-        vendor: emergency.vendor,
-    });
-    decoded
+    let (register, vendor) = (emergency.register.0, emergency.vendor);
+    let emcy = Emcy { code, meaning: meaning.map(str::to_owned), register, register_text, vendor };
+    Decoded { alarming: code != 0, ..decoded.with(text, Detail::Emcy(emcy)) }
 }
 
 pub(super) fn lss_request(frame: &Frame) -> Decoded {
-    let Some(request) = LssRequest::parse(frame.data()) else {
-        return Decoded::unreadable(Service::Lss, "LSS request", None, frame);
-    };
-    let (text, detail) = (lss::request_text(request), Detail::LssRequest(request));
-    Decoded { text, detail, ..Decoded::new(Service::Lss, "LSS request", None) }
+    let decoded = Decoded::new(Service::Lss, "LSS request", None);
+    let Some(request) = LssRequest::parse(frame.data()) else { return decoded.unreadable(frame) };
+    decoded.with(lss::request_text(request), Detail::LssRequest(request))
 }
 
 pub(super) fn lss_response(frame: &Frame) -> Decoded {
-    let Some(response) = LssResponse::parse(frame.data()) else {
-        return Decoded::unreadable(Service::Lss, "LSS response", None, frame);
-    };
-    let (text, detail, alarming) =
-        (lss::response_text(response), Detail::LssResponse(response), lss::refuses(response));
-    Decoded { text, detail, alarming, ..Decoded::new(Service::Lss, "LSS response", None) }
+    let decoded = Decoded::new(Service::Lss, "LSS response", None);
+    let Some(response) = LssResponse::parse(frame.data()) else { return decoded.unreadable(frame) };
+    let decoded = decoded.with(lss::response_text(response), Detail::LssResponse(response));
+    Decoded { alarming: lss::refuses(response), ..decoded }
 }

@@ -1,34 +1,44 @@
-//! SDO transfers as seen by somebody who listens (CiA 301, 7.2.4): segments have no address, so what
-//! they belong to has to be remembered.
+//! SDO transfers as a listener sees them (CiA 301, 7.2.4): segments carry no address, so a [`Channel`] remembers their
+//! transfer.
 
 use lexican_runtime::AbortCode;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::sdo::{ClientRequest, Content, Segment, ServerResponse};
 use lexican_runtime::wire::sdo_block::BlockSegment;
 
-use super::detail::{Sdo, Side, Step};
-use crate::values::told::Told;
-use crate::values::{Known, hex};
+use super::decoded::{Sdo, Side, Step};
+use crate::values::report::ValueReport;
+use crate::values::{DeviceValues, hex};
 
-/// So many bytes of a transfer are kept; nobody reads more on a terminal.
+/// The most bytes of a transfer that are shown.
 const MAX_KEPT: usize = 4096;
+
+const EXPEDITED: &str = "expedited";
+const SEGMENTED: &str = "segmented";
+const BLOCK: &str = "block";
+
+/// The frame as text and fields.
+type Text = (String, Sdo);
+/// The device, if it is known.
+type Device<'d> = Option<&'d DeviceValues<'d>>;
 
 /// One client and one server.
 #[derive(Default)]
 pub(crate) struct Channel {
     transfer: Option<Transfer>,
-    /// Who sends the data of a block now; such frames have no command.
+    /// The sender of the segments of a block, which have no command specifier.
     block: Option<Side>,
 }
 
 struct Transfer {
     address: Address,
     writes: bool,
-    /// `expedited`, `segmented` or `block`; unknown until the server has answered a read.
+    /// `expedited`, `segmented` or `block`; unknown until the server has answered an upload.
     kind: Option<&'static str>,
     data: Vec<u8>,
+    /// The number of bytes, of which no more than [`MAX_KEPT`] are in `data`.
     len: usize,
-    /// Of a block transfer: what was there before this block. What is not confirmed is sent again.
+    /// The bytes before the current block. Segments that are not confirmed are sent again.
     confirmed: usize,
     last: bool,
 }
@@ -38,40 +48,35 @@ impl Transfer {
         Transfer { address, writes, kind, data: Vec::new(), len: 0, confirmed: 0, last: false }
     }
 
-    fn take(&mut self, data: &[u8]) {
+    fn take(&mut self, data: &[u8], last: bool) {
         self.len += data.len();
         let room = MAX_KEPT.saturating_sub(self.data.len());
         self.data.extend(data.iter().take(room));
+        self.last = last;
     }
 
-    /// The other side has so many bytes, and no others.
-    fn cut(&mut self, len: usize) {
+    /// Only the first `len` bytes have arrived.
+    fn truncate(&mut self, len: usize) {
         self.last &= len >= self.len;
         self.len = self.len.min(len);
         self.confirmed = self.len;
         self.data.truncate(self.len);
     }
 
-    /// The entry and its value, now that all of it has been seen.
-    fn whole(&self, known: Option<&Known<'_>>) -> Told {
+    /// The entry and its value, at the end of the transfer.
+    fn report(&self, device: Device<'_>) -> ValueReport {
         if self.len == self.data.len() {
-            return Told::transferred(known, self.address, &self.data);
+            return ValueReport::of_bytes(device, self.address, &self.data);
         }
-        let told = Told::entry(known, self.address);
-        Told { text: Some(format!("{} bytes", self.len)), ..told }
+        let text = Some(format!("{} bytes", self.len));
+        ValueReport { text, ..ValueReport::without_value(device, self.address) }
     }
 }
 
-/// What a frame says, in words and in parts.
-pub(crate) struct Said {
-    pub(crate) text: String,
-    pub(crate) detail: Sdo,
-}
-
 impl Channel {
-    /// What a frame from `side` says; with the device known, by name and unit.
-    pub(crate) fn decode(&mut self, side: Side, data: &[u8], known: Option<&mut Known<'_>>) -> Said {
-        let unknown = |text: String| Said { text, detail: Sdo::new(side, Step::Unknown) };
+    /// Decodes a frame from `side`.
+    pub(crate) fn decode(&mut self, side: Side, data: &[u8], device: Option<&mut DeviceValues<'_>>) -> Text {
+        let unknown = |text: String| (text, Sdo::new(side, Step::Unknown));
         if data.len() != 8 {
             return unknown(format!("{} bytes: an SDO has 8", data.len()));
         }
@@ -80,285 +85,250 @@ impl Channel {
         {
             return self.block_segment(side, &segment);
         }
-        let said = match side {
-            Side::Client => ClientRequest::parse(data).map(|request| self.request(request, known)),
-            Side::Server => ServerResponse::parse(data).map(|response| self.response(response, known)),
+        let decoded = match side {
+            Side::Client => ClientRequest::parse(data).map(|request| self.request(request, device.as_deref())),
+            Side::Server => ServerResponse::parse(data).map(|response| {
+                let decoded = self.response(response, device.as_deref());
+                // The entry has this value now. A client that has all of an upload need not confirm it.
+                let sdo = &decoded.1;
+                let is_over = sdo.complete && sdo.abort.is_none() || sdo.step == Step::EndBlockUpload;
+                if let (Some(device), Some(report)) = (device, sdo.report.as_ref().filter(|_| is_over))
+                    && let Some(value) = &report.value
+                {
+                    device.set(report.address, value);
+                }
+                decoded
+            }),
         };
-        said.unwrap_or_else(|| unknown("unknown SDO command".to_owned()))
+        decoded.unwrap_or_else(|| unknown("unknown SDO command".to_owned()))
     }
 
-    fn request(&mut self, request: ClientRequest, known: Option<&mut Known<'_>>) -> Said {
-        let known = known.as_deref();
+    fn request(&mut self, request: ClientRequest, device: Device<'_>) -> Text {
         match request {
             ClientRequest::InitiateUpload { address } => {
-                let mut said = self.begin(Step::InitiateUpload, Transfer::new(address, false, None), known);
-                said.text = format!("read {}", said.title());
-                said
+                let sdo = self.begin(Step::InitiateUpload, Transfer::new(address, false, None), device);
+                (format!("read {}", sdo.title()), sdo)
             }
-            ClientRequest::InitiateDownload { address, content } => self.initiate_download(address, content, known),
+            ClientRequest::InitiateDownload { address, content } => {
+                let transfer = Transfer::new(address, true, Some(kind(content)));
+                let mut sdo = self.begin(Step::InitiateDownload, transfer, device);
+                if let (Content::Expedited(expedited), Some(transfer)) = (content, &mut self.transfer) {
+                    transfer.take(expedited.data(), false);
+                }
+                let text = self.content(&mut sdo, address, content, device);
+                (format!("write {text}"), sdo)
+            }
             ClientRequest::DownloadSegment(segment) => {
-                self.segment(Side::Client, Step::DownloadSegment, segment, known)
+                self.segment(Side::Client, Step::DownloadSegment, segment, device)
             }
             ClientRequest::UploadSegment { toggle } => {
-                let said = self.of_transfer(Side::Client, Step::UploadSegment, "next segment", known);
-                said.with(|sdo| sdo.toggle = Some(toggle))
+                let sdo = Sdo { toggle: Some(toggle), ..self.sdo(Side::Client, Step::UploadSegment, device) };
+                (sdo.of_title("next segment"), sdo)
             }
-            ClientRequest::Abort(abort) => self.abort(Side::Client, abort.address, abort.code, known),
+            ClientRequest::Abort(abort) => self.abort(Side::Client, abort.address, abort.code, device),
             ClientRequest::InitiateBlockUpload { address, block_size, .. } => {
                 let transfer = Transfer::new(address, false, Some(BLOCK));
-                let mut said = self.begin(Step::InitiateBlockUpload, transfer, known);
-                said.text = format!("read {} by blocks of {block_size}", said.title());
-                said.with(|sdo| sdo.block_size = Some(block_size))
+                let sdo = self.begin(Step::InitiateBlockUpload, transfer, device);
+                let text = format!("read {} by blocks of {block_size}", sdo.title());
+                (text, Sdo { block_size: Some(block_size), ..sdo })
             }
             ClientRequest::StartBlockUpload => {
                 self.block = Some(Side::Server);
-                let said = self.of_transfer(Side::Client, Step::StartBlockUpload, "", known);
-                Said { text: "start of the blocks".to_owned(), ..said }
+                ("start of the blocks".to_owned(), self.sdo(Side::Client, Step::StartBlockUpload, device))
             }
             ClientRequest::ConfirmBlockUpload(it) => {
-                self.confirmed(Side::Client, Step::ConfirmBlockUpload, it.sequence, it.block_size, known)
+                self.confirm(Side::Client, Step::ConfirmBlockUpload, it.sequence, it.block_size, device)
             }
             ClientRequest::EndBlockUpload => {
-                let said = self.of_transfer(Side::Client, Step::EndBlockUpload, "end of blocks confirmed", known);
-                said.with(|sdo| sdo.complete = true)
+                let sdo = Sdo { complete: true, ..self.sdo(Side::Client, Step::EndBlockUpload, device) };
+                (sdo.of_title("end of blocks confirmed"), sdo)
             }
             ClientRequest::InitiateBlockDownload { address, size, .. } => {
                 let transfer = Transfer::new(address, true, Some(BLOCK));
-                let mut said = self.begin(Step::InitiateBlockDownload, transfer, known);
-                said.text = format!("write {} by blocks, {}", said.title(), bytes_to_come(size));
-                said.with(|sdo| sdo.size = size)
+                let sdo = Sdo { size, ..self.begin(Step::InitiateBlockDownload, transfer, device) };
+                (format!("write {} by blocks, {}", sdo.title(), announced(size)), sdo)
             }
             ClientRequest::EndBlockDownload(end) => {
-                self.end_of_blocks(Side::Client, Step::EndBlockDownload, end.unused(), known)
+                self.end_of_blocks(Side::Client, Step::EndBlockDownload, end.unused(), device)
             }
         }
     }
 
-    fn response(&mut self, response: ServerResponse, known: Option<&mut Known<'_>>) -> Said {
-        let said = match response {
+    fn response(&mut self, response: ServerResponse, device: Device<'_>) -> Text {
+        match response {
             ServerResponse::InitiateUpload { address, content } => {
-                self.initiate_upload(address, content, known.as_deref())
-            }
-            ServerResponse::InitiateDownload { address } => self.initiated_download(address, known.as_deref()),
-            ServerResponse::UploadSegment(segment) => {
-                self.segment(Side::Server, Step::UploadSegment, segment, known.as_deref())
-            }
-            ServerResponse::DownloadSegment { toggle } => {
-                let mut said = self.of_transfer(Side::Server, Step::DownloadSegment, "segment taken", known.as_deref());
-                if let Some(transfer) = self.transfer.as_ref().filter(|transfer| transfer.last) {
-                    said.detail.told = Some(transfer.whole(known.as_deref()));
-                    said.detail.complete = true;
+                if let Some(transfer) = &mut self.transfer {
+                    transfer.kind = Some(kind(content));
                 }
-                said.with(|sdo| sdo.toggle = Some(toggle))
+                let mut sdo = Sdo {
+                    transfer: Some(kind(content)),
+                    writes: Some(false),
+                    complete: matches!(content, Content::Expedited(_)),
+                    ..self.sdo(Side::Server, Step::InitiateUpload, device)
+                };
+                (self.content(&mut sdo, address, content, device), sdo)
             }
-            ServerResponse::Abort(abort) => self.abort(Side::Server, abort.address, abort.code, known.as_deref()),
+            ServerResponse::InitiateDownload { address } => {
+                let is_mine = |transfer: &&Transfer| transfer.kind == Some(EXPEDITED) && transfer.address == address;
+                // This ends an expedited transfer, and begins a segmented one.
+                let expedited = self.transfer.as_ref().filter(is_mine);
+                let report = expedited.map(|transfer| transfer.report(device));
+                let sdo = Sdo {
+                    complete: report.is_some(),
+                    writes: Some(true),
+                    report: report.or_else(|| Some(ValueReport::without_value(device, address))),
+                    ..self.sdo(Side::Server, Step::InitiateDownload, device)
+                };
+                (format!("taken {}", sdo.title()), sdo)
+            }
+            ServerResponse::UploadSegment(segment) => self.segment(Side::Server, Step::UploadSegment, segment, device),
+            ServerResponse::DownloadSegment { toggle } => {
+                let sdo = Sdo { toggle: Some(toggle), ..self.sdo(Side::Server, Step::DownloadSegment, device) };
+                let text = sdo.of_title("segment taken");
+                match self.transfer.as_ref().filter(|transfer| transfer.last) {
+                    Some(transfer) => (text, Sdo { report: Some(transfer.report(device)), complete: true, ..sdo }),
+                    None => (text, sdo),
+                }
+            }
+            ServerResponse::Abort(abort) => self.abort(Side::Server, abort.address, abort.code, device),
             ServerResponse::InitiateBlockDownload { address, block_size, .. } => {
                 self.block = Some(Side::Client);
-                let mut said = self.of_transfer(Side::Server, Step::InitiateBlockDownload, "", known.as_deref());
-                said.detail.told = Some(Told::entry(known.as_deref(), address));
-                said.text = format!("ready for blocks of {block_size} of {}", said.title());
-                said.with(|sdo| sdo.block_size = Some(block_size))
+                let sdo = Sdo {
+                    report: Some(ValueReport::without_value(device, address)),
+                    block_size: Some(block_size),
+                    ..self.sdo(Side::Server, Step::InitiateBlockDownload, device)
+                };
+                (format!("ready for blocks of {block_size} of {}", sdo.title()), sdo)
             }
             ServerResponse::ConfirmBlockDownload(it) => {
-                self.confirmed(Side::Server, Step::ConfirmBlockDownload, it.sequence, it.block_size, known.as_deref())
+                self.confirm(Side::Server, Step::ConfirmBlockDownload, it.sequence, it.block_size, device)
             }
             ServerResponse::EndBlockDownload => {
-                let mut said = self.of_transfer(Side::Server, Step::EndBlockDownload, "blocks taken", known.as_deref());
-                said.detail.told = self.transfer.as_ref().map(|transfer| transfer.whole(known.as_deref()));
-                said.with(|sdo| sdo.complete = true)
+                let sdo = self.sdo(Side::Server, Step::EndBlockDownload, device);
+                let report = self.transfer.as_ref().map(|transfer| transfer.report(device));
+                (sdo.of_title("blocks taken"), Sdo { report, complete: true, ..sdo })
             }
             ServerResponse::InitiateBlockUpload { address, size, .. } => {
-                let mut said = self.of_transfer(Side::Server, Step::InitiateBlockUpload, "", known.as_deref());
-                said.detail.told = Some(Told::entry(known.as_deref(), address));
-                said.text = format!("{} by blocks, {}", said.title(), bytes_to_come(size));
-                said.with(|sdo| sdo.size = size)
+                let report = Some(ValueReport::without_value(device, address));
+                let sdo = Sdo { report, size, ..self.sdo(Side::Server, Step::InitiateBlockUpload, device) };
+                (format!("{} by blocks, {}", sdo.title(), announced(size)), sdo)
             }
             ServerResponse::EndBlockUpload(end) => {
-                self.end_of_blocks(Side::Server, Step::EndBlockUpload, end.unused(), known.as_deref())
+                self.end_of_blocks(Side::Server, Step::EndBlockUpload, end.unused(), device)
             }
-        };
-        // What the server has told or taken is what its entry holds now.
-        let settled = said.detail.complete && said.detail.abort.is_none();
-        let told =
-            said.detail.told.as_ref().filter(|_| settled || matches!(response, ServerResponse::EndBlockUpload(_)));
-        if let (Some(known), Some(Told { address, value: Some(value), .. })) = (known, told) {
-            known.learn(address.index(), address.sub(), value);
         }
-        said
     }
 
     /// A client begins a transfer.
-    fn begin(&mut self, step: Step, transfer: Transfer, known: Option<&Known<'_>>) -> Said {
+    fn begin(&mut self, step: Step, transfer: Transfer, device: Device<'_>) -> Sdo {
         *self = Channel { transfer: Some(transfer), block: None };
-        self.of_transfer(Side::Client, step, "", known)
+        self.sdo(Side::Client, step, device)
     }
 
-    fn initiate_download(&mut self, address: Address, content: Content, known: Option<&Known<'_>>) -> Said {
-        let kind = match content {
-            Content::Expedited(_) => EXPEDITED,
-            Content::Segmented { .. } => SEGMENTED,
-        };
-        let mut said = self.begin(Step::InitiateDownload, Transfer::new(address, true, Some(kind)), known);
+    /// A frame of the current transfer.
+    fn sdo(&self, side: Side, step: Step, device: Device<'_>) -> Sdo {
+        let sdo = Sdo::new(side, step);
+        let Some(transfer) = &self.transfer else { return sdo };
+        let report = Some(ValueReport::without_value(device, transfer.address));
+        Sdo { report, writes: Some(transfer.writes), transfer: transfer.kind, ..sdo }
+    }
+
+    /// The value of an initiation, or the number of bytes that follow.
+    fn content(&self, sdo: &mut Sdo, address: Address, content: Content, device: Device<'_>) -> String {
         match content {
             Content::Expedited(expedited) => {
-                self.transfer.iter_mut().for_each(|transfer| transfer.take(expedited.data()));
-                let told = Told::transferred(known, address, expedited.data());
-                said.text = format!("write {} = {}", told.title(), told.words());
-                said.detail.told = Some(told);
+                let report = ValueReport::of_bytes(device, address, expedited.data());
+                sdo.report.insert(report).equation()
             }
             Content::Segmented { size } => {
-                said.text = format!("write {}, {}", said.title(), bytes_to_come(size));
-                said.detail.size = size;
+                sdo.size = size;
+                let report = sdo.report.insert(ValueReport::without_value(device, address));
+                format!("{}, {}", report.title(), announced(size))
             }
         }
-        said
     }
 
-    fn initiated_download(&mut self, address: Address, known: Option<&Known<'_>>) -> Said {
-        let mut said = self.of_transfer(Side::Server, Step::InitiateDownload, "", known);
-        // What was expedited is taken with this; of segments, none has come yet.
-        let expedited =
-            self.transfer.as_ref().filter(|transfer| transfer.kind == Some(EXPEDITED) && transfer.address == address);
-        said.detail.complete = expedited.is_some();
-        said.detail.writes = Some(true);
-        let told = expedited.map_or_else(|| Told::entry(known, address), |transfer| transfer.whole(known));
-        said.text = format!("taken {}", told.title());
-        said.detail.told = Some(told);
-        said
-    }
-
-    fn initiate_upload(&mut self, address: Address, content: Content, known: Option<&Known<'_>>) -> Said {
-        let kind = match content {
-            Content::Expedited(_) => EXPEDITED,
-            Content::Segmented { .. } => SEGMENTED,
-        };
-        if let Some(transfer) = &mut self.transfer {
-            transfer.kind = Some(kind);
-        }
-        let mut said = self.of_transfer(Side::Server, Step::InitiateUpload, "", known);
-        said.detail.transfer = Some(kind);
-        said.detail.writes = Some(false);
-        match content {
-            Content::Expedited(expedited) => {
-                let told = Told::transferred(known, address, expedited.data());
-                said.text = format!("{} = {}", told.title(), told.words());
-                said.detail.told = Some(told);
-                said.detail.complete = true;
-            }
-            Content::Segmented { size } => {
-                said.detail.told = Some(Told::entry(known, address));
-                said.text = format!("{}, {}", said.title(), bytes_to_come(size));
-                said.detail.size = size;
-            }
-        }
-        said
-    }
-
-    fn segment(&mut self, side: Side, step: Step, segment: Segment, known: Option<&Known<'_>>) -> Said {
+    fn segment(&mut self, side: Side, step: Step, segment: Segment, device: Device<'_>) -> Text {
+        let (toggle, last) = (Some(segment.toggle), Some(segment.last));
         let Some(transfer) = &mut self.transfer else {
-            let detail = Sdo { toggle: Some(segment.toggle), last: Some(segment.last), ..Sdo::new(side, step) };
-            return Said { text: format!("segment {}", hex(segment.data())), detail };
+            return (format!("segment {}", hex(segment.data())), Sdo { toggle, last, ..Sdo::new(side, step) });
         };
-        transfer.take(segment.data());
-        transfer.last = segment.last;
-        let so_far = transfer.len;
-        let mut said = self.of_transfer(side, step, "", known);
-        if segment.last {
-            self.tell_whole(&mut said, known);
-            // Of a write, the answer is still to come.
-            said.detail.complete = side == Side::Server;
-        } else {
-            said.text = format!("segment, {so_far} bytes so far");
+        transfer.take(segment.data(), segment.last);
+        let len = transfer.len;
+        let mut sdo = Sdo { toggle, last, ..self.sdo(side, step, device) };
+        if !segment.last {
+            return (format!("segment, {len} bytes so far"), sdo);
         }
-        said.with(|sdo| (sdo.toggle, sdo.last) = (Some(segment.toggle), Some(segment.last)))
+        // A download ends with the response of the server.
+        sdo.complete = side == Side::Server;
+        (self.whole(&mut sdo, device), sdo)
     }
 
-    fn block_segment(&mut self, side: Side, segment: &BlockSegment) -> Said {
+    fn block_segment(&mut self, side: Side, segment: &BlockSegment) -> Text {
         if let Some(transfer) = &mut self.transfer {
-            transfer.take(segment.data());
-            transfer.last = segment.last;
+            transfer.take(segment.data(), segment.last);
         }
         let last = if segment.last { ", the last" } else { "" };
-        let mut said = self.of_transfer(side, Step::BlockSegment, "", None);
-        said.text = format!("block segment {}{last}", segment.sequence());
-        said.with(|sdo| (sdo.sequence, sdo.last) = (Some(segment.sequence()), Some(segment.last)))
+        let (sequence, is_last) = (Some(segment.sequence()), Some(segment.last));
+        let sdo = Sdo { sequence, last: is_last, ..self.sdo(side, Step::BlockSegment, None) };
+        (format!("block segment {}{last}", segment.sequence()), sdo)
     }
 
-    /// A block was confirmed: the next one follows, unless it had the last segment.
-    fn confirmed(&mut self, side: Side, step: Step, sequence: u8, block_size: u8, known: Option<&Known<'_>>) -> Said {
-        let last = self.transfer.as_mut().is_some_and(|transfer| {
-            transfer.cut(transfer.confirmed + 7 * usize::from(sequence));
+    /// The end of a block: another one follows, unless this one had the last segment.
+    fn confirm(&mut self, side: Side, step: Step, sequence: u8, block_size: u8, device: Device<'_>) -> Text {
+        let is_last = self.transfer.as_mut().is_some_and(|transfer| {
+            transfer.truncate(transfer.confirmed + 7 * usize::from(sequence));
             transfer.last
         });
         let sender = if side == Side::Client { Side::Server } else { Side::Client };
-        self.block = (!last).then_some(sender);
-        let said = self.of_transfer(side, step, "", known);
-        let said = said.with(|sdo| (sdo.sequence, sdo.block_size) = (Some(sequence), Some(block_size)));
-        Said { text: format!("{sequence} segments taken, next block of {block_size}"), ..said }
+        self.block = (!is_last).then_some(sender);
+        let text = format!("{sequence} segments taken, next block of {block_size}");
+        (text, Sdo { sequence: Some(sequence), block_size: Some(block_size), ..self.sdo(side, step, device) })
     }
 
-    fn end_of_blocks(&mut self, side: Side, step: Step, unused: u8, known: Option<&Known<'_>>) -> Said {
+    fn end_of_blocks(&mut self, side: Side, step: Step, unused: u8, device: Device<'_>) -> Text {
         self.block = None;
-        if let Some(transfer) = &mut self.transfer {
-            transfer.cut(transfer.len.saturating_sub(unused.into()));
-        }
-        let mut said = self.of_transfer(side, step, "", known);
-        if self.transfer.is_some() {
-            self.tell_whole(&mut said, known);
-            said.text = format!("end of blocks: {}", said.text);
-        } else {
-            "end of blocks".clone_into(&mut said.text);
-        }
-        said
+        let Some(transfer) = &mut self.transfer else {
+            return ("end of blocks".to_owned(), Sdo::new(side, step));
+        };
+        transfer.truncate(transfer.len.saturating_sub(unused.into()));
+        let mut sdo = self.sdo(side, step, device);
+        (format!("end of blocks: {}", self.whole(&mut sdo, device)), sdo)
     }
 
-    /// `write 2001:00 Name = "text"`; of a read without the verb.
-    fn tell_whole(&self, said: &mut Said, known: Option<&Known<'_>>) {
-        let Some(transfer) = &self.transfer else { return };
-        let told = transfer.whole(known);
+    /// `write 2001:00 Name = "text"`; an upload has no verb.
+    fn whole(&self, sdo: &mut Sdo, device: Device<'_>) -> String {
+        let Some(transfer) = &self.transfer else { return String::new() };
         let verb = if transfer.writes { "write " } else { "" };
-        said.text = format!("{verb}{} = {}", told.title(), told.words());
-        said.detail.told = Some(told);
+        format!("{verb}{}", sdo.report.insert(transfer.report(device)).equation())
     }
 
-    /// A frame that belongs to the transfer that is going on.
-    fn of_transfer(&self, side: Side, step: Step, text: &str, known: Option<&Known<'_>>) -> Said {
-        let mut detail = Sdo::new(side, step);
-        let mut text = text.to_owned();
-        if let Some(transfer) = &self.transfer {
-            let told = Told::entry(known, transfer.address);
-            text += &format!(" of {}", told.title());
-            detail.told = Some(told);
-            detail.writes = Some(transfer.writes);
-            detail.transfer = transfer.kind;
-        }
-        Said { text, detail }
-    }
-
-    fn abort(&mut self, side: Side, address: Address, code: AbortCode, known: Option<&Known<'_>>) -> Said {
-        let mut said = self.of_transfer(side, Step::Abort, "", known);
+    fn abort(&mut self, side: Side, address: Address, code: AbortCode, device: Device<'_>) -> Text {
+        let report = Some(ValueReport::without_value(device, address));
+        let sdo = Sdo { report, abort: Some(code), complete: true, ..self.sdo(side, Step::Abort, device) };
         *self = Channel::default();
-        said.detail.told = Some(Told::entry(known, address));
-        said.text = format!("abort {}: {code}", said.title());
-        said.with(|sdo| (sdo.abort, sdo.complete) = (Some(code), true))
+        (format!("abort {}: {code}", sdo.title()), sdo)
     }
 }
 
-const EXPEDITED: &str = "expedited";
-const SEGMENTED: &str = "segmented";
-const BLOCK: &str = "block";
-
-impl Said {
+impl Sdo {
     fn title(&self) -> String {
-        self.detail.told.as_ref().map(Told::title).unwrap_or_default()
+        self.report.as_ref().map(ValueReport::title).unwrap_or_default()
     }
 
-    fn with<T>(mut self, change: impl FnOnce(&mut Sdo) -> T) -> Self {
-        change(&mut self.detail);
-        self
+    /// `segment taken of 2001:00 Name`.
+    fn of_title(&self, text: &str) -> String {
+        self.report.as_ref().map_or_else(|| text.to_owned(), |report| format!("{text} of {}", report.title()))
     }
 }
 
-fn bytes_to_come(size: Option<u32>) -> String {
-    size.map_or("size not told".to_owned(), |size| format!("{size} bytes to come"))
+fn kind(content: Content) -> &'static str {
+    match content {
+        Content::Expedited(_) => EXPEDITED,
+        Content::Segmented { .. } => SEGMENTED,
+    }
+}
+
+fn announced(size: Option<u32>) -> String {
+    size.map_or("size not announced".to_owned(), |size| format!("{size} bytes to come"))
 }

@@ -1,4 +1,4 @@
-//! Whether the run went as the manual says.
+//! The checks of a run against the manual.
 
 use std::io::{self, Write};
 
@@ -8,13 +8,12 @@ use siko_ag03_1::state::State;
 use siko_ag03_1::worked_examples::{Action, Until};
 
 use super::bench::{Recording, Truth};
-use super::play::{Played, Step};
+use super::play::{Played, RPDO1, Step};
 use crate::output::{self, styled};
 
-/// One thing that must have happened.
+/// A condition that must hold.
 pub(crate) struct Check {
     pub(crate) what: String,
-    /// What has happened.
     pub(crate) seen: String,
     pub(crate) passed: bool,
 }
@@ -25,7 +24,6 @@ impl Check {
     }
 }
 
-/// All checks, in the order of the run.
 pub(crate) fn all(played: &[Played], recording: &Recording) -> Vec<Check> {
     let mut checks = Vec::new();
     for played in played {
@@ -34,8 +32,12 @@ pub(crate) fn all(played: &[Played], recording: &Recording) -> Vec<Check> {
             checks.push(Check::new(format!("table {table}: {what}"), passed, seen));
         };
         let mode = if played.example.operating_mode == 1 { "profile position" } else { "profile velocity" };
-        let told = played.operating_mode.map_or("no answer".to_owned(), |told| format!("6060h = {told}"));
-        check(format!("operating mode is {mode}"), played.operating_mode == Some(played.example.operating_mode), told);
+        let read = played.operating_mode.map(|mode| format!("6060h = {mode}"));
+        check(
+            format!("operating mode is {mode}"),
+            played.operating_mode == Some(played.example.operating_mode),
+            or_none(read),
+        );
         let (sent, of) = frames_in_order(played, recording);
         check("every frame on the bus, byte for byte, in order".to_owned(), sent == of, format!("{sent} of {of}"));
         for (number, step) in played.steps.iter().enumerate() {
@@ -43,40 +45,35 @@ pub(crate) fn all(played: &[Played], recording: &Recording) -> Vec<Check> {
             checks_of(step, before, played.example.operating_mode, &mut check);
         }
         let state = played.final_status.and_then(State::from_status_word);
-        let told = state.map_or("no answer".to_owned(), |state| state.to_string());
-        check("drive ends in SWITCH ON DISABLED".to_owned(), state == Some(State::SwitchOnDisabled), told);
-        let told = played.final_nmt.map_or("no answer".to_owned(), |state| state.to_string());
-        check("node ends in PRE-OPERATIONAL".to_owned(), played.final_nmt == Some(NmtState::PreOperational), told);
+        check("drive ends in SWITCH ON DISABLED".to_owned(), state == Some(State::SwitchOnDisabled), or_none(state));
+        let nmt = played.final_nmt;
+        check("node ends in PRE-OPERATIONAL".to_owned(), nmt == Some(NmtState::PreOperational), or_none(nmt));
     }
     let alarms = recording.alarms.first().cloned().unwrap_or_else(|| "none".to_owned());
     checks.push(Check::new("no emergency, no abort, no frame out of place", recording.alarms.is_empty(), alarms));
     checks
 }
 
-/// What a row of the tables promises.
+/// The checks of a row of the tables.
 fn checks_of(step: &Step, before: Option<&Step>, mode: u8, check: &mut impl FnMut(String, bool, String)) {
     let took = step.end.since(step.begin).as_secs_f64();
     match step.row.action {
-        Action::Send(frame) if frame.id().raw() == 0x205 && frame.data() == [0x0F, 0x01] => {
-            let state = step.heard.status.and_then(State::from_status_word);
-            let told = state.map_or("no answer".to_owned(), |state| state.to_string());
-            check(
-                format!("OPERATION ENABLED after {}", step.row.meaning),
-                state == Some(State::OperationEnabled),
-                told,
-            );
+        Action::Send(frame) if frame.id() == RPDO1 && frame.data() == [0x0F, 0x01] => {
+            let state = step.status.status_word.and_then(State::from_status_word);
+            let what = format!("OPERATION ENABLED after {}", step.row.meaning);
+            check(what, state == Some(State::OperationEnabled), or_none(state));
         }
         Action::Send(_) => {}
         Action::Wait(Until::Position(target)) => {
-            let told = step.heard.position.unwrap_or_default();
-            let agrees = (f64::from(told) - step.truth.position_increments).abs() < 1.0;
-            let seen = format!("{told:+} increments after {took:.1} s");
+            let position = step.status.position.unwrap_or_default();
+            let agrees = (f64::from(position) - step.truth.position_increments).abs() < 1.0;
+            let seen = format!("{position:+} increments after {took:.1} s");
             check(format!("position {target:+} increments reached"), step.done && agrees, seen);
         }
         Action::Wait(Until::Velocity(target)) => {
-            let told = step.heard.velocity.unwrap_or_default();
-            let agrees = (f64::from(told) - step.truth.velocity_rpm).abs() < 1.0;
-            let seen = format!("{told:+} rev/min after {took:.1} s");
+            let velocity = step.status.velocity.unwrap_or_default();
+            let agrees = (f64::from(velocity) - step.truth.velocity_rpm).abs() < 1.0;
+            let seen = format!("{velocity:+} rev/min after {took:.1} s");
             check(format!("velocity {target:+} rev/min reached"), step.done && agrees, seen);
         }
         Action::Wait(Until::Standstill) => {
@@ -89,10 +86,14 @@ fn checks_of(step: &Step, before: Option<&Step>, mode: u8, check: &mut impl FnMu
             let moved = step.truth.position_increments - before.truth.position_increments;
             let seen = format!("moved by {moved:+.0} increments in {took:.1} s");
             let stopped = matches!(before.row.action, Action::Wait(Until::Standstill));
-            let what = if stopped { "stands still until told to go on" } else { "under way before the stop" };
+            let what = if stopped { "stands still until the next command" } else { "under way before the stop" };
             check(what.to_owned(), (moved == 0.0) == stopped, seen);
         }
     }
+}
+
+fn or_none(seen: Option<impl ToString>) -> String {
+    seen.map_or_else(|| "no answer".to_owned(), |seen| seen.to_string())
 }
 
 /// How many of the example's frames were on the bus in the order of its rows, and how many it has.
@@ -107,7 +108,6 @@ fn frames_in_order(played: &Played, recording: &Recording) -> (usize, usize) {
     (sent, of)
 }
 
-/// The list at the end of the run.
 pub(crate) fn print(checks: &[Check]) -> io::Result<()> {
     let mut stdout = output::stdout();
     let width = checks.iter().map(|check| check.what.chars().count()).max().unwrap_or(0);

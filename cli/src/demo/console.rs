@@ -1,4 +1,4 @@
-//! What the demo shows while it runs: the frames, and at the drive's own pace a line that stays below them.
+//! The output of the demo: the frames, and in real time a progress line below them.
 
 use std::fmt::Display;
 use std::io::Write;
@@ -11,8 +11,8 @@ use crate::output::{progress, styled};
 /// Stdout for the frames, and a progress display on stderr.
 pub(crate) struct Console {
     progress: ProgressBar,
-    /// Whether anybody still reads stdout; if not, the run goes on and checks itself all the same.
-    listened_to: bool,
+    /// Whether stdout is open. If it is closed, the run goes on to its checks.
+    is_open: bool,
 }
 
 impl Console {
@@ -20,19 +20,18 @@ impl Console {
     pub(crate) fn new(realtime: bool, steps: usize) -> Self {
         let template = "{bar:12.cyan/dim} {pos:>2}/{len}  {wide_msg}";
         let progress = if realtime { progress(template, steps as u64) } else { ProgressBar::hidden() };
-        Console { progress, listened_to: true }
+        Console { progress, is_open: true }
     }
 
-    /// A console that shows nothing.
     #[cfg(test)]
     pub(crate) fn silent() -> Self {
-        Console { progress: ProgressBar::hidden(), listened_to: false }
+        Console { progress: ProgressBar::hidden(), is_open: false }
     }
 
     pub(crate) fn line(&mut self, line: impl Display) {
-        if self.listened_to {
+        if self.is_open {
             let written = self.progress.suspend(|| writeln!(anstream::stdout().lock(), "{line}"));
-            self.listened_to = written.is_ok();
+            self.is_open = written.is_ok();
         }
     }
 
@@ -40,17 +39,16 @@ impl Console {
         self.line(format_args!("\n{}\n", styled(Style::new().bold().underline(), text)));
     }
 
-    /// Something that is no frame.
+    /// Prints a remark between frames.
     pub(crate) fn remark(&mut self, text: impl Display) {
         self.line(styled(Style::new().dimmed().italic(), format_args!("{:>14}{text}", "")));
     }
 
-    /// One step of the run is done.
     pub(crate) fn step(&self) {
         self.progress.inc(1);
     }
 
-    /// What is going on now.
+    /// Shows the current state.
     pub(crate) fn status(&self, text: String) {
         if !self.progress.is_hidden() {
             self.progress.set_message(text);

@@ -1,4 +1,4 @@
-//! `lexican demo`: the two worked examples of the AG03/1's manual, from the first frame to the last.
+//! `lexican demo`: the two worked examples of the AG03/1's manual.
 
 mod bench;
 mod checks;
@@ -12,31 +12,30 @@ use lexican_runtime::host::candump::Line;
 use siko_ag03_1::worked_examples::{POSITIONING, VELOCITY};
 
 use crate::device::Loaded;
-use crate::output::{Failure, Outcome, write_all_whole};
+use crate::output::{Failure, Outcome, write_whole};
 use bench::Bench;
 use console::Console;
 use play::Played;
 
 /// Run the two worked examples of the SIKO AG03/1's manual against a simulated drive
 ///
-/// Every frame of the manual's tables 25 (positioning) and 26 (velocity) goes over a bus inside the process,
-/// byte for byte; every frame on the bus is printed with its time and in words. The run checks itself: exit
-/// code 1 when anything is not as the manual says. Writes demo.svg (the motion as a picture) and demo.log (all
-/// frames, as candump -L writes them).
+/// Sends every frame of the manual's tables 25 (positioning) and 26 (velocity) over a bus inside the process, and
+/// prints all frames of the bus, decoded. The run checks itself: exit code 1 if anything differs from the manual.
+/// Writes demo.svg (the motion as a picture) and demo.log (all frames, in the format of candump -L).
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// Run at the drive's own pace instead of as fast as possible
+    /// Run in real time instead of as fast as possible
     #[arg(long)]
     realtime: bool,
 
-    /// Where demo.svg and demo.log go
+    /// The folder of demo.svg and demo.log
     #[arg(long, value_name = "DIR", default_value = ".")]
     out: PathBuf,
 }
 
-/// The data sheet by which frames are put into words.
+/// The data sheet to decode frames with.
 const DEVICE: &str = "siko/ag03-1";
-/// Named so that `canplayer -I demo.log` replays it where people try things out.
+/// The interface on which `canplayer -I demo.log` replays it.
 const INTERFACE: &str = "vcan0";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -60,7 +59,8 @@ fn write_files(args: &Args, played: &[Played], recording: &bench::Recording) -> 
     let picture = picture.map_err(|error| Failure::new(format_args!("cannot draw the picture: {error}")))?;
     let line = |&(at, frame)| Line { at, interface: INTERFACE.to_owned(), frame }.to_string() + "\n";
     let log: String = recording.frames.iter().map(line).collect();
-    write_all_whole(&[(args.out.join("demo.svg"), picture.into_bytes()), (args.out.join("demo.log"), log.into_bytes())])
+    write_whole(&args.out.join("demo.svg"), picture.as_bytes())?;
+    write_whole(&args.out.join("demo.log"), log.as_bytes())
 }
 
 #[cfg(test)]
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
     use lexican_runtime::host::{Fate, VirtualBus};
 
-    /// The checks that fail when a run goes over a bus that was tampered with.
+    /// The checks that fail in a run over a manipulated bus.
     fn failures(tamper: impl FnOnce(&VirtualBus)) -> Vec<String> {
         let device = Loaded::named(DEVICE).unwrap().device;
         let mut bench = Bench::new(&device, Console::silent(), false);
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn every_lost_command_is_noticed() {
+    fn every_lost_command_fails_a_check() {
         for (id, frames) in [(0x000, 4), (0x205, 17), (0x405, 2), (0x505, 3)] {
             for n in 1..=frames {
                 assert!(!failures(lose(id, n)).is_empty(), "frame {n} of {id:03X}");

@@ -1,35 +1,34 @@
-//! Plays a worked example: sends its frames, waits as its rows say, and notes what happened.
+//! Plays a worked example: sends its frames, and waits as its rows say.
 
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{Duration, Frame, Instant};
-use siko_ag03_1::worked_examples::{Action, Example, Row, Until};
+use lexican_runtime::{CobId, Duration, Frame, Instant, cia301};
+use siko_ag03_1::worked_examples::{Action, Example, NODE, Row, Until};
 
-use super::bench::{Bench, Heard, Poll, Truth};
+use super::bench::{Bench, DriveStatus, Poll, Truth};
 use super::plot::{Command, Course, Sample, Target};
+use crate::identity::VENDOR;
 use crate::output::Failure;
 
-/// How long a controller waits for the drive to tell its state, which it does every 100 ms (1800h:05).
+/// How long a controller waits for the drive to report its state, which it does every 100 ms (1800h:05).
 const HANDSHAKE: Duration = Duration::from_millis(150);
-/// How often a controller that waits asks the drive.
+/// How often a waiting controller polls the drive.
 const POLLING: Duration = Duration::from_millis(200);
-/// What takes longer than this is not going to happen.
+/// The longest wait for a state.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-const DEVICE_TYPE: Address = Address::new(0x1000, 0x00);
-const VENDOR_ID: Address = Address::new(0x1018, 0x01);
+const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0x00);
 const OPERATING_MODE: Address = Address::new(0x6060, 0x00);
 const POSITION_WINDOW: Address = Address::new(0x6067, 0x00);
 const STATUS_WORD: Address = Address::new(0x6041, 0x00);
 
-/// An example as it went.
 pub(crate) struct Played {
     pub(crate) example: &'static Example,
     pub(crate) begin: Instant,
     pub(crate) end: Instant,
     /// One per row of the example.
     pub(crate) steps: Vec<Step>,
-    /// The operating mode as the drive tells it before the example.
+    /// The operating mode before the example, read by SDO.
     pub(crate) operating_mode: Option<u8>,
     /// The status word, read by SDO after the example.
     pub(crate) final_status: Option<u16>,
@@ -37,27 +36,26 @@ pub(crate) struct Played {
     pub(crate) final_nmt: Option<NmtState>,
 }
 
-/// A row as it went.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
     pub(crate) row: Row,
     pub(crate) begin: Instant,
     pub(crate) end: Instant,
-    /// Whether what was waited for has happened.
+    /// Whether the wait has succeeded.
     pub(crate) done: bool,
-    /// What the drive had told when the row ended.
-    pub(crate) heard: Heard,
-    /// Where the shaft was when the row ended.
+    /// The values that the drive had reported at the end of the row.
+    pub(crate) status: DriveStatus,
+    /// The motion at the end of the row.
     pub(crate) truth: Truth,
 }
 
 /// Plays the examples, one after the other.
 pub(crate) fn all(bench: &mut Bench<'_>, examples: &[&'static Example]) -> Result<Vec<Played>, Failure> {
     bench.console.heading("Power on");
-    wait(bench, |bench| Ok(bench.heard.nmt.is_some()))?;
-    // What a careful controller asks first: is this the device I think it is?
-    let _ = bench.read(DEVICE_TYPE)?;
-    let _ = bench.read(VENDOR_ID)?;
+    wait(bench, |bench| Ok(bench.status.nmt.is_some()))?;
+    // A careful controller first checks that this is the right device.
+    bench.read(DEVICE_TYPE)?;
+    bench.read(VENDOR)?;
     bench.window = bench.read(POSITION_WINDOW)?.unwrap_or(0);
     examples.iter().map(|example| play(bench, example)).collect()
 }
@@ -73,21 +71,22 @@ fn play(bench: &mut Bench<'_>, example: &'static Example) -> Result<Played, Fail
     }
     let end = bench.now();
     bench.guard()?;
-    let final_nmt = bench.heard.nmt;
-    let final_status = bench.read(STATUS_WORD)?.ok().map(|status| status as u16);
+    let final_nmt = bench.status.nmt;
+    let final_status = bench.read(STATUS_WORD)?.map(|status| status as u16);
     bench.pass(POLLING)?;
     Ok(Played { example, begin, end, steps, operating_mode, final_status, final_nmt })
 }
 
-/// Operating mode change via parameter 20, as the manual says; the drive is PRE-OPERATIONAL now.
+/// Changes the operating mode via parameter 20, as the manual says; the drive is PRE-OPERATIONAL now.
 fn set_operating_mode(bench: &mut Bench<'_>, mode: u8) -> Result<Option<u8>, Failure> {
-    let mut told = bench.read(OPERATING_MODE)?.ok().map(|told| told as u8);
-    if told != Some(mode) {
-        bench.console.remark("operating mode change via parameter 20");
-        let _ = bench.write(OPERATING_MODE, mode)?;
-        told = bench.read(OPERATING_MODE)?.ok().map(|told| told as u8);
+    let read = |bench: &mut Bench<'_>| Ok(bench.read(OPERATING_MODE)?.map(|mode| mode as u8));
+    let current = read(bench)?;
+    if current == Some(mode) {
+        return Ok(current);
     }
-    Ok(told)
+    bench.console.remark("operating mode change via parameter 20");
+    bench.write(OPERATING_MODE, mode)?;
+    read(bench)
 }
 
 fn step(bench: &mut Bench<'_>, example: &Example, row: Row) -> Result<Step, Failure> {
@@ -104,10 +103,10 @@ fn step(bench: &mut Bench<'_>, example: &Example, row: Row) -> Result<Step, Fail
             wait_until(bench, poll, until)?
         }
     };
-    Ok(Step { row, begin, end: bench.now(), done, heard: bench.heard, truth: bench.truth() })
+    Ok(Step { row, begin, end: bench.now(), done, status: bench.status, truth: bench.truth() })
 }
 
-/// Waits for what a row says, asking the drive again and again; `false` when it does not happen.
+/// Polls the drive until it is as a row says; `false` if that takes too long.
 fn wait_until(bench: &mut Bench<'_>, poll: Poll, until: Until) -> Result<bool, Failure> {
     let elapsed = match until {
         Until::Elapsed(span) => Some(bench.now() + span),
@@ -115,12 +114,12 @@ fn wait_until(bench: &mut Bench<'_>, poll: Poll, until: Until) -> Result<bool, F
     };
     wait(bench, |bench| {
         bench.poll(poll)?;
-        let heard = bench.heard;
+        let status = bench.status;
         Ok(match until {
             Until::Elapsed(_) => Some(bench.now()) >= elapsed,
-            Until::Position(target) => heard.is_at(target, bench.window),
-            Until::Velocity(target) => heard.runs_at(target),
-            Until::Standstill => heard.stands_still(poll),
+            Until::Position(target) => status.is_at(target, bench.window),
+            Until::Velocity(target) => status.runs_at(target),
+            Until::Standstill => status.stands_still(poll),
         })
     })
 }
@@ -140,6 +139,10 @@ fn wait(
     Ok(false)
 }
 
+pub(super) const RPDO1: CobId = CobId::of_node(cia301::connection::RPDO_1, NODE);
+const RPDO3: CobId = CobId::of_node(cia301::connection::RPDO_1 + 0x200, NODE);
+const RPDO4: CobId = CobId::of_node(cia301::connection::RPDO_1 + 0x300, NODE);
+
 /// Bits of the status word (table 21).
 mod status {
     pub(super) const TARGET_REACHED: u16 = 1 << 10;
@@ -151,12 +154,12 @@ mod status {
     pub(super) const TRAVELS: u16 = 1 << 15;
 }
 
-impl Heard {
+impl DriveStatus {
     fn has(self, bit: u16) -> bool {
-        self.status.is_some_and(|status| status & bit != 0)
+        self.status_word.is_some_and(|status| status & bit != 0)
     }
 
-    /// Whether the drive tells that it rests at this position.
+    /// Whether the drive reports that it rests at this position.
     fn is_at(self, target: i32, window: u32) -> bool {
         self.has(status::TARGET_REACHED)
             && !self.has(status::POSITIONING_ACTIVE | status::TRAVELS)
@@ -169,7 +172,7 @@ impl Heard {
 
     fn stands_still(self, poll: Poll) -> bool {
         match poll {
-            Poll::Position => self.status.is_some() && !self.has(status::TRAVELS),
+            Poll::Position => self.status_word.is_some() && !self.has(status::TRAVELS),
             Poll::Velocity => self.has(status::STANDS_STILL) && self.velocity == Some(0),
         }
     }
@@ -196,13 +199,13 @@ impl Played {
     }
 }
 
-/// What a frame of the examples tells the drive to reach.
+/// The target in a frame of the examples.
 fn target(frame: &Frame, example: &Example) -> Option<Target> {
     const STOP: u8 = 1 << 0;
-    match (frame.id().raw(), frame.data()) {
-        (0x205, &[_, high]) if example.operating_mode == 2 && high & STOP != 0 => Some(Target::Velocity(0)),
-        (0x405, &[_, _, a, b, c, d]) => Some(Target::Position(i32::from_le_bytes([a, b, c, d]))),
-        (0x505, &[_, _, a, b, c, d]) => Some(Target::Velocity(i32::from_le_bytes([a, b, c, d]))),
+    match (frame.id(), frame.data()) {
+        (RPDO1, &[_, high]) if example.operating_mode == 2 && high & STOP != 0 => Some(Target::Velocity(0)),
+        (RPDO3, &[_, _, a, b, c, d]) => Some(Target::Position(i32::from_le_bytes([a, b, c, d]))),
+        (RPDO4, &[_, _, a, b, c, d]) => Some(Target::Velocity(i32::from_le_bytes([a, b, c, d]))),
         _ => None,
     }
 }

@@ -1,4 +1,4 @@
-//! `lexican eds diff`: what differs between two devices, by object.
+//! `lexican eds diff`: compares two data sheets.
 
 use std::io::Write;
 
@@ -8,16 +8,16 @@ use lexican_eds::diff::{ChangeKind, diff, json};
 use crate::device::Loaded;
 use crate::output::{self, Failure, Outcome, styled};
 
-/// Compare two data sheets object by object, whatever their order and spelling
+/// Compare two data sheets by object, regardless of order and spelling
 ///
-/// Exit code 0: they describe the same; 1: they differ; 2: one of them cannot be read.
+/// Exit code 0 if they are equivalent, 1 if they differ, 2 if one cannot be read.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// An EDS or DCF file, or a device that lexican knows
     #[arg(value_name = "FILE|DEVICE")]
     before: String,
 
-    /// What it is compared with
+    /// The data sheet to compare it with
     #[arg(value_name = "FILE|DEVICE")]
     after: String,
 

@@ -1,4 +1,4 @@
-//! `lexican eds dump`: the object dictionary as a table.
+//! `lexican eds dump`: prints the object dictionary.
 
 use std::io::Write;
 
@@ -9,8 +9,8 @@ use crate::output::{self, Failure, Outcome};
 
 /// Print the object dictionary of a data sheet
 ///
-/// One row per entry that an SDO can address; the headers of arrays and records are no rows. Exit code 1
-/// when the data sheet has errors: what could be read of it is printed all the same.
+/// Prints one row per entry that an SDO can address. Exit code 1 if the data sheet has errors; the entries that
+/// could be read are printed anyway.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -25,7 +25,7 @@ pub(crate) struct Args {
 enum Format {
     /// Comma-separated values, with a header
     Csv,
-    /// JSON, with what the overlay knows and the PDOs
+    /// JSON, including the data of overlays and the PDOs
     Json,
     /// A Markdown table
     Md,

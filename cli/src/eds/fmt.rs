@@ -1,4 +1,4 @@
-//! `lexican eds fmt`: data sheets in the form of CiA 306.
+//! `lexican eds fmt`: formats data sheets.
 
 use std::io::Write;
 use std::path::Path;
@@ -9,21 +9,21 @@ use lexican_eds::fmt::normalise;
 use crate::device::{Loaded, input};
 use crate::output::{self, Failure, Outcome, warn, write_whole};
 
-/// Bring data sheets into the spelling and layout of CiA 306; comments stay where they are
+/// Format data sheets in the spelling and layout of CiA 306
 ///
-/// Prints the result, unless --write or --check says otherwise. No value, object or order is changed, and
-/// a file that is written keeps its encoding.
+/// Prints the result, unless --write or --check is given. Values, objects, comments and their order stay as they
+/// are, and a file that is written keeps its encoding.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// EDS or DCF files; without --write or --check just one
+    /// EDS or DCF files; only one without --write or --check
     #[arg(required = true, value_name = "FILE")]
     files: Vec<String>,
 
-    /// Only say which files would change: exit code 1 when any would
+    /// Only list the files that would change; exit code 1 if there are any
     #[arg(long, conflicts_with = "write")]
     check: bool,
 
-    /// Write the files that change, each wholly or not at all
+    /// Replace the files that change
     #[arg(long)]
     write: bool,
 }
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::new("several files cannot be printed one after the other").help("use --write or --check"));
     }
     if let Some(name) = args.files.iter().find(|name| args.write && !Path::new(name).is_file()) {
-        // What is wrong with it may be told better.
+        // Fails with a better message if there is no such file.
         input(name)?;
         return Err(Failure::new(format_args!("{name} is not a file that could be written")));
     }
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             writeln!(output::stdout(), "{name}")?;
             outcome = Outcome::Found;
         } else if args.write && changes {
-            // Old tools go on reading a file in the encoding that it had.
+            // Old tools can read only the old encoding.
             match eds.encoding().encode(&formatted) {
                 Some(bytes) => write_whole(Path::new(name), &bytes)?,
                 None => {
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-/// The same texts, when they are those of a data sheet: nothing else shall be tidied up.
+/// Refuses files that are no data sheets.
 fn readable(input: Input) -> Result<Input, Failure> {
     Loaded::new(input).map(|loaded| loaded.input)
 }

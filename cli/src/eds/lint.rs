@@ -1,10 +1,8 @@
-//! `lexican eds lint`: what is wrong in data sheets.
+//! `lexican eds lint`: checks data sheets.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
+use std::sync::mpsc::sync_channel;
 
 use indicatif::ProgressBar;
 use lexican_eds::report::sarif;
@@ -14,10 +12,10 @@ use serde_json::Value;
 use crate::device::{input, no_object, with_overlays};
 use crate::output::{self, Failure, Outcome, progress};
 
-/// Check data sheets: every finding with its place, the line it is about, and how to mend it
+/// Check data sheets: prints each finding with its place, the line, and a remedy
 ///
-/// Files are read as leniently as can be; what was guessed is reported. Exit code 0: nothing found at or
-/// above --fail-on; 1: something found; 2: a file cannot be read or is no data sheet at all.
+/// Files are read leniently; guesses are reported. Exit code 0 without findings at or above --fail-on, 1 with
+/// findings, 2 if a file cannot be read or is no data sheet.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// EDS or DCF files, or devices that lexican knows (see `lexican devices`)
@@ -32,18 +30,18 @@ pub(crate) struct Args {
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
 
-    /// Which findings make the command fail
+    /// The level of findings with exit code 1
     #[arg(long, value_enum, default_value_t = Level::Error)]
     fail_on: Level,
 
-    /// Take every warning for an error
+    /// Treat warnings as errors
     #[arg(long)]
     strict: bool,
 }
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
-    /// The lines of the file with the findings written below them
+    /// The lines of the file with the findings below them
     Text,
     /// One line per finding: file, line, column, severity, code, message
     Short,
@@ -63,14 +61,14 @@ enum Level {
     Note,
 }
 
-/// What became of one file; the file itself and its findings are not kept, because there may be thousands.
+/// The result for one file. The file and its findings are freed, because there may be thousands.
 #[derive(Default)]
 struct Checked {
-    /// The findings in the format that is asked for; empty when there is no file to find anything in.
+    /// The findings in the requested format; empty if the file cannot be read.
     text: String,
-    /// The findings in SARIF, when that is the format.
+    /// The findings in SARIF, if that is the format.
     sarif: Option<Value>,
-    /// How many errors, warnings and notes there are.
+    /// The numbers of errors, warnings and notes.
     counts: [usize; 3],
     /// Why the file is no data sheet.
     failure: Option<Failure>,
@@ -143,7 +141,7 @@ fn check(args: &Args, name: &str, colours: bool) -> Checked {
     Checked { text, sarif, counts: SEVERITIES.map(|severity| diagnostics.count(severity)), failure }
 }
 
-/// One line that begins with the name of the file, also when the finding has no place in it.
+/// One line that begins with the name of the file, even if the finding has no place in it.
 fn short(finding: &Diagnostic, input: &Input) -> String {
     let line = finding.render_short(input);
     if finding.span().is_some() { line + "\n" } else { format!("{}: {line}\n", input.eds.name()) }
@@ -155,42 +153,29 @@ fn in_parallel<T: Sync, R: Send>(
     work: impl Fn(&T) -> R + Sync,
     mut done: impl FnMut(R) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
-    // Where there is little to do, nobody would want to see a bar.
+    // A bar is of no use for few files.
     let progress = match items.len() {
         0..8 => ProgressBar::hidden(),
         many => progress("{bar:40.cyan/dim} {pos}/{len} data sheets", many as u64),
     };
-    let next = AtomicUsize::new(0);
     let workers = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
-    // No worker goes on before its result is taken.
-    let (results, finished) = mpsc::sync_channel(0);
-    let worker = |results: mpsc::SyncSender<(usize, R)>| {
-        while let Some((number, item)) = {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            items.get(number).map(|item| (number, item))
-        } {
-            if results.send((number, work(item))).is_err() {
-                break;
-            }
-        }
-    };
     let written = std::thread::scope(|scope| {
-        for _ in 0..workers {
-            let results = results.clone();
-            scope.spawn(|| worker(results));
+        let results: Vec<_> = (0..workers)
+            .map(|first| {
+                // A worker waits until its results are taken, so that few of them are kept.
+                let (sender, results) = sync_channel(2);
+                let mut items = items.iter().skip(first).step_by(workers);
+                let work = &work;
+                // Sending fails after an error of `done`.
+                scope.spawn(move || items.try_for_each(|item| sender.send(work(item)).ok()));
+                results
+            })
+            .collect();
+        for results in results.iter().cycle().take(items.len()) {
+            let Ok(result) = results.recv() else { break };
+            progress.inc(1);
+            done(result)?;
         }
-        drop(results);
-        let mut early = BTreeMap::new();
-        for number in 0..items.len() {
-            while !early.contains_key(&number) {
-                let Ok((number, result)) = finished.recv() else { return Ok(()) };
-                progress.inc(1);
-                early.insert(number, result);
-            }
-            early.remove(&number).map_or(Ok(()), &mut done)?;
-        }
-        // Workers that still have a result would wait for ever.
-        drop(finished);
         Ok(())
     });
     progress.finish_and_clear();
@@ -205,7 +190,7 @@ fn append(log: &mut Value, mut of_file: Value) {
         let more = list(&mut of_file).take();
         let Some(all) = list(log).as_array_mut() else { continue };
         for element in more.as_array().into_iter().flatten() {
-            // Rules are there once, by their names; results have none.
+            // A rule, which has an id, is added only once.
             if element["id"].is_null() || !all.iter().any(|other| other["id"] == element["id"]) {
                 all.push(element.clone());
             }
@@ -213,7 +198,7 @@ fn append(log: &mut Value, mut of_file: Value) {
     }
 }
 
-/// Writes the texts of the files as they come; those of JSON are elements of a list.
+/// Writes the texts of the files; those of JSON are elements of a list.
 struct Printer<W> {
     format: Format,
     stdout: W,
@@ -246,7 +231,7 @@ impl<W: Write> Printer<W> {
 
 const HEAD: &str = "{\n  \"files\": [";
 
-/// One line on stderr, so that it neither disturbs a pipe nor is missed.
+/// The last line, on stderr so that it does not disturb a pipe.
 #[derive(Default)]
 struct Summary {
     files: usize,

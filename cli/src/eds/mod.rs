@@ -1,4 +1,4 @@
-//! `lexican eds`: data sheets shown, checked, compared and tidied.
+//! `lexican eds`: the commands for data sheets.
 
 mod diff;
 mod dump;
@@ -7,7 +7,7 @@ mod lint;
 
 use crate::output::{Failure, Outcome};
 
-/// What to do with data sheets.
+/// The commands for data sheets.
 #[derive(clap::Subcommand, Debug)]
 pub(crate) enum Command {
     Dump(dump::Args),

@@ -1,27 +1,26 @@
-//! Arguments of the LSS commands: which bus, and which device.
+//! Arguments of the LSS commands: the bus, and the device.
 
 use lexican_runtime::Duration;
 use lexican_runtime::host::{Link, Pace};
 use lexican_runtime::wire::lss::Identity;
 
-use super::session::{Selected, Session, Times, Whom};
+use super::session::{Selected, Session, Target, Times};
 use crate::bus::BusArgs;
 use crate::duration::milliseconds;
 use crate::output::Failure;
 
-/// The arguments of every command.
 #[derive(clap::Args, Debug)]
-pub(super) struct LinkArgs {
+pub(crate) struct LinkArgs {
     #[command(flatten)]
-    pub(super) bus: BusArgs,
+    bus: BusArgs,
 
-    /// How long to wait for an answer, in milliseconds
+    /// How long to wait for a response, in milliseconds
     #[arg(long, value_name = "MS", default_value = "500", value_parser = milliseconds)]
-    pub(super) wait: Duration,
+    wait: Duration,
 
     /// How long each of the 133 steps of the search for devices without node-ID lasts, in milliseconds
     #[arg(long, value_name = "MS", default_value = "25", value_parser = milliseconds)]
-    pub(super) step: Duration,
+    step: Duration,
 
     /// Print one JSON object per line
     #[arg(long)]
@@ -29,65 +28,76 @@ pub(super) struct LinkArgs {
 }
 
 impl LinkArgs {
-    /// Does some work with LSS on the bus.
-    pub(super) fn work<T>(
+    /// Opens the bus, and runs a session.
+    pub(super) fn run<T>(
         &self,
         work: impl FnOnce(&mut Session<Box<dyn Link + Send>>) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         let link = self.bus.open(Pace::Virtual)?.settled()?.link;
-        let times = Times { answer: self.wait, step: self.step };
+        let times = Times { response: self.wait, step: self.step };
         Session::run(link, times, work)
     }
 }
 
-/// The arguments that select a device.
 #[derive(clap::Args, Debug)]
-pub(super) struct SelectArgs {
-    /// The vendor-ID (1018h:01) of the device that is meant: 405, 0x195 or 195h
+pub(crate) struct DeviceArgs {
+    #[command(flatten)]
+    pub(super) link: LinkArgs,
+
+    /// The vendor-ID (1018h:01) of the device: 405, 0x195 or 195h
     ///
-    /// With neither this nor --unconfigured, the only device on the bus is meant.
+    /// With neither this nor --unconfigured, the device is the only one on the bus.
     #[arg(long, value_name = "NUMBER", value_parser = number, requires_all = ["product", "revision", "serial"])]
-    pub(super) vendor: Option<u32>,
+    vendor: Option<u32>,
 
     /// Its product code (1018h:02)
     #[arg(long, value_name = "NUMBER", value_parser = number, requires = "vendor")]
-    pub(super) product: Option<u32>,
+    product: Option<u32>,
 
     /// Its revision number (1018h:03)
     #[arg(long, value_name = "NUMBER", value_parser = number, requires = "vendor")]
-    pub(super) revision: Option<u32>,
+    revision: Option<u32>,
 
     /// Its serial number (1018h:04)
     #[arg(long, value_name = "NUMBER", value_parser = number, requires = "vendor")]
-    pub(super) serial: Option<u32>,
+    serial: Option<u32>,
 
-    /// A device without node-ID is meant; of several, the one that `lexican lss find` finds first
+    /// The first device without node-ID that `lexican lss find` finds
     #[arg(long, conflicts_with = "vendor")]
-    pub(super) unconfigured: bool,
+    unconfigured: bool,
 }
 
-impl SelectArgs {
-    pub(super) fn whom(&self) -> Whom {
+impl DeviceArgs {
+    pub(super) fn target(&self) -> Target {
         match (self.vendor, self.product, self.revision, self.serial) {
             (Some(vendor), Some(product), Some(revision), Some(serial)) => {
-                Whom::Identity(Identity { vendor, product, revision, serial })
+                Target::Identity(Identity { vendor, product, revision, serial })
             }
-            _ if self.unconfigured => Whom::Unconfigured,
-            _ => Whom::Only,
+            _ if self.unconfigured => Target::Unconfigured,
+            _ => Target::Only,
         }
     }
 }
 
-/// The device that is selected; `None` when all are.
-pub(super) fn select<L: Link>(
-    session: &mut Session<L>,
-    select: &SelectArgs,
-    everybody: bool,
-) -> Result<Option<Selected>, Failure> {
-    if everybody { session.select_all().map(|()| None) } else { session.select(select.whom()).map(Some) }
+/// A device, or all devices.
+#[derive(clap::Args, Debug)]
+pub(crate) struct DevicesArgs {
+    #[command(flatten)]
+    pub(super) device: DeviceArgs,
+
+    /// All devices that have LSS
+    #[arg(long, conflicts_with_all = ["vendor", "unconfigured"])]
+    all: bool,
 }
 
-/// A number of an identity on the command line: as it is printed, as programs write it, or decimal.
+impl DevicesArgs {
+    /// Selects the device, or all: then returns `None`.
+    pub(super) fn select<L: Link>(&self, session: &mut Session<L>) -> Result<Option<Selected>, Failure> {
+        if self.all { session.select_all().map(|()| None) } else { session.select(self.device.target()).map(Some) }
+    }
+}
+
+/// A number of 32 bits in decimal, or in hexadecimal as it is printed or as programs write it.
 fn number(text: &str) -> Result<u32, String> {
     let hex = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).or_else(|| text.strip_suffix(['h', 'H']));
     let (digits, radix) = hex.map_or((text, 10), |digits| (digits, 16));
@@ -100,18 +110,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_an_identity_are_understood() {
-        let check = |text: &str, expected: Option<u32>| assert_eq!(number(text).ok(), expected, "{text}");
-        check("405", Some(405));
-        check("0x195", Some(0x195));
-        check("195h", Some(0x195));
-        check("0XffffFFFF", Some(u32::MAX));
-        check("100000000h", None);
-        check("195", Some(195));
-        check("2A", None);
-        check("-1", None);
-        check("+1", None);
-        check("", None);
-        check("h", None);
+    fn numbers_of_an_identity_are_parsed() {
+        for (text, expected) in
+            [("405", 405), ("0x195", 0x195), ("195h", 0x195), ("0XffffFFFF", u32::MAX), ("195", 195)]
+        {
+            assert_eq!(number(text), Ok(expected), "{text}");
+        }
+        for text in ["100000000h", "2A", "-1", "+1", "", "h"] {
+            assert!(number(text).is_err(), "{text}");
+        }
     }
 }

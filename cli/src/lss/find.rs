@@ -7,14 +7,14 @@ use lexican_runtime::wire::lss::Identity;
 use serde_json::json;
 
 use super::args::LinkArgs;
-use super::print::{identity_json, print, words};
+use super::print::{describe, identity_json, print};
 use super::session::{Session, no_fastscan};
 use crate::output::{self, Failure, Outcome, note, warn};
 
 /// Find the devices that have no node-ID, one after the other
 ///
-/// Their identities are found bit by bit (LSS fastscan), which takes some seconds for each of them. Nothing is
-/// changed. Exit code 1 when there is none.
+/// Their identities are found bit by bit (LSS fastscan), which takes some seconds for each. Nothing is changed.
+/// Exit code 1 if there is none.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -27,14 +27,14 @@ pub(crate) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     let as_json = args.link.json;
-    args.link.work(|session| {
+    args.link.run(|session| {
         let found = |identity| {
-            print(as_json, identity_json(identity), json!({}), &words(identity))?;
+            print(as_json, identity_json(identity), json!({}), &describe(identity))?;
             Ok(!args.one)
         };
         let found = all(session, found, |identity| {
-            let words = words(identity);
-            warn(format_args!("{words}: answers also when it was found already; the others are looked for beside it"));
+            let device = describe(identity);
+            warn(format_args!("{device}: still answers after it was found; searching for the others beside it"));
             Ok(())
         })?;
         if !found.is_empty() {
@@ -43,33 +43,32 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
             }
             return Ok(Outcome::Clean);
         }
-        if session.somebody_is_unconfigured()? {
+        if session.has_unconfigured()? {
             return Err(no_fastscan());
         }
         if !as_json {
-            writeln!(output::stdout(), "{NOBODY}")?;
+            writeln!(output::stdout(), "no device without node-ID answers; `lexican scan` shows those that have one")?;
         }
         Ok(Outcome::Found)
     })
 }
 
-/// All devices without node-ID: each is `found`, which goes on or not; `repeated` is the first that is found again.
+/// Finds all devices without node-ID. `found` gets each, and returns whether to go on; `repeated` gets the first that is
+/// found again.
 pub(super) fn all<L: Link>(
     session: &mut Session<L>,
     mut found: impl FnMut(Identity) -> Result<bool, Failure>,
     repeated: impl FnOnce(Identity) -> Result<(), Failure>,
 ) -> Result<Vec<Identity>, Failure> {
-    let mut known = Vec::new();
-    while let Some(identity) = session.fastscan()? {
-        if known.contains(&identity) {
+    let (mut known, mut repeated) = (Vec::new(), Some(repeated));
+    loop {
+        let next = if repeated.is_some() { session.fastscan()? } else { session.fastscan_beside(&known)? };
+        let Some(identity) = next else { break };
+        if known.contains(&identity)
+            && let Some(repeated) = repeated.take()
+        {
             repeated(identity)?;
-            while let Some(identity) = session.fastscan_beside(&known)? {
-                known.push(identity);
-                if !found(identity)? {
-                    break;
-                }
-            }
-            break;
+            continue;
         }
         known.push(identity);
         if !found(identity)? {
@@ -78,5 +77,3 @@ pub(super) fn all<L: Link>(
     }
     Ok(known)
 }
-
-const NOBODY: &str = "no device without node-ID answers; `lexican scan` shows those that have one";

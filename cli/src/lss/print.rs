@@ -1,28 +1,27 @@
-//! What the LSS commands print.
+//! The output of the LSS commands.
 
 use lexican_runtime::NodeId;
 use lexican_runtime::wire::lss::{Identity, LssResponse};
 use serde_json::{Map, Value as Json, json};
 
 use super::session::Selected;
-use crate::decode::lss::response_text;
+use crate::decode::lss::{response_json, response_text};
 use crate::identity::{self, recognise};
-use crate::output::{Failure, Outcome, fields, tell, warn};
+use crate::output::{Failure, Outcome, fields, print_result, warn};
 
-/// Whom a line is about.
+/// The device of a line of output.
 pub(super) fn title(selected: Option<Selected>) -> String {
-    selected.map_or_else(|| "all devices".to_owned(), |selected| words(selected.identity))
+    selected.map_or_else(|| "all devices".to_owned(), |selected| describe(selected.identity))
 }
 
 /// `siko/ag03-1, vendor 195h, product 0h, revision 10000h, serial 2Ah`.
-pub(super) fn words(identity: Identity) -> String {
+pub(super) fn describe(identity: Identity) -> String {
     let Identity { vendor, product, revision, serial } = identity;
     let device = recognise(vendor, product).map(|known| known.id.to_owned());
     let numbers = identity::words([vendor, product, revision, serial].map(Some));
     device.into_iter().chain(numbers).collect::<Vec<_>>().join(", ")
 }
 
-/// The same in fields.
 pub(super) fn identity_json(identity: Identity) -> Map<String, Json> {
     let Identity { vendor, product, revision, serial } = identity;
     let device = recognise(vendor, product).map(|known| known.id);
@@ -31,7 +30,7 @@ pub(super) fn identity_json(identity: Identity) -> Map<String, Json> {
     }))
 }
 
-/// Who it was; nothing when it was everybody.
+/// The fields of a device; none if all are selected.
 pub(super) fn selected_json(selected: Option<Selected>) -> Map<String, Json> {
     let Some(Selected { identity, node }) = selected else { return Map::new() };
     let mut fields = identity_json(identity);
@@ -39,13 +38,12 @@ pub(super) fn selected_json(selected: Option<Selected>) -> Map<String, Json> {
     fields
 }
 
-/// Tells a device and what has become of it.
 pub(super) fn print(as_json: bool, mut device: Map<String, Json>, more: Json, text: &str) -> Result<(), Failure> {
     device.extend(fields(more));
-    tell(as_json, device, text)
+    print_result(as_json, device, text)
 }
 
-/// That a device refused: an object for programs, a warning for people.
+/// Prints the refusal of a device: an object for programs, a warning for people.
 pub(super) fn print_refusal(
     as_json: bool,
     selected: Option<Selected>,
@@ -53,7 +51,7 @@ pub(super) fn print_refusal(
 ) -> Result<Outcome, Failure> {
     let text = response_text(refusal);
     if as_json {
-        let mut more = crate::decode::lss::response_json(refusal);
+        let mut more = response_json(refusal);
         more["refusal"] = json!(text);
         print(true, selected_json(selected), more, "")?;
     } else {

@@ -1,7 +1,8 @@
-//! Which devices there are: by what anybody reads of their identity, or by asking them.
+//! What the nodes are: from SDO transfers of their identity, or by reading it.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
+use lexican_runtime::cia301::connection;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
@@ -9,29 +10,30 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use crate::decode::{Decoded, Detail, Side};
 use crate::identity::{PRODUCT, Shipped, VENDOR, recognise};
 
-/// Somebody else may be in the middle of a transfer: so long a channel must have been quiet.
+/// How long an SDO channel must be quiet, so that no transfer of another client is disturbed.
 const QUIET: Duration = Duration::from_millis(200);
 
-/// How long a node may take to answer.
+/// How long a node may take to respond.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// What was heard of the identities of nodes.
+/// Recognises nodes by the identity that they report to any client.
 #[derive(Default)]
-pub(super) struct Overheard {
+pub(super) struct IdentityListener {
+    /// The vendor and the product of each node.
     heard: BTreeMap<NodeId, (Option<u32>, Option<u32>)>,
     settled: BTreeSet<NodeId>,
 }
 
-impl Overheard {
-    /// What the node is has been said, and is not to be found out.
+impl IdentityListener {
+    /// The device of the node is given, or known not to be needed.
     pub(super) fn settle(&mut self, node: NodeId) {
         self.settled.insert(node);
     }
 
-    /// A node and what it is, as soon as its vendor and its product have been heard.
-    pub(super) fn notice(&mut self, decoded: &Decoded) -> Option<(NodeId, &'static Shipped)> {
+    /// Handles a frame; returns the node and its device when both vendor and product have been heard.
+    pub(super) fn observe(&mut self, decoded: &Decoded) -> Option<(NodeId, &'static Shipped)> {
         let node = decoded.node.filter(|node| !self.settled.contains(node))?;
-        let (address, number) = answered(decoded)?;
+        let (address, number) = response(decoded)?;
         let heard = self.heard.entry(node).or_default();
         match address {
             VENDOR => heard.0 = Some(number),
@@ -44,28 +46,29 @@ impl Overheard {
     }
 }
 
-/// The number that a server told of an entry.
-fn answered(decoded: &Decoded) -> Option<(Address, u32)> {
+/// The entry and the number of an upload's response.
+fn response(decoded: &Decoded) -> Option<(Address, u32)> {
     let Detail::Sdo(sdo) = &decoded.detail else { return None };
-    let told = sdo.told.as_ref().filter(|_| sdo.side == Side::Server && sdo.complete && sdo.writes == Some(false))?;
-    let bytes = <[u8; 4]>::try_from(told.raw.as_deref()?).ok()?;
-    Some((told.address, u32::from_le_bytes(bytes)))
+    let is_upload = sdo.side == Side::Server && sdo.complete && sdo.writes == Some(false);
+    let report = sdo.report.as_ref().filter(|_| is_upload)?;
+    let bytes = <[u8; 4]>::try_from(report.raw.as_deref()?).ok()?;
+    Some((report.address, u32::from_le_bytes(bytes)))
 }
 
-/// Asks nodes for their identity, one question at a time.
+/// Reads the identities of nodes, one entry at a time.
 #[derive(Default)]
-pub(super) struct Asker {
-    /// Nodes that were heard, in this order, and what they are to be asked.
-    questions: VecDeque<(NodeId, Address)>,
+pub(super) struct IdentityReader {
+    /// What is still to be read, in the order in which the nodes were heard.
+    requests: VecDeque<(NodeId, Address)>,
     heard: BTreeSet<NodeId>,
-    /// When the SDO channel of a node was last used.
+    /// The last use of the node's SDO channel.
     used: BTreeMap<NodeId, Instant>,
-    /// The question that is not answered, and when it is given up.
+    /// The request without a response, and its deadline.
     open: Option<(NodeId, Instant)>,
 }
 
-impl Asker {
-    pub(super) fn notice(&mut self, at: Instant, decoded: &Decoded, overheard: &Overheard) {
+impl IdentityReader {
+    pub(super) fn observe(&mut self, at: Instant, decoded: &Decoded, listener: &IdentityListener) {
         let Some(node) = decoded.node else { return };
         if let Detail::Sdo(sdo) = &decoded.detail {
             self.used.insert(node, at);
@@ -73,27 +76,27 @@ impl Asker {
                 self.open = None;
             }
         }
-        if decoded.is_from_node() && self.heard.insert(node) && !overheard.settled.contains(&node) {
-            self.questions.extend([(node, VENDOR), (node, PRODUCT)]);
+        if decoded.is_from_node() && self.heard.insert(node) && !listener.settled.contains(&node) {
+            self.requests.extend([(node, VENDOR), (node, PRODUCT)]);
         }
     }
 
-    /// The next question, when it is time for it.
+    /// The next request, when it is due.
     pub(super) fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         if self.poll_timeout().is_none_or(|at| at > now) {
             return None;
         }
         self.open = None;
-        let (node, address) = self.questions.pop_front()?;
+        let (node, address) = self.requests.pop_front()?;
         self.open = Some((node, now + PATIENCE));
         let request = ClientRequest::InitiateUpload { address };
-        Some(Frame::from_array(CobId::of_node(0x600, node), request.to_bytes()))
+        Some(Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), request.to_bytes()))
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Instant> {
-        let (node, address) = self.questions.front()?;
-        if let Some((_, patience)) = self.open {
-            return Some(patience);
+        let (node, address) = self.requests.front()?;
+        if let Some((_, deadline)) = self.open {
+            return Some(deadline);
         }
         let used = self.used.get(node).filter(|_| *address == VENDOR);
         Some(used.map_or(Instant::ZERO, |used| *used + QUIET))

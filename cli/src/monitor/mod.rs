@@ -1,43 +1,43 @@
-//! `lexican monitor`: what is going on on a bus, in words.
+//! `lexican monitor`: the frames of a bus, decoded.
 
 mod identify;
 
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::{BufWriter, Write};
 
+use anstream::adapter::strip_str;
 use lexican_runtime::host::{Link, LinkError, Listener, Pace, Pump, Turn};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 use serde_json::{Value as Json, json};
 
 use crate::bus::failure::link_failure;
 use crate::bus::{Bus, BusArgs, NO_DEVICE, node_id};
-use crate::decode::twins::Twins;
+use crate::decode::duplicates::DuplicateNodes;
 use crate::decode::{Decoded, Decoder};
 use crate::device::Loaded;
 use crate::duration;
-use crate::output::{Failure, Outcome, note};
+use crate::output::{Failure, Outcome, colours, missing_frames, note};
 use crate::print;
 use crate::values::hex;
-use identify::{Asker, Overheard};
+use identify::{IdentityListener, IdentityReader};
 
-/// Print every frame of a bus, in words by name and unit
+/// Print every frame of a bus, decoded by name and unit
 ///
-/// Runs until it is interrupted, or until a log ends. Nothing is sent, unless --identify asks for it. A node whose
-/// identity (1018h) is read by anybody while the command listens is recognised when lexican knows the device.
+/// Runs until it is interrupted, or until a log ends. Nothing is sent, unless --identify is given. A node is
+/// recognised when any client reads its identity (1018h) while the command listens, if lexican knows the device.
 #[derive(clap::Args, Debug)]
-#[command(after_help = EXAMPLES, after_long_help = JSON_HELP)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// What a node is: 5=siko/ag03-1, 7=drive.eds, 9=none; may be given several times
+    /// The device of a node: 5=siko/ag03-1, 7=drive.eds, 9=none; may be given several times
     #[arg(long, value_name = "ID=DEVICE", value_parser = node_device)]
     device: Vec<(NodeId, String)>,
 
-    /// Ask nodes that are heard for their identity, to know what they are
+    /// Read the identity of each node that is heard, to recognise its device
     ///
-    /// Two SDO reads per node, when its SDO channel has been quiet for a while. Without this, the command only
-    /// listens.
+    /// Two SDO uploads per node, after its SDO channel has been quiet for a while. Without this, nothing is sent.
     #[arg(long)]
     identify: bool,
 
@@ -50,6 +50,12 @@ pub(crate) struct Args {
     span: Option<Duration>,
 
     /// Print one JSON object per line
+    ///
+    /// A frame has time (seconds), id, remote, data, service, node, text, alarming, and its content under the name of
+    /// its protocol: nmt, sync, time_of_day, emcy, error_control, pdo, sdo or lss. Entries of the object dictionary
+    /// have address, index, sub, and if the device is known name, type, value, text, unit and scaled. Identifiers and
+    /// codes are strings of hexadecimal digits, values are numbers. Lines that are no frames have event: bus, gap,
+    /// two-nodes or identified. cli/README.md lists every field.
     #[arg(long)]
     json: bool,
 }
@@ -57,64 +63,57 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican monitor --bus can0 --device 5=siko/ag03-1 --device 7=FILE.eds
-    lexican monitor --bus log:bus.log --json | jq 'select(.sdo.abort)'";
-
-const JSON_HELP: &str = "\
-JSON: one object per line. A frame has time (seconds), id, remote, data, service, node, text, alarming, and what it \
-says under the name of its protocol: nmt, sync, time_of_day, emcy, error_control, pdo, sdo or lss. Whatever has an \
-entry of the object dictionary has address, index, sub, and with the device known name, type, value, text, unit and \
-scaled. Identifiers and codes are strings of hexadecimal digits, values are numbers. What is not a frame has event: \
-bus, gap, two-nodes or identified. cli/README.md lists every field.
-
-    lexican monitor --bus can0 --json | jq 'select(.sdo.abort)'
+    lexican monitor --bus log:bus.log --json | jq 'select(.sdo.abort)'
     lexican monitor --bus can0 --json --device 5=siko/ag03-1 | jq -c '.pdo.fields[]? | {name, text}'";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if args.identify && args.bus.is_log() {
-        return Err(Failure::new("a log takes no frames: nobody there can be asked")
+        return Err(Failure::new("a log takes no frames: its nodes cannot be asked")
             .help("name the devices with --device ID=DEVICE"));
     }
     let named = args.device.iter().filter(|(_, name)| name != NO_DEVICE);
     let named = named.map(|(node, name)| Ok((*node, Loaded::named(name)?)));
     let mut devices = named.collect::<Result<Vec<_>, Failure>>()?;
-    // Whoever watches a simulation wants to see it happen, unless it is over by itself.
+    // Without an end, a simulation runs in real time, so that one can watch it.
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
     let Bus { mut link, simulated } = args.bus.open(pace)?;
     devices.extend(simulated);
-    let mut watch = Watch::new(args, anstream::stdout().lock());
+    let mut monitor = Monitor::new(args, std::io::stdout().lock());
     for (node, loaded) in devices.iter().rev() {
-        watch.decoder.introduce(*node, &loaded.device);
-        watch.overheard.settle(*node);
+        monitor.decoder.introduce(*node, &loaded.device);
+        monitor.identities.settle(*node);
     }
     for (node, _) in &args.device {
-        watch.overheard.settle(*node);
+        monitor.identities.settle(*node);
     }
-    watch.listen(&mut *link, args)?;
+    monitor.listen(&mut *link, args)?;
     Ok(Outcome::Clean)
 }
 
-/// Watches a bus, and writes what happens there.
-struct Watch<'a, W> {
+/// Listens to a bus, and prints its frames and events.
+struct Monitor<'a, W: Write> {
     decoder: Decoder<'a>,
-    twins: Twins,
-    overheard: Overheard,
-    asker: Option<Asker>,
-    /// Whether nothing was heard yet.
+    duplicates: DuplicateNodes,
+    identities: IdentityListener,
+    reader: Option<IdentityReader>,
     is_silent: bool,
     json: bool,
-    out: W,
+    styled: bool,
+    /// Flushed whenever the link is empty: with a write per line, frames of a busy bus would be lost.
+    out: BufWriter<W>,
 }
 
-impl<W: Write> Watch<'_, W> {
+impl<W: Write> Monitor<'_, W> {
     fn new(args: &Args, out: W) -> Self {
-        Watch {
+        Monitor {
             decoder: Decoder::new(),
-            twins: Twins::default(),
-            overheard: Overheard::default(),
-            asker: args.identify.then(Asker::default),
+            duplicates: DuplicateNodes::default(),
+            identities: IdentityListener::default(),
+            reader: args.identify.then(IdentityReader::default),
             is_silent: true,
             json: args.json,
-            out,
+            styled: colours(),
+            out: BufWriter::with_capacity(BUFFER, out),
         }
     }
 
@@ -123,18 +122,17 @@ impl<W: Write> Watch<'_, W> {
         let mut left = args.count.unwrap_or(u64::MAX);
         while left > 0 {
             let now = link.now();
-            let question = self.asker.as_mut().and_then(|asker| asker.poll_transmit(now));
-            if let Some(question) = question {
-                // Without an answer the node stays unknown; the bus's trouble is told when it is received.
-                if link.send(&question).is_ok() {
-                    self.frame(now, &question)?;
-                }
+            let request = self.reader.as_mut().and_then(|reader| reader.poll_transmit(now));
+            // A request that cannot be sent leaves the node unknown; trouble of the bus is reported by `turn`.
+            if let Some(request) = request.filter(|request| link.send(request).is_ok()) {
+                self.frame(now, &request)?;
             }
-            // Whatever waits longer is not waiting but sleeping: an hour is as good as for ever.
+            // Some links cannot wait for ever; an hour is as good.
             let hour = now + Duration::from_secs(3600);
-            let question = self.asker.as_ref().and_then(Asker::poll_timeout);
-            let until = [end, question].into_iter().flatten().fold(hour, Instant::min);
-            match pump.turn(link, &mut Listener, until) {
+            let request = self.reader.as_ref().and_then(IdentityReader::poll_timeout);
+            let until = [end, request].into_iter().flatten().fold(hour, Instant::min);
+            let is_flushed = self.out.buffer().is_empty();
+            match pump.turn(link, &mut Listener, if is_flushed { until } else { now }) {
                 Ok(Turn::Event(frame)) => {
                     self.frame(link.now(), &frame)?;
                     left -= 1;
@@ -145,11 +143,12 @@ impl<W: Write> Watch<'_, W> {
                 }
                 Ok(Turn::Gap(frames)) => {
                     let fields = json!({ "event": "gap", "frames": frames });
-                    let text = format!("{frames} frames are missing here: they came faster than they were taken");
-                    self.event(link.now(), fields, &text)?;
+                    self.event(link.now(), fields, &missing_frames(frames))?;
                 }
                 Ok(Turn::Over) if end.is_some_and(|end| link.now() >= end) => break,
-                Ok(Turn::Over | Turn::Idle) => {}
+                // The link is empty. `Over` may also mean that it is always full.
+                Ok(Turn::Idle) => self.out.flush()?,
+                Ok(Turn::Over) => {}
                 Err(LinkError::Ended) => break,
                 Err(error) => return Err(link_failure(&error)),
             }
@@ -161,20 +160,20 @@ impl<W: Write> Watch<'_, W> {
         Ok(())
     }
 
-    /// Tells a frame, and what follows from it.
+    /// Prints a frame, and the events that follow from it.
     fn frame(&mut self, at: Instant, frame: &Frame) -> Result<(), Failure> {
         self.is_silent = false;
         let decoded = self.decoder.decode(frame);
         let line = if self.json { to_json(at, frame, &decoded) } else { print::line(at, frame, &decoded) };
-        writeln!(self.out, "{line}")?;
-        if let Some((node, evidence)) = self.twins.notice(at, &decoded) {
-            let fields = json!({ "event": "two-nodes", "node": node.get(), "evidence": evidence.name() });
+        self.line(&line)?;
+        if let Some((node, evidence)) = self.duplicates.observe(at, &decoded) {
+            let fields = json!({ "event": "two-nodes", "node": node.get(), "evidence": evidence });
             self.event(at, fields, &format!("are there two nodes {node}? {evidence}"))?;
         }
-        if let Some(asker) = &mut self.asker {
-            asker.notice(at, &decoded, &self.overheard);
+        if let Some(reader) = &mut self.reader {
+            reader.observe(at, &decoded, &self.identities);
         }
-        if let Some((node, shipped)) = self.overheard.notice(&decoded) {
+        if let Some((node, shipped)) = self.identities.observe(&decoded) {
             self.decoder.introduce(node, &shipped.device);
             let fields = json!({ "event": "identified", "node": node.get(), "device": shipped.id });
             self.event(at, fields, &format!("node {node} is a {} by its identity (1018h)", shipped.id))?;
@@ -182,18 +181,27 @@ impl<W: Write> Watch<'_, W> {
         Ok(())
     }
 
-    /// Tells something that is not a frame.
     fn event(&mut self, at: Instant, mut fields: Json, text: &str) -> Result<(), Failure> {
-        if self.json {
-            fields["time"] = seconds(at);
-            fields["text"] = json!(text);
-            writeln!(self.out, "{fields}")?;
+        if !self.json {
+            return self.line(&format!("{:>12}  {}", at.to_string(), print::notice(text)));
+        }
+        fields["time"] = seconds(at);
+        fields["text"] = json!(text);
+        self.line(&fields.to_string())
+    }
+
+    fn line(&mut self, text: &str) -> Result<(), Failure> {
+        if self.styled {
+            writeln!(self.out, "{text}")?;
         } else {
-            writeln!(self.out, "{:>12}  {}", at.to_string(), print::notice(text))?;
+            writeln!(self.out, "{}", strip_str(text))?;
         }
         Ok(())
     }
 }
+
+/// The most bytes of output that wait.
+const BUFFER: usize = 64 * 1024;
 
 fn to_json(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
     let mut fields = BTreeMap::from([
@@ -210,7 +218,6 @@ fn to_json(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
     json!(fields).to_string()
 }
 
-/// In seconds, to the microsecond.
 fn seconds(at: Instant) -> Json {
     json!(at.since(Instant::ZERO).as_secs_f64())
 }
@@ -225,6 +232,8 @@ mod tests {
     use super::*;
     use crate::bus::flood::Flood;
     use clap::Parser;
+    use lexican_runtime::host::Incoming;
+    use std::sync::{Arc, Mutex};
 
     #[derive(Parser)]
     struct Line {
@@ -232,11 +241,74 @@ mod tests {
         args: Args,
     }
 
+    fn args(more: &[&str]) -> Args {
+        Line::parse_from([&["monitor", "--bus", "can0"], more].concat()).args
+    }
+
     #[test]
     fn a_flood_of_frames_does_not_hold_up_the_end() {
-        let Line { args } = Line::parse_from(["monitor", "--bus", "can0", "--for", "1"]);
         let mut flood = Flood::of_heartbeats();
-        Watch::new(&args, std::io::sink()).listen(&mut flood, &args).unwrap();
+        let args = args(&["--for", "1"]);
+        Monitor::new(&args, std::io::sink()).listen(&mut flood, &args).unwrap();
         assert!(flood.now() < Instant::from_micros(2_000_000), "{}", flood.now());
+    }
+
+    /// Stdout with the number of writes to it.
+    #[derive(Clone, Default)]
+    struct Output(Arc<Mutex<(Vec<u8>, usize)>>);
+
+    impl Write for Output {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            let mut output = self.0.lock().unwrap();
+            output.0.extend(bytes);
+            output.1 += 1;
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// A link with so many frames at once, and then silence, in which everything must be out.
+    struct Burst {
+        flood: Flood,
+        frames: usize,
+        left: usize,
+        output: Output,
+    }
+
+    impl Link for Burst {
+        fn now(&self) -> Instant {
+            self.flood.now()
+        }
+        fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+            self.flood.send(frame)
+        }
+        fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+            if self.left > 0 {
+                self.left -= 1;
+                return self.flood.receive(until);
+            }
+            if until <= self.now() {
+                return Ok(None);
+            }
+            let output = self.output.0.lock().unwrap();
+            let lines = output.0.iter().filter(|byte| **byte == b'\n').count();
+            assert_eq!(lines, self.frames, "lines before the link is waited for");
+            Err(LinkError::Ended)
+        }
+    }
+
+    #[test]
+    fn output_is_written_at_once_when_the_link_is_empty_and_not_before() {
+        for more in [&[][..], &["--json"]] {
+            for frames in [1, 5000] {
+                let (output, args) = (Output::default(), args(more));
+                let mut burst = Burst { flood: Flood::of_heartbeats(), frames, left: frames, output: output.clone() };
+                Monitor::new(&args, output.clone()).listen(&mut burst, &args).unwrap();
+                let (text, writes) = &*output.0.lock().unwrap();
+                assert!(*writes <= 1 + text.len() / (BUFFER / 2), "{writes} writes of {} bytes", text.len());
+            }
+        }
     }
 }

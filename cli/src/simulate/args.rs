@@ -12,32 +12,35 @@ use crate::duration::seconds;
 
 /// Simulate a device on a bus
 ///
-/// Any data sheet becomes a node: its defaults are the values, what is written is kept, access rights and limits
-/// are enforced, PDOs, heartbeat and EMCY are alive. The SIKO AG03/1 also moves. Runs until it is interrupted.
+/// Makes a node of any data sheet: it has the default values, enforces access and limits, and serves PDOs, heartbeat
+/// and EMCY. The SIKO AG03/1 also moves. Runs until it is interrupted.
 ///
-/// Without --bus it makes pseudo-terminals that act as serial adapters, so that every other command can be tried
-/// on any machine: it prints what to name as their --bus.
+/// By default it makes pseudo-terminals that act as serial adapters, so that all other commands can be tried without
+/// CAN hardware; it prints their --bus.
+///
+/// Lines on stdin control the device; help lists them: get, set, emcy, power, status, and for a drive every key of
+/// its scripts, such as battery_v = 2.5.
 #[derive(clap::Args, Debug)]
-#[command(after_help = EXAMPLES, after_long_help = LONG_HELP)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
     pub(super) device: DeviceArgs,
 
     /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, or pty for a bus of pseudo-terminals
     ///
-    /// pty makes two, so that one can watch while the other acts; pty:4 makes four.
+    /// pty makes two, one for a monitor and one for another command; pty:4 makes four.
     #[arg(long, value_name = "URL", default_value = "pty")]
     pub(super) bus: Place,
 
-    /// The node-ID, 1 to 127; none for a device that waits for LSS to give it one
+    /// The node-ID, 1 to 127; none for a device that gets one by LSS
     #[arg(long, value_name = "ID", default_value = "1")]
     pub(super) node: NodeOrNone,
 
-    /// Keep stored parameters in a file, as a device does in its EEPROM
+    /// The file for stored parameters, as the EEPROM of a device
     #[arg(long, value_name = "FILE")]
     pub(super) eeprom: Option<PathBuf>,
 
-    /// What happens to a simulated drive, and when: faults, supply, temperature, a blocked shaft (TOML)
+    /// A script of events for a simulated drive: faults, supply, temperature, a blocked shaft (TOML)
     #[arg(long, value_name = "FILE")]
     pub(super) script: Option<PathBuf>,
 
@@ -45,11 +48,11 @@ pub(crate) struct Args {
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
     pub(super) span: Option<Duration>,
 
-    /// Tell of reads and PDOs, too
+    /// Also print reads and PDOs
     #[arg(long, short)]
     pub(super) verbose: bool,
 
-    /// Tell what happens as one JSON object per line, reads and PDOs included
+    /// Print one JSON object per line, including reads and PDOs
     #[arg(long)]
     pub(super) json: bool,
 }
@@ -57,21 +60,13 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican simulate siko/ag03-1 --node 5
-    lexican read --bus slcan:/dev/pts/3 --node 5 6041      (in another terminal)";
-
-const LONG_HELP: &str = "\
-While it runs, lines on stdin control the device; help lists them: get, set, emcy, power, status, and for a drive \
-every key of its scripts, such as battery_v = 2.5.
-
-Examples:
-    lexican simulate siko/ag03-1 --node 5
     lexican read --bus slcan:/dev/pts/3 --node 5 6041      (in another terminal)
     lexican simulate FILE.eds --bus can0 --node 7 --eeprom kept.txt";
 
-/// Where the device is to be.
+/// The bus of the device.
 #[derive(Clone, Debug)]
 pub(super) enum Place {
-    /// On so many pseudo-terminals.
+    /// A bus of so many pseudo-terminals.
     Ptys(usize),
     Url(BusUrl),
 }

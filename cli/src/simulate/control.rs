@@ -1,24 +1,22 @@
-//! What can be typed while a device is simulated.
+//! The lines on stdin that control a simulated device.
 
-/// One line, understood.
+use crate::values::text::parse_hex;
+
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Command {
     Help,
     Status,
     Quit,
-    /// An object, by address or name.
     Get(String),
-    /// An object and its value.
     Set(String, String),
     Emcy {
         code: u16,
         register: u8,
         msef: [u8; 5],
     },
-    /// All errors are over.
     EmcyClear,
     Power(Power),
-    /// `battery_v = 2.5`: what the device's own simulator understands.
+    /// `battery_v = 2.5`: an input of a simulated drive.
     Input(String),
 }
 
@@ -30,15 +28,15 @@ pub(super) enum Power {
 }
 
 pub(super) const HELP: &str = "\
-get OBJECT                   an object's value: get 6041, get \"Position Actual Value\"
-set OBJECT VALUE             sets it, whatever its access: set 6064 1000, set 241B:01 \"17.5 V\"
-emcy CODE [REGISTER [BYTES]] sends an EMCY: emcy 3120 04; emcy clear ends all errors
+get OBJECT                   prints an object: get 6041, get \"Position Actual Value\"
+set OBJECT VALUE             sets an object, regardless of its access: set 6064 1000, set 241B:01 \"17.5 V\"
+emcy CODE [REGISTER [BYTES]] sends an EMCY: emcy 3120 04; emcy clear clears all errors
 power on|off|cycle           switches the device
-status                       state and counts
-KEY = VALUE                  an input of a simulated drive: battery_v = 2.5, fault = \"D\"
+status                       prints state and counts
+KEY = VALUE                  sets an input of a simulated drive: battery_v = 2.5, fault = \"D\"
 quit                         ends, as Ctrl-C does";
 
-/// What a line means; nothing for an empty one.
+/// Parses a line; `None` if it is empty or a comment.
 pub(super) fn parse(line: &str) -> Result<Option<Command>, String> {
     let line = line.trim();
     let words = words(line);
@@ -71,27 +69,22 @@ fn is_key(text: &str) -> bool {
 }
 
 fn emcy(code: &str, register: &str, msef: &[&str]) -> Result<Command, String> {
-    let code = u16::try_from(hex(code, 4)?).map_err(|_| format!("{code:?} is no error code"))?;
-    let register = u8::try_from(hex(register, 2)?).map_err(|_| format!("{register:?} is no error register"))?;
+    let (code, register) = (hex(code, 4)?, hex(register, 2)? as u8);
     if msef.len() > 5 {
         return Err("an EMCY has five bytes of the manufacturer".to_owned());
     }
     let mut bytes = [0; 5];
     for (byte, text) in bytes.iter_mut().zip(msef) {
-        *byte = u8::try_from(hex(text, 2)?).map_err(|_| format!("{text:?} is no byte"))?;
+        *byte = hex(text, 2)? as u8;
     }
     Ok(Command::Emcy { code, register, msef: bytes })
 }
 
-/// Hexadecimal, as the standard has it: with `0x` before or `h` behind, or neither.
-fn hex(text: &str, most: usize) -> Result<u32, String> {
-    let digits = text.strip_prefix("0x").or_else(|| text.strip_suffix('h')).unwrap_or(text);
-    let plain = (1..=most).contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
-    let number = u32::from_str_radix(digits, 16).ok().filter(|_| plain);
-    number.ok_or_else(|| format!("{text:?} is not a number of up to {most} hexadecimal digits"))
+fn hex(text: &str, most: usize) -> Result<u16, String> {
+    parse_hex(text, most).ok_or_else(|| format!("{text:?} is not a number of up to {most} hexadecimal digits"))
 }
 
-/// Words, of which those in quotes may have spaces.
+/// Splits into words; those in quotes may have spaces.
 fn words(line: &str) -> Vec<String> {
     let (mut words, mut word, mut quoted, mut begun) = (Vec::new(), String::new(), false, false);
     for letter in line.chars() {
@@ -125,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_understood() {
+    fn lines_are_parsed() {
         check("help", Command::Help);
         check("  get 6041 ", Command::Get("6041".to_owned()));
         check("get \"Position Actual Value\"", Command::Get("Position Actual Value".to_owned()));
@@ -144,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn other_lines_say_what_is_wrong() {
+    fn errors_suggest_what_to_type() {
         for (line, words) in [
             ("jump", "\"jump\" is no command"),
             ("get", "get what?"),

@@ -1,8 +1,9 @@
-//! The device that is simulated: what its data sheet says, or a drive that moves.
+//! The simulated device: made of its data sheet, or a drive that moves.
 
 use std::path::Path;
 use std::sync::Arc;
 
+use lexican_runtime::device::Misconfigured;
 use lexican_runtime::host::Node;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
@@ -18,14 +19,11 @@ use crate::output::Failure;
 
 /// A device that exists only in software.
 pub(super) enum Simulated {
-    /// Its objects, and nothing behind them.
     Sheet(Box<VirtualDevice>),
-    /// The SIKO AG03/1.
     Drive(Box<SimulatedDrive>),
 }
 
 impl Simulated {
-    /// A device that is nothing but its data sheet.
     pub(super) fn sheet(
         now: Instant,
         node: Option<NodeId>,
@@ -37,7 +35,6 @@ impl Simulated {
         Ok(Simulated::Sheet(Box::new(VirtualDevice::with_memory(now, node, sheet, memory))))
     }
 
-    /// A drive.
     pub(super) fn drive(
         now: Instant,
         node: NodeId,
@@ -76,7 +73,6 @@ impl Simulated {
         }
     }
 
-    /// What else there is to say of its state.
     pub(super) fn state(&self, now: Instant) -> String {
         match self {
             Simulated::Sheet(_) => String::new(),
@@ -87,7 +83,7 @@ impl Simulated {
         }
     }
 
-    /// What it does beside SDO, PDO and heartbeat, for whoever starts it.
+    /// What it simulates, for the user.
     pub(super) fn abilities(&self) -> &'static str {
         match self {
             Simulated::Sheet(device) if device.serves_lss() => "every object of its data sheet, and LSS",
@@ -110,7 +106,7 @@ impl Simulated {
         }
     }
 
-    /// Changes an entry, whatever its access.
+    /// Changes an entry, regardless of its access.
     pub(super) fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         match self {
             Simulated::Sheet(device) => device.set_value(address, data),
@@ -121,7 +117,6 @@ impl Simulated {
         }
     }
 
-    /// Lets an EMCY be sent.
     pub(super) fn emergency(&mut self, code: u16, register: u8, msef: [u8; 5]) -> Result<(), String> {
         match self {
             Simulated::Sheet(device) => {
@@ -132,7 +127,6 @@ impl Simulated {
         }
     }
 
-    /// All errors are over.
     pub(super) fn clear_errors(&mut self) -> Result<(), String> {
         match self {
             Simulated::Sheet(device) => {
@@ -157,7 +151,7 @@ impl Simulated {
         }
     }
 
-    /// Something happens to the drive, in the words of its scripts.
+    /// Sets an input of the drive, in the syntax of its scripts.
     pub(super) fn input(&mut self, now: Instant, line: &str) -> Result<(), String> {
         let Simulated::Drive(drive) = self else {
             return Err("a device made of its data sheet has no inputs but its objects: set OBJECT VALUE".to_owned());
@@ -169,7 +163,15 @@ impl Simulated {
         Ok(())
     }
 
-    /// What went wrong with the file of what it keeps.
+    /// What of its dictionary the device cannot serve; reported once.
+    pub(super) fn take_misconfigured(&mut self) -> Vec<Misconfigured> {
+        match self {
+            Simulated::Sheet(device) => device.take_misconfigured(),
+            Simulated::Drive(_) => Vec::new(),
+        }
+    }
+
+    /// Why the stored parameters could not be written to their file.
     pub(super) fn trouble(&mut self) -> Option<String> {
         match self {
             Simulated::Sheet(device) => device.trouble(),

@@ -1,11 +1,11 @@
-//! Lines that are typed while it runs.
+//! Lines from stdin.
 
 #[cfg(unix)]
 use std::io::IsTerminal;
 use std::io::{BufRead, Read};
 use std::sync::mpsc::{Receiver, sync_channel};
 
-/// The lines that are typed; none when nobody can type any. Who types faster than they are carried out waits.
+/// The lines from stdin, if it may be read. Reading waits while too many lines are not handled yet.
 pub(super) fn lines() -> Receiver<String> {
     const WAITING: usize = 64;
     let (sender, receiver) = sync_channel(WAITING);
@@ -22,7 +22,7 @@ pub(super) fn lines() -> Receiver<String> {
     receiver
 }
 
-/// A line without its end; `None` at the end of the input. Of a line that is too long for any command, the beginning.
+/// A line without its end, or the beginning of a line that is too long for a command; `None` at the end of the input.
 fn read_line(input: &mut impl BufRead) -> std::io::Result<Option<String>> {
     const LONGEST: u64 = 4096;
     let mut line = Vec::new();
@@ -35,7 +35,7 @@ fn read_line(input: &mut impl BufRead) -> std::io::Result<Option<String>> {
     Ok(Some(String::from_utf8_lossy(&line).trim_end().to_owned()))
 }
 
-/// Whether stdin may be read: a process in the background that reads from its terminal is stopped.
+/// Whether stdin may be read: a background process that reads from its terminal would be stopped.
 #[cfg(unix)]
 pub(super) fn is_listening() -> bool {
     use nix::unistd::{getpgrp, tcgetpgrp};

@@ -1,4 +1,4 @@
-//! `lexican simulate`: a device that exists only in software, on a real bus.
+//! `lexican simulate`: a simulated device on a bus.
 
 mod args;
 mod control;
@@ -7,14 +7,11 @@ mod input;
 mod report;
 mod session;
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use lexican_runtime::host::{BusUrl, Link, Pace};
 
 use crate::bus::BusArgs;
 use crate::bus::simulation::has_simulator;
-use crate::output::{Failure, Outcome};
+use crate::output::{Failure, Outcome, ctrl_c};
 pub(crate) use args::Args;
 use args::Place;
 use device::Simulated;
@@ -26,8 +23,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let loaded = args.device.load()?;
     let is_drive = has_simulator(args.device.name());
     if args.script.is_some() && !is_drive {
-        return Err(Failure::new("only drives that lexican has a simulator of follow a script")
-            .help("siko/ag03-1 does; any device can be controlled by lines on stdin"));
+        return Err(Failure::new("only devices with a simulator of their own follow a script")
+            .help("siko/ag03-1 does; lines on stdin control any device"));
     }
     let (link, urls) = open(&args.bus)?;
     let now = link.now();
@@ -41,26 +38,21 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let report = Report::new(&loaded.device, args.json, args.json || args.verbose);
     let mut session = Session::new(link, device, &loaded, report);
     session.introduce(&urls, args)?;
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
-        .map_err(|error| Failure::new(format_args!("cannot take note of Ctrl-C: {error}")))?;
+    let interrupted = ctrl_c()?;
     let end = args.span.map(|span| now + span);
     session.serve(end, &interrupted, &lines())?;
     session.sum_up(now)?;
     Ok(Outcome::Clean)
 }
 
-/// The bus, and what others have to name to be on it.
+/// Opens the bus; returns the URLs for other commands.
 fn open(place: &Place) -> Result<(Box<dyn Link + Send>, Vec<String>), Failure> {
     match place {
         Place::Ptys(count) => open_ptys(*count),
-        Place::Url(BusUrl::Log { .. }) => {
-            Err(Failure::new("a log takes no frames: nobody there would hear the device"))
-        }
+        Place::Url(BusUrl::Log { .. }) => Err(Failure::new("a log takes no frames: there is no bus for the device")),
         Place::Url(BusUrl::Simulation { .. }) => {
-            Err(Failure::new("nobody else can be on a simulated bus: it is inside the command")
-                .help("without --bus there will be pseudo-terminals, on which other commands find the device"))
+            Err(Failure::new("a simulated bus is inside the command: no other command could reach the device")
+                .help("without --bus the device is on pseudo-terminals, which other commands can use"))
         }
         Place::Url(url) => Ok((BusArgs::named(url.clone()).open(Pace::RealTime)?.link, vec![url.to_string()])),
     }

@@ -1,17 +1,18 @@
-//! What happens to a simulated device, on stdout: in words, or as JSON.
+//! The events of a simulated device, printed as text or JSON.
 
 use std::io::{self, Write};
 
 use lexican_eds::model::Device;
+use lexican_runtime::device::Misconfigured;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Frame, Instant, NodeId};
 use serde_json::{Map, Value as Json, json};
 
 use crate::decode::{Decoded, Decoder, Detail, Sdo, Side};
 use crate::output;
-use crate::values::told::Told;
+use crate::values::DeviceValues;
+use crate::values::report::ValueReport;
 
-/// What has happened so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     pub(super) received: u64,
@@ -20,27 +21,25 @@ pub(super) struct Counts {
     pub(super) refusals: u64,
 }
 
-/// Tells of the device, and counts.
 pub(super) struct Report<'a> {
     decoder: Decoder<'a>,
     device: &'a Device,
     node: Option<NodeId>,
     state: Option<NmtState>,
     json: bool,
-    /// Whether reads and PDOs are told, too.
+    /// Whether to print reads and PDOs.
     all: bool,
     pub(super) counts: Counts,
-    /// Whether somebody else was heard with the same node-ID.
-    twin: bool,
+    /// Whether another node with the same node-ID was heard.
+    has_duplicate: bool,
 }
 
 impl<'a> Report<'a> {
     pub(super) fn new(device: &'a Device, json: bool, all: bool) -> Self {
         let counts = Counts::default();
-        Report { decoder: Decoder::new(), device, node: None, state: None, json, all, counts, twin: false }
+        Report { decoder: Decoder::new(), device, node: None, state: None, json, all, counts, has_duplicate: false }
     }
 
-    /// The device has heard a frame.
     pub(super) fn received(&mut self, at: Instant, frame: &Frame) -> io::Result<()> {
         let decoded = self.decoder.decode(frame);
         if !self.concerns(&decoded) {
@@ -48,26 +47,23 @@ impl<'a> Report<'a> {
         }
         self.counts.received += 1;
         if !decoded.is_from_node() || frame.is_remote() {
-            return self.tell(at, &decoded);
+            return self.frame(at, &decoded);
         }
-        // Once is enough: the other one goes on.
-        if std::mem::replace(&mut self.twin, true) {
+        if std::mem::replace(&mut self.has_duplicate, true) {
             return Ok(());
         }
         let node = self.node.map_or_else(String::new, |node| format!(" {node}"));
-        let text =
-            format!("there is another node{node} on the bus: somebody else sent {} {}", frame.id(), decoded.name);
+        let text = format!("there is another node{node} on the bus: it has sent {} {}", frame.id(), decoded.name);
         self.event(at, "two-nodes", &text, json!({}))
     }
 
-    /// The device has sent a frame.
     pub(super) fn sent(&mut self, at: Instant, frame: &Frame) -> io::Result<()> {
         let decoded = self.decoder.decode(frame);
         self.counts.sent += 1;
-        self.tell(at, &decoded)
+        self.frame(at, &decoded)
     }
 
-    /// The device is what it is now.
+    /// Reports changes of the node-ID and of the state.
     pub(super) fn follow(&mut self, at: Instant, node: Option<NodeId>, state: Option<NmtState>) -> io::Result<()> {
         if let Some(node) = node.filter(|node| self.node != Some(*node)) {
             self.decoder.introduce(node, self.device);
@@ -84,80 +80,78 @@ impl<'a> Report<'a> {
         self.event(at, "state", &text, json!({ "state": name }))
     }
 
-    /// Something happened that no frame tells.
     pub(super) fn event(&self, at: Instant, event: &str, text: &str, fields: Json) -> io::Result<()> {
-        self.say(at, event, text, output::fields(fields))
+        self.print(at, event, text, output::fields(fields))
+    }
+
+    /// The device cannot serve an entry as it is configured.
+    pub(super) fn misconfigured(&self, at: Instant, fault: &Misconfigured) -> io::Result<()> {
+        let values = DeviceValues::new(self.device);
+        let entry = ValueReport::without_value(Some(&values), fault.address);
+        let text = format!("the configuration is inconsistent: {}: {}", entry.title(), fault.reason);
+        self.print(at, "misconfigured", &text, entry.refusal(fault.reason))
     }
 
     fn concerns(&self, decoded: &Decoded) -> bool {
         decoded.node.is_none() || decoded.node == self.node
     }
 
-    fn tell(&mut self, at: Instant, decoded: &Decoded) -> io::Result<()> {
+    fn frame(&mut self, at: Instant, decoded: &Decoded) -> io::Result<()> {
         match &decoded.detail {
             Detail::Sdo(sdo) => self.transfer(at, sdo),
             Detail::Nmt(command) => {
                 let fields = json!({ "command": command.to_string() });
                 self.event(at, "nmt", &format!("NMT: {}", decoded.text), fields)
             }
-            Detail::Emcy(_) => {
-                let fields = decoded.detail.json().map(|(_, fields)| fields).unwrap_or_default();
-                self.event(at, "emcy", &format!("EMCY {}", decoded.text), fields)
-            }
+            Detail::Emcy(_) => self.event(at, "emcy", &format!("EMCY {}", decoded.text), decoded.detail.fields()),
             Detail::ErrorControl { state: NmtState::Initialising, .. } => {
                 self.event(at, "boot-up", "boot-up", json!({}))
             }
             Detail::Pdo(_) if self.all => {
-                let fields = decoded.detail.json().map(|(_, fields)| fields).unwrap_or_default();
-                self.event(at, "pdo", &format!("{} {}", decoded.name, decoded.text), fields)
+                self.event(at, "pdo", &format!("{} {}", decoded.name, decoded.text), decoded.detail.fields())
             }
             Detail::LssRequest(_) | Detail::LssResponse(_) => {
-                let fields = decoded.detail.json().map(|(_, fields)| fields).unwrap_or_default();
-                self.event(at, "lss", &format!("{}: {}", decoded.name, decoded.text), fields)
+                self.event(at, "lss", &format!("{}: {}", decoded.name, decoded.text), decoded.detail.fields())
             }
             _ => Ok(()),
         }
     }
 
-    /// A transfer that is over.
+    /// Reports a transfer at its end.
     fn transfer(&mut self, at: Instant, sdo: &Sdo) -> io::Result<()> {
-        let Some(told) = sdo.told.as_ref().filter(|_| sdo.complete) else { return Ok(()) };
+        let Some(report) = sdo.report.as_ref().filter(|_| sdo.complete) else { return Ok(()) };
         if let Some(code) = sdo.abort {
             self.counts.refusals += 1;
             let (event, who) = match sdo.side {
                 Side::Server => ("refused", "refused"),
-                Side::Client => ("aborted", "given up"),
+                Side::Client => ("aborted", "aborted by the client"),
             };
             let what = if sdo.writes == Some(true) { "write" } else { "read" };
-            let mut fields = told.refusal(code);
+            let mut fields = report.refusal(code);
             fields.insert("access".to_owned(), json!(what));
-            return self.say(at, event, &format!("{who} to {what} {}: {code}", told.title()), fields);
+            return self.print(at, event, &format!("{who} to {what} {}: {code}", report.title()), fields);
         }
         if sdo.writes == Some(true) {
             self.counts.writes += 1;
-            return self.say(at, "written", &equation("written", told), told.json());
+            return self.print(at, "written", &format!("written {}", report.equation()), report.json());
         }
-        if self.all { self.say(at, "read", &equation("read", told), told.json()) } else { Ok(()) }
+        if self.all { self.print(at, "read", &format!("read {}", report.equation()), report.json()) } else { Ok(()) }
     }
 
-    fn say(&self, at: Instant, event: &str, text: &str, mut fields: Map<String, Json>) -> io::Result<()> {
+    fn print(&self, at: Instant, event: &str, text: &str, mut fields: Map<String, Json>) -> io::Result<()> {
         let mut stdout = anstream::stdout().lock();
         if self.json {
-            // A value has words of its own under this name.
+            // An entry with a value already has its text.
             fields.entry("text").or_insert_with(|| json!(text));
             fields.insert("time".to_owned(), json!(at.since(Instant::ZERO).as_secs_f64()));
             fields.insert("event".to_owned(), json!(event));
             fields.insert("node".to_owned(), json!(self.node.map(NodeId::get)));
             writeln!(stdout, "{}", Json::Object(fields))?;
         } else {
-            // What has several lines is a table.
+            // A text of several lines is a table.
             let gap = if text.contains('\n') { "\n" } else { "  " };
             writeln!(stdout, "{:>12}{gap}{text}", at.to_string())?;
         }
         stdout.flush()
     }
-}
-
-fn equation(verb: &str, told: &Told) -> String {
-    format!("{verb} {} = {}", told.title(), told.words())
 }

@@ -1,4 +1,4 @@
-//! A device on its bus, what is typed meanwhile, and what is told of it.
+//! Runs a device on its bus, with commands from stdin.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,54 +16,52 @@ use super::report::Report;
 use crate::bus::failure::link_failure;
 use crate::bus::object::resolve;
 use crate::device::Loaded;
-use crate::output::{Failure, warn};
-use crate::values::Known;
-use crate::values::told::Told;
-use crate::values::wire::encode;
+use crate::output::{Failure, missing_frames, warn};
+use crate::values::DeviceValues;
+use crate::values::report::ValueReport;
 
-/// How long nobody looks whether there is a line, or Ctrl-C.
+/// How often stdin and Ctrl-C are checked.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// What others name as their bus when this command has a terminal of another simulation.
+/// The bus of other commands, if this one uses a terminal of another simulation.
 const OTHER_TERMINAL: &str = "another terminal of the simulation that made it (--bus pty:4 makes four)";
-/// The same of an adapter.
+/// The bus of other commands, if this one uses an adapter.
 const OTHER_ADAPTER: &str = "another adapter on the same bus";
 
 pub(super) struct Session<'a> {
-    participant: Participant<Box<dyn Link + Send>, Watched<'a>>,
+    participant: Participant<Box<dyn Link + Send>, Reporting<'a>>,
     loaded: &'a Loaded,
-    /// For values that are typed.
-    known: Known<'a>,
-    /// What went wrong last with the file of what the device keeps: once is enough to say so.
+    /// To parse and print values.
+    values: DeviceValues<'a>,
+    /// The last reported error about the file of stored parameters.
     trouble: Option<String>,
 }
 
-/// A device whose frames are told.
-struct Watched<'a> {
+/// A device whose events are printed.
+struct Reporting<'a> {
     device: Simulated,
     report: Report<'a>,
-    /// Nobody listens any more.
+    /// Why stdout cannot be written.
     broken: Option<io::Error>,
 }
 
-impl Watched<'_> {
-    fn note(&mut self, told: io::Result<()>) {
-        if let Err(error) = told {
+impl Reporting<'_> {
+    fn note(&mut self, printed: io::Result<()>) {
+        if let Err(error) = printed {
             self.broken.get_or_insert(error);
         }
     }
 
-    /// Tells what the device has become.
     fn follow(&mut self, now: Instant) {
-        let told = self.report.follow(now, self.device.node_id(), self.device.nmt_state());
-        self.note(told);
+        let printed = self.report.follow(now, self.device.node_id(), self.device.nmt_state());
+        self.note(printed);
     }
 }
 
-impl Node for Watched<'_> {
+impl Node for Reporting<'_> {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        let told = self.report.received(now, frame);
-        self.note(told);
+        let printed = self.report.received(now, frame);
+        self.note(printed);
         self.device.handle_frame(now, frame);
         self.follow(now);
     }
@@ -74,8 +72,8 @@ impl Node for Watched<'_> {
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         let frame = self.device.poll_transmit(now);
         if let Some(frame) = &frame {
-            let told = self.report.sent(now, frame);
-            self.note(told);
+            let printed = self.report.sent(now, frame);
+            self.note(printed);
         }
         self.follow(now);
         frame
@@ -93,9 +91,9 @@ impl Node for Watched<'_> {
 
 impl<'a> Session<'a> {
     pub(super) fn new(link: Box<dyn Link + Send>, device: Simulated, loaded: &'a Loaded, report: Report<'a>) -> Self {
-        let watched = Watched { device, report, broken: None };
-        let known = Known::new(&loaded.device);
-        Session { participant: Participant::new(link, watched), loaded, known, trouble: None }
+        let reporting = Reporting { device, report, broken: None };
+        let values = DeviceValues::new(&loaded.device);
+        Session { participant: Participant::new(link, reporting), loaded, values, trouble: None }
     }
 
     fn device(&mut self) -> &mut Simulated {
@@ -106,7 +104,7 @@ impl<'a> Session<'a> {
         &mut self.participant.node().report
     }
 
-    /// Says what is served, where, and how to try it.
+    /// Prints what is served on which bus, and how to try it.
     pub(super) fn introduce(&mut self, urls: &[String], args: &Args) -> Result<(), Failure> {
         let now = self.participant.now();
         let (name, entries) = (self.loaded.input.eds.name(), self.loaded.device.entries().count());
@@ -118,14 +116,13 @@ impl<'a> Session<'a> {
         }
         let mut stderr = anstream::stderr().lock();
         let who = node.map_or_else(|| "no node-ID yet".to_owned(), |node| format!("node {node}"));
-        // Where nobody listens on stderr there is nobody to tell.
         let _ = writeln!(stderr, "{who}: {name}, {entries} entries: {}", self.device().abilities());
         let _ = writeln!(stderr, "on {}", urls.join(" and "));
-        // A serial port has room for one program, and that is this one.
+        // A serial port serves one program, which is this one.
         let others = match &args.bus {
             Place::Url(BusUrl::Slcan { port, .. }) => {
                 let other = if port.starts_with("/dev/pts/") { OTHER_TERMINAL } else { OTHER_ADAPTER };
-                let _ = writeln!(stderr, "{port} serves this command alone; BUS below is {other}");
+                let _ = writeln!(stderr, "{port} serves only this command; BUS below is {other}");
                 &["BUS".to_owned()]
             }
             _ => urls,
@@ -150,12 +147,12 @@ impl<'a> Session<'a> {
             }
         }
         if std::io::stdin().is_terminal() && is_listening() {
-            let _ = writeln!(stderr, "here: help lists what can be typed; Ctrl-C ends");
+            let _ = writeln!(stderr, "here: help lists the commands; Ctrl-C ends");
         }
         Ok(())
     }
 
-    /// Lets the device take part in the bus until the end, Ctrl-C or `quit`.
+    /// Runs the device until the end, Ctrl-C or `quit`.
     pub(super) fn serve(
         &mut self,
         end: Option<Instant>,
@@ -182,8 +179,7 @@ impl<'a> Session<'a> {
                 }
                 Ok(Some(Notice::Gap(frames))) => {
                     let now = self.participant.now();
-                    let text = format!("{frames} frames are missing here: they came faster than they were taken");
-                    self.report().event(now, "gap", &text, json!({ "frames": frames }))?;
+                    self.report().event(now, "gap", &missing_frames(frames), json!({ "frames": frames }))?;
                 }
                 Ok(Some(Notice::Refused(error))) => warn(error),
                 Ok(None) => {}
@@ -193,6 +189,10 @@ impl<'a> Session<'a> {
             if let Some(error) = self.participant.node().broken.take() {
                 return Err(error.into());
             }
+            for fault in self.device().take_misconfigured() {
+                let now = self.participant.now();
+                self.report().misconfigured(now, &fault)?;
+            }
             let trouble = self.device().trouble();
             if trouble != self.trouble {
                 trouble.iter().for_each(warn);
@@ -201,7 +201,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Does what was typed; `false` when that is the end.
+    /// Carries out a line; returns whether to go on.
     fn command(&mut self, now: Instant, line: &str) -> Result<bool, Failure> {
         let command = match control::parse(line) {
             Ok(Some(command)) => command,
@@ -228,7 +228,7 @@ impl<'a> Session<'a> {
 
     fn answer(&mut self, now: Instant, answer: Result<String, String>) -> Result<bool, Failure> {
         match answer {
-            // What the device makes of it is told by itself.
+            // The device reports the effect itself.
             Ok(text) if text.is_empty() => {}
             Ok(text) => self.report().event(now, "answer", &text, json!({}))?,
             Err(error) => self.report().event(now, "error", &format!("error: {error}"), json!({ "text": error }))?,
@@ -239,19 +239,16 @@ impl<'a> Session<'a> {
     fn get(&mut self, now: Instant, object: &str) -> Result<String, String> {
         let address = resolve(Some(&self.loaded.device), object).map_err(|failure| failure.to_string())?;
         let value = self.device().value(now, address).map_err(|code| format!("{address}: {code}"))?;
-        let told = Told::transferred(Some(&self.known), address, &value);
-        Ok(format!("{} = {}", told.title(), told.words()))
+        Ok(ValueReport::of_bytes(Some(&self.values), address, &value).equation())
     }
 
     fn set(&mut self, now: Instant, object: &str, text: &str) -> Result<String, String> {
         let address = resolve(Some(&self.loaded.device), object).map_err(|failure| failure.to_string())?;
-        let entry = self.known.entry(address).ok_or_else(|| format!("the data sheet has no {address}"))?;
-        let value = self.known.understand(entry, text)?;
-        let data = encode(entry.data_type, &value).ok_or_else(|| format!("{address}: {text:?} does not fit"))?;
+        let data = self.values.encode(address, text)?;
         self.device().set_value(now, address, &data).map_err(|code| format!("{address}: {code}"))?;
-        self.known.learn(address.index(), address.sub(), &value);
-        let told = Told::transferred(Some(&self.known), address, &data);
-        Ok(format!("{} = {}", told.title(), told.words()))
+        let report = ValueReport::of_bytes(Some(&self.values), address, &data);
+        report.value.iter().for_each(|value| self.values.set(address, value));
+        Ok(report.equation())
     }
 
     fn status(&mut self, now: Instant) -> String {
@@ -269,7 +266,6 @@ impl<'a> Session<'a> {
         )
     }
 
-    /// The last words.
     pub(super) fn sum_up(&mut self, began: Instant) -> Result<(), Failure> {
         let now = self.participant.now();
         let counts = self.report().counts;

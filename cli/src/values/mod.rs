@@ -1,7 +1,7 @@
-//! Values: bytes on the [`wire`], numbers of the data sheet, and how people read and write them ([`text`]).
+//! Values of entries: as bytes ([`wire`]), as text, and as typed by people ([`text`]).
 
+pub(crate) mod report;
 pub(crate) mod text;
-pub(crate) mod told;
 pub(crate) mod wire;
 
 use std::cmp::Ordering;
@@ -9,65 +9,53 @@ use std::collections::BTreeMap;
 
 use lexican_eds::model::{BitField, Condition, ConditionalRange, Device, Entry, Meaning, Unit, Value};
 use lexican_eds::types::{Class, DataType};
-use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::{Command, State};
+use lexican_runtime::{NodeId, cia301};
 
-/// A device and what is known of its values: its defaults, and what was seen on the bus since.
-pub(crate) struct Known<'a> {
+/// A data sheet, and the values that were seen on the bus. Units and names of values depend on other values.
+pub(crate) struct DeviceValues<'a> {
     pub(crate) device: &'a Device,
-    seen: BTreeMap<(u16, u8), i128>,
+    seen: BTreeMap<Address, i128>,
 }
 
-impl<'a> Known<'a> {
+impl<'a> DeviceValues<'a> {
     pub(crate) fn new(device: &'a Device) -> Self {
-        Known { device, seen: BTreeMap::new() }
+        DeviceValues { device, seen: BTreeMap::new() }
     }
 
-    /// The entry at an address.
     pub(crate) fn entry(&self, address: Address) -> Option<&'a Entry> {
         self.device.entry(address.index(), address.sub())
     }
 
-    /// What an entry is called: with the name of its object before it, unless it is all of it.
     pub(crate) fn name(&self, entry: &Entry) -> String {
         name(self.device, entry)
     }
 
-    /// Takes note of a value.
-    pub(crate) fn learn(&mut self, index: u16, sub: u8, value: &Value) {
+    /// Remembers a value that was seen.
+    pub(crate) fn set(&mut self, address: Address, value: &Value) {
         if let Value::Integer(number) = value {
-            self.seen.insert((index, sub), *number);
+            self.seen.insert(address, *number);
         }
     }
 
-    /// A value that was seen.
-    pub(crate) fn seen(&self, index: u16, sub: u8) -> Option<i128> {
-        self.seen.get(&(index, sub)).copied()
+    /// The value that was seen last.
+    pub(crate) fn seen(&self, address: Address) -> Option<i128> {
+        self.seen.get(&address).copied()
     }
 
-    /// The value that an entry has, as far as anybody can tell.
-    fn number(&self, index: u16, sub: u8) -> Option<i128> {
-        self.seen(index, sub).or_else(|| {
-            let entry = self.device.entry(index, sub)?;
-            entry.configured.as_ref().or(entry.default.as_ref())?.as_integer()
-        })
-    }
-
-    /// The unit that an entry counts in, of several the one whose condition holds.
+    /// The unit of an entry; of several, the one whose condition holds.
     pub(crate) fn unit(&self, entry: &Entry) -> Option<&'a Unit> {
         let Meaning::Quantity(name) = &entry.meaning else { return None };
-        self.device
-            .quantities
-            .get(name)?
-            .units
-            .iter()
-            .find(|unit| unit.when.as_ref().is_none_or(|when| self.holds(when)))
+        let mut units = self.device.quantities.get(name)?.units.iter();
+        units.find(|unit| unit.when.as_ref().is_none_or(|when| self.holds(when)))
     }
 
-    /// Whether a condition holds, as far as anybody can tell.
+    /// Whether a condition holds, by the value that was seen or else by the data sheet.
     pub(crate) fn holds(&self, when: &Condition) -> bool {
-        self.number(when.index, when.sub).is_some_and(|number| (number == when.value) == when.equal)
+        let address = Address::new(when.index, when.sub);
+        let number = self.seen(address).or_else(|| given(self.entry(address)?)?.as_integer());
+        number.is_some_and(|number| (number == when.value) == when.equal)
     }
 
     /// The entries on whose values the unit of an entry depends.
@@ -80,7 +68,7 @@ impl<'a> Known<'a> {
         addresses
     }
 
-    /// A value as people read it: with its unit, the name of its enumeration, its bits by name.
+    /// A value as text: with its unit, the name of its enumeration, or the names of its bits.
     pub(crate) fn describe(&self, entry: &Entry, value: &Value) -> String {
         let Value::Integer(number) = *value else { return plain(entry.data_type, value) };
         if let Some(text) = self.special(entry, number) {
@@ -110,7 +98,7 @@ impl<'a> Known<'a> {
         values.iter().find(|named| named.value == number).map(|named| named.name.as_str())
     }
 
-    /// What a standard says of an entry, whatever the device.
+    /// The text of values that CiA 301 and 402 define.
     fn special(&self, entry: &Entry, number: i128) -> Option<String> {
         let field = match &entry.meaning {
             Meaning::BitField(name) => self.device.bit_fields.get(name),
@@ -127,23 +115,25 @@ impl<'a> Known<'a> {
                 let state = State::from_status_word(number as u16)?;
                 Some(join(&state.to_string(), field.map(|field| bits(field, number, STATE_BITS))))
             }
-            (0x1600..=0x17FF | 0x1A00..=0x1BFF, 1..) => {
+            (index, 1..) if is_pdo_mapping(index) => {
                 let (index, sub, bits) = ((number >> 16) as u16, (number >> 8) as u8, number as u8);
                 let name = self.device.entry(index, sub).map_or("", |mapped| &mapped.name);
                 Some(format!("{index:04X}:{sub:02X} {name}, {bits} bits"))
             }
-            (0x1005 | 0x1014, 0) | (0x1400..=0x15FF | 0x1800..=0x19FF, 1) | (0x1200..=0x12FF, 1 | 2) => {
-                let off = if number >> 31 & 1 == 1 && entry.index != 0x1005 { ", switched off" } else { "" };
+            (cia301::COB_ID_SYNC | cia301::COB_ID_EMCY, 0)
+            | (cia301::RPDO_1..=cia301::RPDO_512 | cia301::TPDO_1..=cia301::TPDO_512, 1)
+            | (cia301::SDO_SERVER_1..=cia301::SDO_CLIENT_128, 1 | 2) => {
+                let is_off = number >> 31 & 1 == 1 && entry.index != cia301::COB_ID_SYNC;
+                let off = if is_off { ", switched off" } else { "" };
                 Some(format!("{:03X}h{off}", number & 0x1FFF_FFFF))
             }
             _ => None,
         }
     }
 
-    /// The command that a control word gives. "Switch on" and "disable operation" are the same bits; which
-    /// is meant depends on the state.
+    /// The command of a control word. "Switch on" and "disable operation" are the same bits; the state decides.
     fn command(&self, control_word: u16) -> &'static str {
-        let word = |index| self.seen(index, 0).map(|seen| seen as u16);
+        let word = |index| self.seen(Address::new(index, 0)).map(|seen| seen as u16);
         let enabled = word(0x6041).and_then(State::from_status_word) == Some(State::OperationEnabled);
         match Command::parse(word(0x6040).unwrap_or(0), control_word) {
             Command::Shutdown => "shutdown",
@@ -156,13 +146,27 @@ impl<'a> Known<'a> {
         }
     }
 
-    /// Whether the device follows CiA 402.
     fn is_drive(&self) -> bool {
         self.device.profile == Some(402)
     }
 }
 
-/// What an entry of a device is called: `Motor Parameter Set, v-Pos`.
+pub(crate) fn address(entry: &Entry) -> Address {
+    Address::new(entry.index, entry.sub)
+}
+
+/// The value that the data sheet gives an entry: configured in a DCF, else its default.
+pub(crate) fn given(entry: &Entry) -> Option<&Value> {
+    entry.configured.as_ref().or(entry.default.as_ref())
+}
+
+/// Whether an object is the mapping of a PDO.
+pub(crate) fn is_pdo_mapping(index: u16) -> bool {
+    use cia301::{RPDO_MAPPING_1, RPDO_MAPPING_512, TPDO_MAPPING_1, TPDO_MAPPING_512};
+    matches!(index, RPDO_MAPPING_1..=RPDO_MAPPING_512 | TPDO_MAPPING_1..=TPDO_MAPPING_512)
+}
+
+/// The name of an entry, after that of its object unless it is the only one: `Motor Parameter Set, v-Pos`.
 pub(crate) fn name(device: &Device, entry: &Entry) -> String {
     match device.object(entry.index) {
         Some(object) if object.entries.len() > 1 => format!("{}, {}", object.name, entry.name),
@@ -170,7 +174,7 @@ pub(crate) fn name(device: &Device, entry: &Entry) -> String {
     }
 }
 
-/// The value that a node has where its data sheet counts from the node-ID.
+/// A value with `$NODEID` replaced.
 pub(crate) fn resolved(value: &Value, node: NodeId) -> Value {
     match value {
         Value::NodeIdPlus(offset) => Value::Integer(i128::from(*offset) + i128::from(node.get())),
@@ -178,7 +182,7 @@ pub(crate) fn resolved(value: &Value, node: NodeId) -> Value {
     }
 }
 
-/// Between which values an entry may be.
+/// The lowest and the highest value of an entry.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Limits {
     pub(crate) low: Option<Value>,
@@ -186,7 +190,7 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// Whether a value is below the limits, above them, or neither.
+    /// Whether a value is below the limits (`Less`), above them (`Greater`), or neither.
     pub(crate) fn compare(&self, value: &Value) -> Ordering {
         if self.low.as_ref().is_some_and(|low| is_below(value, low)) {
             Ordering::Less
@@ -223,7 +227,7 @@ fn join(first: &str, rest: Option<String>) -> String {
 
 const NO_BITS: &str = "0";
 
-/// The fields of a word that are set, by name; those in the mask `without` are left out.
+/// The names of the fields that are not zero, except for those in the mask `without`.
 fn bits(field: &BitField, number: i128, without: u16) -> String {
     let mut rest = number & !i128::from(without);
     let mut names = Vec::new();
@@ -245,8 +249,8 @@ fn is_signed(entry: &Entry) -> bool {
     entry.data_type.class() == Class::Signed
 }
 
-/// A count in its unit: exact where the unit is a decimal fraction.
-pub(crate) fn scaled(number: i128, unit: &Unit, signed: bool) -> String {
+/// A count in its unit: exact if the unit is a decimal fraction.
+fn scaled(number: i128, unit: &Unit, signed: bool) -> String {
     let plus = if signed && number > 0 { "+" } else { "" };
     let decimals = (0..=9).find(|&decimals| 10_i64.pow(decimals) == unit.den);
     match decimals {
@@ -261,7 +265,7 @@ pub(crate) fn scaled(number: i128, unit: &Unit, signed: bool) -> String {
     }
 }
 
-/// A value without any meaning but its type.
+/// A value as text, by its type alone.
 pub(crate) fn plain(data_type: DataType, value: &Value) -> String {
     match value {
         Value::Integer(number) => match (data_type.class(), data_type.bits()) {
@@ -281,7 +285,7 @@ pub(crate) fn plain(data_type: DataType, value: &Value) -> String {
     }
 }
 
-/// In as few digits as bring the number back; very large and very small ones with an exponent.
+/// The fewest digits that parse to the same number; very large and very small numbers with an exponent.
 fn real(data_type: DataType, number: f64) -> String {
     let is_long = number.is_finite() && number != 0.0 && !(1e-5..1e16).contains(&number.abs());
     match (data_type == DataType::Real32, is_long) {
@@ -292,7 +296,7 @@ fn real(data_type: DataType, number: f64) -> String {
     }
 }
 
-/// Some devices keep their names in numbers: `AG03`, `load`, `1.00`.
+/// The four letters that some devices keep in a number: `AG03`, `load`, `1.00`.
 fn ascii(number: i128, bits: u8) -> Option<String> {
     let bytes = (number as u128).to_le_bytes();
     let text = bytes.get(..usize::from(bits / 8)).filter(|text| text.len() == 4)?;

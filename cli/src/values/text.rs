@@ -1,26 +1,35 @@
-//! Values as people write them: `5000`, `24.0 V`, `profile velocity`, `switch on + quick stop`.
+//! Values as they are typed: `5000`, `24.0 V`, `profile velocity`, `switch on + quick stop`.
 
 use lexican_eds::model::{BitField, Entry, Meaning, Unit, Value};
 use lexican_eds::types::{Class, DataType};
+use lexican_runtime::object::Address;
 
-use super::Known;
+use super::DeviceValues;
+use super::wire::encode;
 
-impl Known<'_> {
-    /// The value that a text means for an entry.
+impl DeviceValues<'_> {
+    /// The bytes of an entry from a text.
+    pub(crate) fn encode(&self, address: Address, text: &str) -> Result<Vec<u8>, String> {
+        let entry = self.entry(address).ok_or_else(|| format!("the data sheet has no {address}"))?;
+        let value = self.parse(entry, text).map_err(|error| format!("{address}: {error}"))?;
+        encode(entry.data_type, &value).ok_or_else(|| format!("{address}: the value is no {}", entry.data_type))
+    }
+
+    /// The value of an entry from a text.
     ///
-    /// A number with a unit, or with a decimal point, is in that unit. A bare number is one only where the unit
-    /// is worth one count, so that nobody has to guess; `raw:240` is always the number on the wire.
-    pub(crate) fn understand(&self, entry: &Entry, text: &str) -> Result<Value, String> {
+    /// A number with a unit or a decimal point is in the unit of the entry. A number with neither is ambiguous, and is
+    /// refused unless a count is worth one unit; `raw:240` is always the number in wire form.
+    pub(crate) fn parse(&self, entry: &Entry, text: &str) -> Result<Value, String> {
         let text = text.trim();
         if let Some(raw) = text.strip_prefix("raw:") {
-            return untyped(entry.data_type, raw);
+            return parse_as(entry.data_type, raw);
         }
         match &entry.meaning {
             Meaning::Quantity(_) => match self.unit(entry) {
                 Some(unit) => within(entry.data_type, quantity(unit, text)?),
-                None => untyped(entry.data_type, text),
+                None => parse_as(entry.data_type, text),
             },
-            Meaning::Enumeration(_) if integer(text).is_some() => untyped(entry.data_type, text),
+            Meaning::Enumeration(_) if integer(text).is_some() => parse_as(entry.data_type, text),
             Meaning::Enumeration(name) => {
                 let values = self.device.enumerations.get(name).map(|it| it.values.as_slice()).unwrap_or_default();
                 let named = values.iter().find(|named| named.name.eq_ignore_ascii_case(text));
@@ -29,18 +38,18 @@ impl Known<'_> {
                     format!("{text:?} is none of: {}", names.join(", "))
                 })
             }
-            Meaning::BitField(_) if integer(text).is_some() => untyped(entry.data_type, text),
+            Meaning::BitField(_) if integer(text).is_some() => parse_as(entry.data_type, text),
             Meaning::BitField(name) => match self.device.bit_fields.get(name) {
                 Some(field) => within(entry.data_type, bits(field, text)?),
-                None => untyped(entry.data_type, text),
+                None => parse_as(entry.data_type, text),
             },
-            Meaning::Plain => untyped(entry.data_type, text),
+            Meaning::Plain => parse_as(entry.data_type, text),
         }
     }
 }
 
-/// The value that a text means for a type.
-pub(crate) fn untyped(data_type: DataType, text: &str) -> Result<Value, String> {
+/// The value of a type from a text.
+pub(crate) fn parse_as(data_type: DataType, text: &str) -> Result<Value, String> {
     let wrong = || format!("{text:?} is no {data_type}");
     match data_type.class() {
         Class::Boolean if text.eq_ignore_ascii_case("true") => Ok(Value::Integer(1)),
@@ -56,7 +65,7 @@ pub(crate) fn untyped(data_type: DataType, text: &str) -> Result<Value, String> 
     }
 }
 
-/// A number that the type can hold.
+/// The number, if the type can hold it.
 fn within(data_type: DataType, number: i128) -> Result<Value, String> {
     match data_type.range() {
         Some((low, high)) if !(low..=high).contains(&number) => {
@@ -66,14 +75,22 @@ fn within(data_type: DataType, number: i128) -> Result<Value, String> {
     }
 }
 
-/// Decimal, or hexadecimal behind `0x`.
+/// Parses up to `most` hexadecimal digits, of which 16 bits have four, with `0x` before or `h` after them, or neither.
+pub(crate) fn parse_hex(text: &str, most: usize) -> Option<u16> {
+    let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).unwrap_or(text);
+    let digits = digits.strip_suffix(['h', 'H']).unwrap_or(digits);
+    let is_plain = (1..=most).contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+    u16::from_str_radix(digits, 16).ok().filter(|_| is_plain)
+}
+
+/// Decimal, or hexadecimal after `0x`.
 fn integer(text: &str) -> Option<i128> {
     let (minus, digits) = match text.strip_prefix('-') {
         Some(digits) => (true, digits),
         None => (false, text.strip_prefix('+').unwrap_or(text)),
     };
     let hex = digits.strip_prefix("0x").or_else(|| digits.strip_prefix("0X"));
-    // Neither parser may see a second sign.
+    // The parsers below would accept a second sign.
     let number = match hex {
         Some(hex) if hex.bytes().all(|byte| byte.is_ascii_hexdigit()) => i128::from_str_radix(hex, 16).ok()?,
         None if digits.bytes().all(|byte| byte.is_ascii_digit()) => digits.parse().ok()?,
@@ -93,7 +110,7 @@ fn bytes(text: &str) -> Option<Vec<u8>> {
     pairs.collect()
 }
 
-/// `24.0 V` in counts; exact, or an error.
+/// `24.0 V` in counts; an error if it is not a whole number of them.
 fn quantity(unit: &Unit, text: &str) -> Result<i128, String> {
     let end = text.find(|letter: char| !matches!(letter, '0'..='9' | '.' | '-' | '+')).unwrap_or(text.len());
     let (number, symbol) = (&text[..end], text[end..].trim());
@@ -117,20 +134,20 @@ fn quantity(unit: &Unit, text: &str) -> Result<i128, String> {
     Ok(counts)
 }
 
-/// A decimal number over `num / den`, and what does not divide.
+/// A decimal number over `num / den`, and the remainder.
 fn counts(unit: &Unit, number: &str) -> Option<(i128, i128)> {
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     if fraction.len() > 9 || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
     }
     let power = 10_i128.pow(fraction.len() as u32);
-    // The fraction has the sign of the whole, also of "-0".
+    // The sign stays before the digits, so that "-0.5" is negative.
     let digits: i128 = integer(&format!("{whole}{fraction}"))?;
     let (dividend, divisor) = (digits.checked_mul(unit.den.into())?, power.checked_mul(unit.num.into())?);
     Some((dividend.checked_div(divisor)?, dividend.checked_rem(divisor)?))
 }
 
-/// Names joined by `+`; a field of several bits with its number behind its name.
+/// Names joined by `+`; after the name of a field of several bits comes its number.
 fn bits(field: &BitField, text: &str) -> Result<i128, String> {
     let mut number = 0_i128;
     for part in text.split('+').map(str::trim) {
@@ -166,10 +183,10 @@ mod tests {
     #[test]
     fn texts_are_values_of_the_entry() {
         let device = Loaded::named("siko/ag03-1").unwrap().device;
-        let known = Known::new(&device);
+        let values = DeviceValues::new(&device);
         let check = |index, sub, text: &str, number: Option<i128>| {
             let entry = device.entry(index, sub).unwrap();
-            assert_eq!(known.understand(entry, text).ok(), number.map(Value::Integer), "{text}");
+            assert_eq!(values.parse(entry, text).ok(), number.map(Value::Integer), "{text}");
         };
         check(0x607A, 0, "5000", Some(5000));
         check(0x607A, 0, "-5000 increments", Some(-5000));
@@ -194,7 +211,7 @@ mod tests {
 
     #[test]
     fn texts_are_values_of_the_type() {
-        let check = |data_type, text: &str, value: Option<Value>| assert_eq!(untyped(data_type, text).ok(), value);
+        let check = |data_type, text: &str, value: Option<Value>| assert_eq!(parse_as(data_type, text).ok(), value);
         check(DataType::Boolean, "true", Some(Value::Integer(1)));
         check(DataType::Integer8, "-128", Some(Value::Integer(-128)));
         check(DataType::Integer8, "128", None);
@@ -218,11 +235,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_value_says_what_would_be_one() {
+    fn errors_suggest_what_to_write() {
         let device = Loaded::named("siko/ag03-1").unwrap().device;
-        let known = Known::new(&device);
+        let values = DeviceValues::new(&device);
         let check = |index, sub, text: &str, words: &str| {
-            let error = known.understand(device.entry(index, sub).unwrap(), text).unwrap_err();
+            let error = values.parse(device.entry(index, sub).unwrap(), text).unwrap_err();
             assert!(error.contains(words), "{text}: {error}");
         };
         check(0x2412, 0, "", "is no number of mm: write 1.5 mm");

@@ -1,9 +1,9 @@
-//! Values as the wire has them.
+//! Values in their wire form.
 
 use lexican_eds::model::Value;
 use lexican_eds::types::{Class, DataType};
 
-/// The value of these bytes; `None` when their number does not fit the type.
+/// The value of these bytes; `None` if their number does not fit the type.
 pub(crate) fn parse(data_type: DataType, bytes: &[u8]) -> Option<Value> {
     let size = data_type.bits().map(|bits| usize::from(bits.div_ceil(8)));
     if size.is_some_and(|size| size != bytes.len()) {
@@ -22,7 +22,12 @@ pub(crate) fn parse(data_type: DataType, bytes: &[u8]) -> Option<Value> {
     })
 }
 
-/// The bytes that count: a server that does not tell the size (42h) sends four bytes of whatever it has.
+/// [`parse`] of an SDO transfer, which may have padding: see [`fitting`].
+pub(crate) fn parse_padded(data_type: DataType, data: &[u8]) -> Option<Value> {
+    parse(data_type, fitting(data_type, data))
+}
+
+/// The bytes without padding: a server that does not indicate the size (42h) sends four bytes of any type.
 pub(crate) fn fitting(data_type: DataType, data: &[u8]) -> &[u8] {
     let size = data_type.bits().map_or(data.len(), |bits| usize::from(bits.div_ceil(8)));
     if data.len() == 4 { data.get(..size).unwrap_or(data) } else { data }
@@ -59,7 +64,7 @@ fn text(data_type: DataType, bytes: &[u8]) -> String {
     text.trim_end_matches('\0').to_owned()
 }
 
-/// The bytes of a value; `None` when the type cannot hold it.
+/// The bytes of a value; `None` if the type cannot hold it.
 pub(crate) fn encode(data_type: DataType, value: &Value) -> Option<Vec<u8>> {
     let size = data_type.bits().map(|bits| usize::from(bits.div_ceil(8)));
     match (value, data_type.class()) {

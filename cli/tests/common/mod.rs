@@ -1,16 +1,37 @@
-//! Runs the command and says how it ended.
+//! Runs the command.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// What a run of the command left behind.
+/// The result of a run.
 pub(crate) struct Run {
-    /// The exit code; `None` when a signal ended it.
+    args: String,
+    /// The exit code; `None` after a signal.
     pub(crate) code: Option<i32>,
-    /// What it printed.
     pub(crate) stdout: String,
-    /// What it complained about.
     pub(crate) stderr: String,
+}
+
+#[allow(dead_code, reason = "not every test needs both")]
+impl Run {
+    /// The exit code is this, and stdout has the text.
+    #[track_caller]
+    pub(crate) fn on_stdout(&self, code: i32, text: &str) {
+        assert!(self.code == Some(code) && self.stdout.contains(text), "no {text:?} and exit code {code}: {self}");
+    }
+
+    /// The exit code is this, and stderr has the text.
+    #[track_caller]
+    pub(crate) fn on_stderr(&self, code: i32, text: &str) {
+        assert!(self.code == Some(code) && self.stderr.contains(text), "no {text:?} and exit code {code}: {self}");
+    }
+}
+
+impl fmt::Display for Run {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "lexican {}\nexit code {:?}\n{}{}", self.args, self.code, self.stdout, self.stderr)
+    }
 }
 
 /// Runs the command with these arguments.
@@ -28,8 +49,9 @@ pub(crate) fn lexican_in(folder: &Path, args: &[&str]) -> Run {
         .output()
         .expect("the command was built for this test");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("the command prints UTF-8");
-    let run = Run { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) };
-    assert!(!run.stderr.contains("panicked"), "lexican {args:?} panicked:\n{}", run.stderr);
+    let args = format!("{args:?}");
+    let run = Run { args, code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) };
+    assert!(!run.stderr.contains("panicked"), "{run}");
     run
 }
 

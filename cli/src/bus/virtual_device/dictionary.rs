@@ -1,4 +1,4 @@
-//! The objects of a data sheet as a dictionary.
+//! A dictionary made of a data sheet.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -6,21 +6,20 @@ use std::collections::BTreeMap;
 use lexican_eds::model::{self, AccessType, Condition, ConditionalRange, Value};
 use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary, PdoMapping};
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{AbortCode, NodeId};
+use lexican_runtime::{AbortCode, NodeId, cia301};
 
 use crate::values::wire::parse;
-use crate::values::{Limits, resolved};
+use crate::values::{Limits, address, resolved};
 
-/// The `$NODEID` of a dictionary that nobody can read yet.
+/// The `$NODEID` of a device without node-ID, whose dictionary cannot be read.
 pub(super) const NO_NODE: NodeId = NodeId::literal(127);
 
-/// More than this is not kept of one entry.
+/// The most bytes of an entry.
 const MAX_BYTES: usize = 1024 * 1024;
 
-/// The entries of a data sheet and their values.
 pub(super) struct SheetDictionary {
     slots: BTreeMap<Address, Slot>,
-    /// The NMT state of the device, on which it depends what may be written.
+    /// The NMT state of the device, on which write access depends.
     pub(super) state: NmtState,
 }
 
@@ -28,30 +27,29 @@ struct Slot {
     entry: Entry,
     default: Vec<u8>,
     value: Vec<u8>,
-    /// What was written so far of a value that comes in pieces.
-    coming: Vec<u8>,
+    /// The first part of a value whose transfer goes on.
+    partial: Vec<u8>,
     limits: Limits,
     /// Limits that depend on other entries.
     ranges: Vec<ConditionalRange>,
     sheet_type: lexican_eds::types::DataType,
-    /// The states in which the entry may be written; any, when `None`.
+    /// The states in which the entry may be written; `None` for any.
     writable_in: Option<Vec<model::NmtState>>,
-    /// Whether the device keeps it without power, without being told to.
+    /// Whether the device stores it without a command.
     persistent: bool,
 }
 
 impl SheetDictionary {
     pub(super) fn new(node: NodeId, sheet: &model::Device) -> Self {
-        let slots = sheet.entries().map(|entry| (Address::new(entry.index, entry.sub), Slot::new(node, sheet, entry)));
+        let slots = sheet.entries().map(|entry| (address(entry), Slot::new(node, sheet, entry)));
         SheetDictionary { slots: slots.collect(), state: NmtState::Initialising }
     }
 
-    /// The value of an entry.
     pub(super) fn value(&self, address: Address) -> Result<&[u8], AbortCode> {
         Ok(&self.slots.get(&address).ok_or_else(|| self.missing(address))?.value)
     }
 
-    /// Changes a value from inside the device: whatever its access, but within its size and limits.
+    /// Changes a value from inside the device: regardless of its access, but within its size and limits.
     pub(super) fn set(&mut self, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         self.value(address)?;
         self.check(address, data)?;
@@ -67,13 +65,13 @@ impl SheetDictionary {
         writable.map(|slot| slot.entry.address).collect()
     }
 
-    /// Whether the device can have kept this value of an entry.
+    /// Whether the device can have stored this value of an entry.
     pub(super) fn can_keep(&self, address: Address, data: &[u8]) -> bool {
         let fits = |slot: &Slot| slot.entry.data_type.size().is_none_or(|size| size == data.len());
         self.slots.get(&address).is_some_and(|slot| (slot.persistent || slot.is_stored()) && fits(slot))
     }
 
-    /// Whether a value survives without anybody storing it.
+    /// Whether an entry is stored without a command.
     pub(super) fn is_persistent(&self, address: Address) -> bool {
         self.slots.get(&address).is_some_and(|slot| slot.persistent)
     }
@@ -86,8 +84,7 @@ impl SheetDictionary {
         }
     }
 
-    /// Whether an entry can have a value: by its size, its limits, and those that hold while another entry has
-    /// a certain value.
+    /// Whether an entry can have a value: by its size and its limits, which may depend on another entry.
     fn check(&self, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         let slot = self.slots.get(&address).ok_or(AbortCode::NO_SUCH_OBJECT)?;
         if let Some(size) = slot.entry.data_type.size() {
@@ -113,10 +110,10 @@ impl SheetDictionary {
         Ok(())
     }
 
-    /// As after power-on, with the values that were kept.
+    /// Sets the values of power-on: the stored ones, else the defaults.
     pub(super) fn reset(&mut self, kept: &BTreeMap<Address, Vec<u8>>) {
         for (address, slot) in &mut self.slots {
-            slot.coming.clear();
+            slot.partial.clear();
             slot.value.clone_from(kept.get(address).unwrap_or(&slot.default));
         }
     }
@@ -124,13 +121,13 @@ impl SheetDictionary {
 
 impl Slot {
     fn new(node: NodeId, sheet: &model::Device, entry: &model::Entry) -> Self {
-        // A type that CiA 301 does not define is transferred as a block of bytes.
+        // A type that CiA 301 does not define is transferred as bytes.
         let data_type = DataType::from_code(entry.data_type.code()).unwrap_or(DataType::Domain);
         let limit = |value: &Option<Value>| value.as_ref().map(|value| resolved(value, node));
         let default = lexican_codegen::initial(sheet, entry).of_node(node.get());
         Slot {
             entry: Entry {
-                address: Address::new(entry.index, entry.sub),
+                address: address(entry),
                 data_type,
                 access: access(entry.access),
                 mapping: mapping(entry),
@@ -140,7 +137,7 @@ impl Slot {
             },
             value: default.clone(),
             default,
-            coming: Vec::new(),
+            partial: Vec::new(),
             limits: Limits { low: limit(&entry.low), high: limit(&entry.high) },
             ranges: entry.ranges.clone(),
             sheet_type: entry.data_type,
@@ -149,12 +146,13 @@ impl Slot {
         }
     }
 
-    /// Whether the entry holds a parameter.
+    /// Whether 1010h stores the entry.
     fn is_stored(&self) -> bool {
-        self.entry.access == Access::Rw && !matches!(self.entry.address.index(), 0x1003 | 0x1010 | 0x1011)
+        use cia301::{PREDEFINED_ERROR_FIELD, RESTORE_DEFAULT_PARAMETERS, STORE_PARAMETERS};
+        let commands = [PREDEFINED_ERROR_FIELD, STORE_PARAMETERS, RESTORE_DEFAULT_PARAMETERS];
+        self.entry.access == Access::Rw && !commands.contains(&self.entry.address.index())
     }
 
-    /// Whether the entry may be written in a state.
     fn is_writable_in(&self, state: NmtState) -> bool {
         let state = match state {
             NmtState::Operational => model::NmtState::Operational,
@@ -163,7 +161,6 @@ impl Slot {
         self.writable_in.as_ref().is_none_or(|states| states.contains(&state))
     }
 
-    /// The number that the entry holds.
     fn number(&self) -> Option<i128> {
         parse(self.sheet_type, &self.value)?.as_integer()
     }
@@ -194,14 +191,14 @@ impl ObjectDictionary for SheetDictionary {
         if !slot.is_writable_in(state) {
             return Err(AbortCode::DEVICE_STATE);
         }
-        slot.coming.truncate(offset as usize);
-        if slot.coming.len() + data.len() > MAX_BYTES {
-            slot.coming.clear();
+        slot.partial.truncate(offset as usize);
+        if slot.partial.len() + data.len() > MAX_BYTES {
+            slot.partial.clear();
             return Err(AbortCode::OUT_OF_MEMORY);
         }
-        slot.coming.extend(data);
+        slot.partial.extend(data);
         if last {
-            let whole = std::mem::take(&mut slot.coming);
+            let whole = std::mem::take(&mut slot.partial);
             self.check(entry.address, &whole)?;
             if let Some(slot) = self.slots.get_mut(&entry.address) {
                 slot.value = whole;
@@ -237,7 +234,7 @@ mod tests {
     const NODE: NodeId = NodeId::literal(5);
 
     #[test]
-    fn limits_follow_the_entry_that_decides_them() {
+    fn limits_depend_on_another_entry() {
         let sheet = Loaded::named("siko/ag03-1").unwrap().device;
         let mut dictionary = SheetDictionary::new(NODE, &sheet);
         let mut with_gear = |gear: u8, velocity: i32| {
@@ -252,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn an_entry_is_written_in_its_states_only() {
+    fn an_entry_is_written_only_in_its_states() {
         let mut sheet = Loaded::named("siko/ag03-1").unwrap().device;
         let entry = sheet.objects.iter_mut().find(|object| object.index == 0x6060).unwrap().entries.first_mut();
         entry.unwrap().writable_in = Some(vec![model::NmtState::PreOperational]);

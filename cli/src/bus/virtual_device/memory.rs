@@ -1,12 +1,5 @@
-//! What a device made of a data sheet keeps without power: the values that were stored by 1010h, those that its data
-//! sheet says survive anyway, and the node-ID that LSS gave it. With a file, beyond the end of the command.
-//!
-//! ```text
-//! lexican parameters 2
-//! node 5
-//! 2410:01 64 00
-//! end 1 entries, crc32 3B0D4C1F
-//! ```
+//! The stored parameters of a device made of a data sheet: the entries that 1010h stores, those that are persistent by the
+//! data sheet, and the node-ID from LSS. The file has the format of [`lexican_runtime::host::kept`], with a line `node 5`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,7 +9,7 @@ use lexican_runtime::host::kept::{KeptError, KeptFile, KeptFormat};
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::service::lss_device::{LssHost, StoreError};
 use lexican_runtime::service::storage::Storage;
-use lexican_runtime::{AbortCode, NodeId};
+use lexican_runtime::{AbortCode, NodeId, cia301};
 
 use super::dictionary::NO_NODE;
 use super::dictionary::SheetDictionary;
@@ -25,20 +18,18 @@ use crate::values::hex;
 
 const FORMAT: KeptFormat = KeptFormat { name: "lexican parameters", version: 2 };
 
-/// What a device keeps without power.
 #[derive(Default)]
 pub(crate) struct Memory {
     pub(super) kept: BTreeMap<Address, Vec<u8>>,
     pub(super) node: Option<NodeId>,
-    /// The entries that there are to be stored.
+    /// The entries that can be stored.
     pub(super) writable: Vec<Address>,
     file: Option<KeptFile>,
-    /// What went wrong with the file the last time.
+    /// Why the file could not be written the last time.
     pub(super) trouble: Option<String>,
 }
 
 impl Memory {
-    /// The memory of a device in a file; a file that is not there is that of a new device, and is made.
     pub(crate) fn open(path: &Path, sheet: &model::Device) -> Result<Self, Failure> {
         let (file, text) = KeptFile::open(path).map_err(|error| Failure::file("read", path, &error))?;
         let mut memory = Memory { file: Some(file), ..Memory::default() };
@@ -53,14 +44,15 @@ impl Memory {
 
     pub(super) fn keep(&mut self, address: Address, value: Vec<u8>) {
         self.kept.insert(address, value);
-        // The write has been answered already: the trouble is reported.
+        // `trouble` has the error; the write is already confirmed.
         let _ = self.save();
     }
 
     fn save(&mut self) -> std::io::Result<()> {
         let text = self.text();
         let saved = self.file.as_mut().map_or(Ok(()), |file| file.save(text));
-        self.trouble = saved.as_ref().err().map(|error| format!("cannot write what is kept: {}", reason(error)));
+        self.trouble =
+            saved.as_ref().err().map(|error| format!("cannot write the stored parameters: {}", reason(error)));
         saved
     }
 
@@ -70,7 +62,7 @@ impl Memory {
         FORMAT.seal(&node.chain(entries).collect::<Vec<_>>())
     }
 
-    /// On failure, what is wrong, to follow the name of the file.
+    /// On failure, the line and the reason, to follow the path.
     fn parse(&mut self, text: &str, dictionary: &SheetDictionary) -> Result<(), String> {
         let lines = FORMAT.unseal(text).map_err(|error| match error {
             KeptError::Foreign(_) => format!(":1: this is not what `lexican simulate --eeprom` writes: {error}"),
@@ -79,7 +71,7 @@ impl Memory {
         for (number, line) in (2..).zip(&lines) {
             self.take(line, dictionary).ok_or_else(|| {
                 format!(
-                    ":{number}: `{line}` is neither a node-ID nor an entry that this device keeps, with its length; \
+                    ":{number}: `{line}` is neither a node-ID nor an entry that this device stores, with its length; \
                      name another file, or remove this one to begin with a new device"
                 )
             })?;
@@ -102,11 +94,11 @@ impl Memory {
     }
 }
 
-/// CiA 301, 7.5.2.13: all, communication, profile, and for the manufacturer the rest.
+/// CiA 301, 7.5.2.13: all, communication, profile, and manufacturer-specific parameters.
 fn is_in_group(group: u8, address: Address) -> bool {
     match (group, address.index()) {
         (1, _) => true,
-        (2, index) => (0x1000..=0x1FFF).contains(&index),
+        (2, index) => cia301::COMMUNICATION.contains(&index),
         (3, index) => (0x6000..=0x9FFF).contains(&index),
         (_, index) => (0x2000..=0x5FFF).contains(&index),
     }
@@ -146,13 +138,12 @@ impl LssHost for Memory {
 mod tests {
     use super::*;
 
-    /// The shipped drive's data sheet, as a device that is nothing but it.
     fn dictionary() -> SheetDictionary {
         SheetDictionary::new(NO_NODE, &crate::device::Loaded::named("siko/ag03-1").unwrap().device)
     }
 
     #[test]
-    fn what_is_kept_reads_back_as_written() {
+    fn stored_parameters_are_read_back() {
         let kept =
             BTreeMap::from([(Address::new(0x2410, 1), vec![0x64, 0]), (Address::new(0x607A, 0), vec![1, 2, 3, 4])]);
         let memory = Memory { kept, node: NodeId::new(5), ..Memory::default() };
@@ -162,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn what_this_device_does_not_keep_is_refused() {
+    fn other_entries_are_refused() {
         let check = |line: &str, words: &str| {
             let text = FORMAT.seal(&[line.to_owned()]);
             let wrong = Memory::default().parse(&text, &dictionary()).unwrap_err();
@@ -178,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_written_by_us_is_refused() {
+    fn other_files_are_refused() {
         for (text, words) in [
             ("", ": empty, as after a power failure; remove it"),
             (

@@ -1,4 +1,4 @@
-//! A device that is nothing but its data sheet: the defaults are its values, and what is written is kept.
+//! A device made of its data sheet: its values are the defaults, and can be written.
 
 mod dictionary;
 mod memory;
@@ -6,7 +6,7 @@ mod memory;
 use std::sync::Arc;
 
 use lexican_eds::model;
-use lexican_runtime::device::{Behaviour, Device, Event};
+use lexican_runtime::device::{Behaviour, Device, Event, Misconfigured};
 use lexican_runtime::host::Node;
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::service::lss_device::{self, LssDevice};
@@ -14,24 +14,25 @@ use lexican_runtime::service::storage::Storing;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::lss::{self, Identity};
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
+use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
 
 use dictionary::SheetDictionary;
 pub(crate) use memory::Memory;
 
-/// A node of a bus that serves the objects of a data sheet.
 pub(crate) struct VirtualDevice {
     sheet: Arc<model::Device>,
     on: bool,
-    /// The node-ID that it has when nobody has stored another one.
+    /// The node-ID unless another one is stored.
     given: Option<NodeId>,
     identity: Identity,
     lss: LssDevice,
     serves_lss: bool,
-    /// `None` as long as nobody has given it a node-ID.
+    /// `None` without a node-ID.
     device: Option<Box<Device<64, 64, 4, 32>>>,
     dictionary: SheetDictionary,
     memory: Memory,
+    /// What of the dictionary was inconsistent at the last boot.
+    misconfigured: Vec<Misconfigured>,
 }
 
 impl VirtualDevice {
@@ -40,11 +41,11 @@ impl VirtualDevice {
         VirtualDevice::with_memory(now, Some(node), Arc::new(sheet.clone()), Memory::default())
     }
 
-    /// A device that remembers something. Without a node-ID it waits for LSS to give it one.
+    /// A device with stored parameters. Without a node-ID it waits for one by LSS.
     pub(crate) fn with_memory(now: Instant, node: Option<NodeId>, sheet: Arc<model::Device>, memory: Memory) -> Self {
         let dictionary = SheetDictionary::new(dictionary::NO_NODE, &sheet);
         let part = |sub| {
-            let value = dictionary.value(Address::new(0x1018, sub)).ok()?;
+            let value = dictionary.value(Address::new(cia301::IDENTITY, sub)).ok()?;
             Some(u32::from_le_bytes(value.try_into().ok()?))
         };
         let identity = Identity {
@@ -62,13 +63,13 @@ impl VirtualDevice {
             device: None,
             dictionary,
             memory,
+            misconfigured: Vec::new(),
             sheet,
         };
         virtual_device.set_power(now, true);
         virtual_device
     }
 
-    /// Everything anew under a node-ID.
     fn boot(&mut self, now: Instant, node: Option<NodeId>) {
         self.dictionary = SheetDictionary::new(node.unwrap_or(dictionary::NO_NODE), &self.sheet);
         self.dictionary.reset(&self.memory.kept);
@@ -81,10 +82,13 @@ impl VirtualDevice {
         let dummies = dummies.fold(0, |set, dummy| set | 1 << dummy.code());
         let behaviour = Behaviour { dummies, ..Behaviour::CIA_301 };
         self.device.get_or_insert_with(|| Box::new(Device::new(node, behaviour)));
-        self.with_device(|device, od| device.restart_as(node, now, od));
+        let misconfigured = self.with_device(|device, od| {
+            device.restart_as(node, now, od);
+            device.misconfigured(od).collect()
+        });
+        self.misconfigured = misconfigured.unwrap_or_default();
     }
 
-    /// The node-ID, if it has one.
     pub(crate) fn node(&self) -> Option<NodeId> {
         self.device.as_ref().filter(|_| self.on).map(|device| device.node())
     }
@@ -94,12 +98,10 @@ impl VirtualDevice {
         self.device.as_ref().filter(|_| self.on).map(|device| device.nmt_state())
     }
 
-    /// Whether it answers to LSS.
     pub(crate) fn serves_lss(&self) -> bool {
         self.serves_lss
     }
 
-    /// Switches it on or off.
     pub(crate) fn set_power(&mut self, now: Instant, on: bool) {
         let boots = on && !self.on;
         self.on = on;
@@ -110,12 +112,11 @@ impl VirtualDevice {
         }
     }
 
-    /// The value of an entry.
     pub(crate) fn value(&self, address: Address) -> Result<Vec<u8>, AbortCode> {
         self.dictionary.value(address).map(<[u8]>::to_vec)
     }
 
-    /// Changes a value from inside: whatever its access, but within its size and limits.
+    /// Changes a value from inside the device: regardless of its access, but within its size and limits.
     pub(crate) fn set_value(&mut self, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         self.dictionary.set(address, data)?;
         self.keep(address);
@@ -126,19 +127,22 @@ impl VirtualDevice {
         Ok(())
     }
 
-    /// An error occurs: an EMCY is sent.
     pub(crate) fn emergency(&mut self, code: ErrorCode, register: ErrorRegister, vendor: [u8; 5]) {
         self.with_device(|device, od| device.emergency(code, register, vendor, od));
     }
 
-    /// All errors are over.
     pub(crate) fn clear_errors(&mut self) {
         self.with_device(|device, od| device.clear(ErrorRegister(0xFF), od));
     }
 
-    /// Why what it keeps could not be written to its file.
+    /// Why the stored parameters could not be written to their file.
     pub(crate) fn trouble(&mut self) -> Option<String> {
         self.memory.trouble.take()
+    }
+
+    /// What of the dictionary the device could not serve at its last boot; reported once.
+    pub(crate) fn take_misconfigured(&mut self) -> Vec<Misconfigured> {
+        std::mem::take(&mut self.misconfigured)
     }
 
     fn with_device<T>(
@@ -162,7 +166,7 @@ impl VirtualDevice {
         self.with_device(|device, od| device.compare(od));
     }
 
-    /// Some entries survive without anybody storing them.
+    /// Stores an entry that is kept without a store command.
     fn keep(&mut self, address: Address) {
         if self.dictionary.is_persistent(address)
             && let Ok(value) = self.dictionary.value(address)
@@ -201,7 +205,7 @@ impl Node for VirtualDevice {
 
     fn concerns(&self) -> Vec<CobId> {
         let device = self.device.as_ref().filter(|_| self.on);
-        // Never empty, which would be every frame.
+        // Never empty, which would mean all frames.
         [lss::REQUEST].into_iter().chain(device.into_iter().flat_map(|device| device.cob_ids())).collect()
     }
 
@@ -222,7 +226,7 @@ mod tests {
 
     const NODE: NodeId = NodeId::literal(5);
 
-    /// A bus with a device that has the dictionary of the shipped drive but is no drive.
+    /// A bus with a device that has the dictionary of the drive.
     fn network() -> (VirtualBus, Network<VirtualLink>) {
         let sheet = Loaded::named("siko/ag03-1").unwrap().device;
         let bus = VirtualBus::new();
@@ -240,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn defaults_are_read_and_what_is_written_is_kept() {
+    fn defaults_are_read_and_values_are_written() {
         let (_, mut network) = network();
         assert_eq!(network.read_bytes(NODE, Address::new(0x1400, 1)).unwrap(), 0x205_u32.to_le_bytes());
         assert_eq!(network.read_bytes(NODE, Address::new(0x1018, 1)).unwrap(), 0x195_u32.to_le_bytes());
@@ -250,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn rights_sizes_and_limits_are_enforced() {
+    fn access_sizes_and_limits_are_enforced() {
         let (_, mut network) = network();
         let mut write = |index, sub, data: &[u8]| aborted(network.write_bytes(NODE, Address::new(index, sub), data));
         assert_eq!(write(0x1018, 1, &[0; 4]), Some(AbortCode::READ_ONLY));
@@ -262,14 +266,14 @@ mod tests {
     }
 
     #[test]
-    fn it_boots_beats_and_sends_what_was_received() {
+    fn it_has_nmt_a_heartbeat_and_pdos() {
         let (bus, mut network) = network();
-        network.write_bytes(NODE, Address::new(0x1017, 0), &100_u16.to_le_bytes()).unwrap();
+        network.write_bytes(NODE, Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0), &100_u16.to_le_bytes()).unwrap();
         let mut link = network.into_link();
         let beat = link.receive_frame(bus.now() + Duration::from_millis(150)).unwrap().unwrap();
         assert_eq!((beat.id().raw(), beat.data()), (0x705, &[NmtState::PreOperational.code()][..]));
 
-        // RPDO3 has the target position; nothing but an SDO tells it back.
+        // RPDO3 has the target position, which SDO reads back.
         let start = Frame::from_array(CobId::NMT, [0x01, 0x05]);
         let target = Frame::from_array(CobId::of_node(0x400, NODE), [0x1F, 0, 0x88, 0x13, 0, 0]);
         link.send(&start).unwrap();
@@ -280,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reset_brings_the_defaults_back_but_of_what_is_persistent() {
+    fn a_reset_restores_the_defaults_except_for_persistent_entries() {
         let (bus, mut network) = network();
         let (target, mode) = (Address::new(0x607A, 0), Address::new(0x6060, 0));
         network.write_bytes(NODE, target, &5000_i32.to_le_bytes()).unwrap();

@@ -4,17 +4,18 @@ use lexican_runtime::host::Link;
 use lexican_runtime::service::lss_manager::{Event, LssError, LssManager};
 use lexican_runtime::wire::lss::{Identity, LssRequest, LssResponse, Part};
 
-use super::{Session, ms, response, unexpected};
+use super::session::{Session, response, unexpected};
+use crate::duration::in_milliseconds;
 use crate::output::{Failure, progress};
 
-/// The steps of a fastscan: whether anybody is there, then 32 bits and all of them for each of four numbers.
+/// The steps of a fastscan: whether any device is there, then 32 bits and a confirmation of each of four numbers.
 const SCAN_STEPS: u64 = 1 + 4 * 33;
 
 impl<L: Link> Session<L> {
-    /// The next device without node-ID, which is selected then; those that were found before are passed over.
-    pub(in super::super) fn fastscan(&mut self) -> Result<Option<Identity>, Failure> {
+    /// Finds and selects the next device without node-ID. Devices that were found before do not respond.
+    pub(super) fn fastscan(&mut self) -> Result<Option<Identity>, Failure> {
         let progress = progress("searching {wide_bar} {percent}%", SCAN_STEPS);
-        let event = self.operate(self.times.answer, &progress, LssManager::fastscan);
+        let event = self.operate(self.times.response, &progress, LssManager::fastscan);
         progress.finish_and_clear();
         match event? {
             Event::Found(identity) => Ok(Some(identity)),
@@ -24,11 +25,11 @@ impl<L: Link> Session<L> {
         }
     }
 
-    /// The next device without node-ID that is none of `known`, some of which answer every search.
+    /// Finds and selects the next device without node-ID that is none of `known`, some of which respond to every search.
     ///
-    /// Whoever is not known differs from each of them in some bit: what branches off from a known identity there, and
-    /// leads to none of them, is asked for by itself.
-    pub(in super::super) fn fastscan_beside(&mut self, known: &[Identity]) -> Result<Option<Identity>, Failure> {
+    /// An unknown identity differs from each known one in some bit. So each branch off a known identity that leads to
+    /// no known one is probed.
+    pub(super) fn fastscan_beside(&mut self, known: &[Identity]) -> Result<Option<Identity>, Failure> {
         for identity in known {
             for part in Part::ALL {
                 if !self.begin_search(*identity, part)? {
@@ -49,18 +50,19 @@ impl<L: Link> Session<L> {
         Ok(None)
     }
 
-    /// Lets all devices begin anew, and those with the numbers before `part` go on to it; whether there is any.
+    /// Restarts the search, and confirms the numbers before `part`; returns whether any device responds.
     fn begin_search(&mut self, identity: Identity, part: Part) -> Result<bool, Failure> {
-        const ANYBODY: u8 = 0x80;
+        // CiA 305: with 80h all devices restart the search and respond.
+        const RESTART: u8 = 0x80;
         let before = Part::ALL.into_iter().filter(|before| before.number() < part.number());
-        let mut is_there = self.probe(identity, Part::Vendor, ANYBODY)?;
+        let mut is_there = self.probe(identity, Part::Vendor, RESTART)?;
         for before in before {
             is_there = is_there && self.confirm(identity, before)?;
         }
         Ok(is_there)
     }
 
-    /// The search from a branch on that leads to nobody who answers every search.
+    /// Goes on from a branch that leads to no known device.
     fn search_on(&mut self, mut found: Identity, mut part: Part, mut bit: u8) -> Result<Identity, Failure> {
         loop {
             while bit > 0 {
@@ -69,7 +71,6 @@ impl<L: Link> Session<L> {
                     found = found.with(part, found.part(part) | 1 << bit);
                 }
             }
-            // Whoever is left confirms the whole number, and goes on to the next.
             if !self.confirm(found, part)? {
                 return Err(self.lost_answer(&LssError::ScanFailed { part, value: found.part(part) }));
             }
@@ -92,7 +93,7 @@ impl<L: Link> Session<L> {
         self.is_identified(LssRequest::Fastscan { value, bits_left: 0, part, next })
     }
 
-    /// Whether a device answers a step. Others may answer until its time is over.
+    /// Whether any device responds within the time of the step.
     fn is_identified(&mut self, step: LssRequest) -> Result<bool, Failure> {
         self.send(&step.frame())?;
         let until = self.link.now() + self.times.step;
@@ -106,14 +107,14 @@ impl<L: Link> Session<L> {
 
     fn lost_answer(&self, error: &LssError) -> Failure {
         Failure::new(error).help(format_args!(
-            "an answer was lost, or came later than {} ms: repeat it with --step {}",
-            ms(self.times.step),
-            ms(self.times.step.times(4))
+            "a response was lost, or came later than {} ms: try again with --step {}",
+            in_milliseconds(self.times.step),
+            in_milliseconds(self.times.step.times(4))
         ))
     }
 }
 
-/// Whether a device with `known` answers when it is asked for the bits of `branch` from `bit` of `part` on.
+/// Whether a device with the identity `known` responds to a probe of `branch`, `part` and `bit`.
 fn leads_to(branch: Identity, part: Part, bit: u8, known: Identity) -> bool {
     let before = Part::ALL.into_iter().filter(|before| before.number() < part.number());
     before.into_iter().all(|before| branch.part(before) == known.part(before))

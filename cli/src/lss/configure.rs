@@ -1,0 +1,183 @@
+//! `lexican lss node-id` and `lexican lss bit-rate`.
+
+use lexican_runtime::NodeId;
+use lexican_runtime::host::Link;
+use serde_json::json;
+
+use super::args::{DeviceArgs, DevicesArgs};
+use super::print::{describe, print, print_refusal, selected_json, title};
+use super::session::{Selected, Session};
+use crate::bus::NodeOrNone;
+use crate::decode::lss::{AUTOMATIC, BIT_TIMING_TABLE};
+use crate::output::{Failure, Outcome, note, warn};
+
+/// Give a device a node-ID
+///
+/// A device without node-ID boots with it at once; one that has another keeps that until its communication is reset.
+/// Exit code 1 if the device refuses.
+#[derive(clap::Args, Debug)]
+#[command(after_help = NODE_ID_EXAMPLES)]
+pub(crate) struct NodeIdArgs {
+    #[command(flatten)]
+    device: DeviceArgs,
+
+    /// Let the device store it, so that it keeps it without power
+    #[arg(long)]
+    store: bool,
+
+    /// Reset the communication of a device that has another node-ID, so that it takes the new one at once
+    ///
+    /// A device without node-ID takes it in any case. Exit code 1 if the device does not boot with it.
+    #[arg(long)]
+    activate: bool,
+
+    /// Give it even if another node has it already
+    #[arg(long)]
+    force: bool,
+
+    /// The node-ID, 1 to 127; none takes it away
+    #[arg(value_name = "ID")]
+    node: NodeOrNone,
+}
+
+const NODE_ID_EXAMPLES: &str = "\
+Examples:
+    lexican lss node-id --bus can0 5 --activate                     (the only device on the bus)
+    lexican lss node-id --bus can0 --unconfigured 5 --store         (the next one without node-ID)
+    lexican lss node-id --bus can0 --vendor 195h --product 0 --revision 10000h --serial 42 5";
+
+/// Give a device, or all, a bit rate
+///
+/// The bit rate is used when it is activated, or when devices that have stored it are switched on again. All devices
+/// of a bus must change together. Exit code 1 if a device refuses; then nothing is activated.
+#[derive(clap::Args, Debug)]
+#[command(after_help = BIT_RATE_EXAMPLES)]
+pub(crate) struct BitRateArgs {
+    #[command(flatten)]
+    devices: DevicesArgs,
+
+    /// Let the devices store it, so that they keep it without power
+    #[arg(long)]
+    store: bool,
+
+    /// Let the devices be silent for so many ms, then change, and be silent for as long again
+    ///
+    /// The command ends after that; then the interface must be set to the new bit rate.
+    #[arg(long, value_name = "MS", value_parser = delay_ms)]
+    activate: Option<u16>,
+
+    /// In kbit/s: 1000, 800, 500, 250, 125, 50, 20 or 10; auto lets the device detect it
+    #[arg(value_name = "KBIT", value_parser = rate)]
+    rate: Rate,
+}
+
+const BIT_RATE_EXAMPLES: &str = "\
+Examples:
+    lexican lss bit-rate --bus can0 --all 250 --store                  (for the next start)
+    lexican lss bit-rate --bus can0 --all 250 --store --activate 1000  (in a second)
+    ip link set can0 down; ip link set can0 up type can bitrate 250000";
+
+/// An entry of the table of CiA 305.
+#[derive(Clone, Copy, Debug)]
+struct Rate {
+    entry: u8,
+    /// `None` if the device detects it.
+    kbit_per_s: Option<u16>,
+}
+
+fn rate(text: &str) -> Result<Rate, String> {
+    if text == "auto" {
+        return Ok(Rate { entry: AUTOMATIC, kbit_per_s: None });
+    }
+    let rates = (0..).zip(BIT_TIMING_TABLE).filter_map(|(entry, rate)| Some((entry, rate?)));
+    let found = rates.clone().find(|(_, rate)| rate.to_string() == text);
+    found.map(|(entry, rate)| Rate { entry, kbit_per_s: Some(rate) }).ok_or_else(|| {
+        let all: Vec<_> = rates.map(|(_, rate)| rate.to_string()).collect();
+        format!("CiA 305 has no bit rate of {text} kbit/s; it has {} and auto", all.join(", "))
+    })
+}
+
+/// The delay, which has 16 bits in the request.
+fn delay_ms(text: &str) -> Result<u16, String> {
+    text.parse().map_err(|_| format!("{text:?} is not a number of milliseconds, 0 to {}", u16::MAX))
+}
+
+pub(super) fn node_id(args: &NodeIdArgs) -> Result<Outcome, Failure> {
+    args.device.link.run(|session| configure_node(session, args))
+}
+
+pub(super) fn bit_rate(args: &BitRateArgs) -> Result<Outcome, Failure> {
+    args.devices.device.link.run(|session| configure_bit_rate(session, args))
+}
+
+fn configure_node<L: Link>(session: &mut Session<L>, args: &NodeIdArgs) -> Result<Outcome, Failure> {
+    let (NodeOrNone(new), json) = (args.node, args.device.link.json);
+    let selected = session.select(args.device.target())?;
+    if let Some(new) = new.filter(|new| !args.force && selected.node != Some(*new))
+        && session.is_taken(new)?
+    {
+        return Err(Failure::new(format_args!("another node has the node-ID {new}"))
+            .help("`lexican scan` shows the nodes of the bus; --force gives it anyway"));
+    }
+    let mut done = session.configure_node(new)?;
+    if done.is_ok() && args.store {
+        done = session.store()?;
+    }
+    if let Err(refusal) = done {
+        return print_refusal(json, Some(selected), refusal);
+    }
+    let booted = match (selected.node, new) {
+        (None, Some(new)) => session.boot(new)?,
+        (Some(old), new) if args.activate && new != Some(old) => session.activate_node(old, new)?,
+        _ => false,
+    };
+    let more = json!({ "node_id": new.map(NodeId::get), "booted": booted, "stored": args.store });
+    let taken = new.map_or_else(|| "no node-ID any more".to_owned(), |new| format!("node-ID {new}"));
+    let boots = if booted { ", and has booted with it" } else { "" };
+    print(json, selected_json(Some(selected)), more, &format!("{}: {taken}{boots}", describe(selected.identity)))?;
+    advise(selected, new, booted, args);
+    let is_missed = args.activate && new.is_some() && new != selected.node && !booted;
+    Ok(if is_missed { Outcome::Found } else { Outcome::Clean })
+}
+
+/// Says what is still to be done.
+fn advise(selected: Selected, new: Option<NodeId>, booted: bool, args: &NodeIdArgs) {
+    match selected.node {
+        Some(old) if new != Some(old) && !args.activate => note(format_args!(
+            "it is node {old} until its communication is reset: --activate does so, and `lexican nmt \
+             reset-communication --node {old}`"
+        )),
+        _ if new.is_some() && new != selected.node && !booted => {
+            warn("no boot-up message was heard: some devices take their node-ID only when they are switched on");
+        }
+        _ => {}
+    }
+    if !args.store {
+        note("not stored: without power the device forgets it, unless --store is given");
+    }
+}
+
+fn configure_bit_rate<L: Link>(session: &mut Session<L>, args: &BitRateArgs) -> Result<Outcome, Failure> {
+    let json = args.devices.device.link.json;
+    let selected = args.devices.select(session)?;
+    let mut done = session.configure_bit_rate(args.rate.entry)?;
+    if done.is_ok() && args.store {
+        done = session.store()?;
+    }
+    if let Err(refusal) = done {
+        return print_refusal(json, selected, refusal);
+    }
+    if let Some(delay_ms) = args.activate {
+        session.activate(delay_ms)?;
+    }
+    let kbit_per_s = args.rate.kbit_per_s;
+    let rate = kbit_per_s.map_or_else(|| "the bit rate of the bus".to_owned(), |rate| format!("{rate} kbit/s"));
+    let more = json!({ "kbit_per_s": kbit_per_s, "stored": args.store, "activated": args.activate.is_some() });
+    print(json, selected_json(selected), more, &format!("{}: {rate}", title(selected)))?;
+    match (args.activate, args.store) {
+        (Some(_), _) => note(format_args!("set the interface to {rate}, too, before the next command")),
+        (None, true) => note("it takes effect when the device is switched on again"),
+        (None, false) => note("neither activated nor stored: nothing changes without --activate or --store"),
+    }
+    Ok(Outcome::Clean)
+}

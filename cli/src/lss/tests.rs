@@ -1,0 +1,358 @@
+//! LSS sessions with devices on a virtual bus.
+
+use super::session::{Selected, Session, Target, Times};
+use crate::output::Failure;
+use lexican_runtime::host::Link;
+use lexican_runtime::wire::heartbeat::ErrorControl;
+use lexican_runtime::wire::lss::LssRequest;
+use lexican_runtime::wire::lss::{self, Identity, LssResponse, LssState, Part};
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{Duration, Frame, Instant, NodeId};
+use std::sync::{Arc, Mutex};
+
+use crate::bus::flood::Flood;
+use crate::bus::virtual_device::{Memory, VirtualDevice};
+use lexican_runtime::host::{Fate, Node, VirtualBus, VirtualLink};
+use lexican_runtime::service::lss_device::{LssDevice, LssHost, StoreError};
+
+const TIMES: Times = Times { response: Duration::from_millis(500), step: Duration::from_millis(25) };
+
+fn identity(serial: u32) -> Identity {
+    Identity { vendor: 0x195, product: 3, revision: 0x1_0000, serial }
+}
+
+/// A device that has only LSS, with 250 and 500 kbit/s.
+struct Bare {
+    lss: LssDevice,
+    host: Host,
+    knows_fastscan: bool,
+    /// How long it takes to respond.
+    slowness: Duration,
+    answers_at: Option<Instant>,
+}
+
+#[derive(Default)]
+struct Host {
+    stored: Option<Option<NodeId>>,
+    cannot_store: bool,
+}
+
+impl LssHost for Host {
+    fn configure_bit_timing(&mut self, table: u8, index: u8) -> bool {
+        table == 0 && (2..=3).contains(&index)
+    }
+    fn store(&mut self, node: Option<NodeId>) -> Result<(), StoreError> {
+        self.stored = Some(node);
+        if self.cannot_store { Err(StoreError::Failed) } else { Ok(()) }
+    }
+}
+
+impl Node for Bare {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        if self.knows_fastscan || frame.data().first() != Some(&0x51) {
+            self.lss.handle_frame(now, frame, &mut self.host);
+            self.answers_at = Some(now + self.slowness);
+        }
+    }
+    fn handle_timeout(&mut self, _: Instant) {
+        self.answers_at = None;
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        if self.answers_at.is_none() { self.lss.poll_transmit(now) } else { None }
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.answers_at
+    }
+}
+
+/// A bus with devices of these serial numbers and node-IDs, 0 for none.
+fn bus(devices: &[(u32, u8)]) -> (VirtualBus, Vec<Arc<Mutex<Bare>>>) {
+    let bus = VirtualBus::with_bit_rate(500);
+    let bare = |&(serial, node): &(u32, u8)| {
+        let lss = LssDevice::new(identity(serial), NodeId::new(node));
+        let (host, slowness) = (Host::default(), Duration::ZERO);
+        Arc::new(Mutex::new(Bare { lss, host, knows_fastscan: true, slowness, answers_at: None }))
+    };
+    let devices: Vec<_> = devices.iter().map(bare).collect();
+    devices.iter().for_each(|device| bus.attach(Arc::clone(device)));
+    (bus, devices)
+}
+
+fn work<T>(bus: &VirtualBus, work: impl FnOnce(&mut Session<VirtualLink>) -> Result<T, Failure>) -> Result<T, Failure> {
+    Session::run(bus.link(), TIMES, work)
+}
+
+#[track_caller]
+fn fails<T: std::fmt::Debug>(result: Result<T, Failure>, words: &str, advice: &str) {
+    let failure = result.unwrap_err();
+    let (said, help) = failure.words();
+    assert!(said.contains(words), "{said}");
+    assert!(help.unwrap_or_default().contains(advice), "{help:?}");
+}
+
+#[test]
+fn all_devices_without_node_id_are_found_again_and_again() {
+    let (bus, _) = bus(&[(0x8000_0001, 0), (7, 5), (42, 0), (0, 0)]);
+    for _ in 0..2 {
+        let found = work(&bus, |session| {
+            let mut found = Vec::new();
+            while let Some(identity) = session.fastscan()? {
+                found.push(identity.serial);
+            }
+            Ok(found)
+        });
+        assert_eq!(found.unwrap(), [0, 42, 0x8000_0001]);
+    }
+}
+
+/// A device that responds to every search even if it is selected, as CANopenNode does.
+struct Stubborn {
+    identity: Identity,
+    part: Part,
+    answers: bool,
+}
+
+impl Node for Stubborn {
+    fn handle_frame(&mut self, _: Instant, frame: &Frame) {
+        if frame.id() != lss::REQUEST {
+            return;
+        }
+        match LssRequest::parse(frame.data()) {
+            Some(LssRequest::Fastscan { bits_left: 0x80, .. }) => {
+                (self.part, self.answers) = (Part::Vendor, true);
+            }
+            Some(LssRequest::Fastscan { value, bits_left, part, next }) => {
+                let is_mine = part == self.part && (value ^ self.identity.part(part)) >> bits_left == 0;
+                self.answers |= is_mine;
+                if is_mine && bits_left == 0 {
+                    self.part = next;
+                }
+            }
+            _ => {}
+        }
+    }
+    fn handle_timeout(&mut self, _: Instant) {}
+    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+        std::mem::take(&mut self.answers).then(|| LssResponse::Identified.frame())
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        None
+    }
+}
+
+#[test]
+fn devices_that_respond_to_every_search_do_not_hide_others() {
+    let stubborn = |serial| Stubborn { identity: identity(serial), part: Part::Vendor, answers: false };
+    for (stubborn_ones, others) in [
+        (&[5][..], &[][..]),
+        (&[5], &[0, 7, 0x8000_0000]),
+        (&[0x1234, 0x1235, u32::MAX], &[0x1236, 0, 9]),
+        (&[u32::MAX], &[u32::MAX - 1]),
+    ] {
+        let (bus, _) = bus(&others.iter().map(|serial| (*serial, 0)).collect::<Vec<_>>());
+        stubborn_ones.iter().for_each(|serial| bus.attach(stubborn(*serial)));
+        let another_vendor = Identity { vendor: 7, ..identity(5) };
+        bus.attach(Stubborn { identity: another_vendor, part: Part::Vendor, answers: false });
+        let mut found = work(&bus, |session| super::find::all(session, |_| Ok(true), |_| Ok(()))).unwrap();
+        found.sort_by_key(|identity| (identity.vendor, identity.serial));
+        let serials = stubborn_ones.iter().chain(others).map(|serial| identity(*serial));
+        let mut all: Vec<_> = serials.chain([another_vendor]).collect();
+        all.sort_by_key(|identity| (identity.vendor, identity.serial));
+        assert_eq!(found, all);
+    }
+}
+
+#[test]
+fn a_node_id_is_activated_by_a_reset() {
+    let text = include_str!("../../tests/sensor.eds");
+    let sheet = lexican_eds::load(&lexican_eds::Input::new(lexican_eds::Source::new("sensor.eds", text))).0;
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(VirtualDevice::power_on(bus.now(), NodeId::literal(9), &sheet));
+    bus.advance(Duration::from_millis(10));
+    let booted = work(&bus, |session| {
+        let selected = session.select(Target::Only)?;
+        assert_eq!(session.configure_node(NodeId::new(10))?, Ok(()));
+        session.activate_node(selected.node.unwrap(), NodeId::new(10))
+    });
+    assert!(booted.unwrap());
+    assert!(work(&bus, |session| session.is_taken(NodeId::literal(10))).unwrap());
+    assert!(!work(&bus, |session| session.is_taken(NodeId::literal(9))).unwrap());
+}
+
+#[test]
+fn a_device_that_was_left_selected_is_found() {
+    let (bus, devices) = bus(&[(42, 0)]);
+    let switch = LssRequest::SwitchGlobal(LssState::Configuration).frame();
+    bus.link().send(&switch).unwrap();
+    bus.advance(Duration::from_millis(1));
+    assert_eq!(devices[0].lock().unwrap().lss.state(), LssState::Configuration);
+    assert_eq!(work(&bus, Session::fastscan).unwrap(), Some(identity(42)));
+}
+
+#[test]
+fn a_lost_response_of_a_scan_has_advice() {
+    let (bus, _) = bus(&[(42, 0)]);
+    let mut answers = 0;
+    bus.set_fate(move |_, frame| {
+        answers += u32::from(frame.id() == lss::RESPONSE);
+        if frame.id() == lss::RESPONSE && answers == 20 { Fate::Lose } else { Fate::Deliver }
+    });
+    fails(work(&bus, Session::fastscan), "which nobody confirms", "--step 100");
+}
+
+#[test]
+fn a_device_without_fastscan_is_noticed() {
+    let (bus, devices) = bus(&[(42, 0)]);
+    assert!(!work(&self::bus(&[(7, 5)]).0, Session::has_unconfigured).unwrap());
+    devices[0].lock().unwrap().knows_fastscan = false;
+    assert!(work(&bus, Session::has_unconfigured).unwrap());
+    fails(work(&bus, |session| session.select(Target::Unconfigured)), "searched for", "--vendor");
+    let (bus, _) = self::bus(&[(7, 5)]);
+    fails(work(&bus, |session| session.select(Target::Unconfigured)), "without node-ID", "lexican scan");
+}
+
+#[test]
+fn the_only_device_needs_no_identity() {
+    let select = |devices: &[(u32, u8)]| work(&bus(devices).0, |session| session.select(Target::Only));
+    assert_eq!(select(&[(42, 5)]).unwrap(), Selected { identity: identity(42), node: NodeId::new(5) });
+    assert_eq!(select(&[(42, 0)]).unwrap().node, None);
+    fails(select(&[]), "no device answers to LSS", "lexican nmt stop --all");
+    fails(select(&[(42, 5), (43, 0)]), "more than one device", "--vendor");
+    fails(select(&[(42, 5), (42, 5)]), "more than one device", "--vendor");
+}
+
+#[test]
+fn a_device_is_selected_by_its_identity() {
+    let (bus, devices) = bus(&[(42, 5), (43, 6), (44, 0)]);
+    let by_serial = |serial| work(&bus, |session| session.select(Target::Identity(identity(serial))));
+    assert_eq!(by_serial(43).unwrap(), Selected { identity: identity(43), node: NodeId::new(6) });
+    assert_eq!(devices[1].lock().unwrap().lss.state(), LssState::Waiting, "at the end");
+    fails(by_serial(45), "no device with this identity", "1018h");
+    let given_up = work(&bus, |session| {
+        session.select(Target::Identity(identity(43)))?;
+        Err::<(), _>(Failure::new("given up"))
+    });
+    fails(given_up, "given up", "");
+    bus.advance(Duration::from_millis(1));
+    assert_eq!(devices[1].lock().unwrap().lss.state(), LssState::Waiting, "also after a failure");
+}
+
+#[test]
+fn a_device_boots_with_its_node_id() {
+    let text = include_str!("../../tests/sensor.eds");
+    let sheet = lexican_eds::load(&lexican_eds::Input::new(lexican_eds::Source::new("sensor.eds", text))).0;
+    let bus = VirtualBus::with_bit_rate(500);
+    let (now, memory) = (bus.now(), Memory::default());
+    bus.attach(VirtualDevice::power_on(now, NodeId::literal(9), &sheet));
+    bus.attach(VirtualDevice::with_memory(now, None, Arc::new(sheet), memory));
+    let taken_and_booted = work(&bus, |session| {
+        session.select(Target::Unconfigured)?;
+        let taken = [session.is_taken(NodeId::literal(9))?, session.is_taken(NodeId::literal(10))?];
+        assert_eq!(session.configure_node(NodeId::new(10))?, Ok(()));
+        Ok((taken, session.boot(NodeId::literal(10))?))
+    });
+    assert_eq!(taken_and_booted.unwrap(), ([true, false], true));
+    assert!(work(&bus, |session| session.is_taken(NodeId::literal(10))).unwrap());
+}
+
+#[test]
+fn a_node_id_is_given_and_stored() {
+    let (bus, devices) = bus(&[(42, 0), (43, 6)]);
+    let boots = work(&bus, |session| {
+        session.select(Target::Unconfigured)?;
+        assert_eq!(session.configure_node(NodeId::new(9))?, Ok(()));
+        assert_eq!(session.store()?, Ok(()));
+        session.boot(NodeId::literal(9))
+    });
+    // This device sends no boot-up message.
+    assert!(!boots.unwrap());
+    assert_eq!(devices[0].lock().unwrap().host.stored, Some(NodeId::new(9)));
+    assert_eq!(devices[1].lock().unwrap().host.stored, None);
+}
+
+#[test]
+fn a_heartbeat_is_no_boot_up_message() {
+    /// A node that had the node-ID before.
+    struct Alive(bool);
+    impl Node for Alive {
+        fn handle_frame(&mut self, _: Instant, _: &Frame) {
+            self.0 = true;
+        }
+        fn handle_timeout(&mut self, _: Instant) {}
+        fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+            let beat = ErrorControl::heartbeat(NmtState::Operational).frame(NodeId::literal(9));
+            std::mem::take(&mut self.0).then_some(beat)
+        }
+        fn poll_timeout(&self) -> Option<Instant> {
+            None
+        }
+    }
+    let (bus, _) = bus(&[(42, 0)]);
+    bus.attach(Alive(false));
+    assert!(!work(&bus, |session| session.boot(NodeId::literal(9))).unwrap());
+}
+
+#[test]
+fn storing_may_take_longer() {
+    let (bus, devices) = bus(&[(42, 5)]);
+    let stored = work(&bus, |session| {
+        session.select(Target::Only)?;
+        devices[0].lock().unwrap().slowness = Duration::from_secs(2);
+        session.store()
+    });
+    assert_eq!(stored.unwrap(), Ok(()));
+    fails(work(&bus, |session| session.select(Target::Only)), "no device answers", "");
+}
+
+#[test]
+fn a_refusal_is_returned() {
+    let (bus, devices) = bus(&[(42, 5)]);
+    devices[0].lock().unwrap().host.cannot_store = true;
+    let (rate, stored) = work(&bus, |session| {
+        session.select(Target::Only)?;
+        Ok((session.configure_bit_rate(0)?, session.store()?))
+    })
+    .unwrap();
+    assert_eq!(rate, Err(LssResponse::ConfigureBitTiming { error: 1, specific: 0 }));
+    assert_eq!(stored, Err(LssResponse::Store { error: 2, specific: 0 }));
+}
+
+#[test]
+fn one_device_that_refuses_counts_for_all() {
+    let (bus, devices) = bus(&[(42, 5), (43, 6), (44, 7)]);
+    let all = || {
+        work(&bus, |session| {
+            session.select_all()?;
+            Ok((session.configure_bit_rate(3)?, session.store()?))
+        })
+    };
+    assert_eq!(all().unwrap(), (Ok(()), Ok(())));
+    devices[1].lock().unwrap().host.cannot_store = true;
+    assert_eq!(all().unwrap(), (Ok(()), Err(LssResponse::Store { error: 2, specific: 0 })));
+}
+
+#[test]
+fn a_bus_at_another_bit_rate_is_left_alone() {
+    let (bus, _) = bus(&[(42, 5)]);
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let log = Arc::clone(&heard);
+    bus.observe(move |at, frame| log.lock().unwrap().push((at, *frame)));
+    work(&bus, |session| {
+        session.select_all()?;
+        session.activate(1000)
+    })
+    .unwrap();
+    let heard = heard.lock().unwrap();
+    let (at, last) = heard.last().unwrap();
+    assert_eq!(last.to_string(), "7E5#15E8030000000000");
+    assert!(bus.now().since(*at) >= Duration::from_secs(2));
+}
+
+#[test]
+fn other_frames_do_not_hold_up_time_outs() {
+    let flooded = Session::run(Flood::of_heartbeats(), TIMES, |session| {
+        assert_eq!(session.fastscan()?, None);
+        session.select(Target::Only)
+    });
+    fails(flooded, "no device answers", "power");
+}
