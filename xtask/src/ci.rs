@@ -128,7 +128,7 @@ impl Job {
             Job::Main => readme_command(root, "main job"),
             Job::Test => readme_command(root, "tests"),
             Job::Verify => {
-                crate::verify::run(root, true)?;
+                crate::verify::run(root, None, true)?;
                 // The tests try some of the simulated drive's mutants; here it is all of them.
                 command::run_cargo(root, &["test", "-p", "lexican-mutants"], &[("LEXICAN_VERIFY_ALL", "1")])
             }

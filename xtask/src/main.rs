@@ -73,8 +73,10 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
-    /// Compare the AG03/1 with every table of its manual, and write the report
+    /// Compare drives with every table of their manuals, and write each drive's report
     Verify {
+        /// The drive, such as siko/ag03-1; all of them when none is named
+        drive: Option<String>,
         /// Only check that the report is right
         #[arg(long)]
         check: bool,
@@ -99,7 +101,7 @@ fn main() -> ExitCode {
         Task::Size { check } => size::run(&root, check),
         Task::Fuzz(arguments) => arguments.run(&root),
         Task::Interop { check } => interop::run(&root, check),
-        Task::Verify { check } => verify::run(&root, check),
+        Task::Verify { drive, check } => verify::run(&root, drive.as_deref(), check),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
     match outcome {

@@ -1,44 +1,61 @@
 //! A simulated drive on a virtual bus, and a manager's way to ask it.
 
+use std::any::{Any, type_name};
 use std::collections::BTreeMap;
+use std::fmt::Debug;
+use std::panic::Location;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
+use lexican_runtime::host::{Link, Node, VirtualBus, VirtualLink};
+use lexican_runtime::profile::cia402::{State, Transitions};
+use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
-use siko_ag03_1::sim::{Setup, SimulatedDrive};
 
-/// The node of the manual's examples.
-pub(crate) const NODE: NodeId = NodeId::literal(5);
+/// A drive in software, as the comparisons of any drive look at it.
+pub(crate) trait Simulator: Node + Send + Sized + 'static {
+    /// The node of the manual's examples.
+    const NODE: NodeId;
+    /// The state changes of the drive, as its crate has them.
+    const TRANSITIONS: Transitions;
 
-/// What the drive answers, remembered: it is the same whatever the tables say, and they are asked about again
-/// and again while single cells of them are altered.
-pub(crate) type Memory<K, V> = Mutex<BTreeMap<K, V>>;
+    fn start(now: Instant) -> Self;
+    fn nmt(&self) -> NmtState;
+    fn state(&self) -> State;
+    fn status_word(&mut self, now: Instant) -> u16;
+    /// Brings a fault about that is over at once.
+    fn fail(&mut self, now: Instant);
+}
 
-/// Asks unless it is remembered.
-pub(crate) fn once<K: Ord, V: Clone>(memory: &Memory<K, V>, key: K, ask: impl FnOnce() -> V) -> V {
-    let known = memory.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+/// Asks unless the answer is remembered: the drive answers the same while cells of the tables are altered, and is asked
+/// again and again. The key has everything that the answer depends on, besides the place of the call.
+#[track_caller]
+pub(crate) fn once<V: Clone + Send + 'static>(key: impl Debug, ask: impl FnOnce() -> V) -> V {
+    static MEMORY: Mutex<BTreeMap<String, Box<dyn Any + Send>>> = Mutex::new(BTreeMap::new());
+    let key = format!("{} {} {key:?}", Location::caller(), type_name::<V>());
+    let memory = || MEMORY.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = memory().get(&key).and_then(|answer| answer.downcast_ref::<V>()).cloned();
     known.unwrap_or_else(|| {
         let answer = ask();
-        memory.lock().unwrap_or_else(PoisonError::into_inner).insert(key, answer.clone());
+        memory().insert(key, Box::new(answer.clone()));
         answer
     })
 }
 
 /// A drive that has booted, and a link to it. A frame takes no time here.
-pub(crate) struct Bench {
+pub(crate) struct Bench<S> {
     bus: VirtualBus,
     link: VirtualLink,
-    drive: Arc<Mutex<SimulatedDrive>>,
+    drive: Arc<Mutex<S>>,
 }
 
-impl Bench {
+impl<S: Simulator> Bench<S> {
     pub(crate) fn new() -> Self {
-        Bench::with(Setup::new(NODE))
+        Bench::with(S::start)
     }
 
-    pub(crate) fn with(setup: Setup) -> Self {
+    pub(crate) fn with(start: impl FnOnce(Instant) -> S) -> Self {
         let bus = VirtualBus::new();
-        let drive = Arc::new(Mutex::new(SimulatedDrive::power_on(bus.now(), setup)));
+        let drive = Arc::new(Mutex::new(start(bus.now())));
         bus.attach(Arc::clone(&drive));
         let link = bus.link();
         Bench { bus, link, drive }
@@ -60,18 +77,22 @@ impl Bench {
     }
 
     pub(crate) fn enable(&mut self) {
-        for word in [0x0106, 0x0107, 0x010F] {
-            self.control(word);
-        }
+        self.controls(&[0x0106, 0x0107, 0x010F]);
+    }
+
+    /// An identifier of this node.
+    pub(crate) fn own(base: u16) -> u16 {
+        base + u16::from(S::NODE.get())
     }
 
     pub(crate) fn send(&mut self, id: u16, data: &[u8]) {
         if let Some(frame) = CobId::standard(id).and_then(|id| Frame::new(id, data)) {
-            // A virtual bus that is well takes every frame.
+            // A virtual bus without faults takes every frame.
             let _ = self.link.send(&frame);
         }
     }
 
+    /// Asks for a frame by RTR.
     pub(crate) fn request(&mut self, id: u16) {
         if let Some(frame) = CobId::standard(id).and_then(|id| Frame::remote(id, 8)) {
             let _ = self.link.send(&frame);
@@ -79,13 +100,18 @@ impl Bench {
     }
 
     pub(crate) fn nmt(&mut self, command: u8) {
-        self.send(0x000, &[command, NODE.get()]);
+        self.send(0x000, &[command, S::NODE.get()]);
     }
 
     /// Sends RPDO1.
     pub(crate) fn control(&mut self, word: u16) {
-        self.send(0x205, &word.to_le_bytes());
+        self.send(Self::own(0x200), &word.to_le_bytes());
         self.hear(0);
+    }
+
+    /// Sends RPDO1 with each of these words.
+    pub(crate) fn controls(&mut self, words: &[u16]) {
+        words.iter().for_each(|word| self.control(*word));
     }
 
     /// Sends RPDO3 or RPDO4.
@@ -109,11 +135,17 @@ impl Bench {
         frames.iter().filter(|frame| frame.id().raw() == u32::from(id)).map(|frame| frame.data().to_vec()).collect()
     }
 
+    /// What a remote frame brings within so many milliseconds.
+    pub(crate) fn requested(&mut self, id: u16, ms: u64) -> Vec<Vec<u8>> {
+        self.request(id);
+        self.hear_from(id, ms)
+    }
+
     /// Sends a frame to the SDO server, and hears its answer.
     pub(crate) fn sdo(&mut self, data: &[u8]) -> Option<[u8; 8]> {
         self.hear(0);
-        self.send(0x605, data);
-        self.hear_from(0x585, 0).first().and_then(|data| data.as_slice().try_into().ok())
+        self.send(Self::own(0x600), data);
+        self.hear_from(Self::own(0x580), 0).first().and_then(|data| data.as_slice().try_into().ok())
     }
 
     /// Reads: the four bytes as a number, or the abort code (0 when nothing answers).
@@ -130,9 +162,8 @@ impl Bench {
     pub(crate) fn write(&mut self, index: u16, sub: u8, value: i64, size: u8) -> Result<(), u32> {
         let [low, high] = index.to_le_bytes();
         let mut data = [0x23 | (4 - size.clamp(1, 4)) << 2, low, high, sub, 0, 0, 0, 0];
-        let bytes = value.to_le_bytes();
         let size = usize::from(size.clamp(1, 4));
-        data[4..4 + size].copy_from_slice(&bytes[..size]);
+        data[4..4 + size].copy_from_slice(&value.to_le_bytes()[..size]);
         match self.sdo(&data) {
             Some([0x60, ..]) => Ok(()),
             Some([_, _, _, _, a, b, c, d]) => Err(u32::from_le_bytes([a, b, c, d])),
@@ -140,30 +171,30 @@ impl Bench {
         }
     }
 
-    /// Writes these: index, sub-index, value, and size. What is not taken shows in what follows.
-    pub(crate) fn set(&mut self, values: &[(u16, u8, i64, u8)]) {
+    /// Writes these: index, sub-index, value, and size. Whether all were taken; what is not also shows in what follows.
+    pub(crate) fn set(&mut self, values: &[(u16, u8, i64, u8)]) -> bool {
+        let mut taken = true;
         for &(index, sub, value, size) in values {
-            let _ = self.write(index, sub, value, size);
+            taken &= self.write(index, sub, value, size).is_ok();
         }
+        taken
     }
 
-    pub(crate) fn see<T>(&self, look: impl FnOnce(&mut SimulatedDrive, Instant) -> T) -> T {
+    pub(crate) fn see<T>(&self, look: impl FnOnce(&mut S, Instant) -> T) -> T {
         let mut drive = self.drive.lock().unwrap_or_else(PoisonError::into_inner);
         look(&mut drive, self.bus.now())
     }
 
-    /// Lets the world around the drive change.
-    pub(crate) fn world(&mut self, change: impl FnOnce(&mut siko_ag03_1::sim::inputs::Inputs)) {
-        self.see(|drive, now| drive.set_inputs(now, change));
-    }
-
-    /// The status word, whether or not the network lets anybody read it.
+    /// The status word, whether or not the network lets it be read.
     pub(crate) fn status(&self) -> u16 {
-        self.see(|drive, now| drive.status_word(now))
+        self.see(S::status_word)
     }
 
-    /// The system status word.
-    pub(crate) fn system(&self) -> u16 {
-        self.see(|drive, now| drive.controller().system_status(now))
+    pub(crate) fn state(&self) -> State {
+        self.see(|drive, _| Simulator::state(drive))
+    }
+
+    pub(crate) fn nmt_state(&self) -> NmtState {
+        self.see(|drive, _| drive.nmt())
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 
-use crate::exempt;
-use crate::manual::{Manual, Row, key_columns};
+use crate::exempt::Exempt;
+use crate::manual::{Manual, Row};
 
 /// What a cell is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,6 +34,7 @@ impl Against {
 }
 
 pub(crate) struct Checker<'m> {
+    exempt: &'m Exempt,
     manual: &'m Manual,
     /// Cells that were compared.
     compared: BTreeSet<String>,
@@ -46,9 +47,15 @@ pub(crate) struct Checker<'m> {
 }
 
 impl<'m> Checker<'m> {
-    pub(crate) fn new(manual: &'m Manual) -> Self {
+    pub(crate) fn new(exempt: &'m Exempt, manual: &'m Manual) -> Self {
         let findings = manual.findings.clone();
-        Checker { manual, compared: BTreeSet::new(), disagreements: BTreeMap::new(), rows: BTreeMap::new(), findings }
+        let (disagreements, rows) = (BTreeMap::new(), BTreeMap::new());
+        Checker { exempt, manual, compared: BTreeSet::new(), disagreements, rows, findings }
+    }
+
+    /// Whether something is wrong already that no erratum explains.
+    pub(crate) fn has_finding(&self) -> bool {
+        !self.findings.is_empty() || self.disagreements.keys().any(|cell| !self.manual.explains(cell))
     }
 
     /// The row that must be there. Its key is compared by finding it.
@@ -65,7 +72,7 @@ impl<'m> Checker<'m> {
 
     /// Counts a row's key as compared.
     pub(crate) fn key(&mut self, row: &Row) {
-        for column in key_columns(row.file) {
+        for column in self.manual.key_columns(row.file) {
             self.compared.insert(cell(row, column));
         }
     }
@@ -79,7 +86,7 @@ impl<'m> Checker<'m> {
     /// Compares a cell that is not simply text: it agrees when `agrees`.
     pub(crate) fn that(&mut self, row: &Row, column: &str, against: Against, agrees: bool, found: impl Display) {
         self.compared.insert(cell(row, column));
-        if !row.cells.iter().any(|(name, _)| name == column) {
+        if !row.has(column) {
             self.finding(format!("{}: no column {column}", row.file));
         }
         if !agrees {
@@ -89,7 +96,7 @@ impl<'m> Checker<'m> {
         *self.rows.entry((row.file, row.key.clone())).or_default().entry(against).or_insert(true) &= agrees;
     }
 
-    /// Says that something is wrong that is no cell.
+    /// Adds something wrong that is no cell.
     pub(crate) fn finding(&mut self, finding: String) {
         if !self.findings.contains(&finding) {
             self.findings.push(finding);
@@ -109,14 +116,14 @@ impl<'m> Checker<'m> {
             for row in rows {
                 let checked = self.rows.get(&(file, row.key.clone()));
                 let by_us = checked.is_some_and(|by| by.keys().any(|against| *against != Against::Manual));
-                if !by_us && exempt::row(file, &row.key).is_none() {
-                    self.finding(format!("{file}/{}: the row is unchecked", row.key));
-                }
-                if exempt::row(file, &row.key).is_some() {
+                if self.exempt.row(file, &row.key) {
                     continue;
                 }
+                if !by_us {
+                    self.finding(format!("{file}/{}: the row is unchecked", row.key));
+                }
                 for (column, _) in &row.cells {
-                    if !self.compared.contains(&cell(row, column)) && !exempt::is_prose(file, column) {
+                    if !self.compared.contains(&cell(row, column)) && !self.exempt.column(file, column) {
                         self.finding(format!("{}: the cell is unchecked", cell(row, column)));
                     }
                 }
@@ -125,7 +132,7 @@ impl<'m> Checker<'m> {
     }
 }
 
-/// What was found in cells, before it is told to a checker: it can be remembered.
+/// What was found in cells, before a checker takes it: it can be remembered.
 #[derive(Clone, Default)]
 pub(crate) struct Answers {
     /// Key of the row, column, whether it agrees, and what was found.
@@ -146,8 +153,8 @@ impl Answers {
         }
     }
 
-    /// Tells a checker what the drive has answered about these rows.
-    pub(crate) fn tell(self, checker: &mut Checker<'_>, rows: &[Row]) {
+    /// Gives a checker what the drive has answered about these rows.
+    pub(crate) fn give(self, checker: &mut Checker<'_>, rows: &[Row]) {
         let rows: BTreeMap<&str, &Row> = rows.iter().map(|row| (row.key.as_str(), row)).collect();
         for (key, column, agrees, found) in self.cells {
             checker.that(rows[key.as_str()], column, Against::Drive, agrees, found);

@@ -1,52 +1,71 @@
-//! The AG03/1 against every table of its manual.
+//! Drives against every table of their manuals.
 //!
-//! [`verify`] takes the texts of the data sheet, of its overlay and of the manual's tables
-//! (`tests/manual/ag03-1`), and compares each cell with what it speaks of: the model that the data sheet and the
-//! overlay make, the generated code that is compiled in, and the simulated drive, which is asked over a virtual
-//! bus. Where the manual contradicts itself or CiA, `errata.csv` names the cells that cannot agree; a
-//! cell that disagrees without being named there is a finding, and so is a named one that agrees.
+//! [`verify`] takes the texts of a drive's data sheet, of its overlay and of its manual's tables (`tests/manual/`), and
+//! compares each cell with its subject: the model that data sheet and overlay make, the generated code that is compiled
+//! in, and the simulated drive, which is asked over a virtual bus. Where the manual contradicts itself or CiA,
+//! `errata.csv` names the cells that cannot agree; a cell that disagrees without being named there is a finding, and so
+//! is a named one that agrees.
+//!
+//! - `drive`, `manual`, `checker`, `report`: what a drive brings, its tables, which cell was compared with what, the report;
+//! - `bench`, `code`: the simulated drive on a bus, the generated code as data;
+//! - `kinds`: comparisons of tables that any manual has: objects, terms, PDOs, frames, NMT, SDO, the states of CiA 402,
+//!   statements of prose checked by behaviour;
+//! - `siko`: what the manuals of SIKO's drives share beyond that;
+//! - `drives`: one file per drive: its paths, its simulator, its list of comparisons.
 
 mod bench;
 mod checker;
 mod code;
+mod drive;
+mod drives;
 mod exempt;
-mod inputs;
+mod kinds;
 mod manual;
 mod notation;
 mod report;
-mod tables;
+mod sheet;
+mod siko;
 
 pub use checker::Against;
-pub use exempt::{KEYS, ROWS, is_prose};
-pub use inputs::Inputs;
+pub use drive::{Drive, Inputs};
+pub use drives::ALL as DRIVES;
+pub use exempt::Exempt;
 pub use report::{Erratum, Report, TableReport};
+pub use sheet::PROSE;
+
+use lexican_eds::Source;
 
 use checker::Checker;
+use drive::Case;
 use manual::Manual;
+use sheet::Sheet;
 
 /// Compares everything with everything; see the crate's documentation.
 #[must_use]
-pub fn verify(inputs: &Inputs) -> Report {
-    let manual = Manual::parse(&inputs.tables);
-    let mut checker = Checker::new(&manual);
-    let sheet = tables::Sheet::new(inputs);
-    tables::ALL.iter().for_each(|check| check(&mut checker, &manual, &sheet));
-    checker.finish();
-    report::report(&manual, checker)
+pub fn verify(drive: &Drive, inputs: &Inputs) -> Report {
+    compared(drive, inputs, false).unwrap_or_default()
 }
 
 /// Whether [`verify`] has findings, without looking for more than one.
 #[must_use]
-pub fn finds(inputs: &Inputs) -> bool {
-    let manual = Manual::parse(&inputs.tables);
-    let mut checker = Checker::new(&manual);
-    let sheet = tables::Sheet::new(inputs);
-    for check in tables::ALL {
-        check(&mut checker, &manual, &sheet);
-        if !checker.findings.is_empty() || checker.disagreements.keys().any(|cell| !report::is_erratum(&manual, cell)) {
-            return true;
+pub fn finds(drive: &Drive, inputs: &Inputs) -> bool {
+    compared(drive, inputs, true).is_none_or(|report| !report.findings.is_empty())
+}
+
+/// The report, or nothing as soon as there is a finding if one is enough.
+fn compared(drive: &Drive, inputs: &Inputs, one_is_enough: bool) -> Option<Report> {
+    let manual = Manual::parse(drive.tables, &inputs.tables);
+    let sources = [(drive.data_sheet, &inputs.eds), (drive.overlay, &inputs.overlay)];
+    let sources = sources.map(|(path, text)| Source::new(path, text.as_str()));
+    let sheet = Sheet::new(sources, (drive.code)(drive.node), drive.node, inputs.code_is_stale);
+    let case = Case { drive, manual: &manual, sheet: &sheet };
+    let mut checker = Checker::new(&drive.exempt, &manual);
+    for check in drive.checks {
+        check(&mut checker, &case);
+        if one_is_enough && checker.has_finding() {
+            return None;
         }
     }
     checker.finish();
-    !report::report(&manual, checker).findings.is_empty()
+    Some(report::report(&manual, checker))
 }

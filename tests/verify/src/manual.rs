@@ -1,48 +1,13 @@
-//! The manual's tables as rows and cells, each with the key that `tests/manual/ag03-1/README.md` gives it.
+//! The manual's tables as rows and cells, each with the key that its folder's README gives it.
 
 use std::collections::BTreeMap;
 
-/// The columns whose cells, joined with `:`, are a row's key; empty ones are left out.
-const KEYS: &[(&str, &[&str])] = &[
-    ("baud_rates.csv", &["value"]),
-    ("bus_termination.csv", &["sw9", "sw10"]),
-    ("commands.csv", &["command"]),
-    ("controlword.csv", &["bit", "mode"]),
-    ("emergency.csv", &["code"]),
-    ("errata.csv", &["id"]),
-    ("example_position.csv", &["step"]),
-    ("example_velocity.csv", &["step"]),
-    ("facts.csv", &["chapter", "fact"]),
-    ("faults.csv", &["letter"]),
-    ("formats.csv", &["address", "bits", "value"]),
-    ("gears.csv", &["value"]),
-    ("identifiers.csv", &["name"]),
-    ("leds.csv", &["led", "state"]),
-    ("names.csv", &["index", "subindex"]),
-    ("nmt.csv", &["command"]),
-    ("nmt_states.csv", &["state"]),
-    ("node_address.csv", &["sw1", "sw2", "sw3", "sw4", "sw5", "sw6", "sw7"]),
-    ("objects.csv", &["index", "subindex"]),
-    ("overview.csv", &["index"]),
-    ("parameters.csv", &["number"]),
-    ("pdo_layouts.csv", &["pdo", "byte"]),
-    ("pdo_mappings.csv", &["index", "position"]),
-    ("sdo_aborts.csv", &["code"]),
-    ("sdo_commands.csv", &["hex"]),
-    ("sdo_examples.csv", &["row"]),
-    ("start_conditions.csv", &["chapter", "operation", "bit"]),
-    ("statements.csv", &["chapter", "subject"]),
-    ("states.csv", &["state"]),
-    ("statusword.csv", &["bit", "mode"]),
-    ("system_status.csv", &["bit", "value", "mode"]),
-    ("terms.csv", &["type", "value"]),
-    ("transitions.csv", &["number"]),
-    ("transmission_types.csv", &["chapter", "index", "from"]),
-    ("values.csv", &["address", "value"]),
-];
+/// Each table's file and the columns that are its key.
+pub(crate) type Keys = &'static [(&'static str, &'static [&'static str])];
 
 /// All tables, by file name.
 pub(crate) struct Manual {
+    keys: Keys,
     tables: BTreeMap<&'static str, Vec<Row>>,
     /// What is wrong with the files themselves.
     pub(crate) findings: Vec<String>,
@@ -57,16 +22,16 @@ pub(crate) struct Row {
 }
 
 impl Manual {
-    pub(crate) fn parse(texts: &BTreeMap<String, String>) -> Self {
-        let mut manual = Manual { tables: BTreeMap::new(), findings: Vec::new() };
-        for (file, keys) in KEYS.iter().copied() {
+    pub(crate) fn parse(keys: Keys, texts: &BTreeMap<String, String>) -> Self {
+        let mut manual = Manual { keys, tables: BTreeMap::new(), findings: Vec::new() };
+        for (file, columns) in keys.iter().copied() {
             let text = texts.get(file).map_or("", String::as_str);
-            match rows(file, keys, text) {
+            match rows(file, columns, text) {
                 Ok(rows) => manual.take(file, rows),
                 Err(error) => manual.findings.push(format!("{file}: {error}")),
             }
         }
-        for file in texts.keys().filter(|file| KEYS.iter().all(|(known, _)| known != file)) {
+        for file in texts.keys().filter(|file| keys.iter().all(|(known, _)| known != file)) {
             manual.findings.push(format!("{file}: no table of this name is verified"));
         }
         manual
@@ -81,6 +46,16 @@ impl Manual {
         self.tables.insert(file, rows);
     }
 
+    /// The columns that make a row's key.
+    pub(crate) fn key_columns(&self, file: &str) -> &'static [&'static str] {
+        self.keys.iter().find(|(known, _)| *known == file).map_or(&[], |(_, keys)| keys)
+    }
+
+    /// A cell, or nothing where there is no such row.
+    pub(crate) fn cell(&self, file: &str, key: &str, column: &str) -> &str {
+        self.row(file, key).map_or("", |row| row.get(column))
+    }
+
     /// The rows of a table, in its order.
     pub(crate) fn rows(&self, file: &str) -> &[Row] {
         self.tables.get(file).map_or(&[], Vec::as_slice)
@@ -91,6 +66,11 @@ impl Manual {
         self.rows(file).iter().find(|row| row.key == key)
     }
 
+    /// Whether an erratum says that a cell disagrees.
+    pub(crate) fn explains(&self, cell: &str) -> bool {
+        self.rows("errata.csv").iter().any(|row| row.get("cells").split(';').any(|named| named == cell))
+    }
+
     /// All tables, by name.
     pub(crate) fn tables(&self) -> impl Iterator<Item = (&'static str, &[Row])> {
         self.tables.iter().map(|(file, rows)| (*file, rows.as_slice()))
@@ -98,6 +78,10 @@ impl Manual {
 }
 
 impl Row {
+    pub(crate) fn has(&self, column: &str) -> bool {
+        self.cells.iter().any(|(name, _)| name == column)
+    }
+
     /// A cell; empty when there is no such column.
     pub(crate) fn get(&self, column: &str) -> &str {
         self.cells.iter().find(|(name, _)| name == column).map_or("", |(_, cell)| cell)
@@ -128,9 +112,4 @@ pub(crate) type Cells = Vec<Vec<(String, String)>>;
 /// What rows hold, as a key to what is found for them.
 pub(crate) fn cells(rows: &[Row]) -> Cells {
     rows.iter().map(|row| row.cells.clone()).collect()
-}
-
-/// The columns that make a row's key.
-pub(crate) fn key_columns(file: &str) -> &'static [&'static str] {
-    KEYS.iter().find(|(known, _)| *known == file).map_or(&[], |(_, keys)| keys)
 }

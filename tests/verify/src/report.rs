@@ -1,14 +1,15 @@
-//! What came of the comparison, and `VERIFICATION.md`.
+//! The result of the comparison, and `VERIFICATION.md`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use crate::checker::{Against, Checker};
-use crate::exempt::{CLAUSES, COLUMNS, KEYS, ROWS};
+use crate::drive::Drive;
 use crate::manual::{Manual, Row};
+use crate::sheet::PROSE;
 
-/// What came of it.
-#[derive(Clone, Debug)]
+/// The result of the comparison.
+#[derive(Clone, Debug, Default)]
 pub struct Report {
     /// One for each table of the manual, by file name.
     pub tables: Vec<TableReport>,
@@ -55,13 +56,14 @@ impl Report {
 
     /// The text of `VERIFICATION.md`.
     #[must_use]
-    pub fn to_markdown(&self) -> String {
+    pub fn to_markdown(&self, drive: &Drive) -> String {
         let (rows, checked, agreeing) = self.totals();
-        let mut out = String::from(HEAD);
+        let mut out = format!("# The {} against its manual\n\n", drive.title);
+        out += &HEAD.replace("FOLDER", drive.folder);
         let _ = writeln!(out, "{rows} rows: {checked} checked, {agreeing} agree in every cell.\n");
         self.write_tables(&mut out);
         self.write_errata(&mut out);
-        write_exempt(&mut out);
+        write_exempt(&mut out, drive);
         out
     }
 
@@ -97,27 +99,26 @@ impl Report {
     }
 }
 
-fn write_exempt(out: &mut String) {
+fn write_exempt(out: &mut String, drive: &Drive) {
     out.push_str("\n## What is not compared\n\n");
-    for (file, key, why) in ROWS {
+    for (file, key, why) in drive.exempt.rows {
         let _ = writeln!(out, "- the row `{file}/{key}`: {why}");
     }
-    for (column, files, why) in COLUMNS {
+    for (column, files, why) in drive.exempt.columns {
         let _ = writeln!(out, "- the column `{column}` of `{}`: {why}", files.join("`, `"));
     }
-    for (clause, why) in CLAUSES {
+    for (clause, why) in drive.exempt.clauses {
         let _ = writeln!(out, "- the clause \"{clause}\": {why}");
     }
     out.push_str("\nKeys of the data sheet and of the overlay that are prose or history:\n\n");
-    for (key, why) in KEYS {
+    for (key, why) in PROSE {
         let _ = writeln!(out, "- `{key}`: {why}");
     }
 }
 
-const HEAD: &str = "# The AG03/1 against its manual
-
-Written by `cargo xtask verify`; `cargo xtask verify --check` fails when it is stale. Every row of the tables in
-`tests/manual/ag03-1` is compared with the data sheet and its overlay (Sheet), with the generated code and the tables
+const HEAD: &str =
+    "Written by `cargo xtask verify`; `cargo xtask verify --check` fails when it is stale. Every row of the tables in
+`FOLDER` is compared with the data sheet and its overlay (Sheet), with the generated code and the tables
 of the driver, compiled in (Code), and with what the simulated drive does on a virtual bus (Drive); some cells
 also with another place of the manual (Manual). The columns below give rows agreeing of rows compared. Altering any
 single cell of the data sheet, of the overlay or of the tables makes the verification fail: a test alters some
@@ -159,11 +160,6 @@ pub(crate) fn report(manual: &Manual, checker: Checker<'_>) -> Report {
     let tables = manual.tables().filter(|(file, _)| *file != "errata.csv");
     let tables = tables.map(|(file, all)| table(file, all, &rows, &disagreements)).collect();
     Report { tables, errata, findings }
-}
-
-/// Whether an erratum says that a cell disagrees.
-pub(crate) fn is_erratum(manual: &Manual, cell: &str) -> bool {
-    manual.rows("errata.csv").iter().any(|row| row.get("cells").split(';').any(|named| named == cell))
 }
 
 fn erratum(row: &Row, disagreeing: Vec<(String, String)>, findings: &mut Vec<String>) -> Erratum {

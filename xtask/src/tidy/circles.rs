@@ -22,8 +22,6 @@ use crate::api::is_for_tests;
 const KNOWN: &[(&str, &str)] = &[
     ("drives/siko-ag03-1/src/sim/drive.rs", "supply and scripts act on the whole drive"),
     ("drives/siko-ag03-1/src/sim/script/mod.rs", "a script reads itself from TOML"),
-    ("tests/verify/src/tables/claims.rs", "claims about words and about states need each other"),
-    ("tests/verify/src/tables/objects.rs", "parameters are compared as objects, too"),
 ];
 
 /// All circles of the crates among `files`, which are texts by path, and what is wrong with [`KNOWN`].

@@ -1,20 +1,22 @@
 //! Numbers that stand in running text.
 
-use std::collections::BTreeMap;
-
+use lexican_eds::model::Direction::{self, Receive, Transmit};
 use lexican_eds::model::Value;
 use siko_ag03_1::od;
 use siko_ag03_1::parameter::PARAMETERS;
 
-use super::observed::{enabled_with, velocities};
-use super::sheet::Sheet;
-use crate::bench::{Bench, Memory, NODE, once};
+use super::bench::{Bench, LOAD, enabled_with, faulty, moving_to, running_at};
+use super::bits::example_word;
+use crate::bench::once;
 use crate::checker::{Against, Checker};
-use crate::manual::Manual;
+use crate::drive::Case;
+use crate::kinds::cia402;
+use crate::kinds::pdo::name_of;
+use crate::sheet::Sheet;
 
-pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
-    for row in manual.rows("facts.csv") {
-        let Some((found, against)) = fact(&row.key, sheet) else { continue };
+pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
+    for row in case.manual.rows("facts.csv") {
+        let Some((found, against)) = fact(&row.key, case.sheet) else { continue };
         checker.key(row);
         checker.cell(row, "value", against, found);
     }
@@ -22,33 +24,27 @@ pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
 
 /// What is found in the place of a fact.
 fn fact(key: &str, sheet: &Sheet) -> Option<(String, Against)> {
-    by_sheet(key, sheet).or_else(|| by_code(key)).or_else(|| by_drive(key))
+    let by_sheet = by_sheet(key, sheet).map(|found| (found, Against::Sheet));
+    let by_drive = || once(key, || by_drive(key)).map(|found| (found, Against::Drive));
+    by_sheet.or_else(by_drive)
 }
 
-fn by_sheet(key: &str, sheet: &Sheet) -> Option<(String, Against)> {
+fn by_sheet(key: &str, sheet: &Sheet) -> Option<String> {
     let device = &sheet.device;
     let base = |index, sub| match device.entry(index, sub)?.default {
         Some(Value::NodeIdPlus(base)) => Some(base),
         _ => None,
     };
     let number = |index, sub| device.entry(index, sub)?.default.as_ref()?.as_integer();
-    let pdo = |base: i64| {
-        let pdo = device.pdos.iter().find(|pdo| pdo.cob_id == Some(Value::NodeIdPlus(base)))?;
-        Some(format!(
-            "{}PDO{}",
-            if pdo.direction == lexican_eds::model::Direction::Receive { 'R' } else { 'T' },
-            pdo.number
-        ))
-    };
-    let mapping = |direction| {
+    let pdo = |base: i64| Some(name_of(device.pdos.iter().find(|pdo| pdo.cob_id == Some(Value::NodeIdPlus(base)))?));
+    let mapping = |direction: Direction| {
         let pdo = device.pdos.iter().find(|pdo| pdo.direction == direction && pdo.number == 1)?;
         Some(device.object(pdo.mapping.first()?.index)?.name.to_ascii_lowercase().replace("word", " word"))
     };
-    let count = |direction| {
+    let count = |direction: Direction| {
         let mapped = device.pdos.iter().filter(|pdo| pdo.direction == direction && !pdo.mapping.is_empty());
         mapped.count().to_string()
     };
-    use lexican_eds::model::Direction::{Receive, Transmit};
     let found = match key {
         "1:firmware at least" => {
             let rest = device.file.description.as_deref()?.split_once("firmware ")?.1;
@@ -84,46 +80,26 @@ fn by_sheet(key: &str, sheet: &Sheet) -> Option<(String, Against)> {
         "7.12.2.13:vendor" => format!("{:X}", number(0x1018, 1)?),
         _ => return None,
     };
-    Some((found, Against::Sheet))
+    Some(found)
 }
 
-fn by_code(key: &str) -> Option<(String, Against)> {
-    let found = match key {
-        "2.1:example word" => {
-            // Positioning at a standstill, not ready, fault: the bits that the manual lists.
-            let word = od::SystemStatus(0).with_in_position(true).with_below_lower_limit(true);
-            let word = word.with_fault(true).with_not_ready_to_travel(true).with_overcurrent(true);
-            format!("{:X}", word.0)
-        }
-        "7.10:factory bit rate" => {
-            od::CanBitRate(od::CAN_BAUD_RATE.default(NODE)?.0).name()?.split(' ').nth(1)?.to_owned()
-        }
-        _ => return None,
-    };
-    Some((found, Against::Code))
-}
-
-/// What is found.
-type Found = Option<String>;
-
-fn by_drive(key: &str) -> Option<(String, Against)> {
-    static MEMORY: Memory<String, Found> = Memory::new(BTreeMap::new());
-    let found = once(&MEMORY, key.to_owned(), || ask(key))?;
-    Some((found, Against::Drive))
-}
-
-fn ask(key: &str) -> Found {
+fn by_drive(key: &str) -> Option<String> {
     let mut bench = Bench::new();
     let boot_up = bench.hear(0).first().copied();
     let found = match key {
+        "2.1:example word" => format!("{:X}", example_word()),
+        "7.10:factory bit rate" => {
+            let name = od::CanBitRate(u8::try_from(bench.read(0x2100, 0).ok()?).ok()?).name()?;
+            name.split(' ').nth(1)?.to_owned()
+        }
         "2.1:standstill below" => standstill()?.to_string(),
         "2.1:overcurrent becomes a fault after" => overcurrent()?.to_string(),
-        "3:calibration by" => if calibrates(&mut bench, 0x1011, 4, 0x6461_6F6C) { "1011:04" } else { "" }.into(),
+        "3:calibration by" => if calibrates(&mut bench, 0x1011, 4, LOAD) { "1011:04" } else { "" }.into(),
         "6:acceleration at 100 %" => {
             let mut bench = enabled_with(&[(0x2410, 4, 100, 1), (0x2410, 5, 200, 1)]);
-            bench.command(0x405, 0x001F, 100_000);
+            bench.travel(100_000);
             // Of revolutions per minute, a quarter of a second makes so many in a second.
-            (velocities(&mut bench, &[250]).first()? / 15).to_string()
+            (bench.velocities(&[250]).first()? / 15).to_string()
         }
         "6:calibration by" => if calibrates(&mut bench, 0x607C, 0, 500) { "607C" } else { "" }.into(),
         "4:gear ratio 5:1" => ratio(5, 1),
@@ -155,10 +131,7 @@ fn ask(key: &str) -> Found {
             bench.request(0x705);
             (bench.hear(0).first()?.id().raw() - 5).to_string()
         }
-        "7.2.11:first toggle bit" => {
-            bench.request(0x705);
-            (bench.hear_from(0x705, 0).first()?.first()? >> 7).to_string()
-        }
+        "7.2.11:first toggle bit" => (bench.requested(0x705, 0).first()?.first()? >> 7).to_string(),
         "7.2.11:expired life time leads to" => expired(),
         "7.12.2.23:inhibit time only with" => inhibited().join(", "),
         _ => return None,
@@ -168,35 +141,31 @@ fn ask(key: &str) -> Found {
 
 /// The least whole velocity at which the drive says that it moves.
 fn standstill() -> Option<i32> {
-    (1..5).find(|velocity| super::states::running_at(*velocity, 5000).system() >> 4 & 1 == 1)
+    (1..5).find(|velocity| running_at(*velocity, 5000).system() >> 4 & 1 == 1)
 }
 
 fn overcurrent() -> Option<u64> {
-    let mut bench = Bench::enabled();
-    bench.command(0x405, 0x001F, 900_000);
-    bench.hear(1000);
+    let mut bench = moving_to(900_000, 1000);
     bench.world(|inputs| inputs.load_ma = 2500);
     (1..10).find(|_| {
         bench.hear(1000);
-        bench.status() & 0x0F == 0x08
+        bench.is_fault()
     })
 }
 
 fn calibrates(bench: &mut Bench, index: u16, sub: u8, value: i64) -> bool {
-    let set = bench.write(0x607C, 0, 500, 4).is_ok();
-    let done = bench.write(index, sub, value, 4).is_ok();
-    set && done && bench.read(0x6064, 0) == Ok(500)
+    bench.set(&[(0x607C, 0, 500, 4), (index, sub, value, 4)]) && bench.read(0x6064, 0) == Ok(500)
 }
 
 /// The ratio with which so many revolutions outside are so many inside.
 fn ratio(numerator: i64, denominator: i64) -> String {
     let mut bench = Bench::new();
-    let set = bench.write(0x6091, 1, numerator, 2).is_ok() && bench.write(0x6091, 2, denominator, 2).is_ok();
+    let set = bench.set(&[(0x6091, 1, numerator, 2), (0x6091, 2, denominator, 2)]);
     bench.nmt(0x01);
     bench.enable();
-    bench.command(0x405, 0x001F, 1600);
+    bench.travel(1600);
     bench.hear(60_000);
-    let shaft = bench.see(|drive, now| drive.shaft(now).position);
+    let shaft = bench.shaft();
     let expected = 1600.0 * numerator as f64 / denominator as f64;
     if set && (shaft - expected).abs() < 1.0 { format!("{numerator}/{denominator}") } else { format!("{shaft}") }
 }
@@ -206,9 +175,9 @@ fn per_revolution(bench: &mut Bench, spindle_pitch: i64) -> i32 {
     let set = bench.write(0x2412, 0, spindle_pitch, 2);
     bench.nmt(0x01);
     bench.enable();
-    bench.command(0x405, 0x001F, 5000);
+    bench.travel(5000);
     bench.hear(100_000);
-    let (position, shaft) = bench.see(|drive, now| (drive.position(now), drive.shaft(now).position));
+    let (position, shaft) = (bench.position(), bench.shaft());
     // 1600 steps are one revolution of the model's shaft.
     let revolutions = shaft / 1600.0;
     if set.is_ok() { (f64::from(position) / revolutions).round() as i32 } else { 0 }
@@ -226,20 +195,20 @@ fn sent_at_start() -> String {
 
 /// The state of a drive in FAULT after an NMT command.
 fn fault_becomes(command: u8) -> String {
-    let mut bench = super::states::with_inputs(|inputs| inputs.internal_error = true);
+    let mut bench = faulty();
     bench.nmt(command);
     bench.hear(0);
-    super::states::name_of(super::states::state_of(&bench)).to_ascii_uppercase()
+    cia402::name_of(bench.state()).to_ascii_uppercase()
 }
 
 fn expired() -> String {
     let mut bench = Bench::new();
-    let set = bench.write(0x100C, 0, 100, 2).is_ok() && bench.write(0x100D, 0, 3, 1).is_ok();
+    let set = bench.set(&[(0x100C, 0, 100, 2), (0x100D, 0, 3, 1)]);
     bench.nmt(0x01);
     bench.enable();
     bench.request(0x705);
     bench.hear(1000);
-    let name = super::states::name_of(super::states::state_of(&bench)).to_ascii_uppercase();
+    let name = cia402::name_of(bench.state()).to_ascii_uppercase();
     if set { name } else { String::new() }
 }
 
@@ -247,9 +216,7 @@ fn expired() -> String {
 fn inhibited() -> Vec<String> {
     let kept = |code: &i64, inhibit: i64| {
         let mut bench = Bench::new();
-        let set = bench.write(0x1800, 2, *code, 1).is_ok()
-            && bench.write(0x1800, 5, 100, 2).is_ok()
-            && bench.write(0x1800, 3, inhibit, 2).is_ok();
+        let set = bench.set(&[(0x1800, 2, *code, 1), (0x1800, 5, 100, 2), (0x1800, 3, inhibit, 2)]);
         bench.nmt(0x01);
         bench.hear(450);
         for word in [0x06, 0x07] {

@@ -1,33 +1,35 @@
 //! Faults: table 2 with its conditions and blink codes, and the emergency codes of table 20.
 
-use std::collections::BTreeMap;
-
 use lexican_runtime::wire::emcy::CodeOrder;
-use siko_ag03_1::fault::Fault;
+use siko_ag03_1::fault::{Cause, Fault, cause_of};
 use siko_ag03_1::sim::Setup;
 use siko_ag03_1::sim::inputs::{BusState, Inputs, Shaft};
 
-use super::claims::said;
-use super::sheet::Sheet;
-use crate::bench::{Bench, Memory, NODE, once};
+use super::bench::{Bench, NODE, running_at};
+use super::leds::blinks;
+use crate::bench::once;
 use crate::checker::{Against, Checker};
-use crate::manual::{Manual, Row};
+use crate::drive::Case;
+use crate::kinds::prose::said;
+use crate::manual::Row;
 use crate::notation::yes;
 
-pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, _: &Sheet) {
+pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
     for fault in Fault::ALL {
         if let Some(row) = checker.row("faults.csv", &fault.letter.to_string()) {
-            table_2(checker, manual, row, fault);
+            table_2(checker, case, row, fault);
         }
     }
-    let others = [(0x0000, ""), (0x8120, ""), (0x8140, ""), (0xFF00, "")];
-    let faults = Fault::ALL.iter().map(|fault| (fault.code, fault.letter.to_string()));
-    for (code, letter) in faults.chain(others.map(|(code, letter)| (code, letter.to_owned()))) {
+    let faults = Fault::ALL.iter().map(|fault| (fault.code, fault.letter));
+    for (code, letter) in faults.chain([0x0000, 0x8120, 0x8140, 0xFF00].map(|code| (code, NO_LETTER))) {
         if let Some(row) = checker.row("emergency.csv", &format!("{code:04X}")) {
-            table_20(checker, manual, row, code, &letter);
+            table_20(checker, case, row, code, letter);
         }
     }
 }
+
+/// What table 20 has for a code that is no fault's.
+const NO_LETTER: char = ' ';
 
 /// The world shortly before a fault, and in it.
 fn causes(letter: char) -> [fn(&mut Inputs); 2] {
@@ -49,10 +51,10 @@ fn causes(letter: char) -> [fn(&mut Inputs); 2] {
 fn travelling() -> Bench {
     let mut setup = Setup::new(NODE);
     setup.behaviour.emcy_code_order = CodeOrder::HighByteFirst;
-    let mut bench = Bench::with(setup);
+    let mut bench = Bench::set_up(setup);
     bench.nmt(0x01);
     bench.enable();
-    bench.command(0x405, 0x001F, 900_000);
+    bench.travel(900_000);
     bench.hear(1000);
     bench
 }
@@ -61,8 +63,8 @@ fn letters(bench: &Bench) -> String {
     bench.see(|drive, _| drive.controller().faults().iter().map(|fault| fault.letter).collect())
 }
 
-fn table_2(checker: &mut Checker<'_>, manual: &Manual, row: &Row, fault: &Fault) {
-    let called = manual.rows("terms.csv").iter().find(|term| term.get("overlay") == fault.text);
+fn table_2(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, fault: &Fault) {
+    let called = case.manual.rows("terms.csv").iter().find(|term| term.get("overlay") == fault.text);
     checker.cell(row, "fault", Against::Code, called.map_or("", |term| term.get("printed")));
     checker.cell(row, "hex", Against::Code, format!("{:02X}", u32::from(fault.letter)));
     checker.cell(row, "blinks", Against::Code, fault.blinks);
@@ -78,9 +80,8 @@ fn table_2(checker: &mut Checker<'_>, manual: &Manual, row: &Row, fault: &Fault)
 
 /// When a fault comes, as the drive shows it: numbers are where it begins to come.
 fn condition(letter: char) -> String {
-    static MEMORY: Memory<char, String> = Memory::new(BTreeMap::new());
     let volts = |tenths: i64| tenths as f64 / 10.0;
-    once(&MEMORY, letter, || match letter {
+    once(letter, || match letter {
         'A' => {
             let supply = bound([400, 100], |inputs, supply| inputs.output_stage_supply_100mv = supply as u16);
             let current = bound([0, 600], |inputs, current| {
@@ -96,7 +97,7 @@ fn condition(letter: char) -> String {
             let lags = bench.system() >> 15 & 1 == 1;
             bench.hear(5000);
             let both = letters(&bench) == "B" && !slow && !at_rest;
-            said(vec![("contouring error", lags && both), ("and the shaft stands", both)], ", ")
+            said(&vec![("contouring error", lags && both), ("and the shaft stands", both)]).replace("; ", ", ")
         }
         'C' => {
             let current = bound([600, 4000], |inputs, current| inputs.load_ma = current as u16);
@@ -113,14 +114,14 @@ fn condition(letter: char) -> String {
         'H' => {
             let passive = |inputs: &mut Inputs| inputs.bus = BusState::Passive;
             let moving = comes(&mut travelling(), 'H', passive);
-            let others = [Bench::enabled(), super::states::running_at(30, 1000)];
+            let others = [Bench::enabled(), running_at(30, 1000)];
             let only = others.into_iter().all(|mut bench| !comes(&mut bench, 'H', passive));
-            said(vec![("error passive during running positioning", moving && only)], "")
+            said(&vec![("error passive during running positioning", moving && only)])
         }
         'I' => {
             let off = |inputs: &mut Inputs| inputs.bus = BusState::Off;
             let both = [travelling(), Bench::new()].into_iter().all(|mut bench| comes(&mut bench, 'I', off));
-            said(vec![("bus off", both)], "")
+            said(&vec![("bus off", both)])
         }
         'J' => {
             let battery = bound([360, 100], |inputs, battery| inputs.battery_10mv = battery as i16);
@@ -161,8 +162,7 @@ struct Fall {
 }
 
 fn fall(letter: char) -> Fall {
-    static MEMORY: Memory<char, Fall> = Memory::new(BTreeMap::new());
-    once(&MEMORY, letter, || {
+    once(letter, || {
         let [before, after] = causes(letter);
         let mut bench = travelling();
         bench.world(before);
@@ -177,24 +177,24 @@ fn fall(letter: char) -> Fall {
             there
         });
         let fallen = letters(&bench);
-        Fall { spared, fallen, seconds, blinks: super::leds::blinks(&mut bench, |lights| lights.status) }
+        Fall { spared, fallen, seconds, blinks: blinks(&mut bench, |lights| lights.status) }
     })
 }
 
-fn table_20(checker: &mut Checker<'_>, manual: &Manual, row: &Row, code: u16, letter: &str) {
-    let term = manual.row("terms.csv", &format!("EmergencyCode:0x{code:04X}"));
-    checker.cell(row, "meaning", Against::Manual, term.map_or("", |term| term.get("printed")));
-    checker.cell(row, "letter", Against::Code, letter);
+fn table_20(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, code: u16, letter: char) {
+    let term = case.manual.cell("terms.csv", &format!("EmergencyCode:0x{code:04X}"), "printed");
+    checker.cell(row, "meaning", Against::Manual, term);
+    checker.cell(row, "letter", Against::Code, letter.to_string().trim());
     let bytes = code.to_be_bytes();
     for (column, byte) in ["byte_0", "byte_1"].into_iter().zip(bytes) {
         checker.cell(row, column, Against::Manual, format!("{byte:02X}"));
     }
     if code == 0xFF00 {
-        // No drive ever sends it.
-        let unknown = siko_ag03_1::fault::cause_of(code) == siko_ag03_1::fault::Cause::Unknown(code);
-        checker.that(row, "code", Against::Code, unknown, "a code with a meaning");
+        // Reserved: none of the faults is reported by it.
+        let sent = once((), || Fault::ALL.iter().any(|fault| emergency(fault.code, fault.letter).reports(code)));
+        checker.that(row, "code", Against::Code, cause_of(code) == Cause::Unknown(code), "a code with a meaning");
         for column in ["state_fault", "stored", "communication_ends"] {
-            checker.cell(row, column, Against::Manual, "");
+            checker.cell(row, column, Against::Drive, if sent { "a fault has it" } else { "" });
         }
         return;
     }
@@ -211,6 +211,12 @@ fn table_20(checker: &mut Checker<'_>, manual: &Manual, row: &Row, code: u16, le
     checker.cell(row, "stored", Against::Drive, if code == 0 { "" } else { yes(newest == Some(code)) });
 }
 
+impl Emergency {
+    fn reports(&self, code: u16) -> bool {
+        self.heard.starts_with(&code.to_be_bytes()) || self.newest == Some(code)
+    }
+}
+
 /// An emergency, and the drive after it.
 #[derive(Clone)]
 struct Emergency {
@@ -222,9 +228,8 @@ struct Emergency {
     newest: Option<u16>,
 }
 
-fn emergency(code: u16, letter: &str) -> Emergency {
-    static MEMORY: Memory<(u16, String), Emergency> = Memory::new(BTreeMap::new());
-    once(&MEMORY, (code, letter.to_owned()), || {
+fn emergency(code: u16, letter: char) -> Emergency {
+    once((code, letter), || {
         let mut bench = travelling();
         let heard = provoke(&mut bench, code, letter);
         let ends = matches!(bench.see(|drive, _| drive.inputs().bus), BusState::Passive | BusState::Off);
@@ -232,16 +237,16 @@ fn emergency(code: u16, letter: &str) -> Emergency {
         Emergency {
             heard,
             communication_ends: ends && bench.read(0x1000, 0) == Err(0),
-            state_fault: bench.status() & 0x0F == 0x08,
+            state_fault: bench.is_fault(),
             newest: first.map(|first| bench.see(|drive, _| drive.storage().get(first).0)),
         }
     })
 }
 
 /// Brings the emergency about; its data.
-fn provoke(bench: &mut Bench, code: u16, letter: &str) -> Vec<u8> {
+fn provoke(bench: &mut Bench, code: u16, letter: char) -> Vec<u8> {
     let wait = |bench: &mut Bench| bench.hear_from(0x085, 5000).pop().unwrap_or_default();
-    match (code, letter.chars().next()) {
+    match (code, letter) {
         (0x0000, _) => {
             bench.world(|inputs| inputs.internal_error = true);
             bench.world(|inputs| inputs.internal_error = false);
@@ -263,11 +268,10 @@ fn provoke(bench: &mut Bench, code: u16, letter: &str) -> Vec<u8> {
             bench.world(|inputs| inputs.bus = BusState::Active);
             bench.hear_from(0x085, 100).into_iter().find(|data| data.starts_with(&[0x81, 0x40])).unwrap_or_default()
         }
-        (_, Some(letter)) => {
+        (_, letter) => {
             let [_, cause] = causes(letter);
             bench.world(cause);
             wait(bench)
         }
-        _ => Vec::new(),
     }
 }

@@ -3,17 +3,15 @@
 use siko_ag03_1::sim::inputs::BusState;
 use siko_ag03_1::sim::{DipSwitches, SimulatedDrive};
 
-use super::super::claims::Clauses;
-use super::super::observed::{enabled_with, is_released, position, speed, velocity, way_to_rest};
-use super::super::states::{moving_to, with_inputs};
-use crate::bench::Bench;
+use super::super::bench::{Bench, LOAD, enabled_with, faulty, moving_to};
+use crate::kinds::prose::Clauses;
 
 pub(super) fn nmt() -> Clauses {
     let state = |data: &[u8]| {
         let mut bench = Bench::new();
         bench.send(0x000, data);
         bench.hear(0);
-        bench.see(|drive, _| drive.nmt_state().code())
+        bench.nmt_state().code()
     };
     vec![
         ("identifier 0, two bytes", state(&[1, 5]) == 5 && state(&[1]) == 127 && state(&[1, 5, 0]) == 127),
@@ -25,7 +23,7 @@ pub(super) fn boot_up() -> Clauses {
     let mut bench = Bench::new();
     let frames = bench.hear(1000);
     let only = frames.len() == 1 && frames.iter().all(|frame| frame.id().raw() == 0x705 && frame.data() == [0]);
-    let state = bench.see(|drive, _| drive.nmt_state().code());
+    let state = bench.nmt_state().code();
     vec![("then PRE-OPERATIONAL by itself", only && state == 127)]
 }
 
@@ -61,10 +59,7 @@ pub(super) fn pdos() -> Clauses {
         let mut bench = Bench::new();
         bench.nmt(command);
         bench.hear(0);
-        [0x185, 0x385, 0x485].map(|id| {
-            bench.request(id);
-            bench.hear_from(id, 0).len()
-        })
+        [0x185, 0x385, 0x485].map(|id| bench.requested(id, 0).len())
     };
     let heard = |command: u8| {
         let mut bench = Bench::new();
@@ -83,10 +78,7 @@ pub(super) fn pdos() -> Clauses {
 pub(super) fn default_types() -> Clauses {
     let mut bench = Bench::operational();
     let heard: Vec<u32> = bench.hear(950).iter().map(|frame| frame.id().raw()).collect();
-    let mut asked = |id| {
-        bench.request(id);
-        bench.hear_from(id, 0).len()
-    };
+    let mut asked = |id| bench.requested(id, 0).len();
     vec![
         ("TPDO1 asynchronously", heard == [0x185; 9]),
         ("TPDO3 and TPDO4 by RTR only", (asked(0x385), asked(0x485)) == (1, 1)),
@@ -106,7 +98,7 @@ pub(super) fn receive_types() -> Clauses {
 pub(super) fn absolute_target() -> Clauses {
     let mut bench = moving_to(1000, 10_000);
     bench.control(0x000F);
-    bench.command(0x405, 0x001F, 600);
+    bench.travel(600);
     bench.hear(10_000);
     let mut disabled = Bench::operational();
     for word in [0x0106, 0x0107] {
@@ -114,7 +106,7 @@ pub(super) fn absolute_target() -> Clauses {
     }
     disabled.command(0x405, 0x0017, 600);
     disabled.hear(5000);
-    vec![("absolute", position(&bench) == 600), ("from OPERATION ENABLED only", position(&disabled) == 0)]
+    vec![("absolute", bench.position() == 600), ("from OPERATION ENABLED only", disabled.position() == 0)]
 }
 
 pub(super) fn synchronous_start() -> Clauses {
@@ -123,10 +115,10 @@ pub(super) fn synchronous_start() -> Clauses {
         bench.control(0x010F);
         bench.command(id, word, target);
         bench.hear(1000);
-        let waits = speed(&bench) == 0.0;
+        let waits = bench.speed() == 0.0;
         bench.send(0x080, &[]);
         bench.hear(500);
-        waits && velocity(&bench) == 30
+        waits && bench.velocity() == 30
     };
     vec![(
         "type 0 starts with the next SYNC",
@@ -181,7 +173,7 @@ pub(super) fn emergency() -> Clauses {
 }
 
 pub(super) fn no_error() -> Clauses {
-    let mut bench = with_inputs(|inputs| inputs.internal_error = true);
+    let mut bench = faulty();
     bench.hear(0);
     bench.world(|inputs| inputs.internal_error = false);
     let quiet = bench.hear_from(0x085, 1000).is_empty();
@@ -247,8 +239,7 @@ pub(super) fn guarding() -> Clauses {
     let mut ask = |command: u8| {
         bench.nmt(command);
         bench.hear(0);
-        bench.request(0x705);
-        bench.hear_from(0x705, 0).concat()
+        bench.requested(0x705, 0).concat()
     };
     let answers = [ask(0x80), ask(0x80), ask(0x01), ask(0x02)];
     vec![
@@ -267,7 +258,7 @@ pub(super) fn life_time() -> Clauses {
             bench.request(0x705);
         }
         (0..100).find(|_| {
-            let disabled = bench.status() & 0x4F == 0x40;
+            let disabled = bench.is_disabled();
             bench.hear(10);
             disabled
         })
@@ -294,8 +285,8 @@ pub(super) fn state_machine_network() -> Clauses {
 pub(super) fn quick_stop() -> Clauses {
     let mut bench = moving_to(100_000, 1000);
     bench.control(0x0002);
-    let way = way_to_rest(&mut bench);
-    let torque = !is_released(&bench) && !bench.see(|drive, now| drive.turn_shaft(now, 10));
+    let way = bench.way_to_rest();
+    let torque = !bench.is_released() && !bench.turn(10);
     let cancelled = bench.status() >> 14 & 1 == 0;
     bench.control(0x010F);
     bench.control(0x001F);
@@ -303,7 +294,7 @@ pub(super) fn quick_stop() -> Clauses {
     vec![
         ("maximum deceleration", way == 50),
         ("stops with torque", torque),
-        ("positioning is cancelled", cancelled && speed(&bench) == 0.0),
+        ("positioning is cancelled", cancelled && bench.speed() == 0.0),
     ]
 }
 
@@ -311,7 +302,7 @@ pub(super) fn fault_state() -> Clauses {
     let mut bench = moving_to(100_000, 1000);
     bench.world(|inputs| inputs.internal_error = true);
     bench.hear(1000);
-    let released = is_released(&bench) && bench.see(|drive, now| drive.turn_shaft(now, 10));
+    let released = bench.is_released() && bench.turn(10);
     let cancelled = bench.status() >> 14 & 1 == 0;
     bench.world(|inputs| inputs.internal_error = false);
     for word in [0x0000, 0x0080, 0x0106, 0x0107, 0x010F, 0x000F] {
@@ -320,7 +311,7 @@ pub(super) fn fault_state() -> Clauses {
     bench.hear(1000);
     vec![
         ("motor released", released),
-        ("positioning is cancelled", cancelled && speed(&bench) == 0.0 && bench.status() >> 14 & 1 == 0),
+        ("positioning is cancelled", cancelled && bench.speed() == 0.0 && bench.status() >> 14 & 1 == 0),
     ]
 }
 
@@ -352,7 +343,7 @@ pub(super) fn restored() -> Clauses {
     let set = [bench.write(0x2100, 0, 7, 1), bench.write(0x6067, 0, 11, 2)];
     let wrong = bench.write(0x1011, 1, 0x6461_6F6D, 4);
     let kept = bench.read(0x6067, 0) == Ok(11);
-    let loaded = bench.write(0x1011, 1, 0x6461_6F6C, 4);
+    let loaded = bench.write(0x1011, 1, LOAD, 4);
     let rest = [bench.read(0x2100, 0), bench.read(0x2101, 0), bench.read(0x6067, 0)];
     vec![
         ("by the signature only", set == [Ok(()); 2] && wrong.is_err() && kept && loaded.is_ok()),

@@ -1,14 +1,13 @@
-//! The LEDs (7.14), by looking at them: what blinks is told by when it is lit.
-
-use std::collections::BTreeMap;
+//! The LEDs (7.14), by looking at them: what blinks is seen by when it is lit.
 
 use siko_ag03_1::sim::Lights;
 use siko_ag03_1::sim::inputs::Inputs;
 
-use crate::bench::{Bench, Memory, once};
+use super::bench::Bench;
+use crate::bench::once;
 use crate::checker::{Against, Checker};
 
-/// So long a look is one.
+/// From one look to the next.
 const LOOK_MS: u64 = 50;
 
 pub(crate) fn check(checker: &mut Checker<'_>) {
@@ -30,8 +29,7 @@ pub(crate) fn check(checker: &mut Checker<'_>) {
 
 /// What an LED shows when the drive is as `meaning` says.
 fn in_words(led: &str, meaning: &str) -> String {
-    static MEMORY: Memory<(String, String), String> = Memory::new(BTreeMap::new());
-    once(&MEMORY, (led.to_owned(), meaning.to_owned()), || {
+    once((led, meaning), || {
         let with = |change: fn(&mut Inputs)| {
             let mut bench = Bench::new();
             bench.world(change);

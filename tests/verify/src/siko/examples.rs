@@ -1,25 +1,23 @@
 //! The worked examples, tables 25 and 26, replayed from the tables themselves.
 
-use std::collections::BTreeMap;
-
 use siko_ag03_1::worked_examples::{Action, Example, POSITIONING, VELOCITY};
 
-use super::sheet::Sheet;
-use super::states::{name_of, state_of};
-use crate::bench::{Bench, Memory, once};
+use super::bench::Bench;
+use crate::bench::once;
 use crate::checker::{Against, Answers, Checker};
-use crate::manual::{Cells, Manual, Row, cells};
-use crate::notation::{bytes, hex};
+use crate::drive::Case;
+use crate::kinds::cia402::name_of;
+use crate::manual::{Row, cells};
+use crate::notation::{bytes, hex, print};
 
-pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, _: &Sheet) {
-    example(checker, manual, "example_position.csv", &POSITIONING);
-    example(checker, manual, "example_velocity.csv", &VELOCITY);
+pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
+    example(checker, case, "example_position.csv", &POSITIONING);
+    example(checker, case, "example_velocity.csv", &VELOCITY);
 }
 
-fn example(checker: &mut Checker<'_>, manual: &Manual, file: &'static str, example: &Example) {
-    static MEMORY: Memory<(u8, Cells), Answers> = Memory::new(BTreeMap::new());
+fn example(checker: &mut Checker<'_>, case: &Case<'_>, file: &'static str, example: &Example) {
     let in_code: Vec<_> = example.rows.iter().filter(|row| row.in_table).map(|row| row.action).collect();
-    let rows = manual.rows(file);
+    let rows = case.manual.rows(file);
     checker.require(rows.len() == in_code.len(), || format!("{file}: {} rows in the code", in_code.len()));
     for (number, (row, action)) in (1..).zip(rows.iter().zip(in_code)) {
         checker.key(row);
@@ -34,14 +32,14 @@ fn example(checker: &mut Checker<'_>, manual: &Manual, file: &'static str, examp
         };
         checker.cell(row, "kind", Against::Manual, kind);
         let (id, data) = match action {
-            Action::Send(frame) => (format!("{:03X}", frame.id().raw()), crate::notation::print(frame.data())),
+            Action::Send(frame) => (format!("{:03X}", frame.id().raw()), print(frame.data())),
             Action::Wait(_) => (String::new(), String::new()),
         };
         checker.cell(row, "cob_id", Against::Code, id);
         checker.cell(row, "data", Against::Code, data);
     }
     let mode = example.operating_mode;
-    once(&MEMORY, (mode, cells(rows)), || replay(mode, rows)).tell(checker, rows);
+    once((mode, cells(rows)), || replay(mode, rows)).give(checker, rows);
 }
 
 /// Replays the rows, one after the other.
@@ -63,7 +61,7 @@ fn step(bench: &mut Bench, rows: &[Row], row: &Row) -> (bool, String) {
     let Some(id) = hex(row.get("cob_id")) else {
         bench.hear(30_000);
         let target = rows.iter().take_while(|other| other.key != row.key).filter_map(target).last();
-        let (position, velocity) = bench.see(|drive, now| (drive.position(now), drive.velocity(now)));
+        let (position, velocity) = (bench.position(), bench.velocity());
         let reached = bench.status() >> 10 & 1 == 1;
         let (found, expected) = match meaning {
             "target position reached" => (position, target),
@@ -74,11 +72,11 @@ fn step(bench: &mut Bench, rows: &[Row], row: &Row) -> (bool, String) {
     };
     // The table sends the next command while the drive is still on its way.
     bench.hear(500);
-    let was_running = bench.see(|drive, now| drive.velocity(now)) != 0;
+    let was_running = bench.velocity() != 0;
     bench.send(id as u16, &bytes(row.get("data")).unwrap_or_default());
     bench.hear(100);
-    let (position, velocity) = bench.see(|drive, now| (drive.position(now), drive.velocity(now)));
-    let (state, moving) = (name_of(state_of(bench)), velocity != 0);
+    let (position, velocity) = (bench.position(), bench.velocity());
+    let (state, moving) = (name_of(bench.state()), velocity != 0);
     let expected = match meaning {
         "enter OPERATIONAL" | "enter PRE-OPERATIONAL" | "Disable Voltage" => state == "Switch On Disabled",
         "Shutdown" => state == "Ready to Switch On",
@@ -86,7 +84,7 @@ fn step(bench: &mut Bench, rows: &[Row], row: &Row) -> (bool, String) {
         "Enable Operation" | "clear New Setpoint" => state == "Operation Enabled" && !moving,
         "intermediate stop" | "stop" => {
             bench.hear(20_000);
-            let stands = bench.see(|drive, now| drive.velocity(now)) == 0;
+            let stands = bench.velocity() == 0;
             state == "Operation Enabled" && stands && target(row).is_none()
         }
         "continue positioning" => moving,
@@ -101,7 +99,7 @@ fn step(bench: &mut Bench, rows: &[Row], row: &Row) -> (bool, String) {
             None => false,
         },
     };
-    let remote = bench.see(|drive, _| drive.nmt_state().code());
+    let remote = bench.nmt_state().code();
     let operational = (remote == 5) == (meaning != "enter PRE-OPERATIONAL");
     (expected && operational, format!("{state}, {velocity} rev/min"))
 }

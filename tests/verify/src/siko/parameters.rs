@@ -1,15 +1,19 @@
 //! Table 6: the 31 parameters.
 
-use siko_ag03_1::parameter::PARAMETERS;
+use lexican_eds::model::{ConditionalRange, Entry};
+use siko_ag03_1::parameter::{PARAMETERS, ParameterSet};
+use siko_ag03_1::sim::SimulatedDrive;
 
-use super::objects::{by_gear, set_name};
-use super::sheet::{Sheet, number};
-use crate::bench::Bench;
+use super::bench::{Bench, LOAD};
+use super::objects::in_words as unit_in_words;
 use crate::checker::{Against, Checker};
+use crate::drive::Case;
+use crate::kinds::objects::{address_of, by_variant, changed};
 use crate::manual::{Manual, Row};
-use crate::notation::{hex, yes};
+use crate::notation::{self, yes};
 
-pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
+pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
+    let (manual, sheet) = (case.manual, case.sheet);
     for number in 1..=31 {
         let Some(row) = checker.row("parameters.csv", &number.to_string()) else { continue };
         let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.number == number) else {
@@ -21,7 +25,7 @@ pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
         };
         checker.cell(row, "kind", Against::Code, set_name(parameter.set));
         if number == 24 {
-            setpoint(checker, manual, sheet, row);
+            setpoint(checker, case, row);
             continue;
         }
         let address = parameter.address;
@@ -31,12 +35,16 @@ pub(crate) fn check(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet) {
         let Some(object) = manual.row("objects.csv", &address.to_string()) else { continue };
         let by_name = row.get("name").eq_ignore_ascii_case(object.get("description"));
         checker.that(row, "name", Against::Manual, by_name || named(row), object.get("description"));
-        let persistent = sheet.device.entry(address.index(), address.sub()).is_some_and(|entry| entry.persistent);
-        checker.cell(row, "eeprom", Against::Sheet, yes(persistent));
-        range_and_default(checker, manual, sheet, row, object);
-        unit(checker, sheet, row, address);
+        let Some(entry) = sheet.device.entry(address.index(), address.sub()) else { continue };
+        checker.cell(row, "eeprom", Against::Sheet, yes(entry.persistent));
+        unit(checker, case, row, entry);
+        // By the address that the other table prints.
+        let printed = address_of(object).and_then(|(index, sub)| sheet.device.entry(index, sub));
+        if let Some(entry) = printed {
+            range_and_default(checker, case, row, object, entry);
+        }
     }
-    restored(checker, manual);
+    restored(checker, case);
 }
 
 /// Names that table 6 has and chapter 7.12.2 writes in another way.
@@ -54,12 +62,13 @@ const NAMES: &[(&str, &str)] = &[
 ];
 
 /// Number 24 is two objects: one for each operating mode.
-fn setpoint(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, row: &Row) {
-    let described = manual.row("objects.csv", "607A:00").map_or("", |object| object.get("description"));
+fn setpoint(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
+    let sheet = case.sheet;
+    let described = case.manual.cell("objects.csv", "607A:00", "description");
     let named = described.split(' ').next().is_some_and(|first| first.eq_ignore_ascii_case(row.get("name")));
     checker.that(row, "name", Against::Manual, named, described);
     let [position, velocity] = [0x607A, 0x60FF].map(|index| sheet.device.entry(index, 0));
-    let of_gear = |range: &lexican_eds::model::ConditionalRange| {
+    let of_gear = |range: &ConditionalRange| {
         let gears = sheet.device.enumerations.get("GearReduction").map_or(&[][..], |gears| &gears.values);
         let gear = gears.iter().find(|gear| gear.value == range.when.value).map_or("", |gear| gear.name.as_str());
         format!("{} {}..{}", gear.trim_start_matches("gear "), range.low, range.high)
@@ -72,7 +81,8 @@ fn setpoint(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, row: &Row
         Against::Sheet,
         format!("positioning: parameters 15/16; velocity: {}", ranges.join("; ")),
     );
-    let [position_unit, velocity_unit] = [0x607A, 0x60FF].map(|index| units(sheet, index, 0).join("; "));
+    let [position_unit, velocity_unit] =
+        [position, velocity].map(|entry| entry.map_or(String::new(), |entry| units(case, entry)));
     checker.cell(row, "unit", Against::Sheet, format!("positioning: {position_unit}; velocity: {velocity_unit}"));
     checker.cell(row, "object", Against::Manual, "");
     let mut bench = Bench::new();
@@ -85,8 +95,8 @@ fn setpoint(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, row: &Row
     checker.that(row, "eeprom", Against::Sheet, eeprom == [row.get("eeprom"); 2], eeprom.join("; "));
 }
 
-fn range_and_default(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, row: &Row, object: &Row) {
-    let Some(entry) = super::objects::entry_of(sheet, object) else { return };
+fn range_and_default(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, object: &Row, entry: &Entry) {
+    let (manual, sheet) = (case.manual, case.sheet);
     let limits = match (&entry.low, &entry.high) {
         (Some(low), Some(high)) => low.as_integer().zip(high.as_integer()),
         _ => None,
@@ -94,18 +104,18 @@ fn range_and_default(checker: &mut Checker<'_>, manual: &Manual, sheet: &Sheet, 
     let range = row.get("range");
     let values: Vec<&str> = words_of(manual, &object.key).into_iter().map(|row| row.get("meaning")).collect();
     let (agrees, found) = if range.contains("..") && range.contains(';') {
-        let printed: Vec<_> = by_gear(range).into_iter().map(|(_, range)| range).collect();
+        let printed: Vec<_> = by_variant::<SimulatedDrive>(range).into_iter().map(|(_, range)| range).collect();
         let found: Vec<_> = entry.ranges.iter().map(|range| (range.low, range.high)).collect();
         (printed == found, format!("{found:?}"))
     } else if range.contains("..") {
-        (crate::notation::range(range) == limits, format!("{limits:?}"))
+        (notation::range(range) == limits, format!("{limits:?}"))
     } else {
         let printed: Vec<&str> = range.split("; ").collect();
         let found = values.iter().map(|value| in_words(value)).collect::<Vec<_>>();
         (printed == found, found.join("; "))
     };
     checker.that(row, "range", Against::Sheet, agrees, found);
-    let default = number(entry.default.as_ref()).map_or(String::new(), |default| default.to_string());
+    let default = sheet.number(entry.default.as_ref()).map_or(String::new(), |default| default.to_string());
     let named = words_of(manual, &object.key).into_iter().find(|row| row.get("value") == default);
     let named = named.map_or("", |row| in_words(row.get("meaning")));
     checker.cell(row, "default", Against::Sheet, if range.contains("..") { default } else { named.to_owned() });
@@ -129,45 +139,32 @@ fn in_words(meaning: &str) -> &str {
 }
 
 /// The units of an entry, as table 6 prints them.
-fn units(sheet: &Sheet, index: u16, sub: u8) -> Vec<String> {
-    let entry = sheet.device.entry(index, sub);
-    let quantity = entry.and_then(|entry| match &entry.meaning {
-        lexican_eds::model::Meaning::Quantity(name) => sheet.device.quantities.get(name),
-        _ => None,
-    });
-    quantity.map_or(Vec::new(), |quantity| {
-        let unit = |unit: &lexican_eds::model::Unit| match (unit.num, unit.den) {
-            (1, 1) => unit.symbol.clone(),
-            (num, den) => format!("{num}/{den} {}", unit.symbol),
-        };
-        quantity.units.iter().map(unit).collect()
-    })
+fn units(case: &Case<'_>, entry: &Entry) -> String {
+    case.sheet.units(entry).iter().map(unit_in_words).collect::<Vec<_>>().join("; ")
 }
 
-fn unit(checker: &mut Checker<'_>, sheet: &Sheet, row: &Row, address: lexican_runtime::object::Address) {
-    let units = units(sheet, address.index(), address.sub());
-    let printed = row.get("unit");
+fn unit(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entry) {
+    let (units, printed) = (units(case, entry), row.get("unit"));
     // A share of parameter 9 is a share; the calibration value is a position, but printed without a unit.
-    let agrees = printed == units.join("; ") || printed.split(" of ").next() == Some(&units.join("; "));
+    let agrees = printed == units || printed.split(" of ").next() == Some(&units);
     let silent = printed.is_empty() && row.get("number") == "14";
-    checker.that(row, "unit", Against::Sheet, agrees || silent, units.join("; "));
+    checker.that(row, "unit", Against::Sheet, agrees || silent, units);
 }
 
 /// 1011h:02 restores the standard parameters, 1011h:03 those of the controller, and neither touches the other's.
-fn restored(checker: &mut Checker<'_>, manual: &Manual) {
+fn restored(checker: &mut Checker<'_>, case: &Case<'_>) {
     for (sub, kind) in [(2, "standard"), (3, "controller")] {
         let mut bench = Bench::new();
-        let mut changed = Vec::new();
-        for row in manual.rows("parameters.csv") {
-            let Some((index, sub, size)) = object_of(row) else { continue };
-            let Ok(before) = bench.read(index, sub) else { continue };
-            let tried = [before.wrapping_add(1), before.wrapping_sub(1)];
-            let written = tried.into_iter().find(|value| bench.write(index, sub, i64::from(*value), size).is_ok());
-            changed.extend(written.map(|_| (row, index, sub, before)));
+        let mut altered = Vec::new();
+        for row in case.manual.rows("parameters.csv").iter().filter(|row| !row.get("object").is_empty()) {
+            let number = row.number::<u8>("number");
+            let parameter = PARAMETERS.iter().find(|parameter| Some(parameter.number) == number);
+            let Some((index, sub)) = parameter.map(|of| (of.address.index(), of.address.sub())) else { continue };
+            let values = changed(&mut bench, index, sub, case.sheet.code.size(index, sub));
+            altered.extend(values.map(|(before, _)| (row, index, sub, before)));
         }
-        let done = bench.write(0x1011, sub, i64::from(u32::from_le_bytes(*b"load")), 4);
-        checker.require(done.is_ok(), || format!("1011:{sub:02X}: {done:08X?}"));
-        for (row, index, sub, before) in changed {
+        checker.require(bench.set(&[(0x1011, sub, LOAD, 4)]), || format!("1011:{sub:02X} restores nothing"));
+        for (row, index, sub, before) in altered {
             let restored = bench.read(index, sub) == Ok(before);
             let agrees = restored == (row.get("kind") == kind);
             checker.that(row, "kind", Against::Drive, agrees, if restored { "restored" } else { "not restored" });
@@ -175,12 +172,9 @@ fn restored(checker: &mut Checker<'_>, manual: &Manual) {
     }
 }
 
-/// Index, sub-index and size of a parameter's object.
-fn object_of(row: &Row) -> Option<(u16, u8, u8)> {
-    let number = row.number::<u8>("number")?;
-    let parameter = PARAMETERS.iter().find(|parameter| parameter.number == number)?;
-    let address = parameter.address;
-    let entry = siko_ag03_1::od::TABLE.entry(address).ok()?;
-    hex(row.get("object").split(':').next()?)?;
-    Some((address.index(), address.sub(), entry.data_type.bits()? / 8))
+fn set_name(set: ParameterSet) -> &'static str {
+    match set {
+        ParameterSet::Controller => "controller",
+        ParameterSet::Standard => "standard",
+    }
 }

@@ -1,32 +1,14 @@
-//! What chapters 2 to 7 say in running text, clause by clause: each clause is there only when the drive, asked for it,
-//! does what it says.
+//! What chapters 2 to 7 say in running text, clause by clause.
 
 mod network;
 mod parameter;
 mod travelling;
 mod trouble;
 
-use std::collections::BTreeMap;
-
-use super::claims::{Clauses, said};
-use super::sheet::Sheet;
-use crate::bench::{Memory, once};
-use crate::checker::{Against, Checker};
-use crate::manual::Manual;
-
-pub(crate) fn check(checker: &mut Checker<'_>, _: &Manual, _: &Sheet) {
-    static ANSWERS: Memory<&str, String> = Memory::new(BTreeMap::new());
-    for &(key, clauses) in STATEMENTS {
-        let Some(row) = checker.row("statements.csv", key) else { continue };
-        let found = once(&ANSWERS, key, || said(clauses(), "; "));
-        checker.cell(row, "statement", Against::Drive, found);
-    }
-}
+use crate::kinds::prose::Statement;
 
 /// Chapter and subject of a statement, and what it says.
-type Statement = (&'static str, fn() -> Clauses);
-
-const STATEMENTS: &[Statement] = &[
+pub(crate) const STATEMENTS: &[Statement] = &[
     ("2.2.1:ramp", travelling::ramp),
     ("2.2.1:deceleration", travelling::deceleration),
     ("2.2.1:changed parameters", travelling::changed_parameters),

@@ -2,17 +2,15 @@
 
 use siko_ag03_1::sim::inputs::{Inputs, Key};
 
-use super::super::claims::Clauses;
-use super::super::observed::{enabled_with, position, speed, velocities, velocity, way, way_to_rest};
-use super::super::states::{in_velocity_mode, moving_to, running_at};
+use super::super::bench::{Bench, Write, enabled_with, in_velocity_mode, moving_to, running_at};
 use super::parameter::{A_INCH, A_POS, A_ROT, D_POS, V_INCH, V_POS, one};
-use crate::bench::Bench;
+use crate::kinds::prose::Clauses;
 
 pub(super) fn ramp() -> Clauses {
     // 25 % are 1 rev/s2: 60 rev/min after one second, and so for all of them.
     let mut bench = enabled_with(&[one(A_POS, 25), one(V_POS, 90)]);
-    bench.command(0x405, 0x001F, 100_000);
-    let up = velocities(&mut bench, &[500, 1000, 1499, 1501, 5000]);
+    bench.travel(100_000);
+    let up = bench.velocities(&[500, 1000, 1499, 1501, 5000]);
     vec![("a-Pos accelerates", up[..2] == [30, 60]), ("to v-Pos", up[2..] == [90, 90, 90])]
 }
 
@@ -20,8 +18,8 @@ pub(super) fn deceleration() -> Clauses {
     // From 60 rev/min, 1600 increments/s, with 25 % and with 50 %.
     let profile = |d_pos| {
         let mut bench = enabled_with(&[one(A_POS, 25), one(V_POS, 60), one(D_POS, d_pos)]);
-        bench.command(0x405, 0x001F, 8000);
-        let way = way(&mut bench, 20_000);
+        bench.travel(8000);
+        let way = bench.way(20_000);
         // The last moment at which it does not brake yet.
         way.windows(2).rev().find(|pair| pair[1] - pair[0] >= 31).map_or(0, |pair| 8000 - pair[1])
     };
@@ -30,29 +28,24 @@ pub(super) fn deceleration() -> Clauses {
 }
 
 pub(super) fn changed_parameters() -> Clauses {
-    let arrives = |change: fn(&mut Bench)| {
+    let arrives = |change: &[Write]| {
         let mut bench = moving_to(5000, 1000);
-        change(&mut bench);
-        let way = way(&mut bench, 8000);
+        bench.set(change);
+        let way = bench.way(8000);
         (way.iter().position(|at| *at == 5000), way.last().copied())
     };
-    let undisturbed = arrives(|_| ());
-    let all: [fn(&mut Bench); 4] = [
-        |bench| bench.set(&[(0x2410, 4, 100, 1)]),
-        |bench| bench.set(&[(0x2410, 5, 60, 1)]),
-        |bench| bench.set(&[(0x2410, 1, 10, 2)]),
-        |bench| bench.set(&[(0x607A, 0, 9000, 4)]),
-    ];
-    let same = all.into_iter().all(|change| arrives(change) == undisturbed);
+    let undisturbed = arrives(&[]);
+    let changes = [(0x2410, 4, 100, 1), (0x2410, 5, 60, 1), (0x2410, 1, 10, 2), (0x607A, 0, 9000, 4)];
+    let same = changes.into_iter().all(|change| arrives(&[change]) == undisturbed);
     vec![("changes do not influence the travel under way", same && undisturbed.1 == Some(5000))]
 }
 
 pub(super) fn target() -> Clauses {
     let mut bench = moving_to(1000, 10_000);
     bench.control(0x000F);
-    bench.command(0x405, 0x001F, 1500);
+    bench.travel(1500);
     bench.hear(10_000);
-    vec![("ends at the target value", position(&bench) == 1500 && speed(&bench) == 0.0)]
+    vec![("ends at the target value", bench.position() == 1500 && bench.speed() == 0.0)]
 }
 
 /// The direct way, the one beyond the target, and which way bit 9 of 1002h is set.
@@ -60,15 +53,15 @@ pub(super) fn loops(kind: i64) -> Clauses {
     let sign = if kind == 1 { 1 } else { -1 };
     let travel = |target: i32| {
         let mut bench = enabled_with(&[(0x2413, 0, kind, 1), (0x2418, 0, 400, 2)]);
-        bench.command(0x405, 0x001F, target);
+        bench.travel(target);
         let (mut far, mut bits) = (0, Vec::new());
         for _ in 0..500 {
             bench.hear(20);
-            let (at, speed) = (position(&bench) * sign, velocity(&bench) * sign);
+            let (at, speed) = (bench.position() * sign, bench.velocity() * sign);
             far = far.min(at);
             bits.push((bench.system() >> 9 & 1 == 1) == (speed < 0) || speed == 0);
         }
-        (far, position(&bench) == target, bits.into_iter().all(|right| right))
+        (far, bench.position() == target, bits.into_iter().all(|right| right))
     };
     let direct = travel(1000 * sign);
     let turned = travel(-1000 * sign);
@@ -86,10 +79,10 @@ pub(super) fn loops(kind: i64) -> Clauses {
 }
 
 pub(super) fn loop_length() -> Clauses {
-    let beyond = |set: &[(u16, u8, i64, u8)], target: i32| {
+    let beyond = |set: &[Write], target: i32| {
         let mut bench = enabled_with(&[&[(0x2413, 0, 1, 1), one(V_POS, 200)], set].concat());
-        bench.command(0x405, 0x001F, target);
-        way(&mut bench, 20_000).into_iter().min().map(|least| target - least)
+        bench.travel(target);
+        bench.way(20_000).into_iter().min().map(|least| target - least)
     };
     vec![
         ("in increments", beyond(&[], -1000) == Some(800) && beyond(&[(0x2418, 0, 100, 2)], -1000) == Some(100)),
@@ -106,7 +99,7 @@ pub(super) fn inching_mode() -> Clauses {
             bench.control(0x000F);
             bench.control(word);
             bench.hear(500);
-            position(&bench) != 0
+            bench.position() != 0
         })
     };
     let mut keyed = Bench::new();
@@ -115,7 +108,7 @@ pub(super) fn inching_mode() -> Clauses {
     keyed.hear(500);
     vec![(
         "in positioning mode only",
-        moves(Bench::enabled()) && !moves(in_velocity_mode()) && set && position(&keyed) == 0,
+        moves(Bench::enabled()) && !moves(in_velocity_mode()) && set && keyed.position() == 0,
     )]
 }
 
@@ -124,14 +117,14 @@ pub(super) fn inching_ramp() -> Clauses {
     let up = |word| {
         let mut bench = enabled_with(&set);
         bench.control(word);
-        velocities(&mut bench, &[500, 1000, 1501, 5000])
+        bench.velocities(&[500, 1000, 1501, 5000])
     };
     let all = [up(0x200F), up(0x400F), up(0x800F)];
     let keyed = {
         let mut bench = Bench::new();
         bench.set(&set);
         bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
-        velocities(&mut bench, &[500, 1000, 1501, 5000])
+        bench.velocities(&[500, 1000, 1501, 5000])
     };
     let abs = |all: &[Vec<i32>], at: std::ops::Range<usize>| -> Vec<i32> {
         all.iter().chain([&keyed]).flat_map(|one| one[at.clone()].iter().map(|speed| speed.abs())).collect()
@@ -145,18 +138,18 @@ pub(super) fn inching_ramp() -> Clauses {
 pub(super) fn inching_loop() -> Clauses {
     let mut bench = enabled_with(&[(0x2413, 0, 1, 1), (0x2415, 0, -1000, 4)]);
     bench.control(0x200F);
-    let way = way(&mut bench, 10_000);
+    let way = bench.way(10_000);
     vec![("no loop positioning", way.iter().min() == Some(&-1000) && way.last() == Some(&-1000))]
 }
 
 pub(super) fn inching_1() -> Clauses {
-    let step = |set: &[(u16, u8, i64, u8)]| {
+    let step = |set: &[Write]| {
         let mut bench = enabled_with(set);
         bench.control(0x200F);
         bench.hear(30_000);
         bench.control(0x200F);
         bench.hear(30_000);
-        (position(&bench), bench.see(|drive, now| drive.shaft(now).position), bench.system() >> 3 & 1)
+        (bench.position(), bench.shaft(), bench.system() >> 3 & 1)
     };
     let (up, down) = (step(&[]), step(&[(0x2415, 0, -700, 4)]));
     let spindle = step(&[(0x2412, 0, 200, 2), (0x2415, 0, 300, 4)]);
@@ -172,9 +165,9 @@ pub(super) fn inching_2() -> Clauses {
     let inch = |word: u16, stop_mode: i64| {
         let mut bench = enabled_with(&[(0x2416, 0, stop_mode, 1)]);
         bench.control(word);
-        let moving = velocities(&mut bench, &[1000, 5000]);
+        let moving = bench.velocities(&[1000, 5000]);
         bench.control(0x000F);
-        (moving, way_to_rest(&mut bench))
+        (moving, bench.way_to_rest())
     };
     let (up, down) = (inch(0x400F, 0), inch(0x800F, 1));
     vec![
@@ -184,17 +177,17 @@ pub(super) fn inching_2() -> Clauses {
 }
 
 /// Where a key has led, held for a second; what `set` has written before, and what is done to the drive.
-fn keyed(key: Key, set: &[(u16, u8, i64, u8)], prepare: impl FnOnce(&mut Bench)) -> i32 {
+fn keyed(key: Key, set: &[Write], prepare: impl FnOnce(&mut Bench)) -> i32 {
     let mut bench = Bench::new();
     bench.set(set);
-    let before = position(&bench);
+    let before = bench.position();
     prepare(&mut bench);
     bench.hear(0);
     bench.world(|inputs| inputs.key = Some(key));
     bench.hear(1000);
     bench.world(|inputs| inputs.key = None);
     bench.hear(5000);
-    position(&bench) - before
+    bench.position() - before
 }
 
 pub(super) fn keys() -> Clauses {
@@ -230,7 +223,7 @@ pub(super) fn key_conditions() -> Clauses {
     let released = with(|_| ()) != 0;
     vec![
         ("no fault", with(|inputs| inputs.internal_error = true) == 0 && fault_gone == 0 && released),
-        ("no active job", position(&bench) == 750),
+        ("no active job", bench.position() == 750),
         ("output stage supplied", with(|inputs| inputs.output_stage_supply_100mv = 0) == 0),
     ]
 }
@@ -239,13 +232,13 @@ pub(super) fn outside_limits() -> Clauses {
     // The position is 0.
     let above = &[(0x607D, 1, -3000, 4), (0x607D, 2, -2000, 4)][..];
     let below = &[(0x607D, 2, 3000, 4), (0x607D, 1, 2000, 4)][..];
-    let moved = |limits: &[(u16, u8, i64, u8)], word: u16, delta: i64| {
+    let moved = |limits: &[Write], word: u16, delta: i64| {
         let mut bench = enabled_with(&[limits, &[(0x2415, 0, delta, 4)]].concat());
         bench.control(word);
         bench.hear(500);
-        position(&bench).signum()
+        bench.position().signum()
     };
-    let by_key = |limits: &[(u16, u8, i64, u8)], key| keyed(key, limits, |_| ()).signum();
+    let by_key = |limits: &[Write], key| keyed(key, limits, |_| ()).signum();
     let (up, down) = (Key::CounterClockwise, Key::Clockwise);
     vec![
         ("inching 1 back only", {
@@ -271,14 +264,14 @@ pub(super) fn velocity_ramp() -> Clauses {
     let run = |target: i32| {
         let mut bench = enabled_with(&[(0x6060, 0, 2, 1), one(A_ROT, 25)]);
         bench.control(0x010F);
-        bench.command(0x505, 0x000F, target);
-        velocities(&mut bench, &[500, 1000, 1501, 60_000])
+        bench.run(target);
+        bench.velocities(&[500, 1000, 1501, 60_000])
     };
     let (up, down) = (run(90), run(-90));
     let mut stopping = running_at(60, 5000);
     stopping.control(0x010F);
     // 50 %, as it is at the factory: 2 rev/s2 from 1 rev/s.
-    let way = way_to_rest(&mut stopping);
+    let way = stopping.way_to_rest();
     vec![
         ("a-Rot accelerates", up[..2] == [30, 60]),
         ("to the target velocity and keeps it", up[2..] == [90, 90]),
@@ -289,9 +282,9 @@ pub(super) fn velocity_ramp() -> Clauses {
 
 pub(super) fn new_velocity() -> Clauses {
     let mut bench = running_at(60, 5000);
-    bench.command(0x505, 0x000F, 30);
-    let slower = velocities(&mut bench, &[100, 1000]);
-    bench.command(0x505, 0x000F, -30);
+    bench.run(30);
+    let slower = bench.velocities(&[100, 1000]);
+    bench.run(-30);
     bench.hear(2000);
     let turned = bench.read(0x606C, 0).unwrap_or(0) as i32;
     vec![("a new target velocity is taken at once", slower == [48, 30] && turned == -30)]
@@ -300,8 +293,8 @@ pub(super) fn new_velocity() -> Clauses {
 pub(super) fn velocity_limits() -> Clauses {
     let mut bench = enabled_with(&[(0x607D, 1, -100, 4), (0x607D, 2, 100, 4), (0x6060, 0, 2, 1)]);
     bench.control(0x010F);
-    bench.command(0x505, 0x000F, 30);
+    bench.run(30);
     bench.hear(5000);
     let none = bench.status() >> 11 & 1 == 0 && bench.system() >> 5 & 3 == 0;
-    vec![("limits are deactivated", velocity(&bench) == 30 && position(&bench) > 1000 && none)]
+    vec![("limits are deactivated", bench.velocity() == 30 && bench.position() > 1000 && none)]
 }

@@ -3,16 +3,14 @@
 use siko_ag03_1::sim::inputs::{Inputs, Key};
 use siko_ag03_1::sim::{DipSwitches, Restore, Setup, SimulatedDrive};
 
-use super::super::claims::Clauses;
-use super::super::observed::{enabled_with, is_fault, is_released, position, speed, velocity, way_to_rest};
-use super::super::states::{in_velocity_mode, moving_to, running_at, with_inputs};
+use super::super::bench::{Bench, LOAD, NODE, Write, enabled_with, faulty, in_velocity_mode, moving_to, running_at};
 use super::parameter::{V_INCH, one};
-use crate::bench::{Bench, NODE};
+use crate::kinds::prose::Clauses;
 
 /// A travel with a threshold, and a load that comes when it is under way.
 fn overloaded(threshold: i64, load_ma: u16) -> Bench {
     let mut bench = enabled_with(&[(0x2421, 0, threshold, 1)]);
-    bench.command(0x405, 0x001F, 100_000);
+    bench.travel(100_000);
     bench.hear(1000);
     bench.world(|inputs| inputs.load_ma = load_ma);
     bench.hear(0);
@@ -23,7 +21,7 @@ pub(super) fn torque_threshold() -> Clauses {
     let stops = |threshold, load_ma| {
         let mut bench = overloaded(threshold, load_ma);
         bench.hear(2000);
-        speed(&bench) == 0.0
+        bench.speed() == 0.0
     };
     vec![
         ("stops above the threshold", stops(50, 1100) && !stops(50, 900) && stops(100, 2100) && !stops(100, 1900)),
@@ -34,11 +32,11 @@ pub(super) fn torque_threshold() -> Clauses {
 pub(super) fn torque_deactivation() -> Clauses {
     let mut bench = overloaded(50, 1500);
     // 800 increments/s, and 6400/s2.
-    let way = way_to_rest(&mut bench);
+    let way = bench.way_to_rest();
     vec![
         ("maximum delay", way == 50),
-        ("motor stays in control", !is_released(&bench)),
-        ("no fault", !is_fault(&bench) && bench.read(0x1003, 0) == Ok(0)),
+        ("motor stays in control", !bench.is_released()),
+        ("no fault", !bench.is_fault() && bench.read(0x1003, 0) == Ok(0)),
     ]
 }
 
@@ -60,17 +58,17 @@ pub(super) fn torque_state() -> Clauses {
     vec![
         ("2422h bit 0", before.0 == Ok(0) && active.0 == Ok(1) && (stays.0, held.0) == (Ok(1), Ok(1))),
         ("2420h bit 7", before.1 == Ok(0) && active.1 == Ok(1) && stays.1 == Ok(1)),
-        ("reset when the travel is resumed", resumed == (Ok(0), Ok(0)) && velocity(&bench) == 30),
+        ("reset when the travel is resumed", resumed == (Ok(0), Ok(0)) && bench.velocity() == 30),
     ]
 }
 
 pub(super) fn torque_mode() -> Clauses {
     let mut bench = in_velocity_mode();
     let set = bench.write(0x2421, 0, 50, 1).is_ok();
-    bench.command(0x505, 0x000F, 30);
+    bench.run(30);
     bench.world(|inputs| inputs.load_ma = 1500);
     bench.hear(2000);
-    vec![("in positioning mode only", set && velocity(&bench) == 30 && bench.read(0x2422, 0) == Ok(0))]
+    vec![("in positioning mode only", set && bench.velocity() == 30 && bench.read(0x2422, 0) == Ok(0))]
 }
 
 /// Whether the window (standard) and a-Pos (controller) are restored by the switches, and the address after it.
@@ -104,7 +102,7 @@ pub(super) fn restore_by_switches() -> Clauses {
 
 pub(super) fn restore_acknowledged() -> Clauses {
     let switches = DipSwitches::for_node(NODE).with_restore(Some(Restore::All));
-    let mut bench = Bench::with(Setup { switches, ..Setup::new(NODE) });
+    let mut bench = Bench::set_up(Setup { switches, ..Setup::new(NODE) });
     let mut seen = std::collections::BTreeSet::new();
     for _ in 0..40 {
         seen.insert(bench.see(|drive, now| (drive.lights(now).status, drive.lights(now).bus)));
@@ -119,8 +117,8 @@ pub(super) fn power_failure() -> Clauses {
         bench.world(|inputs| inputs.load_ma = 100);
         off(&mut bench);
         bench.hear(50);
-        let running = speed(&bench);
-        let turned = is_released(&bench) || !bench.see(|drive, _| drive.is_on());
+        let running = bench.speed();
+        let turned = bench.is_released() || !bench.see(|drive, _| drive.is_on());
         // Not braked as a quick stop is: 320 increments/s less after 50 ms.
         (turned, running > 480.0 && running < 800.0)
     };
@@ -135,15 +133,15 @@ pub(super) fn power_failure() -> Clauses {
 
 pub(super) fn calibration() -> Clauses {
     let mut bench = moving_to(1000, 10_000);
-    let set = bench.write(0x607C, 0, 250, 4).is_ok() && position(&bench) == 250;
+    let set = bench.write(0x607C, 0, 250, 4).is_ok() && bench.position() == 250;
     bench.control(0x000F);
-    bench.command(0x405, 0x001F, 700);
-    let busy = [bench.write(0x1011, 4, 0x6461_6F6C, 4), bench.write(0x607C, 0, 5, 4)];
+    bench.travel(700);
+    let busy = [bench.write(0x1011, 4, LOAD, 4), bench.write(0x607C, 0, 5, 4)];
     bench.hear(10_000);
-    let done = bench.write(0x1011, 4, 0x6461_6F6C, 4).is_ok() && position(&bench) == 250;
+    let done = bench.write(0x1011, 4, LOAD, 4).is_ok() && bench.position() == 250;
     bench.see(SimulatedDrive::power_cycle);
     bench.hear(0);
-    let kept = position(&bench) == 250;
+    let kept = bench.position() == 250;
     vec![
         ("the position becomes the calibration value", set && done),
         ("when no travel job is active", busy == [Err(0x0800_0022); 2]),
@@ -161,10 +159,10 @@ pub(super) fn warnings() -> Clauses {
         let before = warned(&bench);
         bench.world(change);
         bench.hear(2000);
-        let (there, moves) = (warned(&bench), velocity(&bench) >= 20 && !is_fault(&bench));
+        let (there, moves) = (warned(&bench), bench.velocity() >= 20 && !bench.is_fault());
         bench.world(|inputs| *inputs = Inputs::default());
         bench.hear(2000);
-        (!before && there, moves, !warned(&bench) && velocity(&bench) == 30)
+        (!before && there, moves, !warned(&bench) && bench.velocity() == 30)
     };
     let found = all.map(follow);
     vec![
@@ -196,7 +194,7 @@ pub(super) fn fault_stop() -> Clauses {
     let ways = starts.map(|start| {
         let mut bench = start();
         bench.world(|inputs| inputs.internal_error = true);
-        (way_to_rest(&mut bench), is_fault(&bench))
+        (bench.way_to_rest(), bench.is_fault())
     });
     vec![("immediate stop", ways == [(50, true); 4])]
 }
@@ -227,17 +225,17 @@ pub(super) fn fault_buffer() -> Clauses {
 }
 
 pub(super) fn fault_reset() -> Clauses {
-    let mut bench = with_inputs(|inputs| inputs.internal_error = true);
+    let mut bench = faulty();
     bench.world(|inputs| inputs.sensor_fails = true);
     bench.world(|inputs| inputs.internal_error = false);
     bench.control(0x0000);
     bench.control(0x0080);
-    let stays = is_fault(&bench);
+    let stays = bench.is_fault();
     bench.world(|inputs| inputs.sensor_fails = false);
     bench.control(0x0000);
-    let waits = is_fault(&bench);
+    let waits = bench.is_fault();
     bench.control(0x0080);
-    let gone = bench.status() & 0x4F == 0x40 && bench.read(0x1001, 0) == Ok(0);
+    let gone = bench.is_disabled() && bench.read(0x1001, 0) == Ok(0);
     vec![("every cause is cleared and acknowledged", stays && waits && gone)]
 }
 
@@ -245,9 +243,9 @@ pub(super) fn window() -> Clauses {
     let bit = |bench: &Bench| bench.system() >> 3 & 1 == 1;
     let inside = |window: i64, by_hand: i32| {
         let mut bench = enabled_with(&[(0x6067, 0, window, 2), (0x2417, 0, 2, 1)]);
-        bench.command(0x405, 0x001F, 1000);
+        bench.travel(1000);
         bench.hear(10_000);
-        bench.see(|drive, now| drive.turn_shaft(now, by_hand)) && bit(&bench)
+        bench.turn(by_hand) && bit(&bench)
     };
     let both = |window: i64| {
         let edge = window as i32;
@@ -258,7 +256,7 @@ pub(super) fn window() -> Clauses {
         bench.control(0x010F);
         bench.world(|inputs| inputs.attainable_rpm = Some(60 - slower));
         [60, -60].into_iter().all(|target| {
-            bench.command(0x505, 0x000F, target);
+            bench.run(target);
             bench.hear(5000);
             bit(&bench)
         })
@@ -271,9 +269,9 @@ pub(super) fn window() -> Clauses {
 
 pub(super) fn spindle_pitch() -> Clauses {
     let mut bench = enabled_with(&[(0x2412, 0, 200, 2)]);
-    bench.command(0x405, 0x001F, 500);
+    bench.travel(500);
     bench.hear(20_000);
-    let shaft = bench.see(|drive, now| drive.shaft(now).position);
+    let shaft = bench.shaft();
     let moved = bench.read(0x6064, 0) == Ok(500);
     vec![("positions and targets in 1/100 mm", moved && shaft == 4000.0)]
 }
@@ -284,7 +282,7 @@ pub(super) fn limits() -> Clauses {
         let first = if low > 0 { [(2, high), (1, low)] } else { [(1, low), (2, high)] };
         bench.set(&first.map(|(sub, limit)| (0x607D, sub, limit, 4)));
         bench.control(0x000F);
-        bench.command(0x405, 0x001F, 10);
+        bench.travel(10);
         (bench.system() >> 5 & 3, bench.status() >> 11 & 1, bench.status() >> 14 & 1)
     };
     vec![
@@ -305,7 +303,7 @@ pub(super) fn calibration_value() -> Clauses {
 pub(super) fn setpoint() -> Clauses {
     let starts = |target: i32| {
         let mut bench = enabled_with(&[(0x607D, 1, -100, 4), (0x607D, 2, 100, 4)]);
-        bench.command(0x405, 0x001F, target);
+        bench.travel(target);
         (bench.status() >> 14 & 1, bench.status() >> 12 & 1)
     };
     let within = [starts(100), starts(-100)];
@@ -318,7 +316,7 @@ pub(super) fn inching_offset() -> Clauses {
         let mut bench = enabled_with(&[(0x2450, 0, 50, 1), one(V_INCH, 60)]);
         bench.control(word);
         bench.hear(2000);
-        velocity(&bench)
+        bench.velocity()
     };
     vec![
         ("a share of v-Inch in inching 2", (inch(0x400F), inch(0x800F)) == (30, -30)),
@@ -326,22 +324,22 @@ pub(super) fn inching_offset() -> Clauses {
             let mut bench = enabled_with(&[(0x2450, 0, 50, 1), (0x2415, 0, 9000, 4)]);
             bench.control(0x200F);
             bench.hear(2000);
-            velocity(&bench) == 30
+            bench.velocity() == 30
         }),
     ]
 }
 
 /// Parameters 19, 26 and 27 in velocity mode.
 pub(super) fn without_meaning() -> Clauses {
-    let run = |set: &[(u16, u8, i64, u8)]| {
+    let run = |set: &[Write]| {
         let mut bench = enabled_with(&[&[(0x6060, 0, 2, 1)], set].concat());
         bench.control(0x010F);
-        bench.command(0x505, 0x000F, -30);
+        bench.run(-30);
         bench.hear(3000);
-        let before = (velocity(&bench), bench.system());
+        let before = (bench.velocity(), bench.system());
         bench.control(0x010F);
         bench.hear(3000);
-        (before, position(&bench), bench.system())
+        (before, bench.position(), bench.system())
     };
     let plain = run(&[]);
     let others = [(0x2413, 0, 1, 1), (0x2417, 0, 2, 1), (0x2417, 0, 1, 1), (0x2418, 0, 100, 2)];

@@ -1,0 +1,82 @@
+//! Writes a function for each drive that takes all of its generated code, by the names in its data sheet.
+
+use std::path::Path;
+use std::{env, fs};
+
+use lexican_eds::model::{Device, Direction, Object, ObjectKind};
+use lexican_eds::{Input, Source};
+
+/// The drive's crate, data sheet and overlay.
+const DRIVES: &[(&str, &str, &str)] = &[("siko_ag03_1", "siko/ag03-1/SIKOAG03.EDS", "siko/ag03-1/SIKOAG03.toml")];
+
+fn main() {
+    let devices = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../eds/devices");
+    for (name, eds, overlay) in DRIVES {
+        let source = |name: &str| {
+            let path = devices.join(name);
+            println!("cargo::rerun-if-changed={}", path.display());
+            Source::new(name, fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+        };
+        let (device, _) = lexican_eds::load(&Input::new(source(eds)).overlay(source(overlay)));
+        let file = Path::new(&env::var("OUT_DIR").unwrap()).join(format!("{name}.rs"));
+        fs::write(file, function(name, &device)).unwrap();
+    }
+    println!("cargo::rerun-if-changed=build.rs");
+}
+
+fn function(name: &str, device: &Device) -> String {
+    let mut lines: Vec<String> = device.objects.iter().flat_map(object).collect();
+    let newtypes = [
+        ("enumeration", device.enumerations.keys().collect::<Vec<_>>()),
+        ("bit_field", device.bit_fields.keys().collect()),
+        ("quantity", device.quantities.keys().collect()),
+    ];
+    for (kind, names) in newtypes {
+        lines.extend(names.iter().map(|name| format!("code.{kind}::<od::{name}>();")));
+    }
+    for pdo in device.pdos.iter().filter(|pdo| !pdo.mapping.is_empty()) {
+        let side = if pdo.direction == Direction::Receive { 'R' } else { 'T' };
+        let (name, number) = (format!("{side}pdo{}", pdo.number), pdo.number);
+        lines.push(format!(
+            "code.pdos.insert(\"{side}PDO{number}\", (od::{name}::MAPPING, od::{name}::cob_id(node).raw()));"
+        ));
+    }
+    format!("{}{}\ncode\n}}\n", BEGINNING.replace("DRIVE", name), lines.join("\n"))
+}
+
+const BEGINNING: &str = "fn generated(node: NodeId) -> Code {
+    use DRIVE::od;
+    let identity = Identity {
+        names: [od::VENDOR_NAME, od::PRODUCT_NAME, od::ORDER_CODE],
+        numbers: [od::VENDOR_ID, od::PRODUCT_CODE, od::REVISION_NUMBER],
+        profile: od::DEVICE_PROFILE,
+        bit_rates_kbit: od::BIT_RATES_KBIT,
+    };
+    let mut code = Code::new(node, &od::TABLE, identity, (od::RANGES, od::WRITABLE_IN, od::PERSISTENT));
+";
+
+/// The handles of an object: one constant, the methods of a record, or the elements of an array without names.
+fn object(object: &Object) -> Vec<String> {
+    let name = snake(&object.name).to_uppercase();
+    if !object.kind.has_subs() {
+        return vec![format!("code.object(\"{name}\", od::{name});")];
+    }
+    let mut members = object.entries.iter().map(|entry| snake(&entry.name));
+    let length = members.next().unwrap_or_default();
+    let members: Vec<String> = members.collect();
+    let is_numbered = (1..).zip(&members).all(|(sub, member)| member.rsplit('_').next() == Some(&sub.to_string()));
+    if object.kind == ObjectKind::Array && is_numbered {
+        return vec![
+            format!("code.object(\"{name}.len_object\", od::{name}.len_object());"),
+            format!("od::{name}.iter().for_each(|element| code.object(\"{name}.at\", element));"),
+        ];
+    }
+    let methods = [length].into_iter().chain(members);
+    methods.map(|member| format!("code.object(\"{name}.{member}\", od::{name}.{member}());")).collect()
+}
+
+/// A name as it would be written in code: `v-Pos` is `v_pos`.
+fn snake(name: &str) -> String {
+    let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    words.map(str::to_ascii_lowercase).collect::<Vec<_>>().join("_")
+}

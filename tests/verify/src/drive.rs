@@ -1,0 +1,83 @@
+//! What a drive brings.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use lexican_runtime::NodeId;
+
+use crate::checker::Checker;
+use crate::code::Code;
+use crate::exempt::Exempt;
+use crate::manual::{Keys, Manual};
+use crate::sheet::Sheet;
+
+/// A drive that is compared with its manual.
+pub struct Drive {
+    /// As the command names it.
+    pub name: &'static str,
+    /// As the manual names its maker and it.
+    pub(crate) vendor: &'static str,
+    pub(crate) title: &'static str,
+    /// Data sheet and overlay, below the workspace's root.
+    pub(crate) data_sheet: &'static str,
+    pub(crate) overlay: &'static str,
+    /// The folder of the manual's tables.
+    pub(crate) folder: &'static str,
+    /// Where the report lies.
+    pub report: &'static str,
+    /// The tables, and the columns whose cells, joined with `:`, are a row's key; empty ones are left out.
+    pub(crate) tables: Keys,
+    /// What is not compared.
+    pub exempt: Exempt,
+    /// The generated code.
+    pub(crate) code: fn(NodeId) -> Code,
+    /// The node of the manual's examples.
+    pub(crate) node: NodeId,
+    /// The objects whose entries are alike; those with others are records.
+    pub(crate) arrays: &'static [u16],
+    /// All comparisons, the quick ones first: a mutant is found sooner.
+    pub(crate) checks: &'static [fn(&mut Checker<'_>, &Case<'_>)],
+}
+
+/// A drive with what is compared at the moment.
+pub(crate) struct Case<'a> {
+    pub(crate) drive: &'a Drive,
+    pub(crate) manual: &'a Manual,
+    pub(crate) sheet: &'a Sheet,
+}
+
+/// The texts that are compared.
+#[derive(Clone, Debug, Default)]
+pub struct Inputs {
+    /// The data sheet.
+    pub eds: String,
+    /// Its overlay.
+    pub overlay: String,
+    /// The manual's tables: file name and text.
+    pub tables: BTreeMap<String, String>,
+    /// The code was not generated from this data sheet and overlay. Generated anew, it would agree with them, so the
+    /// two are not compared: what is wrong in them has to show against the manual.
+    pub code_is_stale: bool,
+}
+
+impl Inputs {
+    /// Reads those of a drive below the workspace's root.
+    ///
+    /// # Errors
+    ///
+    /// The file that cannot be read, and why.
+    pub fn read(drive: &Drive, root: &Path) -> Result<Self, String> {
+        let text = |path: &Path| std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()));
+        let folder = root.join(drive.folder);
+        let mut tables = BTreeMap::new();
+        let entries = std::fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        for entry in entries.filter_map(Result::ok) {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.ends_with(".csv") {
+                tables.insert(name, text(&entry.path())?);
+            }
+        }
+        let (eds, overlay) = (text(&root.join(drive.data_sheet))?, text(&root.join(drive.overlay))?);
+        Ok(Inputs { eds, overlay, tables, code_is_stale: false })
+    }
+}

@@ -1,0 +1,8 @@
+//! The drives that are compared with their manuals.
+
+mod siko_ag03_1;
+
+use crate::drive::Drive;
+
+/// All of them.
+pub const ALL: &[Drive] = &[siko_ag03_1::DRIVE];

@@ -1,0 +1,266 @@
+//! The network: NMT commands and states, SDO commands and aborts, default identifiers.
+
+use std::any::type_name;
+
+use lexican_eds::model::Value;
+use lexican_runtime::wire::nmt::NmtState;
+
+use super::pdo::name_of;
+use crate::bench::{Bench, Simulator, once};
+use crate::checker::{Against, Checker};
+use crate::drive::Case;
+use crate::manual::Row;
+use crate::notation::{hex, print, yes};
+
+/// States that a command leads to.
+const STATES: &[(&str, u8)] = &[("OPERATIONAL", 0x01), ("PRE-OPERATIONAL", 0x80), ("STOPPED", 0x02)];
+const INITIALISATION: &str = "INITIALISATION";
+
+fn state_name<S: Simulator>(bench: &Bench<S>) -> &'static str {
+    match bench.nmt_state() {
+        NmtState::Operational => "OPERATIONAL",
+        NmtState::PreOperational => "PRE-OPERATIONAL",
+        NmtState::Stopped => "STOPPED",
+        NmtState::Initialising => INITIALISATION,
+    }
+}
+
+/// Whether a command does what power-on does; that the other reset does the same may be an erratum.
+pub(crate) type StartsCold = fn(u8) -> bool;
+
+/// Compares `nmt.csv`.
+pub(crate) fn commands<S: Simulator>(checker: &mut Checker<'_>, starts_cold: StartsCold) {
+    for code in ["01", "02", "80", "81", "82"] {
+        let Some(row) = checker.row("nmt.csv", code) else { continue };
+        let command = hex(code).unwrap_or(0) as u8;
+        let Followed { from, to, nodes } = once((type_name::<S>(), command), || followed::<S>(command));
+        checker.cell(row, "to", Against::Drive, to.join("; "));
+        checker.cell(row, "from", Against::Drive, from.join("; "));
+        checker.cell(row, "data_2", Against::Drive, nodes.join(" or "));
+        // Of the two resets, one is said to be like power-on.
+        let cold = code == "82" && once((type_name::<S>(), command), || starts_cold(command));
+        checker.cell(row, "note", Against::Drive, if cold { "cold start" } else { "" });
+    }
+}
+
+/// What the drive does at an NMT command.
+#[derive(Clone)]
+struct Followed {
+    /// The states that it leaves, and where to.
+    from: Vec<&'static str>,
+    to: Vec<&'static str>,
+    /// The second bytes of commands that it follows.
+    nodes: Vec<&'static str>,
+}
+
+fn followed<S: Simulator>(command: u8) -> Followed {
+    let (mut to, mut from, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, enter) in STATES {
+        for (node, said) in [(S::NODE.get(), "node"), (0, "0"), (S::NODE.get() + 1, "another node")] {
+            let mut bench = Bench::<S>::new();
+            bench.nmt(*enter);
+            bench.hear(0);
+            bench.send(0x000, &[command, node]);
+            let reset = bench.hear_from(Bench::<S>::own(0x700), 0) == [[0]];
+            let after = if reset { INITIALISATION } else { state_name(&bench) };
+            if after != *name {
+                to.push(after);
+                from.push(*name);
+                nodes.push(said);
+            }
+        }
+    }
+    to.dedup();
+    from.dedup();
+    nodes.dedup();
+    nodes.truncate(nodes.len() / from.len().max(1));
+    Followed { from, to, nodes }
+}
+
+/// Compares `nmt_states.csv`: what goes over the bus in each state. `beyond` compares the drive's own columns.
+pub(crate) fn states<S: Simulator>(checker: &mut Checker<'_>, beyond: fn(&mut Checker<'_>, &Row, Bench<S>)) {
+    if let Some(row) = checker.row("nmt_states.csv", INITIALISATION) {
+        initialisation::<S>(checker, row);
+    }
+    for (name, enter) in STATES {
+        let Some(row) = checker.row("nmt_states.csv", name) else { continue };
+        state::<S>(checker, row, *enter);
+        beyond(checker, row, entered(*enter));
+    }
+}
+
+/// It ends with the boot-up message: what is sent in it comes before that.
+fn initialisation<S: Simulator>(checker: &mut Checker<'_>, row: &Row) {
+    let boot_up = u32::from(Bench::<S>::own(0x700));
+    let mut bench = Bench::<S>::new();
+    let passed = !bench.hear(0).is_empty() && state_name(&bench) != INITIALISATION;
+    bench.see(S::fail);
+    bench.hear(0);
+    bench.send(0x000, &[0x81, S::NODE.get()]);
+    bench.send(Bench::<S>::own(0x600), &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
+    bench.request(Bench::<S>::own(0x180));
+    let frames: Vec<(u32, Vec<u8>)> =
+        bench.hear(1000).iter().map(|frame| (frame.id().raw(), frame.data().to_vec())).collect();
+    let end = frames.iter().position(|(id, data)| *id == boot_up && *data == [0]).unwrap_or(frames.len());
+    let during = &frames[..end];
+    let status = frames.get(end).and_then(|(_, data)| data.first().copied()).unwrap_or(255);
+    checker.cell(row, "heartbeat_status", Against::Drive, status);
+    for (column, base) in [("sdo", 0x580), ("pdo", 0x180), ("emcy", 0x080), ("heartbeat", 0x700)] {
+        let sent = during.iter().any(|(id, _)| *id == u32::from(Bench::<S>::own(base)));
+        checker.cell(row, column, Against::Drive, yes(sent));
+    }
+    // It has passed before anything else of the drive can be seen.
+    for (column, _) in row.cells.iter().filter(|(column, _)| !COMPARED.contains(&column.as_str())) {
+        checker.cell(row, column, Against::Drive, if passed { "" } else { INITIALISATION });
+    }
+}
+
+const COMPARED: &[&str] = &["chapter", "state", "heartbeat_status", "sdo", "pdo", "emcy", "heartbeat"];
+
+/// A drive with heartbeats that has been enabled before it comes into a state.
+fn entered<S: Simulator>(enter: u8) -> Bench<S> {
+    let mut bench = Bench::<S>::new();
+    bench.hear(0);
+    // 1017h while it can be written.
+    if bench.write(0x1017, 0, 100, 2).is_ok() && enter != 0x80 {
+        bench.nmt(0x01);
+        bench.enable();
+        bench.nmt(enter);
+    }
+    bench.hear(0);
+    bench
+}
+
+fn state<S: Simulator>(checker: &mut Checker<'_>, row: &Row, enter: u8) {
+    use Against::Drive as D;
+    let mut bench = entered::<S>(enter);
+    let beat = bench.hear_from(Bench::<S>::own(0x700), 100).pop().and_then(|data| data.first().copied());
+    checker.cell(row, "heartbeat", D, yes(beat.is_some()));
+    checker.cell(row, "heartbeat_status", D, beat.unwrap_or(0));
+    checker.cell(row, "sdo", D, yes(bench.read(0x1000, 0).is_ok()));
+    let pdo = bench.requested(Bench::<S>::own(0x180), 200);
+    checker.cell(row, "pdo", D, yes(!pdo.is_empty()));
+    bench.see(S::fail);
+    checker.cell(row, "emcy", D, yes(!bench.hear_from(Bench::<S>::own(0x080), 0).is_empty()));
+    let before = state_name(&bench);
+    bench.nmt(if enter == 0x01 { 0x80 } else { 0x01 });
+    bench.hear(0);
+    checker.cell(row, "nmt", D, yes(state_name(&bench) != before));
+}
+
+/// Compares `sdo_commands.csv`. `objects` can be written with zero: size and index; `readable` are of each size, too.
+pub(crate) fn sdo_commands<S: Simulator>(checker: &mut Checker<'_>, objects: [(u8, u16); 3], readable: [(u8, u16); 3]) {
+    let answer = |command: u8, index: u16| {
+        let [low, high] = index.to_le_bytes();
+        let answer = Bench::<S>::new().sdo(&[command, low, high, 0, 0, 0, 0, 0]);
+        answer.map_or(String::new(), |answer| print(&answer[..1]))
+    };
+    for code in ["23", "2B", "2F", "60", "40", "43", "4B", "4F", "80"] {
+        let Some(row) = checker.row("sdo_commands.csv", code) else { continue };
+        let number = hex(code).unwrap_or(0) as u8;
+        let written: Vec<u8> =
+            objects.iter().filter(|(_, index)| answer(number, *index) == "60").map(|(size, _)| *size).collect();
+        let answered = readable.into_iter().find(|(_, index)| answer(0x40, *index) == code);
+        let (command, data_bytes) = match (written.as_slice(), answered) {
+            ([size], _) => ("write request", size.to_string()),
+            (_, Some((size, _))) => ("read response", size.to_string()),
+            _ if answer(0x40, 0x5FFF) == code => ("error response", String::new()),
+            _ if !answer(number, 0x1000).starts_with('8') => ("read request", String::new()),
+            _ if answer(0x23, objects[0].1) == code => ("write response", String::new()),
+            _ => ("", String::new()),
+        };
+        checker.cell(row, "command", Against::Drive, command);
+        checker.cell(row, "data_bytes", Against::Drive, data_bytes);
+        checker.cell(row, "decimal", Against::Manual, number);
+    }
+}
+
+/// Compares `sdo_aborts.csv`: `refused` has the code with which the drive refuses what a row describes.
+pub(crate) fn sdo_aborts(checker: &mut Checker<'_>, case: &Case<'_>, refused: fn(&str) -> Option<u32>) {
+    for row in case.manual.rows("sdo_aborts.csv") {
+        checker.key(row);
+        let answer = once((case.drive.name, row.get("meaning")), || refused(row.get("meaning")));
+        let code = answer.unwrap_or(0);
+        checker.cell(row, "code", Against::Drive, format!("{code:08X}"));
+        checker.that(row, "meaning", Against::Drive, answer.is_some(), "nothing that is refused");
+        for (column, byte) in ["data_1", "data_2", "data_3", "data_4"].into_iter().zip(code.to_le_bytes()) {
+            checker.cell(row, column, Against::Drive, format!("{byte:02X}"));
+        }
+    }
+}
+
+/// Compares `identifiers.csv`.
+pub(crate) fn identifiers<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
+    let device = &case.sheet.device;
+    let pdo = |name: &str| device.pdos.iter().find(|pdo| name_of(pdo) == name)?.cob_id.clone();
+    let entry = |index, sub| device.entry(index, sub)?.default.clone();
+    for row in case.manual.rows("identifiers.csv") {
+        let base = hex(row.get("hex"));
+        checker.cell(row, "decimal", Against::Manual, base.map_or(String::new(), |base| base.to_string()));
+        let name = row.get("name");
+        let default = match name {
+            "NMT" => Some(Value::Integer(0)),
+            "SYNC" => entry(0x1005, 0),
+            "EMCY" => entry(0x1014, 0),
+            "SDO tx" => entry(0x1200, 2),
+            "SDO rx" => entry(0x1200, 1),
+            "Heartbeat" | "Node guard" => Some(Value::NodeIdPlus(0x700)),
+            pdo_name => pdo(pdo_name),
+        };
+        let (found, plus) = match default {
+            Some(Value::Integer(id)) => (format!("{id:X}"), "no"),
+            Some(Value::NodeIdPlus(base)) => (format!("{base:X}"), "yes"),
+            _ => continue,
+        };
+        checker.key(row);
+        let base = base.unwrap_or(0) as u16;
+        let heard = once((type_name::<S>(), name, base), || used::<S>(name, base));
+        checker.that(row, "hex", Against::Drive, heard, "the drive does not use it");
+        if !matches!(name, "NMT" | "Heartbeat" | "Node guard") {
+            checker.cell(row, "hex", Against::Sheet, found);
+        }
+        checker.cell(row, "plus_node_id", Against::Sheet, plus);
+    }
+}
+
+/// Whether the drive uses the identifier for what the name says.
+fn used<S: Simulator>(name: &str, base: u16) -> bool {
+    let (own, sdo) = (base + u16::from(S::NODE.get()), [Bench::<S>::own(0x600), Bench::<S>::own(0x580)]);
+    let mut bench = Bench::<S>::new();
+    let boot_up = bench.hear_from(own, 0);
+    match name {
+        "NMT" => {
+            bench.send(base, &[0x02, S::NODE.get()]);
+            bench.hear(0);
+            bench.nmt_state() == NmtState::Stopped
+        }
+        "SYNC" => {
+            let set = bench.write(0x1800, 2, 1, 1).is_ok();
+            bench.nmt(0x01);
+            bench.send(base, &[]);
+            set && !bench.hear_from(Bench::<S>::own(0x180), 0).is_empty()
+        }
+        "EMCY" => {
+            bench.see(S::fail);
+            !bench.hear_from(own, 0).is_empty()
+        }
+        "Heartbeat" => boot_up == [[0]],
+        "Node guard" => bench.requested(own, 0) == [[0x7F]],
+        "SDO rx" | "SDO tx" => {
+            let [request, answer] = if name == "SDO rx" { [own, sdo[1]] } else { [sdo[0], own] };
+            bench.send(request, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
+            !bench.hear_from(answer, 0).is_empty()
+        }
+        name if name.starts_with('T') => {
+            bench.nmt(0x01);
+            !bench.requested(own, 200).is_empty()
+        }
+        _ => {
+            bench.nmt(0x01);
+            let data = [0x06, 0x01, 0, 0, 0, 0];
+            bench.send(own, if name == "RPDO1" { &data[..2] } else { &data });
+            bench.hear(0);
+            bench.status() & 0x6F == 0x21
+        }
+    }
+}

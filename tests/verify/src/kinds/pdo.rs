@@ -1,0 +1,131 @@
+//! PDOs: mappings, and layouts byte by byte.
+
+use lexican_eds::model::{Direction, Pdo, Value};
+use lexican_runtime::object::Mapped;
+
+use crate::bench::{Bench, Simulator};
+use crate::checker::{Against, Checker};
+use crate::drive::Case;
+use crate::notation::yes;
+
+/// The PDOs of the generated code, with what the data sheet says of them.
+fn described<'a>(checker: &mut Checker<'_>, case: &Case<'a>) -> Vec<(&'a str, &'a [Mapped], u32, &'a Pdo)> {
+    let mut all = Vec::new();
+    for (name, (generated, cob_id)) in &case.sheet.code.pdos {
+        match case.sheet.device.pdos.iter().find(|pdo| name_of(pdo) == *name) {
+            Some(pdo) => all.push((*name, *generated, *cob_id, pdo)),
+            None => checker.finding(format!("{name}: the data sheet maps nothing")),
+        }
+    }
+    all
+}
+
+pub(crate) fn name_of(pdo: &Pdo) -> String {
+    let side = if pdo.direction == Direction::Receive { "R" } else { "T" };
+    format!("{side}PDO{}", pdo.number)
+}
+
+/// The index of what a PDO maps.
+pub(crate) fn mapping_index(pdo: &Pdo) -> u16 {
+    let base = if pdo.direction == Direction::Receive { 0x1600 } else { 0x1A00 };
+    base + pdo.number - 1
+}
+
+/// Compares `pdo_mappings.csv`.
+pub(crate) fn mappings<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
+    for (name, generated, _, pdo) in described(checker, case) {
+        let mut bench = Bench::<S>::new();
+        let index = mapping_index(pdo);
+        let mut bit = 0;
+        for (position, mapped) in (1_u8..).zip(&pdo.mapping) {
+            let (first, last) = (bit / 8, (bit + u32::from(mapped.bits)) / 8 - 1);
+            bit += u32::from(mapped.bits);
+            let Some(row) = checker.row("pdo_mappings.csv", &format!("{index:04X}:{position}")) else { continue };
+            checker.cell(row, "pdo", Against::Sheet, name);
+            checker.cell(row, "object", Against::Sheet, format!("{:04X}", mapped.index));
+            checker.cell(row, "first_byte", Against::Sheet, first);
+            checker.cell(row, "last_byte", Against::Sheet, last);
+            checker.cell(row, "static", Against::Sheet, yes(!pdo.dynamic));
+            let code = generated.get(usize::from(position) - 1).copied();
+            let same = Some(Mapped::new(mapped.index, mapped.sub, mapped.bits)) == code;
+            checker.that(row, "object", Against::Code, same, format!("{code:?}"));
+            let read = bench.read(index, position);
+            let agrees = code.is_some_and(|code| read == Ok(code.to_parameter()));
+            checker.that(row, "object", Against::Drive, agrees, format!("{read:08X?}"));
+            let fixed = bench.write(index, position, 0, 4) == Err(0x0601_0002);
+            checker.cell(row, "static", Against::Drive, yes(fixed));
+        }
+    }
+}
+
+/// Compares `pdo_layouts.csv`. `sample` is a value for an object whose bytes differ and which moves nothing.
+pub(crate) fn layouts<S: Simulator>(
+    checker: &mut Checker<'_>,
+    case: &Case<'_>,
+    prepare: fn(&mut Bench<S>) -> bool,
+    sample: fn(u16) -> u32,
+) {
+    for (name, generated, cob_id, pdo) in described(checker, case) {
+        let mut bench = Bench::<S>::new();
+        checker.require(prepare(&mut bench), || format!("{name}: the drive cannot be prepared"));
+        let served = served(&mut bench, pdo.direction, cob_id, generated, sample);
+        let bytes = pdo.mapping.iter().flat_map(|mapped| {
+            let last = mapped.bits / 8 - 1;
+            (0..=last).map(move |at| (mapped, at, last))
+        });
+        for (byte, (mapped, at, last)) in (0_usize..).zip(bytes) {
+            let Some(row) = checker.row("pdo_layouts.csv", &format!("{name}:{}", byte + 1)) else { continue };
+            let base = match pdo.cob_id {
+                Some(Value::NodeIdPlus(base)) => format!("{base:X}"),
+                _ => String::new(),
+            };
+            checker.cell(row, "cob_id_base", Against::Sheet, base);
+            checker.cell(row, "cob_id_base", Against::Code, format!("{:X}", cob_id - u32::from(S::NODE.get())));
+            checker.cell(row, "object", Against::Sheet, format!("{:04X}", mapped.index));
+            let code = generated.iter().any(|other| other.address.index() == mapped.index && other.bits == mapped.bits);
+            checker.that(row, "object", Against::Code, code, "not mapped");
+            let significance = match at {
+                0 => "LSB",
+                at if at == last => "MSB",
+                _ => "NSB",
+            };
+            checker.cell(row, "significance", Against::Sheet, significance);
+            let agrees = served.get(byte).is_some_and(|(object, place)| *object == mapped.index && *place == at);
+            checker.that(row, "significance", Against::Drive, agrees, format!("{:04X?}", served.get(byte)));
+        }
+    }
+}
+
+/// What the bytes of a PDO of the drive are: object, and which byte of it.
+fn served<S: Simulator>(
+    bench: &mut Bench<S>,
+    direction: Direction,
+    cob_id: u32,
+    objects: &[Mapped],
+    sample: fn(u16) -> u32,
+) -> Vec<(u16, u8)> {
+    bench.nmt(0x01);
+    let (id, part) = (cob_id as u16, |mapped: &Mapped| (mapped.address.index(), usize::from(mapped.bits / 8)));
+    let data = if direction == Direction::Transmit {
+        bench.requested(id, 200).pop().unwrap_or_default()
+    } else {
+        let sent: Vec<u8> = objects
+            .iter()
+            .map(part)
+            .flat_map(|(index, size)| sample(index).to_le_bytes().into_iter().take(size))
+            .collect();
+        bench.send(id, &sent);
+        bench.hear(0);
+        sent
+    };
+    let mut rest = data.as_slice();
+    let mut places = Vec::new();
+    for (object, size) in objects.iter().map(part) {
+        let raw = bench.read(object, 0).unwrap_or(0).to_le_bytes();
+        let Some((part, behind)) = rest.split_at_checked(size) else { break };
+        let same = raw.get(..size) == Some(part);
+        places.extend((0_u8..).take(size).filter(|_| same).map(|at| (object, at)));
+        rest = behind;
+    }
+    places
+}

@@ -1,0 +1,310 @@
+//! Values: terms, data descriptions, bit rates and gears, by what the drive does with each value.
+
+use lexican_eds::model::Meaning;
+use siko_ag03_1::fault::Fault;
+use siko_ag03_1::od;
+use siko_ag03_1::sim::inputs::Key;
+use siko_ag03_1::sim::{BIT_RATES, Setup, SimulatedDrive};
+
+use super::bench::{Bench, GEARS, LOAD, NODE, enabled_with};
+use crate::bench::once;
+use crate::checker::{Against, Checker};
+use crate::drive::Case;
+use crate::kinds::terms::{self, Place};
+use crate::kinds::transmission::cob_id;
+use crate::manual::Row;
+use crate::notation::hex;
+use crate::sheet::Sheet;
+
+/// Compares `terms.csv`, `baud_rates.csv`, `gears.csv` and `values.csv`.
+pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
+    terms::check(checker, case, PLACES);
+    faults(checker, case);
+    bit_rates(checker, case.sheet);
+    gears(checker, case.sheet);
+    for row in case.manual.rows("values.csv") {
+        values(checker, case, row);
+    }
+}
+
+/// Where types are named that `values.csv` and `formats.csv` do not name.
+const PLACES: &[(&str, Place)] = &[
+    ("Statusword", Place::Bits("statusword.csv")),
+    ("SystemStatus", Place::Bits("system_status.csv")),
+    ("Controlword", Place::Bits("controlword.csv")),
+    ("EmergencyCode", Place::Row("emergency.csv", "meaning")),
+    ("CanBitRate", Place::Row("baud_rates.csv", "kbit")),
+    ("GearReduction", Place::Row("gears.csv", "gear")),
+    ("RestoreSignature", Place::Cell("values.csv", "1011:01:load", "value")),
+];
+
+/// What the driver calls a fault.
+fn faults(checker: &mut Checker<'_>, case: &Case<'_>) {
+    for fault in Fault::ALL {
+        let letter = fault.letter.to_string();
+        let Some(row) = checker.row("terms.csv", &format!("Fault:{letter}")) else { continue };
+        checker.cell(row, "kind", Against::Code, "fault");
+        checker.cell(row, "overlay", Against::Code, fault.text);
+        checker.cell(row, "printed", Against::Manual, case.manual.cell("faults.csv", &letter, "fault"));
+    }
+}
+
+/// The bit rates that CiA 306 has keys for, in kbit/s.
+pub(crate) const BIT_RATE_KEYS: [u16; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
+
+fn bit_rates(checker: &mut Checker<'_>, sheet: &Sheet) {
+    let mut bench = Bench::new();
+    let values = sheet.device.enumerations.get("CanBitRate").map_or(&[][..], |rates| &rates.values);
+    for value in values {
+        let Some(row) = checker.row("baud_rates.csv", &value.value.to_string()) else { continue };
+        let name = format!("rate {} kbit/s", row.get("kbit"));
+        checker.that(row, "kbit", Against::Sheet, name == value.name, &value.name);
+        let key = row.number::<u16>("kbit").filter(|rate| BIT_RATE_KEYS.contains(rate));
+        let listed = key.is_none_or(|rate| sheet.device.info.bit_rates_kbit.contains(&rate));
+        checker.that(row, "kbit", Against::Sheet, listed, "no BaudRate key");
+        let named = od::CanBitRate(value.value as u8).name();
+        checker.that(row, "kbit", Against::Code, named == Some(name.as_str()), named.unwrap_or_default());
+        let at = usize::try_from(value.value).unwrap_or(usize::MAX);
+        let rate = BIT_RATES.get(at).map_or(0.0, |rate| f64::from(*rate) / 1e3);
+        checker.cell(row, "kbit", Against::Drive, rate);
+        let written = bench.write(0x2100, 0, value.value as i64, 1);
+        checker.that(row, "value", Against::Drive, written.is_ok(), format!("{written:08X?}"));
+    }
+}
+
+fn gears(checker: &mut Checker<'_>, sheet: &Sheet) {
+    for (gear, value, _) in GEARS {
+        let Some(row) = checker.row("gears.csv", &value.to_string()) else { continue };
+        let gears = sheet.device.enumerations.get("GearReduction");
+        let name = gears.and_then(|gears| gears.values.iter().find(|named| named.value == value));
+        let name = name.map_or("", |named| named.name.as_str());
+        checker.cell(row, "gear", Against::Sheet, name.trim_start_matches("gear "));
+        let ranges = [(0x2410, 5), (0x2410, 9), (0x60FF, 0)].map(|(index, sub)| {
+            let entry = sheet.device.entry(index, sub);
+            entry.and_then(|entry| entry.ranges.iter().find(|range| range.when.value == value)).map(|range| range.high)
+        });
+        let max = row.number::<i128>("max_rev_per_min");
+        checker.that(row, "max_rev_per_min", Against::Sheet, ranges == [max; 3], format!("{ranges:?}"));
+        let mut bench = Bench::set_up(Setup { gear, ..Setup::new(NODE) });
+        let read = bench.read(0x2102, 0).ok();
+        checker.that(row, "value", Against::Drive, read == row.number("value"), format!("{read:?}"));
+        let limit = i64::try_from(max.unwrap_or(0)).unwrap_or(0);
+        let found = [bench.write(0x2410, 5, limit, 1), bench.write(0x2410, 5, limit + 1, 1)];
+        let agrees = found == [Ok(()), Err(0x0609_0030)];
+        checker.that(row, "max_rev_per_min", Against::Drive, agrees, format!("{found:08X?}"));
+    }
+}
+
+/// A value that a data description, or chapter 6, names.
+fn values(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
+    let Some((index, sub)) = address(row) else { return };
+    let Some(entry) = case.sheet.device.entry(index, sub) else { return };
+    let value = row.get("value");
+    if let Meaning::Enumeration(name) = &entry.meaning
+        && value.parse::<u8>().is_ok()
+    {
+        let printed = case.manual.cell("terms.csv", &format!("{name}:{value}"), "printed");
+        checker.cell(row, "meaning", Against::Sheet, printed);
+    }
+    if row.key == "2412:00:0" {
+        let agrees = units_depend(case.sheet, (index, sub), value);
+        checker.that(row, "address", Against::Sheet, agrees, "units of positions that depend on something else");
+    }
+    checker.cell(row, "meaning", Against::Drive, done(&row.key));
+    checker.key(row);
+}
+
+/// Whether positions are increments when an entry has a value, and otherwise are not.
+fn units_depend(sheet: &Sheet, (index, sub): (u16, u8), value: &str) -> bool {
+    sheet.device.quantities.values().filter(|quantity| quantity.units.len() > 1).all(|quantity| {
+        quantity.units.iter().all(|unit| {
+            unit.when.as_ref().is_some_and(|when| {
+                let here = (when.index, when.sub, when.value.to_string().as_str()) == (index, sub, value);
+                here && when.equal == (unit.symbol == "increments")
+            })
+        })
+    })
+}
+
+/// What the drive does with a value, in the words of the table.
+fn done(key: &str) -> &'static str {
+    once(key, || by_motion(key).or_else(|| special(key)).unwrap_or_default())
+}
+
+/// Values that show in how the drive moves.
+fn by_motion(key: &str) -> Option<&'static str> {
+    let (address, value) = key.rsplit_once(':')?;
+    let value = match value {
+        "i" => 0,
+        "e" => 1,
+        number => number.parse::<i64>().ok()?,
+    };
+    let found = match address {
+        "2416:00" => {
+            let way = |a_inch| {
+                let mut bench = enabled_with(&[(0x2416, 0, value, 1), (0x2410, 8, a_inch, 1)]);
+                bench.control(0x400F);
+                bench.hear(2000);
+                bench.control(0x000F);
+                bench.way_to_rest()
+            };
+            match (way(50), way(25)) {
+                (50, 50) => "stop with maximum delay",
+                (100, 200) => "stop with programmed delay, parameter 8",
+                _ => "",
+            }
+        }
+        "2417:00" => {
+            let mut bench = enabled_with(&[(0x2417, 0, value, 1)]);
+            bench.travel(100);
+            bench.hear(10_000);
+            let current = bench.read(0x241E, 0).is_ok_and(|current| current > 0);
+            match (current, bench.turn(10), bench.system() >> 7 & 1) {
+                (true, false, 0) => "position control to setpoint",
+                (false, false, 0) => "position control off; motor windings shorted",
+                (false, true, 1) => "position control off; drive released",
+                _ => "",
+            }
+        }
+        "2413:00" => {
+            let beyond = |target: i32| {
+                let mut bench = enabled_with(&[(0x2413, 0, value, 1)]);
+                bench.travel(target);
+                (0..200).any(|_| {
+                    bench.hear(50);
+                    bench.position().abs() > target.abs()
+                })
+            };
+            match (beyond(1000), beyond(-1000)) {
+                (false, false) => "direct",
+                (false, true) => "loop +",
+                (true, false) => "loop -",
+                _ => "",
+            }
+        }
+        "2412:00" => {
+            let mut bench = enabled_with(&[(0x2412, 0, value, 2)]);
+            bench.travel(1600);
+            bench.hear(10_000);
+            let turned = bench.shaft();
+            if turned == 1600.0 { "positions in increments" } else { "" }
+        }
+        "2421:00" => {
+            let stops = |threshold| {
+                let mut bench = enabled_with(&[(0x2421, 0, threshold, 1)]);
+                bench.travel(100_000);
+                bench.world(|inputs| inputs.load_ma = 2400);
+                bench.hear(2000);
+                bench.read(0x2422, 0) == Ok(1)
+            };
+            if !stops(value) && stops(110) { "torque deactivation off" } else { "" }
+        }
+        "2410:0A" => {
+            let way = |a_pos, d_pos| {
+                let mut bench = enabled_with(&[(0x2410, 4, a_pos, 1), (0x2410, 0x0A, d_pos, 1)]);
+                bench.travel(100_000);
+                bench.hear(3000);
+                bench.control(0x011F);
+                bench.way_to_rest()
+            };
+            let ways = [way(50, value), way(25, value), way(25, 100)];
+            if ways == [100, 200, 50] { "delay by parameter 4" } else { "" }
+        }
+        "6060:00" => {
+            let runs = |id, word, target| {
+                let mut bench = enabled_with(&[(0x6060, 0, value, 1)]);
+                bench.control(0x010F);
+                bench.command(id, word, target);
+                bench.hear(20_000);
+                (bench.position(), bench.velocity())
+            };
+            match (runs(0x405, 0x001F, 500), runs(0x505, 0x000F, 20)) {
+                ((500, 0), (0, 0)) => "profile position",
+                (_, (_, 20)) => "profile velocity",
+                _ => "",
+            }
+        }
+        "607E:00" => {
+            let mut bench = Bench::new();
+            bench.set(&[(0x607E, 0, value, 1)]);
+            bench.hear(0);
+            bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
+            bench.hear(1000);
+            match (bench.position() > 0, key.ends_with(char::is_alphabetic)) {
+                (true, true) => "counter-clockwise counts positive",
+                (false, true) => "counter-clockwise counts negative",
+                (true, false) => "sense of rotation i",
+                (false, false) => "sense of rotation e",
+            }
+        }
+        _ => return None,
+    };
+    Some(found)
+}
+
+/// Values outside of enumerations: what the drive does with them, in the words of the table.
+fn special(key: &str) -> Option<&'static str> {
+    let mut bench = Bench::operational();
+    match key {
+        "1003:00:0" => {
+            bench.world(|inputs| inputs.internal_error = true);
+            let before = bench.read(0x1003, 0);
+            let cleared = bench.write(0x1003, 0, 0, 1).is_ok() && bench.read(0x1003, 0) == Ok(0);
+            (before == Ok(1) && cleared).then_some("written: clears the fault buffer")
+        }
+        "100C:00:0" => stays_enabled(&mut bench, 0, 3).then_some("node guarding off"),
+        "100D:00:0" => stays_enabled(&mut bench, 100, 0).then_some("life guarding off"),
+        "1017:00:0" => {
+            let on = bench.write(0x1017, 0, 100, 2).is_ok() && !bench.hear_from(0x705, 1000).is_empty();
+            let off = bench.write(0x1017, 0, 0, 2).is_ok() && bench.hear_from(0x705, 1000).is_empty();
+            (on && off).then_some("heartbeat off")
+        }
+        "1011:01:load" | "1011:02:load" | "1011:03:load" => Some(restored_set(&mut bench, key)),
+        "1011:04:load" => {
+            let set = bench.set(&[(0x607C, 0, 500, 4), (0x1011, 4, LOAD, 4)]);
+            (set && bench.read(0x6064, 0) == Ok(500)).then_some("calibrate")
+        }
+        "1800:05:0" | "1802:05:0" | "1803:05:0" => event_timer_off(key).then_some("event timer off"),
+        _ => None,
+    }
+}
+
+fn stays_enabled(bench: &mut Bench, guard_time_ms: i64, life_time_factor: i64) -> bool {
+    bench.enable();
+    let set = bench.set(&[(0x100C, 0, guard_time_ms, 2), (0x100D, 0, life_time_factor, 1)]);
+    bench.request(0x705);
+    bench.hear(5000);
+    set && bench.status() & 0x6F == 0x27
+}
+
+fn restored_set(bench: &mut Bench, key: &str) -> &'static str {
+    // One parameter of each set: the window (standard), and a-Pos (controller).
+    let changed = bench.set(&[(0x6067, 0, 11, 2), (0x2410, 4, 51, 1)]);
+    let sub = key.get(6..7).and_then(|digit| digit.parse().ok()).unwrap_or(0);
+    let loaded = bench.write(0x1011, sub, LOAD, 4).is_ok();
+    match (changed && loaded, bench.read(0x6067, 0), bench.read(0x2410, 4)) {
+        (true, Ok(10), Ok(50)) => "all parameters to default",
+        (true, Ok(10), Ok(51)) => "standard parameters to default",
+        (true, Ok(11), Ok(50)) => "controller parameters to default",
+        _ => "",
+    }
+}
+
+fn event_timer_off(key: &str) -> bool {
+    let Some(index) = key.get(..4).and_then(hex).and_then(|index| u16::try_from(index).ok()) else { return false };
+    let id = cob_id::<SimulatedDrive>(index);
+    let count = |timer| {
+        let mut bench = Bench::new();
+        let set = bench.set(&[(index, 2, 255, 1), (index, 5, timer, 2)]);
+        bench.nmt(0x01);
+        if set { bench.hear_from(id, 1000).len() } else { usize::MAX }
+    };
+    (count(100), count(0)) == (10, 0)
+}
+
+/// The index, and the first sub-index, of `1003:01..0A`.
+pub(super) fn address(row: &Row) -> Option<(u16, u8)> {
+    let (index, subs) = row.get("address").split_once(':')?;
+    let sub = subs.split("..").next()?;
+    Some((u16::try_from(hex(index)?).ok()?, u8::from_str_radix(sub, 16).ok()?))
+}
