@@ -1,6 +1,11 @@
-//! Generates the dictionaries of the device that the interoperability runs play, and of the one that the
-//! conformance test tests.
+//! Generates the dictionaries of the device that the interoperability runs play, of the one that the conformance test
+//! tests, and of the AKD.
 
 fn main() -> Result<(), lexican_codegen::Error> {
-    lexican_codegen::Config::new().eds("interop/peer.eds").eds("conformance/device.eds").storage(true).generate()
+    lexican_codegen::Config::new()
+        .eds("interop/peer.eds")
+        .eds("conformance/device.eds")
+        .device("kollmorgen/akd")
+        .storage(true)
+        .generate()
 }
