@@ -1,4 +1,4 @@
-//! Why an object of a node could not be read or written: what both shells say.
+//! The error of reading or writing an object, in both shells.
 
 use super::LinkError;
 use crate::id::NodeId;
@@ -12,7 +12,7 @@ pub enum AccessError {
     /// The value is outside the limits of the data sheet. Nothing was sent.
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),
-    /// The node refused, or did not answer.
+    /// The node has aborted the transfer, or does not answer.
     #[error("node {node}: {error}")]
     Sdo {
         /// Which node.
@@ -20,7 +20,7 @@ pub enum AccessError {
         /// What happened.
         error: SdoError,
     },
-    /// The node's value has another length than the data sheet says.
+    /// The node's value has another length than in the data sheet.
     #[error("node {node}, {address}: the device and its data sheet differ: {error}")]
     DataSheet {
         /// Which node.
@@ -30,7 +30,7 @@ pub enum AccessError {
         /// The lengths.
         error: LengthMismatch,
     },
-    /// The link does not carry the frames.
+    /// The link has failed.
     #[error(transparent)]
     Link(#[from] LinkError),
 }

@@ -1,4 +1,4 @@
-//! Booting a network from a shell: when that is over, and how.
+//! Booting a network from a shell: when the boot ends, and with which result.
 
 use core::fmt;
 use std::boxed::Box;
@@ -10,7 +10,7 @@ use crate::id::NodeId;
 use crate::manager::{self, NetworkEvent};
 use crate::procedure::BootError;
 
-/// The nodes of a network and what each is to be, as a shell boots and keeps it.
+/// The nodes of a network and their configurations, as a shell boots it and keeps it up.
 pub type Plan = manager::Network<Vec<u8>, 127>;
 
 /// A network is not ready.
@@ -27,7 +27,7 @@ pub enum BootNetworkError {
 /// Mandatory nodes that have not booted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotReady {
-    /// Each with the reason; `None`: it was still being booted at the end of the boot time.
+    /// Each with the reason; `None` if it was still being booted at the end of the boot time.
     pub nodes: Vec<(NodeId, Option<BootError>)>,
 }
 
@@ -46,7 +46,7 @@ impl fmt::Display for NotReady {
     }
 }
 
-/// A network that a shell keeps, and what has failed since it was started.
+/// A network that a shell keeps up, and the errors since it was started.
 #[derive(Debug)]
 pub(super) struct Kept {
     pub(super) network: Box<Plan>,
@@ -58,7 +58,7 @@ impl Kept {
         Kept { network: Box::new(network), failed: BTreeMap::new() }
     }
 
-    /// Notes an event. `Some` when it ends the boot: all mandatory nodes have booted, or some cannot.
+    /// Handles an event. `Some` when it ends the boot: all mandatory nodes have booted, or some cannot.
     pub(super) fn follow(&mut self, event: NetworkEvent) -> Option<Result<(), NotReady>> {
         match event {
             NetworkEvent::Ready => return Some(Ok(())),
@@ -76,7 +76,7 @@ impl Kept {
     }
 }
 
-/// Whether a node is being booted: other transfers with it have to wait.
+/// Whether a node is being booted, so that other transfers with it must wait.
 pub(super) fn is_booting(kept: Option<&Kept>, node: NodeId) -> bool {
     kept.is_some_and(|kept| kept.network.is_booting(node))
 }

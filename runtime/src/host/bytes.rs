@@ -1,11 +1,11 @@
-//! A payload that grows with what a device sends.
+//! A payload that grows with the data a device sends.
 
 use std::vec::Vec;
 
 use crate::service::sdo_client::Payload;
 
-/// Bytes of an SDO transfer, of any length up to a bound. What a device announces is not believed:
-/// memory is taken as the bytes come.
+/// Bytes of an SDO transfer, of any length up to a bound. Memory is allocated as the bytes come, and not by the length
+/// that a device announces.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Bytes {
     data: Vec<u8>,
@@ -25,7 +25,7 @@ impl Bytes {
         Bytes { data: Vec::new(), bound }
     }
 
-    /// The first `len` bytes: a transfer says how many count.
+    /// The first `len` bytes, as many as the transfer had.
     #[must_use]
     pub fn into_vec(mut self, len: u32) -> Vec<u8> {
         self.data.truncate(len as usize);

@@ -1,7 +1,6 @@
 //! Logs as `candump -L` writes them: `(1436509052.249713) can0 605#407C600000000000`.
 //!
-//! One line per frame, so that `canplayer`, Wireshark and `log2asc` read what we write, and we read
-//! what `candump` wrote.
+//! One line per frame. `canplayer`, Wireshark and `log2asc` read this format, too.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,7 +12,7 @@ use crate::{CobId, Frame, Instant};
 /// One line of a log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// When the frame was seen.
+    /// When the frame was received.
     pub at: Instant,
     /// The interface: `can0`.
     pub interface: String,
@@ -42,7 +41,7 @@ impl FromStr for Line {
     }
 }
 
-/// A line is not one of `candump -L`.
+/// Why a line is not one of `candump -L`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotALogLine {
     /// The first word is not `(seconds.microseconds)`.
@@ -65,7 +64,7 @@ fn instant(stamp: &str) -> Option<Instant> {
 fn frame(word: &str) -> Option<Frame> {
     let (id, data) = word.split_once('#')?;
     let number = hex(id.as_bytes())?;
-    // candump tells the formats apart by the number of digits.
+    // The number of digits distinguishes the formats.
     let id = match id.len() {
         3 => CobId::standard(u16::try_from(number).ok()?)?,
         8 => CobId::extended(number)?,
@@ -79,12 +78,12 @@ fn frame(word: &str) -> Option<Frame> {
     Frame::new(id, &bytes?).filter(|_| rest.is_empty())
 }
 
-/// A number without a sign, which Rust would take.
+/// A number without a sign, which `parse` would accept.
 fn decimal(digits: &str) -> Option<u64> {
     digits.parse().ok().filter(|_| !digits.starts_with('+'))
 }
 
-/// The same of hexadecimal digits.
+/// A hexadecimal number without a sign.
 fn hex(digits: &[u8]) -> Option<u32> {
     let digits = str::from_utf8(digits).ok()?;
     u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))

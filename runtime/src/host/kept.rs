@@ -1,4 +1,4 @@
-//! Files in which devices keep their parameters without power: a text with a checksum, replaced as a whole.
+//! Files in which devices store their parameters: a text with a checksum, replaced as a whole.
 //!
 //! ```text
 //! lexican parameters 2
@@ -23,19 +23,19 @@ pub struct KeptFormat {
     pub version: u32,
 }
 
-/// Why a text is not what a device has kept.
+/// Why a text is not a stored text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeptError {
-    /// There is nothing in it.
+    /// The text is empty, or all zero.
     #[error("empty, as after a power failure; remove it to begin with a new device, or bring back an older copy")]
     Empty,
-    /// Something else has written it.
+    /// Another program has written it.
     #[error("the first line is not `{name} {version}`; name another file", name = .0.name, version = .0.version)]
     Foreign(KeptFormat),
     /// Another version of lexican has written it.
     #[error("of another version than {version}; name another file, or remove this one", version = .0.version)]
     Version(KeptFormat),
-    /// Its end is missing, or its checksum is that of another text.
+    /// Its end is missing, or its checksum is wrong.
     #[error(
         "cut off or changed: the last line and its checksum do not fit the rest; remove it to begin with a new device"
     )]
@@ -59,7 +59,6 @@ impl KeptFormat {
     /// See [`KeptError`]. No text with a changed, missing or additional character is accepted, except for the line ends
     /// of Windows.
     pub fn unseal(&self, text: &str) -> Result<Vec<String>, KeptError> {
-        // Windows' line ends are not what makes a file foreign.
         let text = text.replace("\r\n", "\n");
         if text.is_empty() || text.bytes().all(|byte| byte == 0) {
             return Err(KeptError::Empty);
@@ -93,23 +92,23 @@ fn crc32(bytes: &[u8]) -> u32 {
 #[derive(Clone, Debug)]
 pub struct KeptFile {
     path: PathBuf,
-    /// What it holds; `None` when that is not known.
+    /// Its content; `None` if that is not known.
     saved: Option<String>,
 }
 
 impl KeptFile {
-    /// The file, and what it holds; `None` when there is no such file yet.
+    /// The file and its content; `None` when there is no such file yet.
     ///
     /// # Errors
     ///
-    /// What the operating system says of a file that cannot be read, or [`io::ErrorKind::InvalidInput`] of what is no
-    /// file: a folder, a terminal, `/dev/null`.
+    /// The error of the operating system, or [`io::ErrorKind::InvalidInput`] if the path is no
+    /// file but a folder, a terminal or `/dev/null`.
     pub fn open(path: &Path) -> io::Result<(Self, Option<String>)> {
         match fs::metadata(path) {
             Ok(found) if !found.is_file() => {
                 Err(io::Error::new(io::ErrorKind::InvalidInput, "not a file that can be replaced"))
             }
-            // A link stays a link: what it leads to is replaced.
+            // A symbolic link remains: its target is replaced.
             Ok(_) => {
                 let path = fs::canonicalize(path)?;
                 let text = String::from_utf8_lossy(&fs::read(&path)?).into_owned();
@@ -122,11 +121,11 @@ impl KeptFile {
         }
     }
 
-    /// Replaces what the file holds, unless that is the text already.
+    /// Replaces the content, unless it is the text already.
     ///
     /// # Errors
     ///
-    /// What the operating system says. The file holds what it held before.
+    /// The error of the operating system. The content is unchanged then.
     pub fn save(&mut self, text: String) -> io::Result<()> {
         if self.saved.as_ref() == Some(&text) {
             return Ok(());
@@ -137,24 +136,24 @@ impl KeptFile {
     }
 }
 
-/// Writes a file beside the old one, which then takes its place: whenever the power fails, one of them is there whole.
+/// Writes a file beside the old one, which then replaces it: if the power fails, one of them is complete.
 ///
 /// # Errors
 ///
-/// What the operating system says. The old file is still there.
+/// The error of the operating system. The old file is unchanged then.
 pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut new = path.as_os_str().to_owned();
     new.push(".new");
     let new = PathBuf::from(new);
     let written = write_through(path, &new, content).and_then(|()| fs::rename(&new, path));
     if written.is_err() {
-        // The error is about the file; whether what was beside it remains does not matter.
+        // The first error is the one to report.
         let _ = fs::remove_file(&new);
     }
     written.and_then(|()| sync_folder(path))
 }
 
-/// The content is on the disk before the name is: else the name may lead to an empty file.
+/// Syncs the content before the name, which could otherwise lead to an empty file.
 fn write_through(path: &Path, new: &Path, content: &[u8]) -> io::Result<()> {
     let mut file = File::create(new)?;
     file.write_all(content)?;
@@ -165,14 +164,14 @@ fn write_through(path: &Path, new: &Path, content: &[u8]) -> io::Result<()> {
     sync_folder(path)
 }
 
-/// A name is on the disk when its folder is.
+/// Syncs a name, which its folder stores.
 #[cfg(unix)]
 fn sync_folder(path: &Path) -> io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     File::open(folder)?.sync_all()
 }
 
-/// Elsewhere a folder cannot be opened; the rename is in the journal of the file system.
+/// Elsewhere a folder cannot be opened. The journal of the file system has the rename.
 #[cfg(not(unix))]
 fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())
@@ -218,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_ours_is_named() {
+    fn foreign_texts_are_refused_with_the_reason() {
         let check = |text: &str, expected| assert_eq!(FORMAT.unseal(text), Err(expected), "{text:?}");
         check("", KeptError::Empty);
         check("\0\0\0", KeptError::Empty);
@@ -235,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_replaced_and_keeps_what_it_held_when_it_cannot_be() {
+    fn a_file_is_replaced_and_unchanged_when_it_cannot_be() {
         let folder = folder("replace");
         let path = folder.join("kept.txt");
         let (mut file, held) = KeptFile::open(&path).unwrap();
@@ -253,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_file_is_not_replaced() {
+    fn a_folder_is_not_replaced() {
         let folder = folder("none");
         assert_eq!(KeptFile::open(&folder).unwrap_err().kind(), io::ErrorKind::InvalidInput);
         fs::remove_dir_all(&folder).unwrap();
@@ -261,7 +260,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_stays_a_link_and_rights_stay_as_they_are() {
+    fn symbolic_links_and_permissions_remain() {
         use std::os::unix::fs::{PermissionsExt, symlink};
         let folder = folder("link");
         let (target, link) = (folder.join("target"), folder.join("link"));

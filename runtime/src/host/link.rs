@@ -1,21 +1,21 @@
-//! What a shell needs of a CAN interface, whatever carries the frames.
+//! What a shell needs of a CAN interface.
 
 use core::fmt;
 
 use crate::{CobId, Frame, Instant};
 
-/// A way onto a bus. The link's clock is the time of everything that runs over it: a link of a real
-/// interface tells the machine's time, a link of the [virtual bus](super::VirtualBus) tells virtual
+/// A connection to a bus. The link's clock is the time of everything that runs over it: a link of a real
+/// interface has the machine's time, a link of the [virtual bus](super::VirtualBus) has virtual
 /// time, and code that waits through its link does not notice the difference.
 ///
-/// A link outlives the troubles of its bus. When the interface goes down or the adapter is pulled
-/// out, [`Link::receive`] says so once, goes on waiting, and says when the bus is back. Only an
+/// A link survives trouble on its bus. When the interface goes down or the adapter is unplugged,
+/// [`Link::receive`] reports it once, goes on waiting, and reports when the bus is back. Only an
 /// error that [is final](LinkError::is_final) ends a link.
 pub trait Link {
     /// The time now.
     fn now(&self) -> Instant;
 
-    /// Hands a frame to the bus, and waits for room up to 100 ms. It may leave later than this returns.
+    /// Hands a frame to the bus, and waits for room up to 100 ms. The frame may leave after this returns.
     ///
     /// # Errors
     ///
@@ -23,7 +23,7 @@ pub trait Link {
     /// final the frame is lost and the link remains.
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError>;
 
-    /// The same without waiting, for shells that have others to look after meanwhile.
+    /// As [`Link::send`], without waiting for room.
     ///
     /// # Errors
     ///
@@ -40,34 +40,52 @@ pub trait Link {
     /// [`LinkError`] when the link is gone for good.
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError>;
 
-    /// What the operating system tells readable when there is something to receive, for shells that wait
-    /// for more than one thing. It is another one after the link has lost its interface and found it again,
-    /// and there is none meanwhile. A link that never has one is looked at every millisecond.
+    /// As [`Link::receive`], for a caller that has just read the clock: at `now`. Saves the link from reading it, too,
+    /// which is a system call where the kernel is a guest.
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::receive`].
+    fn receive_at(&mut self, now: Instant, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        let _ = now;
+        self.receive(until)
+    }
+
+    /// Whether the last [`Link::receive`] has taken all that had come: unless a frame has come since, another one finds
+    /// nothing, and the [descriptor](Link::descriptor) becomes readable when one comes. Shells that wait for the
+    /// descriptor then save a call. `false` if that is not known.
+    fn is_drained(&self) -> bool {
+        false
+    }
+
+    /// What the operating system reports as readable when there is something to receive, for shells that wait
+    /// for more than one thing. It changes when the link has lost its interface and found it again, and is `None` in
+    /// between. A link that never has one is polled every millisecond.
     #[cfg(unix)]
     fn descriptor(&self) -> Option<Descriptor> {
         None
     }
 
-    /// Whether time passes here as on the wall, as on every interface. Otherwise it passes while one waits in
-    /// [`Link::receive`], as on the virtual bus, and that takes no time on the wall. A shell that has others to look
-    /// after waits in a link without a descriptor only in that case, which is assumed of a link that does not know.
+    /// Whether time passes here as on the wall, as on every interface. Otherwise it passes during
+    /// [`Link::receive`], as on the virtual bus, and that takes no time on the wall. The tokio shell waits in a link
+    /// without a descriptor only if this is `false`, which is the default.
     fn is_real_time(&self) -> bool {
         false
     }
 
-    /// Says that only frames with these identifiers matter: a link that can leave out others does, so
-    /// that a crowded bus costs nothing. No identifiers mean all frames, as in the beginning. Others may be
-    /// heard all the same; a kernel, for one, has no room for any number of them.
+    /// Selects the identifiers of interest: a link that can leave out other frames does, so
+    /// that a crowded bus costs nothing. No identifiers mean all frames, as in the beginning. Other frames may still
+    /// be received; the filters of a kernel, for one, are limited in number.
     ///
     /// # Errors
     ///
-    /// [`LinkError`] when the link can, and the operating system refuses: what is heard is not known then.
+    /// [`LinkError`] when the operating system refuses the filters: which frames are received is not known then.
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
         let _ = ids;
         Ok(())
     }
 
-    /// Waits for a frame, no longer than `until`, whatever happens to the bus meanwhile.
+    /// Waits for a frame, no longer than `until`. Changes of the bus's state are dropped.
     ///
     /// # Errors
     ///
@@ -93,6 +111,12 @@ impl<L: Link + ?Sized> Link for std::boxed::Box<L> {
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
         (**self).receive(until)
     }
+    fn receive_at(&mut self, now: Instant, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        (**self).receive_at(now, until)
+    }
+    fn is_drained(&self) -> bool {
+        (**self).is_drained()
+    }
     fn is_real_time(&self) -> bool {
         (**self).is_real_time()
     }
@@ -108,7 +132,7 @@ impl<L: Link + ?Sized> Link for std::boxed::Box<L> {
     }
 }
 
-/// A descriptor that is open for as long as anybody holds it.
+/// A descriptor that stays open while it is in use.
 #[cfg(unix)]
 pub type Descriptor = std::sync::Arc<dyn std::os::fd::AsRawFd + Send + Sync>;
 
@@ -120,36 +144,35 @@ pub(super) const PATIENCE: crate::Duration = crate::Duration::from_millis(100);
 /// What comes out of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Incoming {
-    /// A frame that somebody else sent.
+    /// A frame of another node.
     Frame(Frame),
     /// The bus is in another state than before. A link begins in [`BusState::Active`].
     State(BusState),
-    /// So many frames are missing here: the machine has not taken them in time, and the operating system had no room
-    /// to keep them. Any frame may be among them.
+    /// This many frames are missing here: the machine has not taken them in time, and the operating system had no room
+    /// to keep them.
     Gap(u32),
 }
 
-/// How well the interface takes part in the bus (ISO 11898-1, 6.14; the states of a controller), and
-/// whether there is one.
+/// The state of the controller (ISO 11898-1, 6.14), or why there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BusState {
-    /// All is well, or well again: the error counters are below 96.
+    /// The error counters are below 96.
     #[default]
     Active,
     /// An error counter has reached 96.
     Warning,
-    /// An error counter has reached 128: nobody acknowledges, or the bit rates differ.
+    /// An error counter has reached 128: no node acknowledges, or the bit rates differ.
     Passive,
     /// The controller has left the bus: too many errors. It carries nothing until it is restarted.
     Off,
-    /// The interface is down. It carries nothing until somebody sets it up.
+    /// The interface is down. It carries nothing until it is set up.
     Down,
     /// The interface is gone: unplugged, or deleted.
     Removed,
 }
 
 impl BusState {
-    /// Whether frames get through, if perhaps badly.
+    /// Whether frames get through, perhaps with errors.
     #[must_use]
     pub const fn carries_frames(self) -> bool {
         matches!(self, BusState::Active | BusState::Warning | BusState::Passive)
@@ -169,7 +192,7 @@ impl fmt::Display for BusState {
     }
 }
 
-/// A link does not carry frames any more, or not this one.
+/// A link fails, or does not carry a frame.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinkError {
@@ -185,7 +208,7 @@ pub enum LinkError {
     /// The link only listens.
     #[error("a log takes no frames: it can be listened to, and nothing else")]
     ReadOnly,
-    /// Everything that there was to hear was heard.
+    /// The log has no more frames.
     #[error("the log ends here")]
     Ended,
     /// The other end is gone.
@@ -194,13 +217,13 @@ pub enum LinkError {
 }
 
 impl LinkError {
-    /// Whether the link is of no use any more; otherwise only this frame is lost.
+    /// Whether the link has ended; otherwise only this frame is lost.
     #[must_use]
     pub const fn is_final(&self) -> bool {
         !matches!(self, LinkError::NoBus(_) | LinkError::Full | LinkError::ReadOnly)
     }
 
-    /// The same, for another caller.
+    /// A copy for another caller.
     #[cfg(feature = "tokio")]
     pub(super) fn again(&self) -> LinkError {
         match self {

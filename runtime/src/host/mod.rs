@@ -1,13 +1,13 @@
-//! Where the core meets the world: links that carry frames, and shells that drive the state machines
-//! over them. No protocol logic is in here; the clocks and the sockets are.
+//! Links that carry frames, and shells that run the state machines over them. All I/O and all clocks are here, and no
+//! protocol logic.
 
 mod access;
-mod audience;
 pub mod blocking;
 mod boot;
 mod bytes;
 pub mod candump;
 mod clock;
+mod filter;
 pub mod kept;
 mod link;
 mod node;

@@ -1,4 +1,4 @@
-//! What takes part in a bus.
+//! The nodes of a bus, as links and shells see them.
 
 use std::boxed::Box;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -6,19 +6,19 @@ use std::vec::Vec;
 
 use crate::{CobId, Frame, Instant};
 
-/// Whatever takes part in a bus: the four verbs of a composite, with its dictionary already lent.
+/// A node of a bus: the four verbs of a composite, with its dictionary already lent.
 pub trait Node {
-    /// Takes a frame that somebody else sent.
+    /// Handles a frame of another node.
     fn handle_frame(&mut self, now: Instant, frame: &Frame);
-    /// Takes note that [`Node::poll_timeout`] has come. The next one must be later, or `None`, once
-    /// this was called often enough.
+    /// Handles the deadline of [`Node::poll_timeout`], which has come. The next one must be later, or `None`, after a
+    /// finite number of calls.
     fn handle_timeout(&mut self, now: Instant);
     /// The next frame to send.
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
     /// When to call [`Node::handle_timeout`].
     fn poll_timeout(&self) -> Option<Instant>;
 
-    /// The identifiers of all frames that concern the node, as [`Device::cob_ids`] tells them; none for all
+    /// The identifiers of all frames that concern the node, as [`Device::cob_ids`] returns them; none for all
     /// frames. A link that can then leaves out the others.
     ///
     /// [`Device::cob_ids`]: crate::device::Device::cob_ids
@@ -26,7 +26,7 @@ pub trait Node {
         Vec::new()
     }
 
-    /// Another number than before when [`Node::concerns`] may say something else; see [`Device::generation`].
+    /// Changes when [`Node::concerns`] may have changed; see [`Device::generation`].
     ///
     /// [`Device::generation`]: crate::device::Device::generation
     fn generation(&self) -> u32 {
@@ -55,7 +55,7 @@ impl<N: Node + ?Sized> Node for Box<N> {
     }
 }
 
-/// A node that somebody else keeps an eye on.
+/// A node that its application shares with a shell.
 impl<N: Node> Node for Arc<Mutex<N>> {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         lock(self).handle_frame(now, frame);
@@ -77,7 +77,7 @@ impl<N: Node> Node for Arc<Mutex<N>> {
     }
 }
 
-/// Several nodes in one place, behind one link. They do not hear each other.
+/// Several nodes behind one link. They do not receive each other's frames.
 impl<N: Node> Node for Vec<N> {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.iter_mut().for_each(|node| node.handle_frame(now, frame));
@@ -106,6 +106,6 @@ impl<N: Node> Node for Vec<N> {
 }
 
 pub(super) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A panic elsewhere has already failed whatever this belongs to; it need not fail twice.
+    // The panic that poisoned it has been reported where it happened.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

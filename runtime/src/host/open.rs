@@ -1,4 +1,4 @@
-//! Links from the names of buses.
+//! Opening links by URL.
 
 use std::boxed::Box;
 use std::string::String;
@@ -6,12 +6,12 @@ use std::string::String;
 use super::{BusUrl, Link, Replay, ReplayError};
 
 impl BusUrl {
-    /// Opens what the URL names.
+    /// Opens the bus.
     ///
     /// # Errors
     ///
-    /// [`OpenError`], which says what to do. A simulation is not opened here: it needs the simulators,
-    /// which stand above this crate.
+    /// [`OpenError`], with a remedy. A simulation cannot be opened here: this crate has no
+    /// simulators.
     pub fn open(&self) -> Result<Box<dyn Link + Send>, OpenError> {
         match self {
             BusUrl::SocketCan { interface } => open_socketcan(interface),
@@ -47,7 +47,7 @@ fn open_slcan(port: &str, _: Option<u32>, _: u32) -> Result<Box<dyn Link + Send>
     Err(OpenError::NotBuilt { bus: String::from(port), feature: "slcan" })
 }
 
-/// A bus cannot be opened, and what to do about it.
+/// Why a bus cannot be opened, with a remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OpenError {
@@ -62,18 +62,18 @@ pub enum OpenError {
     /// A log.
     #[error(transparent)]
     Log(#[from] ReplayError),
-    /// The support for it was left out.
+    /// The feature for it is off.
     #[error("{bus} cannot be opened: this program was built without the feature `{feature}` of lexican-runtime")]
     NotBuilt {
-        /// What was to be opened.
+        /// The bus.
         bus: String,
         /// The feature.
         feature: &'static str,
     },
-    /// SocketCAN is Linux's.
+    /// Only Linux has SocketCAN.
     #[error("{bus} cannot be opened: only Linux has SocketCAN; use a serial adapter: slcan:COM3?bitrate=500000")]
     NotLinux {
-        /// What was to be opened.
+        /// The bus.
         bus: String,
     },
     /// Simulators are not part of this crate.

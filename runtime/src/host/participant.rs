@@ -4,8 +4,8 @@ use super::pump::{Pump, Turn};
 use super::{BusState, Link, LinkError, Node};
 use crate::time::Instant;
 
-/// A node and its link. The link passes on only what [concerns](Node::concerns) the node, also after a manager
-/// has given it other identifiers.
+/// A node and its link. The link is set up to receive only frames that [concern](Node::concerns) the node, also after a
+/// manager has given it other identifiers.
 pub struct Participant<L, N> {
     link: L,
     node: N,
@@ -14,19 +14,19 @@ pub struct Participant<L, N> {
     listening: Option<u32>,
 }
 
-/// What happens to a participant's bus.
+/// A change of a participant's bus.
 #[derive(Debug)]
 pub enum Notice {
     /// It is in another state.
     State(BusState),
-    /// So many frames are missing here: see [`Incoming::Gap`](super::Incoming::Gap).
+    /// This many frames are missing here: see [`Incoming::Gap`](super::Incoming::Gap).
     Gap(u32),
     /// The link refuses frames: this one and all that follow are lost, until it takes one again.
     Refused(LinkError),
 }
 
 impl<L: Link, N: Node> Participant<L, N> {
-    /// Connects a node, which has been switched on, to a bus.
+    /// Connects a node, which has been started, to a bus.
     #[must_use]
     pub fn new(link: L, node: N) -> Self {
         Participant { link, node, pump: Pump::new(), listening: None }
@@ -43,21 +43,22 @@ impl<L: Link, N: Node> Participant<L, N> {
         &mut self.node
     }
 
-    /// Gives link and node back.
+    /// Returns link and node.
     #[must_use]
     pub fn into_parts(self) -> (L, N) {
         (self.link, self.node)
     }
 
-    /// Takes part until `until`, `None` then, or until there is something to report. To be called again at once:
-    /// meanwhile the node is deaf. So it is while a frame waits for room in the interface, at most 100 ms.
+    /// Runs the node until `until`, and returns `None` then, or until there is something to report. To be called again at
+    /// once: between two calls no frame is received. So it is while a frame waits for room in the interface, at most
+    /// 100 ms.
     ///
     /// # Errors
     ///
     /// [`LinkError`] when the link is gone for good.
     pub fn run(&mut self, until: Instant) -> Result<Option<Notice>, LinkError> {
         loop {
-            // Before anything is sent: the answer to an order to listen elsewhere is the sign to send there.
+            // Before anything is sent: when a manager gets the answer to a new COB-ID, it may use that at once.
             self.listen()?;
             match self.pump.turn(&mut self.link, &mut self.node, until) {
                 Ok(Turn::Event(never)) => match never {},

@@ -5,22 +5,22 @@ use crate::manager::{Event, Manager, Payloads};
 use crate::service::lss_manager::{self, LssManager};
 use crate::{Frame, Instant};
 
-/// How many frames a shell sends before it looks what has come and what is due: at 500 kbit/s they last a
+/// How many frames a shell sends before it receives and handles deadlines: at 500 kbit/s they last a
 /// millisecond. A block transfer sends up to 127 in a row.
 pub(super) const MOST_SENT: usize = 4;
 
-/// How many frames in a row are taken before what is overdue: about what the receive buffer of a socket holds.
+/// How many frames in a row are handled before an overdue deadline: about what the receive buffer of a socket holds.
 const MOST_WAITING: u32 = 4096;
 
 /// The four verbs of a composite, with all that it is lent. A [`Node`] is a state machine without events.
 pub trait StateMachine {
-    /// What a frame or a deadline brings.
+    /// What a frame or a deadline may lead to.
     type Event;
 
-    /// Takes a frame that another node sent.
+    /// Handles a frame of another node.
     fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Self::Event>;
-    /// Does what is due: [`StateMachine::poll_timeout`] has come. The next one must be later, or `None`, after a
-    /// finite number of calls.
+    /// Handles the deadline of [`StateMachine::poll_timeout`], which has come. The next one must be later, or `None`,
+    /// after a finite number of calls.
     fn handle_timeout(&mut self, now: Instant) -> Option<Self::Event>;
     /// The next frame to send.
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
@@ -105,16 +105,16 @@ impl StateMachine for Listener {
     }
 }
 
-/// What a turn of the [`Pump`] brought.
+/// The result of a turn of the [`Pump`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn<E> {
     /// The state machine reports something.
     Event(E),
     /// The bus is in another state.
     Bus(BusState),
-    /// So many frames are missing here: see [`Incoming::Gap`].
+    /// This many frames are missing here: see [`Incoming::Gap`].
     Gap(u32),
-    /// Nothing to report. The state machine may have taken a frame or a deadline.
+    /// Nothing to report. The state machine may have handled a frame or a deadline.
     Idle,
     /// The wait is over.
     Over,
@@ -123,17 +123,20 @@ pub enum Turn<E> {
 /// Runs a [`StateMachine`] over a [`Link`].
 ///
 /// **Floods.** Frames that have come by the time of a deadline are handled before it, since one of them may be the
-/// answer that it waits for: the process may have been stopped for a while. A link that has a frame at every look
+/// answer that it waits for: the process may have been stopped for a while. A link that always has a frame
 /// holds up deadlines and the end of a wait for 4,096 frames, and from then on, until it is found empty, not at all.
-/// At most four frames are sent between two looks.
+/// At most four frames are sent before the next one is received.
+///
+/// **Time.** A turn reads the clock twice: when it begins, and when the link returns. What a state machine did in
+/// between, which may have taken long, is no part of a wait.
 #[derive(Clone, Debug, Default)]
 pub struct Pump {
     backlog: Backlog,
-    /// The link has been looked at since the end of the last wait.
+    /// The link has been read since the end of the last wait.
     has_looked: bool,
     /// How many frames in a row the link has refused.
     refused: u32,
-    /// The last frame was refused: what has come is taken before the next one is tried.
+    /// The last frame was refused: the link is read before the next one is tried.
     is_held: bool,
 }
 
@@ -144,8 +147,8 @@ impl Pump {
         Pump::default()
     }
 
-    /// Sends what is to be sent; then does what is due, or waits for a frame no longer than `until`. Each wait looks
-    /// at the link at least once, so that a caller who is late is not deaf.
+    /// Sends what is to be sent; then handles a deadline, or waits for a frame no longer than `until`. Each wait reads
+    /// the link at least once, even if `until` has passed.
     ///
     /// # Errors
     ///
@@ -157,7 +160,21 @@ impl Pump {
         machine: &mut M,
         until: Instant,
     ) -> Result<Turn<M::Event>, LinkError> {
-        let may_wait = !core::mem::take(&mut self.is_held) && self.transmit(link, machine)?;
+        self.turn_at(link.now(), link, machine, until)
+    }
+
+    /// As [`Pump::turn`], for a caller that has just read the clock, or has done nothing since the last turn.
+    pub(super) fn turn_at<L: Link + ?Sized, M: StateMachine + ?Sized>(
+        &mut self,
+        now: Instant,
+        link: &mut L,
+        machine: &mut M,
+        until: Instant,
+    ) -> Result<Turn<M::Event>, LinkError> {
+        let (mut may_wait, mut now) = (false, now);
+        if !core::mem::take(&mut self.is_held) {
+            (may_wait, now) = self.transmit_at(now, link, machine)?;
+        }
         let deadline = machine.poll_timeout();
         if let Some(now) = self.backlog.due(|| deadline) {
             return Ok(machine.handle_timeout(now).map_or(Turn::Idle, Turn::Event));
@@ -166,8 +183,8 @@ impl Pump {
             self.has_looked = false;
             return Ok(Turn::Over);
         }
-        let patience = if may_wait { deadline.map_or(until, |deadline| deadline.min(until)) } else { link.now() };
-        let incoming = self.look(link, patience)?;
+        let patience = if may_wait { deadline.map_or(until, |deadline| deadline.min(until)) } else { now };
+        let incoming = self.look(link, now, patience)?;
         self.has_looked = true;
         Ok(match incoming {
             Some(Incoming::Frame(frame)) => {
@@ -177,6 +194,11 @@ impl Pump {
             Some(Incoming::Gap(frames)) => Turn::Gap(frames),
             None => Turn::Idle,
         })
+    }
+
+    /// When the link was read last.
+    pub(super) const fn looked(&self) -> Instant {
+        self.backlog.looked
     }
 
     /// Runs until there is an event; `None` at `until`.
@@ -212,11 +234,10 @@ impl Pump {
         self.run(link, &mut Listener, until)
     }
 
-    /// Takes the frames that have come by now, at most 4,096, and sends nothing. Events are dropped. Returns how many
+    /// Handles the frames that have come by now, at most 4,096, and sends nothing. Events are dropped. Returns how many
     /// frames are [missing](Incoming::Gap).
     ///
-    /// For those who must know how things are before they send: a frame that they leave out would be answered by
-    /// what is out of date.
+    /// For callers whose next frame depends on the current state of the network.
     ///
     /// # Errors
     ///
@@ -228,7 +249,7 @@ impl Pump {
     ) -> Result<u32, LinkError> {
         let (now, mut missing) = (link.now(), 0_u32);
         for _ in 0..MOST_WAITING {
-            match self.look(link, now)? {
+            match self.look(link, now, now)? {
                 Some(Incoming::Frame(frame)) => drop(machine.handle_frame(self.backlog.looked, &frame)),
                 Some(Incoming::Gap(frames)) => missing = missing.saturating_add(frames),
                 Some(Incoming::State(_)) => {}
@@ -238,7 +259,7 @@ impl Pump {
         Ok(missing)
     }
 
-    /// Sends what is to be sent, at most four frames; whether that was all.
+    /// Sends what is to be sent, at most four frames. Returns whether that was all.
     ///
     /// # Errors
     ///
@@ -248,17 +269,32 @@ impl Pump {
         link: &mut L,
         machine: &mut M,
     ) -> Result<bool, LinkError> {
-        let now = link.now();
+        Ok(self.transmit_at(link.now(), link, machine)?.0)
+    }
+
+    /// As [`Pump::transmit`], at `now`; also returns the time after that.
+    pub(super) fn transmit_at<L: Link + ?Sized, M: StateMachine + ?Sized>(
+        &mut self,
+        now: Instant,
+        link: &mut L,
+        machine: &mut M,
+    ) -> Result<(bool, Instant), LinkError> {
+        let mut after = now;
         for _ in 0..MOST_SENT {
-            let Some(frame) = machine.poll_transmit(now) else { return Ok(true) };
-            if let Err(error) = link.send(&frame) {
+            let Some(frame) = machine.poll_transmit(now) else { return Ok((true, after)) };
+            let mut sent = link.try_send(&frame);
+            if matches!(sent, Err(LinkError::Full)) {
+                sent = link.send(&frame);
+                after = link.now();
+            }
+            if let Err(error) = sent {
                 self.refused += 1;
                 self.is_held = true;
                 return Err(error);
             }
             self.refused = 0;
         }
-        Ok(false)
+        Ok((false, after))
     }
 
     /// How many frames in a row the link has refused.
@@ -267,36 +303,41 @@ impl Pump {
         self.refused
     }
 
-    fn look<L: Link + ?Sized>(&mut self, link: &mut L, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        let incoming = link.receive(until)?;
+    fn look<L: Link + ?Sized>(
+        &mut self,
+        link: &mut L,
+        now: Instant,
+        until: Instant,
+    ) -> Result<Option<Incoming>, LinkError> {
+        let incoming = link.receive_at(now, until)?;
         self.backlog.note(link.now(), incoming.is_some());
         Ok(incoming)
     }
 }
 
-/// The flood rule, for every shell: what comes first, the frames that wait in the link or what is overdue.
+/// The flood rule, for every shell: which comes first, the frames that wait in the link or an overdue deadline.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Backlog {
-    /// When the link was last looked at.
+    /// When the link was read last.
     looked: Instant,
-    /// How many looks in a row brought a frame.
+    /// How many reads in a row returned something.
     taken: u32,
 }
 
 impl Backlog {
-    /// Notes a look at the link, and whether it brought anything.
+    /// Notes a read of the link, and whether more may wait in it.
     pub(super) const fn note(&mut self, now: Instant, found: bool) {
         self.looked = now;
         self.taken = if found { self.taken.saturating_add(1) } else { 0 };
     }
 
-    /// Whether what was in the link at the last look has been heard, as far as it ever will be.
+    /// Whether the frames that had come by the last read are handled, or are too many.
     const fn is_heard(&self) -> bool {
         self.taken == 0 || self.taken >= MOST_WAITING
     }
 
-    /// The time, if `deadline` has come and all is heard. A deadline at the end of time never comes: what it leads to
-    /// would be due at once again.
+    /// The time, if `deadline` has come and the link is empty. A deadline at the end of time never comes: the next one
+    /// would come at once again.
     pub(super) fn due(&self, deadline: impl FnOnce() -> Option<Instant>) -> Option<Instant> {
         let is_due = self.is_heard() && deadline()? <= self.looked && self.looked < Instant::MAX;
         is_due.then_some(self.looked)
@@ -309,7 +350,7 @@ mod tests {
     use crate::{CobId, Duration};
     use std::vec::Vec;
 
-    /// A link that has a frame at every look, as long as there are any. A look takes a microsecond.
+    /// A link that has `left` frames. Reading it takes a microsecond.
     struct Flood {
         now: Instant,
         left: u32,
@@ -341,7 +382,7 @@ mod tests {
         }
     }
 
-    /// Waits for an answer until its deadline. It counts what it hears before, and always has something to send.
+    /// Waits for an answer until its deadline, counts frames, and always has something to send.
     struct Waiting {
         deadline: Option<Instant>,
         heard: u32,

@@ -1,4 +1,4 @@
-//! A log as a link: what was on the bus once is heard again.
+//! A log as a link: its frames are received again.
 
 use std::borrow::ToOwned;
 use std::fs::File;
@@ -11,32 +11,32 @@ use super::clock::{Clock, pause};
 use super::{Incoming, Link, LinkError, Pace};
 use crate::{Frame, Instant};
 
-/// No line of `candump -L` is as long, whatever the name of the interface; a file without any line end is no log.
+/// Longer than any line of `candump -L`, so that a file without line ends is refused.
 const LONGEST_LINE: u64 = 4096;
 
-/// A [`Link`] that hears the frames of a log, written by `candump -L` or by lexican, and takes none.
+/// A [`Link`] that receives the frames of a log, written by `candump -L` or by lexican, and sends none.
 ///
-/// Its time is that of the log, and begins with the log's first frame. After the last frame it ends
-/// with [`LinkError::Ended`].
+/// Its time is that of the log, from the first frame on. After the last frame it returns
+/// [`LinkError::Ended`].
 #[derive(Debug)]
 pub struct Replay {
     path: PathBuf,
     lines: BufReader<File>,
-    /// The number of the line that `next` stands on.
+    /// The number of the line of `next`.
     line: usize,
     interface: Option<String>,
     next: Option<Result<(Instant, Frame), ReplayError>>,
     now: Instant,
-    /// The clock on the wall and the log's time when it began, if they are to pass alike.
+    /// In real time, the machine's clock and the log's time at its start.
     pacer: Option<(Clock, Instant)>,
 }
 
 impl Replay {
-    /// Opens a log; of its frames, those of `interface`, or all.
+    /// Opens a log, for the frames of `interface`, or for all.
     ///
     /// # Errors
     ///
-    /// [`ReplayError`] when the file cannot be read, or its first frame.
+    /// [`ReplayError`] when the file or its first frame cannot be read.
     pub fn open(path: &Path, interface: Option<&str>, pace: Pace) -> Result<Self, ReplayError> {
         let file = File::open(path).map_err(|error| ReplayError::Io { path: path.to_owned(), error })?;
         let mut replay = Replay {
@@ -55,7 +55,7 @@ impl Replay {
         Ok(replay)
     }
 
-    /// The next frame of the log and its time; time does not go back, even if the log's does.
+    /// The next frame of the log and its time. Time does not go back, even if the log's does.
     fn read(&mut self) -> Result<Option<(Instant, Frame)>, ReplayError> {
         let mut text = String::new();
         loop {
@@ -120,7 +120,7 @@ impl Link for Replay {
     }
 }
 
-/// A log cannot be read.
+/// Why a log cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReplayError {
@@ -129,7 +129,7 @@ pub enum ReplayError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         error: io::Error,
     },
     /// A line of it.
@@ -139,7 +139,7 @@ pub enum ReplayError {
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,
-        /// What is wrong with it.
+        /// The error.
         error: NotALogLine,
     },
     /// A line of it has more bytes than any line of a log.
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_other_interfaces_are_passed_over_and_none_are_taken() {
+    fn frames_of_other_interfaces_are_skipped_and_none_are_sent() {
         let path = log("interface", "(5.000100) can0 080#\n(5.000300) can1 081#\n");
         let mut link = Replay::open(&path, Some("can1"), Pace::Virtual).unwrap();
         let frame = link.receive_frame(at(9_000_000)).unwrap().unwrap();

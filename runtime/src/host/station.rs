@@ -11,8 +11,8 @@ use crate::object::Dictionary;
 use crate::service::nmt::Reset;
 use crate::time::Instant;
 
-/// A device with its dictionary, as a [`Node`]: what managers write is kept until a reset brings the defaults of
-/// the data sheet back, and the application [follows](Station::follow) what happens.
+/// A device with its dictionary, as a [`Node`]. A reset restores the defaults of the data sheet. The application
+/// [follows](Station::follow) the device's events.
 ///
 /// ```
 /// use lexican_runtime::NodeId;
@@ -62,11 +62,11 @@ pub struct Station<
     application: Box<Application<Device<RPDOS, TPDOS, SERVERS, MONITORED>, Dictionary<N>>>,
 }
 
-/// What follows events.
+/// Handles the events of a device.
 type Application<D, O> = dyn FnMut(Instant, &mut D, &mut O, Event) + Send;
 
 impl<const N: usize> Station<N> {
-    /// A device that behaves as CiA 301 has it, and is switched on now.
+    /// A device that behaves as CiA 301 specifies, and starts now.
     #[must_use]
     pub fn new(now: Instant, node: NodeId, od: Dictionary<N>) -> Self {
         Station::with_device(now, Device::new(node, Behaviour::CIA_301), od)
@@ -76,7 +76,7 @@ impl<const N: usize> Station<N> {
 impl<const N: usize, const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
     Station<N, RPDOS, TPDOS, SERVERS, MONITORED>
 {
-    /// A device of another size or [`Behaviour`], which is switched on now.
+    /// A device of another size or [`Behaviour`], which starts now.
     #[must_use]
     pub fn with_device(
         now: Instant,
@@ -87,8 +87,8 @@ impl<const N: usize, const RPDOS: usize, const TPDOS: usize, const SERVERS: usiz
         Station { device, od, application: Box::new(|_, _, _, _| {}) }
     }
 
-    /// Has `application` follow all that happens to the device. At a reset the dictionary has its defaults again;
-    /// what the device keeps without power is then to be put there.
+    /// Calls `application` with each event of the device. At a reset the dictionary has its defaults again:
+    /// the application restores what the device stores without power.
     #[must_use]
     pub fn follow(
         self,
@@ -99,7 +99,7 @@ impl<const N: usize, const RPDOS: usize, const TPDOS: usize, const SERVERS: usiz
         Station { application: Box::new(application), ..self }
     }
 
-    /// The device and its dictionary, for an application that has measured something, say.
+    /// The device and its dictionary, for example to store a measured value.
     pub const fn parts(&mut self) -> (&mut Device<RPDOS, TPDOS, SERVERS, MONITORED>, &mut Dictionary<N>) {
         (&mut self.device, &mut self.od)
     }

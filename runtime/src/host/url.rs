@@ -1,4 +1,4 @@
-//! The one way to name a bus, in every command and configuration.
+//! The names of buses, in all commands and configurations.
 //!
 //! | URL | what it is |
 //! | --- | --- |
@@ -17,10 +17,10 @@ use std::vec::Vec;
 use super::Pace;
 pub use super::open::OpenError;
 
-/// The speed of a serial line when the URL tells none, in bit/s.
+/// The default speed of a serial line, in bit/s.
 pub(super) const BAUD: u32 = 115_200;
 
-/// The name of a bus. Reads from text and prints as the text that reads back as the same.
+/// The name of a bus. Parses from text, and prints as text that parses to the same.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BusUrl {
@@ -42,16 +42,16 @@ pub enum BusUrl {
     Simulation {
         /// The device, as the library of devices names it, or a path.
         device: String,
-        /// `key=value`, in the order of the URL. What they mean is the simulation's business.
+        /// `key=value`, in the order of the URL. The simulation defines them.
         parameters: Vec<(String, String)>,
     },
     /// `log:FILE`
     Log {
         /// The file.
         file: PathBuf,
-        /// The interface whose frames are meant; `None` means all.
+        /// The interface whose frames are replayed; `None` for all.
         interface: Option<String>,
-        /// Whether the frames come as fast as they are asked for, or as they came then.
+        /// Whether the frames come as fast as they are read, or with the times of the log.
         pace: Pace,
     },
 }
@@ -123,7 +123,7 @@ fn required(text: &str, example: &'static str) -> Result<String, BusUrlError> {
     if text.is_empty() { Err(BusUrlError::Empty { example }) } else { Ok(text.to_owned()) }
 }
 
-/// What stands behind the `?`: `key=value`, joined by `&`.
+/// The part after the `?`: `key=value`, joined by `&`.
 struct Parameters(Vec<(String, String)>);
 
 impl Parameters {
@@ -136,7 +136,7 @@ impl Parameters {
         Ok((head, Parameters(pairs.collect::<Result<_, _>>()?)))
     }
 
-    /// Whether these are all known, and none is there twice.
+    /// Refuses parameters that are not known, or given twice.
     fn none_but(&self, known: &'static [&'static str]) -> Result<(), BusUrlError> {
         for (at, (key, _)) in self.0.iter().enumerate() {
             if !known.contains(&key.as_str()) {
@@ -187,11 +187,11 @@ impl fmt::Display for BusUrl {
     }
 }
 
-/// A text does not name a bus, and what would.
+/// Why a text does not name a bus, with a remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BusUrlError {
-    /// The word before the colon.
+    /// The scheme before the colon is unknown.
     #[error(
         "there is no kind of bus `{scheme}`; write socketcan:can0 (or just can0), \
          slcan:/dev/ttyACM0?bitrate=500000, sim:vendor/device?node=5 or log:FILE"
@@ -200,10 +200,10 @@ pub enum BusUrlError {
         /// The word.
         scheme: String,
     },
-    /// Nothing behind the colon, or nothing at all.
+    /// The text is empty, or nothing follows the colon.
     #[error("the bus has no name; write for example {example}")]
     Empty {
-        /// A text that names one.
+        /// A text that names a bus.
         example: &'static str,
     },
     /// A serial port without its scheme.
@@ -212,7 +212,7 @@ pub enum BusUrlError {
         /// The port.
         name: String,
     },
-    /// No interface can have that name.
+    /// The name is too long for an interface, or has spaces.
     #[error("`{name}` cannot be an interface: a name has at most 15 bytes and no spaces")]
     Interface {
         /// The name.
@@ -224,28 +224,28 @@ pub enum BusUrlError {
         /// The parameter.
         pair: String,
     },
-    /// A parameter that this kind of bus does not know.
+    /// A parameter that this kind of bus does not have.
     #[error("there is no parameter `{key}` here{}", list(known))]
     Key {
         /// The parameter's name.
         key: String,
-        /// The names that it could have.
+        /// The parameters of this kind of bus.
         known: &'static [&'static str],
     },
-    /// A parameter that is there twice: which value counts, nobody says.
+    /// A parameter that is given twice.
     #[error("there are two of the parameter `{key}`")]
     Twice {
         /// The parameter's name.
         key: String,
     },
-    /// A parameter with a value that it cannot have.
+    /// A parameter with a value out of its range.
     #[error("{key}={value} is not {wanted}")]
     Value {
         /// The parameter's name.
         key: &'static str,
         /// Its value.
         value: String,
-        /// What it could be.
+        /// The expected values.
         wanted: &'static str,
     },
 }
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_opened_says_what_to_do() {
+    fn errors_of_open_have_a_remedy() {
         let error = |text: &str| text.parse::<BusUrl>().unwrap().open().err().unwrap().to_string();
         assert!(error("log:/no/such.log").starts_with("/no/such.log: "));
         assert!(error("sim:vendor/device").contains("started by the program that has the simulators"));

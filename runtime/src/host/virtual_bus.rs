@@ -1,9 +1,9 @@
 //! A CAN bus inside the process, in virtual time.
 //!
-//! It does what a bus does: one frame at a time, the lowest identifier wins, a frame takes as long as
-//! its bits take, and everybody but the sender hears it. Time jumps from event to event, so an hour of
-//! a slow drive takes milliseconds, and the same program gives the same log every time. What goes
-//! wrong on a bus can be made to go wrong here, frame by frame ([`Fate`]).
+//! It works as a bus does: one frame at a time, the lowest identifier wins, a frame takes as long as
+//! its bits take, and all nodes but the sender receive it. Time jumps from event to event, so an hour of
+//! a slow drive takes milliseconds, and the same program gives the same log every time. Faults are
+//! injected frame by frame ([`Fate`]).
 
 use std::boxed::Box;
 use std::collections::{BTreeSet, VecDeque};
@@ -15,18 +15,18 @@ use super::node::lock;
 use super::{BusState, Incoming, Link, LinkError, Node};
 use crate::{CobId, Duration, Frame, Instant};
 
-/// What becomes of a frame.
+/// What happens to a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// Everybody hears it.
+    /// All nodes receive it.
     Deliver,
-    /// Nobody hears it.
+    /// No node receives it.
     Lose,
-    /// Everybody hears it twice.
+    /// All nodes receive it twice.
     Repeat,
-    /// Everybody hears something else.
+    /// All nodes receive another frame.
     Replace(Frame),
-    /// Everybody hears it later; frames sent meanwhile overtake it.
+    /// All nodes receive it later; frames sent meanwhile overtake it.
     Delay(Duration),
 }
 
@@ -40,7 +40,7 @@ pub enum Pace {
     RealTime,
 }
 
-/// A bus, and a handle of it: clones are the same bus.
+/// A handle of a bus; clones are handles of the same bus.
 #[derive(Clone)]
 pub struct VirtualBus {
     state: Arc<Mutex<State>>,
@@ -53,11 +53,11 @@ impl VirtualBus {
         VirtualBus { state: Arc::new(Mutex::new(State::default())) }
     }
 
-    /// A bus of `kbit_per_s`: 125 is CANopen's classic, 500 what many drives come with.
+    /// A bus of `kbit_per_s`, such as 125 or 500.
     ///
     /// # Panics
     ///
-    /// When it is 0: nothing would ever arrive.
+    /// When it is 0.
     #[must_use]
     pub fn with_bit_rate(kbit_per_s: u32) -> Self {
         assert!(kbit_per_s > 0, "a bus has a bit rate");
@@ -71,7 +71,7 @@ impl VirtualBus {
         self.lock().stations.push(Station::new(Box::new(node)));
     }
 
-    /// A link of this bus: one more participant, which a shell drives.
+    /// A link to this bus, for a shell.
     #[must_use]
     pub fn link(&self) -> VirtualLink {
         let mailbox = Arc::new(Mutex::new(Mailbox::default()));
@@ -80,20 +80,20 @@ impl VirtualBus {
         VirtualLink { bus: self.clone(), mailbox }
     }
 
-    /// Calls `observer` with every frame that is heard, and when.
+    /// Calls `observer` with each frame that is delivered, and its time.
     pub fn observe(&self, observer: impl FnMut(Instant, &Frame) + Send + 'static) {
         self.lock().observers.push(Box::new(observer));
     }
 
-    /// Asks `fate` what becomes of every frame; the frames are counted from 0.
+    /// Calls `fate` for each frame, with its number from 0, to decide what happens to it.
     pub fn set_fate(&self, fate: impl FnMut(u64, &Frame) -> Fate + Send + 'static) {
         let mut state = self.lock();
         state.fate = Some(Box::new(fate));
         state.frames = 0;
     }
 
-    /// Lets the bus fall ill, or be well again: every link is told, and while the state [carries no
-    /// frames](BusState::carries_frames) whatever is sent is lost.
+    /// Sets the state of the bus. Every link reports it, and while the state [carries no
+    /// frames](BusState::carries_frames) all frames are lost.
     pub fn set_state(&self, condition: BusState) {
         let mut state = self.lock();
         if core::mem::replace(&mut state.condition, condition) != condition {
@@ -121,25 +121,25 @@ impl VirtualBus {
         self.lock().now
     }
 
-    /// Lets time pass until `until`, with all that happens on the way.
+    /// Lets time pass until `until`, with all events in between.
     pub fn advance_to(&self, until: Instant) {
         while self.step(until) {}
     }
 
-    /// Lets `span` pass, with all that happens on the way.
+    /// Lets `span` pass, with all events in between.
     pub fn advance(&self, span: Duration) {
         let until = self.now() + span;
         self.advance_to(until);
     }
 
-    /// One event, not later than `until`, or in real time a part of the wait for it; `false` when none is left.
+    /// One event, not later than `until`, or in real time a part of the wait for it. `false` when none is left.
     fn step(&self, until: Instant) -> bool {
         let mut state = self.lock();
         let lead = state.lead(until);
         if lead.is_zero() {
             return state.step(until);
         }
-        // Meanwhile the bus is everybody's.
+        // Other threads may use the bus meanwhile.
         drop(state);
         pause(lead.min(TURN));
         true
@@ -156,7 +156,7 @@ impl Default for VirtualBus {
     }
 }
 
-/// A link of a [`VirtualBus`]. Waiting on it is what makes the bus's time pass.
+/// A link to a [`VirtualBus`]. Virtual time passes while a link is waited on.
 pub struct VirtualLink {
     bus: VirtualBus,
     mailbox: Arc<Mutex<Mailbox>>,
@@ -197,7 +197,7 @@ impl Link for VirtualLink {
     }
 }
 
-/// A link leaves the bus when it is dropped, so that nothing piles up for it.
+/// A link leaves the bus when it is dropped, so that frames do not pile up for it.
 impl Drop for VirtualLink {
     fn drop(&mut self) {
         let mut mailbox = lock(&self.mailbox);
@@ -238,10 +238,10 @@ impl Node for Mailbox {
     }
 }
 
-/// How long whoever waits in real time may miss what others send meanwhile.
+/// In real time, how often a wait checks for frames that other threads have sent.
 const TURN: Duration = Duration::from_millis(1);
 
-/// How many events may happen without time passing: a bug in a node would make that endless.
+/// How many events may happen while no time passes, as endless ones do by a bug in a node.
 const MOST_AT_ONCE: u32 = 1_000_000;
 
 type Observer = Box<dyn FnMut(Instant, &Frame) + Send>;
@@ -260,7 +260,7 @@ struct State {
     fate: Option<Judge>,
     frames: u64,
     pacer: Option<Pacer>,
-    /// How many events happened without time passing.
+    /// How many events happened since time last passed.
     standstill: u32,
 }
 
@@ -312,7 +312,7 @@ impl State {
         true
     }
 
-    /// Of all frames that wait, the one with the lowest identifier takes the wire.
+    /// Of all frames that wait, sends the one with the lowest identifier.
     fn arbitrate(&mut self) {
         let now = self.now;
         for station in &mut self.stations {
@@ -342,8 +342,8 @@ impl State {
         }
     }
 
-    /// In real time, how long the clock on the wall takes to the next event, or to `until`. What it shows by now has
-    /// passed on the bus, too.
+    /// In real time, how long it takes to the next event, or to `until`. Lets the time pass that has passed by the clock
+    /// on the wall.
     fn lead(&mut self, until: Instant) -> Duration {
         let Some(wall) = self.pacer.as_ref().map(|pacer| pacer.bus + pacer.wall.elapsed().into()) else {
             return Duration::ZERO;
@@ -463,7 +463,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_waits_no_longer_than_asked_and_does_not_hear_itself() {
+    fn a_link_waits_until_its_deadline_and_does_not_receive_its_own_frames() {
         let bus = VirtualBus::new();
         let (mut a, mut b) = (bus.link(), bus.link());
         a.send(&frame(0x123, &[1])).unwrap();
@@ -473,7 +473,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_looks_often_is_not_taken_for_a_node_without_end() {
+    fn a_link_that_is_read_often_is_no_endless_node() {
         let bus = VirtualBus::new();
         let mut link = bus.link();
         bus.lock().standstill = MOST_AT_ONCE - 1;
@@ -483,7 +483,7 @@ mod tests {
     }
 
     #[test]
-    fn a_node_that_goes_on_without_time_passing_is_noticed() {
+    fn a_node_with_endless_events_is_noticed() {
         let bus = VirtualBus::new();
         bus.attach(Metronome { every: Duration::ZERO, ..metronome(0x100) });
         bus.lock().standstill = MOST_AT_ONCE - 100;
@@ -491,7 +491,7 @@ mod tests {
     }
 
     #[test]
-    fn in_real_time_whoever_waits_lets_others_send_meanwhile() {
+    fn in_real_time_a_wait_lets_other_threads_send() {
         let bus = VirtualBus::new();
         bus.set_pace(Pace::RealTime);
         let (mut a, mut b) = (bus.link(), bus.link());
@@ -501,7 +501,7 @@ mod tests {
             std::thread::yield_now();
         }
         b.send(&frame(0x123, &[1])).unwrap();
-        // Whoever of them it is that carries the frame.
+        // Either thread may carry the frame.
         b.receive(bus.now() + Duration::from_millis(5)).unwrap();
         let (heard, now) = heard.join().unwrap();
         assert_eq!(heard, Some(frame(0x123, &[1])));
@@ -509,7 +509,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_meet_the_fate_they_were_given() {
+    fn fates_apply_to_frames() {
         let bus = VirtualBus::new();
         let (mut a, mut b) = (bus.link(), bus.link());
         bus.set_fate(|n, _| match n {
@@ -530,7 +530,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_piles_up_for_a_link_that_is_gone() {
+    fn frames_do_not_pile_up_for_a_dropped_link() {
         let bus = VirtualBus::new();
         let link = bus.link();
         let mailbox = Arc::clone(&link.mailbox);
@@ -542,7 +542,7 @@ mod tests {
     }
 
     #[test]
-    fn links_hear_of_the_buss_state_and_a_dead_bus_carries_nothing() {
+    fn links_report_the_state_and_a_bus_that_is_off_carries_no_frames() {
         let bus = VirtualBus::new();
         let (mut a, mut b) = (bus.link(), bus.link());
         let soon = Instant::from_micros(10);

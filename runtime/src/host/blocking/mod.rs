@@ -1,8 +1,7 @@
 //! The blocking shell: a [`Manager`] over a [`Link`], one operation after the other.
 //!
-//! Waiting for an answer does not make the shell deaf. What else the manager learns meanwhile, it
-//! keeps for [`Network::next_event`]: the last 1024 events, the oldest dropped first and counted. While a
-//! long transfer sends, frames are received and deadlines kept.
+//! While a call waits for an answer, other frames are handled and deadlines kept. What the manager reports meanwhile is
+//! stored for [`Network::next_event`]: the last 1024 events, the oldest dropped first and counted.
 //!
 //! ```no_run
 //! use lexican_runtime::host::BusUrl;
@@ -25,16 +24,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod step;
+mod transfer;
 
 use std::boxed::Box;
 use std::collections::VecDeque;
 use std::vec::Vec;
 
 use super::access::{AccessError, LONGEST};
-use super::audience::Audience;
 use super::boot::{BootNetworkError, Kept, Plan};
 use super::bytes::Bytes;
+use super::filter::FrameFilter;
 use super::pump::{Pump, Turn};
 use super::{Link, LinkError};
 use crate::frame::Frame;
@@ -49,7 +48,7 @@ use crate::wire::nmt::NmtCommand;
 pub struct Network<L> {
     link: L,
     manager: Box<Manager<127>>,
-    audience: Audience,
+    filter: FrameFilter,
     pump: Pump,
     events: VecDeque<Event>,
     missed: u64,
@@ -65,7 +64,7 @@ impl<L: Link> Network<L> {
         Network {
             link,
             manager: Box::default(),
-            audience: Audience::default(),
+            filter: FrameFilter::default(),
             pump: Pump::new(),
             events: VecDeque::new(),
             missed: 0,
@@ -75,15 +74,15 @@ impl<L: Link> Network<L> {
         }
     }
 
-    /// The manager, to be told what it is to look after, and asked what it knows.
+    /// The manager: to configure what it watches and produces, and to query its state.
     pub fn manager(&mut self) -> &mut Manager<127> {
-        self.audience.doubt();
+        self.filter.invalidate();
         &mut self.manager
     }
 
     /// Boots a network, and keeps it up from now on, in place of the one before: while any call of this shell waits,
-    /// nodes that got lost are booted again, and what happens is an [`Event::Network`]. `report` gets what happens until
-    /// the network is ready. The mandatory nodes must boot within `boot_time`; zero: as long as each takes.
+    /// lost nodes are booted again, which is reported by [`Event::Network`]. `report` gets those events until
+    /// the network is ready. The mandatory nodes must boot within `boot_time`; zero means without a limit.
     ///
     /// ```no_run
     /// use lexican_runtime::host::BusUrl;
@@ -119,13 +118,13 @@ impl<L: Link> Network<L> {
         let now = self.now();
         let kept = self.kept.insert(Kept::new(plan));
         for node in kept.network.nodes() {
-            self.audience.include(node, &mut self.manager, now);
+            self.filter.include(node, &mut self.manager, now);
         }
         kept.network.start(now, boot_time);
         self.events.retain(|event| !matches!(event, Event::Network(_)));
         loop {
-            let turn = self.turn(Instant::MAX, &mut Scalar::default())?;
-            self.keep_turn(turn);
+            let turn = self.turn(self.now(), Instant::MAX, &mut Scalar::default())?;
+            self.store_turn(turn);
             while let Some(at) = self.events.iter().position(|event| matches!(event, Event::Network(_))) {
                 let Some(Event::Network(event)) = self.events.remove(at) else { continue };
                 report(&event);
@@ -136,37 +135,37 @@ impl<L: Link> Network<L> {
         }
     }
 
-    /// The network that is kept up, to be asked, and to have nodes booted.
+    /// The network that is kept up: to query its state, and to boot nodes.
     pub fn kept(&mut self) -> Option<&mut Plan> {
         Some(&mut *self.kept.as_mut()?.network)
     }
 
-    /// Hears only the nodes that the manager looks after, now and later, and the frames with `others`: PDOs
+    /// Receives only frames of the manager's nodes, now and later, and those with `others`: PDOs
     /// whose identifiers are not those of the predefined connection set. A link that can leaves out the rest,
-    /// so that a crowded bus costs nothing. Strangers are not noticed any more. A node that is read or written
-    /// is looked after.
+    /// so that a crowded bus costs nothing. Other nodes are no longer noticed. A node that is read or written
+    /// becomes one of the manager's.
     ///
     /// # Errors
     ///
     /// [`LinkError`].
     pub fn listen_to_own(&mut self, others: &[CobId]) -> Result<(), LinkError> {
-        self.audience.choose(Some(others.to_vec()));
-        self.audience.follow(&self.manager, &mut self.link)
+        self.filter.choose(Some(others.to_vec()));
+        self.filter.apply(&self.manager, &mut self.link)
     }
 
-    /// Hears everybody, as in the beginning.
+    /// Receives all frames, as in the beginning.
     ///
     /// # Errors
     ///
     /// [`LinkError`].
     pub fn listen_to_all(&mut self) -> Result<(), LinkError> {
-        self.audience.choose(None);
-        self.audience.follow(&self.manager, &mut self.link)
+        self.filter.choose(None);
+        self.filter.apply(&self.manager, &mut self.link)
     }
 
-    /// How long each call to read or to write may take in all. Then it fails with
-    /// [`SdoError::TimedOut`](crate::service::sdo_client::SdoError::TimedOut); with `None`, as in the beginning, only a
-    /// transfer that makes no progress does.
+    /// Limits how long each call to read or to write may take in all. Then it fails with
+    /// [`SdoError::TimedOut`](crate::service::sdo_client::SdoError::TimedOut). With `None`, as in the beginning, only a
+    /// transfer that makes no progress fails.
     pub fn set_patience(&mut self, patience: Option<Duration>) {
         self.patience = patience;
     }
@@ -177,7 +176,7 @@ impl<L: Link> Network<L> {
         self.link.now()
     }
 
-    /// Gives the link back.
+    /// Returns the link.
     #[must_use]
     pub fn into_link(self) -> L {
         self.link
@@ -243,7 +242,7 @@ impl<L: Link> Network<L> {
         self.transfer(node, address, &mut value, |manager, now| manager.write(now, node, address, len)).map(drop)
     }
 
-    /// Reads whatever an entry holds, up to 64 MiB.
+    /// Reads the bytes of an entry of any type, up to 64 MiB.
     ///
     /// # Errors
     ///
@@ -254,7 +253,7 @@ impl<L: Link> Network<L> {
         Ok(data.into_vec(len))
     }
 
-    /// Writes bytes into an entry, whatever its type.
+    /// Writes bytes into an entry of any type.
     ///
     /// # Errors
     ///
@@ -262,14 +261,14 @@ impl<L: Link> Network<L> {
     ///
     /// # Panics
     ///
-    /// When `data` is 4 GiB or longer: SDO cannot say that.
+    /// When `data` is 4 GiB or longer, which SDO cannot transfer.
     pub fn write_bytes(&mut self, node: NodeId, address: Address, data: &[u8]) -> Result<(), AccessError> {
         let len = u32::try_from(data.len()).expect("SDO transfers less than 4 GiB");
         self.transfer(node, address, &mut Bytes::of(data), |manager, now| manager.write(now, node, address, len))
             .map(drop)
     }
 
-    /// What the manager learned, waiting for it no longer than `until`.
+    /// The next event of the manager, waiting for it no longer than `until`.
     ///
     /// # Errors
     ///
@@ -279,15 +278,15 @@ impl<L: Link> Network<L> {
             if let Some(event) = self.events.pop_front() {
                 return Ok(Some(event));
             }
-            match self.turn(until, &mut Scalar::default())? {
-                Turn::Event(event) => self.keep(event),
+            match self.turn(self.now(), until, &mut Scalar::default())? {
+                Turn::Event(event) => self.store(event),
                 Turn::Over => return Ok(None),
                 Turn::Bus(_) | Turn::Gap(_) | Turn::Idle => {}
             }
         }
     }
 
-    /// Waits no longer than `span` for an event of which `pick` makes something. Events before it are gone.
+    /// Waits no longer than `span` for an event for which `pick` returns a value. Events before it are dropped.
     ///
     /// # Errors
     ///
@@ -306,14 +305,14 @@ impl<L: Link> Network<L> {
         Ok(None)
     }
 
-    /// How many frames were lost because this machine has not taken them in time: see
+    /// How many frames were lost because this machine has not read them in time: see
     /// [`Incoming::Gap`](super::Incoming::Gap).
     #[must_use]
     pub const fn lost_frames(&self) -> u64 {
         self.lost
     }
 
-    /// How many events were dropped because nobody asked for them.
+    /// How many events were dropped because more than 1024 waited.
     #[must_use]
     pub const fn missed_events(&self) -> u64 {
         self.missed

@@ -32,7 +32,7 @@ pub fn line(frame: &Frame) -> String {
     line
 }
 
-/// What the other end of a serial line says.
+/// A message of the adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
     /// A frame on the bus.
@@ -47,16 +47,16 @@ pub enum Message {
     Other,
 }
 
-/// Cuts a stream of bytes into messages. Takes anything: what is no message is [`Message::Other`].
+/// Decodes a stream of bytes into messages. Anything else is [`Message::Other`].
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     line: [u8; LONGEST],
-    /// May exceed the buffer: then the line is none.
+    /// May exceed the buffer: then the line is no message.
     len: usize,
 }
 
 impl Decoder {
-    /// Takes one byte; tells the message that it ends.
+    /// Takes one byte, and returns the message that it ends.
     pub fn take(&mut self, byte: u8) -> Option<Message> {
         match byte {
             b'\r' => {
@@ -108,7 +108,7 @@ fn frame(line: &[u8]) -> Option<Frame> {
     let len = len.checked_sub(b'0').filter(|len| *len <= 8)?;
     let remote = letter.eq_ignore_ascii_case(&b'r');
     let (data, stamp) = rest.split_at_checked(if remote { 0 } else { 2 * usize::from(len) })?;
-    // Milliseconds in four digits, when somebody switched them on.
+    // Milliseconds in four digits, if the adapter sends time stamps.
     if !matches!(stamp.len(), 0 | 4) || !stamp.iter().all(u8::is_ascii_hexdigit) {
         return None;
     }

@@ -9,7 +9,7 @@ use serialport::ErrorKind;
 
 use super::codec::BIT_RATES;
 
-/// Why an adapter cannot be opened, and what to do about it.
+/// Why an adapter cannot be opened, with a remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SlcanError {
@@ -18,7 +18,7 @@ pub enum SlcanError {
     Missing {
         /// The port.
         path: String,
-        /// The serial ports that there are.
+        /// The serial ports of this machine.
         present: Vec<String>,
     },
     /// This user may not use the port.
@@ -57,7 +57,7 @@ pub enum SlcanError {
     Io {
         /// The port.
         path: String,
-        /// What the operating system said.
+        /// The error of the operating system.
         error: io::Error,
     },
 }
@@ -68,7 +68,7 @@ impl SlcanError {
         match error.kind() {
             ErrorKind::Io(io::ErrorKind::NotFound) => SlcanError::Missing { path, present: ports() },
             ErrorKind::Io(io::ErrorKind::PermissionDenied) => SlcanError::Denied { path },
-            // What the crate makes of EBUSY and of a lock that somebody holds; Windows says it of a
+            // The crate returns it for EBUSY and for a lock of another process; on Windows for a
             // missing port, too.
             ErrorKind::NoDevice if cfg!(unix) => SlcanError::Busy { path },
             ErrorKind::NoDevice => SlcanError::Missing { path, present: ports() },

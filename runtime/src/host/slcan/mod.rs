@@ -1,8 +1,7 @@
 //! Serial adapters that speak the Lawicel protocol (slcan), and pseudo-terminals that act like one.
 //!
-//! Works on Linux, macOS and Windows, and needs nothing of the kernel but a serial port. A mute other
-//! end is taken for what it is, a peer on a pseudo-terminal: nothing here waits for long for an answer that
-//! need not come.
+//! Works on Linux, macOS and Windows, and needs nothing of the kernel but a serial port. A peer on a pseudo-terminal
+//! may answer no command: the link waits for answers for a short time, and works without them.
 
 mod codec;
 mod error;
@@ -34,17 +33,16 @@ pub const BAUD: u32 = super::url::BAUD;
 /// How long an adapter may take to answer a command.
 const ANSWER: Duration = Duration::from_millis(200);
 
-/// An adapter that has answered, and is silent for so long, has no more answers. So long is waited, too, for those of
-/// one that may have none.
+/// After so long a silence an adapter that has answered has no more answers, and one that has not has none.
 const QUIET: Duration = Duration::from_millis(50);
 
 /// How often a link tries to open an adapter that is gone.
 const LOOK: Duration = Duration::from_millis(250);
 
-/// How often the adapter of an ailing bus is asked for its state.
+/// How often an adapter whose bus is not error active is asked for its state.
 const INQUIRY: Duration = Duration::from_millis(500);
 
-/// How an adapter is to be used.
+/// The settings of an adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// The bit rate of the CAN bus in bit/s, one of [`BIT_RATES`]; `None` leaves it to the adapter.
@@ -65,20 +63,20 @@ pub struct Slcan {
     settings: Settings,
     /// `None` while the adapter is gone.
     port: Option<Port>,
-    /// The port again, for whoever waits for it.
+    /// The port, for those who wait for it.
     #[cfg(unix)]
     descriptor: Option<Descriptor>,
     clock: Clock,
     decoder: Decoder,
     /// Bytes that were read and not yet decoded.
-    heard: Heard,
+    input: Input,
     /// A frame that came while an answer was expected.
     early: Option<Frame>,
     /// The rest of a line that the port did not take: it must be complete before the next begins.
     unsent: Vec<u8>,
     state: BusState,
-    /// The state that [`Link::receive`] last told.
-    told: BusState,
+    /// The state that [`Link::receive`] last reported.
+    reported: BusState,
     /// When to ask next, for the adapter or for its state.
     ask: Instant,
 }
@@ -88,7 +86,7 @@ impl Slcan {
     ///
     /// # Errors
     ///
-    /// [`SlcanError`], which says what to do.
+    /// [`SlcanError`], with a remedy.
     pub fn open(path: &str, settings: Settings) -> Result<Self, SlcanError> {
         let mut link = Slcan {
             path: path.to_owned(),
@@ -98,11 +96,11 @@ impl Slcan {
             descriptor: None,
             clock: Clock::new(),
             decoder: Decoder::default(),
-            heard: Heard::NOTHING,
+            input: Input::EMPTY,
             early: None,
             unsent: Vec::new(),
             state: BusState::Active,
-            told: BusState::Active,
+            reported: BusState::Active,
             ask: Instant::ZERO,
         };
         link.connect()?;
@@ -126,7 +124,7 @@ impl Slcan {
         }
         self.port = Some(port);
         self.unsent.clear();
-        self.heard = Heard::NOTHING;
+        self.input = Input::EMPTY;
         self.decoder.reset();
         let answers = self.synchronise().map_err(|error| SlcanError::Io { path: self.path.clone(), error })?;
         let patience = if answers { ANSWER } else { QUIET };
@@ -138,7 +136,7 @@ impl Slcan {
         Ok(())
     }
 
-    /// Closes the channel, and passes over all that is heard until the adapter is quiet, so that the next answer is that
+    /// Closes the channel, and drops all input until the adapter is silent, so that the next answer is that
     /// to the next command. Returns whether the adapter answers.
     fn synchronise(&mut self) -> io::Result<bool> {
         if let Some(port) = &self.port {
@@ -159,8 +157,7 @@ impl Slcan {
         Ok(answers)
     }
 
-    /// Gives a command and waits for its answer, if there is one. A frame is the sign of an open
-    /// channel, whatever becomes of the answer.
+    /// Sends a command and waits for its answer. A frame shows that the channel is open, and ends the wait, too.
     fn command(&mut self, command: &str, patience: Duration) -> Result<Option<Message>, SlcanError> {
         let failed = |path: &str, error| SlcanError::Io { path: path.to_owned(), error };
         self.write(std::format!("{command}\r").as_bytes()).map_err(|error| failed(&self.path, error))?;
@@ -180,20 +177,28 @@ impl Slcan {
 
     /// The next message of the adapter, no later than `until`.
     fn message(&mut self, until: Instant) -> io::Result<Option<Message>> {
+        self.message_at(self.now(), until)
+    }
+
+    fn message_at(&mut self, now: Instant, until: Instant) -> io::Result<Option<Message>> {
+        let mut remaining = until.since(now);
         loop {
-            while let Some(byte) = self.heard.next() {
+            while let Some(byte) = self.input.next() {
                 if let Some(message) = self.decoder.take(byte) {
                     return Ok(Some(message));
                 }
             }
-            let remaining = self.clock.until(until);
             let Some(port) = &mut self.port else { return Err(io::ErrorKind::NotConnected.into()) };
             port.set_timeout(timeout(remaining))?;
-            match port.read(&mut self.heard.bytes) {
+            match port.read(&mut self.input.bytes) {
                 Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
-                Ok(len) => self.heard.fill(len),
+                Ok(len) => self.input.fill(len),
                 Err(error) if is_pause(&error) => {
-                    if self.clock.until(until).is_zero() {
+                    self.input.fill(0);
+                    if !remaining.is_zero() {
+                        remaining = until.since(self.now());
+                    }
+                    if remaining.is_zero() {
                         return Ok(None);
                     }
                 }
@@ -225,10 +230,9 @@ impl Slcan {
         if self.unsent.is_empty() {
             return Ok(());
         }
-        let until = self.clock.now() + patience;
-        while !self.unsent.is_empty() {
+        let (mut remaining, mut until) = (patience, None);
+        loop {
             let Some(port) = &mut self.port else { return Err(io::ErrorKind::NotConnected.into()) };
-            let remaining = self.clock.until(until);
             port.set_timeout(timeout(remaining))?;
             match port.write(&self.unsent) {
                 Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
@@ -236,11 +240,15 @@ impl Slcan {
                 Err(error) if is_pause(&error) && !remaining.is_zero() => {}
                 Err(error) => return Err(error),
             }
+            if self.unsent.is_empty() {
+                return Ok(());
+            }
+            let now = self.clock.now();
+            remaining = until.get_or_insert(now + patience).since(now);
         }
-        Ok(())
     }
 
-    /// The adapter does not work any more: waits for it to come back.
+    /// Closes the port of an adapter that is gone. Another one is tried later.
     fn lose(&mut self) {
         self.port = None;
         #[cfg(unix)]
@@ -252,19 +260,20 @@ impl Slcan {
         self.ask = self.now() + LOOK;
     }
 
-    /// What is due: another try to open the adapter, or a question for the bus's state.
-    fn inquire(&mut self) {
-        if self.state == BusState::Active || self.now() < self.ask {
-            return;
+    /// Tries to open an adapter that is gone, or asks for the state of a bus that is not error active. Returns whether it
+    /// was time for that.
+    fn inquire(&mut self, now: Instant) -> bool {
+        if self.state == BusState::Active || now < self.ask {
+            return false;
         }
-        if self.port.is_none() {
-            match self.connect() {
-                Ok(()) => self.state = BusState::Active,
-                Err(_) => self.lose(),
-            }
-        } else {
+        if self.port.is_some() {
             self.ask_state();
+        } else if self.connect().is_ok() {
+            self.state = BusState::Active;
+        } else {
+            self.lose();
         }
+        true
     }
 
     fn ask_state(&mut self) {
@@ -296,11 +305,11 @@ impl Slcan {
         }
     }
 
-    fn hear(&mut self, message: Message) -> Option<Frame> {
+    fn handle(&mut self, message: Message) -> Option<Frame> {
         match message {
             Message::Frame(frame) => return Some(frame),
             Message::State(state) => self.state = state,
-            // Something is wrong with the bus, or with the question what: once may be enough.
+            // Something is wrong with the bus. The question for its state may be refused, too, so it is not repeated.
             Message::Refused if self.state == BusState::Active && self.now() >= self.ask => self.ask_state(),
             Message::Refused | Message::Done | Message::Other => {}
         }
@@ -331,59 +340,76 @@ impl Link for Slcan {
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        self.receive_at(self.now(), until)
+    }
+
+    fn receive_at(&mut self, now: Instant, until: Instant) -> Result<Option<Incoming>, LinkError> {
         if let Some(frame) = self.early.take() {
             return Ok(Some(Incoming::Frame(frame)));
         }
+        let mut now = now;
         loop {
-            self.inquire();
-            // What was begun is completed, whether or not anything follows.
+            if self.inquire(now) {
+                now = self.now();
+            }
+            // The rest of a line must not wait for the next frame.
             let flushed = self.flush_unsent(Duration::ZERO);
             self.notice(flushed);
-            if self.state != self.told {
-                self.told = self.state;
+            if self.state != self.reported {
+                self.reported = self.state;
                 return Ok(Some(Incoming::State(self.state)));
             }
             let mut wake = if self.state == BusState::Active { until } else { until.min(self.ask) };
             if !self.unsent.is_empty() {
-                wake = wake.min(self.now() + Duration::from_millis(1));
+                wake = wake.min(now + Duration::from_millis(1));
             }
             if self.port.is_none() {
-                pause(wake.since(self.now()));
+                pause(wake.since(now));
             } else {
-                match self.message(wake) {
-                    Ok(Some(message)) => match self.hear(message) {
+                match self.message_at(now, wake) {
+                    Ok(Some(message)) => match self.handle(message) {
                         Some(frame) => return Ok(Some(Incoming::Frame(frame))),
-                        // More may have been read with it, and nobody tells that again.
-                        None => continue,
+                        // More may have been read with it, which the descriptor does not report.
+                        None => {
+                            now = self.now();
+                            continue;
+                        }
                     },
                     Ok(None) => {}
                     Err(_) => self.lose(),
                 }
             }
-            if self.state == self.told && self.clock.until(until).is_zero() {
+            if until > now {
+                now = self.now();
+            }
+            if self.state == self.reported && until <= now {
                 return Ok(None);
             }
         }
     }
+
+    fn is_drained(&self) -> bool {
+        self.early.is_none() && self.input.is_drained() && self.state == self.reported
+    }
 }
 
-/// Closes the channel, so that the adapter does not go on acknowledging for nobody.
+/// Closes the channel, so that the adapter no longer acknowledges frames.
 impl Drop for Slcan {
     fn drop(&mut self) {
-        // Nobody is left to tell.
+        // There is no caller to report an error to.
         let _ = self.write(b"C\r");
     }
 }
 
 /// The last bytes read.
-struct Heard {
+struct Input {
     bytes: [u8; 256],
     next: usize,
     len: usize,
 }
 
-impl Heard {
-    const NOTHING: Heard = Heard { bytes: [0; 256], next: 0, len: 0 };
+impl Input {
+    const EMPTY: Input = Input { bytes: [0; 256], next: 0, len: 0 };
 
     fn fill(&mut self, len: usize) {
         self.next = 0;
@@ -395,9 +421,14 @@ impl Heard {
         self.next += 1;
         Some(byte)
     }
+
+    /// Whether the last read left nothing in the port, and nothing of it is left here.
+    fn is_drained(&self) -> bool {
+        self.next == self.len && self.len < self.bytes.len()
+    }
 }
 
-/// As a port takes it. Windows counts in milliseconds, and takes none of them for "without a limit" (`COMMTIMEOUTS`).
+/// Windows counts in milliseconds, and takes zero for "without a limit" (`COMMTIMEOUTS`).
 fn timeout(span: Duration) -> core::time::Duration {
     if cfg!(windows) { span.max(Duration::from_millis(1)).into() } else { span.into() }
 }
@@ -419,11 +450,11 @@ mod tests {
     }
 
     #[test]
-    fn what_was_read_with_an_acknowledgement_is_told_at_once() {
+    fn frames_read_with_an_acknowledgement_are_returned_at_once() {
         let (mut link, mut far, _near) = link();
         far.write_all(b"z\rt0801FF\rz\rt0801FE\r").unwrap();
         let frames = [0xFF, 0xFE].map(|byte| Frame::from_array(CobId::SYNC, [byte]));
-        // A shell that waits for the port asks what has come, and waits again after it was told nothing.
+        // A shell receives until nothing is returned, and then waits for the port.
         for frame in frames {
             let now = link.now();
             assert_eq!(link.receive(now).unwrap(), Some(Incoming::Frame(frame)));

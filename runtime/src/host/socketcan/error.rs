@@ -9,7 +9,7 @@ use nix::errno::Errno;
 
 use super::presence::interfaces;
 
-/// Why an interface cannot be opened, and what to do about it.
+/// Why an interface cannot be opened, with a remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SocketCanError {
@@ -21,15 +21,15 @@ pub enum SocketCanError {
     Missing {
         /// The name.
         interface: String,
-        /// The CAN interfaces that there are.
+        /// The CAN interfaces of this machine.
         present: Vec<String>,
     },
-    /// The interface is not one of CAN.
+    /// The interface is not a CAN interface.
     #[error("{interface} is not a CAN interface{}", list(present))]
     NotCan {
         /// The name.
         interface: String,
-        /// The CAN interfaces that there are.
+        /// The CAN interfaces of this machine.
         present: Vec<String>,
     },
     /// The interface is down.
@@ -52,7 +52,7 @@ pub enum SocketCanError {
     Io {
         /// The name.
         interface: String,
-        /// What the operating system said.
+        /// The error of the operating system.
         error: io::Error,
     },
 }

@@ -1,27 +1,31 @@
 //! SocketCAN: the CAN interfaces of a Linux kernel.
 //!
-//! One raw socket per link, bound to one interface. The kernel tells the controller's state in error
-//! frames, and that the interface went down or away in the error of a read. While there is no bus the
-//! link looks for it ten times a second, so nothing spins and nothing has to be restarted.
+//! One raw socket per link, bound to one interface. The kernel reports the controller's state in error
+//! frames, and an interface that is down or gone as the error of a read. While there is no bus the
+//! link looks for it ten times a second.
+//!
+//! A frame that is sent takes one system call, and so does a frame that is received, with up to seven that have come
+//! behind it.
 
 mod error;
 mod presence;
 
 use std::borrow::ToOwned;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::io;
 use std::io::IoSliceMut;
 use std::os::fd::{AsFd, AsRawFd};
 use std::string::String;
 use std::sync::Arc;
+use std::vec;
 use std::vec::Vec;
 
 use nix::errno::Errno;
 use nix::poll::{PollFd, PollFlags, ppoll};
 use nix::sys::socket::sockopt::{RcvBuf, RcvBufForce, RxqOvfl};
-use nix::sys::socket::{ControlMessageOwned, MsgFlags, recvmsg, setsockopt};
+use nix::sys::socket::{ControlMessageOwned, MsgFlags, MultiHeaders, recvmmsg, send, setsockopt};
 use socketcan::errors::{CAN_ERR_BUSOFF, CAN_ERR_CRTL, CAN_ERR_RESTARTED};
-use socketcan::{CanFilter, CanFrame, CanSocket, EmbeddedFrame, ExtendedId, Id, Socket, SocketOptions, StandardId};
+use socketcan::{CanFilter, CanSocket, Socket, SocketOptions};
 
 pub use self::error::SocketCanError;
 use self::error::errno;
@@ -31,12 +35,18 @@ use super::link::{Descriptor, PATIENCE};
 use super::{BusState, Incoming, Link, LinkError};
 use crate::{CobId, Duration, Frame, Instant};
 
-/// How often a link without a bus looks whether it is back.
+/// How often a link without a bus checks whether it is back.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// The receive buffer that is asked for, in bytes; without CAP_NET_ADMIN the kernel grants up to
 /// `net.core.rmem_max`. Its default holds some 270 frames: at 1 Mbit/s, 30 ms of a full bus. This one holds 10,000.
 const RECEIVE_BUFFER: usize = 4 << 20;
+
+/// How long the kernel waits for a frame at most. In jiffies, so the end of a wait is left to a timer.
+const NAP: Duration = Duration::from_millis(250);
+
+/// How many frames one system call takes at most.
+const BATCH: usize = 8;
 
 /// How many filters a socket takes: `CAN_RAW_FILTER_MAX` of Linux's `can/raw.h`.
 const MOST_FILTERS: usize = 512;
@@ -46,16 +56,18 @@ const MOST_FILTERS: usize = 512;
 pub struct SocketCan {
     interface: String,
     socket: Arc<CanSocket>,
-    /// What the kernel passes on; empty for everything.
+    /// What the kernel passes on; empty for all frames.
     filters: Vec<CanFilter>,
     clock: Clock,
     state: BusState,
-    /// The state that [`Link::receive`] last told.
-    told: BusState,
+    /// The state that [`Link::receive`] last reported.
+    reported: BusState,
     /// How many frames the kernel has dropped since the socket was opened.
     dropped: u32,
-    /// A frame that came behind a gap.
-    behind: Option<Frame>,
+    /// What was read and not yet returned.
+    batch: VecDeque<Received>,
+    /// The last read has taken all that had come.
+    is_drained: bool,
 }
 
 impl SocketCan {
@@ -63,7 +75,7 @@ impl SocketCan {
     ///
     /// # Errors
     ///
-    /// [`SocketCanError`], which says what to do.
+    /// [`SocketCanError`], with a remedy.
     pub fn open(interface: &str) -> Result<Self, SocketCanError> {
         SocketCan::is_supported()?;
         match Presence::of(interface) {
@@ -78,9 +90,10 @@ impl SocketCan {
                     filters: Vec::new(),
                     clock: Clock::new(),
                     state: BusState::Active,
-                    told: BusState::Active,
+                    reported: BusState::Active,
                     dropped: 0,
-                    behind: None,
+                    batch: VecDeque::new(),
+                    is_drained: false,
                 })
             }
         }
@@ -112,18 +125,25 @@ impl SocketCan {
         }
     }
 
-    /// Waits for a frame no longer than `span`, if it must wait at all.
-    fn read(&mut self, span: Duration) -> Result<Option<Received>, LinkError> {
-        if !span.is_zero() && !self.wait(span)? {
-            return Ok(None);
+    /// Reads frames; waits for the first one no longer than `span`. Returns whether there are any.
+    fn read(&mut self, span: Duration) -> Result<bool, LinkError> {
+        let mut flags = MsgFlags::MSG_WAITFORONE;
+        // A long wait is part of the call that reads.
+        if span < NAP.times(2) {
+            if !span.is_zero() && !self.wait(span)? {
+                return Ok(false);
+            }
+            flags |= MsgFlags::MSG_DONTWAIT;
         }
-        match receive(&self.socket) {
-            Ok(received) => Ok(Some(received)),
-            Err(error) => self.learn_from(error.into()).map(|()| None),
+        let read = read_batch(&self.socket, flags, &mut self.batch);
+        self.is_drained = self.batch.len() < BATCH;
+        match read {
+            Ok(()) => Ok(true),
+            Err(error) => self.learn_from(error.into()).map(|()| false),
         }
     }
 
-    /// What a failed read or write says about the bus; an error that says nothing about it ends the link.
+    /// Takes the state of the bus from the error of a read or write; other errors end the link.
     fn learn_from(&mut self, error: io::Error) -> Result<(), LinkError> {
         match errno(&error) {
             Errno::EAGAIN | Errno::EINTR => {}
@@ -134,7 +154,7 @@ impl SocketCan {
         Ok(())
     }
 
-    /// Looks whether a lost bus is back.
+    /// Checks whether a lost bus is back.
     fn look(&mut self) {
         match (Presence::of(&self.interface), self.state) {
             (Presence::Absent | Presence::NotCan, _) => self.state = BusState::Removed,
@@ -147,20 +167,20 @@ impl SocketCan {
         }
     }
 
-    /// The socket of an interface that was removed stays unbound, whatever comes under the same name.
+    /// The socket of an interface that was removed stays unbound when another one gets its name.
     fn reconnect(&mut self, state: BusState) {
         if let Ok(socket) = connect(&self.interface) {
             self.socket = Arc::new(socket);
             self.dropped = 0;
-            // A new socket hears everything: a refusal leaves it so.
+            // A new socket receives all frames, and does so if the filters are refused.
             let _ = self.filter();
             self.state = state;
         }
     }
 
-    /// What a frame of the kernel says: a frame of the bus, or how the bus is.
-    fn take(&mut self, frame: &[u8; FRAME]) -> Option<Frame> {
-        let [a, b, c, d, len, _, _, _, data @ ..] = frame;
+    /// Decodes a frame of the kernel: a frame of the bus, or a state of it.
+    fn decode(&mut self, frame: &[u8; FRAME]) -> Option<Frame> {
+        let [a, b, c, d, _, _, _, _, data @ ..] = frame;
         let id = u32::from_ne_bytes([*a, *b, *c, *d]);
         if id & ERROR != 0 {
             self.state = state_after(id & !ERROR, data).unwrap_or(self.state);
@@ -170,10 +190,29 @@ impl SocketCan {
         if !self.state.carries_frames() {
             self.look();
         }
-        from_kernel(id, *len, data)
+        from_kernel(frame)
     }
 
-    /// Whatever cannot be filtered is heard: too much is no harm, too little is.
+    /// The next thing to report, of what was read.
+    fn next(&mut self) -> Option<Incoming> {
+        while self.state == self.reported {
+            let Received { frame, dropped } = self.batch.front_mut()?;
+            let frame = *frame;
+            // The counter of the kernel wraps.
+            let gap = dropped.take().map_or(0, |all| all.wrapping_sub(core::mem::replace(&mut self.dropped, all)));
+            if gap > 0 {
+                return Some(Incoming::Gap(gap));
+            }
+            self.batch.pop_front();
+            if let Some(frame) = self.decode(&frame) {
+                return Some(Incoming::Frame(frame));
+            }
+        }
+        self.reported = self.state;
+        Some(Incoming::State(self.state))
+    }
+
+    /// Receives all frames if there are too many filters.
     fn filter(&self) -> io::Result<()> {
         let is_possible = !self.filters.is_empty() && self.filters.len() <= MOST_FILTERS;
         if is_possible && self.socket.set_filters(&self.filters).is_ok() {
@@ -197,66 +236,65 @@ impl Link for SocketCan {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        let first = self.try_send(frame);
+        if !matches!(first, Err(LinkError::Full)) {
+            return first;
+        }
         let deadline = self.now() + PATIENCE;
         let mut nap = Duration::from_micros(100);
         loop {
+            // Neither the queue of the interface nor the buffer of the socket reports when it has
+            // room for one frame again, so there is nothing to wait for but time.
+            pause(nap);
             match self.try_send(frame) {
-                // Neither the queue of the interface nor the buffer of the socket tells when it has
-                // room for one frame again, so there is nothing to wait on but time.
-                Err(LinkError::Full) if self.now() < deadline => pause(nap),
+                Err(LinkError::Full) if self.now() < deadline => nap = nap.times(2).min(Duration::from_millis(5)),
                 outcome => return outcome,
             }
-            nap = nap.times(2).min(Duration::from_millis(5));
         }
     }
 
     fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         let frame = to_kernel(frame);
         while self.state.carries_frames() {
-            let Err(error) = self.socket.write_frame(&frame) else { return Ok(()) };
-            match errno(&error) {
-                Errno::ENOBUFS | Errno::EAGAIN => return Err(LinkError::Full),
-                _ => self.learn_from(error)?,
+            match send(self.socket.as_raw_fd(), &frame, MsgFlags::MSG_DONTWAIT) {
+                Ok(_) => return Ok(()),
+                Err(Errno::ENOBUFS | Errno::EAGAIN) => return Err(LinkError::Full),
+                Err(error) => self.learn_from(error.into())?,
             }
         }
         Err(LinkError::NoBus(self.state))
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        if let Some(frame) = self.behind.take() {
-            return Ok(Some(Incoming::Frame(frame)));
-        }
+        self.receive_at(self.now(), until)
+    }
+
+    fn receive_at(&mut self, now: Instant, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        let mut remaining = until.since(now);
         loop {
-            if self.state != self.told {
-                self.told = self.state;
-                return Ok(Some(Incoming::State(self.state)));
+            if let Some(incoming) = self.next() {
+                return Ok(Some(incoming));
             }
-            let remaining = self.clock.until(until);
-            let span = if self.state.carries_frames() { remaining } else { remaining.min(LOOK) };
-            match self.read(span)? {
-                Some(Received { frame, dropped }) => {
-                    let incoming = self.take(&frame);
-                    // The counter of the kernel wraps.
-                    let gap = dropped.map_or(0, |all| all.wrapping_sub(core::mem::replace(&mut self.dropped, all)));
-                    if gap > 0 {
-                        self.behind = incoming;
-                        return Ok(Some(Incoming::Gap(gap)));
-                    }
-                    if let Some(frame) = incoming {
-                        return Ok(Some(Incoming::Frame(frame)));
-                    }
+            let carries_frames = self.state.carries_frames();
+            if self.read(if carries_frames { remaining } else { remaining.min(LOOK) })? {
+                continue;
+            }
+            if !carries_frames {
+                self.look();
+            }
+            if self.state == self.reported {
+                if !remaining.is_zero() {
+                    remaining = until.since(self.now());
                 }
-                None if self.state != self.told => {}
-                None => {
-                    if !self.state.carries_frames() {
-                        self.look();
-                    }
-                    if self.state == self.told && (remaining.is_zero() || self.now() >= until) {
-                        return Ok(None);
-                    }
+                if remaining.is_zero() {
+                    return Ok(None);
                 }
             }
         }
+    }
+
+    fn is_drained(&self) -> bool {
+        self.is_drained && self.batch.is_empty() && self.state == self.reported
     }
 
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
@@ -275,7 +313,7 @@ fn filter_of(id: CobId) -> CanFilter {
 /// A socket for all frames of an interface, and its error frames.
 fn connect(interface: &str) -> io::Result<CanSocket> {
     let socket = CanSocket::open(interface)?;
-    socket.set_nonblocking(true)?;
+    socket.set_read_timeout(core::time::Duration::from(NAP))?;
     socket.set_error_filter(CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED)?;
     // A smaller buffer than asked for is what the kernel grants; none of it is an error.
     if setsockopt(&socket, RcvBufForce, &RECEIVE_BUFFER).is_err() {
@@ -293,27 +331,32 @@ const ERROR: u32 = 1 << 29;
 const FRAME: usize = 16;
 
 /// A frame as the kernel gives it.
+#[derive(Clone, Copy, Debug)]
 struct Received {
     frame: [u8; FRAME],
     /// How many frames were dropped before it since the socket was opened, if any were.
     dropped: Option<u32>,
 }
 
-/// Reads a frame that is there.
-fn receive(socket: &CanSocket) -> Result<Received, Errno> {
-    let mut frame = [0; FRAME];
-    // Room for more than one control message of four bytes.
-    let mut control = [0; 64];
-    let mut parts = [IoSliceMut::new(&mut frame)];
-    let message = recvmsg::<()>(socket.as_raw_fd(), &mut parts, Some(&mut control), MsgFlags::empty())?;
-    let dropped = message.cmsgs()?.find_map(|control| match control {
-        ControlMessageOwned::RxqOvfl(dropped) => Some(dropped),
-        _ => None,
-    });
-    Ok(Received { frame, dropped })
+/// Reads up to [`BATCH`] frames. Without `MSG_DONTWAIT` it waits for the first one up to [`NAP`].
+fn read_batch(socket: &CanSocket, flags: MsgFlags, batch: &mut VecDeque<Received>) -> Result<(), Errno> {
+    let mut frames = [[0; FRAME]; BATCH];
+    let mut parts = frames.each_mut().map(|frame| [IoSliceMut::new(frame)]);
+    let mut headers = MultiHeaders::<()>::preallocate(BATCH, Some(nix::cmsg_space!(u32)));
+    for message in recvmmsg(socket.as_raw_fd(), &mut headers, &mut parts, flags, None)? {
+        let dropped = message.cmsgs()?.find_map(|control| match control {
+            ControlMessageOwned::RxqOvfl(dropped) => Some(dropped),
+            _ => None,
+        });
+        batch.push_back(Received { frame: [0; FRAME], dropped });
+    }
+    for (received, frame) in batch.iter_mut().zip(frames) {
+        received.frame = frame;
+    }
+    Ok(())
 }
 
-/// The state that an error frame tells, if it tells one (Linux's `can/error.h`).
+/// The state that an error frame reports, if it does (Linux's `can/error.h`).
 fn state_after(class: u32, data: &[u8]) -> Option<BusState> {
     const WARNING: u8 = 0x04 | 0x08;
     const PASSIVE: u8 = 0x10 | 0x20;
@@ -333,23 +376,20 @@ fn state_after(class: u32, data: &[u8]) -> Option<BusState> {
     }
 }
 
-fn to_kernel(frame: &Frame) -> CanFrame {
-    let raw = frame.id().raw();
-    let id: Option<Id> = if frame.id().is_extended() {
-        ExtendedId::new(raw).map(Id::from)
-    } else {
-        u16::try_from(raw).ok().and_then(StandardId::new).map(Id::from)
-    };
-    let id = id.expect("a CobId is within its format");
-    let kernel = if frame.is_remote() {
-        CanFrame::new_remote(id, usize::from(frame.dlc()))
-    } else {
-        CanFrame::new(id, frame.data())
-    };
-    kernel.expect("a Frame carries at most eight bytes")
+fn to_kernel(frame: &Frame) -> [u8; FRAME] {
+    let id = frame.id();
+    let format = if id.is_extended() { EXTENDED } else { 0 } | if frame.is_remote() { REMOTE } else { 0 };
+    let mut kernel = [0; FRAME];
+    let parts = (id.raw() | format).to_ne_bytes().into_iter().chain([frame.dlc(), 0, 0, 0]);
+    let bytes = parts.chain(frame.data().iter().copied());
+    kernel.iter_mut().zip(bytes).for_each(|(place, byte)| *place = byte);
+    kernel
 }
 
-fn from_kernel(id: u32, len: u8, data: &[u8]) -> Option<Frame> {
+fn from_kernel(kernel: &[u8; FRAME]) -> Option<Frame> {
+    let [a, b, c, d, len, _, _, _, data @ ..] = kernel;
+    let id = u32::from_ne_bytes([*a, *b, *c, *d]);
+    let len = *len;
     let cob_id = if id & EXTENDED != 0 {
         CobId::extended(id & !(EXTENDED | REMOTE))?
     } else {
@@ -363,7 +403,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn error_frames_tell_states() {
+    fn error_frames_report_states() {
         for (class, controller, state) in [
             (CAN_ERR_BUSOFF, 0, Some(BusState::Off)),
             (CAN_ERR_RESTARTED, 0, Some(BusState::Active)),
@@ -389,9 +429,7 @@ mod tests {
             Frame::remote(CobId::standard(0x705).unwrap(), 1).unwrap(),
             Frame::remote(CobId::extended(0x1FFF_FFFF).unwrap(), 0).unwrap(),
         ] {
-            let kernel = to_kernel(&frame);
-            let raw = kernel.as_ref();
-            assert_eq!(from_kernel(raw.can_id, raw.can_dlc, &raw.data), Some(frame));
+            assert_eq!(from_kernel(&to_kernel(&frame)), Some(frame));
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Which interfaces there are, and whether they are up.
+//! Which CAN interfaces exist, and whether they are up.
 
 use std::fs;
 use std::path::Path;
 use std::string::String;
 use std::vec::Vec;
 
-/// Whether an interface is there to be used.
+/// Whether an interface can be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Presence {
     Absent,
@@ -15,7 +15,7 @@ pub(super) enum Presence {
     Up,
 }
 
-/// Where Linux tells what interfaces there are.
+/// Where Linux lists the interfaces.
 const INTERFACES: &str = "/sys/class/net";
 
 impl Presence {
@@ -23,16 +23,16 @@ impl Presence {
         const UP: u32 = 1;
         let folder = Path::new(INTERFACES).join(interface);
         if !folder.exists() {
-            // Where nothing is told, opening the interface is the way to find out.
+            // Without a list, opening the interface is the way to find out.
             return if Path::new(INTERFACES).exists() { Presence::Absent } else { Presence::Up };
         }
-        let tells = |file: &str| fs::read_to_string(folder.join(file)).unwrap_or_default();
-        let flags = u32::from_str_radix(tells("flags").trim().trim_start_matches("0x"), 16).unwrap_or(UP);
+        let read = |file: &str| fs::read_to_string(folder.join(file)).unwrap_or_default();
+        let flags = u32::from_str_radix(read("flags").trim().trim_start_matches("0x"), 16).unwrap_or(UP);
         if !is_can(&folder) {
             Presence::NotCan
         } else if flags & UP == 0 {
             Presence::Down
-        } else if tells("carrier").trim() == "0" {
+        } else if read("carrier").trim() == "0" {
             Presence::NoCarrier
         } else {
             Presence::Up

@@ -1,17 +1,17 @@
-//! The tokio shell: one task owns the link and the manager; everybody else has a handle.
+//! The tokio shell: one task owns the link and the manager; handles send it commands.
 //!
 //! - Handles are cheap to clone, `Send`, and need no lock.
-//! - Every node has its own SDO channel, so that a silent node holds up nobody but those who ask it.
-//!   Transfers with one node wait for each other in the order in which they were asked for; when the node does not
-//!   answer, all fail that were asked for before the one that has shown it began.
-//! - A call that is dropped before it is over is safe: a transfer that waits is forgotten, one that is
-//!   under way runs to its end and its result is thrown away.
-//! - Back-pressure: calls wait while 64 others wait for the task; what the task holds is bounded by the
-//!   number of callers, since each waits for its own answer. Events are kept for each listener, the last
-//!   1024 of them; a slower one is told how many it has missed.
-//! - A frame that the interface has no room for waits for it up to 100 ms, and everything that is to be sent
+//! - Every node has its own SDO channel, so that a silent node delays only calls to that node.
+//!   Transfers with one node run in the order of the calls; when the node does not
+//!   answer, all calls fail that were made before the failed transfer began.
+//! - A call may be dropped at any point: a transfer that waits is removed, one that is
+//!   under way runs to its end and its result is dropped.
+//! - Back-pressure: calls wait while 64 others wait for the task; what the task stores is bounded by the
+//!   number of callers, since each waits for its own answer. Each listener has a queue of the last
+//!   1024 events; a slower one gets an error with the number of events it has missed.
+//! - A frame that the interface has no room for waits up to 100 ms, and everything that is to be sent
 //!   after it waits behind it, in order. Meanwhile frames are received and deadlines kept. Then it is lost, as
-//!   on a bad bus: a call that sends is told so, a transfer notices that no answer comes.
+//!   on a bad bus: a call that sends gets [`LinkError::Full`], a transfer times out.
 //!
 //! ```no_run
 //! use lexican_runtime::NodeId;
@@ -25,24 +25,17 @@
 //! # async fn run() -> Result<(), Box<dyn std::error::Error>> {
 //! let network = Network::spawn("can0".parse::<BusUrl>()?.open()?)?;
 //! let [one, other] = [5, 6].map(NodeId::literal);
-//! // A node that does not answer holds up nobody else.
+//! // A node that does not answer does not delay the other one.
 //! let types = tokio::join!(network.read(one, DEVICE_TYPE), network.read(other, DEVICE_TYPE));
 //! println!("{types:?}");
 //! # Ok(())
 //! # }
 //! ```
 
-mod alarm;
-mod command;
-mod looks;
 mod outgoing;
 mod owner;
-#[cfg(unix)]
-mod readiness;
-#[cfg(not(unix))]
-#[path = "looking.rs"]
-mod readiness;
 mod transfers;
+mod wait;
 
 use std::boxed::Box;
 use std::sync::{Arc, OnceLock};
@@ -50,9 +43,8 @@ use std::vec::Vec;
 
 use tokio::sync::{broadcast, mpsc, oneshot};
 
-use self::command::Command;
-pub use self::command::Event;
-use self::owner::Owner;
+pub use self::owner::Event;
+use self::owner::{Command, Owner};
 use self::transfers::Transfer;
 use super::access::{AccessError, LONGEST};
 use super::boot::{BootNetworkError, Plan};
@@ -65,8 +57,8 @@ use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
 use crate::time::{Duration, Instant};
 use crate::wire::nmt::{NmtCommand, NmtMessage};
 
-/// How long a call may take, unless the handle says otherwise.
-pub(super) const UNLIMITED: Duration = Duration::from_micros(u64::MAX);
+/// The patience of a handle without a limit.
+const UNLIMITED: Duration = Duration::from_micros(u64::MAX);
 
 /// A handle of a network whose task runs in the background. When the last one is dropped, the task ends.
 #[derive(Clone, Debug)]
@@ -90,25 +82,25 @@ impl Network {
     ///
     /// Outside a tokio runtime.
     pub fn spawn<L: Link + Send + 'static>(link: L) -> std::io::Result<Network> {
-        let (commands, inbox) = mpsc::channel(64);
+        let (commands, obeyed) = mpsc::channel(64);
         let (posts, posted) = mpsc::channel(64);
         let (events, _) = broadcast::channel(1024);
         let (weak, failure) = (events.downgrade(), Arc::default());
-        tokio::spawn(Owner::new(link, inbox, posted, events)?.run(Arc::clone(&failure)));
+        tokio::spawn(Owner::new(link, obeyed, posted, events)?.run(Arc::clone(&failure)));
         Ok(Network { commands, posts, events: weak, patience: UNLIMITED, failure })
     }
 
-    /// A handle whose calls to read and to write take at most `patience` each, in all: they wait for others, and
-    /// transfer. Then they fail with [`SdoError::TimedOut`](crate::service::sdo_client::SdoError::TimedOut). Without
-    /// this, only a transfer that makes no progress fails.
+    /// Limits how long each call to read or to write by this handle may take in all, including the wait for other calls.
+    /// Then it fails with [`SdoError::TimedOut`](crate::service::sdo_client::SdoError::TimedOut). Without
+    /// a limit, only a transfer that makes no progress fails.
     #[must_use]
     pub fn with_patience(self, patience: Duration) -> Self {
         Network { patience, ..self }
     }
 
-    /// Boots a network, and keeps it up from now on, in place of the one before: the task boots nodes again that got
-    /// lost, and what happens is a [`manager::Event::Network`]. `report` gets what happens until the network is ready. The
-    /// mandatory nodes must boot within `boot_time`; zero: as long as each takes.
+    /// Boots a network, and keeps it up from now on, in place of the one before: the task boots lost nodes
+    /// again, which is reported by [`manager::Event::Network`]. `report` gets those events until the network is ready. The
+    /// mandatory nodes must boot within `boot_time`; zero means without a limit.
     ///
     /// ```no_run
     /// use lexican_runtime::host::{BusUrl, Plan, tokio::Network};
@@ -143,7 +135,7 @@ impl Network {
         mut report: impl FnMut(&NetworkEvent),
     ) -> Result<(), BootNetworkError> {
         let mut events = self.events();
-        let mut hear = |event| {
+        let mut handle = |event| {
             if let Event::Manager(manager::Event::Network(event)) = event {
                 report(&event);
             }
@@ -154,12 +146,12 @@ impl Network {
         let end = loop {
             tokio::select! {
                 end = &mut answer => break end,
-                // Who lags has missed some.
-                event = events.recv() => event.into_iter().for_each(&mut hear),
+                // An error is the number of events that were missed.
+                event = events.recv() => event.into_iter().for_each(&mut handle),
             }
         };
         while let Ok(event) = events.try_recv() {
-            hear(event);
+            handle(event);
         }
         Ok(end.map_err(|_| self.closed())??)
     }
@@ -194,7 +186,7 @@ impl Network {
         self.write_bytes(node, object.address(), bytes.get(..T::SIZE).unwrap_or(&bytes)).await
     }
 
-    /// Reads whatever an entry holds, up to 64 MiB.
+    /// Reads the bytes of an entry of any type, up to 64 MiB.
     ///
     /// # Errors
     ///
@@ -203,7 +195,7 @@ impl Network {
         self.transfer(node, address, None, Bytes::room_for(LONGEST)).await
     }
 
-    /// Writes bytes into an entry, whatever its type.
+    /// Writes bytes into an entry of any type.
     ///
     /// # Errors
     ///
@@ -211,7 +203,7 @@ impl Network {
     ///
     /// # Panics
     ///
-    /// When `data` is 4 GiB or longer: SDO cannot say that.
+    /// When `data` is 4 GiB or longer, which SDO cannot transfer.
     pub async fn write_bytes(&self, node: NodeId, address: Address, data: &[u8]) -> Result<(), AccessError> {
         let len = u32::try_from(data.len()).expect("SDO transfers less than 4 GiB");
         self.transfer(node, address, Some(len), Bytes::of(data)).await.map(drop)
@@ -246,30 +238,30 @@ impl Network {
         answer.await.map_err(|_| self.closed())?
     }
 
-    /// Hands over a frame without waiting, for those who cannot wait, such as a destructor. It is sent before all that
-    /// others have asked for, and after what was posted before. Once taken it reaches the link even when the runtime
+    /// Posts a frame without waiting, for callers that cannot wait, such as a destructor. It is sent before the frames of
+    /// all other calls, and after those posted before. Once accepted it reaches the link even when the runtime
     /// shuts down before the task runs again.
     ///
     /// # Errors
     ///
-    /// The frame, when the task is gone or 64 posted frames are before it.
+    /// The frame, when the task has ended or 64 posted frames wait.
     pub fn post(&self, frame: Frame) -> Result<(), Frame> {
         self.posts.try_send(frame).map_err(|_| frame)
     }
 
-    /// Tells the manager something, such as whose heartbeat it is to watch.
+    /// Runs `what` with the manager, for example to watch a heartbeat.
     ///
     /// # Errors
     ///
     /// [`LinkError`].
     pub async fn tell(&self, what: impl FnOnce(&mut Manager<127>, Instant) + Send + 'static) -> Result<(), LinkError> {
-        self.ask(Command::Tell(Box::new(what))).await
+        self.ask(Command::WithManager(Box::new(what))).await
     }
 
-    /// Hears only the nodes that the manager looks after, now and later, and the frames with `others`: PDOs
+    /// Receives only frames of the manager's nodes, now and later, and those with `others`: PDOs
     /// whose identifiers are not those of the predefined connection set. A link that can leaves out the rest,
-    /// so that a crowded bus costs nothing. Strangers are not noticed any more. A node that is read or written
-    /// is looked after.
+    /// so that a crowded bus costs nothing. Other nodes are no longer noticed. A node that is read or written
+    /// becomes one of the manager's.
     ///
     /// # Errors
     ///
@@ -278,7 +270,7 @@ impl Network {
         self.ask(Command::Listen(Some(others.to_vec()))).await
     }
 
-    /// Hears everybody, as in the beginning.
+    /// Receives all frames, as in the beginning.
     ///
     /// # Errors
     ///
@@ -287,7 +279,7 @@ impl Network {
         self.ask(Command::Listen(None)).await
     }
 
-    /// The time of the link, by which the network waits.
+    /// The link's time.
     ///
     /// # Errors
     ///
@@ -296,7 +288,7 @@ impl Network {
         self.sleep_until(Instant::ZERO).await
     }
 
-    /// Waits until it is `until` by the link; the time then.
+    /// Waits until `until` by the link's time, and returns that time.
     ///
     /// # Errors
     ///
@@ -307,10 +299,10 @@ impl Network {
         answer.await.map_err(|_| self.closed())
     }
 
-    /// What happens from now on, until the link fails.
+    /// The events from now on, until the link fails.
     #[must_use]
     pub fn events(&self) -> broadcast::Receiver<Event> {
-        // Without a task there are none.
+        // If the task has ended there are none.
         let events = self.events.upgrade().unwrap_or_else(|| broadcast::channel(1).0);
         events.subscribe()
     }
@@ -332,7 +324,7 @@ impl Network {
         self.commands.send(command).await.map_err(|_| self.closed())
     }
 
-    /// Why the task does not answer any more.
+    /// Why the task has ended.
     fn closed(&self) -> LinkError {
         self.failure.get().map_or(LinkError::Closed, LinkError::again)
     }

@@ -4,56 +4,83 @@ use std::boxed::Box;
 use std::sync::{Arc, OnceLock};
 use std::vec::Vec;
 
+use tokio::sync::mpsc::error::TryRecvError;
 use tokio::sync::{broadcast, mpsc, oneshot};
 
-use super::command::{Command, Event};
-use super::outgoing::{Outgoing, tell};
-use super::readiness::Readiness;
-use super::transfers::Transfers;
+use super::outgoing::{Outgoing, Reply, reply_to};
+use super::transfers::{Transfer, Transfers};
+use super::wait::Wait;
 use crate::frame::Frame;
-use crate::host::audience::Audience;
-use crate::host::boot::{Kept, NotReady, is_booting};
+use crate::host::boot::{Kept, NotReady, Plan, is_booting};
+use crate::host::filter::FrameFilter;
 use crate::host::pump::{Backlog, MOST_SENT};
-use crate::host::{Incoming, Link, LinkError};
+use crate::host::{BusState, Incoming, Link, LinkError};
+use crate::id::{CobId, NodeId};
 use crate::manager::{self, Manager, NetworkEvent};
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 
-/// How many frames are taken before commands are looked at again, and other tasks have their turn.
-const MOST_TAKEN: usize = 256;
+/// How many frames are received before commands are handled again, and other tasks have their turn.
+const MOST_RECEIVED: usize = 256;
 
-/// How many commands are obeyed before the link is looked at again: as many as wait at most.
-const MOST_OBEYED: usize = 64;
+/// How many commands are handled before frames are received again: as many as wait at most.
+const MOST_COMMANDS: usize = 64;
 
-/// What the task runs.
+/// An event of a network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// An event of the manager.
+    Manager(manager::Event),
+    /// The bus is in another state.
+    Bus(BusState),
+    /// This many frames are missing here: see [`Incoming::Gap`].
+    Gap(u32),
+}
+
+/// What a handle asks the task for.
+pub(super) enum Command {
+    Transfer(NodeId, Transfer),
+    Send(Frame, Reply),
+    WithManager(WithManager),
+    Boot(Box<Plan>, Duration, oneshot::Sender<Result<(), NotReady>>),
+    Listen(Option<Vec<CobId>>),
+    /// Reply at this time.
+    Alarm(Instant, oneshot::Sender<Instant>),
+}
+
+pub(super) type WithManager = Box<dyn FnOnce(&mut Manager<127>, Instant) + Send>;
+
+/// The state of the task.
 pub(super) struct Owner<L: Link> {
     link: L,
-    readiness: Readiness,
+    wait: Wait,
+    /// The clock was read last then.
+    now: Instant,
     manager: Box<Manager<127>>,
     kept: Option<Kept>,
-    /// Who waits for the network to be ready.
+    /// The call that waits for the network to be ready.
     booting: Option<oneshot::Sender<Result<(), NotReady>>>,
     transfers: Transfers,
     outgoing: Outgoing,
     backlog: Backlog,
-    audience: Audience,
+    filter: FrameFilter,
     events: broadcast::Sender<Event>,
-    inbox: mpsc::Receiver<Command>,
+    commands: mpsc::Receiver<Command>,
     posted: mpsc::Receiver<Frame>,
     /// Calls that wait for a time.
     alarms: Vec<(Instant, oneshot::Sender<Instant>)>,
-    /// There may be more to receive or to send than was done at once.
-    more: bool,
+    /// There may be more to receive or to send, so the task does not wait.
+    has_more: bool,
 }
 
-/// What was taken is sent, however the task ends: it may be what stops a machine. For room, all of it together waits
-/// as long as one frame does.
+/// Frames that the task has accepted are sent, however it ends: one may be what stops a machine. All of them together
+/// wait for room as long as one frame does.
 impl<L: Link> Drop for Owner<L> {
     fn drop(&mut self) {
         let mut is_full = false;
         let mut send = |link: &mut L, frame: Frame, reply| {
             let outcome = if is_full { link.try_send(&frame) } else { link.send(&frame) };
             is_full |= matches!(outcome, Err(LinkError::Full));
-            tell(reply, outcome);
+            reply_to(reply, outcome);
         };
         while let Ok(frame) = self.posted.try_recv() {
             send(&mut self.link, frame, None);
@@ -61,7 +88,7 @@ impl<L: Link> Drop for Owner<L> {
         for (frame, reply) in self.outgoing.take() {
             send(&mut self.link, frame, reply);
         }
-        while let Ok(command) = self.inbox.try_recv() {
+        while let Ok(command) = self.commands.try_recv() {
             if let Command::Send(frame, reply) = command {
                 send(&mut self.link, frame, Some(reply));
             }
@@ -72,12 +99,13 @@ impl<L: Link> Drop for Owner<L> {
 impl<L: Link> Owner<L> {
     pub(super) fn new(
         link: L,
-        inbox: mpsc::Receiver<Command>,
+        commands: mpsc::Receiver<Command>,
         posted: mpsc::Receiver<Frame>,
         events: broadcast::Sender<Event>,
     ) -> std::io::Result<Self> {
         Ok(Owner {
-            readiness: Readiness::of(&link)?,
+            wait: Wait::new(&link)?,
+            now: link.now(),
             link,
             manager: Box::default(),
             kept: None,
@@ -85,13 +113,13 @@ impl<L: Link> Owner<L> {
             transfers: Transfers::default(),
             outgoing: Outgoing::default(),
             backlog: Backlog::default(),
-            audience: Audience::default(),
+            filter: FrameFilter::default(),
             events,
-            inbox,
+            commands,
             posted,
             alarms: Vec::new(),
             // The link may have read something already.
-            more: true,
+            has_more: true,
         })
     }
 
@@ -107,116 +135,154 @@ impl<L: Link> Owner<L> {
         }
     }
 
-    /// Waits for what is next, and does it; `false` when nobody has a handle any more.
+    /// Waits until there is something to do, and does it. Returns `false` when the last handle is dropped.
+    ///
+    /// An answer takes two turns, and each of them reads the clock once: one obeys the command and sends the request,
+    /// the other one receives.
     async fn turn(&mut self) -> Result<bool, LinkError> {
-        let now = self.link.now();
-        self.transmit(now);
         let deadline = self.poll_timeout();
+        let mut receives = self.has_more;
+        let mut first = None;
+        // The link first, so that commands hold up neither frames nor deadlines: they are obeyed in either case.
         tokio::select! {
+            biased;
+            () = self.wait.for_link(self.now, deadline), if !self.has_more => receives = true,
+            () = tokio::task::yield_now(), if self.has_more => {}
             Some(frame) = self.posted.recv() => self.outgoing.post(&mut self.link, frame),
-            command = self.inbox.recv(), if self.outgoing.is_free() => match command {
-                Some(command) => self.obey_all(command),
+            command = self.commands.recv(), if self.outgoing.is_free() => match command {
+                Some(command) => first = Some(command),
                 None => return Ok(false),
             },
-            () = self.readiness.wait(now, deadline), if !self.more => {}
-            () = tokio::task::yield_now(), if self.more => {}
         }
-        // Before a request is sent whose answer must be heard.
-        self.audience.follow(&self.manager, &mut self.link)?;
-        self.listen()?;
-        self.readiness.follow(&self.link)?;
+        match self.obey_all(first) {
+            Obeyed::None => {}
+            Obeyed::Some => {
+                // Before a request is sent, so that its answer is received.
+                self.filter.apply(&self.manager, &mut self.link)?;
+                self.has_more |= !self.transmit();
+            }
+            Obeyed::Closed => return Ok(false),
+        }
+        if receives {
+            self.receive()?;
+        }
+        self.filter.apply(&self.manager, &mut self.link)?;
+        self.wait.update(&self.link)?;
         Ok(true)
     }
 
-    /// Does what was asked for by now: on the virtual bus each turn takes time.
-    fn obey_all(&mut self, first: Command) {
-        self.obey(first);
-        for _ in 1..MOST_OBEYED {
-            if !self.outgoing.is_free() {
-                return;
+    /// Obeys the commands that wait, at most 64.
+    fn obey_all(&mut self, first: Option<Command>) -> Obeyed {
+        let mut first = first;
+        for count in 0..MOST_COMMANDS {
+            // A frame that waits for room holds up all commands.
+            let next = match first.take() {
+                Some(command) => Ok(command),
+                None if self.outgoing.is_free() => self.commands.try_recv(),
+                None => Err(TryRecvError::Empty),
+            };
+            match next {
+                Ok(command) => {
+                    if count == 0 {
+                        self.now = self.link.now();
+                        self.send_posted();
+                    }
+                    self.obey(command);
+                }
+                Err(_) if count > 0 => return Obeyed::Some,
+                Err(TryRecvError::Disconnected) => return Obeyed::Closed,
+                Err(TryRecvError::Empty) => return Obeyed::None,
             }
-            let Ok(command) = self.inbox.try_recv() else { return };
-            self.obey(command);
         }
+        Obeyed::Some
     }
 
     fn obey(&mut self, command: Command) {
         match command {
-            Command::Tell(what) => {
-                what(&mut self.manager, self.link.now());
-                self.audience.doubt();
-                self.transfers.restart_lost(&mut self.manager, &mut self.audience, self.link.now());
+            Command::WithManager(what) => {
+                what(&mut self.manager, self.now);
+                // It may have taken long.
+                self.now = self.link.now();
+                self.filter.invalidate();
+                self.transfers.restart_lost(&mut self.manager, &mut self.filter, self.now);
             }
-            Command::Send(frame, reply) => self.outgoing.send(&mut self.link, frame, Some(reply)),
+            Command::Send(frame, reply) => self.outgoing.send(&mut self.link, self.now, frame, Some(reply)),
             Command::Transfer(node, transfer) => {
-                let now = self.link.now();
-                self.audience.include(node, &mut self.manager, now);
+                self.filter.include(node, &mut self.manager, self.now);
                 self.transfers.hold(node, is_booting(self.kept.as_ref(), node));
-                self.transfers.add(node, transfer, &mut self.manager, now);
+                self.transfers.add(node, transfer, &mut self.manager, self.now);
             }
             Command::Boot(plan, boot_time, reply) => {
-                let now = self.link.now();
                 let kept = self.kept.insert(Kept::new(*plan));
                 for node in kept.network.nodes() {
-                    self.audience.include(node, &mut self.manager, now);
+                    self.filter.include(node, &mut self.manager, self.now);
                 }
-                kept.network.start(now, boot_time);
+                kept.network.start(self.now, boot_time);
                 self.booting = Some(reply);
             }
-            Command::Listen(others) => self.audience.choose(others),
+            Command::Listen(others) => self.filter.choose(others),
             Command::Alarm(at, reply) => {
-                let now = self.link.now();
                 self.alarms.push((at, reply));
-                self.ring(now);
+                self.ring(self.now);
             }
         }
     }
 
-    fn transmit(&mut self, now: Instant) {
+    fn send_posted(&mut self) {
         while let Ok(frame) = self.posted.try_recv() {
             self.outgoing.post(&mut self.link, frame);
         }
-        self.outgoing.retry(&mut self.link);
-        for _ in 0..MOST_SENT {
-            if !self.outgoing.is_free() {
-                return;
-            }
-            let frame = self.manager.poll_transmit(now, &mut self.transfers);
-            let kept = || self.kept.as_mut()?.network.poll_transmit(now);
-            let Some(frame) = frame.or_else(kept) else { return };
-            self.outgoing.send(&mut self.link, frame, None);
-        }
-        self.more = true;
     }
 
-    /// Takes what has come by now, but not so much that a flood holds up the rest.
-    fn listen(&mut self) -> Result<(), LinkError> {
-        let mut until = self.link.now();
-        // Time does not pass while there is something to do.
-        if !self.more {
-            let latest = self.readiness.until(until);
-            until = self.poll_timeout().map_or(latest, |deadline| deadline.min(latest));
+    /// Sends what is to be sent, at most four frames. Returns whether that was all, or the rest waits for room.
+    fn transmit(&mut self) -> bool {
+        self.send_posted();
+        self.outgoing.retry(&mut self.link, self.now);
+        for _ in 0..MOST_SENT {
+            if !self.outgoing.is_free() {
+                return true;
+            }
+            let frame = self.manager.poll_transmit(self.now, &mut self.transfers);
+            let kept = || self.kept.as_mut()?.network.poll_transmit(self.now);
+            let Some(frame) = frame.or_else(kept) else { return true };
+            self.outgoing.send(&mut self.link, self.now, frame, None);
         }
-        self.more = true;
-        for _ in 0..MOST_TAKEN {
-            let incoming = self.link.receive(until)?;
-            let now = self.link.now();
-            self.backlog.note(now, incoming.is_some());
+        false
+    }
+
+    /// Handles the frames that have come by now and the deadlines, and sends what they lead to. A flood does not hold up
+    /// the rest.
+    fn receive(&mut self) -> Result<(), LinkError> {
+        let until = match self.has_more {
+            // Time does not pass while there is something to do.
+            true => self.link.now(),
+            false => {
+                let latest = self.wait.patience(&self.link);
+                self.poll_timeout().map_or(latest, |deadline| deadline.min(latest))
+            }
+        };
+        self.has_more = true;
+        for _ in 0..MOST_RECEIVED {
+            let incoming = self.link.receive_at(self.now, until)?;
+            self.now = self.link.now();
+            let may_have_more = incoming.is_some() && !self.link.is_drained();
+            self.backlog.note(self.now, may_have_more);
             match incoming {
                 Some(Incoming::Frame(frame)) => {
-                    let event = self.manager.handle_frame(now, &frame, &mut self.transfers);
-                    self.tell(now, event);
-                    let event = self.kept.as_mut().and_then(|kept| kept.network.handle_frame(now, &frame));
-                    self.tell_network(now, event);
-                    self.transmit(now);
+                    let event = self.manager.handle_frame(self.now, &frame, &mut self.transfers);
+                    self.report(event);
+                    let event = self.kept.as_mut().and_then(|kept| kept.network.handle_frame(self.now, &frame));
+                    self.report_network(event);
                 }
-                // Nobody may be listening.
+                // There may be no listener.
                 Some(Incoming::State(state)) => drop(self.events.send(Event::Bus(state))),
                 Some(Incoming::Gap(frames)) => drop(self.events.send(Event::Gap(frames))),
-                None => self.more = false,
+                None => {}
             }
             self.expire();
-            if !self.more {
+            let has_sent_all = self.transmit();
+            if !may_have_more {
+                self.has_more = !has_sent_all;
                 break;
             }
         }
@@ -233,7 +299,7 @@ impl<L: Link> Owner<L> {
         self.alarms.iter().map(|(at, _)| *at).min()
     }
 
-    /// Replies to the calls whose time has come, and forgets those that were dropped.
+    /// Replies to the calls whose time has come, and removes those that were dropped.
     fn ring(&mut self, now: Instant) {
         let due = |(at, reply): &mut (Instant, oneshot::Sender<Instant>)| *at <= now || reply.is_closed();
         for (_, reply) in self.alarms.extract_if(.., due) {
@@ -242,15 +308,15 @@ impl<L: Link> Owner<L> {
         }
     }
 
-    /// Does what is due.
+    /// Handles the deadlines that have come.
     fn expire(&mut self) {
         while let Some(now) = self.backlog.due(|| self.manager.poll_timeout()) {
             let event = self.manager.handle_timeout(now);
-            self.tell(now, event);
+            self.report(event);
         }
         while let Some(now) = self.backlog.due(|| self.kept.as_ref()?.network.poll_timeout()) {
             let event = self.kept.as_mut().and_then(|kept| kept.network.handle_timeout(now));
-            self.tell_network(now, event);
+            self.report_network(event);
         }
         if let Some(now) = self.backlog.due(|| self.transfers.poll_timeout()) {
             self.transfers.expire(&mut self.manager, now);
@@ -260,29 +326,36 @@ impl<L: Link> Owner<L> {
         }
     }
 
-    fn tell_network(&mut self, now: Instant, event: Option<NetworkEvent>) {
+    fn report_network(&mut self, event: Option<NetworkEvent>) {
         let (Some(event), Some(kept)) = (event, &mut self.kept) else { return };
         let end = kept.follow(event);
         drop(self.events.send(Event::Manager(manager::Event::Network(event))));
-        // Behind its event, so that who waits for it has heard all.
+        // After its event, so that the call that waits for it has received all of them.
         if let Some(end) = end {
             self.booting.take().into_iter().for_each(|reply| drop(reply.send(end.clone())));
         }
         if let NetworkEvent::Booted(node) | NetworkEvent::Failed { node, .. } | NetworkEvent::Lost { node, .. } = event
         {
             self.transfers.hold(node, is_booting(self.kept.as_ref(), node));
-            self.transfers.begin(node, &mut self.manager, now);
+            self.transfers.begin(node, &mut self.manager, self.now);
         }
     }
 
-    fn tell(&mut self, now: Instant, event: Option<manager::Event>) {
+    fn report(&mut self, event: Option<manager::Event>) {
         match event {
             Some(manager::Event::Sdo { node, event }) => {
                 self.transfers.hold(node, is_booting(self.kept.as_ref(), node));
-                self.transfers.end(node, event, &mut self.manager, now);
+                self.transfers.end(node, event, &mut self.manager, self.now);
             }
             Some(event) => drop(self.events.send(Event::Manager(event))),
             None => {}
         }
     }
+}
+
+enum Obeyed {
+    None,
+    Some,
+    /// All handles are dropped.
+    Closed,
 }

@@ -6,7 +6,7 @@ use std::vec::Vec;
 use tokio::sync::oneshot;
 
 use crate::abort::AbortCode;
-use crate::host::audience::Audience;
+use crate::host::filter::FrameFilter;
 use crate::host::{AccessError, Bytes};
 use crate::id::NodeId;
 use crate::manager::{Manager, Payloads};
@@ -14,7 +14,7 @@ use crate::object::Address;
 use crate::service::sdo_client::{self, Payload, SdoError};
 use crate::time::{Duration, Instant};
 
-/// One transfer, and who waits for it.
+/// A transfer, and the call that waits for it.
 pub(super) struct Transfer {
     pub(super) address: Address,
     /// The number of bytes to write; `None` to read.
@@ -25,7 +25,7 @@ pub(super) struct Transfer {
     pub(super) reply: oneshot::Sender<Result<Vec<u8>, AccessError>>,
 }
 
-/// A transfer on its way.
+/// A transfer that waits or is under way.
 struct Pending {
     transfer: Transfer,
     asked: Instant,
@@ -34,13 +34,13 @@ struct Pending {
 }
 
 impl Pending {
-    /// When the call is over.
+    /// When the call times out.
     fn deadline(&self) -> Instant {
         self.asked + self.transfer.patience
     }
 
-    /// Whether it is under way, or somebody still waits for it.
-    fn counts(&self) -> bool {
+    /// Whether it is under way, or its call still waits.
+    fn is_wanted(&self) -> bool {
         self.began.is_some() || !self.transfer.reply.is_closed()
     }
 
@@ -59,11 +59,11 @@ impl Pending {
 #[derive(Default)]
 pub(super) struct Transfers {
     of: BTreeMap<NodeId, VecDeque<Pending>>,
-    /// No call is over before.
+    /// The earliest deadline of all calls.
     deadline: Option<Instant>,
     /// The nodes that are being booted over the same channel.
     held: BTreeSet<NodeId>,
-    /// What a node gets that has no transfer, or one of the application's own.
+    /// The payload of a node without a transfer, or with one that the application has begun through the manager.
     nothing: [u8; 0],
 }
 
@@ -77,16 +77,16 @@ impl Payloads for Transfers {
 }
 
 impl Transfers {
-    /// Begins no transfer with a node, or does so again.
+    /// Holds back the transfers with a node, or no longer does.
     pub(super) fn hold(&mut self, node: NodeId, held: bool) {
         let _ = if held { self.held.insert(node) } else { self.held.remove(&node) };
     }
 
-    /// Takes a transfer with a node that the manager looks after, and begins it when no other with it is under way.
+    /// Adds a transfer with a node of the manager, and begins it when no other one with the node is under way.
     pub(super) fn add(&mut self, node: NodeId, transfer: Transfer, manager: &mut Manager<127>, now: Instant) {
         let all = self.of.entry(node).or_default();
         // Calls that were dropped must not pile up.
-        all.retain(Pending::counts);
+        all.retain(Pending::is_wanted);
         let pending = Pending { transfer, asked: now, began: None };
         if pending.deadline() < Instant::MAX {
             self.deadline = self.deadline.into_iter().chain([pending.deadline()]).min();
@@ -97,10 +97,10 @@ impl Transfers {
         }
     }
 
-    /// A transfer ended: the call returns, and the next one begins.
+    /// Ends a transfer: the call returns, and the next transfer begins.
     ///
-    /// Of a node that does not answer, all calls return that were asked for before that was tried: each of them would
-    /// wait as long again.
+    /// If the node does not answer, all calls return that were made before that transfer began: each of them would wait
+    /// as long again.
     pub(super) fn end(&mut self, node: NodeId, event: sdo_client::Event, manager: &mut Manager<127>, now: Instant) {
         let Some(all) = self.of.get_mut(&node) else { return };
         if let Some(began) = all.front().and_then(|first| first.began)
@@ -120,19 +120,19 @@ impl Transfers {
         self.begin(node, manager, now);
     }
 
-    /// When the first call is over, at the earliest.
+    /// When the next call times out.
     pub(super) const fn poll_timeout(&self) -> Option<Instant> {
         self.deadline
     }
 
-    /// Ends the calls that have taken as long as they may.
+    /// Times out calls.
     pub(super) fn expire(&mut self, manager: &mut Manager<127>, now: Instant) {
-        let is_over = |pending: &Pending| pending.deadline() <= now;
+        let has_timed_out = |pending: &Pending| pending.deadline() <= now;
         let nodes: Vec<NodeId> =
-            self.of.iter().filter(|(_, all)| all.iter().any(is_over)).map(|(node, _)| *node).collect();
+            self.of.iter().filter(|(_, all)| all.iter().any(has_timed_out)).map(|(node, _)| *node).collect();
         for node in nodes {
             let Some(all) = self.of.get_mut(&node) else { continue };
-            let (over, left): (VecDeque<_>, VecDeque<_>) = core::mem::take(all).into_iter().partition(is_over);
+            let (over, left): (VecDeque<_>, VecDeque<_>) = core::mem::take(all).into_iter().partition(has_timed_out);
             *all = left;
             for pending in over {
                 if pending.began.is_some()
@@ -148,11 +148,11 @@ impl Transfers {
         self.deadline = deadlines.filter(|deadline| *deadline < Instant::MAX).min();
     }
 
-    /// Begins transfers anew whose SDO client the application has replaced under them.
-    pub(super) fn restart_lost(&mut self, manager: &mut Manager<127>, audience: &mut Audience, now: Instant) {
+    /// Restarts transfers whose SDO client the application has replaced.
+    pub(super) fn restart_lost(&mut self, manager: &mut Manager<127>, filter: &mut FrameFilter, now: Instant) {
         let nodes: Vec<NodeId> = self.of.iter().filter(|(_, all)| !all.is_empty()).map(|(node, _)| *node).collect();
         for node in nodes {
-            audience.include(node, manager, now);
+            filter.include(node, manager, now);
             let Some(first) = self.of.get_mut(&node).and_then(VecDeque::front_mut) else { continue };
             if !manager.sdo(node).is_ok_and(|sdo| sdo.is_busy()) {
                 first.began = None;
@@ -161,10 +161,10 @@ impl Transfers {
         }
     }
 
-    /// Begins the first transfer with a node that a call still waits for, unless it is under way.
+    /// Begins the first transfer with a node whose call still waits, unless it is under way.
     pub(super) fn begin(&mut self, node: NodeId, manager: &mut Manager<127>, now: Instant) {
         let Some(all) = self.of.get_mut(&node).filter(|_| !self.held.contains(&node)) else { return };
-        while all.front().is_some_and(|first| !first.counts()) {
+        while all.front().is_some_and(|first| !first.is_wanted()) {
             all.pop_front();
         }
         let Some(Pending { transfer, began: began @ None, .. }) = all.front_mut() else { return };
@@ -172,7 +172,7 @@ impl Transfers {
             Some(len) => manager.write(now, node, transfer.address, len),
             None => manager.read(now, node, transfer.address),
         };
-        // When the application has a transfer of its own under way, its end brings the next attempt.
+        // If the application has a transfer under way, this one begins at its end.
         *began = begun.is_ok().then_some(now);
     }
 }
@@ -194,7 +194,7 @@ mod tests {
             transfers.add(node, transfer, &mut manager, Instant::ZERO);
             answer
         };
-        // One under way, one that is wanted, and between them those of somebody who has lost patience.
+        // One under way, one whose call waits, and calls that were dropped.
         let _under_way = add();
         drop(add());
         let _wanted = add();

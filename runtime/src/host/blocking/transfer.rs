@@ -1,4 +1,4 @@
-//! What the shell does between two calls of its link.
+//! Transfers and turns of the blocking shell.
 
 use std::collections::VecDeque;
 
@@ -14,10 +14,10 @@ use crate::object::Address;
 use crate::service::sdo_client::{self, Payload, SdoError};
 use crate::time::Instant;
 
-/// How many events are kept until the application asks for them.
-const KEPT: usize = 1024;
+/// How many events are stored until the application asks for them.
+const STORED: usize = 1024;
 
-/// The payload of the transfer with one node. Others, which the application has begun by itself, have none.
+/// The payload of the transfer with one node. Transfers that the application has begun through the manager have none.
 struct OfNode<'a, P> {
     node: NodeId,
     payload: &'a mut P,
@@ -30,8 +30,8 @@ impl<P: Payload> Payloads for OfNode<'_, P> {
     }
 }
 
-/// A manager and the network that is kept up, on one link. The events of the latter are kept apart: a frame may be news
-/// to both.
+/// A manager and the network that is kept up, on one link. The events of the latter are collected: a frame may cause
+/// one of each.
 struct Served<'a> {
     manager: Lent<'a, 127>,
     kept: Option<&'a mut Plan>,
@@ -69,32 +69,33 @@ impl<L: Link> Network<L> {
         payload: &mut impl Payload,
         begin: impl FnOnce(&mut Manager<127>, Instant) -> Result<(), BeginError>,
     ) -> Result<u32, AccessError> {
-        let until = self.patience.map_or(Instant::MAX, |patience| self.now() + patience);
+        let mut now = self.now();
+        let until = self.patience.map_or(Instant::MAX, |patience| now + patience);
         let timed_out = AccessError::Sdo { node, error: SdoError::TimedOut { address } };
         // What boots the node uses the same channel.
         while is_booting(self.kept.as_ref(), node) {
-            match self.turn(until, &mut [0; 0])? {
+            match self.turn(now, until, &mut [0; 0])? {
                 Turn::Over => return Err(timed_out),
-                turn => self.keep_turn(turn),
+                turn => self.store_turn(turn),
             }
+            now = now.max(self.pump.looked());
         }
-        let mut now = self.now();
-        self.audience.include(node, &mut self.manager, now);
-        // One that the application has begun by itself comes first.
+        self.filter.include(node, &mut self.manager, now);
+        // A transfer that the application has begun through the manager comes first.
         if self.manager.sdo(node).is_ok_and(|sdo| sdo.is_busy()) {
-            if self.finish(node, until, &mut [0; 0])?.is_none() {
+            if self.finish(node, now, until, &mut [0; 0])?.is_none() {
                 return Err(timed_out);
             }
-            now = self.now();
+            now = now.max(self.pump.looked());
         }
         begin(&mut self.manager, now).expect("no other transfer with the node is under way");
         let mut payload = OfNode { node, payload, nothing: [] };
-        match self.finish(node, until, &mut payload) {
+        match self.finish(node, now, until, &mut payload) {
             Ok(Some(sdo_client::Event::Done { len, .. })) => Ok(len),
             Ok(Some(sdo_client::Event::Failed(error))) => Err(AccessError::Sdo { node, error }),
             Ok(None) => {
                 self.abort(node, AbortCode::TIMED_OUT);
-                // The result does not depend on whether the node hears of it.
+                // The result does not depend on whether the abort can be sent.
                 let _ = self.transmit(&mut payload);
                 Err(timed_out)
             }
@@ -111,61 +112,72 @@ impl<L: Link> Network<L> {
         }
     }
 
-    /// Waits for the end of a transfer; `None` at `until`.
+    /// Waits for the end of a transfer; `None` at `until`. It is `now`.
     fn finish(
         &mut self,
         node: NodeId,
+        mut now: Instant,
         until: Instant,
         payload: &mut dyn Payloads,
     ) -> Result<Option<sdo_client::Event>, LinkError> {
         loop {
-            match self.turn(until, payload)? {
+            match self.turn(now, until, payload)? {
                 Turn::Event(Event::Sdo { node: ended, event }) if ended == node => {
                     // The frame that ends a transfer at the node, if there is one. The result does not depend on it.
-                    let _ = self.transmit(payload);
+                    let _ = self.transmit_at(self.pump.looked(), payload);
                     return Ok(Some(event));
                 }
-                Turn::Event(event) => self.keep(event),
+                Turn::Event(event) => self.store(event),
                 Turn::Over => return Ok(None),
                 Turn::Bus(_) | Turn::Gap(_) | Turn::Idle => {}
             }
+            now = now.max(self.pump.looked());
         }
     }
 
-    /// One turn of the pump.
-    pub(super) fn turn(&mut self, until: Instant, payload: &mut dyn Payloads) -> Result<Turn<Event>, LinkError> {
-        // Before a request is sent whose answer must be heard.
-        self.audience.follow(&self.manager, &mut self.link)?;
+    /// One turn of the pump. It is `now`.
+    pub(super) fn turn(
+        &mut self,
+        now: Instant,
+        until: Instant,
+        payload: &mut dyn Payloads,
+    ) -> Result<Turn<Event>, LinkError> {
+        // Before a request is sent, so that its answer is received.
+        self.filter.apply(&self.manager, &mut self.link)?;
         let (kept, mut events) = (self.kept.as_mut().map(|kept| &mut *kept.network), VecDeque::new());
         let mut served = Served { manager: Lent(&mut self.manager, payload), kept, events: &mut events };
-        let turn = self.pump.turn(&mut self.link, &mut served, until);
-        events.into_iter().for_each(|event| self.keep(Event::Network(event)));
+        let turn = self.pump.turn_at(now, &mut self.link, &mut served, until);
+        events.into_iter().for_each(|event| self.store(Event::Network(event)));
         if let Ok(Turn::Gap(frames)) = turn {
             self.lost += u64::from(frames);
         }
         turn
     }
 
-    /// Keeps the event of a turn.
-    pub(super) fn keep_turn(&mut self, turn: Turn<Event>) {
+    /// Stores the event of a turn.
+    pub(super) fn store_turn(&mut self, turn: Turn<Event>) {
         if let Turn::Event(event) = turn {
-            self.keep(event);
+            self.store(event);
         }
     }
 
-    /// Sends what is to be sent, or a part of it.
+    /// Sends up to four frames.
     pub(super) fn transmit(&mut self, payload: &mut dyn Payloads) -> Result<(), LinkError> {
-        self.audience.follow(&self.manager, &mut self.link)?;
-        self.pump.transmit(&mut self.link, &mut Lent(&mut self.manager, payload)).map(drop)
+        self.transmit_at(self.now(), payload)
     }
 
-    /// Keeps an event for [`Network::next_event`]. The end of a transfer that the application has begun by itself is
-    /// not one.
-    pub(super) fn keep(&mut self, event: Event) {
+    fn transmit_at(&mut self, now: Instant, payload: &mut dyn Payloads) -> Result<(), LinkError> {
+        self.filter.apply(&self.manager, &mut self.link)?;
+        self.pump.transmit_at(now, &mut self.link, &mut Lent(&mut self.manager, payload)).map(drop)
+    }
+
+    /// Stores an event for [`Network::next_event`], except the end of a transfer that the application has begun through
+    /// the manager.
+    pub(super) fn store(&mut self, event: Event) {
         if matches!(event, Event::Sdo { .. }) {
             return;
         }
-        if self.events.len() == KEPT {
+        if self.events.len() == STORED {
             self.events.pop_front();
             self.missed += 1;
         }
