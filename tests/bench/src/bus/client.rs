@@ -1,10 +1,10 @@
-//! Our clients, and what a client reports.
+//! Our clients, and their figures.
 
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use lexican_runtime::NodeId;
-use lexican_runtime::host::{BusUrl, blocking, tokio};
+use lexican_runtime::host::{AccessError, BusUrl, Link, LinkError, blocking, tokio};
 use lexican_runtime::object::{Object, Ro};
 use nix::sys::resource::{UsageWho, getrusage};
 
@@ -21,7 +21,7 @@ const WARM_UP: u32 = 200;
 /// How often the clock is read: it costs a system call where the kernel is a guest.
 const STRIDE: u32 = 16;
 
-/// What a client has done in one turn.
+/// The figures of one turn of a client.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Figure {
     pub(super) trips: f64,
@@ -70,7 +70,18 @@ impl FromStr for Figure {
     }
 }
 
-pub(super) fn blocking(url: &str) -> Outcome<()> {
+/// How many round trips a turn has; without a limit it lasts a second.
+#[derive(Clone, Copy)]
+struct Limit(Option<u32>);
+
+impl Limit {
+    fn new(trips: &[&str]) -> Outcome<Self> {
+        Ok(Limit(trips.first().map(|trips| trips.parse()).transpose()?))
+    }
+}
+
+pub(super) fn blocking(url: &str, trips: &[&str]) -> Outcome<()> {
+    let limit = Limit::new(trips)?;
     let mut network = blocking::Network::new(url.parse::<BusUrl>()?.open()?);
     let node = NodeId::try_from(NODE)?;
     for _ in 0..WARM_UP {
@@ -78,29 +89,42 @@ pub(super) fn blocking(url: &str) -> Outcome<()> {
     }
     let turn = Turn::begin();
     let mut trips = 0;
-    while trips % STRIDE != 0 || !turn.is_over() {
+    while turn.goes_on(trips, limit) {
         network.read(node, DEVICE_TYPE)?;
         trips += 1;
     }
-    turn.end(trips)
+    turn.end(trips);
+    Ok(())
 }
 
-pub(super) fn tokio(url: &str) -> Outcome<()> {
+/// From the future that the runtime is started with, which it has to be woken for.
+pub(super) fn tokio(url: &str, trips: &[&str]) -> Outcome<()> {
+    let limit = Limit::new(trips)?;
     let link = url.parse::<BusUrl>()?.open()?;
-    runtime()?.block_on(async {
-        let network = tokio::Network::spawn(link)?;
-        let node = NodeId::try_from(NODE)?;
-        for _ in 0..WARM_UP {
-            network.read(node, DEVICE_TYPE).await?;
-        }
-        let turn = Turn::begin();
-        let mut trips = 0;
-        while trips % STRIDE != 0 || !turn.is_over() {
-            network.read(node, DEVICE_TYPE).await?;
-            trips += 1;
-        }
-        turn.end(trips)
-    })
+    Ok(runtime()?.block_on(read(link, limit))?)
+}
+
+/// From a task.
+pub(super) fn tokio_task(url: &str, trips: &[&str]) -> Outcome<()> {
+    let limit = Limit::new(trips)?;
+    let link = url.parse::<BusUrl>()?.open()?;
+    Ok(runtime()?.block_on(async { ::tokio::spawn(read(link, limit)).await })??)
+}
+
+async fn read(link: Box<dyn Link + Send>, limit: Limit) -> Result<(), AccessError> {
+    let network = tokio::Network::spawn(link).map_err(LinkError::Io)?;
+    let node = NodeId::literal(NODE);
+    for _ in 0..WARM_UP {
+        network.read(node, DEVICE_TYPE).await?;
+    }
+    let turn = Turn::begin();
+    let mut trips = 0;
+    while turn.goes_on(trips, limit) {
+        network.read(node, DEVICE_TYPE).await?;
+        trips += 1;
+    }
+    turn.end(trips);
+    Ok(())
 }
 
 pub(super) fn runtime() -> std::io::Result<::tokio::runtime::Runtime> {
@@ -121,14 +145,13 @@ impl Turn {
         Turn { started: Instant::now(), processor: processor() }
     }
 
-    fn is_over(&self) -> bool {
-        self.started.elapsed() >= TURN
+    fn goes_on(&self, trips: u32, limit: Limit) -> bool {
+        limit.0.map_or_else(|| !trips.is_multiple_of(STRIDE) || self.started.elapsed() < TURN, |limit| trips < limit)
     }
 
-    fn end(self, trips: u32) -> Outcome<()> {
+    fn end(self, trips: u32) {
         let (elapsed, processor) = (self.started.elapsed(), processor().saturating_sub(self.processor));
         println!("{trips} {} {}", elapsed.as_secs_f64(), processor.as_secs_f64());
-        Ok(())
     }
 }
 

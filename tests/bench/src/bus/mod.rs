@@ -4,6 +4,7 @@
 //! 1000h, one read after the other; the contenders take turns of a second, so that other work of the machine
 //! meets all of them alike. A round trip is two frames.
 
+mod calls;
 mod client;
 mod device;
 mod nodes;
@@ -21,9 +22,10 @@ use wire::Wire;
 /// The number of turns of each pair.
 const ROUNDS: usize = 7;
 
-const PAIRS: [Pair; 4] = [
+const PAIRS: [Pair; 5] = [
     Pair { client: Party::Blocking, device: Party::Lexican },
     Pair { client: Party::Tokio, device: Party::Lexican },
+    Pair { client: Party::TokioTask, device: Party::Lexican },
     Pair { client: Party::Python, device: Party::Lexican },
     Pair { client: Party::Blocking, device: Party::Python },
 ];
@@ -41,8 +43,9 @@ pub(crate) fn play(part: &[&str]) -> ExitCode {
     done(match *part {
         ["wire"] => wire::cross(),
         ["device", url, first, count] => device::run(url, first, count),
-        ["blocking", url] => client::blocking(url),
-        ["tokio", url] => client::tokio(url),
+        ["blocking", url, ref trips @ ..] => client::blocking(url, trips),
+        ["tokio", url, ref trips @ ..] => client::tokio(url, trips),
+        ["tokio-task", url, ref trips @ ..] => client::tokio_task(url, trips),
         ["nodes", url, seconds, every_ms] => nodes::run(url, seconds, every_ms),
         _ => Err("this is for the benchmark itself".into()),
     })
@@ -75,7 +78,8 @@ fn measure(link: &str, python: &str) -> Outcome<String> {
     }
     let nodes = nodes::measure(&wire)?;
     eprintln!();
-    Ok(table::text(&wire, &rows, &nodes))
+    let calls = calls::measure(&wire)?;
+    Ok(table::text(&wire, &rows, calls.as_deref(), &nodes))
 }
 
 /// One turn of one pair.
@@ -87,8 +91,7 @@ fn race(wire: &Wire, pair: Pair, python: &str) -> Outcome<Figure> {
     device.line()?;
     let mut client = Player::start(match pair.client {
         Party::Python => python::client(python, wire),
-        Party::Tokio => ourselves(&["tokio", &wire.far])?,
-        _ => ourselves(&["blocking", &wire.far])?,
+        party => ourselves(&[party.part(), &wire.far])?,
     })?;
     // It has warmed up, which took some time of the device's, too.
     client.line()?;

@@ -19,6 +19,7 @@ pub(super) struct Pair {
 pub(super) enum Party {
     Blocking,
     Tokio,
+    TokioTask,
     Lexican,
     Python,
 }
@@ -28,8 +29,20 @@ impl Party {
         match self {
             Party::Blocking => "lexican, blocking",
             Party::Tokio => "lexican, tokio",
+            Party::TokioTask => "lexican, tokio, in a task",
             Party::Lexican => "lexican",
             Party::Python => "python-canopen",
+        }
+    }
+
+    /// Its name on the command line.
+    pub(super) const fn part(self) -> &'static str {
+        match self {
+            Party::Blocking => "blocking",
+            Party::Tokio => "tokio",
+            Party::TokioTask => "tokio-task",
+            Party::Lexican => "device",
+            Party::Python => "python",
         }
     }
 }

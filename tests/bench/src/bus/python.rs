@@ -5,7 +5,7 @@ use std::process::Command;
 use super::player::NODE;
 use super::wire::Wire;
 
-/// Reads 1000h for a second, and says what ours says: round trips, seconds, seconds of the processor.
+/// Reads 1000h for a second, and prints the same line as ours: round trips, seconds, seconds of the processor.
 const CLIENT: &str = "
 import sys, time
 import canopen

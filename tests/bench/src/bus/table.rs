@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
+use super::calls::Calls;
 use super::client::Figure;
 use super::nodes::Rates;
 use super::player::{Pair, Party};
 use super::wire::Wire;
 
-pub(super) fn text(wire: &Wire, rows: &[(Pair, Figure)], nodes: &[Rates]) -> String {
+pub(super) fn text(wire: &Wire, rows: &[(Pair, Figure)], calls: Option<&[Calls]>, nodes: &[Rates]) -> String {
     let mut text = format!("### {}\n\n{}\n\n", wire.name, machine());
     text.push_str(
         "| client | device | round trips/s | processor of the client, us per frame | of the device, us per frame | \
@@ -19,7 +20,7 @@ pub(super) fn text(wire: &Wire, rows: &[(Pair, Figure)], nodes: &[Rates]) -> Str
         // Clients are compared before the same device, devices behind the same client.
         let (rate, processor) = match (pair.client, pair.device) {
             (Party::Python, _) | (_, Party::Python) => (None, None),
-            (Party::Blocking | Party::Tokio, _) => {
+            (Party::Blocking | Party::Tokio | Party::TokioTask, _) => {
                 let theirs = of(Party::Python, pair.device);
                 let rate = theirs.map(|theirs| figure.trips_per_s() / theirs.trips_per_s());
                 (rate, theirs.map(|theirs| figure.client_us / theirs.client_us))
@@ -46,6 +47,16 @@ pub(super) fn text(wire: &Wire, rows: &[(Pair, Figure)], nodes: &[Rates]) -> Str
             times(Some(ours.trips_per_s() / theirs.trips_per_s())),
             times(Some(ours.device_us / theirs.device_us))
         );
+    }
+    if let Some(calls) = calls {
+        text.push_str(
+            "\nSystem calls of the client per round trip, counted by `strace -c`:\n\n| client | calls | of these |\n",
+        );
+        text.push_str("| --- | --- | --- |\n");
+        for Calls { client, each } in calls {
+            let list: Vec<String> = each.iter().map(|(name, calls)| format!("{name} {calls:.1}")).collect();
+            let _ = writeln!(text, "| {client} | {:.1} | {} |", each.values().sum::<f64>(), list.join(", "));
+        }
     }
     for rates in nodes {
         let _ = writeln!(text, "\nEight nodes on one tokio shell, {}, round trips per second:\n", rates.pace);
