@@ -46,6 +46,7 @@ impl NodeId {
 
 /// A number is not a node-ID: it is 0 or above 127.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("{0} is not a node-ID: node-IDs are 1 to 127")]
 pub struct InvalidNodeId(pub u8);
 

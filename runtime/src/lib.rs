@@ -24,6 +24,8 @@
 //! - `host`, behind the feature `std`: links and shells, the only part that does I/O. Links to interfaces have features
 //!   of their own, `socketcan` and `slcan`; so has the shell for `tokio`.
 //!
+//! With the feature `defmt`, the values of the core have a `defmt::Format`, for the log of a firmware.
+//!
 //! What is absent: no clock is read (time is an argument), no frame is queued (transmissions are
 //! pulled and computed from state), nothing is allocated, nothing is `unsafe`, nothing is global.
 #![no_std]
@@ -36,6 +38,8 @@ extern crate std;
 pub mod abort;
 pub mod cia301;
 pub mod device;
+#[cfg(feature = "defmt")]
+mod formats;
 pub mod frame;
 #[cfg(feature = "std")]
 pub mod host;

@@ -153,7 +153,7 @@ impl Job {
 
 /// Where others use it, and what they use there.
 const HOST: &[&str] = &["-p", "lexican", "-p", "lexican-driver", "-p", "lexican-siko-ag03-1", "--all-features"];
-const CORE: &[&str] = &["-p", "lexican-runtime", "--no-default-features"];
+const CORE: &[&str] = &["-p", "lexican-runtime", "--no-default-features", "--features", "defmt"];
 const TARGETS: [(&str, &[&str]); 3] =
     [("x86_64-pc-windows-gnu", HOST), ("aarch64-apple-darwin", HOST), ("thumbv7em-none-eabihf", CORE)];
 

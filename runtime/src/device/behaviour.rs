@@ -8,6 +8,7 @@ use crate::wire::pdo::TransmissionType;
 
 /// When a manager may change the parameters of PDOs and the COB-IDs of SYNC and EMCY.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ChangeRule {
     /// As CiA 301 has it: an identifier only while the object is switched off (bit 31; bit 30 of SYNC).
     WhileInvalid,
@@ -17,6 +18,7 @@ pub enum ChangeRule {
 
 /// What happens when both heartbeat (1017h) and life guarding (100Ch, 100Dh) are asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ErrorControlRule {
     /// As CiA 301 has it: heartbeat is used, and guarding requests stay unanswered.
     HeartbeatFirst,

@@ -9,6 +9,7 @@ use crate::wire::nmt::NmtState;
 
 /// What happened to a device. One frame or deadline is at most one event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// The device is in another NMT state.
     StateChanged(NmtState),
@@ -74,6 +75,7 @@ pub enum Event {
 
 /// A parameter of the dictionary that the device does not serve as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Misconfigured {
     /// The parameter.
     pub address: Address,

@@ -43,6 +43,7 @@ pub struct Assignment<C> {
 
 /// How a node is guarded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Guarding {
     /// The time from one request to the next.
     pub guard_time: Duration,
@@ -60,6 +61,7 @@ impl Guarding {
 
 /// What happens when a mandatory node is lost (1F80h, bits 4 and 6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum OnLoss {
     /// That node alone is reset, and booted again.
     #[default]
@@ -147,6 +149,7 @@ impl<C> Assignment<C> {
 
 /// What the dictionary asks of the device that starts the network, or starts itself (1F80h).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Startup {
     /// The device is the manager (bit 0).
     pub is_manager: bool,

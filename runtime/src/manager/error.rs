@@ -5,6 +5,7 @@ use crate::service::sdo_client::Busy;
 
 /// There is no room for another node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("node {node} does not fit: the manager has room for {nodes} nodes")]
 pub struct Full {
     /// The node that does not fit.
@@ -15,6 +16,7 @@ pub struct Full {
 
 /// An SDO transfer cannot begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BeginError {
     /// The manager does not look after the node.
     #[error("node {0} was not added to the manager")]

@@ -10,6 +10,7 @@ use crate::wire::nmt::NmtState;
 
 /// What a manager learned. One frame or deadline is at most one event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// A node sent its boot-up message; also one that the manager does not look after.
     BootedUp {
@@ -90,6 +91,7 @@ impl Event {
 
 /// What happened in the network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NetworkEvent {
     /// A node has booted: it is what it shall be, and reports OPERATIONAL if it was to be started.
     Booted(NodeId),

@@ -54,6 +54,7 @@ pub trait ObjectDictionary {
 
 /// One row of the dictionary's table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Entry {
     /// Index and sub-index.
     pub address: Address,
@@ -93,6 +94,7 @@ impl Entry {
 
 /// What a manager may do with an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Access {
     /// Read only.
     Ro,
@@ -120,6 +122,7 @@ impl Access {
 
 /// Which PDOs may map an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PdoMapping {
     /// None.
     None,
@@ -133,6 +136,7 @@ pub enum PdoMapping {
 
 /// The limits of an entry, in wire form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Limit {
     /// The smallest value.
     pub low: u64,
@@ -142,6 +146,7 @@ pub struct Limit {
 
 /// A default to which the node-ID is added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NodeRelative {
     /// Where the value starts in the image.
     pub offset: u32,

@@ -20,6 +20,7 @@ pub struct Object<T, A, M = Unmapped> {
 
 /// What an object holds in a new device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DefaultValue<T> {
     /// The data sheet does not say.
     None,
@@ -31,6 +32,7 @@ pub enum DefaultValue<T> {
 
 /// The smallest and the largest value allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Limits<T> {
     /// The smallest value allowed.
     pub low: T,
@@ -117,6 +119,7 @@ impl<T: Type, A, M> fmt::Debug for Object<T, A, M> {
 
 /// A value outside the limits of the data sheet. Nothing was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("{address}: the value is {} the limits of the data sheet", if *.above { "above" } else { "below" })]
 pub struct OutOfRange {
     /// The object.

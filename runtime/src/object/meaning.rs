@@ -7,6 +7,7 @@ use super::{Address, DataType, Value};
 
 /// What tools show of an entry: one row of the generated `NAMES`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Name {
     /// Index and sub-index.
     pub address: Address,
@@ -35,6 +36,7 @@ impl Name {
 
 /// What a number means.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Meaning {
     /// Just a number, or no number at all.
     Plain,
@@ -66,6 +68,7 @@ pub trait Quantity: Value {
 
 /// A value and its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ValueName {
     /// The value, in wire form.
     pub raw: u64,
@@ -83,6 +86,7 @@ impl ValueName {
 
 /// Neighbouring bits and their name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BitName {
     /// The lowest bit.
     pub low: u8,
@@ -102,6 +106,7 @@ impl BitName {
 
 /// A physical unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Unit {
     /// As people write it: `V`, `°C`, `rev/min`.
     pub symbol: &'static str,

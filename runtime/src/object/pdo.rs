@@ -52,6 +52,7 @@ pub trait Pdo: Copy {
 
 /// The direction of a PDO as the device sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Direction {
     /// Received by the device.
     Receive,
@@ -61,6 +62,7 @@ pub enum Direction {
 
 /// One entry of a PDO mapping (CiA 301, 7.5.2.36).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Mapped {
     /// The object; of a data type (0001h to 0007h) when it is a placeholder.
     pub address: Address,
@@ -90,6 +92,7 @@ impl Mapped {
 
 /// A frame has fewer bytes than the PDO maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("the PDO maps {mapped} bytes, the frame has {got}")]
 pub struct MappedLengthMismatch {
     /// The bytes that are mapped.

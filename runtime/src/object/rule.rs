@@ -5,6 +5,7 @@ use crate::wire::nmt::NmtState;
 
 /// `2102:00 == 2`, or `2412:00 != 0`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Condition {
     /// The entry that decides.
     pub address: Address,
@@ -30,6 +31,7 @@ impl Condition {
 
 /// Limits of an entry that hold while another entry has a certain value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ConditionalLimit {
     /// The entry that is limited.
     pub address: Address,
@@ -49,6 +51,7 @@ impl ConditionalLimit {
 
 /// In which NMT states an entry may be written; entries that are not listed may be in all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct WritableIn {
     /// The entry.
     pub address: Address,

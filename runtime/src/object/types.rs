@@ -6,6 +6,7 @@ macro_rules! data_types {
     ($($variant:ident = $code:literal, $name:literal, $bits:expr;)*) => {
         /// A static data type of CiA 301.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[repr(u16)]
         pub enum DataType {
             $(#[doc = concat!($name, ".")] $variant = $code,)*

@@ -54,6 +54,7 @@ pub trait Value: Type + PartialOrd + fmt::Debug {
 
 /// The bytes do not have the length of the data type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("expected {expected} bytes, got {got}")]
 pub struct LengthMismatch {
     /// The length of the data type.
@@ -133,6 +134,7 @@ macro_rules! odd_integers {
     ($($name:ident($repr:ty), $bits:literal, $data_type:ident, $doc:literal;)*) => {$(
         #[doc = $doc]
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         pub struct $name($repr);
 
         impl $name {
@@ -208,6 +210,7 @@ macro_rules! times {
     ($($name:ident, $data_type:ident, $days:literal, $doc:literal;)*) => {$(
         #[doc = $doc]
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         pub struct $name {
             #[doc = $days]
             pub days: u16,

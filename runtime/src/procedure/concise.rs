@@ -24,6 +24,7 @@ pub(super) struct Position {
 
 /// A concise DCF is cut off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("the concise DCF promises {expected} entries, and ends in entry {got}")]
 pub struct ConciseDcfError {
     /// How many entries it promises.
@@ -34,6 +35,7 @@ pub struct ConciseDcfError {
 
 /// Steps cannot become a concise DCF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EncodeError {
     /// The buffer is too short.

@@ -51,6 +51,7 @@ pub struct Failure<'a> {
 
 /// Why a step failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StepError {
     /// Reading or writing failed.

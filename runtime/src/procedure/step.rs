@@ -81,6 +81,7 @@ pub trait Steer: fmt::Debug + Sync {
 
 /// What to do in [`Step::Steer`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Decision {
     /// Nothing more: the goal is reached.
     Reached,

@@ -9,6 +9,7 @@ use crate::wire::nmt::NmtState;
 
 /// What life guarding noticed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// No guarding request came within the life time.
     Lost,

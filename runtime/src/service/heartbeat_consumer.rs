@@ -10,6 +10,7 @@ use crate::wire::nmt::NmtState;
 
 /// What is known of a node's heartbeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Heartbeat {
     /// None came yet, or the node booted and has sent none since.
     Unknown,
@@ -21,6 +22,7 @@ pub enum Heartbeat {
 
 /// What happened to a heartbeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// The node sent its boot-up message.
     BootedUp,

@@ -24,6 +24,7 @@ pub trait LssHost {
 
 /// Why a configuration is not stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StoreError {
     /// The device has no storage for it.
     #[error("storing is not supported")]
@@ -35,6 +36,7 @@ pub enum StoreError {
 
 /// What came of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// The device had no node-ID, and has one now: it boots with it.
     NodeIdGiven(NodeId),

@@ -8,6 +8,7 @@ use crate::wire::lss::{self, Bound, Identity, LssRequest, LssResponse, LssState,
 
 /// How an operation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// A device was selected by its identity, and is in the state CONFIGURATION.
     Selected,
@@ -29,6 +30,7 @@ pub enum Event {
 
 /// Why an operation failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LssError {
     /// Nobody answered: there is no such device, or it does not support the operation.
     #[error("nobody answers")]
@@ -53,6 +55,7 @@ pub enum LssError {
 
 /// Another operation is under way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("another LSS operation is under way")]
 pub struct Busy;
 
@@ -88,6 +91,7 @@ enum State {
 
 /// The identities that [`LssManager::identify`] looks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Range {
     /// Vendor, product, and the lowest revision and serial number.
     pub low: Identity,

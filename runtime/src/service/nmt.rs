@@ -14,6 +14,7 @@ use crate::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 
 /// Which reset a manager asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reset {
     /// Everything, as after power-on.
     Node,
@@ -23,6 +24,7 @@ pub enum Reset {
 
 /// What a frame meant to the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// The device is in another state now.
     StateChanged(NmtState),

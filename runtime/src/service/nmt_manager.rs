@@ -14,6 +14,7 @@ pub struct Outbox {
 
 /// The frame before was not pulled yet: pull the transmissions first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("{frame} was not sent yet")]
 pub struct Unsent {
     /// The frame before.

@@ -12,6 +12,7 @@ use super::heartbeat_consumer;
 
 /// What guarding noticed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// The node sent its boot-up message.
     BootedUp,

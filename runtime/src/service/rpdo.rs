@@ -10,6 +10,7 @@ use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// The communication parameter of an RPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters {
     /// 1400h:01.
     pub cob_id: PdoCobId,
@@ -27,6 +28,7 @@ impl Parameters {
 
 /// What became of a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// Its objects are in the dictionary now.
     Received,
@@ -52,6 +54,7 @@ pub enum Event {
 
 /// How the last PDO's length was wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LengthError {
     /// Too short: not processed (EMCY 8210h).
     TooShort,

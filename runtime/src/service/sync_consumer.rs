@@ -7,6 +7,7 @@ use crate::wire::sync::Sync;
 
 /// A SYNC came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Event {
     /// What it carries.
     pub sync: Sync,

@@ -17,6 +17,7 @@ use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// The communication parameter of a TPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters {
     /// 1800h:01.
     pub cob_id: PdoCobId,
@@ -44,6 +45,7 @@ impl Parameters {
 /// What makes a device send a TPDO of an event-driven type, 254 or 255: CiA 301 leaves it to the
 /// manufacturer and to the profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Triggers {
     /// Entering OPERATIONAL.
     pub start: bool,

@@ -2,6 +2,7 @@
 
 /// A checksum of the bytes so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Crc(u16);
 
 impl Crc {

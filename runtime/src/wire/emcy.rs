@@ -163,6 +163,7 @@ impl fmt::Debug for ErrorRegister {
 
 /// In which order a device sends the two bytes of the error code.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CodeOrder {
     /// As CiA 301 has it.
     #[default]
@@ -173,6 +174,7 @@ pub enum CodeOrder {
 
 /// An emergency message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Emergency {
     /// What happened; [`ErrorCode::NO_ERROR`] tells that an error is over.
     pub code: ErrorCode,

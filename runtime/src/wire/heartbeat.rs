@@ -8,6 +8,7 @@ use crate::id::{CobId, NodeId};
 
 /// The byte that a node sends about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorControl {
     /// The state. INITIALISING is the boot-up message.
     pub state: NmtState,

@@ -5,6 +5,7 @@ use crate::id::{CobId, NodeId};
 
 /// What tells a device from all others: object 1018h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Identity {
     /// 1018h:01.
     pub vendor: u32,
@@ -18,6 +19,7 @@ pub struct Identity {
 
 /// A part of the identity, in the order of 1018h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Part {
     /// The vendor-ID.
     Vendor,
@@ -87,6 +89,7 @@ impl Identity {
 
 /// The state that LSS gives a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LssState {
     /// Listens for being selected.
     Waiting,
@@ -96,6 +99,7 @@ pub enum LssState {
 
 /// A bound of the range that identifies devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Bound {
     /// Vendor-ID: must be met.
     Vendor,
@@ -118,6 +122,7 @@ impl Bound {
 
 /// What a manager asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LssRequest {
     /// All devices enter a state. No answer.
     SwitchGlobal(LssState),
@@ -162,6 +167,7 @@ pub enum LssRequest {
 
 /// What a device answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LssResponse {
     /// Selected by its identity.
     Selected,

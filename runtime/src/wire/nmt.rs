@@ -7,6 +7,7 @@ use crate::id::{CobId, NodeId};
 
 /// The NMT state of a node, as heartbeats and guarding answers carry it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum NmtState {
     /// Not yet on the bus; on the wire this is the boot-up message.
@@ -59,6 +60,7 @@ impl fmt::Display for NmtState {
 
 /// What a manager may ask of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum NmtCommand {
     /// Enter OPERATIONAL.
@@ -119,6 +121,7 @@ impl fmt::Display for NmtCommand {
 
 /// A command and whom it concerns: the one message with COB-ID 000h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NmtMessage {
     /// What is asked.
     pub command: NmtCommand,

@@ -61,6 +61,7 @@ impl fmt::Debug for PdoCobId {
 
 /// When a PDO is sent, or takes effect (1400h:02, 1800h:02).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TransmissionType {
     /// 0: with the next SYNC after an event.
     SynchronousAcyclic,

@@ -12,6 +12,7 @@ use crate::object::Address;
 
 /// What a client asks of a server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ClientRequest {
     /// Download SDO segment (7.2.4.3.4).
     DownloadSegment(Segment),
@@ -66,6 +67,7 @@ pub enum ClientRequest {
 
 /// What a server answers to a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ServerResponse {
     /// Upload SDO segment (7.2.4.3.7).
     UploadSegment(Segment),
@@ -255,6 +257,7 @@ impl ServerResponse {
 
 /// What an initiate frame carries beside the address: all of the data, or a notice of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Content {
     /// The data itself (e = 1).
     Expedited(Expedited),
@@ -295,6 +298,7 @@ impl Content {
 
 /// One to four bytes, or four of which nobody says how many count (e = 1, s = 0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 // The data is aligned as a number is: what is written as one and read as half of two waits in the processor.
 #[repr(C, align(4))]
 pub struct Expedited {
@@ -360,6 +364,7 @@ impl Expedited {
 
 /// Up to seven bytes of a segmented transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Segment {
     /// Alternates, beginning with `false`.
     pub toggle: bool,
@@ -409,6 +414,7 @@ impl Segment {
 
 /// Either side gives a transfer up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Abort {
     /// The entry that was transferred.
     pub address: Address,
@@ -428,6 +434,7 @@ impl Abort {
 
 /// The receiver of a block tells how much of it arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Confirmation {
     /// The last segment that arrived with all before it; 0 when the first one was lost.
     pub sequence: u8,
@@ -448,6 +455,7 @@ impl Confirmation {
 
 /// The sender of blocks has sent all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BlockEnd {
     /// How many bytes of the last segment do not count; only three bits of it travel.
     unused: u8,

@@ -8,6 +8,7 @@ use super::sdo::Raw;
 /// Seven bytes of a block. How many of the last segment's bytes count is told later, by
 /// [`super::sdo::BlockEnd`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BlockSegment {
     /// The place in its block, 1 to 127.
     sequence: u8,

@@ -5,6 +5,7 @@ use crate::id::CobId;
 
 /// A SYNC message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sync {
     /// 1 to 240 when the producer counts (1019h).
     pub counter: Option<u8>,

@@ -41,6 +41,7 @@ pub struct BootNode<C> {
 
 /// What became of the node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BootEvent {
     /// It is what it shall be, and OPERATIONAL if it was to be started.
     Booted,

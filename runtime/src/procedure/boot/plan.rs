@@ -72,6 +72,7 @@ const KEEP_ALIVE: u32 = 1 << 4;
 
 /// Why a node does not boot. The letters are those of CiA 302-2, table 4.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum BootError {
     /// B: no answer about the device type.

@@ -2,6 +2,7 @@
 
 /// A mode of operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
     /// Profile position mode.
     ProfilePosition,

@@ -6,6 +6,7 @@ use super::word::status;
 
 /// A state of the drive (CiA 402-2, 8.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
     /// The drive initialises itself.
     NotReadyToSwitchOn,

@@ -6,6 +6,7 @@ use crate::procedure::{Decision, Steer};
 
 /// A command, as bits 0 to 3 and 7 of the control word give it (CiA 402-2, table 27).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Command {
     /// Shutdown: xxxx x110.
     Shutdown,
@@ -55,6 +56,7 @@ impl Command {
 
 /// Why a drive changes its state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Cause {
     /// The manager commands it.
     Command(Command),
@@ -64,6 +66,7 @@ pub enum Cause {
 
 /// One arrow of the state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Transition {
     /// As the device's manual numbers it.
     pub number: u8,

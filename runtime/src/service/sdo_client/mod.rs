@@ -69,6 +69,7 @@ enum Blocks {
 
 /// How a transfer ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// In success.
     Done {
@@ -84,6 +85,7 @@ pub enum Event {
 
 /// Why a transfer failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SdoError {
     /// The device refused or gave up.
@@ -150,6 +152,7 @@ impl SdoError {
 
 /// The client has a transfer under way already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[error("{address}: an SDO transfer is still under way")]
 pub struct Busy {
     /// The entry that is being transferred.

@@ -53,6 +53,7 @@ pub struct SdoServer {
 
 /// Which answers to reads indicate how many bytes they have. An expedited one that does not has the command 42h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SizesIndicated {
     /// Expedited ones of 1, 2, 3 and 4 bytes.
     pub expedited: [bool; 4],
@@ -74,6 +75,7 @@ impl SizesIndicated {
 
 /// What happened to an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// A client has read the entry to its end.
     Read(Address),
@@ -92,6 +94,7 @@ pub enum Event {
 
 /// One of the two sides of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Side {
     /// The side that reads and writes.
     Client,

@@ -1,0 +1,101 @@
+//! `defmt::Format` of what prints otherwise than its fields, as its `Display` prints it.
+
+use defmt::{Format, Formatter, write};
+
+use crate::abort::AbortCode;
+use crate::frame::Frame;
+use crate::id::{CobId, NodeId};
+use crate::object::Address;
+use crate::time::{Duration, Instant};
+use crate::wire::emcy::{ErrorCode, ErrorRegister};
+use crate::wire::pdo::PdoCobId;
+
+impl Format for NodeId {
+    fn format(&self, f: Formatter<'_>) {
+        write!(f, "{=u8}", self.get());
+    }
+}
+
+impl Format for CobId {
+    fn format(&self, f: Formatter<'_>) {
+        match u16::try_from(self.raw()) {
+            Ok(standard) if !self.is_extended() => write!(f, "{=u16:03X}", standard),
+            _ => write!(f, "{=u32:08X}", self.raw()),
+        }
+    }
+}
+
+/// Data as a list of bytes in hexadecimal.
+impl Format for Frame {
+    fn format(&self, f: Formatter<'_>) {
+        if self.is_remote() {
+            write!(f, "{}#R{=u8}", self.id(), self.dlc());
+        } else {
+            write!(f, "{}#{=[u8]:02X}", self.id(), self.data());
+        }
+    }
+}
+
+impl Format for Address {
+    fn format(&self, f: Formatter<'_>) {
+        write!(f, "{=u16:04X}:{=u8:02X}", self.index(), self.sub());
+    }
+}
+
+/// The number; the firmware need not have the texts.
+impl Format for AbortCode {
+    fn format(&self, f: Formatter<'_>) {
+        write!(f, "{=u32:08X}", self.0);
+    }
+}
+
+impl Format for PdoCobId {
+    fn format(&self, f: Formatter<'_>) {
+        write!(f, "{=u32:08X}", self.0);
+    }
+}
+
+impl Format for ErrorCode {
+    fn format(&self, f: Formatter<'_>) {
+        write!(f, "{=u16:04X}", self.0);
+    }
+}
+
+impl Format for ErrorRegister {
+    fn format(&self, f: Formatter<'_>) {
+        write!(f, "{=u8:02X}", self.0);
+    }
+}
+
+impl Format for Instant {
+    fn format(&self, f: Formatter<'_>) {
+        write!(f, "{=u64:us}", self.as_micros());
+    }
+}
+
+impl Format for Duration {
+    fn format(&self, f: Formatter<'_>) {
+        write!(f, "{=u64} us", self.as_micros());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use defmt::Format;
+
+    use crate::device::{Event, Misconfigured};
+    use crate::manager;
+    use crate::service::{lss_device, sdo_client};
+    use crate::wire::sdo::{ClientRequest, ServerResponse};
+
+    /// What a firmware logs.
+    #[test]
+    fn events_errors_and_messages_have_a_format() {
+        fn check<T: Format>() {}
+        check::<(Event, Misconfigured)>();
+        check::<(manager::Event, manager::NetworkEvent)>();
+        check::<(lss_device::Event, sdo_client::SdoError)>();
+        check::<(ClientRequest, ServerResponse)>();
+        check::<(crate::Frame, crate::NodeId, crate::Instant, crate::AbortCode)>();
+    }
+}
