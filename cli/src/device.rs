@@ -155,6 +155,21 @@ fn near(known: &str, name: &str) -> bool {
     strsim::jaro_winkler(&known.to_lowercase(), &name.to_lowercase()) > 0.85
 }
 
+/// Devices for tests.
+#[cfg(test)]
+pub(crate) mod samples {
+    use super::*;
+
+    pub(crate) fn drive() -> Device {
+        Loaded::named("siko/ag03-1").unwrap().device
+    }
+
+    pub(crate) fn sensor() -> Device {
+        let source = Source::new("sensor.eds", include_str!("../tests/sensor.eds"));
+        lexican_eds::load(&Input::new(source)).0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -276,13 +276,13 @@ mod tests {
     use super::*;
     use crate::bus::flood::Flood;
     use crate::bus::virtual_device::VirtualDevice;
-    use crate::device::Loaded;
+    use crate::device::samples;
     use lexican_eds::model::{Device, Value};
     use lexican_runtime::host::VirtualBus;
 
     /// A data sheet with this serial number.
     fn sheet(serial: i128) -> Device {
-        let mut device = Loaded::named("siko/ag03-1").unwrap().device;
+        let mut device = samples::drive();
         let identity = device.objects.iter_mut().find(|object| object.index == cia301::IDENTITY).unwrap();
         let entry = identity.entries.iter_mut().find(|entry| entry.sub == 4).unwrap();
         entry.default = Some(Value::Integer(serial));

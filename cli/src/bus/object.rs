@@ -1,6 +1,7 @@
 //! Objects on the command line: by address or by name.
 
 use lexican_eds::model::{Device, Entry};
+use lexican_runtime::cia301;
 use lexican_runtime::object::Address;
 
 use crate::output::Failure;
@@ -39,7 +40,7 @@ pub(crate) fn describe(device: &Device, entry: &Entry) -> String {
 fn parse_address(text: &str) -> Option<Address> {
     let (index, sub) = text.split_once(':').unwrap_or((text, "0"));
     // 1000h is the lowest index of an object; a shorter number is a mistake.
-    let index = parse_hex(index, 4).filter(|index| *index >= 0x1000)?;
+    let index = parse_hex(index, 4).filter(|index| *index >= cia301::COMMUNICATION.start)?;
     Some(Address::new(index, parse_hex(sub, 2)? as u8))
 }
 
@@ -86,15 +87,11 @@ fn nearness(name: &str, wanted: &str) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::Loaded;
-
-    fn device() -> Device {
-        Loaded::named("siko/ag03-1").unwrap().device
-    }
+    use crate::device::samples::drive;
 
     #[test]
     fn addresses_and_names_are_resolved() {
-        let device = device();
+        let device = drive();
         for (text, found) in [
             ("6064", "6064:00"),
             ("0x6064:0", "6064:00"),
@@ -112,10 +109,10 @@ mod tests {
     #[test]
     fn other_texts_are_refused() {
         for text in ["", "60", "60640", "6064:100", "6064:", "no such thing", "6064:0:0"] {
-            assert!(resolve(Some(&device()), text).is_err(), "{text}");
+            assert!(resolve(Some(&drive()), text).is_err(), "{text}");
         }
         assert!(resolve(None, "controlword").is_err());
-        let advice = |text| resolve(Some(&device()), text).unwrap_err().words().1.unwrap_or_default().to_owned();
+        let advice = |text| resolve(Some(&drive()), text).unwrap_err().words().1.unwrap_or_default().to_owned();
         for text in ["60", "60640", "6064:100", "6064:", "0x60", "6064:0:0"] {
             assert!(advice(text).contains("four hexadecimal digits"), "{text}");
         }
@@ -124,8 +121,8 @@ mod tests {
 
     #[test]
     fn a_misspelt_name_finds_its_object() {
-        assert!(advice(&device(), "positionactualvalu").contains("6064:00"));
-        assert!(advice(&device(), "actualvalue").contains("606C:00"));
-        assert!(advice(&device(), "qqq").contains("eds dump"));
+        assert!(advice(&drive(), "positionactualvalu").contains("6064:00"));
+        assert!(advice(&drive(), "actualvalue").contains("606C:00"));
+        assert!(advice(&drive(), "qqq").contains("eds dump"));
     }
 }

@@ -7,7 +7,7 @@ use lexican_eds::types::DataType;
 use lexican_runtime::{AbortCode, NodeId, cia301};
 
 use crate::values::wire::{fitting, parse};
-use crate::values::{DeviceValues, Limits, given, hex, is_pdo_mapping, plain, resolved};
+use crate::values::{DeviceValues, Limits, given, hex, is_pdo_mapping, plain};
 
 /// The answer of a device when an entry was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -124,12 +124,9 @@ impl Comparison<'_> {
     }
 
     fn limit(&self, entry: &Entry, value: &Value) -> Option<Finding> {
-        let bound = |bound: &Option<Value>| bound.as_ref().map(|bound| resolved(bound, self.node));
-        let own = Limits { low: bound(&entry.low), high: bound(&entry.high) };
-        let ranges = entry.ranges.iter().filter(|range| self.values.holds(&range.when)).map(Limits::from);
-        let beyond = ranges.chain([own]).find(|limits| limits.compare(value).is_ne())?;
+        let (_, limits) = Limits::violated(entry, self.node, |when| self.values.holds(when), value)?;
         let show = |bound: Option<&Value>| bound.map_or_else(|| "any".to_owned(), |bound| plain_number(entry, bound));
-        let (low, high) = (show(beyond.low.as_ref()), show(beyond.high.as_ref()));
+        let (low, high) = (show(limits.low.as_ref()), show(limits.high.as_ref()));
         Some(finding(Kind::Limit, &format!("{} is not within {low} to {high}", plain_number(entry, value))))
     }
 
@@ -230,12 +227,7 @@ fn identity(info: &DeviceInfo, entry: &Entry, value: &Value) -> Option<Finding> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lexican_eds::model::Device;
-    use lexican_eds::{Input, Source};
-
-    fn sensor() -> Device {
-        lexican_eds::load(&Input::new(Source::new("sensor.eds", include_str!("../../tests/sensor.eds")))).0
-    }
+    use crate::device::samples::sensor;
 
     /// The findings about an entry with this answer.
     #[track_caller]

@@ -242,7 +242,7 @@ mod tests {
     fn a_response_without_a_request_is_suspicious() {
         check(&format!("0@{READ} 1@{ANSWER} 2@{READ} 3@{ANSWER}"), &[]);
         check(&format!("0@{READ} 1@{ANSWER} 2@{ANSWER}"), &[(2, 5, Evidence::SecondAnswer)]);
-        // ValueReport once in ten seconds.
+        // Reported once in ten seconds.
         let twice = format!("0@{READ} 1@{ANSWER} 2@{ANSWER} 3@{ANSWER} 11000@{ANSWER}");
         check(&twice, &[(2, 5, Evidence::SecondAnswer), (11000, 5, Evidence::SecondAnswer)]);
         // A retry gets two responses; without requests nothing is known; a server may time out.

@@ -84,7 +84,7 @@ impl<'a> Decoder<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::Loaded;
+    use crate::device::samples;
     use serde_json::{Value as Json, json};
     const NODE: NodeId = NodeId::literal(5);
 
@@ -92,7 +92,7 @@ mod tests {
     /// may be there, too. The device of node 5 is known.
     #[track_caller]
     fn check(script: &[(&str, &str, Json)]) {
-        let device = Loaded::named("siko/ag03-1").unwrap().device;
+        let device = samples::drive();
         let mut decoder = Decoder::new();
         decoder.introduce(NODE, &device);
         for (frame, text, fields) in script {
@@ -394,7 +394,7 @@ mod tests {
 
     #[test]
     fn any_frame_can_be_decoded() {
-        let device = Loaded::named("siko/ag03-1").unwrap().device;
+        let device = samples::drive();
         let mut decoder = Decoder::new();
         decoder.introduce(NODE, &device);
         let mut duplicates = duplicates::DuplicateNodes::default();

@@ -1,6 +1,7 @@
 //! LSS sessions with devices on a virtual bus.
 
 use super::session::{Selected, Session, Target, Times};
+use crate::device::samples;
 use crate::output::Failure;
 use lexican_runtime::host::Link;
 use lexican_runtime::wire::heartbeat::ErrorControl;
@@ -164,8 +165,7 @@ fn devices_that_respond_to_every_search_do_not_hide_others() {
 
 #[test]
 fn a_node_id_is_activated_by_a_reset() {
-    let text = include_str!("../../tests/sensor.eds");
-    let sheet = lexican_eds::load(&lexican_eds::Input::new(lexican_eds::Source::new("sensor.eds", text))).0;
+    let sheet = samples::sensor();
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(VirtualDevice::power_on(bus.now(), NodeId::literal(9), &sheet));
     bus.advance(Duration::from_millis(10));
@@ -239,8 +239,7 @@ fn a_device_is_selected_by_its_identity() {
 
 #[test]
 fn a_device_boots_with_its_node_id() {
-    let text = include_str!("../../tests/sensor.eds");
-    let sheet = lexican_eds::load(&lexican_eds::Input::new(lexican_eds::Source::new("sensor.eds", text))).0;
+    let sheet = samples::sensor();
     let bus = VirtualBus::with_bit_rate(500);
     let (now, memory) = (bus.now(), Memory::default());
     bus.attach(VirtualDevice::power_on(now, NodeId::literal(9), &sheet));

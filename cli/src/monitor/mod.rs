@@ -200,8 +200,8 @@ impl<W: Write> Monitor<'_, W> {
     }
 }
 
-/// The most bytes of output that wait.
-const BUFFER: usize = 64 * 1024;
+/// The most bytes of output that wait; they are lost if the command is killed meanwhile.
+const BUFFER: usize = 16 * 1024;
 
 fn to_json(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
     let mut fields = BTreeMap::from([

@@ -183,15 +183,29 @@ pub(crate) fn resolved(value: &Value, node: NodeId) -> Value {
 }
 
 /// The lowest and the highest value of an entry.
-#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Limits {
     pub(crate) low: Option<Value>,
     pub(crate) high: Option<Value>,
 }
 
 impl Limits {
+    /// The limits that a value violates, and whether it is below (`Less`) or above them. Some limits hold only while
+    /// another entry has a certain value.
+    pub(crate) fn violated(
+        entry: &Entry,
+        node: NodeId,
+        holds: impl Fn(&Condition) -> bool,
+        value: &Value,
+    ) -> Option<(Ordering, Limits)> {
+        let bound = |bound: &Option<Value>| bound.as_ref().map(|bound| resolved(bound, node));
+        let own = Limits { low: bound(&entry.low), high: bound(&entry.high) };
+        let conditional = entry.ranges.iter().filter(|range| holds(&range.when));
+        let mut all = conditional.map(Limits::from).chain([own]);
+        all.find_map(|limits| Some(limits.compare(value)).filter(|side| side.is_ne()).map(|side| (side, limits)))
+    }
+
     /// Whether a value is below the limits (`Less`), above them (`Greater`), or neither.
-    pub(crate) fn compare(&self, value: &Value) -> Ordering {
+    fn compare(&self, value: &Value) -> Ordering {
         if self.low.as_ref().is_some_and(|low| is_below(value, low)) {
             Ordering::Less
         } else if self.high.as_ref().is_some_and(|high| is_below(high, value)) {

@@ -148,11 +148,11 @@ fn is_text(data: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::Loaded;
+    use crate::device::samples;
 
     #[test]
     fn a_value_has_a_number_a_unit_and_a_text() {
-        let device = Loaded::named("siko/ag03-1").unwrap().device;
+        let device = samples::drive();
         let report = ValueReport::of_bytes(Some(&DeviceValues::new(&device)), Address::new(0x241B, 1), &[240, 0]);
         assert_eq!(
             Json::Object(report.json()).to_string(),

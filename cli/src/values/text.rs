@@ -178,11 +178,11 @@ fn unknown_bit(field: &BitField, part: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::Loaded;
+    use crate::device::samples;
 
     #[test]
     fn texts_are_values_of_the_entry() {
-        let device = Loaded::named("siko/ag03-1").unwrap().device;
+        let device = samples::drive();
         let values = DeviceValues::new(&device);
         let check = |index, sub, text: &str, number: Option<i128>| {
             let entry = device.entry(index, sub).unwrap();
@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn errors_suggest_what_to_write() {
-        let device = Loaded::named("siko/ag03-1").unwrap().device;
+        let device = samples::drive();
         let values = DeviceValues::new(&device);
         let check = |index, sub, text: &str, words: &str| {
             let error = values.parse(device.entry(index, sub).unwrap(), text).unwrap_err();

@@ -3,13 +3,13 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use lexican_eds::model::{self, AccessType, Condition, ConditionalRange, Value};
+use lexican_eds::model::{self, AccessType, Condition};
 use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary, PdoMapping};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, NodeId, cia301};
 
 use crate::values::wire::parse;
-use crate::values::{Limits, address, resolved};
+use crate::values::{Limits, address};
 
 /// The `$NODEID` of a device without node-ID, whose dictionary cannot be read.
 pub(super) const NO_NODE: NodeId = NodeId::literal(127);
@@ -19,30 +19,25 @@ const MAX_BYTES: usize = 1024 * 1024;
 
 pub(super) struct SheetDictionary {
     slots: BTreeMap<Address, Slot>,
+    node: NodeId,
     /// The NMT state of the device, on which write access depends.
     pub(super) state: NmtState,
 }
 
 struct Slot {
     entry: Entry,
+    /// The same by the data sheet.
+    sheet: model::Entry,
     default: Vec<u8>,
     value: Vec<u8>,
     /// The first part of a value whose transfer goes on.
     partial: Vec<u8>,
-    limits: Limits,
-    /// Limits that depend on other entries.
-    ranges: Vec<ConditionalRange>,
-    sheet_type: lexican_eds::types::DataType,
-    /// The states in which the entry may be written; `None` for any.
-    writable_in: Option<Vec<model::NmtState>>,
-    /// Whether the device stores it without a command.
-    persistent: bool,
 }
 
 impl SheetDictionary {
     pub(super) fn new(node: NodeId, sheet: &model::Device) -> Self {
         let slots = sheet.entries().map(|entry| (address(entry), Slot::new(node, sheet, entry)));
-        SheetDictionary { slots: slots.collect(), state: NmtState::Initialising }
+        SheetDictionary { slots: slots.collect(), node, state: NmtState::Initialising }
     }
 
     pub(super) fn value(&self, address: Address) -> Result<&[u8], AbortCode> {
@@ -68,12 +63,12 @@ impl SheetDictionary {
     /// Whether the device can have stored this value of an entry.
     pub(super) fn can_keep(&self, address: Address, data: &[u8]) -> bool {
         let fits = |slot: &Slot| slot.entry.data_type.size().is_none_or(|size| size == data.len());
-        self.slots.get(&address).is_some_and(|slot| (slot.persistent || slot.is_stored()) && fits(slot))
+        self.slots.get(&address).is_some_and(|slot| (slot.sheet.persistent || slot.is_stored()) && fits(slot))
     }
 
     /// Whether an entry is stored without a command.
     pub(super) fn is_persistent(&self, address: Address) -> bool {
-        self.slots.get(&address).is_some_and(|slot| slot.persistent)
+        self.slots.get(&address).is_some_and(|slot| slot.sheet.persistent)
     }
 
     fn missing(&self, address: Address) -> AbortCode {
@@ -94,20 +89,16 @@ impl SheetDictionary {
                 Ordering::Equal => {}
             }
         }
-        let Some(value) = parse(slot.sheet_type, data) else { return Ok(()) };
+        let Some(value) = parse(slot.sheet.data_type, data) else { return Ok(()) };
         let holds = |when: &Condition| {
             let other = self.slots.get(&Address::new(when.index, when.sub)).and_then(Slot::number);
             other.is_some_and(|other| (other == when.value) == when.equal)
         };
-        let conditional = slot.ranges.iter().filter(|range| holds(&range.when)).map(Limits::from);
-        for limits in conditional.chain([slot.limits.clone()]) {
-            match limits.compare(&value) {
-                Ordering::Less => return Err(AbortCode::VALUE_TOO_LOW),
-                Ordering::Greater => return Err(AbortCode::VALUE_TOO_HIGH),
-                Ordering::Equal => {}
-            }
+        match Limits::violated(&slot.sheet, self.node, holds, &value).map(|(side, _)| side) {
+            Some(Ordering::Less) => Err(AbortCode::VALUE_TOO_LOW),
+            Some(_) => Err(AbortCode::VALUE_TOO_HIGH),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Sets the values of power-on: the stored ones, else the defaults.
@@ -123,7 +114,6 @@ impl Slot {
     fn new(node: NodeId, sheet: &model::Device, entry: &model::Entry) -> Self {
         // A type that CiA 301 does not define is transferred as bytes.
         let data_type = DataType::from_code(entry.data_type.code()).unwrap_or(DataType::Domain);
-        let limit = |value: &Option<Value>| value.as_ref().map(|value| resolved(value, node));
         let default = lexican_codegen::initial(sheet, entry).of_node(node.get());
         Slot {
             entry: Entry {
@@ -135,14 +125,10 @@ impl Slot {
                 capacity: u16::try_from(data_type.size().unwrap_or(0)).unwrap_or(u16::MAX),
                 limit: 0,
             },
+            sheet: entry.clone(),
             value: default.clone(),
             default,
             partial: Vec::new(),
-            limits: Limits { low: limit(&entry.low), high: limit(&entry.high) },
-            ranges: entry.ranges.clone(),
-            sheet_type: entry.data_type,
-            writable_in: entry.writable_in.clone(),
-            persistent: entry.persistent,
         }
     }
 
@@ -158,11 +144,11 @@ impl Slot {
             NmtState::Operational => model::NmtState::Operational,
             _ => model::NmtState::PreOperational,
         };
-        self.writable_in.as_ref().is_none_or(|states| states.contains(&state))
+        self.sheet.writable_in.as_ref().is_none_or(|states| states.contains(&state))
     }
 
     fn number(&self) -> Option<i128> {
-        parse(self.sheet_type, &self.value)?.as_integer()
+        parse(self.sheet.data_type, &self.value)?.as_integer()
     }
 }
 
@@ -229,13 +215,13 @@ fn mapping(entry: &model::Entry) -> PdoMapping {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::Loaded;
+    use crate::device::samples;
 
     const NODE: NodeId = NodeId::literal(5);
 
     #[test]
     fn limits_depend_on_another_entry() {
-        let sheet = Loaded::named("siko/ag03-1").unwrap().device;
+        let sheet = samples::drive();
         let mut dictionary = SheetDictionary::new(NODE, &sheet);
         let mut with_gear = |gear: u8, velocity: i32| {
             dictionary.slots.get_mut(&Address::new(0x2102, 0)).unwrap().value = vec![gear];
@@ -250,7 +236,7 @@ mod tests {
 
     #[test]
     fn an_entry_is_written_only_in_its_states() {
-        let mut sheet = Loaded::named("siko/ag03-1").unwrap().device;
+        let mut sheet = samples::drive();
         let entry = sheet.objects.iter_mut().find(|object| object.index == 0x6060).unwrap().entries.first_mut();
         entry.unwrap().writable_in = Some(vec![model::NmtState::PreOperational]);
         let mut dictionary = SheetDictionary::new(NODE, &sheet);

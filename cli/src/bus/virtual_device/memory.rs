@@ -137,9 +137,10 @@ impl LssHost for Memory {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::samples;
 
     fn dictionary() -> SheetDictionary {
-        SheetDictionary::new(NO_NODE, &crate::device::Loaded::named("siko/ag03-1").unwrap().device)
+        SheetDictionary::new(NO_NODE, &samples::drive())
     }
 
     #[test]

@@ -217,7 +217,7 @@ impl Node for VirtualDevice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::Loaded;
+    use crate::device::samples;
     use lexican_runtime::host::blocking::Network;
     use lexican_runtime::host::{AccessError, VirtualBus, VirtualLink};
     use lexican_runtime::service::sdo_client::SdoError;
@@ -228,7 +228,7 @@ mod tests {
 
     /// A bus with a device that has the dictionary of the drive.
     fn network() -> (VirtualBus, Network<VirtualLink>) {
-        let sheet = Loaded::named("siko/ag03-1").unwrap().device;
+        let sheet = samples::drive();
         let bus = VirtualBus::new();
         bus.attach(VirtualDevice::power_on(Instant::ZERO, NODE, &sheet));
         let link = bus.link();
