@@ -63,7 +63,7 @@ pub(crate) struct BitRateArgs {
     /// Let the devices be silent for so many ms, then change, and be silent for as long again
     ///
     /// The command ends after that; then the interface must be set to the new bit rate.
-    #[arg(long, value_name = "MS", value_parser = delay_ms)]
+    #[arg(long, value_name = "MS")]
     activate: Option<u16>,
 
     /// In kbit/s: 1000, 800, 500, 250, 125, 50, 20 or 10; auto lets the device detect it
@@ -95,11 +95,6 @@ fn rate(text: &str) -> Result<Rate, String> {
         let all: Vec<_> = rates.map(|(_, rate)| rate.to_string()).collect();
         format!("CiA 305 has no bit rate of {text} kbit/s; it has {} and auto", all.join(", "))
     })
-}
-
-/// The delay, which has 16 bits in the request.
-fn delay_ms(text: &str) -> Result<u16, String> {
-    text.parse().map_err(|_| format!("{text:?} is not a number of milliseconds, 0 to {}", u16::MAX))
 }
 
 pub(super) fn node_id(args: &NodeIdArgs) -> Result<Outcome, Failure> {
