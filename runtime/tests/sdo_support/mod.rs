@@ -24,6 +24,52 @@ pub fn frame(text: &str) -> Frame {
     Frame::new(id, &bytes).expect("at most eight bytes")
 }
 
+/// Lines of `requests > responses`, each frame by its data, without the zeros at its end.
+fn script(text: &str) -> impl Iterator<Item = [Vec<[u8; 8]>; 2]> {
+    let frames = |texts: &str| {
+        let padded = texts.split_whitespace().map(|data| format!("000#{data:0<16}"));
+        padded.map(|text| frame(&text).data().try_into().expect("eight bytes")).collect()
+    };
+    let lines = text.lines().map(|line| line.split_once("//").map_or(line, |(frames, _)| frames));
+    lines.filter(|line| !line.trim().is_empty()).map(move |line| {
+        let (requests, responses) = line.split_once('>').expect("requests > responses");
+        [frames(requests), frames(responses)]
+    })
+}
+
+/// Checks what the server answers.
+#[track_caller]
+pub fn check_server(bus: &mut Bus, text: &str) {
+    for [requests, responses] in script(text) {
+        let mut sent = vec![];
+        for request in &requests {
+            let request = Frame::from_array(bus.server.request_id(), *request);
+            bus.events.extend(bus.server.handle_frame(bus.now, &request, &mut bus.od));
+            sent.extend(core::iter::from_fn(|| bus.server.poll_transmit(bus.now, &mut bus.od)));
+        }
+        assert_eq!(data_of(&sent), responses, "the answer to {requests:02X?}");
+    }
+}
+
+/// Checks what the client sends, and returns how the transfer ends.
+#[track_caller]
+pub fn check_client(client: &mut SdoClient, payload: &mut dyn Payload, text: &str) -> Option<sdo_client::Event> {
+    let (now, mut ended) = (Instant::ZERO, None);
+    for [requests, responses] in script(text) {
+        let sent: Vec<Frame> = core::iter::from_fn(|| client.poll_transmit(now, payload)).collect();
+        assert_eq!(data_of(&sent), requests, "before {responses:02X?}");
+        for response in responses {
+            assert_eq!(ended, None, "nothing is to come");
+            ended = client.handle_frame(now, &Frame::from_array(client.response_id(), response), payload);
+        }
+    }
+    ended
+}
+
+fn data_of(frames: &[Frame]) -> Vec<&[u8]> {
+    frames.iter().map(Frame::data).collect()
+}
+
 /// Bytes that differ from their neighbours, so that an exchanged one shows.
 pub fn pattern(len: usize) -> Vec<u8> {
     (0..len).map(|i| (i * 31 + i / 251 * 7 + 1) as u8).collect()
