@@ -70,14 +70,32 @@ impl<'a> Bus<'a> {
             lose_all: "nothing",
         };
         for &(node, mandatory, plan) in members {
-            bus.network.assign(node, assignment(node, mandatory, plan)).unwrap();
-            let mut od = dictionary(node);
-            let mut device = Device::new(node, Behaviour::CIA_301);
-            device.restart(bus.now, &mut od);
-            bus.nodes.push(Node { device, od, connected: true });
+            bus.assign(assignment(node, mandatory, plan), node);
         }
         bus.pass_ms(0);
         bus
+    }
+
+    /// A network that is up, with two mandatory nodes.
+    fn up(on_loss: OnLoss) -> Self {
+        let mut bus = Bus::new(on_loss, &[(FIVE, true, started()), (SIX, true, started())]);
+        bus.start();
+        bus.pass_ms(1000);
+        (bus.events, bus.log) = (Vec::new(), Vec::new());
+        bus
+    }
+
+    fn assign(&mut self, assignment: Assignment<&'a [u8]>, node: NodeId) {
+        self.network.assign(node, assignment).unwrap();
+        self.nodes.push(Node { device: Device::new(node, Behaviour::CIA_301), od: TestOd::default(), connected: true });
+        self.reboot(self.nodes.len() - 1);
+    }
+
+    /// Switches a node off and on.
+    fn reboot(&mut self, at: usize) {
+        let node = &mut self.nodes[at];
+        node.od = dictionary(node.device.node());
+        node.device.restart(self.now, &mut node.od);
     }
 
     fn start(&mut self) {
@@ -272,8 +290,7 @@ fn an_optional_node_may_be_missing_and_come_later() {
         "{events:?}"
     );
     bus.nodes[1].connected = true;
-    let node = &mut bus.nodes[1];
-    node.device.restart(bus.now, &mut node.od);
+    bus.reboot(1);
     bus.pass_ms(200);
     assert_eq!(bus.take_events(), [NetworkEvent::Booted(SIX)]);
     assert_eq!(bus.states(), [NmtState::Operational; 2]);
@@ -281,11 +298,7 @@ fn an_optional_node_may_be_missing_and_come_later() {
 
 /// Node 5 is unplugged while the network runs.
 fn unplugged(on_loss: OnLoss) -> Bus<'static> {
-    let mut bus = Bus::new(on_loss, &[(FIVE, true, started()), (SIX, true, started())]);
-    bus.start();
-    bus.pass_ms(1000);
-    bus.take_events();
-    bus.log.clear();
+    let mut bus = Bus::up(on_loss);
     bus.nodes[0].connected = false;
     bus.pass_ms(500);
     assert_eq!(bus.take_events()[0], NetworkEvent::Lost { node: FIVE, mandatory: true });
@@ -317,12 +330,8 @@ fn the_loss_of_a_mandatory_node_resets_or_stops_all_when_it_shall() {
 
 #[test]
 fn a_node_that_resets_itself_is_booted_again() {
-    let mut bus = Bus::new(OnLoss::ResetNode, &[(FIVE, true, started())]);
-    bus.start();
-    bus.pass_ms(1000);
-    bus.take_events();
-    let node = &mut bus.nodes[0];
-    node.device.restart(bus.now, &mut node.od);
+    let mut bus = Bus::up(OnLoss::ResetNode);
+    bus.reboot(0);
     bus.pass_ms(100);
     assert_eq!(
         bus.take_events(),
@@ -376,14 +385,8 @@ fn the_network_is_what_the_manager_s_dictionary_says() {
 
 /// A network that is up, and of which node 5 boots by itself.
 fn rebooted(on_loss: OnLoss) -> Bus<'static> {
-    let mut bus = Bus::new(on_loss, &[(FIVE, true, started()), (SIX, true, started())]);
-    bus.start();
-    bus.pass_ms(1000);
-    bus.take_events();
-    bus.log.clear();
-    let node = &mut bus.nodes[0];
-    node.od = dictionary(FIVE);
-    node.device.restart(bus.now, &mut node.od);
+    let mut bus = Bus::up(on_loss);
+    bus.reboot(0);
     bus.pass_ms(500);
     assert_eq!(bus.take_events()[0], NetworkEvent::Lost { node: FIVE, mandatory: true });
     bus
@@ -409,9 +412,7 @@ fn a_node_that_returns_to_a_stopped_network_is_stopped_too() {
         bus.log.clear();
         bus.nodes[0].connected = true;
         if reboots {
-            let node = &mut bus.nodes[0];
-            node.od = dictionary(FIVE);
-            node.device.restart(bus.now, &mut node.od);
+            bus.reboot(0);
         }
         bus.pass_ms(2000);
         assert_eq!((&bus.log[..], bus.states()), (&["000#0205".into()][..], vec![NmtState::Stopped; 2]));
@@ -531,8 +532,7 @@ fn all_nodes_are_started_at_once_when_that_is_wanted_and_later_ones_then() {
     bus.pass_ms(5000);
     assert_eq!(starts(&bus), ["000#0105"]);
     bus.nodes[1].connected = true;
-    let node = &mut bus.nodes[1];
-    node.device.restart(bus.now, &mut node.od);
+    bus.reboot(1);
     bus.pass_ms(100);
     assert_eq!(
         (starts(&bus), bus.states()),
@@ -544,10 +544,7 @@ fn all_nodes_are_started_at_once_when_that_is_wanted_and_later_ones_then() {
 fn a_node_that_is_not_to_be_booted_without_asking_waits() {
     let mut bus = Bus::new(OnLoss::ResetNode, &[]);
     let asked = Assignment { boots_again: false, ..assignment(FIVE, true, started()) };
-    bus.network.assign(FIVE, asked).unwrap();
-    let (mut od, mut device) = (dictionary(FIVE), Device::new(FIVE, Behaviour::CIA_301));
-    device.restart(bus.now, &mut od);
-    bus.nodes.push(Node { device, od, connected: true });
+    bus.assign(asked, FIVE);
     bus.take_events();
     bus.start();
     bus.pass_ms(1000);
@@ -559,8 +556,7 @@ fn a_node_that_is_not_to_be_booted_without_asking_waits() {
     bus.nodes[0].connected = true;
     bus.pass_ms(500);
     assert_eq!((bus.take_events(), bus.log.len()), (vec![NetworkEvent::Lost { node: FIVE, mandatory: true }], 0));
-    let node = &mut bus.nodes[0];
-    (node.od, _) = (dictionary(FIVE), node.device.restart(bus.now, &mut node.od));
+    bus.reboot(0);
     bus.pass_ms(500);
     assert_eq!((bus.take_events(), bus.log.len()), (vec![NetworkEvent::BootedUp(FIVE)], 0));
     bus.network.boot(FIVE);
@@ -598,8 +594,7 @@ fn a_node_has_booted_when_it_reports_operational_and_not_before() {
         assert_eq!(bus.states(), [NmtState::PreOperational, NmtState::Operational]);
         // It is tried again when it boots again.
         bus.lose_all = "nothing";
-        let node = &mut bus.nodes[0];
-        (node.od, _) = (dictionary(FIVE), node.device.restart(bus.now, &mut node.od));
+        bus.reboot(0);
         bus.pass_ms(500);
         assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
     }
@@ -658,8 +653,7 @@ fn a_guarded_node_is_asked_and_lost_when_it_does_not_answer() {
     bus.pass_ms(5_000);
     bus.take_events();
     bus.nodes[0].connected = true;
-    let node = &mut bus.nodes[0];
-    (node.od, _) = (dictionary(FIVE), node.device.restart(bus.now, &mut node.od));
+    bus.reboot(0);
     bus.pass_ms(1_000);
     assert_eq!(bus.take_events(), [NetworkEvent::Booted(FIVE), NetworkEvent::Ready]);
 }

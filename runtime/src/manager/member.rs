@@ -40,23 +40,21 @@ enum Phase<C> {
     Down,
 }
 
-/// What a heartbeat, a guarding answer or a boot-up message says.
+/// What a frame or a deadline brings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Heard {
-    /// The node was up, and has booted without being told to.
-    Rebooted,
-    /// The node has booted, and is not to be booted without asking.
-    Waits,
-    /// The node is up, and in another state than before.
-    State(NmtState),
+pub(super) enum Report {
+    /// The node is lost.
+    Lost(NodeId, Loss),
+    Event(NetworkEvent),
 }
 
-/// What a deadline of a node brings.
+/// How a node is lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Due {
-    /// The node is lost.
-    Lost(NodeId),
-    Event(NetworkEvent),
+pub(super) enum Loss {
+    /// It sends no heartbeat any more, or does not answer.
+    Silent,
+    /// It has booted by itself.
+    Rebooted,
 }
 
 /// How often a node that does not answer in time is asked again, before that is a failure.
@@ -156,8 +154,20 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         }
     }
 
+    /// Takes a frame of the node.
+    pub(super) fn handle_frame(&mut self, now: Instant, frame: &Frame, stopped: bool, held: bool) -> Option<Report> {
+        if frame.id() == ErrorControl::cob_id(self.node)
+            && let Some(report) = self.hear(now, frame, stopped, held)
+        {
+            return Some(report);
+        }
+        let Phase::Booting(boot) = &mut self.phase else { return None };
+        let event = boot.handle_frame(now, frame);
+        self.handle_boot(now, event, held)
+    }
+
     /// Takes a heartbeat, a guarding answer or a boot-up message.
-    pub(super) fn hear(&mut self, now: Instant, frame: &Frame, stopped: bool, held: bool) -> Option<Heard> {
+    fn hear(&mut self, now: Instant, frame: &Frame, stopped: bool, held: bool) -> Option<Report> {
         if matches!(self.phase, Phase::Idle) && !stopped {
             return None;
         }
@@ -165,15 +175,16 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         if is_answer && *frame != ErrorControl::heartbeat(NmtState::Initialising).frame(self.node) {
             return None;
         }
+        let waits = Some(Report::Event(NetworkEvent::BootedUp(self.node)));
         match self.watch.handle_frame(now, frame)? {
             node_guard::Event::BootedUp => {
                 self.lost = false;
                 match &self.phase {
-                    Phase::Booted => return Some(Heard::Rebooted),
+                    Phase::Booted => return Some(Report::Lost(self.node, Loss::Rebooted)),
                     Phase::Idle => self.command = Some(NmtCommand::Stop),
-                    Phase::Down => return Some(Heard::Waits),
+                    Phase::Down => return waits,
                     Phase::Booting(boot) if boot.is_over() && !self.assignment.boots_again => {
-                        return Some(Heard::Waits);
+                        return waits;
                     }
                     Phase::Booting(boot) if boot.resets() => {}
                     // Whatever it was before, it begins anew.
@@ -184,29 +195,25 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
             node_guard::Event::Started(_) if self.lost && (stopped || self.assignment.boots_again) => {
                 self.command = Some(if stopped { NmtCommand::Stop } else { NmtCommand::ResetNode });
             }
-            node_guard::Event::StateChanged(state) if self.has_booted() => return Some(Heard::State(state)),
+            node_guard::Event::StateChanged(state) if self.has_booted() => {
+                return Some(Report::Event(NetworkEvent::StateChanged { node: self.node, state }));
+            }
             _ => {}
         }
         None
     }
 
-    pub(super) fn handle_frame(&mut self, now: Instant, frame: &Frame, held: bool) -> Option<NetworkEvent> {
-        let Phase::Booting(boot) = &mut self.phase else { return None };
-        let event = boot.handle_frame(now, frame);
-        self.handle_boot(now, event, held)
-    }
-
     /// Does what is due.
-    pub(super) fn handle_timeout(&mut self, now: Instant, held: bool) -> Option<Due> {
+    pub(super) fn handle_timeout(&mut self, now: Instant, held: bool) -> Option<Report> {
         if self.watch.handle_timeout(now).is_some() {
-            return Some(Due::Lost(self.node));
+            return Some(Report::Lost(self.node, Loss::Silent));
         }
         let Phase::Booting(boot) = &mut self.phase else { return None };
         let event = boot.handle_timeout(now);
-        self.handle_boot(now, event, held).map(Due::Event)
+        self.handle_boot(now, event, held)
     }
 
-    fn handle_boot(&mut self, now: Instant, event: Option<BootEvent>, held: bool) -> Option<NetworkEvent> {
+    fn handle_boot(&mut self, now: Instant, event: Option<BootEvent>, held: bool) -> Option<Report> {
         let Phase::Booting(boot) = &self.phase else { return None };
         let may_be_guarded = boot.is_configured() || event == Some(BootEvent::Booted);
         if may_be_guarded && self.watch.poll_timeout().is_none() {
@@ -215,7 +222,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
         match event? {
             BootEvent::Booted => {
                 self.phase = Phase::Booted;
-                Some(NetworkEvent::Booted(self.node))
+                Some(Report::Event(NetworkEvent::Booted(self.node)))
             }
             BootEvent::Failed(error) if error.is_time_out() && self.retries > 0 => {
                 self.retries -= 1;
@@ -223,7 +230,8 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
                 None
             }
             BootEvent::Failed(error) => {
-                Some(NetworkEvent::Failed { node: self.node, mandatory: self.is_mandatory(), error })
+                let mandatory = self.is_mandatory();
+                Some(Report::Event(NetworkEvent::Failed { node: self.node, mandatory, error }))
             }
         }
     }

@@ -4,7 +4,7 @@
 use super::assignment::{Assignment, OnLoss};
 use super::error::Full;
 use super::event::NetworkEvent;
-use super::member::{self, Due, Heard, Member};
+use super::member::{self, Loss, Member, Report};
 use super::places::Place;
 use super::table::{Entry as _, Table};
 use crate::frame::Frame;
@@ -28,15 +28,6 @@ pub struct Network<C, const NODES: usize> {
     held: bool,
     /// All nodes were stopped because of a loss, and stay so until the next start.
     stopped: bool,
-}
-
-/// How a node was lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Loss {
-    /// It sends no heartbeat any more, or does not answer.
-    Silent,
-    /// It has booted without being told to.
-    Rebooted,
 }
 
 impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
@@ -134,17 +125,12 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<NetworkEvent> {
         let (stopped, held) = (self.stopped, self.held);
-        let Some(node) = ErrorControl::node(frame.id()) else {
-            let (place, _) = self.members.find(frame.id())?;
-            return self.members.change(place, |member| member.handle_frame(now, frame, held))?;
+        let place = match ErrorControl::node(frame.id()) {
+            Some(node) => self.members.place(node)?,
+            None => self.members.find(frame.id())?.0,
         };
-        let place = self.members.place(node)?;
-        match self.members.change(place, |member| member.hear(now, frame, stopped, held))? {
-            Some(Heard::Rebooted) => self.handle_loss(now, node, Loss::Rebooted),
-            Some(Heard::Waits) => Some(NetworkEvent::BootedUp(node)),
-            Some(Heard::State(state)) => Some(NetworkEvent::StateChanged { node, state }),
-            None => self.members.change(place, |member| member.handle_frame(now, frame, held))?,
-        }
+        let report = self.members.change(place, |member| member.handle_frame(now, frame, stopped, held))??;
+        self.handle_report(now, report)
     }
 
     /// Does what is due. Several deadlines may be due at once: call it while `poll_timeout() <= now`.
@@ -163,10 +149,8 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
             return Some(NetworkEvent::BootTimeElapsed);
         }
         let held = self.held;
-        match self.members.handle_timeout(now, |member| member.handle_timeout(now, held))? {
-            Due::Lost(node) => self.handle_loss(now, node, Loss::Silent),
-            Due::Event(event) => Some(event),
-        }
+        let report = self.members.handle_timeout(now, |member| member.handle_timeout(now, held))?;
+        self.handle_report(now, report)
     }
 
     /// Whether the nodes have waited for each other, and need to no longer.
@@ -183,7 +167,11 @@ impl<C: AsRef<[u8]> + Clone, const NODES: usize> Network<C, NODES> {
         self.members.change_all(|member| member.release(now, at_once));
     }
 
-    fn handle_loss(&mut self, now: Instant, node: NodeId, loss: Loss) -> Option<NetworkEvent> {
+    fn handle_report(&mut self, now: Instant, report: Report) -> Option<NetworkEvent> {
+        let (node, loss) = match report {
+            Report::Event(event) => return Some(event),
+            Report::Lost(node, loss) => (node, loss),
+        };
         let place = self.members.place(node)?;
         let mandatory = self.members.at(place)?.is_mandatory();
         let is_silent = loss == Loss::Silent;
