@@ -131,8 +131,9 @@ impl<W: Write> Monitor<'_, W> {
             let hour = now + Duration::from_secs(3600);
             let request = self.reader.as_ref().and_then(IdentityReader::poll_timeout);
             let until = [end, request].into_iter().flatten().fold(hour, Instant::min);
-            let is_flushed = self.out.buffer().is_empty();
-            match pump.turn(link, &mut Listener, if is_flushed { until } else { now }) {
+            // Waiting for a log or a simulation takes no time, so that its output may wait as well.
+            let may_wait = self.out.buffer().is_empty() || !link.is_real_time();
+            match pump.turn(link, &mut Listener, if may_wait { until } else { now }) {
                 Ok(Turn::Event(frame)) => {
                     self.frame(link.now(), &frame)?;
                     left -= 1;
@@ -147,8 +148,8 @@ impl<W: Write> Monitor<'_, W> {
                 }
                 Ok(Turn::Over) if end.is_some_and(|end| link.now() >= end) => break,
                 // The link is empty. `Over` may also mean that it is always full.
-                Ok(Turn::Idle) => self.out.flush()?,
-                Ok(Turn::Over) => {}
+                Ok(Turn::Idle) if link.is_real_time() => self.out.flush()?,
+                Ok(Turn::Idle | Turn::Over) => {}
                 Err(LinkError::Ended) => break,
                 Err(error) => return Err(link_failure(&error)),
             }
@@ -257,6 +258,12 @@ mod tests {
     #[derive(Clone, Default)]
     struct Output(Arc<Mutex<(Vec<u8>, usize)>>);
 
+    impl Output {
+        fn lines(&self) -> usize {
+            self.0.lock().unwrap().0.iter().filter(|byte| **byte == b'\n').count()
+        }
+    }
+
     impl Write for Output {
         fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
             let mut output = self.0.lock().unwrap();
@@ -269,9 +276,11 @@ mod tests {
         }
     }
 
-    /// A link with so many frames at once, and then silence, in which everything must be out.
+    /// A link with so many frames at once, and then silence, before which everything must be written. If it is not in
+    /// real time, each frame comes only while it is waited for.
     struct Burst {
         flood: Flood,
+        is_real_time: bool,
         frames: usize,
         left: usize,
         output: Output,
@@ -285,27 +294,33 @@ mod tests {
             self.flood.send(frame)
         }
         fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-            if self.left > 0 {
+            let is_waited_for = until > self.now();
+            if self.left > 0 && (is_waited_for || self.is_real_time) {
                 self.left -= 1;
                 return self.flood.receive(until);
             }
-            if until <= self.now() {
+            if !is_waited_for {
                 return Ok(None);
             }
-            let output = self.output.0.lock().unwrap();
-            let lines = output.0.iter().filter(|byte| **byte == b'\n').count();
-            assert_eq!(lines, self.frames, "lines before the link is waited for");
+            if self.is_real_time {
+                assert_eq!(self.output.lines(), self.frames, "before the link is waited for");
+            }
             Err(LinkError::Ended)
+        }
+        fn is_real_time(&self) -> bool {
+            self.is_real_time
         }
     }
 
     #[test]
     fn output_is_written_at_once_when_the_link_is_empty_and_not_before() {
         for more in [&[][..], &["--json"]] {
-            for frames in [1, 5000] {
+            for (frames, is_real_time) in [(1, true), (5000, true), (5000, false)] {
                 let (output, args) = (Output::default(), args(more));
-                let mut burst = Burst { flood: Flood::of_heartbeats(), frames, left: frames, output: output.clone() };
+                let flood = Flood::of_heartbeats();
+                let mut burst = Burst { flood, is_real_time, frames, left: frames, output: output.clone() };
                 Monitor::new(&args, output.clone()).listen(&mut burst, &args).unwrap();
+                assert_eq!(output.lines(), frames);
                 let (text, writes) = &*output.0.lock().unwrap();
                 assert!(*writes <= 1 + text.len() / (BUFFER / 2), "{writes} writes of {} bytes", text.len());
             }
