@@ -9,7 +9,6 @@ use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{AbortCode, NodeId};
 use serde_json::{Map, Value as Json, json};
 
-use crate::bus::failure::access_failure;
 use crate::bus::object::resolve;
 use crate::bus::{Node, NodeArgs, network};
 use crate::output::{Failure, Outcome, note, print_result, warn};
@@ -101,7 +100,7 @@ pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
                 print_refusal(args.json, id, &ValueReport::without_value(values.as_ref(), address), &error)?;
                 outcome = Outcome::Found;
             }
-            Err(error) => return Err(access_failure(&error)),
+            Err(error) => return Err(error.into()),
         }
     }
     Ok(outcome)
@@ -144,7 +143,7 @@ pub(crate) fn write(args: &WriteArgs) -> Result<Outcome, Failure> {
             }
             return Ok(Outcome::Found);
         }
-        Err(error) => return Err(access_failure(&error)),
+        Err(error) => return Err(error.into()),
     }
     let report = ValueReport::of_bytes(values.as_ref(), address, &data);
     let text = if entry.is_some() { report.equation() } else { format!("{address} written") };

@@ -11,7 +11,6 @@ use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
 use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
 use serde_json::json;
 
-use crate::bus::failure::link_failure;
 use crate::bus::sdo::{request_frame, responder};
 use crate::bus::{BusArgs, let_leave, node_id};
 use crate::duration::{in_milliseconds, milliseconds};
@@ -91,7 +90,7 @@ const PAUSE: Duration = Duration::from_millis(1);
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut link = args.bus.open(Pace::Virtual)?.settled()?.link;
     let message = NmtMessage { command: args.command.into(), node: args.node };
-    link.send(&message.frame()).map_err(|error| link_failure(&error))?;
+    link.send(&message.frame())?;
     match args.wait {
         Some(wait) => {
             let mut watch = Watch::new(link, message);
@@ -145,7 +144,7 @@ impl<L: Link> Watch<L> {
 
     fn listen(&mut self, until: Instant) -> Result<(), Failure> {
         while !self.is_over()
-            && let Some(frame) = self.pump.receive_frame(&mut self.link, until).map_err(|error| link_failure(&error))?
+            && let Some(frame) = self.pump.receive_frame(&mut self.link, until)?
         {
             self.hear(&frame);
         }
@@ -191,11 +190,11 @@ impl<L: Link> Watch<L> {
         let asked: Vec<_> =
             concerned.filter(|node| all || self.message.node.is_some() || self.heard.contains_key(node)).collect();
         for node in asked {
-            self.link.send(&ErrorControl::request(node)).map_err(|error| link_failure(&error))?;
+            self.link.send(&ErrorControl::request(node))?;
             self.listen(self.link.now() + PAUSE)?;
             if !self.heard.contains_key(&node) && self.asked.insert(node) {
                 let request = request_frame(node, ClientRequest::InitiateUpload { address: HEARTBEAT_TIME });
-                self.link.send(&request).map_err(|error| link_failure(&error))?;
+                self.link.send(&request)?;
                 self.listen(self.link.now() + PAUSE)?;
             }
         }

@@ -14,7 +14,6 @@ use lexican_runtime::{AbortCode, Duration, Frame, NodeId, cia301};
 use serde_json::json;
 
 use crate::bus::BusArgs;
-use crate::bus::failure::link_failure;
 use crate::bus::sdo::{request_frame, responder};
 use crate::decode::Decoder;
 use crate::decode::duplicates::{DuplicateNodes, Evidence};
@@ -136,7 +135,7 @@ impl<L: Link> Scanner<L> {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
-        self.link.send(frame).map_err(|error| link_failure(&error))?;
+        self.link.send(frame)?;
         self.suspect(frame);
         Ok(())
     }
@@ -145,7 +144,7 @@ impl<L: Link> Scanner<L> {
     fn listen(&mut self, span: Duration, until_answered: bool) -> Result<(), Failure> {
         let until = self.link.now() + span;
         while !until_answered || self.answered.len() < self.found.len() {
-            match self.pump.receive_frame(&mut self.link, until).map_err(|error| link_failure(&error))? {
+            match self.pump.receive_frame(&mut self.link, until)? {
                 Some(frame) => self.hear(&frame)?,
                 None => break,
             }

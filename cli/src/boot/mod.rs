@@ -12,7 +12,6 @@ use lexican_runtime::manager::{Event, NetworkEvent, OnLoss};
 use lexican_runtime::{Duration, NodeId};
 use serde_json::json;
 
-use crate::bus::failure::link_failure;
 use crate::bus::{BusArgs, node_id};
 use crate::duration::{milliseconds, seconds};
 use crate::output::{Failure, Outcome, ctrl_c, fields, print_result, styled, warn};
@@ -119,7 +118,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     match network.boot(plan, boot_time, &mut report) {
         Ok(()) => {}
         Err(BootNetworkError::NotReady(error)) => warn(format_args!("the network is not ready: {error}")),
-        Err(BootNetworkError::Link(error)) => return Err(link_failure(&error)),
+        Err(BootNetworkError::Link(error)) => return Err(error.into()),
     }
     let end = args.span.map(|span| network.now() + span);
     let is_kept = args.keep || end.is_some();
@@ -133,7 +132,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             break;
         }
         let until = end.map_or(now + LOOK, |end| end.min(now + LOOK));
-        if let Some(Event::Network(event)) = network.next_event(until).map_err(|error| link_failure(&error))? {
+        if let Some(Event::Network(event)) = network.next_event(until)? {
             report(&event);
         }
     }

@@ -47,33 +47,39 @@ fn is_no_terminal(error: &std::io::Error) -> bool {
     text.contains("typewriter") || text.contains("inappropriate ioctl")
 }
 
-pub(crate) fn link_failure(error: &LinkError) -> Failure {
-    let failure = Failure::new(error);
-    match error {
-        LinkError::NoBus(BusState::Down) => {
-            failure.help("set the interface up: `ip link set can0 up type can bitrate 500000`")
+impl From<LinkError> for Failure {
+    fn from(error: LinkError) -> Self {
+        let failure = Failure::new(&error);
+        match error {
+            LinkError::NoBus(BusState::Down) => {
+                failure.help("set the interface up: `ip link set can0 up type can bitrate 500000`")
+            }
+            LinkError::NoBus(BusState::Removed) => failure.help("plug the adapter in, then repeat the command"),
+            LinkError::NoBus(_) => failure.help(
+                "are bit rate, wiring and termination right? Then set the interface down and up again, or let it \
+                 restart by itself: `ip link set can0 type can restart-ms 100`",
+            ),
+            LinkError::Full => {
+                failure.help("is another node on the bus, with power and at this bit rate? Frames must be acknowledged")
+            }
+            LinkError::ReadOnly => failure.help("`lexican monitor --bus log:FILE` shows it"),
+            _ => failure,
         }
-        LinkError::NoBus(BusState::Removed) => failure.help("plug the adapter in, then repeat the command"),
-        LinkError::NoBus(_) => failure.help(
-            "are bit rate, wiring and termination right? Then set the interface down and up again, or let it restart \
-             by itself: `ip link set can0 type can restart-ms 100`",
-        ),
-        LinkError::Full => {
-            failure.help("is another node on the bus, with power and at this bit rate? Frames must be acknowledged")
-        }
-        LinkError::ReadOnly => failure.help("`lexican monitor --bus log:FILE` shows it"),
-        _ => failure,
     }
 }
 
-pub(crate) fn access_failure(error: &AccessError) -> Failure {
-    match error {
-        AccessError::Sdo { error: SdoError::TimedOut { .. }, .. } => Failure::new(error)
-            .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows the nodes of the bus"),
-        AccessError::Sdo { error: SdoError::Violation { .. }, .. } => Failure::new(error)
-            .help("two nodes with one node-ID cause this, or two programs that access one node; `lexican scan` finds such nodes"),
-        AccessError::Link(error) => link_failure(error),
-        _ => Failure::new(error),
+impl From<AccessError> for Failure {
+    fn from(error: AccessError) -> Self {
+        match error {
+            AccessError::Sdo { error: SdoError::TimedOut { .. }, .. } => Failure::new(&error)
+                .help("is the node on this bus, with power and at this bit rate? `lexican scan` shows all nodes"),
+            AccessError::Sdo { error: SdoError::Violation { .. }, .. } => Failure::new(&error).help(
+                "two nodes with one node-ID cause this, or two programs that access one node; `lexican scan` \
+                 finds such nodes",
+            ),
+            AccessError::Link(error) => error.into(),
+            _ => Failure::new(error),
+        }
     }
 }
 
@@ -128,25 +134,25 @@ mod tests {
 
     #[test]
     fn a_bus_that_fails_has_advice() {
-        let no_bus = |state| link_failure(&LinkError::NoBus(state));
+        let no_bus = |state| Failure::from(LinkError::NoBus(state));
         check(no_bus(BusState::Down), "it is down", Some("ip link set"));
         check(no_bus(BusState::Removed), "it is removed", Some("plug the adapter in"));
         check(no_bus(BusState::Off), "it is bus-off", Some("restart-ms"));
-        check(link_failure(&LinkError::Full), "the transmit buffer stays full", Some("another node"));
-        check(link_failure(&LinkError::ReadOnly), "a log takes no frames", Some("lexican monitor"));
-        check(link_failure(&LinkError::Closed), "nobody serves this link", None);
+        check(Failure::from(LinkError::Full), "the transmit buffer stays full", Some("another node"));
+        check(Failure::from(LinkError::ReadOnly), "a log takes no frames", Some("lexican monitor"));
+        check(Failure::from(LinkError::Closed), "nobody serves this link", None);
     }
 
     #[test]
     fn a_node_that_fails_has_advice() {
         let address = Address::new(0x6064, 0);
-        let sdo = |error| access_failure(&AccessError::Sdo { node: NodeId::literal(5), error });
+        let sdo = |error| Failure::from(AccessError::Sdo { node: NodeId::literal(5), error });
         check(sdo(SdoError::TimedOut { address }), "node 5: 6064:00: no answer", Some("lexican scan"));
         check(
             sdo(SdoError::Violation { address, code: AbortCode::TOGGLE_BIT }),
             "breaks the protocol",
             Some("two nodes"),
         );
-        check(access_failure(&LinkError::NoBus(BusState::Down).into()), "it is down", Some("ip link set"));
+        check(Failure::from(AccessError::from(LinkError::NoBus(BusState::Down))), "it is down", Some("ip link set"));
     }
 }

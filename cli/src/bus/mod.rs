@@ -22,7 +22,7 @@ use crate::identity::{PRODUCT, VENDOR, recognise};
 use crate::output::{Failure, note};
 pub(crate) use node_id::{NodeOrNone, node_id};
 
-use failure::{access_failure, link_failure, open_failure};
+use failure::open_failure;
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct BusArgs {
@@ -125,7 +125,7 @@ impl NodeArgs {
 /// A network that receives only the responses to its requests, so that other frames cost nothing.
 pub(crate) fn network<L: Link>(link: L) -> Result<Network<L>, Failure> {
     let mut network = Network::new(link);
-    network.listen_to_own(&[]).map_err(|error| link_failure(&error))?;
+    network.listen_to_own(&[])?;
     Ok(network)
 }
 
@@ -138,16 +138,18 @@ pub(crate) fn let_leave(link: &mut impl Link) -> Result<(), Failure> {
 /// Lets `span` pass, and drops the frames.
 fn listen(link: &mut impl Link, span: Duration) -> Result<(), Failure> {
     let (mut pump, until) = (Pump::new(), link.now() + span);
-    while pump.receive_frame(link, until).map_err(|error| link_failure(&error))?.is_some() {}
+    while pump.receive_frame(link, until)?.is_some() {}
     Ok(())
 }
 
 /// Recognises a node by its identity, and says so.
 fn identify(network: &mut Network<Box<dyn Link + Send>>, node: NodeId) -> Result<Option<Device>, Failure> {
-    let mut number = |address| match network.read_bytes(node, address) {
-        Ok(data) => Ok(<[u8; 4]>::try_from(data).ok().map(u32::from_le_bytes)),
-        Err(AccessError::Sdo { error, .. }) if !matches!(error, SdoError::TimedOut { .. }) => Ok(None),
-        Err(error) => Err(access_failure(&error)),
+    let mut number = |address| -> Result<Option<u32>, Failure> {
+        match network.read_bytes(node, address) {
+            Ok(data) => Ok(<[u8; 4]>::try_from(data).ok().map(u32::from_le_bytes)),
+            Err(AccessError::Sdo { error, .. }) if !matches!(error, SdoError::TimedOut { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
     };
     let Some(vendor) = number(VENDOR)? else { return Ok(None) };
     let product = number(PRODUCT)?.unwrap_or(0);

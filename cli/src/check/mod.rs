@@ -16,7 +16,6 @@ use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 use serde_json::json;
 
-use crate::bus::failure::access_failure;
 use crate::bus::{Node, NodeArgs, network};
 use crate::output::{Failure, Outcome, fields, print_result, progress, styled};
 use crate::values::report::ValueReport;
@@ -158,11 +157,11 @@ impl<L: Link> Inspection<'_, L> {
             }
             Err(error) => error,
         };
-        let AccessError::Sdo { error: sdo, .. } = &error else { return Err(access_failure(&error)) };
+        let AccessError::Sdo { error: sdo, .. } = &error else { return Err(error.into()) };
         self.silent = if matches!(sdo, SdoError::TimedOut { .. }) { self.silent + 1 } else { 0 };
         match *sdo {
             SdoError::Aborted { code, .. } => Ok(Answer::Refused(code)),
-            _ if self.silent >= SILENCE => Err(access_failure(&error)),
+            _ if self.silent >= SILENCE => Err(error.into()),
             SdoError::TimedOut { .. } => Ok(Answer::Failed("no answer".to_owned())),
             other => Ok(Answer::Failed(other.to_string())),
         }

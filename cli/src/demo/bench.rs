@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use lexican_eds::model::Device;
 use lexican_runtime::cia301::connection;
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{AccessError, Link, LinkError, Pace, VirtualBus, VirtualLink};
+use lexican_runtime::host::{AccessError, Link, Pace, VirtualBus, VirtualLink};
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::NmtState;
@@ -16,7 +16,6 @@ use siko_ag03_1::worked_examples::NODE;
 
 use super::console::Console;
 use super::plot::Sample;
-use crate::bus::failure::access_failure;
 use crate::decode::{Decoder, Service};
 use crate::output::Failure;
 use crate::print;
@@ -102,7 +101,7 @@ impl<'a> Bench<'a> {
     }
 
     pub(crate) fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
-        self.link.send(frame).map_err(lost)
+        Ok(self.link.send(frame)?)
     }
 
     pub(crate) fn pass(&mut self, span: Duration) -> Result<(), Failure> {
@@ -172,7 +171,7 @@ impl<'a> Bench<'a> {
         loop {
             let sample_at = self.recording.samples.len() as u64 * SAMPLING.as_micros();
             let next = until.min(Instant::from_micros(sample_at));
-            let received = self.link.receive_frame(next).map_err(lost)?;
+            let received = self.link.receive_frame(next)?;
             self.record();
             if let Some(frame) = received {
                 self.status.take(&frame);
@@ -250,12 +249,8 @@ fn answer<T>(result: Result<T, AccessError>) -> Result<Option<T>, Failure> {
     match result {
         Ok(answer) => Ok(Some(answer)),
         Err(AccessError::Sdo { .. }) => Ok(None),
-        Err(error) => Err(access_failure(&error)),
+        Err(error) => Err(error.into()),
     }
-}
-
-fn lost(error: LinkError) -> Failure {
-    Failure::new(error)
 }
 
 fn lock(drive: &Mutex<SimulatedDrive>) -> MutexGuard<'_, SimulatedDrive> {

@@ -10,7 +10,6 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId, cia301};
 
-use crate::bus::failure::link_failure;
 use crate::bus::let_leave;
 use crate::bus::sdo::{request_frame, response_id};
 use crate::decode::lss::refuses;
@@ -259,8 +258,7 @@ impl<L: Link> Session<L> {
         begin: impl FnOnce(&mut LssManager) -> Result<(), Busy>,
     ) -> Result<Event, Failure> {
         let mut operation = Operation { manager: self.manager(patience, begin), progress };
-        let event =
-            self.pump.run(&mut self.link, &mut operation, Instant::MAX).map_err(|error| link_failure(&error))?;
+        let event = self.pump.run(&mut self.link, &mut operation, Instant::MAX)?;
         Ok(event.expect("each step of an operation has a deadline"))
     }
 
@@ -272,7 +270,7 @@ impl<L: Link> Session<L> {
 
     /// Whether a wanted frame arrives before `until`.
     pub(super) fn wait_for(&mut self, until: Instant, mut wanted: impl FnMut(&Frame) -> bool) -> Result<bool, Failure> {
-        while let Some(frame) = self.pump.receive_frame(&mut self.link, until).map_err(|error| link_failure(&error))? {
+        while let Some(frame) = self.pump.receive_frame(&mut self.link, until)? {
             if wanted(&frame) {
                 return Ok(true);
             }
@@ -281,12 +279,12 @@ impl<L: Link> Session<L> {
     }
 
     pub(super) fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
-        self.link.send(frame).map_err(|error| link_failure(&error))
+        Ok(self.link.send(frame)?)
     }
 
     /// Filters the frames by their identifiers.
     fn listen_to(&mut self, ids: &[CobId]) -> Result<(), Failure> {
-        self.link.listen_to(ids).map_err(|error| link_failure(&error))
+        Ok(self.link.listen_to(ids)?)
     }
 }
 

@@ -10,7 +10,6 @@ use lexican_runtime::host::{Link, LinkError, Listener, Pace, Pump, Turn};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 use serde_json::{Value as Json, json};
 
-use crate::bus::failure::link_failure;
 use crate::bus::{Bus, BusArgs, NO_DEVICE, node_id};
 use crate::decode::duplicates::DuplicateNodes;
 use crate::decode::{Decoded, Decoder};
@@ -151,7 +150,7 @@ impl<W: Write> Monitor<'_, W> {
                 Ok(Turn::Idle) if link.is_real_time() => self.out.flush()?,
                 Ok(Turn::Idle | Turn::Over) => {}
                 Err(LinkError::Ended) => break,
-                Err(error) => return Err(link_failure(&error)),
+                Err(error) => return Err(error.into()),
             }
         }
         self.out.flush()?;

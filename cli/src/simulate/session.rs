@@ -13,7 +13,6 @@ use super::control::{self, Command};
 use super::device::Simulated;
 use super::input::is_listening;
 use super::report::Report;
-use crate::bus::failure::link_failure;
 use crate::bus::object::resolve;
 use crate::device::Loaded;
 use crate::output::{Failure, missing_frames, warn};
@@ -184,7 +183,7 @@ impl<'a> Session<'a> {
                 Ok(Some(Notice::Refused(error))) => warn(error),
                 Ok(None) => {}
                 Err(LinkError::Ended) => return Ok(()),
-                Err(error) => return Err(link_failure(&error)),
+                Err(error) => return Err(error.into()),
             }
             if let Some(error) = self.participant.node().broken.take() {
                 return Err(error.into());

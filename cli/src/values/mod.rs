@@ -71,24 +71,15 @@ impl<'a> DeviceValues<'a> {
     /// A value as text: with its unit, the name of its enumeration, or the names of its bits.
     pub(crate) fn describe(&self, entry: &Entry, value: &Value) -> String {
         let Value::Integer(number) = *value else { return plain(entry.data_type, value) };
-        if let Some(text) = self.special(entry, number) {
-            return text;
-        }
-        match &entry.meaning {
-            Meaning::Plain => plain(entry.data_type, value),
-            Meaning::Quantity(_) => match self.unit(entry) {
-                Some(unit) => format!("{} {}", scaled(number, unit, is_signed(entry)), unit.symbol),
-                None => plain(entry.data_type, value),
-            },
-            Meaning::Enumeration(_) => match self.name_of(entry, number) {
-                Some(name) => format!("{name} ({number})"),
-                None => plain(entry.data_type, value),
-            },
-            Meaning::BitField(name) => match self.device.bit_fields.get(name) {
-                Some(field) => bits(field, number, 0),
-                None => plain(entry.data_type, value),
-            },
-        }
+        let text = self.special(entry, number).or_else(|| match &entry.meaning {
+            Meaning::Plain => None,
+            Meaning::Quantity(_) => {
+                self.unit(entry).map(|unit| format!("{} {}", scaled(number, unit, is_signed(entry)), unit.symbol))
+            }
+            Meaning::Enumeration(_) => self.name_of(entry, number).map(|name| format!("{name} ({number})")),
+            Meaning::BitField(name) => self.device.bit_fields.get(name).map(|field| bits(field, number, 0)),
+        });
+        text.unwrap_or_else(|| plain(entry.data_type, value))
     }
 
     /// The name that an entry's enumeration has for a number.
