@@ -117,9 +117,11 @@ impl Job {
                 command::run_cargo(root, &[&benchmarks[..], &["--locked", "--", "-D", "warnings"]].concat(), &[])
             }
             Job::Targets => targets(root),
-            Job::Doc => {
-                command::run_cargo(root, &["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")])
-            }
+            Job::Doc => command::run_cargo(
+                root,
+                &["doc", "--workspace", "--no-deps", "--all-features"],
+                &[("RUSTDOCFLAGS", "-D warnings")],
+            ),
             Job::Tidy => crate::tidy::run(root),
             Job::Api => crate::api::run(root, true),
             Job::Dependencies => dependencies(root),

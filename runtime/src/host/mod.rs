@@ -7,6 +7,8 @@ mod boot;
 mod bytes;
 pub mod candump;
 mod clock;
+#[cfg(feature = "embedded-can")]
+mod embedded_can;
 mod filter;
 pub mod kept;
 mod link;
@@ -22,12 +24,15 @@ pub mod socketcan;
 mod station;
 #[cfg(feature = "tokio")]
 pub mod tokio;
+mod trace;
 pub mod url;
 mod virtual_bus;
 
 pub use access::AccessError;
 pub use boot::{BootNetworkError, NotReady, Plan};
 pub use bytes::Bytes;
+#[cfg(feature = "embedded-can")]
+pub use embedded_can::EmbeddedCan;
 #[cfg(unix)]
 pub use link::Descriptor;
 pub use link::{BusState, Incoming, Link, LinkError};

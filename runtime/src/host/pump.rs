@@ -1,6 +1,6 @@
 //! The loop between a link and what runs on it: send, wait, take a frame, look at the deadline.
 
-use super::{BusState, Incoming, Link, LinkError, Node};
+use super::{BusState, Incoming, Link, LinkError, Node, trace};
 use crate::manager::{Event, Manager, Payloads};
 use crate::service::lss_manager::{self, LssManager};
 use crate::{Frame, Instant};
@@ -287,6 +287,7 @@ impl Pump {
                 sent = link.send(&frame);
                 after = link.now();
             }
+            trace::sent(after, &frame, &sent);
             if let Err(error) = sent {
                 self.refused += 1;
                 self.is_held = true;
@@ -311,6 +312,7 @@ impl Pump {
     ) -> Result<Option<Incoming>, LinkError> {
         let incoming = link.receive_at(now, until)?;
         self.backlog.note(link.now(), incoming.is_some());
+        trace::received(self.backlog.looked, incoming.as_ref());
         Ok(incoming)
     }
 }

@@ -12,44 +12,7 @@ use crate::service::nmt::Reset;
 use crate::time::Instant;
 
 /// A device with its dictionary, as a [`Node`]. A reset restores the defaults of the data sheet. The application
-/// [follows](Station::follow) the device's events.
-///
-/// ```
-/// use lexican_runtime::NodeId;
-/// use lexican_runtime::device::Event;
-/// use lexican_runtime::host::blocking::Network;
-/// use lexican_runtime::host::{Link, Station, VirtualBus};
-/// # mod od {
-/// #     use lexican_runtime::object::{Access, DataType, Dictionary, Entry, Object, PdoMapping, Ro, Rw, Table};
-/// #     pub const TARGET: Object<u16, Rw> = Object::new(0x2000, 0);
-/// #     pub const ACTUAL: Object<u16, Ro> = Object::new(0x2001, 0);
-/// #     static TABLE: Table = Table {
-/// #         entries: &[
-/// #             Entry::new(0x2000, 0, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(0, 2),
-/// #             Entry::new(0x2001, 0, DataType::Unsigned16, Access::Ro, PdoMapping::None).at(2, 2),
-/// #         ],
-/// #         limits: &[],
-/// #         image: &[0; 4],
-/// #         node_relative: &[],
-/// #     };
-/// #     pub fn storage(node: lexican_runtime::NodeId) -> Dictionary<4> { Dictionary::new(&TABLE, node) }
-/// # }
-///
-/// let (bus, node) = (VirtualBus::with_bit_rate(500), NodeId::literal(7));
-/// // `od` is generated from the data sheet of a valve.
-/// let valve = Station::new(bus.now(), node, od::storage(node)).follow(|_, _, od, event| {
-///     if event == Event::Written(od::TARGET.address()) {
-///         od.set(od::ACTUAL, od.get(od::TARGET));
-///     }
-/// });
-/// // On a machine: `Participant::new(link, valve)`, behind the link of an interface.
-/// bus.attach(valve);
-///
-/// let mut network = Network::new(bus.link());
-/// network.write(node, od::TARGET, 500)?;
-/// assert_eq!(network.read(node, od::ACTUAL)?, 500);
-/// # Ok::<(), lexican_runtime::host::AccessError>(())
-/// ```
+/// [follows](Station::follow) the device's events, as the example on the [front page](crate) does.
 pub struct Station<
     const N: usize,
     const RPDOS: usize = 4,

@@ -7,7 +7,7 @@ use crate::abort::AbortCode;
 use crate::frame::Frame;
 use crate::host::boot::{Plan, is_booting};
 use crate::host::pump::{Lent, StateMachine, Turn};
-use crate::host::{AccessError, Link, LinkError};
+use crate::host::{AccessError, Link, LinkError, trace};
 use crate::id::NodeId;
 use crate::manager::{BeginError, Event, Manager, NetworkEvent, Payloads};
 use crate::object::Address;
@@ -147,9 +147,14 @@ impl<L: Link> Network<L> {
         let (kept, mut events) = (self.kept.as_mut().map(|kept| &mut *kept.network), VecDeque::new());
         let mut served = Served { manager: Lent(&mut self.manager, payload), kept, events: &mut events };
         let turn = self.pump.turn_at(now, &mut self.link, &mut served, until);
-        events.into_iter().for_each(|event| self.store(Event::Network(event)));
-        if let Ok(Turn::Gap(frames)) = turn {
-            self.lost += u64::from(frames);
+        for event in events.into_iter().map(Event::Network) {
+            trace::event(self.pump.looked(), &event);
+            self.store(event);
+        }
+        match &turn {
+            Ok(Turn::Event(event)) => trace::event(self.pump.looked(), event),
+            Ok(Turn::Gap(frames)) => self.lost += u64::from(*frames),
+            _ => {}
         }
         turn
     }

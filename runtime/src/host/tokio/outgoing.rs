@@ -6,7 +6,7 @@ use tokio::sync::oneshot;
 
 use crate::frame::Frame;
 use crate::host::link::PATIENCE;
-use crate::host::{Link, LinkError};
+use crate::host::{Link, LinkError, trace};
 use crate::time::{Duration, Instant};
 
 /// How often a frame is tried again. No interface reports when it has room.
@@ -48,7 +48,10 @@ impl Outgoing {
                 self.again = now + NAP;
                 self.waiting.push_back(Waiting { frame, reply, is_posted: false, until: now + PATIENCE });
             }
-            outcome => reply_to(reply, outcome),
+            outcome => {
+                trace::sent(now, &frame, &outcome);
+                reply_to(reply, outcome);
+            }
         }
     }
 
@@ -74,6 +77,7 @@ impl Outgoing {
                 self.again = now + NAP;
                 return;
             }
+            trace::sent(now, &first.frame, &outcome);
             reply_to(self.waiting.pop_front().and_then(|first| first.reply), outcome);
         }
     }

@@ -14,7 +14,7 @@ use crate::frame::Frame;
 use crate::host::boot::{Kept, NotReady, Plan, is_booting};
 use crate::host::filter::FrameFilter;
 use crate::host::pump::{Backlog, MOST_SENT};
-use crate::host::{BusState, Incoming, Link, LinkError};
+use crate::host::{BusState, Incoming, Link, LinkError, trace};
 use crate::id::{CobId, NodeId};
 use crate::manager::{self, Manager, NetworkEvent};
 use crate::time::{Duration, Instant};
@@ -265,6 +265,7 @@ impl<L: Link> Owner<L> {
         for _ in 0..MOST_RECEIVED {
             let incoming = self.link.receive_at(self.now, until)?;
             self.now = self.link.now();
+            trace::received(self.now, incoming.as_ref());
             let may_have_more = incoming.is_some() && !self.link.is_drained();
             self.backlog.note(self.now, may_have_more);
             match incoming {
@@ -329,6 +330,7 @@ impl<L: Link> Owner<L> {
     fn report_network(&mut self, event: Option<NetworkEvent>) {
         let (Some(event), Some(kept)) = (event, &mut self.kept) else { return };
         let end = kept.follow(event);
+        trace::event(self.now, &manager::Event::Network(event));
         drop(self.events.send(Event::Manager(manager::Event::Network(event))));
         // After its event, so that the call that waits for it has received all of them.
         if let Some(end) = end {
@@ -342,6 +344,9 @@ impl<L: Link> Owner<L> {
     }
 
     fn report(&mut self, event: Option<manager::Event>) {
+        if let Some(event) = &event {
+            trace::event(self.now, event);
+        }
         match event {
             Some(manager::Event::Sdo { node, event }) => {
                 self.transfers.hold(node, is_booting(self.kept.as_ref(), node));
