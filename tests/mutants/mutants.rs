@@ -13,22 +13,24 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use lexican_verify::{DRIVES, Inputs, finds};
 use siko_ag03_1::mutant::{MUTANTS, VARIABLE};
 
-#[path = "../../drives/siko-ag03-1/tests/controller.rs"]
+#[path = "../../drives/siko/tests/controller.rs"]
 mod controller;
-#[path = "../../drives/siko-ag03-1/tests/objects.rs"]
+#[path = "../../drives/siko/tests/objects.rs"]
 mod objects;
-#[path = "../../drives/siko-ag03-1/tests/orders.rs"]
+#[path = "../../drives/siko/tests/orders.rs"]
 mod orders;
-#[path = "../../drives/siko-ag03-1/tests/power.rs"]
+#[path = "../../drives/siko/tests/power.rs"]
 mod power;
-#[path = "../../drives/siko-ag03-1/tests/remains.rs"]
+#[path = "../../drives/siko/tests/remains.rs"]
 mod remains;
+#[path = "../../drives/siko/tests/variants.rs"]
+mod variants;
 
 mod unfound;
 
 /// What each mutant is tried by, until one fails: names of tests of this file.
 const TRIALS: [&[&str]; 2] =
-    [&["controller::", "objects::", "orders::", "power::", "remains::"], &["agrees_with_its_manual"]];
+    [&["controller::", "objects::", "orders::", "power::", "remains::", "variants::"], &["agrees_with_its_manual"]];
 
 /// So many mutants of each file, unless `LEXICAN_VERIFY_ALL` is set. `LEXICAN_VERIFY_SEED` is a number that chooses others.
 const SAMPLES: usize = 25;

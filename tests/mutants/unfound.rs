@@ -9,7 +9,6 @@ pub(crate) const UNFOUND: &[(&str, &str)] = &[
         ROUNDING,
     ),
     ("objects check_state: NmtState::PreOperational => no arm", "every object that has a rule can be written there"),
-    ("objects restore: true => false #2", "a value of a fixed size is whole in one piece"),
     ("objects new: 64 => 64 + 1 #2", "what has no size in bits is read-only"),
     ("status observe: ROUNDING => another number", ROUNDING),
     (
@@ -21,7 +20,6 @@ pub(crate) const UNFOUND: &[(&str, &str)] = &[
         "status observe: velocity > target + f64::from (window) + ROUNDING => velocity >= target + f64::from (window) + ROUNDING",
         ROUNDING,
     ),
-    ("watch is_caused: false => true", "no fault is without a cause of its own"),
 ];
 
 /// A velocity passes through that much in far less than a microsecond, which is what time is counted in.

@@ -13,12 +13,13 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-codegen", &["lexican-eds"]),
     ("lexican-runtime", &[]),
     ("lexican-driver", &["lexican-runtime"]),
-    ("lexican-siko-ag03-1", &["lexican-driver", "lexican-runtime", "lexican-codegen"]),
+    ("lexican-siko", &["lexican-driver", "lexican-runtime"]),
+    ("lexican-siko-ag03-1", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1"]),
     ("lexican-tests", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1", "lexican"]),
     ("lexican-verify", &["lexican-eds", "lexican-runtime", "lexican-siko-ag03-1"]),
-    ("lexican-mutated-siko-ag03-1", &["lexican-runtime", "lexican-siko-ag03-1"]),
-    ("lexican-mutants", &["lexican-eds", "lexican-runtime", "lexican-mutated-siko-ag03-1"]),
+    ("lexican-mutated-siko-ag03-1", &["lexican-driver", "lexican-runtime", "lexican-siko", "lexican-siko-ag03-1"]),
+    ("lexican-mutants", &["lexican-driver", "lexican-eds", "lexican-runtime", "lexican-mutated-siko-ag03-1"]),
     ("xtask", &[]),
 ];
 

@@ -2,6 +2,7 @@
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{Link, Pace, VirtualBus};
+use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::SimulatedDrive;
 
 use super::node_id;
@@ -32,7 +33,7 @@ pub(super) fn open(
     let loaded = Loaded::named(device)?;
     let bus = VirtualBus::with_bit_rate(BIT_RATE_KBIT);
     if has_simulator(device) {
-        bus.attach(SimulatedDrive::new(node));
+        bus.attach(SimulatedDrive::new(&MODEL, node));
     } else {
         bus.attach(VirtualDevice::power_on(bus.now(), node, &loaded.device));
     }

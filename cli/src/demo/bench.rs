@@ -11,6 +11,7 @@ use lexican_runtime::object::Address;
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant};
+use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::worked_examples::NODE;
 
@@ -78,7 +79,7 @@ impl<'a> Bench<'a> {
         bus.observe(move |at, frame| {
             let _ = sender.send((at, *frame));
         });
-        let drive = Arc::new(Mutex::new(SimulatedDrive::new(NODE)));
+        let drive = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
         bus.attach(Arc::clone(&drive));
         let (link, network) = (bus.link(), Network::new(bus.link()));
         if realtime {

@@ -9,6 +9,7 @@ use lexican_runtime::object::Address;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
+use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::script::Script;
 use siko_ag03_1::sim::{Setup, SimulatedDrive};
 
@@ -41,7 +42,7 @@ impl Simulated {
         eeprom: Option<&Path>,
         script: Option<&Path>,
     ) -> Result<Self, Failure> {
-        let setup = Setup::new(node);
+        let setup = Setup::new(&MODEL, node);
         let mut drive = match eeprom {
             Some(path) => SimulatedDrive::with_eeprom(now, setup, path)
                 .map_err(|error| Failure::new(format_args!("{}: {error}", path.display())))?,
@@ -49,7 +50,7 @@ impl Simulated {
         };
         if let Some(path) = script {
             let source = read(path)?;
-            let script = Script::from_toml(source.text()).map_err(|error| {
+            let script = Script::from_toml(&MODEL, source.text()).map_err(|error| {
                 Failure::new(format_args!("{}:{}: {}", path.display(), error.line, error.problem)).help(error.remedy)
             })?;
             drive.follow(now, script);
@@ -156,7 +157,7 @@ impl Simulated {
         let Simulated::Drive(drive) = self else {
             return Err("a device made of its data sheet has no inputs but its objects: set OBJECT VALUE".to_owned());
         };
-        let script = Script::from_toml(&format!("[[step]]\n{line}\n"));
+        let script = Script::from_toml(&MODEL, &format!("[[step]]\n{line}\n"));
         let script = script.map_err(|error| format!("{}; {}", error.problem, error.remedy))?;
         let changes = script.steps().iter().flat_map(|step| step.changes.clone());
         changes.for_each(|change| drive.apply(now, change));

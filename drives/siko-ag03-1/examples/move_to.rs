@@ -10,6 +10,7 @@ use lexican_runtime::host::VirtualBus;
 use lexican_runtime::{Duration, NodeId};
 use siko_ag03_1::driver::{Drive, Mode, Outcome};
 use siko_ag03_1::od;
+use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::state::State;
 
@@ -17,7 +18,7 @@ const NODE: NodeId = NodeId::literal(5);
 
 fn main() -> Result<(), Box<dyn Error>> {
     let bus = VirtualBus::with_bit_rate(500);
-    let simulated = Arc::new(Mutex::new(SimulatedDrive::new(NODE)));
+    let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
     bus.attach(Arc::clone(&simulated));
 
     let mut drive = Drive::connect(bus.link(), NODE)?;

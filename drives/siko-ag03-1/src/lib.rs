@@ -5,11 +5,11 @@
 //! use lexican_runtime::host::VirtualBus;
 //! use siko_ag03_1::driver::{Drive, Outcome};
 //! use siko_ag03_1::od;
-//! use siko_ag03_1::sim::SimulatedDrive;
+//! use siko_ag03_1::sim::{MODEL, SimulatedDrive};
 //!
 //! let node = NodeId::literal(5);
 //! let bus = VirtualBus::with_bit_rate(500);
-//! bus.attach(SimulatedDrive::new(node));
+//! bus.attach(SimulatedDrive::new(&MODEL, node));
 //!
 //! // On a machine it is the link of an interface; everything else is the same.
 //! let mut drive = Drive::connect(bus.link(), node)?;
@@ -33,11 +33,9 @@ pub mod driver;
 pub mod fault;
 pub mod parameter;
 pub mod sim;
-pub mod state;
-pub mod words;
-pub mod worked_examples;
 
 pub use lexican_driver::Direction;
+pub use siko::{state, words, worked_examples};
 
 /// The dictionary, generated from the data sheet `siko/ag03-1` and its overlay.
 pub mod od {

@@ -11,8 +11,8 @@ use syn::{
     Arm, Attribute, BinOp, Block, Expr, ImplItem, Item, ItemMod, Lit, Pat, Signature, Stmt, Type, UnOp, parse_quote,
 };
 
-/// The files whose mutants are made. Not yet among them: `drive`, `node`, `switches` and `trajectory`; `eeprom` and
-/// `script`, which are about files, and `setup`, which is data that the verification reads.
+/// The files whose mutants are made. Not yet among them: `drive`, `node`, `switches` and `trajectory`; `eeprom`,
+/// `follow` and `script`, which are about files, and `model` and `setup`, which are data that the verification reads.
 const MUTATED: &[&str] = &[
     "state",
     "sim/controller",
@@ -30,8 +30,10 @@ const MUTATED: &[&str] = &[
 const CONSTANTS: &[&str] = &["fault", "words"];
 
 fn main() {
-    let source = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../../drives/siko-ag03-1/src");
+    let drives = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../../drives");
+    let (source, drive) = (drives.join("siko/src"), drives.join("siko-ag03-1/src"));
     println!("cargo::rerun-if-changed={}", source.display());
+    println!("cargo::rerun-if-changed={}", drive.display());
     println!("cargo::rerun-if-changed=build.rs");
     let mut mutator = Mutator { constants: constants(&source), ..Mutator::default() };
     let [state, sim] = ["state", "sim"].map(|name| {
@@ -44,11 +46,18 @@ fn main() {
         .replace("crate :: mutated :: mutant", "crate :: mutant");
     let names = &mutator.names;
     let names = quote! {
-        use crate::{Direction, driver, fault, od, parameter, words, worked_examples};
+        use shared::{fault, words};
         /// What the mutants are, by number.
         pub const MUTANTS: &[&str] = &[#(#names),*];
     };
-    fs::write(Path::new(&env::var("OUT_DIR").unwrap()).join("mutated.rs"), format!("{names}\n{text}")).unwrap();
+    let out = env::var("OUT_DIR").unwrap();
+    let out = Path::new(&out);
+    fs::write(out.join("mutated.rs"), format!("{names}\n{text}")).unwrap();
+    // What the drive itself says of its simulator is data: only the types are others.
+    let mut model = parse(&drive.join("sim.rs"));
+    Bare.visit_file_mut(&mut model);
+    let model = quote! { #model }.to_string().replace("siko :: sim", "crate :: mutated :: sim");
+    fs::write(out.join("model.rs"), model).unwrap();
 }
 
 fn parse(path: &Path) -> syn::File {

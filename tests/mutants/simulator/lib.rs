@@ -1,4 +1,4 @@
-//! The simulated AG03/1 with all of its mutants in it: `build.rs` makes it of the sources of the drive's crate.
+//! The simulated AG03/1 with all of its mutants in it: `build.rs` makes it of the sources of `lexican-siko`.
 //!
 //! Every place that can be wrong asks [`mutant::is`] whether it is to be, so that one build has all mutants and a
 //! process chooses one by its environment.
@@ -10,7 +10,13 @@ mod mutated {
     include!(concat!(env!("OUT_DIR"), "/mutated.rs"));
 }
 
-pub use mutated::{sim, state};
+pub use mutated::state;
+
+/// The simulated AG03/1, made of mutants.
+#[allow(warnings, clippy::all, reason = "its sources are those of the drive's crate")]
+pub mod sim {
+    include!(concat!(env!("OUT_DIR"), "/model.rs"));
+}
 
 /// Which mutant this process is.
 pub mod mutant {

@@ -7,6 +7,7 @@ use lexican_runtime::host::{Link, Node, VirtualBus, VirtualLink};
 use lexican_runtime::object::{Object, Value, Writable};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use siko_ag03_1::od;
+use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::sim::inputs::Shaft;
 use siko_ag03_1::words::{control, status, system};
@@ -246,7 +247,7 @@ impl Stage {
     fn new(mode: od::OperatingMode) -> Outcome<Self> {
         // A bus on which frames take no time, so that everything happens when it is told.
         let bus = VirtualBus::new();
-        let simulated = Arc::new(Mutex::new(SimulatedDrive::new(NODE)));
+        let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
         bus.attach(Arc::clone(&simulated));
         let (began, film) = (bus.now(), Arc::default());
         let mut stage = Stage {
@@ -375,7 +376,7 @@ impl Stage {
     /// Whether targets are velocities.
     fn runs(&self) -> bool {
         let drive = lock(&self.simulated);
-        drive.storage().get(od::MODES_OF_OPERATION) == od::OperatingMode::PROFILE_VELOCITY
+        drive.stored(od::MODES_OF_OPERATION) == od::OperatingMode::PROFILE_VELOCITY
     }
 
     fn lane(&self, name: &'static str, color: &'static str, is_so: impl Fn(&Seen) -> bool) -> Lane {

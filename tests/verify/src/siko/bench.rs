@@ -4,7 +4,7 @@ use lexican_runtime::profile::cia402::{State, Transitions};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Instant, NodeId};
 use siko_ag03_1::sim::inputs::{Inputs, Shaft};
-use siko_ag03_1::sim::{Gear, Setup, SimulatedDrive};
+use siko_ag03_1::sim::{MODEL, Setup, SimulatedDrive};
 use siko_ag03_1::state::TRANSITIONS;
 
 use crate::bench::Simulator;
@@ -26,7 +26,7 @@ impl Simulator for SimulatedDrive {
     const TRANSITIONS: Transitions = TRANSITIONS;
 
     fn start(now: Instant) -> Self {
-        SimulatedDrive::power_on(now, Setup::new(NODE))
+        SimulatedDrive::power_on(now, Setup::new(&MODEL, NODE))
     }
 
     fn nmt(&self) -> NmtState {
@@ -55,8 +55,8 @@ impl Objects for SimulatedDrive {
     }
 
     fn variants() -> Vec<(i128, Bench)> {
-        let bench = |(gear, value, _): &(Gear, i128, &str)| {
-            let mut bench = Bench::set_up(Setup { gear: *gear, ..Setup::new(NODE) });
+        let bench = |(gear, value, _): &(u8, i128, &str)| {
+            let mut bench = Bench::set_up(Setup { gear: *gear, ..Setup::new(&MODEL, NODE) });
             bench.set(&[(0x607D, 2, 9_999_999, 4), (0x607D, 1, -9_999_999, 4)]);
             (*value, bench)
         };
@@ -79,7 +79,7 @@ impl Objects for SimulatedDrive {
 }
 
 /// The gears, with their values in 2102h.
-pub(super) const GEARS: [(Gear, i128, &str); 2] = [(Gear::Reduction24, 2, "24:1"), (Gear::Reduction48, 3, "48:1")];
+pub(super) const GEARS: [(u8, i128, &str); 2] = [(2, 2, "24:1"), (3, 3, "48:1")];
 
 impl Bench {
     pub(super) fn set_up(setup: Setup) -> Self {

@@ -1,9 +1,9 @@
 //! Faults: table 2 with its conditions and blink codes, and the emergency codes of table 20.
 
 use lexican_runtime::wire::emcy::CodeOrder;
-use siko_ag03_1::fault::{Cause, Fault, cause_of};
-use siko_ag03_1::sim::Setup;
+use siko_ag03_1::fault::{Cause, FAULTS, Fault, cause_of};
 use siko_ag03_1::sim::inputs::{BusState, Inputs, Shaft};
+use siko_ag03_1::sim::{MODEL, Setup};
 
 use super::bench::{Bench, NODE, running_at};
 use super::leds::blinks;
@@ -15,12 +15,12 @@ use crate::manual::Row;
 use crate::notation::yes;
 
 pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
-    for fault in Fault::ALL {
-        if let Some(row) = checker.row("faults.csv", &fault.letter.to_string()) {
+    for fault in FAULTS {
+        if let Some(row) = checker.row("faults.csv", &fault.letter().to_string()) {
             table_2(checker, case, row, fault);
         }
     }
-    let faults = Fault::ALL.iter().map(|fault| (fault.code, fault.letter));
+    let faults = FAULTS.iter().map(|fault| (fault.code.number, fault.letter()));
     for (code, letter) in faults.chain([0x0000, 0x8120, 0x8140, 0xFF00].map(|code| (code, NO_LETTER))) {
         if let Some(row) = checker.row("emergency.csv", &format!("{code:04X}")) {
             table_20(checker, case, row, code, letter);
@@ -49,7 +49,7 @@ fn causes(letter: char) -> [fn(&mut Inputs); 2] {
 
 /// A drive on its way, whose EMCY codes are as printed: high byte first.
 fn travelling() -> Bench {
-    let mut setup = Setup::new(NODE);
+    let mut setup = Setup::new(&MODEL, NODE);
     setup.behaviour.emcy_code_order = CodeOrder::HighByteFirst;
     let mut bench = Bench::set_up(setup);
     bench.nmt(0x01);
@@ -60,21 +60,21 @@ fn travelling() -> Bench {
 }
 
 fn letters(bench: &Bench) -> String {
-    bench.see(|drive, _| drive.controller().faults().iter().map(|fault| fault.letter).collect())
+    bench.see(|drive, _| drive.controller().faults().iter().map(Fault::letter).collect())
 }
 
 fn table_2(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, fault: &Fault) {
-    let called = case.manual.rows("terms.csv").iter().find(|term| term.get("overlay") == fault.text);
+    let called = case.manual.rows("terms.csv").iter().find(|term| term.get("overlay") == fault.code.text);
     checker.cell(row, "fault", Against::Code, called.map_or("", |term| term.get("printed")));
-    checker.cell(row, "hex", Against::Code, format!("{:02X}", u32::from(fault.letter)));
+    checker.cell(row, "hex", Against::Code, format!("{:02X}", u32::from(fault.letter())));
     checker.cell(row, "blinks", Against::Code, fault.blinks);
-    checker.cell(row, "condition", Against::Drive, condition(fault.letter));
-    let Fall { spared, fallen, seconds, blinks } = fall(fault.letter);
+    checker.cell(row, "condition", Against::Drive, condition(fault.letter()));
+    let Fall { spared, fallen, seconds, blinks } = fall(fault.letter());
     let found = format!("{spared:?}, then {fallen:?}");
     checker.that(row, "letter", Against::Drive, spared.is_empty() && seconds.is_some(), found);
     checker.cell(row, "blinks", Against::Drive, blinks);
     // Only fault C says how long it takes.
-    let duration = seconds.filter(|_| fault.letter == 'C').map_or(String::new(), |seconds| seconds.to_string());
+    let duration = seconds.filter(|_| fault.letter() == 'C').map_or(String::new(), |seconds| seconds.to_string());
     checker.cell(row, "duration_s", Against::Drive, duration);
 }
 
@@ -191,7 +191,7 @@ fn table_20(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, code: u16, le
     }
     if code == 0xFF00 {
         // Reserved: none of the faults is reported by it.
-        let sent = once((), || Fault::ALL.iter().any(|fault| emergency(fault.code, fault.letter).reports(code)));
+        let sent = once((), || FAULTS.iter().any(|fault| emergency(fault.code.number, fault.letter()).reports(code)));
         checker.that(row, "code", Against::Code, cause_of(code) == Cause::Unknown(code), "a code with a meaning");
         for column in ["state_fault", "stored", "communication_ends"] {
             checker.cell(row, column, Against::Drive, if sent { "a fault has it" } else { "" });
@@ -238,7 +238,7 @@ fn emergency(code: u16, letter: char) -> Emergency {
             heard,
             communication_ends: ends && bench.read(0x1000, 0) == Err(0),
             state_fault: bench.is_fault(),
-            newest: first.map(|first| bench.see(|drive, _| drive.storage().get(first).0)),
+            newest: first.map(|first| bench.see(|drive, _| drive.stored(first).0)),
         }
     })
 }

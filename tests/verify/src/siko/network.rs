@@ -1,7 +1,7 @@
 //! The network of a SIKO drive: keys and LEDs by NMT state, refusals, SDO examples, switches.
 
 use siko_ag03_1::sim::inputs::Key;
-use siko_ag03_1::sim::{DipSwitches, Setup, SimulatedDrive, Termination};
+use siko_ag03_1::sim::{DipSwitches, MODEL, Setup, SimulatedDrive, Termination};
 
 use super::bench::{Bench, NODE};
 use super::leds::shown;
@@ -112,7 +112,7 @@ pub(crate) fn node_address(checker: &mut Checker<'_>, case: &Case<'_>) {
         let switches = DipSwitches::new(switches);
         let node = switches.node();
         checker.key(row);
-        let mut bench = Bench::set_up(Setup { switches, ..Setup::new(NODE) });
+        let mut bench = Bench::set_up(Setup { switches, ..Setup::new(&MODEL, NODE) });
         let boot_up = bench.hear_from(0x700 + u16::from(node.get()), 0) == [[0]];
         checker.cell(row, "address", Against::Drive, if boot_up { node.get() } else { 0 });
         checker.cell(row, "address", Against::Manual, address);

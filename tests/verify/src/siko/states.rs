@@ -25,7 +25,7 @@ pub(crate) fn beyond(checker: &mut Checker<'_>, row: &Row, state: State, bench: 
         return checker.cell(row, "travel_commands", Against::Code, yes(!none));
     };
     checker.that(row, "motor", Against::Drive, bench.is_released() != has_torque(state), "bit 7 of 1002h");
-    let word = bench.see(|drive, _| drive.storage().get(od::CONTROLWORD)).0;
+    let word = bench.see(|drive, _| drive.stored(od::CONTROLWORD)).0;
     bench.command(0x405, word & 0x8F | 0x10, 1000);
     bench.hear(100);
     checker.cell(row, "travel_commands", Against::Drive, yes(bench.status() >> 15 & 1 == 1));

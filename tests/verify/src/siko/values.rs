@@ -1,10 +1,10 @@
 //! Values: terms, data descriptions, bit rates and gears, by what the drive does with each value.
 
 use lexican_eds::model::Meaning;
-use siko_ag03_1::fault::Fault;
+use siko_ag03_1::fault::FAULTS;
 use siko_ag03_1::od;
 use siko_ag03_1::sim::inputs::Key;
-use siko_ag03_1::sim::{BIT_RATES, Setup, SimulatedDrive};
+use siko_ag03_1::sim::{BIT_RATES, MODEL, Setup, SimulatedDrive};
 
 use super::bench::{Bench, GEARS, LOAD, NODE, enabled_with};
 use crate::bench::once;
@@ -40,11 +40,11 @@ const PLACES: &[(&str, Place)] = &[
 
 /// What the driver calls a fault.
 fn faults(checker: &mut Checker<'_>, case: &Case<'_>) {
-    for fault in Fault::ALL {
-        let letter = fault.letter.to_string();
+    for fault in FAULTS {
+        let letter = fault.letter().to_string();
         let Some(row) = checker.row("terms.csv", &format!("Fault:{letter}")) else { continue };
         checker.cell(row, "kind", Against::Code, "fault");
-        checker.cell(row, "overlay", Against::Code, fault.text);
+        checker.cell(row, "overlay", Against::Code, fault.code.text);
         checker.cell(row, "printed", Against::Manual, case.manual.cell("faults.csv", &letter, "fault"));
     }
 }
@@ -85,7 +85,7 @@ fn gears(checker: &mut Checker<'_>, sheet: &Sheet) {
         });
         let max = row.number::<i128>("max_rev_per_min");
         checker.that(row, "max_rev_per_min", Against::Sheet, ranges == [max; 3], format!("{ranges:?}"));
-        let mut bench = Bench::set_up(Setup { gear, ..Setup::new(NODE) });
+        let mut bench = Bench::set_up(Setup { gear, ..Setup::new(&MODEL, NODE) });
         let read = bench.read(0x2102, 0).ok();
         checker.that(row, "value", Against::Drive, read == row.number("value"), format!("{read:?}"));
         let limit = i64::try_from(max.unwrap_or(0)).unwrap_or(0);

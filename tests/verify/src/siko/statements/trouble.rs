@@ -1,7 +1,7 @@
 //! Torque deactivation, factory settings, power failure, calibration, warnings, faults (2.3 to 5), parameters (6).
 
 use siko_ag03_1::sim::inputs::{Inputs, Key};
-use siko_ag03_1::sim::{DipSwitches, Restore, Setup, SimulatedDrive};
+use siko_ag03_1::sim::{DipSwitches, MODEL, Restore, Setup, SimulatedDrive};
 
 use super::super::bench::{Bench, LOAD, NODE, Write, enabled_with, faulty, in_velocity_mode, moving_to, running_at};
 use super::parameter::{V_INCH, one};
@@ -102,7 +102,7 @@ pub(super) fn restore_by_switches() -> Clauses {
 
 pub(super) fn restore_acknowledged() -> Clauses {
     let switches = DipSwitches::for_node(NODE).with_restore(Some(Restore::All));
-    let mut bench = Bench::set_up(Setup { switches, ..Setup::new(NODE) });
+    let mut bench = Bench::set_up(Setup { switches, ..Setup::new(&MODEL, NODE) });
     let mut seen = std::collections::BTreeSet::new();
     for _ in 0..40 {
         seen.insert(bench.see(|drive, now| (drive.lights(now).status, drive.lights(now).bus)));

@@ -1,0 +1,123 @@
+//! Faults and emergency codes: what they consist of, and what the drives' tables have in common.
+//!
+//! The manuals print the bytes of an emergency code as "byte 0 (high byte), byte 1 (low byte)", which is not the order
+//! of CiA 301 (7.2.7.1: least significant byte first). Which one the hardware uses can only be seen on a bus. So the
+//! order is data: a simulated drive follows CiA 301 unless its
+//! [`Behaviour`](lexican_runtime::device::Behaviour) says otherwise, and the drivers' [`Codes`](lexican_driver::Codes)
+//! understand both, which is safe because no code of a drive is another one's mirror image.
+
+use core::fmt;
+
+use lexican_driver::{Cause, Code};
+
+/// A cause of the state FAULT, and how a drive reports it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// What causes it.
+    pub kind: FaultKind,
+    /// How often the green status LED blinks.
+    pub blinks: u8,
+    /// The bits of the error register 1001h.
+    pub register: u8,
+    /// The emergency code, also the entry of 1003h, with the letter as its label.
+    pub code: Code,
+}
+
+/// What makes a drive fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultKind {
+    /// The supply is too low while the motor takes current.
+    Undervoltage,
+    /// The shaft does not turn.
+    ShaftBlocked,
+    /// The motor has taken too much current for too long.
+    Overcurrent,
+    /// The output stage is too hot.
+    Overtemperature,
+    /// The position cannot be read.
+    Sensor,
+    /// The drive finds something wrong with itself.
+    Internal,
+    /// The supply is too high.
+    Overvoltage,
+    /// The CAN controller has become error passive during a positioning.
+    BusPassive,
+    /// The CAN controller is bus off.
+    BusOff,
+    /// The battery of the absolute encoder is empty.
+    Battery,
+}
+
+impl FaultKind {
+    /// All kinds with the names that scripts use.
+    pub const ALL: &[(FaultKind, &str)] = &[
+        (FaultKind::Undervoltage, "undervoltage"),
+        (FaultKind::ShaftBlocked, "shaft blocked"),
+        (FaultKind::Overcurrent, "overcurrent"),
+        (FaultKind::Overtemperature, "overtemperature"),
+        (FaultKind::Sensor, "sensor"),
+        (FaultKind::Internal, "internal"),
+        (FaultKind::Overvoltage, "overvoltage"),
+        (FaultKind::BusPassive, "bus passive"),
+        (FaultKind::BusOff, "bus off"),
+        (FaultKind::Battery, "battery"),
+    ];
+}
+
+/// Bits of the error register 1001h.
+pub mod register {
+    /// Any error.
+    pub const GENERAL: u8 = 1 << 0;
+    /// Current.
+    pub const CURRENT: u8 = 1 << 1;
+    /// Voltage.
+    pub const VOLTAGE: u8 = 1 << 2;
+    /// Temperature.
+    pub const TEMPERATURE: u8 = 1 << 3;
+    /// Data transfer.
+    pub const COMMUNICATION: u8 = 1 << 4;
+    /// The shaft is blocked. CiA 301 has "device profile specific" here.
+    pub const SHAFT_BLOCKED: u8 = 1 << 5;
+    /// Anything else.
+    pub const MANUFACTURER: u8 = 1 << 7;
+}
+
+/// No error: sent when a fault has been reset.
+pub const NO_ERROR: u16 = 0x0000;
+/// The CAN controller has become error passive. Not stored, and no fault by itself.
+pub const ERROR_PASSIVE: u16 = 0x8120;
+/// The CAN controller is back from bus off. Not stored, and no fault by itself.
+pub const RECOVERED_FROM_BUS_OFF: u16 = 0x8140;
+
+impl Fault {
+    /// The letter of the fault buffer.
+    #[must_use]
+    pub fn letter(&self) -> char {
+        self.code.label.chars().next().unwrap_or(' ')
+    }
+
+    /// The codes of a table of faults, for a description of the drive.
+    #[must_use]
+    pub const fn codes<const N: usize>(faults: &[Fault; N]) -> [Code; N] {
+        let mut codes = [Code { number: 0, label: "", text: "" }; N];
+        let mut row = 0;
+        while row < N {
+            codes[row] = faults[row].code;
+            row += 1;
+        }
+        codes
+    }
+}
+
+/// What the driver reports when the drive has this fault.
+impl From<Fault> for Cause {
+    fn from(fault: Fault) -> Self {
+        Cause::Fault(fault.code)
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.code.fmt(f)
+    }
+}

@@ -1,0 +1,14 @@
+//! What SIKO's positioning drives share: the drivers' tables, and a drive that exists only in software.
+//!
+//! - [`state`], [`words`], [`fault`], [`worked_examples`]: tables of the manuals as data, which drivers and simulators
+//!   share;
+//! - [`sim`]: the simulated drive. What tells one drive from another is a [`sim::Model`].
+//!
+//! Chapters, tables and figures are those of the English CANopen manual of the AG03/1, firmware 4.01 or higher. Where
+//! it contradicts itself or is silent, the choice is said where it is made.
+
+pub mod fault;
+pub mod sim;
+pub mod state;
+pub mod words;
+pub mod worked_examples;

@@ -1,0 +1,59 @@
+//! The objects that the simulated drive looks at, by name.
+
+use lexican_runtime::object::Address;
+
+macro_rules! addresses {
+    ($($name:ident = $index:literal, $sub:literal;)*) => {
+        $(pub(super) const $name: Address = Address::new($index, $sub);)*
+    };
+}
+
+addresses! {
+    SYSTEM_STATUS = 0x1002, 0x00;
+    FAULT_COUNT = 0x1003, 0x00;
+    EMERGENCY_COB_ID = 0x1014, 0x00;
+    RESTORE_ALL = 0x1011, 0x01;
+    RESTORE_STANDARD = 0x1011, 0x02;
+    RESTORE_CONTROLLER = 0x1011, 0x03;
+    CALIBRATE = 0x1011, 0x04;
+    SERIAL_NUMBER = 0x1018, 0x04;
+    BIT_RATE = 0x2100, 0x00;
+    NODE_ID = 0x2101, 0x00;
+    GEAR = 0x2102, 0x00;
+    A_POS = 0x2410, 0x04;
+    V_POS = 0x2410, 0x05;
+    A_ROT = 0x2410, 0x06;
+    A_INCH = 0x2410, 0x08;
+    V_INCH = 0x2410, 0x09;
+    D_POS = 0x2410, 0x0A;
+    SPINDLE_PITCH = 0x2412, 0x00;
+    POSITIONING_TYPE = 0x2413, 0x00;
+    DELTA_INCH = 0x2415, 0x00;
+    INCHING_STOP = 0x2416, 0x00;
+    IN_POSITION_MODE = 0x2417, 0x00;
+    LOOP_LENGTH = 0x2418, 0x00;
+    OUTPUT_STAGE_SUPPLY = 0x241B, 0x01;
+    CONTROL_SUPPLY = 0x241B, 0x02;
+    TEMPERATURE = 0x241C, 0x00;
+    MOTOR_CURRENT = 0x241E, 0x00;
+    GENERIC_STATUS = 0x2420, 0x00;
+    TORQUE_DEACTIVATION = 0x2421, 0x00;
+    TORQUE_DEACTIVATION_STATE = 0x2422, 0x00;
+    BATTERY = 0x2423, 0x00;
+    INCHING_2_OFFSET = 0x2450, 0x00;
+    PRODUCTION_DATE = 0x2500, 0x00;
+    CONTROL_WORD = 0x6040, 0x00;
+    STATUS_WORD = 0x6041, 0x00;
+    MODE = 0x6060, 0x00;
+    POSITION = 0x6064, 0x00;
+    WINDOW = 0x6067, 0x00;
+    VELOCITY = 0x606C, 0x00;
+    TARGET_POSITION = 0x607A, 0x00;
+    CALIBRATION_VALUE = 0x607C, 0x00;
+    LIMIT_2 = 0x607D, 0x01;
+    LIMIT_1 = 0x607D, 0x02;
+    SENSE_OF_ROTATION = 0x607E, 0x00;
+    GEAR_NUMERATOR = 0x6091, 0x01;
+    GEAR_DENOMINATOR = 0x6091, 0x02;
+    TARGET_VELOCITY = 0x60FF, 0x00;
+}

@@ -1,0 +1,368 @@
+//! The simulated drive: what it is made of, and what one can see of it and do to it.
+
+use std::path::Path;
+
+use lexican_runtime::device::Device;
+use lexican_runtime::object::{Object, ObjectDictionary, Value};
+use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{Instant, NodeId};
+
+use super::controller::{Controller, Network};
+use super::eeprom::{EepromError, EepromFile, NonVolatile};
+use super::inputs::{BusState, Inputs};
+use super::leds::{BusLed, Lights, StatusLed};
+use super::model::{Model, Storage};
+use super::objects::{Effect, Objects};
+use super::parameters::Parameters;
+use super::script::Following;
+use super::setup::Setup;
+use super::switches::DipSwitches;
+use super::trajectory;
+use crate::state::State;
+
+/// Whether the drive runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Power {
+    /// No supply of the control.
+    Off,
+    /// It does.
+    On,
+    /// It was switched on with the DIP switches set to restore factory settings: it has, says so, and does nothing
+    /// else until it is switched on again (2.4). That it is not on the bus meanwhile is an assumption: its
+    /// switches set no address.
+    Restored,
+}
+
+/// A simulated drive: a [`Node`](lexican_runtime::host::Node), to be attached to a bus.
+#[derive(Clone, Debug)]
+pub struct SimulatedDrive {
+    pub(super) setup: Setup,
+    pub(super) device: Device<4, 4, 1, 0>,
+    pub(super) storage: Box<dyn Storage>,
+    pub(super) controller: Controller,
+    effects: Vec<Effect>,
+    /// Whether an SDO is being served.
+    pub(super) by_sdo: bool,
+    /// Until when everything has been looked at: what changes by itself after it is still to be told.
+    pub(super) settled: Instant,
+    pub(super) power: Power,
+    /// What the LEDs show, and since when.
+    leds: ((StatusLed, Instant), (BusLed, Instant)),
+    /// Whether somebody has switched it off.
+    pub(super) switched_off: bool,
+    /// In bit/s, as 2100h said at the last initialisation.
+    pub(super) bit_rate: u32,
+    pub(super) eeprom: Option<EepromFile>,
+    pub(super) following: Option<Following>,
+}
+
+impl SimulatedDrive {
+    /// A new drive, powered on at the origin of time.
+    #[must_use]
+    pub fn new(model: &'static Model, node: NodeId) -> Self {
+        SimulatedDrive::power_on(Instant::ZERO, Setup::new(model, node))
+    }
+
+    /// A drive that is powered on at `now`.
+    #[must_use]
+    pub fn power_on(now: Instant, setup: Setup) -> Self {
+        let node = setup.node();
+        let storage = setup.storage(node);
+        let parameters = Parameters::read(setup.model, &*storage);
+        let position = setup.non_volatile.position;
+        let mut drive = SimulatedDrive {
+            device: Device::new(node, setup.behaviour),
+            controller: Controller::new(setup.model, now, parameters, setup.inputs, position),
+            effects: Vec::new(),
+            by_sdo: false,
+            storage,
+            setup,
+            settled: now,
+            power: Power::Off,
+            leds: ((StatusLed::Off, now), (BusLed::Off, now)),
+            switched_off: false,
+            bit_rate: 0,
+            eeprom: None,
+            following: None,
+        };
+        drive.follow_supply(now);
+        drive.settle(now);
+        drive
+    }
+
+    /// A drive that is powered on at `now` and keeps what it keeps in the file at `path`: [`Setup::non_volatile`] is
+    /// what the file holds, and is as it was given when there is no such file yet. The file is
+    /// written whenever an entry of the EEPROM has changed, and with the position whenever the shaft has come to rest.
+    ///
+    /// ```
+    /// # use lexican_runtime::{Instant, NodeId};
+    /// # use siko_ag03_1::sim::{MODEL, Setup, SimulatedDrive};
+    /// # let path = std::env::temp_dir().join(format!("ag03-eeprom-{}", std::process::id()));
+    /// let setup = Setup::new(&MODEL, NodeId::literal(5));
+    /// let drive = SimulatedDrive::with_eeprom(Instant::ZERO, setup, &path)?;
+    /// assert!(path.exists() && drive.eeprom_trouble().is_none());
+    /// # std::fs::remove_file(path)?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, is torn, or is something else.
+    pub fn with_eeprom(now: Instant, setup: Setup, path: impl AsRef<Path>) -> Result<Self, EepromError> {
+        let (file, kept) = EepromFile::open(setup.model, path.as_ref())?;
+        let mut setup = setup;
+        setup.non_volatile = kept.unwrap_or(setup.non_volatile);
+        let mut drive = SimulatedDrive::power_on(now, setup);
+        drive.eeprom = Some(file);
+        drive.settle(now);
+        Ok(drive)
+    }
+
+    /// Why the file of the EEPROM could not be written the last time.
+    #[must_use]
+    pub fn eeprom_trouble(&self) -> Option<&EepromError> {
+        self.eeprom.as_ref()?.trouble()
+    }
+
+    /// What would survive if power went off now.
+    #[must_use]
+    pub fn non_volatile(&self, now: Instant) -> NonVolatile {
+        let kept = self.setup.model.persistent.iter();
+        let eeprom = kept.filter_map(|&address| Some((address, self.storage.raw(address)?))).collect();
+        NonVolatile { eeprom, position: self.position(now) }
+    }
+
+    /// The node-ID.
+    #[must_use]
+    pub fn node(&self) -> NodeId {
+        self.device.node()
+    }
+
+    /// The bit rate in bit/s: that of 2100h when the drive was initialised.
+    #[must_use]
+    pub fn bit_rate(&self) -> u32 {
+        self.bit_rate
+    }
+
+    /// The NMT state.
+    #[must_use]
+    pub fn nmt_state(&self) -> NmtState {
+        self.device.nmt_state()
+    }
+
+    /// The state of the state machine.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.controller.state()
+    }
+
+    /// The controller: status words, faults, motion.
+    #[must_use]
+    pub fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
+    /// Which drive it is.
+    #[must_use]
+    pub fn model(&self) -> &'static Model {
+        self.setup.model
+    }
+
+    /// An object as it is stored; live values are looked up only when the bus asks for them.
+    #[must_use]
+    pub fn stored<T: Value, A, M>(&self, object: Object<T, A, M>) -> T {
+        self.storage.get(object)
+    }
+
+    /// The parameters, as numbers.
+    #[must_use]
+    pub fn parameters(&self) -> Parameters {
+        Parameters::read(self.setup.model, &*self.storage)
+    }
+
+    /// The position as 6064h shows it. `now` is not before the last event; so it is with the others.
+    #[must_use]
+    pub fn position(&self, now: Instant) -> i32 {
+        self.controller.position(now)
+    }
+
+    /// The velocity as 606Ch shows it, in rev/min.
+    #[must_use]
+    pub fn velocity(&self, now: Instant) -> i32 {
+        self.controller.velocity(now)
+    }
+
+    /// The status word 6041h.
+    #[must_use]
+    pub fn status_word(&self, now: Instant) -> u16 {
+        self.controller.status_word(now)
+    }
+
+    /// Position and velocity of the shaft as they are, without rounding: increments and increments/s.
+    #[must_use]
+    pub fn shaft(&self, now: Instant) -> trajectory::State {
+        self.controller.motion().state(now)
+    }
+
+    /// Somebody turns the shaft by hand, in no time. Whether it lets itself be turned: a motor that is released does.
+    pub fn turn_shaft(&mut self, now: Instant, increments: i32) -> bool {
+        let turned = self.controller.turn_shaft(now, increments);
+        self.settle(now);
+        turned
+    }
+
+    /// The world around the drive.
+    #[must_use]
+    pub fn inputs(&self) -> &Inputs {
+        &self.controller.inputs
+    }
+
+    /// Lets the world change. Without its control supply, the drive is off.
+    pub fn set_inputs(&mut self, now: Instant, change: impl FnOnce(&mut Inputs)) {
+        let mut inputs = *self.inputs();
+        let bus_before = inputs.bus;
+        change(&mut inputs);
+        if self.power == Power::Off || !inputs.control_is_supplied() {
+            self.controller.inputs = inputs;
+        } else {
+            self.controller.set_inputs(now, inputs);
+        }
+        self.follow_supply(now);
+        // Table 20: 8120h is not a fault, and over when the bus is well again.
+        let recovered = bus_before == BusState::Passive && inputs.bus == BusState::Active;
+        if recovered && self.is_running() && self.controller.faults().is_empty() {
+            self.with_device(now, |device, od| device.clear(ErrorRegister(0xFF), od));
+        }
+        self.settle(now);
+    }
+
+    /// The DIP switches.
+    #[must_use]
+    pub fn switches(&self) -> DipSwitches {
+        self.setup.switches
+    }
+
+    /// Sets the DIP switches; the drive looks at them when its supply is switched on (7.13).
+    pub fn set_switches(&mut self, switches: DipSwitches) {
+        self.setup.switches = switches;
+    }
+
+    /// What the status LED shows.
+    #[must_use]
+    pub fn status_led(&self) -> StatusLed {
+        match (self.power, self.controller.faults().first()) {
+            (Power::Off, _) => StatusLed::Off,
+            (Power::Restored, _) => StatusLed::Alternates,
+            (Power::On, Some(fault)) => StatusLed::Blinks(fault.blinks),
+            (Power::On, None) if self.inputs().supply_is_present() => StatusLed::On,
+            (Power::On, None) => StatusLed::Off,
+        }
+    }
+
+    /// What the bus LED shows.
+    #[must_use]
+    pub fn bus_led(&self) -> BusLed {
+        match self.power {
+            Power::Off => BusLed::Off,
+            Power::Restored => BusLed::Alternates,
+            Power::On => BusLed::of(self.nmt_state()),
+        }
+    }
+
+    /// Which of the LEDs is lit at `now`. Whatever blinks, begins to when it is first shown.
+    #[must_use]
+    pub fn lights(&self, now: Instant) -> Lights {
+        let ((status, status_since), (bus, bus_since)) = self.leds;
+        Lights { status: status.is_lit(now.since(status_since)), bus: bus.is_lit(now.since(bus_since)) }
+    }
+
+    fn show(&mut self, now: Instant) {
+        let (status, bus) = (self.status_led(), self.bus_led());
+        if self.leds.0.0 != status {
+            self.leds.0 = (status, now);
+        }
+        if self.leds.1.0 != bus {
+            self.leds.1 = (bus, now);
+        }
+    }
+
+    /// Lends `call` the dictionary with its live values, beside the bus: access rights are not enforced, everything
+    /// else is. `lexican simulate` reads and sets objects so, in the words of whoever sits before it.
+    pub fn with_dictionary<T>(&mut self, now: Instant, call: impl FnOnce(&mut dyn ObjectDictionary) -> T) -> T {
+        let result = self.with_device(now, |_, od| call(od));
+        self.settle(now);
+        result
+    }
+
+    pub(super) fn with_device<T>(
+        &mut self,
+        now: Instant,
+        call: impl FnOnce(&mut Device<4, 4, 1, 0>, &mut dyn ObjectDictionary) -> T,
+    ) -> T {
+        let mut od = Objects {
+            now,
+            model: self.setup.model,
+            node: self.device.node(),
+            network: self.device.nmt_state(),
+            by_sdo: self.by_sdo,
+            storage: &mut *self.storage,
+            controller: &self.controller,
+            effects: &mut self.effects,
+        };
+        call(&mut self.device, &mut od)
+    }
+
+    pub(super) fn enter(&mut self, now: Instant, state: NmtState) {
+        let network = match state {
+            NmtState::Operational => Network::Operational,
+            NmtState::Stopped => Network::Stopped,
+            _ => Network::PreOperational,
+        };
+        self.controller.set_network(now, network);
+        self.show(now);
+    }
+
+    /// The dictionary has refused part of what came with the control words.
+    pub(super) fn miss_target(&mut self) {
+        for effect in &mut self.effects {
+            if let Effect::Control(word) = *effect {
+                *effect = Effect::ControlWithoutTarget(word);
+            }
+        }
+    }
+
+    /// Everything that follows from what just happened.
+    pub(super) fn settle(&mut self, now: Instant) {
+        if self.is_running() {
+            self.settle_running(now);
+        }
+        self.settled = now;
+        self.show(now);
+        self.save(now);
+    }
+
+    fn settle_running(&mut self, now: Instant) {
+        let parameters = Parameters::read(self.setup.model, &*self.storage);
+        if parameters != self.controller.parameters {
+            self.controller.set_parameters(now, parameters);
+        }
+        for effect in std::mem::take(&mut self.effects) {
+            match effect {
+                Effect::Control(word) => self.controller.control(now, word),
+                Effect::ControlWithoutTarget(word) => self.controller.control_without_target(now, word),
+                Effect::Calibrate => self.controller.calibrate(now, parameters.calibration_value),
+            }
+        }
+        self.controller.advance(now);
+        while let Some(emergency) = self.controller.next_emergency() {
+            let (code, register) = (ErrorCode(emergency.code), ErrorRegister(emergency.register));
+            self.with_device(now, |device, od| match code {
+                ErrorCode::NO_ERROR => device.clear(ErrorRegister(0xFF), od),
+                _ if emergency.stored => device.emergency(code, register, [0; 5], od),
+                _ => device.emergency_unrecorded(code, register, [0; 5], od),
+            });
+        }
+        self.with_device(now, |device, od| device.compare(od));
+    }
+}

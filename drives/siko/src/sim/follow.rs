@@ -1,0 +1,133 @@
+//! How a drive follows its script.
+
+use lexican_runtime::Instant;
+
+use super::drive::SimulatedDrive;
+use super::inputs::Inputs;
+use super::script::{Change, Condition, Following, Script, Step, Trigger};
+use crate::state::State;
+use crate::words::status;
+
+impl SimulatedDrive {
+    /// Lets `script` happen to the drive, beginning at `now`; another one that is not done is forgotten.
+    pub fn follow(&mut self, now: Instant, script: Script) {
+        self.following = Some(Following::new(now, script));
+        self.run_script(now);
+    }
+
+    /// How many steps of the script have not happened yet.
+    #[must_use]
+    pub fn steps_left(&self) -> usize {
+        self.following.as_ref().map_or(0, Following::left)
+    }
+
+    /// Makes every step happen whose time has come.
+    pub(super) fn run_script(&mut self, now: Instant) {
+        while let Some(mut following) = self.following.take() {
+            let Some(Step { trigger, changes }) = following.next().cloned() else { return };
+            let due = match trigger {
+                Trigger::At(span) => Some(following.began + span),
+                Trigger::After(span) => Some(following.last + span),
+                Trigger::When { condition, and_then } => {
+                    if following.held_since.is_none() && self.is_so(now, condition) {
+                        following.held_since = Some(now);
+                    }
+                    following.held_since.map(|since| since + and_then)
+                }
+            };
+            let happens = due.is_some_and(|due| due <= now);
+            if happens {
+                following.done += 1;
+                following.last = now;
+                following.held_since = None;
+            }
+            self.following = Some(following);
+            if !happens {
+                return;
+            }
+            changes.into_iter().for_each(|change| self.apply(now, change));
+        }
+    }
+
+    /// When to look again whether the next step's time has come.
+    pub(super) fn next_step(&self) -> Option<Instant> {
+        let following = self.following.as_ref()?;
+        match following.next()?.trigger {
+            Trigger::At(span) => Some(following.began + span),
+            Trigger::After(span) => Some(following.last + span),
+            Trigger::When { condition, and_then } => match following.held_since {
+                Some(since) => Some(since + and_then),
+                None if self.is_so(self.settled, condition) => Some(self.settled),
+                None => self.may_become_so(self.settled, condition),
+            },
+        }
+    }
+
+    /// Whether something is so.
+    fn is_so(&self, now: Instant, condition: Condition) -> bool {
+        let on = self.is_on();
+        match condition {
+            Condition::Moving => self.controller.motion().is_moving(now),
+            Condition::Standing => !self.controller.motion().is_moving(now),
+            Condition::Positioning => self.controller.motion().is_positioning(now),
+            Condition::TargetReached => on && self.status_word(now) & status::TARGET_REACHED != 0,
+            Condition::State(state) => on && self.state() == state,
+            Condition::NoFault => on && self.state() != State::Fault,
+            Condition::Nmt(state) => on && self.nmt_state() == state,
+            Condition::On => on,
+            Condition::Off => !on,
+            Condition::PositionAbove(position) => self.position(now) > position,
+            Condition::PositionBelow(position) => self.position(now) < position,
+        }
+    }
+
+    /// When it may come true by itself, later than `now`, if nothing else happens before.
+    fn may_become_so(&self, now: Instant, condition: Condition) -> Option<Instant> {
+        let (motion, parameters) = (self.controller.motion(), &self.controller.parameters);
+        match condition {
+            Condition::Standing => motion.rest_at().filter(|at| *at > now),
+            Condition::TargetReached if self.is_running() => self.controller.next_change(now),
+            Condition::PositionAbove(position) => {
+                motion.next_change(now, |state| parameters.position(state.position) > position)
+            }
+            Condition::PositionBelow(position) => {
+                motion.next_change(now, |state| parameters.position(state.position) < position)
+            }
+            // All else follows from frames, from steps, and from deadlines that the drive has anyway.
+            _ => None,
+        }
+    }
+
+    /// Lets one thing happen to the drive.
+    pub fn apply(&mut self, now: Instant, change: Change) {
+        match change {
+            Change::OutputStageSupply(supply) => {
+                self.set_inputs(now, |inputs| inputs.output_stage_supply_100mv = supply);
+            }
+            Change::ControlSupply(supply) => self.set_inputs(now, |inputs| inputs.control_supply_100mv = supply),
+            Change::Battery(voltage) => self.set_inputs(now, |inputs| inputs.battery_10mv = voltage),
+            Change::Temperature(degrees) => self.set_inputs(now, |inputs| inputs.temperature_100mdegc = degrees),
+            Change::Load(current) => self.set_inputs(now, |inputs| inputs.load_ma = current),
+            Change::Attainable(rpm) => self.set_inputs(now, |inputs| inputs.attainable_rpm = rpm),
+            Change::Shaft(shaft) => self.set_inputs(now, |inputs| inputs.shaft = shaft),
+            Change::Turn(increments) => {
+                // A motor that holds the shaft is not turned: that is the point of holding it.
+                let _ = self.turn_shaft(now, increments);
+            }
+            Change::Bus(state) => self.set_inputs(now, |inputs| inputs.bus = state),
+            Change::BusBitRate(rate) => self.set_inputs(now, |inputs| inputs.bus_bit_rate = rate),
+            Change::Enable(active) => self.set_inputs(now, |inputs| inputs.enable = active),
+            Change::Key(key) => self.set_inputs(now, |inputs| inputs.key = key),
+            Change::Fault(fault) => self.set_inputs(now, |inputs| inputs.force(fault)),
+            Change::Clear(fault) => self.set_inputs(now, |inputs| inputs.clear(fault)),
+            Change::ClearAll => self.set_inputs(now, |inputs| *inputs = Inputs::default()),
+            Change::Switches(switches) => self.set_switches(switches),
+            Change::Node(node) => self.set_switches(self.switches().with_node(node)),
+            Change::Restore(which) => self.set_switches(self.switches().with_restore(which)),
+            Change::Termination(active) => self.set_switches(self.switches().with_termination(active)),
+            Change::Power(true) => self.switch_on(now),
+            Change::Power(false) => self.switch_off(now),
+            Change::PowerCycle => self.power_cycle(now),
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! What the world does to the drive: supply, battery, temperature, load, bus, keys. Settable, so that every
+//! warning and every fault of chapter 5 can be provoked.
+
+use crate::fault::FaultKind;
+
+/// The world as the drive feels it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Inputs {
+    /// Supply of the output stage, in 0.1 V.
+    pub output_stage_supply_100mv: u16,
+    /// Supply of the control, in 0.1 V.
+    pub control_supply_100mv: u16,
+    /// Temperature of the output stage, in 0.1 degC.
+    pub temperature_100mdegc: i16,
+    /// Voltage of the battery of the absolute encoder, in 10 mV.
+    pub battery_10mv: i16,
+    /// Current that the motor takes while it moves.
+    pub load_ma: u16,
+    /// Whether something holds the shaft.
+    pub shaft: Shaft,
+    /// The velocity that the load allows, in rev/min, when that is less than the drive is told: a lag error.
+    pub attainable_rpm: Option<u8>,
+    /// Whether the sine and cosine of the position sensor fit together.
+    pub sensor_fails: bool,
+    /// Whether the drive finds something wrong with itself.
+    pub internal_error: bool,
+    /// The state of the CAN controller.
+    pub bus: BusState,
+    /// The bit rate of the bus, in bit/s: a drive that has another one neither hears nor is heard. `None` for
+    /// whichever rate the drive has.
+    pub bus_bit_rate: Option<u32>,
+    /// Whether the input that enables the motor is active, in drives that have one.
+    pub enable: bool,
+    /// Which operator key is pressed.
+    pub key: Option<Key>,
+    /// Faults whose cause is there whatever the other inputs say.
+    pub forced: Faults,
+}
+
+/// The operator keys (2.2.1.2). Which way the drive counts then depends on the sense of rotation (parameter 18).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Key {
+    /// Key 1: the shaft turns clockwise.
+    Clockwise,
+    /// Key 2: the shaft turns counter-clockwise, which counts up when the sense of rotation is 'i'.
+    CounterClockwise,
+}
+
+/// Some of the faults.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Faults(u16);
+
+impl Faults {
+    /// The same with this one.
+    #[must_use]
+    pub const fn with(self, kind: FaultKind) -> Self {
+        Faults(self.0 | bit(kind))
+    }
+
+    /// The same without this one.
+    #[must_use]
+    pub const fn without(self, kind: FaultKind) -> Self {
+        Faults(self.0 & !bit(kind))
+    }
+
+    /// Whether this is one of them.
+    #[must_use]
+    pub const fn contains(self, kind: FaultKind) -> bool {
+        self.0 & bit(kind) != 0
+    }
+}
+
+const fn bit(kind: FaultKind) -> u16 {
+    1 << kind as u16
+}
+
+/// Whether the shaft can turn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shaft {
+    /// It follows.
+    #[default]
+    Free,
+    /// Something holds it.
+    Blocked,
+}
+
+/// Fault confinement of the CAN controller (ISO 11898-1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BusState {
+    /// Error active: all is well.
+    #[default]
+    Active,
+    /// Error passive: the drive does not communicate any more (table 20).
+    Passive,
+    /// Bus off.
+    Off,
+}
+
+/// 24 V, 25 degC, a fresh battery, a light load.
+impl Default for Inputs {
+    fn default() -> Self {
+        Inputs {
+            output_stage_supply_100mv: 240,
+            control_supply_100mv: 240,
+            temperature_100mdegc: 250,
+            battery_10mv: 360,
+            load_ma: 600,
+            shaft: Shaft::Free,
+            attainable_rpm: None,
+            sensor_fails: false,
+            internal_error: false,
+            bus: BusState::Active,
+            bus_bit_rate: None,
+            enable: true,
+            key: None,
+            forced: Faults::default(),
+        }
+    }
+}
+
+impl Inputs {
+    /// Below this the output stage, or the control, counts as not supplied. The manual gives no number: an assumption.
+    pub const SUPPLY_PRESENT_100MV: u16 = 100;
+    /// Fault A, together with a motor current above [`Inputs::UNDERVOLTAGE_CURRENT_MA`] (table 2).
+    pub const UNDERVOLTAGE_100MV: u16 = 180;
+    /// See [`Inputs::UNDERVOLTAGE_100MV`].
+    pub const UNDERVOLTAGE_CURRENT_MA: u16 = 200;
+    /// Fault G above it (table 2).
+    pub const OVERVOLTAGE_100MV: u16 = 350;
+    /// Fault D above it (table 2).
+    pub const OVERTEMPERATURE_100MDEGC: i16 = 900;
+    /// Fault J below it (table 2).
+    pub const BATTERY_EMPTY_10MV: i16 = 220;
+    /// Warning below it (table 1, bit 12). The manual gives no number: an assumption.
+    pub const BATTERY_LOW_10MV: i16 = 260;
+    /// Warning above it, and fault C after four seconds (table 2).
+    pub const OVERCURRENT_MA: u16 = 2400;
+    /// What torque deactivation counts as 100 %. The manual gives no number; with this one the largest
+    /// threshold, 124 %, is just above the current that is a fault anyway.
+    pub const RATED_CURRENT_MA: u16 = 2000;
+    /// What a motor takes that holds its position. The manual gives no number: an assumption.
+    pub const HOLDING_CURRENT_MA: u16 = 50;
+
+    /// Makes the cause of a fault be there, so that it comes at once and cannot be reset.
+    pub fn force(&mut self, kind: FaultKind) {
+        self.forced = self.forced.with(kind);
+    }
+
+    /// Takes the cause of a fault away, forced or not: what it comes from is as in [`Inputs::default`] again.
+    pub fn clear(&mut self, kind: FaultKind) {
+        let well = Inputs::default();
+        self.forced = self.forced.without(kind);
+        match kind {
+            FaultKind::Undervoltage | FaultKind::Overvoltage => {
+                self.output_stage_supply_100mv = well.output_stage_supply_100mv;
+            }
+            FaultKind::ShaftBlocked => self.shaft = well.shaft,
+            FaultKind::Overcurrent => self.load_ma = well.load_ma,
+            FaultKind::Overtemperature => self.temperature_100mdegc = well.temperature_100mdegc,
+            FaultKind::Sensor => self.sensor_fails = well.sensor_fails,
+            FaultKind::Internal => self.internal_error = well.internal_error,
+            FaultKind::BusPassive | FaultKind::BusOff => self.bus = well.bus,
+            FaultKind::Battery => self.battery_10mv = well.battery_10mv,
+        }
+    }
+
+    /// Whether the control is supplied: without it, the drive is off.
+    #[must_use]
+    pub const fn control_is_supplied(&self) -> bool {
+        self.control_supply_100mv >= Self::SUPPLY_PRESENT_100MV
+    }
+
+    /// Whether the output stage is supplied (table 1, bit 10).
+    #[must_use]
+    pub const fn supply_is_present(&self) -> bool {
+        self.output_stage_supply_100mv >= Self::SUPPLY_PRESENT_100MV
+    }
+
+    /// Whether the supply is within its tolerance (table 21, bit 4).
+    #[must_use]
+    pub const fn supply_is_good(&self) -> bool {
+        self.output_stage_supply_100mv >= Self::UNDERVOLTAGE_100MV
+            && self.output_stage_supply_100mv <= Self::OVERVOLTAGE_100MV
+    }
+
+    /// Whether the battery wants replacing (table 1, bit 12).
+    #[must_use]
+    pub const fn battery_is_low(&self) -> bool {
+        self.battery_10mv < Self::BATTERY_LOW_10MV
+    }
+}

@@ -1,0 +1,33 @@
+//! A drive that exists only in software: it serves the dictionary generated from the data sheet, moves as chapter 2 of
+//! the manual says, and fails on demand as chapter 5 says. Which drive it is, is a [`Model`].
+//!
+//! From the bottom up: [`trajectory`] solves ways in closed form, [`motion`] makes travel jobs of them,
+//! [`controller`] adds state machine, status and faults; [`SimulatedDrive`] puts all of it on a bus.
+
+mod address;
+pub mod controller;
+mod drive;
+mod eeprom;
+mod follow;
+pub mod inputs;
+mod leds;
+mod model;
+pub mod motion;
+mod node;
+mod objects;
+pub mod parameters;
+mod power;
+pub mod script;
+mod setup;
+mod status;
+mod switches;
+pub mod trajectory;
+mod watch;
+
+pub use drive::SimulatedDrive;
+pub use eeprom::{EepromError, NonVolatile};
+pub use leds::{BusLed, FLASH, Lights, PAUSE, StatusLed};
+pub use model::{Addressing, Model, Storage};
+pub use script::Script;
+pub use setup::{BIT_RATES, Setup};
+pub use switches::{DipSwitches, NotSwitches, Restore, Termination};

@@ -1,0 +1,209 @@
+//! The dictionary as the simulated drive serves it: live values are looked up when they are read, and
+//! writes are refused as chapters 6 and 7.12 say.
+
+use lexican_driver::ParameterSet;
+use lexican_runtime::abort::AbortCode;
+use lexican_runtime::object::{Address, Entry, ObjectDictionary};
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{Instant, NodeId};
+
+use super::address;
+use super::controller::Controller;
+use super::model::{Model, Storage};
+use super::switches::Restore;
+
+/// Storage and controller, lent to the device for one call.
+pub(super) struct Objects<'a> {
+    pub(super) now: Instant,
+    pub(super) model: &'static Model,
+    pub(super) node: NodeId,
+    pub(super) network: NmtState,
+    /// Whether an SDO is being served.
+    pub(super) by_sdo: bool,
+    pub(super) storage: &'a mut dyn Storage,
+    pub(super) controller: &'a Controller,
+    pub(super) effects: &'a mut Vec<Effect>,
+}
+
+/// What follows from a write, once the frame has been dealt with: a PDO writes the control word before the
+/// target that it is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Effect {
+    /// A control word came.
+    Control(u16),
+    /// A control word came with a target that is out of range.
+    ControlWithoutTarget(u16),
+    /// The calibration value becomes the position.
+    Calibrate,
+}
+
+impl ObjectDictionary for Objects<'_> {
+    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
+        self.storage.entry(address)
+    }
+
+    fn len(&self, entry: &Entry) -> Option<u32> {
+        self.storage.len(entry)
+    }
+
+    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
+        self.look_up(entry.address);
+        self.storage.read(entry, offset, buffer)
+    }
+
+    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+        let value = Written::new(entry, data);
+        self.check(entry, value)?;
+        self.storage.write(entry, offset, data, last)?;
+        self.follow(entry.address, value);
+        Ok(())
+    }
+}
+
+impl Objects<'_> {
+    /// Puts what the drive measures into the storage, from where it is read.
+    fn look_up(&mut self, address: Address) {
+        let (now, controller) = (self.now, self.controller);
+        let inputs = &controller.inputs;
+        let measured: i64 = match address {
+            address::SYSTEM_STATUS => controller.system_status(now).into(),
+            address::OUTPUT_STAGE_SUPPLY => inputs.output_stage_supply_100mv.into(),
+            address::CONTROL_SUPPLY => inputs.control_supply_100mv.into(),
+            address::TEMPERATURE => inputs.temperature_100mdegc.into(),
+            address::MOTOR_CURRENT => i16::try_from(controller.current_ma(now)).unwrap_or(i16::MAX).into(),
+            address::GENERIC_STATUS => controller.generic_status().into(),
+            address::TORQUE_DEACTIVATION_STATE => controller.torque_deactivation_state().into(),
+            address::BATTERY => inputs.battery_10mv.into(),
+            address::STATUS_WORD => controller.status_word(now).into(),
+            address::POSITION => controller.position(now).into(),
+            address::VELOCITY => controller.velocity(now).into(),
+            _ => return,
+        };
+        self.storage.set_raw(address, measured as u64);
+    }
+
+    fn check(&mut self, entry: &Entry, value: Written) -> Result<(), AbortCode> {
+        let address = entry.address;
+        self.check_state(address)?;
+        self.check_ranges(address, value)?;
+        let travelling = self.controller.is_travelling(self.now);
+        match address {
+            // "The states can be set in OPERATIONAL only" (7.3).
+            address::CONTROL_WORD => require(self.network == NmtState::Operational, AbortCode::DEVICE_STATE),
+            // What renumbers the positions under a running job is refused too; the manual says so of the
+            // calibration only.
+            address::D_POS
+            | address::SPINDLE_PITCH
+            | address::MODE
+            | address::SENSE_OF_ROTATION
+            | address::GEAR_NUMERATOR
+            | address::GEAR_DENOMINATOR => require(!travelling, AbortCode::DEVICE_STATE),
+            address::CALIBRATION_VALUE => {
+                require(!travelling, AbortCode::DEVICE_STATE)?;
+                require(self.is_within_limits(value.signed), AbortCode::INVALID_VALUE)
+            }
+            address::LIMIT_2 => require(value.signed <= self.limits()[1], AbortCode::MAXIMUM_BELOW_MINIMUM),
+            address::LIMIT_1 => require(value.signed >= self.limits()[0], AbortCode::MAXIMUM_BELOW_MINIMUM),
+            _ if address.index() == address::RESTORE_ALL.index() => {
+                require(value.raw == LOAD, AbortCode::INVALID_VALUE)?;
+                require(!travelling, AbortCode::DEVICE_STATE)
+            }
+            // Reserved here; CiA 301 has it for "on request after a SYNC".
+            _ if (0x1800..=0x1803).contains(&address.index()) && address.sub() == 2 => {
+                require(value.raw != 252, AbortCode::INVALID_VALUE)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_state(&self, address: Address) -> Result<(), AbortCode> {
+        let Some(rule) = self.model.writable_in.iter().find(|rule| rule.address == address) else { return Ok(()) };
+        let allowed = match self.network {
+            NmtState::PreOperational => rule.pre_operational,
+            NmtState::Operational => rule.operational,
+            // While it starts, the device itself writes.
+            _ => true,
+        };
+        require(allowed, AbortCode::DEVICE_STATE)
+    }
+
+    /// Limits that depend on the gear.
+    fn check_ranges(&self, address: Address, value: Written) -> Result<(), AbortCode> {
+        for range in self.model.ranges.iter().filter(|range| range.address == address) {
+            let low = value.of_same_type(range.limit.low);
+            let high = value.of_same_type(range.limit.high);
+            if range.when.holds(self.storage.raw(range.when.address).unwrap_or_default()) {
+                require((low..=high).contains(&value.signed), AbortCode::INVALID_VALUE)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Limits 2 and 1.
+    fn limits(&self) -> [i64; 2] {
+        [address::LIMIT_2, address::LIMIT_1].map(|limit| self.storage.number(limit).unwrap_or_default())
+    }
+
+    fn is_within_limits(&self, position: i64) -> bool {
+        let [low, high] = self.limits();
+        low == high || (low.min(high)..=low.max(high)).contains(&position)
+    }
+
+    fn follow(&mut self, address: Address, value: Written) {
+        match address {
+            address::CONTROL_WORD if self.by_sdo && !self.model.control_by_sdo => {}
+            address::CONTROL_WORD => self.effects.push(Effect::Control(value.raw as u16)),
+            address::CALIBRATION_VALUE | address::CALIBRATE => self.effects.push(Effect::Calibrate),
+            address::RESTORE_ALL => restore(self.model, self.node, self.storage, Restore::All),
+            address::RESTORE_STANDARD => restore(self.model, self.node, self.storage, Restore::Standard),
+            address::RESTORE_CONTROLLER => restore(self.model, self.node, self.storage, Restore::Controller),
+            _ => {}
+        }
+    }
+}
+
+/// Parameters back to their factory settings; node-ID and bit rate stay, and so does the position (1011h).
+pub(super) fn restore(model: &Model, node: NodeId, storage: &mut dyn Storage, which: Restore) {
+    let restored = |set| match which {
+        Restore::All => true,
+        Restore::Standard => set == ParameterSet::Standard,
+        Restore::Controller => set == ParameterSet::Controller,
+    };
+    let factory = (model.storage)(node);
+    for parameter in model.parameters.iter().filter(|parameter| restored(parameter.set)) {
+        storage.set_raw(parameter.address, factory.raw(parameter.address).unwrap_or_default());
+    }
+}
+
+/// The signature of 1011h.
+const LOAD: u64 = u32::from_le_bytes(*b"load") as u64;
+
+/// A number that is being written.
+#[derive(Clone, Copy)]
+struct Written {
+    raw: u64,
+    signed: i64,
+    unused_bits: u32,
+    is_signed: bool,
+}
+
+impl Written {
+    fn new(entry: &Entry, data: &[u8]) -> Self {
+        let mut bytes = [0; 8];
+        bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+        let raw = u64::from_le_bytes(bytes);
+        let unused_bits = 64 - u32::from(entry.data_type.bits().unwrap_or(64));
+        let mut written = Written { raw, signed: 0, unused_bits, is_signed: entry.data_type.is_signed() };
+        written.signed = written.of_same_type(raw);
+        written
+    }
+
+    fn of_same_type(self, raw: u64) -> i64 {
+        let high = raw << self.unused_bits;
+        if self.is_signed { (high as i64) >> self.unused_bits } else { (high >> self.unused_bits) as i64 }
+    }
+}
+
+fn require(condition: bool, code: AbortCode) -> Result<(), AbortCode> {
+    if condition { Ok(()) } else { Err(code) }
+}

@@ -1,0 +1,201 @@
+//! Scripts: what happens to a simulated drive, and when.
+//!
+//! A [`Script`] is a list of steps, made in code or read from TOML (feature `script`). The steps happen one after
+//! another; each waits for its [`Trigger`] and then makes its [`Change`]s at once. Time is that of the
+//! bus, so a script does the same in virtual and in real time.
+//!
+//! ```
+//! use lexican_runtime::host::VirtualBus;
+//! use lexican_runtime::{Duration, NodeId};
+//! use siko_ag03_1::driver::{Drive, Outcome};
+//! use siko_ag03_1::sim::{MODEL, SimulatedDrive};
+//! use siko_ag03_1::sim::inputs::Shaft;
+//! use siko_ag03_1::sim::script::{Change, Condition, Script, Trigger};
+//!
+//! // Two seconds after the drive has set off, something holds its shaft.
+//! let travelling = Trigger::When { condition: Condition::Moving, and_then: Duration::from_secs(2) };
+//! let script = Script::default().then(travelling, [Change::Shaft(Shaft::Blocked)]);
+//!
+//! let bus = VirtualBus::with_bit_rate(500);
+//! let mut simulated = SimulatedDrive::new(&MODEL, NodeId::literal(5));
+//! simulated.follow(bus.now(), script);
+//! bus.attach(simulated);
+//!
+//! let mut drive = Drive::connect(bus.link(), NodeId::literal(5))?;
+//! drive.enable()?;
+//! let Outcome::Fault { .. } = drive.move_to(5000)? else { panic!("the shaft is blocked") };
+//! # Ok::<(), siko_ag03_1::driver::Error>(())
+//! ```
+//!
+//! # The same in TOML
+//!
+//! A file is a list of `[[step]]`s. Every key of a step is optional, but a step changes something. Unknown keys and
+//! values that cannot be are refused with their line and what to write instead (`ScriptError`).
+//!
+//! | Key | Value | What it does |
+//! |---|---|---|
+//! | `at_ms` | milliseconds | the step happens so long after the script began |
+//! | `when` | a condition | it happens as soon as that is so |
+//! | `after_ms` | milliseconds | it happens so long after the step before, or after `when` has come true |
+//! | `supply_v` | 0 to 100 | both supplies; `output_stage_v` and `control_v` set them one by one |
+//! | `battery_v` | 0 to 10 | the battery of the absolute encoder |
+//! | `temperature_degc` | -100 to 200 | the output stage |
+//! | `load_ma` | 0 to 32767 | the current that the motor takes while it moves |
+//! | `attainable_rpm` | 1 to 255, or `"any"` | the velocity that the load allows: a lag error below what is asked for |
+//! | `shaft` | `"free"`, `"blocked"` | whether the shaft can turn |
+//! | `turn` | increments | somebody turns the shaft by hand; a motor that is not released holds it |
+//! | `bus` | `"active"`, `"passive"`, `"off"` | fault confinement of the CAN controller |
+//! | `bus_kbit` | 15.625 to 1000, or `"any"` | the bit rate of the bus; a drive that has another one is not there |
+//! | `enable` | true, false | the input that enables the motor, in drives that have one |
+//! | `key` | `"clockwise"`, `"counter-clockwise"`, `"none"` | the operator keys (2.2.1.2) |
+//! | `fault` | `"A"` to `"J"`, or a name | a fault whose cause stays until it is cleared |
+//! | `clear` | `"A"` to `"J"`, a name, or `"all"` | the cause of a fault goes; `"all"` is a world in which all is well |
+//! | `node` | 1 to 127 | SW1 to SW7, for the next power-on |
+//! | `switches` | ten digits, SW1 first | all DIP switches, for the next power-on |
+//! | `restore` | `"all"`, `"standard"`, `"controller"`, `"none"` | DIP switches for factory settings (2.4) |
+//! | `termination` | true, false | SW9 and SW10 |
+//! | `power` | `"on"`, `"off"`, `"cycle"` | the supply is switched |
+//!
+//! Conditions are `moving`, `standing`, `positioning`, `target reached`, `switch on disabled`, `ready to switch on`,
+//! `switched on`, `operation enabled`, `quick stop active`, `fault`, `no fault`, `operational`, `pre-operational`,
+//! `stopped`, `on`, `off`, `position above N` and `position below N`. Faults are also named `undervoltage`,
+//! `shaft blocked`, `overcurrent`, `overtemperature`, `sensor`, `internal`, `overvoltage`, `bus passive`, `bus off`
+//! and `battery`. A whole example:
+//!
+//! ```toml
+#![doc = include_str!("../../../examples/rough_day.toml")]
+//! ```
+
+mod condition;
+#[cfg(feature = "script")]
+mod toml;
+
+pub use condition::Condition;
+#[cfg(feature = "script")]
+pub use toml::ScriptError;
+
+use lexican_runtime::{Duration, Instant};
+
+use super::inputs::{BusState, Key, Shaft};
+use super::switches::{DipSwitches, Restore};
+use crate::fault::FaultKind;
+
+/// What happens to a drive, step by step. See the [module](self).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Script {
+    steps: Vec<Step>,
+}
+
+/// What happens at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// What it waits for.
+    pub trigger: Trigger,
+    /// What happens then, in this order.
+    pub changes: Vec<Change>,
+}
+
+/// What a step waits for, once the one before it has happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trigger {
+    /// So long after the beginning of the script. When that is over already: at once.
+    At(Duration),
+    /// So long after the step before.
+    After(Duration),
+    /// Until something is so, which it may be already.
+    When {
+        /// What.
+        condition: Condition,
+        /// And so long from then on, whether or not it stays so.
+        and_then: Duration,
+    },
+}
+
+/// Something that happens to a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// The supply of the output stage, in 0.1 V.
+    OutputStageSupply(u16),
+    /// The supply of the control, in 0.1 V; without it, the drive is off.
+    ControlSupply(u16),
+    /// The battery of the absolute encoder, in 10 mV.
+    Battery(i16),
+    /// The temperature of the output stage, in 0.1 degC.
+    Temperature(i16),
+    /// The current that the motor takes while it moves, in mA.
+    Load(u16),
+    /// The velocity that the load allows, in rev/min.
+    Attainable(Option<u8>),
+    /// Whether the shaft can turn.
+    Shaft(Shaft),
+    /// Somebody turns the shaft by so many increments, if it lets itself be turned.
+    Turn(i32),
+    /// Fault confinement of the CAN controller.
+    Bus(BusState),
+    /// The bit rate of the bus, in bit/s.
+    BusBitRate(Option<u32>),
+    /// The input that enables the motor, in drives that have one.
+    Enable(bool),
+    /// An operator key is pressed, or none.
+    Key(Option<Key>),
+    /// A fault, whose cause stays.
+    Fault(FaultKind),
+    /// The cause of a fault goes.
+    Clear(FaultKind),
+    /// All is well in the world.
+    ClearAll,
+    /// All DIP switches.
+    Switches(DipSwitches),
+    /// The address on SW1 to SW7.
+    Node(lexican_runtime::NodeId),
+    /// SW1 to SW8 for restoring factory settings, or SW8 OFF.
+    Restore(Option<Restore>),
+    /// SW9 and SW10.
+    Termination(bool),
+    /// The supply is switched on or off.
+    Power(bool),
+    /// The supply is switched off and on again.
+    PowerCycle,
+}
+
+impl Script {
+    /// The same with one more step.
+    #[must_use]
+    pub fn then(mut self, trigger: Trigger, changes: impl Into<Vec<Change>>) -> Self {
+        self.steps.push(Step { trigger, changes: changes.into() });
+        self
+    }
+
+    /// The steps, in their order.
+    #[must_use]
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+}
+
+/// A script, and how far it is.
+#[derive(Clone, Debug)]
+pub(in crate::sim) struct Following {
+    script: Script,
+    /// How many steps have happened.
+    pub(in crate::sim) done: usize,
+    pub(in crate::sim) began: Instant,
+    /// When the last step happened.
+    pub(in crate::sim) last: Instant,
+    /// Since when the condition of the next step has been seen to hold.
+    pub(in crate::sim) held_since: Option<Instant>,
+}
+
+impl Following {
+    pub(in crate::sim) fn new(now: Instant, script: Script) -> Self {
+        Following { script, done: 0, began: now, last: now, held_since: None }
+    }
+
+    pub(in crate::sim) fn left(&self) -> usize {
+        self.script.steps().len() - self.done
+    }
+
+    pub(in crate::sim) fn next(&self) -> Option<&Step> {
+        self.script.steps().get(self.done)
+    }
+}

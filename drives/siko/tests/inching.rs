@@ -1,0 +1,167 @@
+//! Inching of the simulated drive, where velocities and bits tell little: slowly, in short steps, and with a shaft that
+//! somebody turns by hand.
+
+use std::sync::{Arc, Mutex};
+
+use lexican_runtime::host::{Fate, VirtualBus, VirtualLink};
+use lexican_runtime::{CobId, Duration, NodeId};
+use siko_ag03_1::Direction;
+use siko_ag03_1::driver::{Drive, Error, Missing, Outcome};
+use siko_ag03_1::od;
+use siko_ag03_1::sim::MODEL;
+use siko_ag03_1::sim::SimulatedDrive;
+use siko_ag03_1::state::State;
+
+const NODE: NodeId = NodeId::literal(5);
+
+struct Bench {
+    bus: VirtualBus,
+    simulated: Arc<Mutex<SimulatedDrive>>,
+    drive: Drive<VirtualLink>,
+}
+
+impl Bench {
+    /// A drive that is enabled, and inches with this velocity in rev/min and this acceleration in percent.
+    fn inching(speed: u8, acceleration: u8) -> Self {
+        let bus = VirtualBus::with_bit_rate(500);
+        let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
+        bus.attach(Arc::clone(&simulated));
+        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+        drive.write(od::MOTOR_PARAMETER_SET.v_inch(), od::Speed(speed)).unwrap();
+        drive.write(od::MOTOR_PARAMETER_SET.a_inch(), od::Acceleration(acceleration)).unwrap();
+        drive.enable().unwrap();
+        Bench { bus, simulated, drive }
+    }
+
+    fn width(&mut self, increments: i32) {
+        self.drive.write(od::DELTA_JOG, od::Position(increments)).unwrap();
+    }
+
+    /// In increments/s, however slow.
+    fn velocity(&self) -> f64 {
+        self.simulated.lock().unwrap().shaft(self.bus.now()).velocity
+    }
+}
+
+/// Below 2 rev/min the drive tells that it stands, and below 0.5 rev/min its velocity is 0.
+#[test]
+fn a_slow_step_is_followed_to_its_end() {
+    for (speed, acceleration, width) in [(1, 50, 100), (30, 1, 1600), (1, 1, -100), (2, 100, 40)] {
+        let mut bench = Bench::inching(speed, acceleration);
+        bench.width(width);
+        let outcome = bench.drive.step().unwrap();
+        assert_eq!(outcome, Outcome::Reached { position: width }, "{speed} rev/min, {acceleration} %");
+        assert_eq!(bench.velocity(), 0.0);
+    }
+}
+
+#[test]
+fn slow_inching_is_seen_to_begin_and_is_under_way_until_it_is_stopped() {
+    for (speed, acceleration, offset, pitch) in [(1, 50, 100, 0), (1, 1, 10, 0), (1, 1, 10, 1), (30, 1, 100, 1)] {
+        let mut bench = Bench::inching(speed, acceleration);
+        bench.drive.write(od::INCHING_2_OFFSET, od::SpeedShare(offset)).unwrap();
+        bench.drive.write(od::SPINDLE_PITCH, od::SpindlePitch(pitch)).unwrap();
+        bench.drive.inch(Direction::Positive).unwrap();
+        assert!(bench.velocity() > 0.0);
+        for result in
+            [bench.drive.start_moving_to(-100), bench.drive.calibrate(0), bench.drive.inch(Direction::Negative)]
+        {
+            let Err(Error::Refused(refusal)) = result else { panic!("{result:?}") };
+            assert_eq!(refusal.0, [Missing::NoTravel]);
+        }
+        bench.drive.stop_inching().unwrap();
+        assert_eq!(bench.velocity(), 0.0);
+        bench.drive.move_to(-100).unwrap();
+    }
+}
+
+/// The order that has led there need not be taken back for the one that leads back.
+#[test]
+fn from_beyond_a_limit_it_inches_back_at_once() {
+    let mut bench = Bench::inching(30, 50);
+    bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_1(), od::Position(500)).unwrap();
+    bench.drive.inch(Direction::Positive).unwrap();
+    bench.drive.pass(Duration::from_secs(3)).unwrap();
+    assert!(bench.drive.position().unwrap() > 500 && bench.velocity() == 0.0);
+    bench.drive.inch(Direction::Negative).unwrap();
+    bench.drive.pass(Duration::from_secs(2)).unwrap();
+    assert!(bench.drive.stop_inching().unwrap() < 500);
+}
+
+#[test]
+fn a_step_that_loses_its_supply_is_interrupted() {
+    let mut bench = Bench::inching(30, 50);
+    bench.width(100_000);
+    let (simulated, mut ordered) = (Arc::clone(&bench.simulated), None);
+    bench.bus.observe(move |now, frame| {
+        if frame.data() == [0x0F, 0x20] {
+            ordered = Some(now);
+        }
+        if ordered.is_some_and(|at| now > at + Duration::from_millis(500)) {
+            simulated.lock().unwrap().set_inputs(now, |inputs| inputs.output_stage_supply_100mv = 0);
+        }
+    });
+    let outcome = bench.drive.step().unwrap();
+    assert!(matches!(outcome, Outcome::Interrupted { state: State::OperationEnabled, .. }), "{outcome:?}");
+}
+
+/// Stop interrupts travels: a step is not one.
+#[test]
+fn what_stops_a_drive_stops_a_step() {
+    type Stop = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
+    let stops: [(&str, Stop, State); 4] = [
+        ("stop_inching", |drive| drive.stop_inching().map(drop), State::QuickStopActive),
+        ("stop", Drive::stop, State::QuickStopActive),
+        ("quick_stop", Drive::quick_stop, State::QuickStopActive),
+        ("disable", Drive::disable, State::SwitchOnDisabled),
+    ];
+    for (name, stop, state) in stops {
+        let mut bench = Bench::inching(30, 50);
+        bench.width(100_000);
+        bench.drive.set_patience(Duration::from_secs(1));
+        assert!(matches!(bench.drive.step(), Ok(Outcome::TimedOut { .. })), "{name}");
+        stop(&mut bench.drive).unwrap();
+        assert_eq!((bench.velocity(), bench.drive.state().unwrap()), (0.0, state), "{name}");
+        bench.drive.enable().unwrap();
+        bench.width(10);
+        assert!(matches!(bench.drive.step(), Ok(Outcome::Reached { .. })), "{name}");
+        assert_eq!(bench.drive.stop_inching().unwrap(), bench.drive.position().unwrap(), "{name}");
+        assert_eq!(bench.drive.state().unwrap(), State::OperationEnabled, "{name}: there was nothing to stop");
+    }
+}
+
+#[test]
+fn a_driver_that_is_dropped_stops_a_step() {
+    let mut bench = Bench::inching(30, 50);
+    bench.width(100_000);
+    bench.drive.set_patience(Duration::from_secs(1));
+    assert!(matches!(bench.drive.step(), Ok(Outcome::TimedOut { .. })));
+    let Bench { bus, simulated, drive } = bench;
+    drop(drive);
+    bus.advance(Duration::from_secs(2));
+    assert_eq!(simulated.lock().unwrap().shaft(bus.now()).velocity, 0.0);
+}
+
+/// The motor lets go at its target, and the order is lost: what turns then is not the drive.
+#[test]
+fn a_shaft_that_is_turned_by_hand_has_not_begun_to_inch() {
+    for by_hand in [-400, -3, 3] {
+        let mut bench = Bench::inching(30, 50);
+        bench.drive.write(od::INPOS_MODE, od::InPositionMode(2)).unwrap();
+        bench.drive.move_to(100).unwrap();
+        let simulated = Arc::clone(&bench.simulated);
+        bench.bus.set_fate(move |_, frame| {
+            let ordered = frame.id() == CobId::of_node(0x200, NODE) && frame.data() == [0x0F, 0x40];
+            if ordered { Fate::Lose } else { Fate::Deliver }
+        });
+        let mut turned = false;
+        bench.bus.observe(move |now, frame| {
+            if !turned && frame.data() == [0x0F, 0x00] {
+                turned = simulated.lock().unwrap().turn_shaft(now, by_hand);
+            }
+        });
+        let result = bench.drive.inch(Direction::Positive);
+        assert!(matches!(result, Err(Error::NotTaken { .. })), "{by_hand}: {result:?}");
+        assert_eq!(bench.drive.position().unwrap(), 100 + by_hand);
+    }
+}

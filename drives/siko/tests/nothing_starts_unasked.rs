@@ -1,0 +1,137 @@
+//! No operation that stops, asks or sets up makes the simulated drive move, or enables it.
+
+use std::sync::{Arc, Mutex};
+
+use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
+use lexican_runtime::{CobId, Duration, Frame, NodeId};
+use siko_ag03_1::Direction;
+use siko_ag03_1::driver::sequence::Setting;
+use siko_ag03_1::driver::{Drive, Error, Mode};
+use siko_ag03_1::od;
+use siko_ag03_1::sim::MODEL;
+use siko_ag03_1::sim::SimulatedDrive;
+use siko_ag03_1::state::State;
+use siko_ag03_1::words::control;
+
+const NODE: NodeId = NodeId::literal(5);
+
+struct Bench {
+    bus: VirtualBus,
+    simulated: Arc<Mutex<SimulatedDrive>>,
+    drive: Drive<VirtualLink>,
+}
+
+impl Bench {
+    fn enabled(mode: Mode) -> Self {
+        let bus = VirtualBus::with_bit_rate(500);
+        let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
+        bus.attach(Arc::clone(&simulated));
+        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
+        drive.set_mode(mode).unwrap();
+        drive.enable().unwrap();
+        Bench { bus, simulated, drive }
+    }
+
+    /// Another manager sends a control word.
+    fn control(&mut self, word: u16) {
+        let frame = Frame::from_array(CobId::of_node(0x200, NODE), word.to_le_bytes());
+        self.bus.link().send(&frame).unwrap();
+        // TPDO1 has an inhibit time.
+        self.drive.pass(Duration::from_millis(300)).unwrap();
+    }
+
+    #[track_caller]
+    fn check_stop_stays(&mut self, operate: impl FnOnce(&mut Drive<VirtualLink>) -> Result<(), Error>) {
+        let words = Arc::new(Mutex::new(Vec::new()));
+        let sent = Arc::clone(&words);
+        self.bus.observe(move |_, frame| {
+            if let (0x205, [low, high]) = (frame.id().raw(), frame.data()) {
+                sent.lock().unwrap().push(u16::from_le_bytes([*low, *high]));
+            }
+        });
+        operate(&mut self.drive).unwrap();
+        self.bus.advance(Duration::from_secs(1));
+        assert_eq!(self.simulated.lock().unwrap().velocity(self.bus.now()), 0);
+        let words = words.lock().unwrap().clone();
+        assert!(words.iter().all(|word| word & control::STOP != 0), "{words:04X?}");
+        self.bus.observe(|_, _| {});
+    }
+}
+
+/// A falling edge of Stop would run at the last velocity, or go on with a travel that is interrupted, if only for as
+/// long as it takes to see that the drive stands.
+#[test]
+fn to_end_inching_does_not_take_back_stop() {
+    let mut bench = Bench::enabled(Mode::Velocity);
+    bench.drive.run_at(60).unwrap();
+    bench.drive.stop().unwrap();
+    bench.check_stop_stays(|drive| drive.stop_inching().map(drop));
+
+    let mut bench = Bench::enabled(Mode::Positioning);
+    bench.drive.start_moving_to(100_000).unwrap();
+    bench.drive.pass(Duration::from_millis(500)).unwrap();
+    bench.drive.interrupt().unwrap();
+    bench.check_stop_stays(|drive| drive.stop_inching().map(drop));
+    bench.drive.resume().unwrap();
+    assert_ne!(bench.drive.velocity().unwrap(), 0, "the travel is not lost");
+}
+
+/// Enable Operation with Stop is Enable Operation.
+#[test]
+fn what_stops_does_not_enable_a_drive_that_another_manager_has_disabled() {
+    type Operation = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
+    let operations: [(&str, Operation); 5] = [
+        ("stop", Drive::stop),
+        ("stop_inching", |drive| drive.stop_inching().map(drop)),
+        ("interrupt", Drive::interrupt),
+        ("resume", Drive::resume),
+        ("finish", |drive| drive.finish().map(drop)),
+    ];
+    for (name, operation) in operations {
+        for inching in [false, true] {
+            let mut bench = Bench::enabled(Mode::Positioning);
+            if inching {
+                bench.drive.inch(Direction::Positive).unwrap();
+            }
+            bench.control(0x0107);
+            let result = operation(&mut bench.drive);
+            bench.bus.advance(Duration::from_millis(10));
+            assert_eq!(bench.drive.state().unwrap(), State::SwitchedOn, "{name}: {result:?}");
+        }
+    }
+}
+
+#[test]
+fn a_driver_that_is_dropped_does_not_enable_a_drive_that_another_manager_has_disabled() {
+    let mut bench = Bench::enabled(Mode::Positioning);
+    bench.drive.inch(Direction::Positive).unwrap();
+    bench.control(0x0107);
+    let Bench { bus, drive, .. } = bench;
+    drop(drive);
+    bus.advance(Duration::from_millis(10));
+    let mut other = Drive::connect(bus.link(), NODE).unwrap();
+    assert_eq!(other.state().unwrap(), State::SwitchedOn);
+}
+
+/// A drive that runs at 0 runs at another velocity as soon as that is written.
+#[test]
+fn a_drive_in_velocity_mode_is_stopped_before_it_is_set_up() {
+    for velocity in [0, 1] {
+        let mut bench = Bench::enabled(Mode::Velocity);
+        bench.drive.run_at(velocity).unwrap();
+        let faster = Setting { address: od::TARGET_VELOCITY.address(), value: 100 };
+        for result in [
+            bench.drive.write_parameters(&[faster]),
+            bench.drive.set_mode(Mode::Positioning),
+            bench.drive.calibrate(0),
+            bench.drive.restore(None),
+        ] {
+            assert_eq!(result.unwrap_err().to_string(), "the drive would refuse: a travel is under way");
+        }
+        bench.bus.advance(Duration::from_secs(1));
+        assert_eq!(bench.simulated.lock().unwrap().velocity(bench.bus.now()), velocity);
+        bench.drive.stop().unwrap();
+        bench.check_stop_stays(|drive| drive.write_parameters(&[faster]));
+        bench.drive.set_mode(Mode::Positioning).unwrap();
+    }
+}

@@ -1,0 +1,193 @@
+//! What tells SIKO's drives from each other, on a drive that is like the AG03/1 in everything else.
+
+mod support;
+
+use std::sync::LazyLock;
+
+use lexican_driver::Code;
+use lexican_driver::description::{EmergencySwitch, Number};
+use lexican_runtime::object::{Address, DataType, Dictionary, Table};
+use lexican_runtime::{Duration, Instant, NodeId};
+use siko_ag03_1::fault::{self, Fault, FaultKind};
+use siko_ag03_1::od;
+use siko_ag03_1::sim::{Addressing, DipSwitches, MODEL, Model, Setup, SimulatedDrive};
+use siko_ag03_1::state::State;
+use siko_ag03_1::words::system;
+
+use support::{Bench, NODE};
+
+const NODE_ID: Address = Address::new(0x2101, 0x00);
+const SWITCH: EmergencySwitch =
+    EmergencySwitch { object: Number::new(0x1014, 0x00, DataType::Unsigned32), bit: 1 << 30, on_when_set: true };
+/// Without H.
+const FEWER_FAULTS: &[Fault] = &[fault::SHAFT_BLOCKED, fault::OVERCURRENT, fault::SENSOR, fault::BUS_OFF];
+
+/// And nothing to say of recovery from bus off.
+const PASSIVE: Code = Code { number: 0x8120, label: "", text: "error passive" };
+
+/// The objects that only the AG03/1 has.
+const ABSENT: [u16; 12] =
+    [0x1008, 0x2416, 0x2417, 0x2418, 0x241B, 0x241C, 0x241E, 0x2420, 0x2421, 0x2422, 0x2423, 0x2450];
+
+/// The dictionary of the AG03/1 without them.
+static FEWER: LazyLock<Table> = LazyLock::new(|| {
+    let is_there = |address: Address| !ABSENT.contains(&address.index()) && address != Address::new(0x2410, 0x0A);
+    let entries: Vec<_> = od::TABLE.entries.iter().filter(|entry| is_there(entry.address)).copied().collect();
+    Table { entries: entries.leak(), ..od::TABLE }
+});
+
+static VARIANT: Model = Model {
+    name: "variant",
+    storage: |node| Box::new(Dictionary::<{ od::TABLE.image.len() }>::new(&FEWER, node)),
+    persistent: &[NODE_ID],
+    faults: FEWER_FAULTS,
+    notices: &[PASSIVE],
+    overcurrent_for: Duration::from_secs(10),
+    emergencies: Some(SWITCH),
+    control_by_sdo: false,
+    addressing: Addressing::Object,
+    enable_input: true,
+    loop_length: 800,
+    ..MODEL
+};
+
+fn variant() -> Bench {
+    Bench::with(Setup::new(&VARIANT, NODE))
+}
+
+#[test]
+fn a_parameter_without_an_object_has_its_usual_value() {
+    let mut bench = variant();
+    for index in ABSENT {
+        assert_eq!(bench.read(index, 0), Err(0x0602_0000), "{index:04X}");
+    }
+    let parameters = bench.see(|drive, _| drive.parameters());
+    assert_eq!((parameters.loop_length, parameters.in_position_mode, parameters.inching_stop), (800, 0, 0));
+    assert_eq!((parameters.d_pos, parameters.torque_deactivation, parameters.inching_2_offset), (101, 125, 100));
+    assert_eq!(parameters.window, 10, "what has an object comes from there");
+}
+
+#[test]
+fn a_loop_has_the_length_of_the_model() {
+    let mut bench = variant();
+    assert_eq!(bench.write(0x2413, 0, &[2]), None);
+    bench.enable();
+    bench.send("405#1F00E8030000");
+    let positions = (0..100).map(|_| {
+        bench.pass(100);
+        bench.see(|drive, now| drive.position(now))
+    });
+    let farthest = positions.max().unwrap();
+    assert!((1790..=1800).contains(&farthest), "1000 and half a revolution beyond: {farthest}");
+    assert_eq!(bench.see(|drive, now| drive.position(now)), 1000);
+}
+
+#[test]
+fn a_node_id_in_an_object_is_taken_over_after_a_reset_and_kept_without_power() {
+    let mut bench = variant();
+    let node = |drive: &mut SimulatedDrive, now: Instant, node: u8| {
+        drive.with_dictionary(now, |od| {
+            let entry = od.entry(NODE_ID).unwrap();
+            od.write(&entry, 0, &[node], true).unwrap();
+        });
+    };
+    bench.see(|drive, now| node(drive, now, 7));
+    assert_eq!(bench.read(0x2101, 0), Ok(7), "the drive still answers as node 5");
+    assert_eq!(bench.ask("000#8105"), ["707#00"]);
+    bench.see(|drive, now| node(drive, now, 9));
+    bench.see(|drive, _| drive.set_switches(DipSwitches::for_node(NodeId::literal(3))));
+    bench.see(SimulatedDrive::power_cycle);
+    assert_eq!(bench.pass(0), ["709#00"], "there are no switches");
+}
+
+#[test]
+fn control_words_by_sdo_change_nothing() {
+    let mut bench = variant();
+    bench.send("000#0105");
+    assert_eq!(bench.write(0x6040, 0, &[0x06, 0x01]), None);
+    assert_eq!(bench.state(), State::SwitchOnDisabled);
+    bench.send("205#0601");
+    bench.pass(0);
+    assert_eq!(bench.state(), State::ReadyToSwitchOn);
+}
+
+#[test]
+fn without_its_enable_input_the_motor_has_no_torque() {
+    let mut bench = variant();
+    bench.enable();
+    bench.send("405#1F0088130000");
+    bench.pass(1000);
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.enable = false));
+    let status = |bench: &Bench| bench.see(|drive, now| drive.controller().system_status(now));
+    assert_eq!(status(&bench) & system::NO_SUPPLY, system::NO_SUPPLY);
+    bench.pass(5000);
+    let at = bench.see(|drive, now| drive.position(now));
+    assert!(at < 4000, "it has run out: {at}");
+    bench.ask("205#0F00");
+    bench.ask("405#1F0088130000");
+    bench.pass(5000);
+    assert_eq!(bench.see(|drive, now| drive.position(now)), at, "nothing starts");
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.enable = true));
+    assert_eq!(status(&bench) & system::NO_SUPPLY, 0);
+    bench.ask("205#0F00");
+    bench.ask("405#1F0088130000");
+    bench.pass(10_000);
+    assert_eq!(bench.see(|drive, now| drive.position(now)), 5000);
+    let mut other = Bench::new();
+    other.see(|drive, now| drive.set_inputs(now, |inputs| inputs.enable = false));
+    other.enable();
+    assert_eq!(status(&other) & system::NO_SUPPLY, 0, "the AG03/1 has no such input");
+}
+
+#[test]
+fn emergencies_wait_for_the_bit_that_switches_them_on() {
+    let mut bench = variant();
+    let fail = |bench: &mut Bench| {
+        bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.force(FaultKind::Sensor)));
+        let heard = bench.pass(0);
+        bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.clear(FaultKind::Sensor)));
+        heard.into_iter().filter(|frame| frame.starts_with("085#")).collect::<Vec<_>>()
+    };
+    assert!(fail(&mut bench).is_empty());
+    bench.ask("000#0105");
+    bench.ask("205#8000");
+    assert_eq!(bench.ask("000#8005"), [""; 0]);
+    assert_eq!(bench.write(0x1014, 0, &0x4000_0085_u32.to_le_bytes()), None);
+    assert_eq!(fail(&mut bench), ["085#0073810000000000"]);
+}
+
+#[test]
+fn too_much_current_is_a_fault_after_the_time_of_the_model() {
+    let mut bench = variant();
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.load_ma = 2401));
+    bench.enable();
+    bench.send("405#1F00204E0000");
+    bench.pass(9900);
+    assert_eq!(bench.state(), State::OperationEnabled);
+    bench.pass(200);
+    assert_eq!(bench.see(|drive, _| drive.controller().faults().to_vec()), [fault::OVERCURRENT]);
+}
+
+#[test]
+fn a_fault_or_a_code_that_the_drive_does_not_have_does_not_come() {
+    use siko_ag03_1::sim::inputs::BusState;
+    for (model, faults) in [(&VARIANT, 0), (&MODEL, 1)] {
+        let mut bench = Bench::with(Setup::new(model, NODE));
+        bench.enable();
+        bench.send("405#1F0088130000");
+        bench.pass(1000);
+        bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Passive));
+        assert_eq!(bench.see(|drive, _| drive.controller().faults().len()), faults, "{}", model.name);
+    }
+    for (model, recovered) in [(&VARIANT, [""; 0].as_slice()), (&MODEL, &["085#4081110000000000"])] {
+        let mut bench = Bench::with(Setup::new(model, NODE));
+        if model.emergencies.is_some() {
+            bench.write(0x1014, 0, &0x4000_0085_u32.to_le_bytes());
+        }
+        bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Off));
+        bench.pass(100);
+        bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Active));
+        let heard: Vec<String> = bench.pass(0).into_iter().filter(|frame| frame.contains("#40")).collect();
+        assert_eq!(heard, recovered, "{}", model.name);
+    }
+}
