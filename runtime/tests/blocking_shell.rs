@@ -40,7 +40,7 @@ fn objects_are_read_and_written_while_events_wait() {
 }
 
 #[test]
-fn what_cannot_be_is_said_with_node_and_address() {
+fn errors_name_node_and_address() {
     let mut network = network();
     let error = network.write(NODE, HEARTBEAT, 1001).unwrap_err();
     assert!(matches!(error, AccessError::OutOfRange(_)), "{error}");
@@ -52,7 +52,7 @@ fn what_cannot_be_is_said_with_node_and_address() {
     assert_eq!(format!("{error}"), "node 6: 1000:00: no answer of the device in time");
 }
 
-/// A link that refuses what is sent while it is told to.
+/// A link that refuses frames while its flag is set.
 struct Ailing<L>(L, Rc<Cell<bool>>);
 
 impl<L: Link> Link for Ailing<L> {
@@ -68,7 +68,7 @@ impl<L: Link> Link for Ailing<L> {
 }
 
 #[test]
-fn a_transfer_that_the_link_refused_does_not_stand_in_the_way_of_the_next() {
+fn a_transfer_that_the_link_refused_does_not_block_the_next_one() {
     let ails = Rc::new(Cell::new(true));
     let mut network = Network::new(Ailing(network().into_link(), Rc::clone(&ails)));
     assert!(matches!(network.read(NODE, DEVICE_TYPE), Err(AccessError::Link(LinkError::Full))));
@@ -78,7 +78,7 @@ fn a_transfer_that_the_link_refused_does_not_stand_in_the_way_of_the_next() {
 }
 
 #[test]
-fn a_read_of_the_applications_own_is_not_taken_for_the_shell_s() {
+fn a_read_through_the_manager_is_not_mistaken_for_one_of_the_shell() {
     let other = NodeId::literal(6);
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(station(NODE));
@@ -95,7 +95,7 @@ fn a_read_of_the_applications_own_is_not_taken_for_the_shell_s() {
 }
 
 #[test]
-fn only_the_own_nodes_are_heard_when_only_they_are_wanted_and_all_again_later() {
+fn a_filter_leaves_out_other_nodes_until_it_is_removed() {
     let other = NodeId::literal(6);
     let bus = VirtualBus::with_bit_rate(500);
     bus.attach(station(NODE));
@@ -105,8 +105,8 @@ fn only_the_own_nodes_are_heard_when_only_they_are_wanted_and_all_again_later() 
     assert_eq!(network.read(NODE, DEVICE_TYPE).unwrap(), 0x0002_0192);
     let soon = network.now() + Duration::from_millis(10);
     assert_eq!(network.next_event(soon).unwrap(), Some(Event::BootedUp { node: NODE }));
-    assert_eq!(network.next_event(soon).unwrap(), None, "the other one has booted, too");
-    // Whoever is read is wanted from then on.
+    assert_eq!(network.next_event(soon).unwrap(), None, "the boot-up message of the other node is left out");
+    // A node that is read passes the filter from then on.
     assert_eq!(network.read(other, DEVICE_TYPE).unwrap(), 0x0002_0192);
     network.write(other, HEARTBEAT, 5).unwrap();
     let soon = network.now() + Duration::from_millis(8);

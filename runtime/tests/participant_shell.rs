@@ -11,7 +11,7 @@ use lexican_runtime::device::{Behaviour, Device, Event};
 use lexican_runtime::host::{BusState, Incoming, Link, LinkError, Node, Notice, Participant, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
-/// A device that counts the frames that reach it, and keeps what they do.
+/// A device that counts its frames, and stores its events.
 struct Station {
     device: Device<3, 3, 2, 3>,
     od: TestOd,
@@ -50,7 +50,7 @@ impl Node for Station {
     }
 }
 
-/// A device behind a link, and the link of somebody who talks to it.
+/// A device behind a link, and the link of a manager.
 struct Bench {
     participant: Participant<VirtualLink, Station>,
     other: VirtualLink,
@@ -64,7 +64,7 @@ impl Bench {
         Bench { participant: Participant::new(link, Station::new()), other, bus }
     }
 
-    /// Sends frames, lets a millisecond for each of them pass, and tells what came back.
+    /// Sends frames, a millisecond apart, and returns the answers.
     fn exchange(&mut self, frames: &[&str]) -> Vec<String> {
         let mut answers = Vec::new();
         for frame in frames {
@@ -81,7 +81,7 @@ impl Bench {
 }
 
 #[test]
-fn a_device_hears_its_pdo_under_the_identifier_that_sdo_has_just_given_it() {
+fn a_device_receives_its_pdo_under_an_identifier_that_sdo_has_just_set() {
     let mut bench = Bench::new();
     assert_eq!(bench.exchange(&["000#0105"])[0], "705#00");
     // Off, another identifier, on: 1400h:01.
@@ -104,7 +104,7 @@ fn frames_of_others_do_not_reach_the_device() {
 }
 
 #[test]
-fn the_state_of_the_bus_is_told_and_a_series_of_refused_frames_once() {
+fn the_state_of_the_bus_is_reported_and_a_series_of_refused_frames_once() {
     let mut bench = Bench::new();
     // A heartbeat every 2 ms.
     bench.exchange(&["605#2B17100002000000"]);
@@ -129,7 +129,7 @@ fn the_state_of_the_bus_is_told_and_a_series_of_refused_frames_once() {
 }
 
 #[test]
-fn a_flood_of_frames_neither_holds_up_the_heartbeat_nor_the_end() {
+fn a_flood_of_frames_delays_neither_the_heartbeat_nor_the_end() {
     let mut bench = Bench::new();
     // A heartbeat every 10 ms, and an RPDO that yields to it on the bus: extended, the last one that there is.
     bench.exchange(&["605#2B1710000A000000", "605#2300140105020080", "605#23001401FFFFFF3F", "000#0105"]);
@@ -146,7 +146,7 @@ fn a_flood_of_frames_neither_holds_up_the_heartbeat_nor_the_end() {
     assert_eq!(beats.filter(|frame| frame.id().raw() == 0x705).count(), 10);
 }
 
-/// A link on which every look at the clock takes 10 us, and on which a frame comes whenever one is waited for.
+/// A link on which reading the clock takes 10 us, and which always has a frame.
 struct Slow {
     now: Cell<Instant>,
     frame: Frame,
@@ -167,7 +167,7 @@ impl Link for Slow {
 }
 
 #[test]
-fn a_sync_period_shorter_than_the_machine_can_keep_makes_nobody_deaf() {
+fn a_sync_period_that_the_machine_cannot_keep_does_not_stop_reception() {
     let mut station = Station::new();
     // 1006h: 1 us; then 1005h: the device produces SYNC.
     for frame in ["605#2306100001000000", "605#2305100080000040"] {

@@ -18,7 +18,7 @@ const FIVE: NodeId = NodeId::literal(5);
 const SIX: NodeId = NodeId::literal(6);
 const BOOT_TIME: Duration = Duration::from_secs(60);
 
-/// Nodes 5 and 6, which have a heartbeat of 100 ms when they have their settings. What node 5 sends gets lost while it
+/// Nodes 5 and 6, which have a heartbeat of 100 ms once configured. Frames of node 5 are lost while it
 /// is unplugged.
 fn bus() -> (VirtualBus, Arc<AtomicBool>) {
     let (bus, unplugged) = (VirtualBus::with_bit_rate(500), Arc::new(AtomicBool::new(false)));
@@ -44,7 +44,7 @@ fn plan(device_type: u32) -> Plan {
 
 const READY: [NetworkEvent; 3] = [NetworkEvent::Booted(FIVE), NetworkEvent::Booted(SIX), NetworkEvent::Ready];
 
-/// What the network must report when node 5 is unplugged, and plugged in again.
+/// The events when node 5 is unplugged, and plugged in again.
 fn back() -> Vec<NetworkEvent> {
     vec![NetworkEvent::Lost { node: FIVE, mandatory: true }, NetworkEvent::Booted(FIVE), NetworkEvent::Ready]
 }

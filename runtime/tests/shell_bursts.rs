@@ -1,4 +1,4 @@
-//! Block transfers send up to 127 frames in a row. What is due meanwhile is done meanwhile, in every shell.
+//! Block transfers send up to 127 frames in a row. Every shell keeps its deadlines meanwhile.
 #![cfg(feature = "tokio")]
 
 mod block_support;
@@ -24,10 +24,10 @@ const LONG: usize = 20_000;
 /// How long a frame takes to leave.
 const FRAME: Duration = Duration::from_micros(250);
 
-/// How often something is due while the burst goes on.
+/// The period of SYNC and heartbeats during the burst.
 const PERIOD: Duration = Duration::from_millis(5);
 
-/// How late it may be: after four frames, and what else was on its way.
+/// The tolerated delay: four frames, and those under way.
 const SLACK: Duration = Duration::from_millis(3);
 
 /// A link without a queue: a frame is sent when it has left.
@@ -67,7 +67,7 @@ fn is_kept(times: &Mutex<Vec<Instant>>, at_least: usize) {
     assert!(longest <= PERIOD + SLACK, "a gap of {longest:?}");
 }
 
-/// Looks after two nodes, one of which has to send a heartbeat; SDO goes by block; SYNC is sent.
+/// Adds two nodes, one with a heartbeat; SDO transfers go by block; SYNC is sent.
 fn prepare(manager: &mut Manager<127>, now: Instant, watched: NodeId) {
     manager.produce_sync(now, CobId::SYNC, PERIOD, 0);
     manager.add(now, Remote::new(NODE).with_sdo(SdoClient::of_node(NODE).with_block_writes_from(0))).unwrap();
@@ -75,7 +75,7 @@ fn prepare(manager: &mut Manager<127>, now: Instant, watched: NodeId) {
 }
 
 #[test]
-fn a_block_download_of_the_blocking_shell_holds_up_neither_sync_nor_heartbeats() {
+fn a_block_download_of_the_blocking_shell_delays_neither_sync_nor_heartbeats() {
     let bus = VirtualBus::with_bit_rate(500);
     let watched = NodeId::literal(9);
     for node in [NODE, watched] {
@@ -95,7 +95,7 @@ fn a_block_download_of_the_blocking_shell_holds_up_neither_sync_nor_heartbeats()
 }
 
 #[tokio::test]
-async fn a_block_download_of_the_tokio_shell_holds_up_nobody_else() {
+async fn a_block_download_of_the_tokio_shell_delays_neither_sync_nor_other_calls() {
     let bus = VirtualBus::with_bit_rate(500);
     let other = NodeId::literal(9);
     for node in [NODE, other] {
@@ -120,7 +120,7 @@ async fn a_block_download_of_the_tokio_shell_holds_up_nobody_else() {
 }
 
 #[test]
-fn a_block_upload_of_the_device_shell_does_not_hold_up_its_heartbeat() {
+fn a_block_upload_of_the_device_shell_does_not_delay_its_heartbeat() {
     let bus = VirtualBus::with_bit_rate(500);
     let mut other = bus.link();
     let beats = times_of(&bus, 0x705);

@@ -1,4 +1,4 @@
-//! A link that has a frame at every look holds up neither deadlines, nor the end of a wait, nor what is sent.
+//! A link that always has a frame delays neither deadlines, nor the end of a wait, nor transmission.
 #![cfg(feature = "tokio")]
 
 mod shell_support;
@@ -17,10 +17,10 @@ use shell_support::{DEVICE_TYPE, HEARTBEAT, NAME, station};
 const NODE: NodeId = NodeId::literal(5);
 const SILENT: NodeId = NodeId::literal(100);
 
-/// How long a look at the link takes.
+/// How long reading the link takes.
 const LOOK: Duration = Duration::from_micros(50);
 
-/// A link on which other frames come as often as it is looked at; every other one is of the bus behind it.
+/// A link that always has a frame; every other one is of the bus behind it.
 struct Flood {
     link: VirtualLink,
     bus: VirtualBus,
@@ -47,7 +47,7 @@ impl Link for Flood {
     }
     fn receive(&mut self, _: Instant) -> Result<Option<Incoming>, LinkError> {
         self.bus.advance(LOOK);
-        assert!(self.bus.now() < Instant::ZERO + Duration::from_secs(60), "nothing is ever over");
+        assert!(self.bus.now() < Instant::ZERO + Duration::from_secs(60), "a wait does not end");
         self.is_others = !self.is_others;
         let others = if self.is_others { self.link.receive(self.bus.now())? } else { None };
         Ok(Some(others.unwrap_or(Incoming::Frame(self.frame))))
@@ -102,7 +102,7 @@ fn the_device_shell_sends_its_heartbeat_and_ends() {
     let bus = VirtualBus::new();
     let mut witness = bus.link();
     let beat = Frame::from_array(CobId::of_node(0x600, NODE), [0x2B, 0x17, 0x10, 0, 10, 0, 0, 0]);
-    // The flood is of requests for the device: each is answered.
+    // A flood of requests for the device, each of which is answered.
     let question = Frame::from_array(CobId::of_node(0x600, NODE), [0x40, 0, 0x10, 0, 0, 0, 0, 0]);
     let mut participant = Participant::new(Flood::new(&bus, question), station(NODE));
     witness.send(&beat).unwrap();

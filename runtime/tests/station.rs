@@ -33,7 +33,7 @@ static TABLE: Table = Table {
 
 const NODE: NodeId = NodeId::literal(5);
 
-/// A device that is at its target at once, and counts its starts, which it keeps without power.
+/// A device that is at its target at once, and counts its starts, also across resets.
 fn station(node: NodeId) -> Station<8> {
     let mut starts = 1;
     let mut station =
@@ -58,7 +58,7 @@ fn network() -> Network<VirtualLink> {
     network
 }
 
-/// HEARTBEAT, TARGET, ACTUAL and STARTS after a command, and a moment for it.
+/// HEARTBEAT, TARGET, ACTUAL and STARTS 10 ms after a command.
 fn after(command: NmtCommand) -> [u16; 4] {
     let mut network = network();
     network.command(command, Some(NODE)).unwrap();
@@ -77,17 +77,17 @@ fn the_application_follows_what_is_written() {
 }
 
 #[test]
-fn a_reset_of_the_communication_keeps_what_the_application_has() {
+fn a_reset_of_the_communication_keeps_application_objects() {
     assert_eq!(after(NmtCommand::ResetCommunication), [0, 500, 500, 2]);
 }
 
 #[test]
-fn a_reset_of_the_node_brings_all_defaults_but_what_is_kept() {
+fn a_reset_of_the_node_restores_the_defaults_except_what_the_application_sets() {
     assert_eq!(after(NmtCommand::ResetNode), [0, 10, 0, 2]);
 }
 
 #[test]
-fn nodes_behind_one_link_are_told_apart() {
+fn nodes_behind_one_link_have_their_own_objects_and_deadlines() {
     let other = NodeId::literal(6);
     let nodes = vec![station(NODE), station(other)];
     for id in [0x000, 0x605, 0x606] {
@@ -115,7 +115,7 @@ fn nodes_behind_one_link_are_told_apart() {
 }
 
 #[test]
-fn a_node_that_hears_everything_does_so_for_its_neighbours() {
+fn one_node_without_a_filter_lets_all_frames_through() {
     struct Listener;
     impl Node for Listener {
         fn handle_frame(&mut self, _: Instant, _: &Frame) {}

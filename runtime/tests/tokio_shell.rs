@@ -55,7 +55,7 @@ async fn events_reach_every_listener() {
 }
 
 #[tokio::test]
-async fn a_silent_node_holds_up_nobody_else() {
+async fn a_silent_node_does_not_delay_other_nodes() {
     let (bus, network) = network();
     let silent = tokio::spawn({
         let network = network.clone();
@@ -110,7 +110,7 @@ async fn the_task_ends_with_the_last_handle() {
 }
 
 #[tokio::test]
-async fn a_transfer_survives_that_its_node_is_added_anew() {
+async fn a_transfer_survives_when_its_node_is_added_again() {
     let (_, network) = network();
     let reader = tokio::spawn({
         let network = network.clone();
@@ -124,7 +124,7 @@ async fn a_transfer_survives_that_its_node_is_added_anew() {
 }
 
 #[tokio::test]
-async fn a_read_of_the_applications_own_is_not_taken_for_one_of_a_handle() {
+async fn a_read_through_the_manager_is_not_mistaken_for_one_of_a_handle() {
     let (_, network) = network();
     let node = NodeId::literal(1);
     network.read(node, DEVICE_TYPE).await.unwrap();
@@ -133,7 +133,7 @@ async fn a_read_of_the_applications_own_is_not_taken_for_one_of_a_handle() {
 }
 
 #[tokio::test]
-async fn a_read_of_the_applications_own_leaves_what_a_handle_writes_alone() {
+async fn a_read_through_the_manager_does_not_disturb_a_write() {
     let (_, network) = network();
     let node = NodeId::literal(1);
     network.read(node, DEVICE_TYPE).await.unwrap();
@@ -147,7 +147,7 @@ async fn tasks_wait_by_the_time_of_the_link() {
     let (_, network) = network();
     let begin = network.now().await.unwrap();
     let [first, second] = [10, 20].map(|ms| begin + Duration::from_millis(ms));
-    // One that is not waited for any more is in nobody's way.
+    // A dropped call does not disturb the others.
     let mut dropped = Box::pin(network.sleep_until(begin + Duration::from_millis(5)));
     assert!(!futures_poll(dropped.as_mut()).await);
     drop(dropped);
@@ -157,7 +157,7 @@ async fn tasks_wait_by_the_time_of_the_link() {
 }
 
 #[tokio::test]
-async fn deadlines_are_kept_where_time_passes_in_the_link() {
+async fn deadlines_are_kept_while_time_passes_in_the_link() {
     let bus = VirtualBus::new();
     let sent = Arc::new(Mutex::new(Vec::new()));
     let list = Arc::clone(&sent);
@@ -175,7 +175,7 @@ async fn deadlines_are_kept_where_time_passes_in_the_link() {
 }
 
 #[test]
-fn a_frame_handed_over_is_sent_though_the_runtime_shuts_down() {
+fn a_posted_frame_is_sent_even_if_the_runtime_shuts_down() {
     let bus = VirtualBus::new();
     let mut witness = bus.link();
     let frame = Frame::from_array(CobId::NMT, [2, 0]);
@@ -185,7 +185,7 @@ fn a_frame_handed_over_is_sent_though_the_runtime_shuts_down() {
     assert_eq!(witness.receive_frame(Instant::from_micros(1000)).unwrap(), Some(frame));
 }
 
-/// A link that never has room, and counts who waits in it for that.
+/// A link that never has room, and counts the waits for it.
 struct Jammed(Arc<AtomicUsize>);
 
 impl Link for Jammed {
@@ -205,7 +205,7 @@ impl Link for Jammed {
 }
 
 #[test]
-fn a_link_without_room_holds_up_the_end_of_the_runtime_for_one_frame_and_not_for_each() {
+fn a_link_without_room_delays_the_end_of_the_runtime_once_and_not_for_each_frame() {
     let waits = Arc::new(AtomicUsize::new(0));
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
     runtime.block_on(async {
@@ -216,7 +216,7 @@ fn a_link_without_room_holds_up_the_end_of_the_runtime_for_one_frame_and_not_for
     assert_eq!(waits.load(Ordering::Relaxed), 1);
 }
 
-/// A link over sockets, of which it takes the second when told to: a link that reconnects.
+/// A link over two sockets that reconnects: it changes to the second one when it reads an `r`.
 #[cfg(unix)]
 struct Reconnecting {
     sockets: [Arc<UnixDatagram>; 2],
@@ -259,7 +259,7 @@ async fn a_link_that_has_reconnected_is_waited_for() {
     first_end.send(&[5]).unwrap();
     events.recv().await.unwrap();
     first_end.send(b"r").unwrap();
-    // Were the old socket still the one that is waited for, each frame would wait for the next inspection:
+    // If the shell still waited for the old socket, each frame would wait for the next inspection:
     // ten seconds in all.
     let heard = async {
         for state in [127, 5].repeat(20) {
@@ -267,10 +267,10 @@ async fn a_link_that_has_reconnected_is_waited_for() {
             events.recv().await.unwrap();
         }
     };
-    tokio::time::timeout(std::time::Duration::from_secs(5), heard).await.expect("frames are heard when they come");
+    tokio::time::timeout(std::time::Duration::from_secs(5), heard).await.expect("frames are received when they come");
 }
 
-/// A link that has no room for a while: so many times, or for ever.
+/// A link that refuses this many frames for want of room.
 struct Crowded<L> {
     link: L,
     refusals: Arc<AtomicUsize>,
@@ -295,7 +295,7 @@ impl<L: Link> Link for Crowded<L> {
     }
 }
 
-/// A network with the device 1 behind a link that refuses so many frames, and what is heard on its bus.
+/// A network with the device 1 behind a link that refuses so many frames, and the frames on its bus.
 fn crowded(refusals: usize) -> (VirtualBus, Network, Arc<Mutex<Vec<String>>>) {
     let bus = VirtualBus::with_bit_rate(500);
     let heard = Arc::new(Mutex::new(Vec::new()));
@@ -315,7 +315,7 @@ async fn a_frame_without_room_waits_and_nothing_overtakes_it() {
     network.post(first).unwrap();
     let read = network.read(NodeId::literal(1), DEVICE_TYPE);
     network.post(second).unwrap();
-    // Meanwhile what comes is heard: the device boots.
+    // Meanwhile frames are received: the device boots.
     assert_eq!(events.recv().await.unwrap(), Event::Manager(manager::Event::BootedUp { node: NodeId::literal(1) }));
     assert!(heard.lock().unwrap().iter().all(|frame| frame == "701#00"), "{heard:?}");
     assert_eq!(read.await.unwrap(), 0x0002_0192);
@@ -324,7 +324,7 @@ async fn a_frame_without_room_waits_and_nothing_overtakes_it() {
 }
 
 #[tokio::test]
-async fn a_frame_that_has_waited_for_100_ms_is_lost_and_its_sender_told() {
+async fn a_frame_that_has_waited_for_100_ms_is_lost_and_its_call_fails() {
     let (bus, network, heard) = crowded(usize::MAX);
     let refused = network.command(NmtCommand::Start, None).await;
     assert!(matches!(refused, Err(LinkError::Full)), "{refused:?}");
@@ -336,7 +336,7 @@ async fn a_frame_that_has_waited_for_100_ms_is_lost_and_its_sender_told() {
 }
 
 #[tokio::test]
-async fn who_is_read_is_heard_and_strangers_are_not_when_only_the_own_are_wanted() {
+async fn a_filter_leaves_out_other_nodes_until_they_are_read() {
     let (_, network) = network();
     let (own, other) = (NodeId::literal(3), NodeId::literal(4));
     let mut events = network.events();
@@ -358,7 +358,7 @@ async fn who_is_read_is_heard_and_strangers_are_not_when_only_the_own_are_wanted
     while events.recv().await.unwrap() != stranger {}
 }
 
-/// A link whose interface goes away at the first frame that is sent, and which counts how often it is asked.
+/// A link whose interface is removed at the first frame that is sent, and which counts how often it is read.
 #[cfg(unix)]
 struct Leaving {
     socket: Option<Arc<UnixDatagram>>,
@@ -399,7 +399,7 @@ async fn neither_an_idle_bus_nor_a_lost_one_keeps_the_task_busy() {
     };
     let network = Network::spawn(link).unwrap();
     let mut events = network.events();
-    // Tokio's time is virtual here. Four times a second the link is asked, once more for each command.
+    // Tokio's time is virtual here. The link is read four times a second.
     tokio::time::sleep(std::time::Duration::from_secs(10)).await;
     let idle = asked.swap(0, Ordering::Relaxed);
     assert!((30..50).contains(&idle), "an idle bus: {idle} times in 10 s");
@@ -410,7 +410,7 @@ async fn neither_an_idle_bus_nor_a_lost_one_keeps_the_task_busy() {
     assert!((30..50).contains(&lost), "a lost bus: {lost} times in 10 s");
 }
 
-/// A link that has read a frame already when the shell gets it, so that its socket tells nothing.
+/// A link that has a frame already when the shell gets it, so that its socket is not readable.
 #[cfg(unix)]
 struct Prepared(Arc<UnixDatagram>, Option<Frame>);
 
@@ -432,7 +432,7 @@ impl Link for Prepared {
 
 #[cfg(unix)]
 #[tokio::test(start_paused = true)]
-async fn what_a_link_has_read_before_the_shell_gets_it_is_told_at_once() {
+async fn a_frame_that_a_link_has_read_before_is_reported_at_once() {
     let (socket, _other_end) = UnixDatagram::pair().unwrap();
     let boot_up = Frame::from_array(CobId::of_node(0x700, SILENT), [0]);
     let started = tokio::time::Instant::now();

@@ -1,4 +1,4 @@
-//! The tokio shell when nodes are silent, links fail, or time does what it should not.
+//! The tokio shell when nodes are silent, links fail, or time ends.
 #![cfg(feature = "tokio")]
 
 mod shell_support;
@@ -60,17 +60,15 @@ async fn a_call_takes_no_longer_than_its_patience() {
         has_timed_out(hasty.read(SILENT, DEVICE_TYPE).await);
         let took = bus.now().since(began);
         assert!(took >= Duration::from_millis(30) && took < Duration::from_millis(40), "{took:?}");
-        if !patient.is_finished() {
-            while !patient.is_finished() {
-                tokio::task::yield_now().await;
-            }
+        while !patient.is_finished() {
+            tokio::task::yield_now().await;
         }
     }
     has_timed_out(patient.await.unwrap());
     assert_eq!(hasty.read(NODE, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
 }
 
-/// A link that fails as soon as something is sent.
+/// A link that fails once a frame is sent.
 struct Failing<L> {
     link: L,
     has_failed: bool,
@@ -113,7 +111,7 @@ async fn every_call_reports_why_the_link_has_failed() {
     assert!(network.events().recv().await.is_err(), "there will be no event");
 }
 
-/// A link without descriptor on an interface. It counts the looks, and cannot be waited in.
+/// A link in real time without a descriptor. It counts reads, and none of them may wait.
 struct Port(tokio::time::Instant, Arc<AtomicUsize>);
 
 impl Link for Port {
@@ -170,7 +168,7 @@ impl Link for Last {
 }
 
 #[tokio::test(start_paused = true)]
-async fn at_the_end_of_time_nothing_goes_on_for_ever() {
+async fn at_the_end_of_time_no_loop_is_endless() {
     let sent = Arc::new(AtomicUsize::new(0));
     let network = Network::spawn(Last(Arc::clone(&sent))).unwrap();
     let watch = |manager: &mut lexican_runtime::manager::Manager<127>, now| {
@@ -183,7 +181,7 @@ async fn at_the_end_of_time_nothing_goes_on_for_ever() {
     assert!(sent.load(Ordering::Relaxed) < 10, "{sent:?}");
 }
 
-/// A link that keeps what is sent.
+/// A link that records the frames that are sent.
 struct Recorder<L>(L, Arc<Mutex<Vec<Frame>>>);
 
 impl<L: Link> Link for Recorder<L> {
