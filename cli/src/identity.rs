@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use lexican_eds::library;
-use lexican_eds::model::Device;
+use lexican_eds::model::{Device, Value};
 use lexican_runtime::cia301;
 use lexican_runtime::object::Address;
 
@@ -31,16 +31,30 @@ static LIBRARY: LazyLock<Vec<Shipped>> = LazyLock::new(|| {
     all.map(|shipped| Shipped { id: shipped.id, device: lexican_eds::load(&shipped.input()).0 }).collect()
 });
 
-/// The device of the library with this vendor-ID and product code; `None` if there is none or several.
-pub(crate) fn recognise(vendor: u32, product: u32) -> Option<&'static Shipped> {
+/// The device of the library with this vendor-ID and product code; `None` if there is none or several. A node without a
+/// product code (1018h:02) is a device whose data sheet has none either.
+pub(crate) fn recognise(vendor: u32, product: Option<u32>) -> Option<&'static Shipped> {
     if vendor == 0 {
         return None;
     }
     let mut same = LIBRARY.iter().filter(|shipped| {
-        let info = &shipped.device.info;
-        info.vendor_number == Some(vendor) && info.product_number.unwrap_or(0) == product
+        let device = &shipped.device;
+        device.info.vendor_number == Some(vendor) && has_product(device, product)
     });
     same.next().filter(|_| same.next().is_none())
+}
+
+/// Whether a data sheet has this product code. One that has the entry, but no code, stands for all of its vendor's.
+fn has_product(device: &Device, product: Option<u32>) -> bool {
+    match (device.entry(PRODUCT.index(), PRODUCT.sub()), product) {
+        (None, None) => true,
+        (Some(entry), Some(product)) => {
+            let default = entry.default.as_ref().and_then(Value::as_integer);
+            let known = device.info.product_number.filter(|&number| number != 0).map(i128::from).or(default);
+            known.is_none_or(|known| known == i128::from(product))
+        }
+        _ => false,
+    }
 }
 
 #[cfg(test)]
@@ -48,12 +62,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_device_is_recognised_by_both_numbers() {
-        let drive = &LIBRARY.iter().find(|shipped| shipped.id == "siko/ag03-1").unwrap().device.info;
-        let (vendor, product) = (drive.vendor_number.unwrap(), drive.product_number.unwrap_or(0));
-        assert_eq!(recognise(vendor, product).map(|shipped| shipped.id), Some("siko/ag03-1"));
-        assert!(recognise(vendor, product + 1).is_none());
-        assert!(recognise(vendor + 1, product).is_none());
-        assert!(recognise(0, 0).is_none());
+    fn a_device_is_recognised_by_vendor_and_product() {
+        const SIKO: u32 = 0x195;
+        const KOLLMORGEN: u32 = 0x6A;
+        for (vendor, product, expected) in [
+            (SIKO, Some(0), Some("siko/ag03-1")),
+            (SIKO, Some(1), None),
+            // The other drive has no product code.
+            (SIKO, None, Some("siko/ag02")),
+            // The product code is the size of the drive.
+            (KOLLMORGEN, Some(u32::from_le_bytes(*b"M006")), Some("kollmorgen/akd")),
+            (KOLLMORGEN, None, None),
+            (SIKO + 1, Some(0), None),
+            (0, Some(0), None),
+        ] {
+            assert_eq!(recognise(vendor, product).map(|shipped| shipped.id), expected, "{vendor:X} {product:?}");
+        }
     }
 }

@@ -245,7 +245,7 @@ impl Found {
     }
 
     fn device(&self) -> Option<&'static str> {
-        Some(recognise(self.identity(1)?, self.identity(2).unwrap_or(0))?.id)
+        Some(recognise(self.identity(1)?, self.identity(2))?.id)
     }
 
     fn describe(&self) -> String {

@@ -100,7 +100,7 @@ fn impossible_arguments_are_refused_with_advice() {
     check(&["read", "--bus", "can0", "--node", "128", "6064"], 2, "128 is not a node-ID: node-IDs are 1 to 127");
     check(&["simulate", "siko/ag03-1", "--bus", "can0", "--node", "300"], 2, "300 is not a node-ID");
     check(&["read", "--bus", "sim:siko/ag03-1?node=0", "6064"], 2, "0 is not a node-ID");
-    check(&["read", "--bus", "sim:siko/ag03-9", "6064"], 2, "did you mean siko/ag03-1?");
+    check(&["read", "--bus", "sim:siko/ag03-9", "6064"], 2, "did you mean siko/ag03-1 or siko/ag02?");
     check(&["read", "--bus", "sim:siko/ag03-1?speed=1", "6064"], 2, "no parameter \"speed\"");
     check(&["read", "--bus", "pty", "--node", "5", "6064"], 2, "slcan:/dev/pts/3");
     check(&["read", "--bus", "carrier:pigeon", "6064"], 2, "there is no kind of bus");

@@ -111,7 +111,7 @@ fn unreadable_files_are_reported_and_nothing_is_written() {
         ("binary.eds", "binary.eds"),
         ("text.eds", "text.eds:1:1"),
         ("headless.eds", "headless.eds"),
-        ("siko/ag03-2", "did you mean siko/ag03-1?"),
+        ("siko/ag03-3", "did you mean siko/ag03-1 or siko/ag02?"),
         ("nobody/nothing", "lexican devices"),
         (".", "is a directory"),
     ] {

@@ -152,7 +152,7 @@ fn identify(network: &mut Network<Box<dyn Link + Send>>, node: NodeId) -> Result
         }
     };
     let Some(vendor) = number(VENDOR)? else { return Ok(None) };
-    let product = number(PRODUCT)?.unwrap_or(0);
+    let product = number(PRODUCT)?;
     let Some(shipped) = recognise(vendor, product) else { return Ok(None) };
     note(format_args!("node {node} is a {} by its identity (1018h); --device none treats it as unknown", shipped.id));
     Ok(Some(shipped.device.clone()))

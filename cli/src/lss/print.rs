@@ -17,14 +17,14 @@ pub(super) fn title(selected: Option<Selected>) -> String {
 /// `siko/ag03-1, vendor 195h, product 0h, revision 10000h, serial 2Ah`.
 pub(super) fn describe(identity: Identity) -> String {
     let Identity { vendor, product, revision, serial } = identity;
-    let device = recognise(vendor, product).map(|known| known.id.to_owned());
+    let device = recognise(vendor, Some(product)).map(|known| known.id.to_owned());
     let numbers = identity::words([vendor, product, revision, serial].map(Some));
     device.into_iter().chain(numbers).collect::<Vec<_>>().join(", ")
 }
 
 pub(super) fn identity_json(identity: Identity) -> Map<String, Json> {
     let Identity { vendor, product, revision, serial } = identity;
-    let device = recognise(vendor, product).map(|known| known.id);
+    let device = recognise(vendor, Some(product)).map(|known| known.id);
     fields(json!({
         "vendor": vendor, "product": product, "revision": revision, "serial": serial, "device": device,
     }))

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use lexican_runtime::cia301::connection;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::sdo::ClientRequest;
-use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
 use crate::decode::{Decoded, Detail, Side};
 use crate::identity::{PRODUCT, Shipped, VENDOR, recognise};
@@ -19,8 +19,8 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Recognises nodes by the identity that they report to any client.
 #[derive(Default)]
 pub(super) struct IdentityListener {
-    /// The vendor and the product of each node.
-    heard: BTreeMap<NodeId, (Option<u32>, Option<u32>)>,
+    /// The vendor and the product of each node; it may say that it has no product.
+    heard: BTreeMap<NodeId, (Option<u32>, Option<Option<u32>>)>,
     settled: BTreeSet<NodeId>,
 }
 
@@ -36,7 +36,7 @@ impl IdentityListener {
         let (address, number) = response(decoded)?;
         let heard = self.heard.entry(node).or_default();
         match address {
-            VENDOR => heard.0 = Some(number),
+            VENDOR => heard.0 = number,
             PRODUCT => heard.1 = Some(number),
             _ => return None,
         }
@@ -46,13 +46,18 @@ impl IdentityListener {
     }
 }
 
-/// The entry and the number of an upload's response.
-fn response(decoded: &Decoded) -> Option<(Address, u32)> {
+/// The entry and the number of an upload's response; no number if the node does not have the entry.
+fn response(decoded: &Decoded) -> Option<(Address, Option<u32>)> {
     let Detail::Sdo(sdo) = &decoded.detail else { return None };
-    let is_upload = sdo.side == Side::Server && sdo.complete && sdo.writes == Some(false);
-    let report = sdo.report.as_ref().filter(|_| is_upload)?;
+    let report = sdo.report.as_ref().filter(|_| sdo.side == Side::Server)?;
+    if let Some(AbortCode::NO_SUCH_OBJECT | AbortCode::NO_SUCH_SUB_INDEX) = sdo.abort {
+        return Some((report.address, None));
+    }
+    if !sdo.complete || sdo.writes != Some(false) {
+        return None;
+    }
     let bytes = <[u8; 4]>::try_from(report.raw.as_deref()?).ok()?;
-    Some((report.address, u32::from_le_bytes(bytes)))
+    Some((report.address, Some(u32::from_le_bytes(bytes))))
 }
 
 /// Reads the identities of nodes, one entry at a time.

@@ -10,8 +10,9 @@ use lexican_runtime::wire::pdo::{PdoCobId, TransmissionType};
 use lexican_runtime::wire::sdo::{ClientRequest, Content, Expedited, ServerResponse};
 use lexican_runtime::{AbortCode, CobId, Frame, NodeId};
 
-use crate::manual::{Row, rows};
-use crate::od;
+use super::od;
+use super::tables::rows;
+use crate::manual::Row;
 
 /// Requests with one byte of data that carry another byte; a client of ours sends zeros.
 const WITH_PADDING: [&str; 3] = ["F153", "F161", "F167"];

@@ -1,18 +1,11 @@
 //! The data sheet and its overlay against the tables that describe objects.
 
-use lexican_eds::library;
 use lexican_eds::model::{Device, Entry, Meaning, Object, ObjectKind, Quantity, Value};
 use lexican_eds::types::{Class, DataType};
 
-use crate::manual::{Judge, Row, rows};
-
-/// The data sheet of the library.
-pub fn device() -> Device {
-    let shipped = library::find("kollmorgen/akd").expect("the library has it");
-    let (device, diagnostics) = lexican_eds::load(&shipped.input());
-    assert!(diagnostics.is_empty(), "{}", diagnostics.render(&shipped.input()));
-    device
-}
+use super::tables::rows;
+use crate::manual::{Judge, Row};
+use crate::protocol::number;
 
 pub fn judge(device: &Device, judge: &mut Judge) {
     objects(device, judge);
@@ -216,22 +209,4 @@ fn data_type(cell: &str) -> Option<DataType> {
     };
     let found = DataType::ALL.iter().find(|data_type| data_type.name() == long);
     found.copied().filter(|data_type| data_type.class() != Class::Boolean)
-}
-
-/// A number as the manual prints it: `10`, `+1`, `0x65`, `FFh`, `2^20`, `-2^31`, `-(2^31-1)`.
-pub fn number(text: &str) -> Option<i128> {
-    if let Some(text) = text.strip_prefix('-') {
-        return number(text.strip_prefix('(').and_then(|text| text.strip_suffix(')')).unwrap_or(text)).map(|n| -n);
-    }
-    if let Some((power, one)) = text.split_once('-') {
-        return Some(number(power)? - number(one)?);
-    }
-    if let Some(exponent) = text.strip_prefix("2^") {
-        return Some(1 << exponent.parse::<u32>().ok()?);
-    }
-    match (text.strip_prefix("0x"), text.strip_suffix('h')) {
-        (Some(hex), _) => i128::from_str_radix(hex.trim_end_matches('h'), 16).ok(),
-        (None, Some(hex)) => i128::from_str_radix(hex, 16).ok(),
-        (None, None) => text.parse().ok(),
-    }
 }

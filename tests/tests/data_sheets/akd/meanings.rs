@@ -2,8 +2,9 @@
 
 use lexican_eds::model::{Bits, Device, Entry, Meaning, Named, Value};
 
-use crate::manual::{Judge, Row, rows};
-use crate::sheet::number;
+use super::tables::rows;
+use crate::manual::{Judge, Row};
+use crate::protocol::number;
 
 /// Words whose bits the overlay does not name: they stay numbers.
 const NUMBERS: [&str; 4] = ["1005:00", "1010:01", "1400:01", "1800:01"];

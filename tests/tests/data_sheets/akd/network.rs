@@ -1,20 +1,20 @@
 //! The tables of the protocols and of the state machine against the data sheet and the runtime.
 
 use lexican_eds::model::{Device, Value};
-use lexican_runtime::AbortCode;
 use lexican_runtime::object::Value as _;
-use lexican_runtime::profile::cia402::{Cause, Command, State, Transitions};
+use lexican_runtime::profile::cia402::{Cause, Command, Transitions};
 use lexican_runtime::wire::nmt::NmtCommand;
-use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
 
-use crate::manual::{Judge, Row, rows};
-use crate::sheet::number;
+use super::tables::rows;
+use crate::manual::Judge;
+use crate::protocol::{self, command, has, number};
 
 pub fn judge(device: &Device, judge: &mut Judge) {
     identifiers(device, judge);
-    states(judge);
+    protocol::states(judge, &rows("states"), "bits_6_0");
+    commands(judge);
     transitions(judge);
-    sdo(judge);
+    protocol::sdo(judge, &rows("sdo_aborts"), &rows("sdo_commands"));
     for row in rows("nmt") {
         let command = row.get("command").parse().ok().and_then(NmtCommand::from_code);
         judge.that(&row, "command", command.is_some(), "no such command");
@@ -58,21 +58,15 @@ fn identifiers(device: &Device, judge: &mut Judge) {
     }
 }
 
-/// The bits of states and commands.
-fn states(judge: &mut Judge) {
-    for row in rows("states") {
-        let name = row.get("state").to_uppercase();
-        let found = words(row.get("bits_6_0")).map(|word| State::from_status_word(word).map(|state| state.to_string()));
-        let others: Vec<_> = found.filter(|state| state.as_ref() != Some(&name)).collect();
-        judge.that(&row, "bits_6_0", others.is_empty(), format!("{others:?}"));
-    }
-    for row in rows("commands") {
+/// The bits of commands, and the transitions that they make.
+fn commands(judge: &mut Judge) {
+    let table = rows("commands");
+    protocol::commands(judge, &table);
+    for row in &table {
         let command = command(row.get("command")).expect("a command of CiA 402");
-        let word = command.apply(0);
-        judge.that(&row, "bits_7_0", words(row.get("bits_7_0")).any(|other| other == word), format!("{word:04X}"));
         let numbers = row.get("transitions").split("; ").map(|number| number.parse::<u8>().unwrap());
         let others: Vec<u8> = numbers.filter(|number| !has(*number, command)).collect();
-        judge.that(&row, "transitions", others.is_empty(), format!("{others:?}"));
+        judge.that(row, "transitions", others.is_empty(), format!("{others:?}"));
     }
 }
 
@@ -93,58 +87,5 @@ fn transitions(judge: &mut Judge) {
             _ => commands.iter().all(|&command| has(number, command)),
         };
         judge.that(&row, "event", agrees, "another cause in CiA 402");
-    }
-}
-
-fn has(number: u8, command: Command) -> bool {
-    let mut all = Transitions::CIA_402.0.iter();
-    all.any(|transition| transition.number == number && transition.cause == Cause::Command(command))
-}
-
-fn command(name: &str) -> Option<Command> {
-    Some(match name {
-        "Shutdown" => Command::Shutdown,
-        // Without bit 3 it is the same word: the state decides.
-        "Switch on" | "Disable Operation" => Command::SwitchOn,
-        "Disable Voltage" => Command::DisableVoltage,
-        "Quick Stop" => Command::QuickStop,
-        "Enable Operation" => Command::EnableOperation,
-        "Fault Reset" => Command::FaultReset,
-        _ => return None,
-    })
-}
-
-/// All words of a pattern such as `x01x0001`.
-fn words(pattern: &str) -> impl Iterator<Item = u16> {
-    (0..1_u16 << pattern.len()).filter(move |word| {
-        let bits = pattern.bytes().rev().enumerate();
-        bits.into_iter().all(|(bit, wanted)| wanted == b'x' || (wanted == b'1') == (word >> bit & 1 == 1))
-    })
-}
-
-fn sdo(judge: &mut Judge) {
-    for row in rows("sdo_aborts") {
-        let code = AbortCode(u32::from_str_radix(row.get("code"), 16).unwrap());
-        judge.that(&row, "code", AbortCode::ALL.contains(&code), code);
-    }
-    for row in rows("sdo_commands") {
-        let found = data_bytes(&row);
-        let expected = Some(row.get("data_bytes").parse().unwrap_or(0));
-        judge.that(&row, "data_bytes", found == expected, format!("{found:?}"));
-    }
-}
-
-/// How many bytes of data a command specifier announces, if the runtime reads it as the row calls it.
-fn data_bytes(row: &Row) -> Option<usize> {
-    let bytes = [u8::from_str_radix(row.get("hex"), 16).unwrap(), 0x41, 0x60, 0, 0, 0, 0, 0];
-    match (row.get("command"), ClientRequest::parse(&bytes), ServerResponse::parse(&bytes)) {
-        ("upload request", Some(ClientRequest::InitiateUpload { .. }), _)
-        | ("download response", _, Some(ServerResponse::InitiateDownload { .. })) => Some(0),
-        ("download request", Some(ClientRequest::InitiateDownload { content: Content::Expedited(data), .. }), _)
-        | ("upload response", _, Some(ServerResponse::InitiateUpload { content: Content::Expedited(data), .. })) => {
-            data.len()
-        }
-        ("abort", _, Some(ServerResponse::Abort(_))) => Some(4),
-        _ => None,
     }
 }

@@ -9,8 +9,8 @@ use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
 use lexican_runtime::{CobId, Frame, Instant, NodeId};
 
-use crate::frames::{Kind, Printed, printed};
-use crate::od;
+use super::frames::{Kind, Printed, printed};
+use super::od;
 
 /// Frames that are not golden, but whose answers are: a request with something in a reserved byte, and one whose single
 /// byte contradicts the printed data type, but not the data sheet.
