@@ -29,7 +29,7 @@ fn a_network_of_flags_is_booted() {
 fn a_network_that_is_not_ready_is_explained() {
     let run = boot(&["--node", "5", "--node", "7", "--json"]);
     assert_eq!(run.code, Some(1));
-    assert!(run.stderr.contains("the network is not ready: node 7 has not booted: the node does not tell its"));
+    assert!(run.stderr.contains("the network is not ready: node 7 has not booted: the node does not report its"));
     let events: Vec<serde_json::Value> = run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!((&events[0]["event"], &events[0]["node"]), (&"booted".into(), &5.into()));
     assert_eq!((&events[1]["event"], &events[1]["mandatory"]), (&"failed".into(), &true.into()));

@@ -57,7 +57,7 @@ impl Network {
         network
     }
 
-    /// Lets everybody send until nobody has anything to send.
+    /// Lets all send until none has anything to send.
     fn settle<'a>(&mut self, mut runner: Option<&mut dyn Participant<'a>>) {
         loop {
             let from_manager = self.manager.poll_transmit(self.now, &mut self.value);
@@ -318,7 +318,7 @@ fn sync_makes_devices_send() {
 }
 
 #[test]
-fn nodes_that_nobody_added_are_noticed() {
+fn nodes_that_were_not_added_are_noticed() {
     let mut network = Network::started();
     let node = NodeId::literal(9);
     let mut hear = |frame: &str| network.manager.handle_frame(network.now, &common::frame(frame), &mut network.value);

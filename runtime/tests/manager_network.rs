@@ -416,7 +416,7 @@ fn a_node_that_returns_to_a_stopped_network_is_stopped_too() {
         }
         bus.pass_ms(2000);
         assert_eq!((&bus.log[..], bus.states()), (&["000#0205".into()][..], vec![NmtState::Stopped; 2]));
-        assert_eq!(bus.take_events(), [], "nobody else is lost meanwhile");
+        assert_eq!(bus.take_events(), [], "no other node is lost meanwhile");
         bus.start();
         bus.pass_ms(500);
         assert_eq!(bus.states(), [NmtState::Operational; 2], "until the next start");
@@ -479,7 +479,7 @@ fn kept_alive(state: NmtState, heartbeat_ms: u16, error_control: Duration) -> Bu
         node.device.enter(bus.now, state);
     }
     if heartbeat_ms == 0 {
-        // Nobody waits for a heartbeat: the node is asked for its state.
+        // No heartbeat is awaited: the node is asked for its state.
         let plan = BootPlan { keep_alive: true, error_control, ..started() };
         let silent = Assignment { heartbeat: Duration::ZERO, ..assignment(FIVE, true, plan) };
         bus.network.assign(FIVE, silent).unwrap();
@@ -630,7 +630,7 @@ fn a_node_that_leaves_operational_is_reported() {
     bus.pass_ms(500);
     let state = NmtState::PreOperational;
     assert_eq!(bus.take_events(), [NetworkEvent::StateChanged { node: FIVE, state }]);
-    assert_eq!(starts(&bus), 1, "who has commanded it, knows why");
+    assert_eq!(starts(&bus), 1, "it is not started again");
 }
 
 #[test]

@@ -50,7 +50,7 @@ fn the_examples_of_the_manual_are_sent_byte_for_byte() {
     client.write(NOW, at(0x607D, 2), value.len()).unwrap();
     let event = check_client(&mut client, &mut value, "237D600280841E00 > 607D6002");
     assert_eq!(event, Some(Event::Done { address: at(0x607D, 2), len: 4 }));
-    // zencan 6 takes no data from an answer that does not tell the number of bytes.
+    // zencan 6 takes no data from an answer that does not say how many bytes count.
     let mut value = Scalar::room_for::<u16>();
     let event = check_client(&mut reading(DOMAIN), &mut value, "40032000 > 42032000E803");
     assert_eq!((event, value.get()), (done(2), Ok(1000_u16)));
@@ -98,7 +98,7 @@ fn one_transfer_at_a_time() {
 }
 
 #[test]
-fn a_server_that_was_asked_for_nothing_yet_is_not_told_of_an_abort() {
+fn a_server_that_was_asked_for_nothing_yet_is_sent_no_abort() {
     let mut client = reading(DOMAIN);
     client.abort(AbortCode::GENERAL);
     check_client(&mut client, &mut [0; 0], ">");
@@ -159,7 +159,7 @@ fn an_announced_size_is_not_trusted() {
 
 // oze-canopen.
 #[test]
-fn a_segmented_read_need_not_tell_its_size() {
+fn a_segmented_read_need_not_announce_its_size() {
     let mut data = Growing(vec![]);
     let event = check_client(&mut reading(DOMAIN), &mut data, "40032000 > 40032000\n 60 > 0768656C6C");
     assert_eq!((event, &data.0[..]), (done(4), &b"hell"[..]));
@@ -259,7 +259,7 @@ fn a_server_that_begins_no_block_read_is_asked_for_segments_from_then_on() {
         60 > 0001020304050607
         70 > 1001020304050607
         60 > 0701020304";
-    // It aborts, for whatever reason, or is silent.
+    // It aborts, for any reason, or is silent.
     for refusal in ["8003200001000405", "8003200000000008", ""] {
         let (mut client, mut data) = (by_size(), [0; 40]);
         client.read(NOW, DOMAIN).unwrap();

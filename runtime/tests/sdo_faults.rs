@@ -20,7 +20,7 @@ struct Case {
     address: Address,
     len: usize,
     block_size: u8,
-    /// Whether the server tells sizes beforehand.
+    /// Whether the server does not announce sizes.
     hides_len: bool,
 }
 
@@ -65,7 +65,7 @@ impl Case {
         bus
     }
 
-    /// Runs the transfer, and says what arrived where it should.
+    /// Runs the transfer, and returns what arrived.
     fn run(&self, bus: &mut Bus, fault: Fault<'_>) -> (Event, Vec<u8>) {
         let mut payload = self.begin(bus);
         let event = bus.run(&mut payload, fault);

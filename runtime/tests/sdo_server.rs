@@ -63,7 +63,7 @@ fn the_number_of_bytes_shows_in_the_command_of_an_expedited_transfer() {
         27002003070809 > 60002003
         ",
     );
-    // A write that does not tell it takes as many as the entry has; zencan 7 refuses it.
+    // A write that does not show it takes as many bytes as the entry has; zencan 7 refuses it.
     check_value("22002002070809 > 60002002", at(0x2000, 2), &[7, 8]);
 }
 

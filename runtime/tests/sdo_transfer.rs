@@ -205,7 +205,7 @@ fn a_sync_next_to_an_answer_changes_nothing() {
     assert_eq!((event, data.0), (Event::Done { address: DOMAIN, len: 40 }, pattern(40)));
 }
 
-/// An entry of three million bytes, which nobody holds.
+/// An entry of three million bytes, which is not in memory.
 struct Megabytes {
     written: u32,
     ended: bool,
@@ -260,7 +260,7 @@ impl Payload for Megabytes {
 
 // CANopenNode #123: a write of 100 kB stalls.
 #[test]
-fn megabytes_stream_in_both_directions_and_nobody_holds_them() {
+fn megabytes_stream_in_both_directions_and_are_never_in_memory() {
     for verb in ["read", "read by block", "write", "write by block"] {
         let blocks_from = if verb == "write by block" { 0 } else { u32::MAX };
         let mut client = SdoClient::of_node(NODE).with_block_writes_from(blocks_from);

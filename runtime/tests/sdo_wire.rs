@@ -1,4 +1,4 @@
-//! Whatever is emitted is parsed as what it was, and whatever comes is parsed to something or nothing.
+//! What is emitted is parsed as what it was, and any bytes are parsed without a panic.
 
 use lexican_runtime::AbortCode;
 use lexican_runtime::object::Address;

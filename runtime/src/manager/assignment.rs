@@ -73,7 +73,7 @@ pub enum OnLoss {
 }
 
 impl<C> Assignment<C> {
-    /// A mandatory node with the predefined connection set, of whatever kind, which is given a configuration and started,
+    /// A mandatory node with the predefined connection set, of any kind, which is given a configuration and started,
     /// and booted again when it was lost. It is neither guarded, nor is its heartbeat watched.
     #[must_use]
     pub fn new(node: NodeId, configuration: C) -> Self {

@@ -3,14 +3,14 @@
 use super::places::Place;
 use crate::time::Instant;
 
-/// A deadline for each of `N` places, in a knockout: of two places the one with the earlier deadline meets the next one,
-/// and game 1 is the final. When a deadline changes, only the games on its way to the final are played again.
+/// A deadline for each of `N` places, in a tournament tree: of two places the one with the earlier deadline goes on, and
+/// the winner of game 1 has the earliest of all. A deadline that changes costs the games on its way there, and no others.
 #[derive(Clone, Debug)]
 pub(super) struct Deadlines<const N: usize> {
     /// By place.
     at: [Instant; N],
-    /// Who has won games 1 to N - 1, if they were played: game `g` is between the winners of games `2 g` and `2 g + 1`, and "game" N + `place` is the
-    /// place itself.
+    /// The winners of games 1 to N - 1. Game `g` is between the winners of games `2 g` and `2 g + 1`; from N on, a game
+    /// stands for a place.
     winners: [Place; N],
 }
 
@@ -19,7 +19,7 @@ const NEVER: Instant = Instant::MAX;
 
 impl<const N: usize> Deadlines<N> {
     pub(super) const fn new() -> Self {
-        Deadlines { at: [NEVER; N], winners: [Place::NOBODY; N] }
+        Deadlines { at: [NEVER; N], winners: [Place::NONE; N] }
     }
 
     /// The earliest deadline.

@@ -70,7 +70,7 @@ pub enum Event {
         /// The frame.
         frame: Frame,
     },
-    /// Another node tells the time of day.
+    /// Another node sends the time of day.
     Time(TimeOfDay),
     /// Something happened in the network that a shell boots and keeps. A [`Manager`](super::Manager) alone reports none.
     Network(NetworkEvent),
@@ -111,7 +111,7 @@ pub enum NetworkEvent {
     BootTimeElapsed,
     /// A node that is not booted without asking has sent its boot-up message; [`Network::boot`](super::Network::boot) boots it.
     BootedUp(NodeId),
-    /// A node that has booted reports another state than before: somebody commanded it, or it has an error.
+    /// A node that has booted reports another state than before: it was commanded by another manager, or has an error.
     StateChanged {
         /// Which node.
         node: NodeId,

@@ -253,11 +253,11 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
     }
 }
 
-/// What a network asks about its nodes: who has a frame to send?
+/// What a network asks about its nodes: which have a frame to send?
 pub(super) const SENDING: usize = 0;
-/// Without whom is the network not ready?
+/// Which mandatory nodes have not booted?
 pub(super) const MISSING: usize = 1;
-/// For whom do nodes wait that are started together?
+/// Which mandatory nodes cannot be started yet?
 pub(super) const AWAITED: usize = 2;
 
 impl<C: AsRef<[u8]> + Clone> Entry for Member<C> {

@@ -92,7 +92,7 @@ impl<P: Payload> Payloads for P {
 }
 
 impl<const NODES: usize> Manager<NODES> {
-    /// A manager that looks after nobody yet.
+    /// A manager without nodes.
     #[must_use]
     pub const fn new() -> Self {
         Manager {
@@ -173,7 +173,7 @@ impl<const NODES: usize> Manager<NODES> {
         }
     }
 
-    /// Tells everybody the time of day.
+    /// Sends the time of day to all nodes.
     ///
     /// # Errors
     ///

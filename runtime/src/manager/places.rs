@@ -11,7 +11,7 @@ pub(super) struct Places(u128);
 impl Place {
     pub(super) const FIRST: Place = Place(0);
     /// It is never taken.
-    pub(super) const NOBODY: Place = Place(u8::MAX);
+    pub(super) const NONE: Place = Place(u8::MAX);
 
     /// `None` beyond 128.
     pub(super) fn at(index: usize) -> Option<Self> {
@@ -20,7 +20,7 @@ impl Place {
 
     /// Any place, taken or not.
     pub(super) fn nearest(index: usize) -> Self {
-        u8::try_from(index).map_or(Place::NOBODY, Place)
+        u8::try_from(index).map_or(Place::NONE, Place)
     }
 
     pub(super) fn index(self) -> usize {

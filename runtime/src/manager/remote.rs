@@ -27,7 +27,7 @@ pub struct Remote {
 
 impl Remote {
     /// A node with the predefined connection set. Its heartbeat is followed, but it is never lost. From 64 bytes on,
-    /// SDO goes by block if the node knows how.
+    /// SDO goes by block if the node supports it.
     #[must_use]
     pub const fn new(node: NodeId) -> Self {
         Remote {

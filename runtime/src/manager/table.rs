@@ -29,7 +29,7 @@ pub(super) const MARKS: usize = 3;
 pub(super) struct Table<T, const N: usize> {
     entries: [Option<T>; N],
     /// By node-ID.
-    places: [Option<Place>; 128],
+    places: [Place; 128],
     identifiers: Identifiers<N>,
     deadlines: Deadlines<N>,
     marked: [Places; MARKS],
@@ -39,7 +39,7 @@ impl<T: Entry, const N: usize> Table<T, N> {
     pub(super) const fn new() -> Self {
         Table {
             entries: [const { None }; N],
-            places: [None; 128],
+            places: [Place::NONE; 128],
             identifiers: Identifiers::new(),
             deadlines: Deadlines::new(),
             marked: [Places::NONE; MARKS],
@@ -56,7 +56,7 @@ impl<T: Entry, const N: usize> Table<T, N> {
         if let Some(known) = self.entries.get_mut(place.index()) {
             *known = Some(entry);
         }
-        self.set_place(node, Some(place));
+        self.set_place(node, place);
         self.follow(place);
         Ok(())
     }
@@ -65,16 +65,16 @@ impl<T: Entry, const N: usize> Table<T, N> {
         let place = self.place(node)?;
         let entry = self.entries.get_mut(place.index())?.take();
         self.identifiers.remove(place);
-        self.set_place(node, None);
+        self.set_place(node, Place::NONE);
         self.follow(place);
         entry
     }
 
     pub(super) fn place(&self, node: NodeId) -> Option<Place> {
-        self.places.get(usize::from(node.get())).copied().flatten()
+        self.places.get(usize::from(node.get())).copied().filter(|&place| place != Place::NONE)
     }
 
-    fn set_place(&mut self, node: NodeId, place: Option<Place>) {
+    fn set_place(&mut self, node: NodeId, place: Place) {
         if let Some(known) = self.places.get_mut(usize::from(node.get())) {
             *known = place;
         }

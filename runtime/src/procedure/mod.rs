@@ -1,6 +1,6 @@
 //! Sequences of steps as data, and one runner for all of them.
 //!
-//! A procedure is an iterator of [`Step`]s: an array, or whatever computes them one after the other. The
+//! A procedure is an iterator of [`Step`]s: an array, or what computes them one after the other. The
 //! [`Runner`] takes one step at a time, and stops at the first that fails. It reads and writes through an
 //! [`SdoClient`](crate::service::sdo_client::SdoClient) of its own: no other client may use the same channel meanwhile.
 

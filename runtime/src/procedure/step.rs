@@ -74,8 +74,8 @@ pub enum Data<'a> {
 
 /// Decides, from what was read and written, what is to be written.
 pub trait Steer: fmt::Debug + Sync {
-    /// What to do now, after `written` was written last in this step; `None` at its beginning, when nobody knows
-    /// what the entry holds.
+    /// What to do now, after `written` was written last in this step; `None` at its beginning, when it is
+    /// unknown what the entry holds.
     fn decide(&self, observed: u64, written: Option<u64>) -> Decision;
 }
 

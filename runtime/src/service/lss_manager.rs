@@ -32,8 +32,8 @@ pub enum Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LssError {
-    /// Nobody answered: there is no such device, or it does not support the operation.
-    #[error("nobody answers")]
+    /// No device answered: there is none, or it does not support the operation.
+    #[error("no device answers")]
     NoAnswer,
     /// The device refused.
     #[error("the device refuses with error {error} ({specific})")]
@@ -44,7 +44,7 @@ pub enum LssError {
         specific: u8,
     },
     /// A scan found bits that no device has: several answered in turn, or an answer got lost.
-    #[error("the scan for {part:?} ended with {value:08X}h, which nobody confirms")]
+    #[error("the scan for {part:?} ended with {value:08X}h, which no device confirms")]
     ScanFailed {
         /// The part.
         part: Part,
@@ -120,14 +120,14 @@ struct Scan {
     found: Identity,
     part: Part,
     at: ScanStep,
-    /// Somebody has answered this step. Others may answer until its time is over, and an answer does not
-    /// tell to which step it belongs.
+    /// A device has answered this step. Others may answer until its time is over, and an answer does not
+    /// show to which step it belongs.
     answered: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum ScanStep {
-    /// Is anybody there?
+    /// Is there any device?
     Begin,
     /// Is the bit 0?
     Bit(u8),
@@ -340,7 +340,7 @@ impl LssManager {
         Some(event)
     }
 
-    /// Nobody answered in time, or the time of a scan's step is over.
+    /// No device answered in time, or the time of a scan's step is over.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
         if self.poll_timeout()? > now {
             return None;
@@ -381,7 +381,7 @@ impl LssManager {
         Some(request.frame())
     }
 
-    /// When nobody has answered in time.
+    /// When the time for an answer is over.
     #[must_use]
     pub const fn poll_timeout(&self) -> Option<Instant> {
         if self.is_busy() && !self.unsent { Some(self.deadline) } else { None }
@@ -442,13 +442,19 @@ mod tests {
         devices: Vec<LssDevice>,
         host: Host,
         now: Instant,
-        told: Vec<lss_device::Event>,
+        events: Vec<lss_device::Event>,
     }
 
     impl Network {
         fn new(devices: &[LssDevice]) -> Self {
             let manager = LssManager::new();
-            Network { manager, devices: devices.to_vec(), host: Host::default(), now: Instant::ZERO, told: Vec::new() }
+            Network {
+                manager,
+                devices: devices.to_vec(),
+                host: Host::default(),
+                now: Instant::ZERO,
+                events: Vec::new(),
+            }
         }
 
         /// Runs an operation to its end.
@@ -457,7 +463,7 @@ mod tests {
             for _ in 0..1000 {
                 while let Some(request) = self.manager.poll_transmit(self.now) {
                     for device in &mut self.devices {
-                        self.told.extend(device.handle_frame(self.now, &request, &mut self.host));
+                        self.events.extend(device.handle_frame(self.now, &request, &mut self.host));
                     }
                     for device in &mut self.devices {
                         let response = device.poll_transmit(self.now);
@@ -501,11 +507,11 @@ mod tests {
         // It runs with its old node-ID until it is reset.
         assert_eq!(network.run(LssManager::inquire_node), Some(Event::InquiredNode(Some(NODE))));
         assert_eq!(network.run(|lss| lss.switch_global(LssState::Waiting)), None);
-        assert_eq!((network.devices[0].reset(), &network.told[..]), (NodeId::new(9), &[][..]));
+        assert_eq!((network.devices[0].reset(), &network.events[..]), (NodeId::new(9), &[][..]));
     }
 
     #[test]
-    fn nobody_answers_for_an_identity_that_differs_in_any_part() {
+    fn no_device_answers_for_an_identity_that_differs_in_any_part() {
         let mut network = Network::new(&[LssDevice::new(IDENTITY, None)]);
         for part in Part::ALL {
             let other = IDENTITY.with(part, 7);
@@ -522,7 +528,7 @@ mod tests {
         assert_eq!(network.devices[0].state(), LssState::Configuration);
         assert_eq!(network.run(|lss| lss.configure_node(NodeId::new(7))), Some(Event::Done));
         assert_eq!(network.run(|lss| lss.switch_global(LssState::Waiting)), None);
-        assert_eq!(network.told, [lss_device::Event::NodeIdGiven(NodeId::literal(7))]);
+        assert_eq!(network.events, [lss_device::Event::NodeIdGiven(NodeId::literal(7))]);
         assert_eq!(network.run(LssManager::identify_unconfigured), Some(Event::Failed(LssError::NoAnswer)));
         assert_eq!(network.run(LssManager::fastscan), Some(Event::Failed(LssError::NoAnswer)));
     }
@@ -542,7 +548,7 @@ mod tests {
         assert!(manager.poll_transmit(at(20)).is_some());
         assert_eq!(manager.handle_timeout(at(40)), None);
         let State::Scan(scan) = manager.state else { panic!() };
-        assert_eq!(scan.found.vendor, 1 << 31, "nobody has bit 31 as 0");
+        assert_eq!(scan.found.vendor, 1 << 31, "no device has bit 31 as 0");
     }
 
     #[test]
@@ -583,7 +589,7 @@ mod tests {
                 .collect();
             let devices: Vec<LssDevice> = identities.iter().map(|&identity| LssDevice::new(identity, None)).collect();
             let Some(Event::Found(found)) = Network::new(&devices).run(LssManager::fastscan) else {
-                return Err(TestCaseError::fail("nobody was found"));
+                return Err(TestCaseError::fail("no device was found"));
             };
             prop_assert!(identities.contains(&found));
         }

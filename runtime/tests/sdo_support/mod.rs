@@ -235,7 +235,7 @@ impl Bus {
             return None;
         }
         let next = self.client.poll_timeout().into_iter().chain(self.server.poll_timeout()).min();
-        self.now = self.now.max(next.expect("somebody waits for something"));
+        self.now = self.now.max(next.expect("one side waits for something"));
         self.events.extend(self.server.handle_timeout(self.now));
         self.client.handle_timeout(self.now)
     }

@@ -10,7 +10,7 @@ use crate::time::Duration;
 use crate::wire::lss::Part;
 use crate::wire::nmt::NmtState;
 
-/// What a node is expected to be, and to be made. `None` and empty mean: whatever it is.
+/// What a node is expected to be, and to be made. `None` and empty mean: anything.
 ///
 /// The configuration is borrowed (`&[u8]`) or owned (`Vec<u8>`).
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,14 +36,14 @@ pub struct BootPlan<C> {
     /// none (1017h is 0), in the answer to a guarding request. Such a request arms life guarding in a node that has a life
     /// time (100Ch, 100Dh), which is to be guarded then.
     pub start: bool,
-    /// A node that is OPERATIONAL already is left as it is, and any other one reset first (1F81h bit 4). It tells
+    /// A node that is OPERATIONAL already is left as it is, and any other one reset first (1F81h bit 4). It reports
     /// its state within `error_control`, or is asked for it when that is zero.
     pub keep_alive: bool,
 }
 
 impl<C> BootPlan<C> {
     /// The plan that the dictionary of the manager has for a node: 1F84h to 1F88h, 1F26h and 1F27h, each
-    /// with the node-ID as its sub-index, where 0 means "whatever it is"; 1F80h bit 3, which leaves starting
+    /// with the node-ID as its sub-index, where 0 means any; 1F80h bit 3, which leaves starting
     /// the node to the application; and 1F81h bit 4. `configuration` is what 1F22h holds for the node.
     #[must_use]
     pub fn load(node: NodeId, configuration: C, od: &mut dyn ObjectDictionary) -> Self {
@@ -76,7 +76,7 @@ const KEEP_ALIVE: u32 = 1 << 4;
 #[non_exhaustive]
 pub enum BootError {
     /// B: no answer about the device type.
-    #[error("the node does not tell its device type: {0}")]
+    #[error("the node does not report its device type: {0}")]
     NoDeviceType(SdoError),
     /// C: another device type.
     #[error("the device type is {got:08X}h")]
@@ -93,7 +93,7 @@ pub enum BootError {
         got: u32,
     },
     /// D, M, N, O: the identity cannot be read.
-    #[error("the node does not tell its identity: {0}")]
+    #[error("the node does not report its identity: {0}")]
     NoIdentity(SdoError),
     /// J: the configuration failed.
     #[error("entry {entry} of the configuration failed: {error}")]

@@ -75,7 +75,7 @@ pub enum Event {
     Done {
         /// The entry.
         address: Address,
-        /// How many bytes were read or written. When the device did not tell (command 42h), these are as many
+        /// How many bytes were read or written. When the device does not say (command 42h), these are as many
         /// of four bytes as the payload had room for.
         len: u32,
     },
@@ -96,14 +96,14 @@ pub enum SdoError {
         /// The reason, as the device gives it.
         code: AbortCode,
     },
-    /// The device did not answer in time. It was told so by an abort.
+    /// The device did not answer in time. It was sent an abort.
     #[error("{address}: no answer of the device in time")]
     TimedOut {
         /// The entry.
         address: Address,
     },
     /// The device answers, but the transfer takes too long for what it has transferred: more than ten times the
-    /// time-out, and another one for each 64 bytes. The device was told so by an abort.
+    /// time-out, and another one for each 64 bytes. The device was sent an abort.
     #[error("{address}: the device answers, but the transfer makes no progress")]
     Stalled {
         /// The entry.
@@ -125,12 +125,12 @@ pub enum SdoError {
         /// The bytes that were there.
         len: u32,
     },
-    /// The device broke the protocol, and was told so by an abort.
+    /// The device broke the protocol, and was sent an abort.
     #[error("{address}: the device breaks the protocol: {code}")]
     Violation {
         /// The entry.
         address: Address,
-        /// What it was told.
+        /// The code of the abort.
         code: AbortCode,
     },
 }
@@ -214,14 +214,14 @@ impl SdoClient {
         SdoClient { always_four_bytes, ..self }
     }
 
-    /// Writes `len` bytes and more by block; unless told otherwise, none. A server that does not begin a block
+    /// Writes `len` bytes and more by block; without this, none. A server that does not begin a block
     /// transfer gets segments instead, from then on always if that succeeds.
     #[must_use]
     pub const fn with_block_writes_from(self, len: u32) -> Self {
         SdoClient { block_writes_from: len, ..self }
     }
 
-    /// Reads by block what the server announces to have `len` bytes or more; unless told otherwise, nothing. The
+    /// Reads by block what the server announces to have `len` bytes or more; without this, nothing. The
     /// announcement is the answer to a read in segments, which is aborted then. A server that does not begin a block
     /// transfer is asked for segments again, and from then on always.
     #[must_use]
@@ -295,7 +295,7 @@ impl SdoClient {
         self.begin(now, State::Download(Download::new(address, len)))
     }
 
-    /// Gives up the transfer under way, and tells the server why. No event follows.
+    /// Gives up the transfer under way, and sends the server an abort. No event follows.
     pub fn abort(&mut self, code: AbortCode) {
         if let Some(address) = self.address() {
             self.end(Some(Abort { address, code }));
@@ -528,25 +528,25 @@ impl SdoClient {
         Some(Event::Failed(SdoError::Aborted { address, code: abort.code }))
     }
 
-    /// Ends the transfer, and tells the server.
+    /// Ends the transfer with an abort.
     #[cold]
     fn fail(&mut self, address: Address, failure: Failure) -> Event {
-        let (told, error) = self.explain(address, failure);
-        self.end(told);
+        let (abort, error) = self.explain(address, failure);
+        self.end(abort);
         Event::Failed(error)
     }
 
     /// Sending does not give events: the failure is reported by a deadline that has come.
     #[cold]
     fn fail_later(&mut self, now: Instant, failure: Failure) -> Option<Raw> {
-        let (told, error) = self.explain(self.address()?, failure);
+        let (abort, error) = self.explain(self.address()?, failure);
         self.state = State::Failed(error);
         self.unsent = false;
         self.deadline = now;
-        Some(ClientRequest::Abort(told?).to_raw())
+        Some(ClientRequest::Abort(abort?).to_raw())
     }
 
-    /// What the server is told, and what the user is.
+    /// The abort for the server, and the error for the user.
     fn explain(&self, address: Address, failure: Failure) -> (Option<Abort>, SdoError) {
         let abort = |code| Some(Abort { address, code });
         // Of an expedited transfer there is nothing that the server could abort.
@@ -575,7 +575,7 @@ impl SdoClient {
         }
     }
 
-    /// Ends the transfer. A server that was asked for nothing yet need not be told.
+    /// Ends the transfer. A server that was asked for nothing yet gets no abort.
     fn end(&mut self, abort: Option<Abort>) {
         let is_known = self.is_begun() || !self.unsent;
         if let Some(abort) = abort.filter(|_| is_known) {

@@ -57,7 +57,7 @@ impl Payload for &[u8] {
 /// A value of a fixed size, on its way from or to a device.
 ///
 /// It has room for just that size, so a device that sends more fails the transfer; and one that does not
-/// tell how many of four bytes count (command 42h) is taken at the size of the type.
+/// say how many of four bytes count (command 42h) is taken at the size of the type.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scalar {
