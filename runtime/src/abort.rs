@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-/// The reason why an SDO transfer was aborted. Open: a device may send codes that no table knows,
-/// and they are kept as they came.
+/// The reason why an SDO transfer was aborted. A device may send codes that the standard
+/// does not have; they are kept as they are.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AbortCode(pub u32);
 
@@ -15,7 +15,7 @@ macro_rules! abort_codes {
             /// All codes of the table, ascending.
             pub const ALL: &[AbortCode] = &[$(AbortCode::$name),*];
 
-            /// What the standard says to the code; `None` for a code it does not know.
+            /// What the code means; `None` for a code that CiA 301 does not have.
             #[must_use]
             pub const fn text(self) -> Option<&'static str> {
                 match self.0 { $($code => Some($text),)* _ => None }

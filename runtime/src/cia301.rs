@@ -1,14 +1,14 @@
 //! Where CiA 301 puts things: the objects of the communication profile area (1000h to 1FFFh), and the predefined
 //! connection set.
 //!
-//! Objects of which a device may have many have two names, for the first and for the last of them.
+//! Objects that a device may have many of have two names, for the first and for the last one.
 
 use core::ops::Range;
 
 /// The communication profile area.
 pub const COMMUNICATION: Range<u16> = 0x1000..0x2000;
 
-/// 1000h: the device profile, and what of it the device has.
+/// 1000h: the device profile and its options.
 pub const DEVICE_TYPE: u16 = 0x1000;
 /// 1001h: the error register.
 pub const ERROR_REGISTER: u16 = 0x1001;
@@ -32,9 +32,9 @@ pub const RESTORE_DEFAULT_PARAMETERS: u16 = 0x1011;
 pub const COB_ID_TIME: u16 = 0x1012;
 /// 1014h: the COB-ID of EMCY; bit 31 if there is none.
 pub const COB_ID_EMCY: u16 = 0x1014;
-/// 1015h: the time between two emergencies at least, in 100 µs.
+/// 1015h: the shortest time between two emergencies, in 100 µs.
 pub const INHIBIT_TIME_EMCY: u16 = 0x1015;
-/// 1016h: the nodes whose heartbeat is consumed, and within which time in ms.
+/// 1016h: the nodes whose heartbeat is consumed, and the time for each in ms.
 pub const CONSUMER_HEARTBEAT_TIME: u16 = 0x1016;
 /// 1017h: the period of the heartbeat, in ms.
 pub const PRODUCER_HEARTBEAT_TIME: u16 = 0x1017;
@@ -50,7 +50,7 @@ pub const EMERGENCY_CONSUMER: u16 = 0x1028;
 pub const ERROR_BEHAVIOUR: u16 = 0x1029;
 /// 1200h: the default SDO server.
 pub const SDO_SERVER_1: u16 = 0x1200;
-/// 1201h: the first SDO server besides the default one.
+/// 1201h: the first SDO server after the default one.
 pub const SDO_SERVER_2: u16 = 0x1201;
 /// 127Fh: the last SDO server.
 pub const SDO_SERVER_128: u16 = 0x127F;
@@ -74,7 +74,7 @@ pub const TPDO_512: u16 = 0x19FF;
 pub const TPDO_MAPPING_1: u16 = 0x1A00;
 /// 1BFFh: the mapping of the last TPDO.
 pub const TPDO_MAPPING_512: u16 = 0x1BFF;
-/// From the communication parameter of a PDO to its mapping.
+/// What to add to the index of a PDO's communication parameter for that of its mapping.
 pub const TO_MAPPING: u16 = RPDO_MAPPING_1 - RPDO_1;
 /// 1F80h: what a device does after its boot-up (CiA 302-2).
 pub const NMT_STARTUP: u16 = 0x1F80;

@@ -97,7 +97,7 @@ impl CobId {
         if id <= Self::EXTENDED_MAX { Some(CobId(Self::EXTENDED | id)) } else { None }
     }
 
-    /// The identifier of a COB-ID parameter such as 1014h or 1400h:01: bit 29 tells the format,
+    /// The identifier of a COB-ID parameter such as 1014h or 1400h:01: bit 29 is the format;
     /// bits 30 and 31 do not belong to the identifier (CiA 301, 7.5.2.14).
     #[must_use]
     pub const fn from_parameter(value: u32) -> Self {

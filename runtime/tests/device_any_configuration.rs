@@ -1,6 +1,6 @@
 //! A manager that configures at random, and traffic that follows: 100,000 steps in virtual time, the same every run.
 //!
-//! Whatever is written, the device does not panic, answers a frame with few, sends under no identifier that its
+//! The device does not panic, answers a frame with few, sends under no identifier that its
 //! dictionary does not list, forgets nothing that is due, and no two services get the same identifier.
 
 mod common;
@@ -12,7 +12,7 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
 const STEPS: usize = 100_000;
-/// SYNC or a deadline may send every TPDO (three), and an error, its end, a heartbeat and an answer besides.
+/// SYNC or a deadline may send every TPDO (three), and there may be an error, its end, a heartbeat and an answer.
 const MOST_FRAMES: usize = 8;
 
 /// A generator that needs no crate: SplitMix64.
@@ -122,7 +122,7 @@ fn traffic(random: &mut Random) -> Frame {
     Frame::new(id, &random.next().to_le_bytes()[..usize::from(len)]).unwrap()
 }
 
-/// A COB-ID of the dictionary, when its service exists. 1005h and 1012h tell that by other bits than the rest.
+/// A COB-ID of the dictionary, if its service exists. 1005h and 1012h have other bits for that than the rest.
 fn cob_id(od: &mut dyn ObjectDictionary, index: u16, sub: u8, exists: fn(u32) -> bool) -> Option<CobId> {
     let entry = od.entry(Address::new(index, sub)).ok()?;
     let mut bytes = [0; 4];
@@ -233,7 +233,7 @@ impl Walk {
 }
 
 #[test]
-fn whatever_is_configured_the_device_neither_panics_nor_babbles_nor_takes_the_identifiers_of_others() {
+fn with_any_configuration_the_device_neither_panics_nor_babbles_nor_takes_the_identifiers_of_others() {
     for seed in 0..4 {
         let mut random = Random(seed);
         let mut walk = Walk { bench: Bench::full(), taken: 0, sent: 0, operational: 0 };
@@ -242,7 +242,7 @@ fn whatever_is_configured_the_device_neither_panics_nor_babbles_nor_takes_the_id
             if step % 8 == 0 {
                 walk.look_again();
             }
-            // Whoever resets the node gets the defaults back.
+            // A reset brings the defaults back.
             if step % 500 == 499 {
                 let now = walk.bench.now;
                 walk.bench = Bench { now, ..Bench::full() };

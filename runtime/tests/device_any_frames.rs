@@ -1,4 +1,4 @@
-//! Whatever is on the bus, a device neither panics nor hangs nor stops answering.
+//! With any frames on the bus, a device neither panics nor hangs nor stops answering.
 
 mod common;
 

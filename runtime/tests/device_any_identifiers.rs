@@ -1,4 +1,4 @@
-//! Whatever COB-IDs the dictionary holds, by default or because a client has written them, the device obeys NMT,
+//! With any COB-IDs in the dictionary, by default or written by a client, the device obeys NMT,
 //! answers its default SDO, and sends nothing under an identifier that is not its own (CiA 301, 7.3.5).
 
 mod common;
@@ -31,7 +31,7 @@ const COB_IDS: [(u16, u8); 18] = [
     (0x1802, 1),
 ];
 
-/// What FULL has besides, so that all of them exist.
+/// What FULL lacks of them.
 const MORE: &str = "
     1028:00 u8  const - 2
     1028:01 u32 rw - 0x80000000
@@ -80,7 +80,7 @@ fn with(cob_ids: &[((u16, u8), Option<u32>)]) -> TestOd {
     TestOd::new(&others.map(str::to_owned).chain(lines).collect::<Vec<_>>().join("\n"))
 }
 
-/// Asks all that a manager counts on, while the device has plenty to say.
+/// Checks what a manager relies on, while the device has many frames to send.
 fn check(bench: &mut Bench, what: &dyn std::fmt::Debug) {
     let mut sent = Vec::new();
     for (command, answers) in [
@@ -162,7 +162,7 @@ fn any_cob_id_that_a_client_writes_is_refused_or_leaves_nmt_and_the_default_serv
                 let is_short = after >> 29 & 1 == 0;
                 let is_bad = is_short && (is_restricted(after & 0x7FF) || after & 0x1FFF_F800 != 0);
                 assert!(at.0 == 0x1200 || !(exists && is_bad), "{at:04X?} {value:08X} was taken");
-                // Of a write that was refused nothing has changed: what there is was looked at before.
+                // A write that was refused changes nothing, so there is nothing new to check.
                 if result.is_ok() {
                     check(&mut bench, &(changes, at, value));
                     bench.send("000#8005");

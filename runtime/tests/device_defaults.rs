@@ -1,4 +1,4 @@
-//! Defaults that a device cannot serve: nobody writes them, so nobody is told by an abort code.
+//! Defaults that a device cannot serve: they are not written, so no abort code reports them.
 
 mod common;
 
@@ -26,21 +26,21 @@ fn a_dictionary_that_is_served_has_no_faults() {
 }
 
 #[test]
-fn a_pdo_that_the_device_has_no_room_for_is_told() {
+fn a_pdo_that_the_device_has_no_room_for_is_reported() {
     let more = "1403:01 u32 rw - 0x206\n1603:00 u8 rw - 0\n1404:01 u32 rw - 0x207\n1604:00 u8 rw - 0";
     check(more, &[("1404:01", AbortCode::DEVICE_INCOMPATIBLE)]);
     check(&more.replace("0x207", "0x80000207"), &[]);
     let mut od = TestOd::new(FULL);
     let mut device: Device<0, 1, 1, 0> = Device::new(common::NODE, Behaviour::CIA_301);
     device.restart(lexican_runtime::Instant::ZERO, &mut od);
-    let told: Vec<Misconfigured> = device.misconfigured(&mut od).collect();
-    let addresses: Vec<String> = told.iter().map(|fault| fault.address.to_string()).collect();
+    let found: Vec<Misconfigured> = device.misconfigured(&mut od).collect();
+    let addresses: Vec<String> = found.iter().map(|fault| fault.address.to_string()).collect();
     assert_eq!(addresses, ["1400:01", "1402:01", "1802:01"]);
-    assert_eq!(told[0].to_string(), "1400:01: 0604 0047: general internal incompatibility in the device");
+    assert_eq!(found[0].to_string(), "1400:01: 0604 0047: general internal incompatibility in the device");
 }
 
 #[test]
-fn a_mapping_that_cannot_be_is_told_by_its_entry_or_its_length() {
+fn an_impossible_mapping_is_reported_by_its_entry_or_its_length() {
     check("1600:01 u32 rw - 0x60640020", &[("1600:01", AbortCode::NOT_MAPPABLE)]);
     check("1600:01 u32 rw - 0x60400008", &[("1600:01", AbortCode::NOT_MAPPABLE)]);
     check("1A02:02 u32 rw - 0x2FFF0008", &[("1A02:02", AbortCode::NO_SUCH_OBJECT)]);
@@ -54,7 +54,7 @@ fn a_mapping_that_cannot_be_is_told_by_its_entry_or_its_length() {
 }
 
 #[test]
-fn parameters_of_a_pdo_that_cannot_be_are_told() {
+fn impossible_parameters_of_a_pdo_are_reported() {
     let invalid = AbortCode::INVALID_VALUE;
     check("1400:01 u32 rw - 0x605", &[("1400:01", invalid)]);
     check("1400:01 u32 rw - 0x1205", &[("1400:01", invalid)]);
@@ -65,7 +65,7 @@ fn parameters_of_a_pdo_that_cannot_be_are_told() {
 }
 
 #[test]
-fn other_parameters_that_cannot_be_are_told() {
+fn other_impossible_parameters_are_reported() {
     let (invalid, taken) = (AbortCode::INVALID_VALUE, AbortCode::PARAMETER_INCOMPATIBLE);
     check("1005:00 u32 rw - 0x701", &[("1005:00", invalid)]);
     check("1005:00 u32 rw - 0x85", &[("1005:00", taken), ("1014:00", taken)]);
@@ -79,7 +79,7 @@ fn other_parameters_that_cannot_be_are_told() {
 }
 
 #[test]
-fn a_server_that_the_device_has_no_room_for_is_told_and_refused() {
+fn a_server_that_the_device_has_no_room_for_is_reported_and_refused() {
     let two = "1201:01 u32 rw - 0x6D0\n1201:02 u32 rw - 0x6D1\n1202:01 u32 rw - 0x6D2\n1202:02 u32 rw - 0x6D3";
     check(two, &[("1202:01", AbortCode::DEVICE_INCOMPATIBLE)]);
     check(&two.replace("0x6D2", "0x80000000"), &[]);

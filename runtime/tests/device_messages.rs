@@ -78,7 +78,7 @@ fn synchronous_pdos_are_dropped_when_the_window_has_closed() {
 }
 
 #[test]
-fn an_event_whose_window_has_closed_is_told_with_the_next_sync() {
+fn an_event_whose_window_has_closed_is_sent_with_the_next_sync() {
     let mut bench = Bench::full();
     bench.write(0x1800, 2, 1, 0).unwrap();
     bench.write(0x1007, 0, 4, 500).unwrap();
@@ -92,7 +92,7 @@ fn an_event_whose_window_has_closed_is_told_with_the_next_sync() {
 }
 
 #[test]
-fn time_is_told() {
+fn time_is_received() {
     let mut bench = Bench::full();
     bench.send("100#D20296490A00");
     assert_eq!(bench.take_events(), [Event::Time(TimeOfDay { days: 10, ms: 0x0996_02D2 })]);
@@ -101,7 +101,7 @@ fn time_is_told() {
 }
 
 #[test]
-fn time_is_told_by_a_device_that_produces_it() {
+fn time_is_sent_by_a_device_that_produces_it() {
     let noon = TimeOfDay { days: 10, ms: 0x0996_02D2 };
     let behaviour = Behaviour { produces_time: true, ..Behaviour::CIA_301 };
     let mut bench = Bench::new(TestOd::new(FULL), behaviour);
@@ -115,7 +115,7 @@ fn time_is_told_by_a_device_that_produces_it() {
     bench.device.emergency(VOLTAGE, ErrorRegister::VOLTAGE, [0; 5], &mut bench.od);
     assert_eq!(bench.sent(), ["085#2031050000000000", "100#D20296090A00"]);
     assert_eq!(bench.sent(), NOTHING, "once");
-    // In STOPPED it is not told, nor when it is past.
+    // In STOPPED it is not sent, nor later.
     bench.send("000#0205");
     bench.device.send_time(noon);
     assert_eq!((bench.sent(), bench.send("000#8005")), (vec![], vec![]));
@@ -275,7 +275,7 @@ fn a_server_that_is_changed_through_itself_answers_under_its_old_identifiers() {
     assert_eq!(bench.send("6D0#4000100000000000"), NOTHING);
     bench.write(0x1201, 1, 4, 0x6D5).unwrap();
     assert_eq!(bench.send("6D5#4000100000000000"), ["6D1#4300100092010000"]);
-    // As it was written, when nobody pulled the answer before the device was stopped.
+    // It is changed also if the device was stopped before the answer was sent.
     bench.device.handle_frame(bench.now, &common::frame("6D5#23011201D5060080"), &mut bench.od);
     bench.send("000#0205");
     bench.send("000#8005");

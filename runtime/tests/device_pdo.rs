@@ -194,7 +194,7 @@ fn a_short_rpdo_is_ignored_and_a_long_one_is_processed_both_with_an_emergency() 
     assert_eq!(bench.send("405#1F00881300"), ["085#1082110000000000"]);
     assert_eq!(bench.take_events(), [Event::RpdoTooShort { number: 3, expected: 6, got: 5 }]);
     assert_eq!(bench.od.get(0x607A, 0), 0);
-    assert_eq!(bench.send("405#"), NOTHING, "an error that stays is told once");
+    assert_eq!(bench.send("405#"), NOTHING, "an error that stays is reported once");
     assert_eq!(bench.send("405#1F0088130000AA"), ["085#2082110000000000"]);
     assert_eq!(bench.od.get(0x607A, 0), 5000);
     assert_eq!(bench.send("405#1F0089130000"), ["085#0000000000000000"], "a good one ends it");
@@ -333,7 +333,7 @@ fn what_cannot_be_mapped_is_refused() {
         assert_eq!(bench.write(index, 1, 4, 0x2FFF_0008), Err(AbortCode::NO_SUCH_OBJECT.0));
         assert_eq!(bench.write(index, 1, 4, 0x2000_0908), Err(AbortCode::NO_SUCH_SUB_INDEX.0));
         bench.write(index, 1, 4, 0x2000_0340).unwrap();
-        assert_eq!(bench.write(index, 0, 1, 9), Err(AbortCode::PDO_LENGTH_EXCEEDED.0), "whatever those hold that are");
+        assert_eq!(bench.write(index, 0, 1, 9), Err(AbortCode::PDO_LENGTH_EXCEEDED.0), "also with entries that fit");
         bench.write(index, 2, 4, 0x2000_0208).unwrap();
         assert_eq!(bench.write(index, 0, 1, 2), Err(AbortCode::PDO_LENGTH_EXCEEDED.0), "72 bits");
         assert_eq!(bench.write(index, 0, 1, 9), Err(AbortCode::PDO_LENGTH_EXCEEDED.0), "more than there are");
@@ -429,7 +429,7 @@ fn what_an_rpdo_writes_is_a_change_for_the_tpdos_that_map_it() {
 }
 
 #[test]
-fn a_tpdo_that_is_switched_off_is_not_sent_whatever_happens() {
+fn a_tpdo_that_is_switched_off_is_never_sent() {
     let mut bench = operational("1800:01 u32 rw - 0x80000185");
     bench.device.changed(Address::new(0x6041, 0));
     bench.device.request_tpdo(1);

@@ -24,39 +24,6 @@ fn an_empty_segmented_download_to_a_mapping_is_aborted_and_no_panic() {
 }
 
 #[test]
-fn the_first_frame_is_the_boot_up_message_and_not_the_state() {
-    let mut bench = Bench::full();
-    for reset in ["000#8105", "000#8205"] {
-        bench.send(reset);
-        bench.restart();
-        assert_eq!(bench.sent(), ["705#00"]);
-    }
-}
-
-#[test]
-fn a_tpdo_of_type_5_is_not_sent_with_every_sync() {
-    let mut bench = operational("1800:02 u8 rw - 5");
-    let sent: Vec<usize> = (0..10).map(|_| bench.send("080#").len()).collect();
-    assert_eq!(sent, [0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
-}
-
-#[test]
-fn a_synchronous_rpdo_does_not_take_effect_before_sync() {
-    let mut bench = operational("1402:02 u8 rw - 1");
-    bench.send("405#1F0088130000");
-    assert_eq!(bench.od.get(0x607A, 0), 0);
-    bench.send("080#");
-    assert_eq!(bench.od.get(0x607A, 0), 5000);
-}
-
-#[test]
-fn a_dummy_does_not_make_the_whole_rpdo_be_dropped() {
-    let mut bench = operational("1602:01 u32 rw - 0x00060010");
-    bench.send("405#1F0088130000");
-    assert_eq!((bench.od.get(0x6040, 0), bench.od.get(0x607A, 0)), (0, 5000));
-}
-
-#[test]
 fn a_missing_sub_index_is_not_called_a_missing_object() {
     let mut bench = Bench::full();
     assert_eq!(bench.read(0x1018, 9), Err(AbortCode::NO_SUCH_SUB_INDEX.0));

@@ -100,16 +100,16 @@ fn a_sync_that_fell_into_stopped_is_not_sent_later() {
     let mut bench = device("1005:00 u32 rw - 0x40000080\n1006:00 u32 rw - 10000").operational();
     bench.pass_ms(5);
     bench.send("000#0205");
-    // Nobody has asked for time-outs meanwhile.
+    // `handle_timeout` is not called in this time.
     bench.now += Duration::from_millis(12);
     assert_eq!(bench.send("000#0105"), ["185#3412"]);
     assert_eq!(bench.pass_ms(20), ["10000 080#", "20000 080#"]);
 }
 
 #[test]
-fn a_synchronous_rpdo_that_the_dictionary_refuses_is_not_told_as_applied() {
+fn a_synchronous_rpdo_that_the_dictionary_refuses_is_not_reported_as_applied() {
     let mut bench = device("1400:02 u8 rw - 1\n1402:02 u8 rw - 1").operational();
-    // An object that is gone is as good as one that is refused for its value.
+    // An object that does not exist stands for one that refuses its value.
     let whole = bench.od.clone();
     bench.od = whole.clone().without(0x607A);
     bench.send("205#1F00");
@@ -165,7 +165,7 @@ fn error_control_does_not_wait_for_sdo() {
 }
 
 #[test]
-fn the_error_register_tells_the_end_of_an_error_whatever_ended_it() {
+fn the_error_register_shows_the_end_of_an_error_in_each_case() {
     // The deadline of an RPDO has passed; outside OPERATIONAL there is none.
     let lost = || {
         let mut bench = device("1400:05 u16 rw - 20").operational();

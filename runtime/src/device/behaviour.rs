@@ -22,7 +22,7 @@ pub enum ChangeRule {
 pub enum ErrorControlRule {
     /// As CiA 301 has it: heartbeat is used, and guarding requests stay unanswered.
     HeartbeatFirst,
-    /// Whichever would be the second is refused with [`AbortCode::PARAMETER_INCOMPATIBLE`](crate::AbortCode).
+    /// The one that would be the second is refused with [`AbortCode::PARAMETER_INCOMPATIBLE`](crate::AbortCode).
     Exclusive,
 }
 
@@ -69,7 +69,7 @@ pub struct Behaviour {
 }
 
 impl Behaviour {
-    /// As CiA 301 has it; events are whatever can be one.
+    /// As CiA 301 has it; everything that can be an event is one.
     pub const CIA_301: Behaviour = Behaviour {
         emcy_code_order: CodeOrder::LowByteFirst,
         triggers_254: Triggers::ALL,

@@ -282,7 +282,7 @@ impl Checked<'_> {
         require(!taken, AbortCode::PARAMETER_INCOMPATIBLE)
     }
 
-    /// Whether a service of the device has the identifier. The one whose parameter `owner` is does not count.
+    /// Whether a service of the device has the identifier. The service that has the parameter `owner` does not count.
     pub(super) fn is_taken(&mut self, id: CobId, owner: Address) -> bool {
         let rpdos = self.rpdos.iter().map(|slot| (slot.parameter_index(), slot.pdo.parameters().cob_id));
         let tpdos = self.tpdos.iter().map(|slot| (slot.parameter_index(), slot.pdo.parameters().cob_id));

@@ -138,7 +138,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
         }
     }
 
-    /// In OPERATIONAL, a TPDO that comes to exist begins as if the state had just been entered.
+    /// In OPERATIONAL, a TPDO that is switched on starts as it does when the state is entered.
     fn reload_tpdo(&mut self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) {
         let new = self.tpdo_of(number, od);
         let operational = self.is_operational();
@@ -178,7 +178,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
             .with_acyclic_always(self.behaviour.type_0_at_every_sync)
     }
 
-    /// The COB-ID parameter, with the bits that the device knows; switched off if no PDO may have its identifier.
+    /// The COB-ID parameter, without the bits that the device ignores; switched off if no PDO may have its identifier.
     fn pdo_cob_id(&self, index: u16, od: &mut dyn ObjectDictionary) -> PdoCobId {
         let Some(cob_id) = objects::read_u32(od, index, 1) else { return PdoCobId::OFF };
         let mut unknown = 0;

@@ -1,8 +1,8 @@
 //! Which identifiers the COB-ID parameters of a device give to its services.
 //!
 //! A service exists if its parameter says so and names an identifier that a service may have. So no service can
-//! take NMT, error control or the default SDO server from the device, whatever its dictionary holds: their
-//! identifiers are restricted (CiA 301, 7.3.5).
+//! take the identifiers of NMT, error control or the default SDO server, also if the dictionary holds them: they
+//! are restricted (CiA 301, 7.3.5).
 
 use crate::cia301;
 use crate::id::CobId;
@@ -69,8 +69,8 @@ pub(super) fn sdo_count(indices: Range<u16>, od: &mut dyn ObjectDictionary) -> u
     indices.filter(|&index| sdo(index, od).is_some()).count()
 }
 
-/// Whether SYNC, TIME, EMCY or an SDO of the device has the identifier. The one whose parameter `owner` is does not
-/// count.
+/// Whether SYNC, TIME, EMCY or an SDO of the device has the identifier. The service that has the parameter `owner`
+/// does not count.
 pub(super) fn is_taken(id: CobId, owner: Address, od: &mut dyn ObjectDictionary) -> bool {
     let messages = [
         (cia301::COB_ID_SYNC, sync(od)),

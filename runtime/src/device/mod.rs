@@ -15,21 +15,14 @@
 //! upload of 127 segments does not hold up the heartbeat.
 //!
 //! ```
+//! use lexican_runtime::cia301::connection;
 //! use lexican_runtime::device::{Behaviour, Device};
-//! use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, PdoMapping, Table};
+//! use lexican_runtime::object::{Access, DataType, Dictionary, Entry, PdoMapping, Table};
 //! use lexican_runtime::{CobId, Frame, Instant, NodeId};
 //!
 //! // What `lexican-codegen` makes of a data sheet: here 1000h, the device type, and nothing else.
 //! static TABLE: Table = Table {
-//!     entries: &[Entry {
-//!         address: Address::new(0x1000, 0),
-//!         data_type: DataType::Unsigned32,
-//!         access: Access::Ro,
-//!         mapping: PdoMapping::None,
-//!         offset: 0,
-//!         capacity: 4,
-//!         limit: 0,
-//!     }],
+//!     entries: &[Entry::new(0x1000, 0, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4)],
 //!     limits: &[],
 //!     image: &[0x92, 0x01, 0x00, 0x00],
 //!     node_relative: &[],
@@ -43,7 +36,7 @@
 //! device.restart(now, &mut od);
 //! assert_eq!(device.poll_transmit(now, &mut od).unwrap().to_string(), "705#00");
 //!
-//! let read = Frame::from_array(CobId::of_node(0x600, node), [0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0]);
+//! let read = Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), [0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0]);
 //! device.handle_frame(now, &read, &mut od);
 //! assert_eq!(device.poll_transmit(now, &mut od).unwrap().to_string(), "585#4300100092010000");
 //! ```
@@ -120,7 +113,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         self.services.get().nmt.state()
     }
 
-    /// What distinguishes the device.
+    /// How the device deviates from CiA 301.
     #[must_use]
     pub const fn behaviour(&self) -> &Behaviour {
         &self.services.get().behaviour
@@ -133,8 +126,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     /// Power-on, or the end of a reset: configures everything from the dictionary anew. The boot-up
-    /// message is the next frame; PRE-OPERATIONAL follows it. [`Device::misconfigured`] lists what of
-    /// the dictionary is not served.
+    /// message is the next frame; PRE-OPERATIONAL follows it. [`Device::misconfigured`] lists the
+    /// parameters that are not served.
     pub fn restart(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
         self.restart_as(self.node(), now, od);
     }
@@ -163,8 +156,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
         }
     }
 
-    /// Finds out which TPDOs carry other data than they did last, for an application that does not keep
-    /// an account of [what changed](Device::changed).
+    /// Finds out which TPDOs carry other data than they did last, for an application that does not
+    /// report [what changed](Device::changed).
     pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
         let services = self.services.get_mut();
         if services.is_operational() {
@@ -196,7 +189,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 
     /// The RPDOs that took effect with the last SYNC, by number: [`rpdo::Event::Received`], or
-    /// [`rpdo::Event::Refused`] where the dictionary did not take all of it.
+    /// [`rpdo::Event::Refused`] if the dictionary refused an object.
     pub fn applied(&self) -> impl Iterator<Item = (u16, rpdo::Event)> {
         self.services.get().rpdos.iter().filter_map(|slot| Some((slot.number, slot.pdo.applied()?)))
     }

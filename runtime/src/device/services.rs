@@ -164,7 +164,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
         }
     }
 
-    /// Does what is due, but no more than one event of it.
+    /// Does what is due, up to the first event.
     pub(super) fn handle_timeout(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
         self.heartbeat.handle_timeout(now);
         self.sync_producer.handle_timeout(now);

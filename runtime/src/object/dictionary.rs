@@ -35,20 +35,20 @@ pub trait ObjectDictionary {
     fn len(&self, entry: &Entry) -> Option<u32>;
 
     /// Reads from `offset` into `buffer`; less than the whole buffer only at the end. Access rights are
-    /// the caller's affair: a device may read what its manager may not.
+    /// checked by the caller: a device may read what its manager may not.
     ///
     /// # Errors
     ///
-    /// Whatever reason the device has not to give the data now.
+    /// Any reason why the device does not give the data now.
     fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode>;
 
-    /// Writes `data` at `offset`; `last` tells that the entry ends with it. Values of a fixed size come
+    /// Writes `data` at `offset`; `last` if the entry ends with it. Values of a fixed size come
     /// whole, in one call, and so do text and bytes with a capacity of 1 to 64. Anything else may come in pieces,
     /// ascending and without gaps; the last one never comes when the transfer is given up.
     ///
     /// # Errors
     ///
-    /// Whatever reason the device has not to take the data; a value is not changed then.
+    /// Any reason why the device does not take the data; the value is unchanged then.
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode>;
 }
 
@@ -389,7 +389,7 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
             return Err(AbortCode::LENGTH_TOO_HIGH);
         };
         to.copy_from_slice(data);
-        // What comes in pieces is empty until the last one: nobody reads a mixture of two values.
+        // What comes in pieces is empty until the last one, so that a mixture of two values is never read.
         if last || start == 0 {
             let len = if last { start + data.len() } else { 0 };
             let len = u16::try_from(len).unwrap_or(u16::MAX).to_le_bytes();

@@ -14,7 +14,7 @@ pub struct Object<T, A, M = Unmapped> {
     address: Address,
     default: DefaultValue<T>,
     limits: Option<Limits<T>>,
-    // fn() -> _: a handle owns no T, so it is Send and Sync whatever T is.
+    // fn() -> _: a handle owns no T, so it is Send and Sync for any T.
     marker: PhantomData<fn() -> (A, M)>,
 }
 

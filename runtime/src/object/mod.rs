@@ -1,4 +1,4 @@
-//! Objects of a device's dictionary: typed handles for whoever accesses them, tables for the device
+//! Objects of a device's dictionary: typed handles for access, tables for the device
 //! that serves them.
 //!
 //! A handle such as `Object<u16, Rw>` is plain data, known at compile time: an address, limits, a
@@ -35,7 +35,7 @@ pub use value::{
 /// The shape of generated code that this runtime fits.
 const FORMAT: u32 = 1;
 
-/// What generated code begins with, so that a runtime that it does not fit says so in one sentence.
+/// What generated code begins with: a runtime that does not fit is reported in one sentence.
 ///
 /// # Panics
 ///
@@ -47,8 +47,8 @@ pub const fn generated_for(format: u32) {
 /// Includes a dictionary that `lexican-codegen` has generated from the build script:
 /// `mod od { lexican_runtime::include_od!("valve"); }`.
 ///
-/// The items land where the macro stands. Whoever includes them cannot mend them, and what a data sheet
-/// describes and the crate does not use is not worth a warning: lints are allowed inside, whatever the crate denies.
+/// The items land where the macro stands. Lints are allowed inside, also if the crate
+/// denies them: a user cannot mend generated code, and need not use all that a data sheet describes.
 #[macro_export]
 macro_rules! include_od {
     ($name:literal) => {

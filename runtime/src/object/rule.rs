@@ -74,7 +74,7 @@ impl WritableIn {
         match state {
             NmtState::PreOperational => self.pre_operational,
             NmtState::Operational => self.operational,
-            // Nobody writes there.
+            // Not written in these states.
             _ => false,
         }
     }

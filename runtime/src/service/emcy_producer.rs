@@ -50,8 +50,8 @@ impl EmcyProducer {
         self.register
     }
 
-    /// An error occurred. The error register (1001h) is `register` from now on; the code comes into the
-    /// history (1003h) when `record` says so.
+    /// An error occurred. The error register (1001h) is `register` from now on; with `record` the code
+    /// is put into the history (1003h).
     pub fn raise(
         &mut self,
         code: ErrorCode,
@@ -99,7 +99,7 @@ impl EmcyProducer {
             return None;
         }
         let Some(id) = self.id else {
-            // A device whose EMCY is switched off still keeps register and history.
+            // Register and history are kept also while EMCY is switched off.
             self.pending = [None; Self::PENDING];
             return None;
         };
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn the_message_tells_what_is_left() {
+    fn the_message_has_the_errors_that_are_left() {
         let (mut producer, mut od) = (producer(), od());
         raise(&mut producer, 0x3120, &mut od);
         producer.clear(ErrorRegister::GENERIC, [0; 5], &mut od);

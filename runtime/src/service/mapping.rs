@@ -149,8 +149,8 @@ pub fn is_dummy(mapped: Mapped) -> bool {
     matches!(mapped.address.index(), 0x0001..=0x001F) && mapped.address.sub() == 0
 }
 
-/// Whether the dictionary lets an object be mapped. `dummies` has bit n set when data type n may stand
-/// for nothing.
+/// Whether the dictionary lets an object be mapped. `dummies` has bit n set when data type n may fill
+/// space.
 ///
 /// # Errors
 ///

@@ -22,7 +22,7 @@ pub enum Reset {
     Communication,
 }
 
-/// What a frame meant to the device.
+/// The result of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {

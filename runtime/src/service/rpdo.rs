@@ -21,12 +21,12 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// Of a PDO that does not exist.
+    /// Those of a PDO that does not exist.
     pub const OFF: Parameters =
         Parameters { cob_id: PdoCobId::OFF, transmission: TransmissionType::EventProfile, deadline: Duration::ZERO };
 }
 
-/// What became of a PDO.
+/// The result of a PDO or of its deadline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
@@ -119,15 +119,15 @@ impl Rpdo {
         self.timed_out
     }
 
-    /// What became of the PDO with the last SYNC: [`Event::Received`] or [`Event::Refused`]; `None` when none
-    /// had waited for it.
+    /// The result of the last SYNC: [`Event::Received`] or [`Event::Refused`]; `None` if no PDO
+    /// waited for it.
     #[must_use]
     pub const fn applied(&self) -> Option<Event> {
         self.applied
     }
 
-    /// The parameters changed while the PDO existed as `before`. What came under the same identifier and mapping
-    /// counts still; the deadline starts with the next PDO.
+    /// The parameters of a PDO changed, which was `before`. What was received under the same identifier and mapping
+    /// stays valid; the deadline starts with the next PDO.
     pub fn resume(&mut self, before: &Rpdo) {
         let same = self.parameters.cob_id == before.parameters.cob_id && self.mapping == before.mapping;
         if same && before.is_active() {

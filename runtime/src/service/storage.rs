@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn reading_tells_the_ability() {
+    fn reading_gives_the_ability() {
         let mut od = TestOd::new("1010:01 u32 rw - 1\n1010:02 u32 rw - 3\n1011:01 u32 rw - 1");
         let mut storage = Log::default();
         let mut storing = Storing::new(&mut od, &mut storage);

@@ -11,7 +11,7 @@ use crate::wire::sync::Sync;
 pub struct Event {
     /// What it carries.
     pub sync: Sync,
-    /// It has another length than 1019h lets expect, and the one before had not.
+    /// It has another length than 1019h demands, and the one before had not.
     pub length_error: bool,
 }
 
@@ -38,11 +38,11 @@ impl SyncConsumer {
         }
     }
 
-    /// Receives `id`, `None` for no SYNC; `overflow` other than 0 lets expect a counter; `window` is the time after SYNC
+    /// Receives `id`, `None` for no SYNC; with an `overflow` other than 0 it expects a counter; `window` is the time after SYNC
     /// in which synchronous PDOs may be sent, zero for any time.
     pub fn configure(&mut self, id: Option<CobId>, overflow: u8, window: Duration) {
         let counts = overflow != 0;
-        // Of another SYNC, or another length, nothing is known yet.
+        // Another SYNC, or one of another length, has not had an error yet.
         let length_error = self.length_error && id == self.id && counts == self.counts;
         *self = SyncConsumer { id, counts, window, length_error, ..*self };
     }

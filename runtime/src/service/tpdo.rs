@@ -23,16 +23,16 @@ pub struct Parameters {
     pub cob_id: PdoCobId,
     /// 1800h:02.
     pub transmission: TransmissionType,
-    /// 1800h:03: the time between two PDOs at least; zero for none.
+    /// 1800h:03: the shortest time between two PDOs; zero for none.
     pub inhibit: Duration,
-    /// 1800h:05: the time between two PDOs at most; zero for none.
+    /// 1800h:05: the longest time between two PDOs; zero for none.
     pub event_timer: Duration,
     /// 1800h:06: the SYNC counter with which counting begins; 0 for the first SYNC that comes.
     pub sync_start: u8,
 }
 
 impl Parameters {
-    /// Of a PDO that does not exist.
+    /// Those of a PDO that does not exist.
     pub const OFF: Parameters = Parameters {
         cob_id: PdoCobId::OFF,
         transmission: TransmissionType::EventProfile,
@@ -77,9 +77,9 @@ pub struct Tpdo {
     pending: Option<Option<[u8; 8]>>,
     /// What a remote frame gets of type 252.
     sampled: Option<[u8; 8]>,
-    /// What was sent last; before that, what there was at the start.
+    /// The data sent last; before the first PDO, those at the start.
     sent: Option<[u8; 8]>,
-    /// SYNCs since the last one that counted; `None` while SYNC start value has not come.
+    /// SYNCs since the last n-th one; `None` until the SYNC start value has come.
     syncs: Option<u8>,
     inhibited: Option<Instant>,
     event: Option<Instant>,
@@ -128,7 +128,7 @@ impl Tpdo {
         self.parameters.cob_id.is_valid() && !self.mapping.is_empty()
     }
 
-    /// The device entered OPERATIONAL, or this PDO came to exist in it.
+    /// The device entered OPERATIONAL, or this PDO was switched on in it.
     pub fn start(&mut self, now: Instant) {
         self.suspend();
         if !self.is_active() {
@@ -142,8 +142,8 @@ impl Tpdo {
         self.changed = self.parameters.transmission == TransmissionType::SynchronousAcyclic;
     }
 
-    /// The parameters changed while the PDO existed as `before`: the event timer begins anew, and what
-    /// waited to be sent waits on.
+    /// The parameters of a PDO changed, which was `before`: the event timer starts anew, and what
+    /// waits to be sent goes on waiting.
     pub fn resume(&mut self, now: Instant, before: &Tpdo) {
         self.start(now);
         if !self.is_active() {

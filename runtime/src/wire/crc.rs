@@ -31,7 +31,7 @@ impl Crc {
         }
     }
 
-    /// Takes the bytes of one full segment, all at once: the terms do not depend on each other.
+    /// Takes the bytes of one full segment. Their terms do not depend on each other (README: SDO block read).
     #[inline]
     pub fn update_segment(&mut self, &[a, b, c, d, e, f, g]: &[u8; 7]) {
         let [high, low] = self.0.to_be_bytes();

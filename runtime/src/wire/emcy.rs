@@ -176,7 +176,7 @@ pub enum CodeOrder {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Emergency {
-    /// What happened; [`ErrorCode::NO_ERROR`] tells that an error is over.
+    /// What happened; [`ErrorCode::NO_ERROR`] if an error is over.
     pub code: ErrorCode,
     /// The error register as it is afterwards.
     pub register: ErrorRegister,
@@ -191,10 +191,10 @@ impl Emergency {
         CobId::of_node(connection::EMCY, node)
     }
 
-    /// Whose emergencies have this COB-ID in the predefined connection set.
+    /// The node whose emergencies have this COB-ID in the predefined connection set.
     #[must_use]
     pub fn node(id: CobId) -> Option<NodeId> {
-        let low = id.raw().checked_sub(0x080).filter(|_| !id.is_extended())?;
+        let low = id.raw().checked_sub(connection::EMCY.into()).filter(|_| !id.is_extended())?;
         u8::try_from(low).ok().and_then(NodeId::new)
     }
 

@@ -31,7 +31,7 @@ impl ErrorControl {
         CobId::of_node(connection::ERROR_CONTROL, node)
     }
 
-    /// Whose error control has this COB-ID.
+    /// The node whose error control has this COB-ID.
     #[must_use]
     pub fn node(id: CobId) -> Option<NodeId> {
         let low = id.raw().checked_sub(u32::from(connection::ERROR_CONTROL)).filter(|_| !id.is_extended())?;
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cob_id_tells_the_node() {
+    fn the_cob_id_has_the_node() {
         for node in NodeId::all() {
             assert_eq!(ErrorControl::node(ErrorControl::cob_id(node)), Some(node));
         }

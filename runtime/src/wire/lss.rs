@@ -3,7 +3,7 @@
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 
-/// What tells a device from all others: object 1018h.
+/// What identifies a device among all others: object 1018h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Identity {

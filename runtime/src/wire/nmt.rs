@@ -21,7 +21,7 @@ pub enum NmtState {
 }
 
 impl NmtState {
-    /// The state of a code; `None` for a code that CiA 301 does not know.
+    /// The state of a code; `None` for a code that CiA 301 does not have.
     #[must_use]
     pub const fn from_code(code: u8) -> Option<Self> {
         match code {
@@ -76,7 +76,7 @@ pub enum NmtCommand {
 }
 
 impl NmtCommand {
-    /// The command of a code; `None` for a code that CiA 301 does not know.
+    /// The command of a code; `None` for a code that CiA 301 does not have.
     #[must_use]
     pub const fn from_code(code: u8) -> Option<Self> {
         match code {
@@ -119,13 +119,13 @@ impl fmt::Display for NmtCommand {
     }
 }
 
-/// A command and whom it concerns: the one message with COB-ID 000h.
+/// A command and its node: the message with COB-ID 000h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NmtMessage {
     /// What is asked.
     pub command: NmtCommand,
-    /// Of whom; `None` for all nodes.
+    /// The node; `None` for all nodes.
     pub node: Option<NodeId>,
 }
 

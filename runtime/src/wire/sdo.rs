@@ -58,7 +58,7 @@ pub enum ClientRequest {
         address: Address,
         /// Whether the client can compute the CRC.
         crc: bool,
-        /// The number of bytes, if the client tells.
+        /// The number of bytes, if the client indicates it.
         size: Option<u32>,
     },
     /// End SDO block download (7.2.4.3.11).
@@ -109,7 +109,7 @@ pub enum ServerResponse {
         address: Address,
         /// Whether the server can compute the CRC.
         crc: bool,
-        /// The number of bytes, if the server tells.
+        /// The number of bytes, if the server indicates it.
         size: Option<u32>,
     },
     /// End SDO block upload (7.2.4.3.15).
@@ -117,7 +117,7 @@ pub enum ServerResponse {
 }
 
 impl ClientRequest {
-    /// `None` when these are not eight bytes, or when CiA 301 does not know the command.
+    /// `None` when these are not eight bytes, or when CiA 301 does not have the command.
     #[inline]
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
@@ -158,7 +158,7 @@ impl ClientRequest {
         self.to_raw().to_bytes()
     }
 
-    // Always inlined: where it is called the variant is known, and hardly anything remains of it.
+    // Always inlined: the caller knows the variant, so that little of the match is left (README: SDO read of 4 bytes).
     #[inline(always)]
     pub(crate) fn to_raw(self) -> Raw {
         match self {
@@ -194,7 +194,7 @@ impl ClientRequest {
 }
 
 impl ServerResponse {
-    /// `None` when these are not eight bytes, or when CiA 301 does not know the command.
+    /// `None` when these are not eight bytes, or when CiA 301 does not have the command.
     #[inline]
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
@@ -235,7 +235,7 @@ impl ServerResponse {
         self.to_raw().to_bytes()
     }
 
-    // Always inlined: where it is called the variant is known, and hardly anything remains of it.
+    // Always inlined: the caller knows the variant, so that little of the match is left (README: SDO read of 4 bytes).
     #[inline(always)]
     pub(crate) fn to_raw(self) -> Raw {
         match self {
@@ -255,7 +255,7 @@ impl ServerResponse {
     }
 }
 
-/// What an initiate frame carries beside the address: all of the data, or a notice of it.
+/// What an initiate frame carries after the address: the data, or their number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Content {
@@ -263,7 +263,7 @@ pub enum Content {
     Expedited(Expedited),
     /// Segments will follow (e = 0).
     Segmented {
-        /// The number of bytes, if it is told (s = 1).
+        /// The number of bytes, if it is indicated (s = 1).
         size: Option<u32>,
     },
 }
@@ -296,15 +296,13 @@ impl Content {
     }
 }
 
-/// One to four bytes, or four of which nobody says how many count (e = 1, s = 0).
+/// One to four bytes, or four without the number of those that count (e = 1, s = 0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-// The data is aligned as a number is: what is written as one and read as half of two waits in the processor.
-#[repr(C, align(4))]
 pub struct Expedited {
     // Bytes beyond `len` are zero.
     data: [u8; 4],
-    // 0: the number is not told.
+    // 0: the number is not indicated.
     len: u8,
 }
 
@@ -328,20 +326,20 @@ impl Expedited {
         Some(Expedited { len: len as u8, data: data.to_le_bytes() })
     }
 
-    /// The same bytes without telling how many count.
+    /// The same bytes without the number of those that count.
     #[inline]
     pub(crate) const fn without_len(self) -> Self {
         Expedited::of_unknown_len(self.data)
     }
 
-    /// Four bytes without telling how many count.
+    /// Four bytes without the number of those that count.
     #[inline]
     #[must_use]
     pub const fn of_unknown_len(data: [u8; 4]) -> Self {
         Expedited { len: 0, data }
     }
 
-    /// How many bytes count, 1 to 4; `None` when it is not told.
+    /// How many bytes count, 1 to 4; `None` when it is not indicated.
     #[inline]
     #[must_use]
     pub const fn len(&self) -> Option<usize> {
@@ -354,7 +352,7 @@ impl Expedited {
         false
     }
 
-    /// The bytes that count: all four when it is not told how many.
+    /// The bytes that count: all four when their number is not indicated.
     #[inline]
     #[must_use]
     pub fn data(&self) -> &[u8] {
@@ -432,7 +430,7 @@ impl Abort {
     }
 }
 
-/// The receiver of a block tells how much of it arrived.
+/// The receiver of a block confirms how much of it arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Confirmation {
@@ -457,7 +455,7 @@ impl Confirmation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BlockEnd {
-    /// How many bytes of the last segment do not count; only three bits of it travel.
+    /// How many bytes of the last segment do not count; the frame has three bits for it.
     unused: u8,
     /// The checksum of all bytes that count; 0 when a side cannot compute it.
     pub crc: u16,
@@ -505,7 +503,7 @@ fn initiate_sized(address: Address, crc: bool, size: Option<u32>) -> Raw {
 }
 
 /// The eight bytes of a frame as one little-endian number: command, index, sub-index, data, from the lowest byte
-/// on. Composed, handed on and taken apart in a register, which is several times quicker than byte by byte.
+/// on. It is composed and parsed in a register, by shifts instead of byte by byte (README: SDO read of 4 bytes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Raw(pub(crate) u64);
 
@@ -564,7 +562,7 @@ impl Raw {
         self.command() & flag != 0
     }
 
-    /// The entry that the frame names, where the command is one that names any.
+    /// The entry that the frame names, if its command is one that names an entry.
     #[inline]
     pub(crate) fn address(self) -> Address {
         Address::new((self.0 >> 8) as u16, (self.0 >> 24) as u8)

@@ -1,11 +1,11 @@
 //! The data frames of an SDO block transfer (CiA 301, 7.2.4.3.10 and 7.2.4.3.14).
 //!
-//! They have no command specifier: only a side that expects them can tell them from commands. The
+//! They have no command specifier: only a side that expects them can recognise them. The
 //! sequence number 0 is free in them, so that an abort (80h) stays recognisable.
 
 use super::sdo::Raw;
 
-/// Seven bytes of a block. How many of the last segment's bytes count is told later, by
+/// Seven bytes of a block. How many of the last segment's bytes count comes later, in
 /// [`super::sdo::BlockEnd`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -146,7 +146,7 @@ impl Bench {
         self.events.extend(self.device.handle_timeout(self.now, &mut self.od));
     }
 
-    /// Lets time pass; what the device sends meanwhile, with the time in us since the call.
+    /// Lets time pass, and returns what the device sends, with the time in us since the call.
     pub fn pass(&mut self, span: Duration) -> Vec<String> {
         let (start, end) = (self.now, self.now + span);
         let mut sent = Vec::new();

@@ -1,4 +1,4 @@
-//! The states of a drive, as the status word tells them.
+//! The states of a drive, as the status word has them.
 
 use core::fmt;
 
@@ -16,7 +16,7 @@ pub enum State {
     ReadyToSwitchOn,
     /// High voltage is on.
     SwitchedOn,
-    /// The drive moves as it is told.
+    /// The drive follows its commands.
     OperationEnabled,
     /// The drive stops, or has stopped, quickly.
     QuickStopActive,
@@ -39,7 +39,7 @@ impl State {
         State::Fault,
     ];
 
-    /// The state that a status word (6041h) tells; `None` for a word that CiA 402-2, table 30, does not have.
+    /// The state in a status word (6041h); `None` for a word that CiA 402-2, table 30, does not have.
     #[must_use]
     pub const fn from_status_word(word: u16) -> Option<State> {
         match word & 0x4F {
@@ -57,7 +57,7 @@ impl State {
         }
     }
 
-    /// The bits of the status word that tell the state: 0 to 3, 5 and 6. Bit 5 is set wherever the table
+    /// The bits of the status word that are the state: 0 to 3, 5 and 6. Bit 5 is set wherever the table
     /// leaves it open.
     #[must_use]
     pub const fn status_bits(self) -> u16 {
@@ -99,10 +99,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_state_is_told_and_understood() {
+    fn each_status_word_has_its_state() {
         for state in State::ALL {
             assert_eq!(State::from_status_word(state.status_bits()), Some(state));
-            // Bits that tell something else do not matter.
+            // Bits with another meaning do not matter.
             assert_eq!(State::from_status_word(state.status_bits() | 0xFF90), Some(state));
         }
     }

@@ -126,7 +126,7 @@ impl Transitions {
     /// The next step on the shortest way from `state` to `target`; `None` when the drive is there, or no
     /// way leads there. An internal transition is one to wait for: the drive makes it by itself.
     ///
-    /// Ways through a fault are no ways: nobody commands one.
+    /// Ways through a fault are left out: a fault is not commanded.
     #[must_use]
     pub fn next(&self, state: State, target: State) -> Option<Transition> {
         // Distances to the target, widened by one arrow at a time.
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_led_into_a_fault() {
+    fn no_way_leads_into_a_fault() {
         for state in State::ALL {
             if state != State::FaultReactionActive {
                 assert_eq!(Transitions::CIA_402.next(state, State::Fault), None, "{state}");

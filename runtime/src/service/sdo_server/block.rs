@@ -58,7 +58,7 @@ impl BlockUpload {
             Phase::Starting if confirmation.sequence == 0 => self.phase = Phase::Sending,
             Phase::Starting => return Err(AbortCode::UNKNOWN_COMMAND),
             Phase::Sending if self.sender.confirm(confirmation)? != Confirmed::All => {}
-            // In the phase of the end, the client awaits it still: it got lost.
+            // In `Ending`, the client is still waiting for the end: it got lost.
             Phase::Sending | Phase::Ending => {
                 self.phase = Phase::Ending;
                 return Ok(Some(self.sender.block_end().ok_or(AbortCode::GENERAL)?));

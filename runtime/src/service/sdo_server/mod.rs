@@ -11,7 +11,7 @@
 //!
 //! The dictionary is lent to each call, and is asked by offset. What is short is read at once, and written when
 //! all of it has come: a value of a fixed size, and text and bytes for which the entry has room for at most 64.
-//! Of these no half is ever visible. What is longer streams, and the server holds nothing of it.
+//! Half of such a value is never visible. Longer data stream through the server, which does not keep them.
 //!
 //! A request is answered by one frame, which [`SdoServer::poll_transmit`] gives; the segments of a block upload
 //! are read as they are pulled.
@@ -81,7 +81,7 @@ pub enum Event {
     Read(Address),
     /// A client has written the entry, and the dictionary has taken all of it.
     Written(Address),
-    /// A transfer came to nothing, or was refused. An entry of more than 64 bytes may have got a part of the data.
+    /// A transfer failed or was refused. An entry of more than 64 bytes may have got a part of the data.
     Aborted {
         /// The entry; `0000:00` when a request named none.
         address: Address,
@@ -161,8 +161,8 @@ impl SdoServer {
         SdoServer { sizes_indicated, ..self }
     }
 
-    /// Whether four bytes are taken for a smaller value, whose low bytes they are; otherwise that is a
-    /// [`AbortCode::LENGTH_TOO_HIGH`], as CiA 301 has it. Some devices know no other way to write.
+    /// Whether a smaller value may be written as four bytes, of which the low ones count; otherwise that is an
+    /// [`AbortCode::LENGTH_TOO_HIGH`], as CiA 301 has it. Some clients always write four bytes.
     #[must_use]
     pub const fn with_padded_writes(self, padded_writes: bool) -> Self {
         SdoServer { padded_writes, ..self }
@@ -247,7 +247,7 @@ impl SdoServer {
     }
 
     /// The next frame to be sent. An error of the dictionary in the midst of a block is sent at once, and
-    /// reported by the next [`SdoServer::handle_timeout`], whose time has come then.
+    /// reported by the next [`SdoServer::handle_timeout`], which is due at once.
     #[inline]
     pub fn poll_transmit(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
         let raw = self.reply.take().or_else(|| self.next_segment(now, od))?;
@@ -304,7 +304,7 @@ impl SdoServer {
         event.or_else(|| before.map(|before| aborted(before, AbortCode::GENERAL, Side::Client)))
     }
 
-    /// Begins a transfer, which may be all of it.
+    /// Begins a transfer; an expedited one is complete with it.
     fn initiate(&mut self, request: ClientRequest, od: &mut dyn ObjectDictionary) -> Result<Progress, AbortCode> {
         match request {
             ClientRequest::InitiateUpload { address } => {
