@@ -87,7 +87,7 @@ fn a_server_that_the_device_has_no_room_for_is_reported_and_refused() {
         &two.replace("0x6D0", "0x6D2"),
         &[("1201:01", AbortCode::PARAMETER_INCOMPATIBLE), ("1202:01", AbortCode::PARAMETER_INCOMPATIBLE)],
     );
-    let mut bench = Bench::new(TestOd::new(FULL).with(&two.replace("0x6D2", "0x80000000")), Behaviour::CIA_301);
+    let mut bench = Bench::with(&two.replace("0x6D2", "0x80000000"));
     assert_eq!(bench.write(0x1202, 1, 4, 0x6D2), Err(AbortCode::DEVICE_INCOMPATIBLE.0));
     bench.write(0x1201, 1, 4, 0x8000_06D0).unwrap();
     assert_eq!(bench.write(0x1202, 1, 4, 0x6D2), Ok(()));

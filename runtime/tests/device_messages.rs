@@ -3,14 +3,13 @@
 mod common;
 
 use common::testing::TestOd;
-use common::{Bench, FULL, NODE};
+use common::{Bench, FULL, NODE, NOTHING};
 use lexican_runtime::device::{Behaviour, Device, Event};
 use lexican_runtime::object::TimeOfDay;
 use lexican_runtime::service::sdo_server::SizesIndicated;
 use lexican_runtime::wire::emcy::{CodeOrder, ErrorCode, ErrorRegister};
 use lexican_runtime::{AbortCode, Duration, Instant};
 
-const NOTHING: [&str; 0] = [];
 const VOLTAGE: ErrorCode = ErrorCode(0x3120);
 
 #[test]
@@ -104,7 +103,7 @@ fn time_is_received() {
 fn time_is_sent_by_a_device_that_produces_it() {
     let noon = TimeOfDay { days: 10, ms: 0x0996_02D2 };
     let behaviour = Behaviour { produces_time: true, ..Behaviour::CIA_301 };
-    let mut bench = Bench::new(TestOd::new(FULL), behaviour);
+    let mut bench = Bench::deviating(behaviour);
     bench.device.send_time(noon);
     assert_eq!(bench.sent(), NOTHING, "1012h does not say so");
     bench.write(0x1012, 0, 4, 0xC000_0100).unwrap();
@@ -201,7 +200,7 @@ fn devices_deviate_in_byte_order_history_and_what_they_report() {
         sdo_sizes_indicated: SizesIndicated { expedited: [true, true, true, false], longer: true },
         ..Behaviour::CIA_301
     };
-    let mut bench = Bench::new(TestOd::new(FULL), behaviour);
+    let mut bench = Bench::deviating(behaviour);
     bench.device.emergency(VOLTAGE, ErrorRegister::VOLTAGE, [0; 5], &mut bench.od);
     assert_eq!(bench.sent(), ["085#3120050000000000"]);
     assert_eq!(bench.read(0x1003, 2), Ok(0));
@@ -268,8 +267,7 @@ fn stopping_forgets_a_transfer_and_begins_to_count_sync_anew() {
 
 #[test]
 fn a_server_that_is_changed_through_itself_answers_under_its_old_identifiers() {
-    let od = TestOd::new(FULL).with("1201:01 u32 rw - 0x6D0\n1201:02 u32 rw - 0x6D1");
-    let mut bench = Bench::new(od, Behaviour::CIA_301);
+    let mut bench = Bench::with("1201:01 u32 rw - 0x6D0\n1201:02 u32 rw - 0x6D1");
     // Off, and on again under another identifier through the default server.
     assert_eq!(bench.send("6D0#23011201D1060080"), ["6D1#6001120100000000"]);
     assert_eq!(bench.send("6D0#4000100000000000"), NOTHING);

@@ -3,7 +3,7 @@
 mod common;
 
 use common::testing::TestOd;
-use common::{Bench, FULL, NODE};
+use common::{Bench, FULL, NODE, NOTHING};
 use lexican_runtime::device::{Behaviour, Device, ErrorControlRule, Event};
 use lexican_runtime::service::nmt::Reset;
 use lexican_runtime::service::{guarding, heartbeat_consumer};
@@ -14,10 +14,10 @@ use lexican_runtime::{AbortCode, Instant, NodeId};
 fn boot_up_comes_first_after_power_on_and_after_every_reset() {
     for (reset, event) in [("000#8105", Reset::Node), ("000#8200", Reset::Communication)] {
         let mut bench = Bench::full().operational();
-        assert_eq!(bench.send(reset), [""; 0]);
+        assert_eq!(bench.send(reset), NOTHING);
         assert_eq!((bench.take_events(), bench.state()), (vec![Event::Reset(event)], NmtState::Initialising));
         // Until the application has reset its values, the device is silent and deaf.
-        assert_eq!(bench.send("605#4000100000000000"), [""; 0]);
+        assert_eq!(bench.send("605#4000100000000000"), NOTHING);
         assert_eq!(bench.device.poll_timeout(), None);
         bench.restart();
         assert_eq!(bench.sent(), ["705#00"]);
@@ -31,7 +31,7 @@ fn each_state_allows_what_the_standard_says() {
     let answered = "585#4300100092010000";
     let mut bench = Bench::full();
     assert_eq!(bench.send(upload), [answered]);
-    assert_eq!(bench.send("385#R"), [""; 0]);
+    assert_eq!(bench.send("385#R"), NOTHING);
     bench.send("205#0F00");
     assert_eq!(bench.od.get(0x6040, 0), 0);
 
@@ -43,20 +43,20 @@ fn each_state_allows_what_the_standard_says() {
 
     bench.send("000#0205");
     assert_eq!(bench.state(), NmtState::Stopped);
-    assert_eq!(bench.send(upload), [""; 0]);
-    assert_eq!(bench.send("385#R"), [""; 0]);
-    assert_eq!(bench.send("080#"), [""; 0]);
+    assert_eq!(bench.send(upload), NOTHING);
+    assert_eq!(bench.send("385#R"), NOTHING);
+    assert_eq!(bench.send("080#"), NOTHING);
     assert_eq!(bench.send("705#R1"), ["705#04"]);
 }
 
 #[test]
 fn a_heartbeat_begins_at_once_when_it_is_set_and_ends_when_it_is_zero() {
     let mut bench = Bench::full();
-    assert_eq!(bench.pass_ms(1000), [""; 0]);
+    assert_eq!(bench.pass_ms(1000), NOTHING);
     bench.write(0x1017, 0, 2, 100).unwrap();
     assert_eq!(bench.pass_ms(210), ["0 705#7F", "100000 705#7F", "200000 705#7F"]);
     bench.write(0x1017, 0, 2, 0).unwrap();
-    assert_eq!(bench.pass_ms(1000), [""; 0]);
+    assert_eq!(bench.pass_ms(1000), NOTHING);
 }
 
 #[test]
@@ -77,13 +77,13 @@ fn the_heartbeat_has_precedence_over_guarding() {
     bench.write(0x100D, 0, 1, 3).unwrap();
     bench.write(0x1017, 0, 2, 1000).unwrap();
     bench.sent();
-    assert_eq!(bench.send("705#R1"), [""; 0]);
+    assert_eq!(bench.send("705#R1"), NOTHING);
 }
 
 #[test]
 fn where_they_exclude_each_other_the_second_is_refused() {
     let behaviour = Behaviour { error_control: ErrorControlRule::Exclusive, ..Behaviour::CIA_301 };
-    let mut bench = Bench::new(common::testing::TestOd::new(common::FULL), behaviour);
+    let mut bench = Bench::deviating(behaviour);
     bench.write(0x1017, 0, 2, 1000).unwrap();
     bench.write(0x100C, 0, 2, 100).unwrap();
     assert_eq!(bench.write(0x100D, 0, 1, 3), Err(AbortCode::PARAMETER_INCOMPATIBLE.0));
@@ -98,7 +98,7 @@ fn life_guarding_that_is_lost_is_an_emergency_and_leads_to_pre_operational() {
     bench.write(0x100C, 0, 2, 100).unwrap();
     bench.write(0x100D, 0, 1, 3).unwrap();
     let mut bench = bench.operational();
-    assert_eq!(bench.pass_ms(1000), [""; 0]);
+    assert_eq!(bench.pass_ms(1000), NOTHING);
     assert_eq!(bench.send("705#R1"), ["705#05"]);
     assert_eq!(bench.pass_ms(300), ["300000 085#3081110000000000"]);
     let lost = Event::LifeGuarding(guarding::Event::Lost);
@@ -125,7 +125,7 @@ fn a_consumed_heartbeat_that_is_lost_is_an_emergency_until_it_is_back() {
     let mut bench = Bench::full();
     bench.write(0x1016, 1, 4, 0x0010_0064).unwrap();
     let mut bench = bench.operational();
-    assert_eq!(bench.pass_ms(1000), [""; 0]);
+    assert_eq!(bench.pass_ms(1000), NOTHING);
     let node = NodeId::literal(0x10);
     let heartbeat = |event| Event::Heartbeat { node, event };
     bench.send("710#05");
@@ -151,14 +151,13 @@ fn a_node_is_consumed_once_only() {
 
 #[test]
 fn what_the_device_has_no_room_for_is_refused() {
-    let od = common::testing::TestOd::new(common::FULL).with(
+    let mut bench = Bench::with(
         "1016:04 u32 rw - 0
          1403:01 u32 rw - 0x80000505
          1404:01 u32 rw - 0x80000506
          1603:00 u8 rw - 0
          1604:00 u8 rw - 0",
     );
-    let mut bench = Bench::new(od, Behaviour::CIA_301);
     let refused = Err(AbortCode::DEVICE_INCOMPATIBLE.0);
     assert_eq!(bench.write(0x1016, 4, 4, 0x0010_0064), refused);
     bench.write(0x1016, 4, 4, 0).unwrap();

@@ -3,7 +3,7 @@
 mod common;
 
 use common::testing::TestOd;
-use common::{Bench, FULL};
+use common::{Bench, FULL, NOTHING};
 use lexican_runtime::AbortCode;
 use lexican_runtime::device::{Behaviour, ChangeRule, Event};
 use lexican_runtime::object::Address;
@@ -11,11 +11,9 @@ use lexican_runtime::service::rpdo;
 use lexican_runtime::service::tpdo::Triggers;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 
-const NOTHING: [&str; 0] = [];
-
 /// A device whose dictionary has these entries changed, in OPERATIONAL.
 fn operational(changes: &str) -> Bench {
-    Bench::new(TestOd::new(FULL).with(changes), Behaviour::CIA_301).operational()
+    Bench::with(changes).operational()
 }
 
 #[test]
@@ -344,7 +342,7 @@ fn what_cannot_be_mapped_is_refused() {
 #[test]
 fn dummies_fill_space_in_rpdos_only_and_as_the_device_says() {
     let behaviour = Behaviour { dummies: 1 << 5, ..Behaviour::CIA_301 };
-    let mut bench = Bench::new(TestOd::new(FULL), behaviour);
+    let mut bench = Bench::deviating(behaviour);
     for (parameter, mapping, cob_id) in [(0x1400, 0x1600, 0x8000_0205), (0x1800, 0x1A00, 0x8000_0185)] {
         bench.write(parameter, 1, 4, cob_id).unwrap();
         bench.write(mapping, 0, 1, 0).unwrap();
@@ -357,7 +355,7 @@ fn dummies_fill_space_in_rpdos_only_and_as_the_device_says() {
 #[test]
 fn where_pre_operational_is_the_rule_it_is_the_only_one() {
     let behaviour = Behaviour { changes: ChangeRule::InPreOperational, ..Behaviour::CIA_301 };
-    let mut bench = Bench::new(TestOd::new(FULL), behaviour);
+    let mut bench = Bench::deviating(behaviour);
     bench.write(0x1800, 1, 4, 0x1A5).unwrap();
     bench.write(0x1800, 3, 2, 100).unwrap();
     let mut bench = bench.operational();
@@ -370,8 +368,7 @@ fn where_pre_operational_is_the_rule_it_is_the_only_one() {
 
 #[test]
 fn a_static_mapping_is_read_only_and_works() {
-    let od = TestOd::new(FULL).with("1A00:00 u8 ro - 1\n1A00:01 u32 ro - 0x60410010");
-    let mut bench = Bench::new(od, Behaviour::CIA_301);
+    let mut bench = Bench::with("1A00:00 u8 ro - 1\n1A00:01 u32 ro - 0x60410010");
     assert_eq!(bench.write(0x1A00, 0, 1, 0), Err(AbortCode::READ_ONLY.0));
     assert_eq!(bench.send("000#0105"), ["185#3412"]);
 }

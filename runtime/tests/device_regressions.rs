@@ -2,17 +2,10 @@
 
 mod common;
 
-use common::testing::TestOd;
-use common::{Bench, FULL};
+use common::{Bench, NOTHING};
 use lexican_runtime::AbortCode;
-use lexican_runtime::device::{Behaviour, Event};
+use lexican_runtime::device::Event;
 use lexican_runtime::wire::nmt::NmtState;
-
-const NOTHING: [&str; 0] = [];
-
-fn operational(changes: &str) -> Bench {
-    Bench::new(TestOd::new(FULL).with(changes), Behaviour::CIA_301).operational()
-}
 
 #[test]
 fn an_empty_segmented_download_to_a_mapping_is_aborted_and_no_panic() {
@@ -54,7 +47,7 @@ fn a_segmented_download_without_size_is_taken() {
 
 #[test]
 fn sync_and_an_sdo_answer_at_the_same_time_do_not_lose_each_other() {
-    let mut bench = operational("1800:02 u8 rw - 1");
+    let mut bench = Bench::with("1800:02 u8 rw - 1").operational();
     bench.device.handle_frame(bench.now, &common::frame("605#4000100000000000"), &mut bench.od);
     bench.device.handle_frame(bench.now, &common::frame("080#"), &mut bench.od);
     assert_eq!(bench.sent(), ["185#3412", "585#4300100092010000"], "and the more important one goes first");
@@ -93,7 +86,7 @@ fn guarding_goes_on_after_a_reset_with_a_toggle_bit_of_0() {
 
 #[test]
 fn leaving_stopped_does_not_bring_back_what_was_due_in_it() {
-    let mut bench = operational("1800:02 u8 rw - 254\n1800:05 u16 rw - 10");
+    let mut bench = Bench::with("1800:02 u8 rw - 254\n1800:05 u16 rw - 10").operational();
     bench.send("000#0205");
     assert_eq!(bench.pass_ms(100), NOTHING);
     bench.take_events();

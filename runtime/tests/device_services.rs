@@ -2,8 +2,7 @@
 
 mod common;
 
-use common::testing::TestOd;
-use common::{Bench, FULL};
+use common::{Bench, NOTHING};
 use lexican_runtime::device::{Behaviour, Event};
 use lexican_runtime::object::{Address, WritableIn};
 use lexican_runtime::service::rpdo;
@@ -12,13 +11,9 @@ use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, Duration};
 
-fn device(changes: &str) -> Bench {
-    Bench::new(TestOd::new(FULL).with(changes), Behaviour::CIA_301)
-}
-
 #[test]
 fn a_heartbeat_that_is_switched_on_ends_life_guarding() {
-    let mut bench = device("100C:00 u16 rw - 100\n100D:00 u8 rw - 3").operational();
+    let mut bench = Bench::with("100C:00 u16 rw - 100\n100D:00 u8 rw - 3").operational();
     bench.send("705#R1");
     bench.write(0x1017, 0, 2, 1000).unwrap();
     bench.take_events();
@@ -36,7 +31,7 @@ fn a_heartbeat_that_is_switched_on_ends_life_guarding() {
 
 #[test]
 fn the_generic_bit_stays_as_long_as_there_is_any_error() {
-    let mut bench = device("1016:01 u32 rw - 0x00060064");
+    let mut bench = Bench::with("1016:01 u32 rw - 0x00060064");
     bench.send("706#05");
     assert_eq!(bench.pass_ms(200), ["100000 085#3081110000000000"]);
     bench.device.emergency(ErrorCode(0x3000), ErrorRegister::VOLTAGE, [0; 5], &mut bench.od);
@@ -49,13 +44,13 @@ fn the_generic_bit_stays_as_long_as_there_is_any_error() {
 #[test]
 fn a_heartbeat_that_is_back_does_not_end_errors_of_the_application() {
     for (errors, with_heartbeat_lost) in [(ErrorRegister::GENERIC, 0x11), (ErrorRegister::VOLTAGE, 0x15)] {
-        let mut bench = device("1016:01 u32 rw - 0x00060064");
+        let mut bench = Bench::with("1016:01 u32 rw - 0x00060064");
         bench.device.emergency(ErrorCode(0x1000), errors, [0; 5], &mut bench.od);
         let alone = bench.od.get(0x1001, 0);
         bench.send("706#05");
         bench.pass_ms(200);
         assert_eq!(bench.od.get(0x1001, 0), with_heartbeat_lost);
-        assert_eq!(bench.send("706#05"), [""; 0]);
+        assert_eq!(bench.send("706#05"), NOTHING);
         assert_eq!((bench.od.get(0x1001, 0), u64::from(bench.device.error_register().0)), (alone, alone));
         bench.device.clear(errors, &mut bench.od);
         assert_eq!((bench.sent(), bench.od.get(0x1001, 0)), (vec!["085#0000000000000000".into()], 0));
@@ -67,7 +62,7 @@ fn a_change_that_waits_is_sent_also_after_the_tpdo_s_parameters_were_written() {
     let writes = [(2, 1, 255, "99500 185#0700"), (2, 1, 254, "99500 185#0700"), (5, 2, 500, "99500 185#0700")];
     for (sub, size, value, expected) in writes {
         // Not within 100 ms after the one that OPERATIONAL brought.
-        let mut bench = device("1800:03 u16 rw - 1000").operational();
+        let mut bench = Bench::with("1800:03 u16 rw - 1000").operational();
         bench.pass(Duration::from_micros(500));
         bench.od.set(0x6041, 0, 7);
         bench.device.changed(Address::new(0x6041, 0));
@@ -75,10 +70,10 @@ fn a_change_that_waits_is_sent_also_after_the_tpdo_s_parameters_were_written() {
         assert_eq!(bench.pass_ms(200), [expected], "1800:{sub:02X} = {value}");
     }
     // What was an event of type 255 is one of type 0 too.
-    let mut bench = device("1800:03 u16 rw - 1000").operational();
+    let mut bench = Bench::with("1800:03 u16 rw - 1000").operational();
     bench.device.request_tpdo(1);
     bench.write(0x1800, 2, 1, 0).unwrap();
-    assert_eq!(bench.pass_ms(200), [""; 0]);
+    assert_eq!(bench.pass_ms(200), NOTHING);
     assert_eq!([bench.send("080#"), bench.send("080#")], [vec!["185#3412".to_string()], vec![]]);
 }
 
@@ -86,7 +81,7 @@ fn a_change_that_waits_is_sent_also_after_the_tpdo_s_parameters_were_written() {
 fn a_tpdo_that_is_not_sent_at_the_start_is_compared_with_what_there_was_then() {
     let triggers_255 = Triggers { start: false, ..Triggers::ALL };
     let behaviour = Behaviour { triggers_255, ..Behaviour::CIA_301 };
-    let mut bench = Bench::new(TestOd::new(FULL), behaviour).operational();
+    let mut bench = Bench::deviating(behaviour).operational();
     let mut compare = |value| {
         bench.od.set(0x6041, 0, value);
         bench.device.compare(&mut bench.od);
@@ -97,7 +92,7 @@ fn a_tpdo_that_is_not_sent_at_the_start_is_compared_with_what_there_was_then() {
 
 #[test]
 fn a_sync_that_fell_into_stopped_is_not_sent_later() {
-    let mut bench = device("1005:00 u32 rw - 0x40000080\n1006:00 u32 rw - 10000").operational();
+    let mut bench = Bench::with("1005:00 u32 rw - 0x40000080\n1006:00 u32 rw - 10000").operational();
     bench.pass_ms(5);
     bench.send("000#0205");
     // `handle_timeout` is not called in this time.
@@ -108,7 +103,7 @@ fn a_sync_that_fell_into_stopped_is_not_sent_later() {
 
 #[test]
 fn a_synchronous_rpdo_that_the_dictionary_refuses_is_not_reported_as_applied() {
-    let mut bench = device("1400:02 u8 rw - 1\n1402:02 u8 rw - 1").operational();
+    let mut bench = Bench::with("1400:02 u8 rw - 1\n1402:02 u8 rw - 1").operational();
     // An object that does not exist stands for one that refuses its value.
     let whole = bench.od.clone();
     bench.od = whole.clone().without(0x607A);
@@ -128,7 +123,7 @@ fn a_synchronous_rpdo_that_the_dictionary_refuses_is_not_reported_as_applied() {
 #[test]
 fn parameters_out_of_their_range_are_refused() {
     let invalid = Err(AbortCode::INVALID_VALUE.0);
-    let mut bench = device("");
+    let mut bench = Bench::full();
     bench.write(0x1800, 1, 4, 0x8000_0185).unwrap();
     assert_eq!([240, 241, 255].map(|start| bench.write(0x1800, 6, 1, start)), [Ok(()), invalid, invalid]);
     // TIME: it is consumed as 100h.
@@ -142,7 +137,7 @@ fn parameters_out_of_their_range_are_refused() {
 
 #[test]
 fn a_tpdo_may_not_have_the_identifier_of_another_service() {
-    let mut bench = device("1201:01 u32 rw - 0x700\n1201:02 u32 rw - 0x6F0\n1014:00 u32 rw - 0x90");
+    let mut bench = Bench::with("1201:01 u32 rw - 0x700\n1201:02 u32 rw - 0x6F0\n1014:00 u32 rw - 0x90");
     bench.write(0x1201, 2, 4, 0x8000_0000).unwrap();
     bench.write(0x1201, 2, 4, 0x0000_06D0).unwrap();
     bench.write(0x1800, 1, 4, 0x8000_0185).unwrap();
@@ -157,7 +152,7 @@ fn a_tpdo_may_not_have_the_identifier_of_another_service() {
 
 #[test]
 fn error_control_does_not_wait_for_sdo() {
-    let mut bench = device("");
+    let mut bench = Bench::full();
     for frame in ["605#4000100000000000", "705#R1"] {
         bench.device.handle_frame(bench.now, &common::frame(frame), &mut bench.od);
     }
@@ -168,7 +163,7 @@ fn error_control_does_not_wait_for_sdo() {
 fn the_error_register_shows_the_end_of_an_error_in_each_case() {
     // The deadline of an RPDO has passed; outside OPERATIONAL there is none.
     let lost = || {
-        let mut bench = device("1400:05 u16 rw - 20").operational();
+        let mut bench = Bench::with("1400:05 u16 rw - 20").operational();
         bench.send("205#1F00");
         assert_eq!(bench.pass_ms(50), ["20000 085#5082110000000000"]);
         assert_eq!(bench.od.get(0x1001, 0), 0x11);
@@ -189,7 +184,7 @@ fn the_error_register_shows_the_end_of_an_error_in_each_case() {
 
 #[test]
 fn no_service_gets_the_identifier_of_another_one() {
-    let mut bench = device("1201:01 u32 rw - 0x6D0\n1201:02 u32 rw - 0x6D1\n1202:01 u32 rw - 0x80000000");
+    let mut bench = Bench::with("1201:01 u32 rw - 0x6D0\n1201:02 u32 rw - 0x6D1\n1202:01 u32 rw - 0x80000000");
     // EMCY, TIME and the RPDO are switched off first; they have other identifiers than before afterwards.
     bench.write(0x1014, 0, 4, 0x8000_0085).unwrap();
     bench.write(0x1012, 0, 4, 0x0000_0100).unwrap();
@@ -219,7 +214,7 @@ fn no_service_gets_the_identifier_of_another_one() {
 fn entries_are_written_in_the_states_that_the_data_sheet_allows() {
     const RULES: &[WritableIn] = &[WritableIn::new(0x6040, 0, false, true), WritableIn::new(0x607A, 0, true, false)];
     let behaviour = Behaviour { writable_in: RULES, ..Behaviour::CIA_301 };
-    let mut bench = Bench::new(TestOd::new(FULL), behaviour);
+    let mut bench = Bench::deviating(behaviour);
     let refused = Err(AbortCode::DEVICE_STATE.0);
     assert_eq!([bench.write(0x6040, 0, 2, 1), bench.write(0x607A, 0, 4, 1)], [refused, Ok(())]);
     assert_eq!(bench.write(0x2000, 2, 1, 1), Ok(()), "which no rule concerns");

@@ -183,15 +183,4 @@ mod tests {
         assert_eq!(sent.len(), EmcyProducer::PENDING);
         assert_eq!((sent[0].as_str(), sent[7].as_str()), ("085#0100050000000000", "085#0C00050000000000"));
     }
-
-    #[test]
-    fn the_message_has_the_errors_that_are_left() {
-        let (mut producer, mut od) = (producer(), od());
-        raise(&mut producer, 0x3120, &mut od);
-        producer.clear(ErrorRegister::GENERIC, [0; 5], &mut od);
-        assert_eq!(sent(&mut producer, 0), ["085#2031050000000000", "085#0000010000000000"]);
-        producer.set_register(ErrorRegister::NONE, &mut od);
-        assert_eq!(sent(&mut producer, 0), [""; 0]);
-        assert_eq!((producer.register(), od.get(0x1001, 0)), (ErrorRegister::NONE, 0));
-    }
 }

@@ -98,34 +98,6 @@ mod tests {
         Instant::ZERO + Duration::from_millis(ms)
     }
 
-    fn answer(guarding: &mut Guarding, ms: u64) -> std::string::String {
-        guarding.handle_frame(at(ms), &ErrorControl::request(NODE));
-        std::format!("{}", guarding.poll_transmit(at(ms), NmtState::PreOperational).unwrap())
-    }
-
-    #[test]
-    fn the_toggle_bit_alternates_from_answer_to_answer() {
-        let mut guarding = Guarding::new(NODE);
-        assert_eq!(guarding.poll_transmit(at(0), NmtState::PreOperational), None);
-        assert_eq!(answer(&mut guarding, 0), "705#7F");
-        assert_eq!(answer(&mut guarding, 1), "705#FF");
-        assert_eq!(answer(&mut guarding, 2), "705#7F");
-        assert_eq!(guarding.poll_timeout(), None);
-    }
-
-    #[test]
-    fn life_guarding_starts_with_the_first_request() {
-        let mut guarding = Guarding::new(NODE);
-        guarding.configure(Duration::from_millis(100), 3);
-        assert_eq!((guarding.poll_timeout(), guarding.handle_timeout(at(1000))), (None, None));
-        answer(&mut guarding, 1000);
-        assert_eq!(guarding.poll_timeout(), Some(at(1300)));
-        assert_eq!(guarding.handle_timeout(at(1299)), None);
-        assert_eq!(guarding.handle_timeout(at(1300)), Some(Event::Lost));
-        assert_eq!(guarding.handle_timeout(at(2000)), None);
-        assert_eq!(guarding.handle_frame(at(2000), &ErrorControl::request(NODE)), Some(Event::Restored));
-    }
-
     #[test]
     fn a_data_frame_is_no_request() {
         let mut guarding = Guarding::new(NODE);

@@ -91,12 +91,4 @@ mod tests {
         assert!(sent(&mut producer, at(777)).is_some());
         assert_eq!((sent(&mut producer, at(777)), producer.poll_timeout()), (None, Some(at(877))));
     }
-
-    #[test]
-    fn a_period_of_zero_is_silence() {
-        let mut producer = HeartbeatProducer::new(NodeId::literal(5));
-        producer.configure(at(0), Duration::from_millis(100), Duration::ZERO);
-        producer.configure(at(0), Duration::ZERO, Duration::ZERO);
-        assert_eq!((producer.poll_timeout(), sent(&mut producer, at(500))), (None, None));
-    }
 }

@@ -125,18 +125,6 @@ mod tests {
     }
 
     #[test]
-    fn boot_up_is_the_first_message_and_leads_to_pre_operational() {
-        let mut nmt = Nmt::new(NODE);
-        assert_eq!(nmt.poll_transmit(Instant::ZERO), None);
-        nmt.boot();
-        assert_eq!(nmt.state(), NmtState::Initialising);
-        let frame = nmt.poll_transmit(Instant::ZERO).unwrap();
-        assert_eq!(std::format!("{frame}"), "705#00");
-        assert_eq!(nmt.state(), NmtState::PreOperational);
-        assert_eq!(nmt.poll_transmit(Instant::ZERO), None);
-    }
-
-    #[test]
     fn commands_to_the_node_or_to_all_are_obeyed_and_others_are_not() {
         let mut nmt = booted();
         assert_eq!(send(&mut nmt, &[0x01, 0x05]), Some(Event::StateChanged(NmtState::Operational)));
@@ -148,16 +136,5 @@ mod tests {
             assert_eq!(send(&mut nmt, nonsense), None);
         }
         assert_eq!(nmt.handle_frame(Instant::ZERO, &Frame::remote(CobId::NMT, 2).unwrap()), None);
-    }
-
-    #[test]
-    fn a_reset_silences_the_device_until_it_boots() {
-        let mut nmt = booted();
-        assert_eq!(send(&mut nmt, &[0x81, 0x00]), Some(Event::Reset(Reset::Node)));
-        assert_eq!((nmt.state(), nmt.poll_transmit(Instant::ZERO)), (NmtState::Initialising, None));
-        assert_eq!(send(&mut nmt, &[0x01, 0x05]), None);
-        nmt.boot();
-        assert!(nmt.poll_transmit(Instant::ZERO).is_some());
-        assert_eq!(send(&mut nmt, &[0x82, 0x05]), Some(Event::Reset(Reset::Communication)));
     }
 }

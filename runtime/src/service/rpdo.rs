@@ -229,21 +229,6 @@ mod tests {
     }
 
     #[test]
-    fn a_synchronous_one_waits_and_is_forgotten_when_suspended() {
-        let mut od = TestOd::new("2000:00 u16 rw rpdo 0");
-        let mut pdo = rpdo(1);
-        assert_eq!(feed(&mut pdo, 0, &[1, 2], &mut od), Some(Event::Waiting));
-        pdo.suspend();
-        pdo.handle_sync(&mut od);
-        assert_eq!(pdo.applied(), None);
-        feed(&mut pdo, 0, &[3, 4], &mut od);
-        pdo.handle_sync(&mut od);
-        assert_eq!((pdo.applied(), od.get(0x2000, 0)), (Some(Event::Received), 0x0403));
-        pdo.handle_sync(&mut od);
-        assert_eq!(pdo.applied(), None);
-    }
-
-    #[test]
     fn remote_frames_and_a_pdo_that_is_switched_off_are_ignored() {
         let mut od = TestOd::new("2000:00 u16 rw rpdo 0");
         let mut pdo = rpdo(255);

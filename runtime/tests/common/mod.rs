@@ -10,6 +10,8 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use testing::TestOd;
 
 pub const NODE: NodeId = NodeId::literal(5);
+/// No frames.
+pub const NOTHING: [&str; 0] = [];
 
 /// Everything that a device can have, with the COB-IDs of node 5.
 pub const FULL: &str = "
@@ -108,7 +110,17 @@ impl Bench {
     }
 
     pub fn full() -> Self {
-        Bench::new(TestOd::new(FULL), Behaviour::CIA_301)
+        Bench::with("")
+    }
+
+    /// A device whose dictionary has these entries changed.
+    pub fn with(changes: &str) -> Self {
+        Bench::new(TestOd::new(FULL).with(changes), Behaviour::CIA_301)
+    }
+
+    /// A device that deviates from CiA 301.
+    pub fn deviating(behaviour: Behaviour) -> Self {
+        Bench::new(TestOd::new(FULL), behaviour)
     }
 
     pub fn restart(&mut self) {
