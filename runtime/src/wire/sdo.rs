@@ -299,6 +299,8 @@ impl Content {
 /// One to four bytes, or four without the number of those that count (e = 1, s = 0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+// Aligned as a number: a processor waits if it reads as one what was written as bytes (README: SDO read of 4 bytes).
+#[repr(C, align(4))]
 pub struct Expedited {
     // Bytes beyond `len` are zero.
     data: [u8; 4],
@@ -537,6 +539,12 @@ impl Raw {
     #[inline]
     fn specifier(self) -> u8 {
         self.command() >> 5
+    }
+
+    /// The toggle bit of a request for a segment, if this is one.
+    #[inline]
+    pub(crate) fn upload_segment(self) -> Option<bool> {
+        (self.specifier() == 3).then(|| self.has(TOGGLE))
     }
 
     /// The toggle bit of the confirmation of a segment, if this is one.

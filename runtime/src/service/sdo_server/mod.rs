@@ -261,27 +261,45 @@ impl SdoServer {
     }
 
     fn handle_request(&mut self, now: Instant, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Event> {
-        let event = match self.handle_block_segment(raw, od) {
-            Some(Ok(())) => None,
-            Some(Err(code)) => Some(self.abort(self.address(), code)),
+        let event = match self.handle_segment(raw, od) {
+            Some(Ok(Progress::Continues)) => None,
+            Some(outcome) => self.conclude(self.address(), outcome),
             None => self.handle_command(raw, od),
         };
         self.await_client(now);
         event
     }
 
-    /// Takes a segment of a block download, which has no command; `None` if none is awaited.
+    /// Goes on with a segment, or the request for one; `None` if the frame is something else. Those of a block are no
+    /// commands; the others come before commands since most frames of a long transfer are segments (README: SDO write
+    /// of 32 bytes in segments).
     #[inline]
-    fn handle_block_segment(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Result<(), AbortCode>> {
-        let State::BlockDownload(download) = &mut self.state else { return None };
-        let segment = download.parse(raw)?;
-        let taken = download.take(&segment, &mut self.stage, od);
-        Some(taken.map(|confirmation| {
-            // Segments are not answered but at the end of their block.
-            if let Some(confirmation) = confirmation {
-                self.answer(ServerResponse::ConfirmBlockDownload(confirmation));
+    fn handle_segment(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Result<Progress, AbortCode>> {
+        let (progress, answer) = match &mut self.state {
+            State::Upload(upload) => match upload.segment(raw.upload_segment()?, od) {
+                Ok(segment) if segment.last => (Progress::Read, ServerResponse::UploadSegment(segment).to_raw()),
+                Ok(segment) => (Progress::Continues, ServerResponse::UploadSegment(segment).to_raw()),
+                Err(code) => return Some(Err(code)),
+            },
+            State::Download(download) => {
+                let segment = raw.segment()?;
+                if let Err(code) = download.take(&segment, &mut self.stage, od) {
+                    return Some(Err(code));
+                }
+                let progress = if segment.last { Progress::Written } else { Progress::Continues };
+                (progress, ServerResponse::DownloadSegment { toggle: segment.toggle }.to_raw())
             }
-        }))
+            State::BlockDownload(download) => match download.take(&download.parse(raw)?, &mut self.stage, od) {
+                Ok(Some(confirmation)) => {
+                    (Progress::Continues, ServerResponse::ConfirmBlockDownload(confirmation).to_raw())
+                }
+                Ok(None) => return Some(Ok(Progress::Continues)),
+                Err(code) => return Some(Err(code)),
+            },
+            _ => return None,
+        };
+        self.reply = Some(answer);
+        Some(Ok(progress))
     }
 
     fn handle_command(&mut self, raw: Raw, od: &mut dyn ObjectDictionary) -> Option<Event> {
@@ -365,16 +383,6 @@ impl SdoServer {
     #[inline]
     fn proceed(&mut self, request: ClientRequest, od: &mut dyn ObjectDictionary) -> Result<Progress, AbortCode> {
         match (&mut self.state, request) {
-            (State::Upload(upload), ClientRequest::UploadSegment { toggle }) => {
-                let segment = upload.segment(toggle, od)?;
-                self.answer(ServerResponse::UploadSegment(segment));
-                Ok(if segment.last { Progress::Read } else { Progress::Continues })
-            }
-            (State::Download(download), ClientRequest::DownloadSegment(segment)) => {
-                download.take(&segment, &mut self.stage, od)?;
-                self.answer(ServerResponse::DownloadSegment { toggle: segment.toggle });
-                Ok(if segment.last { Progress::Written } else { Progress::Continues })
-            }
             (State::BlockUpload(upload), ClientRequest::StartBlockUpload) => {
                 upload.start()?;
                 Ok(Progress::Continues)
