@@ -2,8 +2,7 @@
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{Link, Pace, VirtualBus};
-use siko_ag03_1::sim::MODEL;
-use siko_ag03_1::sim::SimulatedDrive;
+use siko_ag03_1::sim::{Model, SimulatedDrive};
 
 use super::node_id;
 use super::virtual_device::VirtualDevice;
@@ -13,6 +12,9 @@ use crate::output::Failure;
 /// The node-ID of a simulation that tells none.
 const NODE: NodeId = NodeId::literal(1);
 const BIT_RATE_KBIT: u32 = 500;
+
+/// The devices of the library that have a simulator of their own, which knows more than their data sheets do.
+pub(crate) const SIMULATORS: &[(&str, &Model)] = &[("siko/ag03-1", &siko_ag03_1::sim::MODEL)];
 
 /// Opens a simulation by the parameters of its URL: the bus, and the node that is on it.
 pub(super) fn open(
@@ -32,17 +34,17 @@ pub(super) fn open(
     }
     let loaded = Loaded::named(device)?;
     let bus = VirtualBus::with_bit_rate(BIT_RATE_KBIT);
-    if has_simulator(device) {
-        bus.attach(SimulatedDrive::new(&MODEL, node));
-    } else {
-        bus.attach(VirtualDevice::power_on(bus.now(), node, &loaded.device));
+    match simulator(device) {
+        Some(model) => bus.attach(SimulatedDrive::new(model, node)),
+        None => bus.attach(VirtualDevice::power_on(bus.now(), node, &loaded.device)),
     }
     let link = bus.link();
     bus.set_pace(pace);
     Ok((Box::new(link), node, loaded))
 }
 
-/// Whether there is a simulator that knows more of a device than its data sheet does.
-pub(crate) fn has_simulator(name: &str) -> bool {
-    !std::path::Path::new(name).is_file() && lexican_eds::library::find(name).is_some_and(|it| it.id == "siko/ag03-1")
+/// The simulator of a device of the library; none for a file.
+pub(crate) fn simulator(name: &str) -> Option<&'static Model> {
+    let shipped = lexican_eds::library::find(name).filter(|_| !std::path::Path::new(name).is_file())?;
+    SIMULATORS.iter().find(|(id, _)| *id == shipped.id).map(|(_, model)| *model)
 }

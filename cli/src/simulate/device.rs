@@ -9,9 +9,8 @@ use lexican_runtime::object::Address;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
-use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::script::Script;
-use siko_ag03_1::sim::{Setup, SimulatedDrive};
+use siko_ag03_1::sim::{Model, Setup, SimulatedDrive};
 
 use super::control::Power;
 use crate::bus::virtual_device::{Memory, VirtualDevice};
@@ -38,11 +37,12 @@ impl Simulated {
 
     pub(super) fn drive(
         now: Instant,
+        model: &'static Model,
         node: NodeId,
         eeprom: Option<&Path>,
         script: Option<&Path>,
     ) -> Result<Self, Failure> {
-        let setup = Setup::new(&MODEL, node);
+        let setup = Setup::new(model, node);
         let mut drive = match eeprom {
             Some(path) => SimulatedDrive::with_eeprom(now, setup, path)
                 .map_err(|error| Failure::new(format_args!("{}: {error}", path.display())))?,
@@ -50,7 +50,7 @@ impl Simulated {
         };
         if let Some(path) = script {
             let source = read(path)?;
-            let script = Script::from_toml(&MODEL, source.text()).map_err(|error| {
+            let script = Script::from_toml(model, source.text()).map_err(|error| {
                 Failure::new(format_args!("{}:{}: {}", path.display(), error.line, error.problem)).help(error.remedy)
             })?;
             drive.follow(now, script);
@@ -157,7 +157,7 @@ impl Simulated {
         let Simulated::Drive(drive) = self else {
             return Err("a device made of its data sheet has no inputs but its objects: set OBJECT VALUE".to_owned());
         };
-        let script = Script::from_toml(&MODEL, &format!("[[step]]\n{line}\n"));
+        let script = Script::from_toml(drive.model(), &format!("[[step]]\n{line}\n"));
         let script = script.map_err(|error| format!("{}; {}", error.problem, error.remedy))?;
         let changes = script.steps().iter().flat_map(|step| step.changes.clone());
         changes.for_each(|change| drive.apply(now, change));

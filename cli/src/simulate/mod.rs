@@ -10,7 +10,7 @@ mod session;
 use lexican_runtime::host::{BusUrl, Link, Pace};
 
 use crate::bus::BusArgs;
-use crate::bus::simulation::has_simulator;
+use crate::bus::simulation::{SIMULATORS, simulator};
 use crate::output::{Failure, Outcome, ctrl_c};
 pub(crate) use args::Args;
 use args::Place;
@@ -21,19 +21,22 @@ use session::Session;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let loaded = args.device.load()?;
-    let is_drive = has_simulator(args.device.name());
-    if args.script.is_some() && !is_drive {
+    let model = simulator(args.device.name());
+    if args.script.is_some() && model.is_none() {
+        let known: Vec<&str> = SIMULATORS.iter().map(|(id, _)| *id).collect();
         return Err(Failure::new("only devices with a simulator of their own follow a script")
-            .help("siko/ag03-1 does; lines on stdin control any device"));
+            .help(format!("these have one: {}; lines on stdin control any device", known.join(", "))));
     }
     let (link, urls) = open(&args.bus)?;
     let now = link.now();
-    let device = match args.node.0 {
-        Some(node) if is_drive => Simulated::drive(now, node, args.eeprom.as_deref(), args.script.as_deref())?,
-        None if is_drive => {
+    let device = match (model, args.node.0) {
+        (Some(model), Some(node)) => {
+            Simulated::drive(now, model, node, args.eeprom.as_deref(), args.script.as_deref())?
+        }
+        (Some(_), None) => {
             return Err(Failure::new("this drive has no LSS: its node-ID is set by DIP switches").help("--node 5"));
         }
-        node => Simulated::sheet(now, node, &loaded, args.eeprom.as_deref())?,
+        (None, node) => Simulated::sheet(now, node, &loaded, args.eeprom.as_deref())?,
     };
     let report = Report::new(&loaded.device, args.json, args.json || args.verbose);
     let mut session = Session::new(link, device, &loaded, report);
