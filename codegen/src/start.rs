@@ -1,5 +1,6 @@
 //! What a device starts with: the bytes of each entry before anybody writes it.
 
+use lexican_eds::cia301;
 use lexican_eds::model::{AccessType, Condition, Device, Entry, Value};
 use lexican_eds::types::DataType;
 
@@ -72,11 +73,11 @@ fn stated(device: &Device, entry: &Entry) -> Option<Number> {
     let given = given(entry).and_then(|value| fitting(value, entry.data_type));
     let info = &device.info;
     let elsewhere = || match (entry.index, entry.sub) {
-        (0x1018, 1) => info.vendor_number,
-        (0x1018, 2) => info.product_number,
-        (0x1018, 3) => info.revision_number,
+        (cia301::IDENTITY, 1) => info.vendor_number,
+        (cia301::IDENTITY, 2) => info.product_number,
+        (cia301::IDENTITY, 3) => info.revision_number,
         // The device stores, or restores, on command (CiA 301, 7.5.2.13 and 7.5.2.14).
-        (0x1010 | 0x1011, 1..) => Some(1),
+        (cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS, 1..) => Some(1),
         // What can be written counts something else: errors, mapped objects.
         (index, 0) if matches!(entry.access, AccessType::Ro | AccessType::Const) => {
             highest_sub(device, index).map(u32::from)
@@ -222,9 +223,9 @@ ParameterName=Entry
     #[test]
     fn the_identity_is_that_of_the_device_info() {
         check((0x1018, 0), "", &[4]);
-        check((0x1018, 1), "", &0x195_u32.to_le_bytes());
-        check((0x1018, 2), "", &8_u32.to_le_bytes());
-        check((0x1018, 3), "", &0x1_0002_u32.to_le_bytes());
+        check((cia301::IDENTITY, 1), "", &0x195_u32.to_le_bytes());
+        check((cia301::IDENTITY, 2), "", &8_u32.to_le_bytes());
+        check((cia301::IDENTITY, 3), "", &0x1_0002_u32.to_le_bytes());
         check((0x1018, 4), "", &[0; 4]);
     }
 

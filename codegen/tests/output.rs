@@ -91,6 +91,7 @@ fn device() -> Device {
             Enumeration {
                 description: None,
                 values: vec![named("none", -1), named("position", 1), named("velocity", 2)],
+                is_hex: false,
                 span: Span::default(),
             },
         )]),

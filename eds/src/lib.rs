@@ -13,10 +13,13 @@
 //! From the model, [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
 //! DCF; [`fmt`] brings a file into the form of the standard. [`library`] holds the data sheets that are shipped.
 //!
+//! [`cia301`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code.
+//!
 //! In one direction: [`text`] (bytes, encodings, lines, places) → `parse` (sections, keys, what CiA 306 says) →
 //! [`model`] → [`overlay`] (corrections and meanings beside the data sheet) → [`rules`] → [`report`]. Parsing and
 //! overlays return what they find as data; the rules, one row of a table each, put it into words.
 
+pub mod cia301;
 mod diagnostic;
 pub mod diff;
 pub mod dump;
@@ -28,6 +31,7 @@ pub mod overlay;
 mod parse;
 pub mod report;
 pub mod rules;
+pub mod standard;
 pub mod text;
 pub mod write;
 

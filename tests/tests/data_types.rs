@@ -1,5 +1,5 @@
-//! `lexican-eds` and `lexican-runtime` do not know each other, and each has a table of the data types of CiA 301:
-//! the tables are the same.
+//! `lexican-eds` and `lexican-runtime` do not know each other, and each has tables of CiA 301: of data types, and of
+//! where objects and identifiers are. The tables are the same.
 
 use lexican_eds::types::{Class, DataType as Described};
 use lexican_runtime::object::DataType as Served;
@@ -38,4 +38,27 @@ fn an_integer_of_either_table_has_the_range_of_its_bits() {
         assert_eq!(high - low, (1_i128 << bits) - 1, "{data_type}");
         assert_eq!(low < 0, served.is_signed(), "{data_type}");
     }
+}
+
+/// Compares constants of the same name.
+macro_rules! are_same {
+    ($($name:ident),*) => {
+        $(assert_eq!(lexican_eds::cia301::$name, lexican_runtime::cia301::$name, stringify!($name));)*
+    };
+    ($module:ident: $($name:ident),*) => {
+        $(assert_eq!(lexican_eds::cia301::$module::$name, lexican_runtime::cia301::$module::$name, stringify!($name));)*
+    };
+}
+
+#[test]
+fn both_have_objects_and_identifiers_in_the_same_places() {
+    are_same! {
+        DEVICE_TYPE, ERROR_REGISTER, PREDEFINED_ERROR_FIELD, COB_ID_SYNC, COMMUNICATION_CYCLE_PERIOD,
+        SYNCHRONOUS_WINDOW_LENGTH, GUARD_TIME, LIFE_TIME_FACTOR, STORE_PARAMETERS, RESTORE_DEFAULT_PARAMETERS,
+        COB_ID_TIME, COB_ID_EMCY, INHIBIT_TIME_EMCY, CONSUMER_HEARTBEAT_TIME, PRODUCER_HEARTBEAT_TIME,
+        IDENTITY, SYNCHRONOUS_COUNTER_OVERFLOW, VERIFY_CONFIGURATION, EMERGENCY_CONSUMER, ERROR_BEHAVIOUR,
+        SDO_SERVER_1, SDO_CLIENT_1, SDO_CLIENT_128, RPDO_1, RPDO_512, RPDO_MAPPING_1, RPDO_MAPPING_512,
+        TPDO_1, TPDO_512, TPDO_MAPPING_1, TPDO_MAPPING_512, TO_MAPPING
+    }
+    are_same!(connection: EMCY, TPDO_1, RPDO_1, SDO_RESPONSE, SDO_REQUEST);
 }

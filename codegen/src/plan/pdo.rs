@@ -87,6 +87,5 @@ fn find(device: &Device, mapped: Mapped) -> Option<(&Object, &Entry)> {
 }
 
 fn mapping_object<'a>(device: &'a Device, pdo: &Pdo) -> Option<&'a Object> {
-    let base = if pdo.direction == Direction::Receive { 0x1600 } else { 0x1A00 };
-    device.object(base + pdo.number.saturating_sub(1))
+    device.object(pdo.direction.mapping_parameter(pdo.number))
 }

@@ -3,7 +3,6 @@
 
 pub(crate) mod keys;
 pub(crate) mod pdo;
-pub(crate) mod standard;
 pub mod types;
 
 use std::collections::BTreeMap;
@@ -271,6 +270,8 @@ pub struct Enumeration {
     pub description: Option<String>,
     /// The values, ascending.
     pub values: Vec<Named<i128>>,
+    /// Whether the overlay writes values in hexadecimal, as codes are.
+    pub is_hex: bool,
     /// Where the overlay describes it.
     pub span: Span,
 }

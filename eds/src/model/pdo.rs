@@ -1,5 +1,6 @@
 //! The PDOs that the communication and mapping parameters describe (CiA 301, 7.5.2.35 to 7.5.2.38).
 
+use crate::cia301::{self, connection};
 use crate::model::{Device, Direction, Entry, Mapped, Object, Pdo, Value};
 
 /// So many PDOs of each direction have parameters in the dictionary.
@@ -11,11 +12,11 @@ pub(crate) const MAX_PDOS: u16 = 512;
 pub(crate) fn pdos(device: &Device) -> Vec<Pdo> {
     let mut pdos = Vec::new();
     for direction in [Direction::Receive, Direction::Transmit] {
-        let first = communication_parameter(direction, 1);
+        let first = direction.communication_parameter(1);
         let start = device.objects.partition_point(|object| object.index < first);
-        let end = device.objects.partition_point(|object| object.index < first + 0x400);
+        let end = device.objects.partition_point(|object| object.index < first + 2 * cia301::TO_MAPPING);
         let mut numbers: Vec<u16> =
-            device.objects[start..end].iter().map(|object| (object.index - first) % 0x200 + 1).collect();
+            device.objects[start..end].iter().map(|object| (object.index - first) % cia301::TO_MAPPING + 1).collect();
         numbers.sort_unstable();
         numbers.dedup();
         pdos.extend(numbers.into_iter().map(|number| pdo(device, direction, number)));
@@ -23,15 +24,26 @@ pub(crate) fn pdos(device: &Device) -> Vec<Pdo> {
     pdos
 }
 
-/// The index of the communication parameter: 1400h for the first receive PDO.
-pub(crate) fn communication_parameter(direction: Direction, number: u16) -> u16 {
-    let first = if direction == Direction::Receive { 0x1400 } else { 0x1800 };
-    first + (number.clamp(1, MAX_PDOS) - 1)
-}
+impl Direction {
+    /// The index of the communication parameter of a PDO: 1400h of the first receive PDO.
+    #[must_use]
+    pub fn communication_parameter(self, number: u16) -> u16 {
+        let first = if self == Direction::Receive { cia301::RPDO_1 } else { cia301::TPDO_1 };
+        first + (number.clamp(1, MAX_PDOS) - 1)
+    }
 
-/// The index of the mapping parameter: 1600h for the first receive PDO.
-pub(crate) fn mapping_parameter(direction: Direction, number: u16) -> u16 {
-    communication_parameter(direction, number) + 0x200
+    /// The index of the mapping parameter of a PDO: 1600h of the first receive PDO.
+    #[must_use]
+    pub fn mapping_parameter(self, number: u16) -> u16 {
+        self.communication_parameter(number) + cia301::TO_MAPPING
+    }
+
+    /// What the predefined connection set (CiA 301, 7.3.3) adds the node-ID to: it has the first four PDOs.
+    #[must_use]
+    pub fn predefined_cob_id(self, number: u16) -> Option<u16> {
+        let first = if self == Direction::Receive { connection::RPDO_1 } else { connection::TPDO_1 };
+        (1..=4).contains(&number).then(|| first + 0x100 * (number - 1))
+    }
 }
 
 /// What an entry holds: what is configured, else the default.
@@ -46,8 +58,8 @@ pub(crate) fn mapped(word: i128) -> Option<Mapped> {
 }
 
 fn pdo(device: &Device, direction: Direction, number: u16) -> Pdo {
-    let communication = device.object(communication_parameter(direction, number));
-    let mapping = device.object(mapping_parameter(direction, number));
+    let communication = device.object(direction.communication_parameter(number));
+    let mapping = device.object(direction.mapping_parameter(number));
     let held = |sub: u8| held(communication?.entry(sub)?);
     Pdo {
         direction,

@@ -7,9 +7,13 @@ use crate::model::{BitField, Bits, Enumeration, Named, Quantity, Unit};
 impl Reader<'_> {
     pub(super) fn enumeration(&mut self, name: &Name<'_>, node: &Node<'_>) {
         let (description, list) = self.described(node, "values");
-        let mut values: Vec<Named<i128>> = Vec::new();
+        let (mut values, mut is_hex): (Vec<Named<i128>>, bool) = (Vec::new(), false);
         for node in list {
-            let Some(named) = self.named(node, "value", Self::integer) else { continue };
+            let read = |reader: &mut Self, node: &Node<'_>| {
+                is_hex |= node.get_ref().as_integer().is_some_and(|integer| integer.radix() == 16);
+                reader.integer(node)
+            };
+            let Some(named) = self.named(node, "value", read) else { continue };
             if let Some(other) = values.iter().find(|other| other.value == named.value || other.name == named.name) {
                 let values = [&named, other].map(|named| (named.value, named.name.as_str().into()));
                 self.push(Kind::OverlayDuplicateValue { values }, node);
@@ -19,7 +23,7 @@ impl Reader<'_> {
         }
         values.sort_by_key(|named| named.value);
         let span = self.span(name.span());
-        self.device.enumerations.insert(name.get_ref().to_string(), Enumeration { description, values, span });
+        self.device.enumerations.insert(name.get_ref().to_string(), Enumeration { description, values, is_hex, span });
     }
 
     pub(super) fn bit_field(&mut self, name: &Name<'_>, node: &Node<'_>) {
@@ -72,7 +76,7 @@ impl Reader<'_> {
         &mut self,
         node: &Node<'_>,
         what: &str,
-        read: impl Fn(&mut Self, &Node<'_>) -> Option<T>,
+        mut read: impl FnMut(&mut Self, &Node<'_>) -> Option<T>,
     ) -> Option<Named<T>> {
         let (mut name, mut description, mut value) = (None, None, None);
         let before = self.out.total();

@@ -53,6 +53,7 @@ mod value;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::cia301;
 use crate::finding::{Findings, Kind};
 use crate::model::keys::Key;
 use crate::model::{Condition, Device, Meaning, Pdo};
@@ -141,7 +142,7 @@ pub(crate) fn apply(source: &Source, number: u16, device: &mut Device, changes: 
 /// The device profile: what an overlay says, else the low half of the default of 1000h.
 pub(crate) fn profile(device: &Device, changes: &Changes) -> Option<u16> {
     let device_type = || {
-        let entry = device.entry(0x1000, 0)?;
+        let entry = device.entry(cia301::DEVICE_TYPE, 0)?;
         entry.configured.as_ref().or(entry.default.as_ref())?.as_integer()
     };
     let of_device_type = || device_type().map(|value| (value & 0xFFFF) as u16).filter(|&profile| profile != 0);

@@ -5,8 +5,9 @@
 //! communication parameters have sub-index n + 1. Their mappings are empty and can be written, with as many entries
 //! as pieces of `Granularity` fit into a frame; of bytes, which most devices map, where the file does not say.
 
+use crate::cia301;
 use crate::finding::{Findings, Kind};
-use crate::model::pdo::{MAX_PDOS, communication_parameter, mapping_parameter};
+use crate::model::pdo::MAX_PDOS;
 use crate::model::types::DataType;
 use crate::model::{AccessType, Device, Direction, Entry, Object, ObjectKind, Value};
 use crate::parse::facts::{Facts, ObjectFacts};
@@ -18,9 +19,6 @@ pub(crate) const DEFINED_BITS: u32 = 0x3F;
 
 /// So many entries are added to a file: enough for all PDOs with mappings of bytes.
 const MAX_ENTRIES: usize = 20_000;
-
-/// The bit of a COB-ID that switches a PDO off (CiA 301, 7.5.2.35).
-const INVALID: i128 = 0x8000_0000;
 
 /// Sub-indices 1 to 6 of a communication parameter (CiA 301, 7.5.2.35 and 7.5.2.37).
 const SUBS: [(&str, DataType); 6] = [
@@ -47,7 +45,7 @@ pub(crate) fn expand(device: &mut Device, facts: &mut Facts<'_>, out: &mut Findi
                 parameters.push(object);
             }
             if entries > MAX_ENTRIES {
-                out.push(Kind::TooManyEntries(communication_parameter(direction, number)), span);
+                out.push(Kind::TooManyEntries(direction.communication_parameter(number)), span);
                 return;
             }
         }
@@ -73,7 +71,7 @@ pub(crate) fn numbers(device: &Device, direction: Direction) -> Vec<u16> {
     }
     let has = |index: u16| device.object(index).is_some();
     let halves =
-        |number: u16| (has(communication_parameter(direction, number)), has(mapping_parameter(direction, number)));
+        |number: u16| (has(direction.communication_parameter(number)), has(direction.mapping_parameter(number)));
     let described = (1..=MAX_PDOS).filter(|&number| halves(number) != (false, false)).count();
     let said = match direction {
         Direction::Receive => device.info.receive_pdos,
@@ -101,7 +99,7 @@ struct Parameters<'a> {
 impl Parameters<'_> {
     fn communication(&self) -> Object {
         let bits = self.device.info.compact_pdo & DEFINED_BITS;
-        let index = communication_parameter(self.direction, self.number);
+        let index = self.direction.communication_parameter(self.number);
         let highest = u32::BITS - bits.leading_zeros();
         let mut object = self.object(index, "communication", AccessType::Const, highest.into());
         for ((name, data_type), sub) in SUBS.into_iter().zip(1_u8..) {
@@ -114,7 +112,7 @@ impl Parameters<'_> {
     }
 
     fn mapping(&self) -> Object {
-        let index = mapping_parameter(self.direction, self.number);
+        let index = self.direction.mapping_parameter(self.number);
         let mut object = self.object(index, "mapping", AccessType::Rw, 0);
         let granularity = self.device.info.granularity.unwrap_or(8).clamp(1, 64);
         for sub in 1..=64 / granularity {
@@ -127,11 +125,8 @@ impl Parameters<'_> {
 
     /// The predefined connection set has the first four of each direction (CiA 301, 7.3.3); the others are off.
     fn cob_id(&self) -> Value {
-        let first = if self.direction == Direction::Receive { 0x200 } else { 0x180 };
-        match self.number {
-            1..=4 => Value::NodeIdPlus(first + 0x100 * i64::from(self.number - 1)),
-            _ => Value::Integer(INVALID),
-        }
+        let predefined = self.direction.predefined_cob_id(self.number);
+        predefined.map_or(Value::Integer(cia301::INVALID.into()), |id| Value::NodeIdPlus(id.into()))
     }
 
     /// A record that so far has sub-index 0 alone.

@@ -1,5 +1,6 @@
 //! What a data sheet says of itself and of the device (CiA 306-1, 6.3, 6.4 and 7).
 
+use crate::cia301;
 use crate::finding::Kind;
 use crate::model::keys::{BIT_RATES_KBIT, COMMISSIONING, DEVICE_INFO, FILE_INFO};
 use crate::model::types::DataType;
@@ -144,7 +145,7 @@ impl<'a, 's> Reader<'a, 's> {
 /// The list that an object belongs into by its index, when none names it.
 pub(crate) fn natural_list(index: u16) -> ObjectList {
     match index {
-        0x1000 | 0x1001 | 0x1018 => ObjectList::Mandatory,
+        cia301::DEVICE_TYPE | cia301::ERROR_REGISTER | cia301::IDENTITY => ObjectList::Mandatory,
         0x2000..=0x5FFF => ObjectList::Manufacturer,
         _ => ObjectList::Optional,
     }

@@ -1,19 +1,21 @@
 //! What CiA 301 and the device profile demand.
 
-use super::context::{Context, held_by, is_restricted, place, plural};
+use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID, held_by, is_restricted, place, plural};
 use super::remedy::{MAX_STEPS, overlays};
 use super::rule::{Out, note};
+use crate::cia301::{self, *};
 use crate::model::keys::Key;
 use crate::model::pdo::held;
 use crate::model::types::DataType;
-use crate::model::{Entry, ObjectList, Value, standard};
+use crate::model::{Entry, ObjectList, Value};
+use crate::standard;
 use crate::text::Span;
 
 pub(super) fn missing_object(cx: &Context<'_>, out: &mut Out<'_>) {
     if cx.device.objects.is_empty() {
         return;
     }
-    for (index, name) in [(0x1000, "device type"), (0x1001, "error register"), (0x1018, "identity")] {
+    for (index, name) in [(DEVICE_TYPE, "device type"), (ERROR_REGISTER, "error register"), (IDENTITY, "identity")] {
         if cx.device.object(index).is_none() {
             let list = cx.facts.lists.iter().find(|list| list.list == ObjectList::Mandatory);
             let span = list.map_or(Span::eds(0, 0), |list| list.span);
@@ -66,8 +68,9 @@ pub(super) fn data_type(cx: &Context<'_>, out: &mut Out<'_>) {
 pub(super) fn writable(cx: &Context<'_>, out: &mut Out<'_>) {
     for entry in cx.device.entries() {
         let fixed = match entry.index {
-            0x1000..=0x1002 | 0x1008..=0x100A | 0x1018 => true,
-            0x1003 => entry.sub > 0,
+            DEVICE_TYPE..=MANUFACTURER_STATUS_REGISTER | IDENTITY => true,
+            MANUFACTURER_DEVICE_NAME..=MANUFACTURER_SOFTWARE_VERSION => true,
+            PREDEFINED_ERROR_FIELD => entry.sub > 0,
             _ => false,
         };
         if fixed && entry.access.writable() {
@@ -80,7 +83,7 @@ pub(super) fn writable(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn device_type(cx: &Context<'_>, out: &mut Out<'_>) {
-    let Some(entry) = cx.device.entry(0x1000, 0).filter(|_| cx.changes.profile.is_none()) else { return };
+    let Some(entry) = cx.device.entry(DEVICE_TYPE, 0).filter(|_| cx.changes.profile.is_none()) else { return };
     let value = held(entry).and_then(Value::as_integer).and_then(|value| u32::try_from(value).ok());
     let Some(value) = value else { return };
     let profile = |value: u32| value & 0xFFFF;
@@ -119,7 +122,7 @@ pub(super) fn missing_profile_object(cx: &Context<'_>, out: &mut Out<'_>) {
     }
     for (index, name) in [(0x6040, "controlword"), (0x6041, "statusword")] {
         if !has_on_any_axis(cx, index) {
-            let device_type = cx.device.object(0x1000).map_or(Span::eds(0, 0), |object| object.span);
+            let device_type = cx.device.object(DEVICE_TYPE).map_or(Span::eds(0, 0), |object| object.span);
             out.push(note(format!("the {name} ({index:04X}) is missing")).at(device_type, "says CiA 402"));
         }
     }
@@ -128,14 +131,14 @@ pub(super) fn missing_profile_object(cx: &Context<'_>, out: &mut Out<'_>) {
 pub(super) fn no_error_control(cx: &Context<'_>, out: &mut Out<'_>) {
     let there = |index: u16| cx.device.object(index).is_some();
     let Some(first) = cx.device.objects.first() else { return };
-    if !there(0x1017) && !there(0x100C) {
+    if !there(PRODUCER_HEARTBEAT_TIME) && !there(GUARD_TIME) {
         let note = note("the device has neither heartbeat (1017) nor node guarding (100C, 100D)");
         out.push(note.at(first.span, ""));
     }
 }
 
 pub(super) fn half_guarding(cx: &Context<'_>, out: &mut Out<'_>) {
-    for (one, other) in [(0x100C, 0x100D), (0x100D, 0x100C)] {
+    for (one, other) in [(GUARD_TIME, LIFE_TIME_FACTOR), (LIFE_TIME_FACTOR, GUARD_TIME)] {
         if let (Some(object), None) = (cx.device.object(one), cx.device.object(other)) {
             out.push(note(format!("there is {one:04X}, but no {other:04X}")).at(object.span, ""));
         }
@@ -147,7 +150,9 @@ pub(super) fn two_error_controls(cx: &Context<'_>, out: &mut Out<'_>) {
         let entry = cx.device.entry(index, 0)?;
         held(entry).and_then(Value::as_integer).filter(|&time| time > 0).map(|_| entry)
     };
-    if let (Some(heartbeat), Some(guarding), Some(_)) = (active(0x1017), active(0x100C), active(0x100D)) {
+    if let (Some(heartbeat), Some(guarding), Some(_)) =
+        (active(PRODUCER_HEARTBEAT_TIME), active(GUARD_TIME), active(LIFE_TIME_FACTOR))
+    {
         let note = note("heartbeat and node guarding are both active by default");
         let note = note.at(cx.entry_span(heartbeat, held_by(heartbeat)), "the heartbeat");
         let note = note.and(cx.entry_span(guarding, held_by(guarding)), "the guard time");
@@ -168,7 +173,7 @@ pub(super) fn identity(cx: &Context<'_>, out: &mut Out<'_>) {
         (3, "RevisionNumber", info.revision_number),
     ];
     for (sub, key, said) in numbers {
-        let entry = cx.device.entry(0x1018, sub);
+        let entry = cx.device.entry(IDENTITY, sub);
         let value = entry.and_then(|entry| entry.default.as_ref()).and_then(Value::as_integer);
         let (Some(entry), Some(value), Some(said)) = (entry, value, said) else { continue };
         // 0 stands for "not given" in either place.
@@ -187,12 +192,12 @@ pub(super) fn identity(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
-    let Some(entry) = cx.device.entry(0x1014, 0) else { return };
+    let Some(entry) = cx.device.entry(COB_ID_EMCY, 0) else { return };
     let good = match &entry.default {
         None => true,
-        Some(Value::NodeIdPlus(id)) => id & 0x1FFF_FFFF == 0x80,
+        Some(Value::NodeIdPlus(id)) => id & i64::from(cia301::IDENTIFIER) == i64::from(connection::EMCY),
         // With a node-ID worked in, as editors do.
-        Some(Value::Integer(id)) => (0x81..=0xFF).contains(&(id & 0x1FFF_FFFF)) || id & 0x8000_0000 != 0,
+        Some(Value::Integer(id)) => (0x81..=0xFF).contains(&(id & IDENTIFIER)) || id & INVALID != 0,
         Some(_) => true,
     };
     if !good {
@@ -203,20 +208,20 @@ pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn sync_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
-    let Some(entry) = cx.device.entry(0x1005, 0) else { return };
+    let Some(entry) = cx.device.entry(COB_ID_SYNC, 0) else { return };
     let Some(id) = entry.default.as_ref().and_then(Value::as_integer) else { return };
-    if id & 0x2000_0000 == 0 && id & 0x7FF != 0 && is_restricted(id & 0x7FF) {
-        let note = note(format!("the COB-ID {:03X}h of SYNC is restricted", id & 0x7FF));
+    if id & EXTENDED == 0 && id & BASE_IDENTIFIER != 0 && is_restricted(id & BASE_IDENTIFIER) {
+        let note = note(format!("the COB-ID {:03X}h of SYNC is restricted", id & BASE_IDENTIFIER));
         let note = note.at(cx.entry_span(entry, Key::DefaultValue), "");
         out.push(note.help(cx.correct(entry, "default = 0x80")));
     }
 }
 
 pub(super) fn sdo_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
-    for (sub, base) in [(1, 0x600), (2, 0x580)] {
-        let Some(entry) = cx.device.entry(0x1200, sub) else { continue };
+    for (sub, base) in [(1, connection::SDO_REQUEST), (2, connection::SDO_RESPONSE)] {
+        let Some(entry) = cx.device.entry(SDO_SERVER_1, sub) else { continue };
         let good = match &entry.default {
-            Some(Value::NodeIdPlus(id)) => *id == base,
+            Some(Value::NodeIdPlus(id)) => *id == i64::from(base),
             Some(Value::Integer(id)) => (0..=127).contains(&(id - i128::from(base))),
             _ => true,
         };
@@ -229,7 +234,7 @@ pub(super) fn sdo_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn sdo_client(cx: &Context<'_>, out: &mut Out<'_>) {
-    for object in cx.device.objects.iter().filter(|object| matches!(object.index, 0x1280..=0x12FF)) {
+    for object in cx.device.objects.iter().filter(|object| matches!(object.index, SDO_CLIENT_1..=SDO_CLIENT_128)) {
         if object.kind.has_subs() && object.entry(3).is_none() {
             out.push(note(format!("{:04X} has no node-ID of the server (03)", object.index)).at(object.span, ""));
         }
@@ -237,7 +242,7 @@ pub(super) fn sdo_client(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn heartbeat_consumer(cx: &Context<'_>, out: &mut Out<'_>) {
-    let Some(object) = cx.device.object(0x1016) else { return };
+    let Some(object) = cx.device.object(CONSUMER_HEARTBEAT_TIME) else { return };
     for entry in object.entries.iter().filter(|entry| entry.sub > 0) {
         let Some(value) = held(entry).and_then(Value::as_integer) else { continue };
         if value >> 16 > 127 {

@@ -1,7 +1,7 @@
 //! What rules look at, where it is written, and the words that they share.
 
+use crate::cia301;
 use crate::model::keys::Key;
-use crate::model::pdo::{communication_parameter, mapping_parameter};
 use crate::model::types::DataType;
 use crate::model::{Device, Direction, Entry, Mapped, Object, Pdo, Value};
 use crate::overlay::{Changes, Extra};
@@ -46,13 +46,13 @@ impl<'a> Context<'a> {
 
     /// The place of a mapping; that of the number of mappings for 0.
     pub(super) fn mapping_span(&self, pdo: &Pdo, number: u8) -> Span {
-        let object = self.device.object(mapping_parameter(pdo.direction, pdo.number));
+        let object = self.device.object(pdo.direction.mapping_parameter(pdo.number));
         self.parameter_span(pdo, object, number, |pdo| !pdo.mapping.is_empty())
     }
 
     /// The place of an entry of the communication parameter.
     pub(super) fn pdo_span(&self, pdo: &Pdo, sub: u8) -> Span {
-        let object = self.device.object(communication_parameter(pdo.direction, pdo.number));
+        let object = self.device.object(pdo.direction.communication_parameter(pdo.number));
         self.parameter_span(pdo, object, sub, |pdo| pdo.transmission_type.is_some() || pdo.cob_id.is_some())
     }
 
@@ -184,6 +184,15 @@ pub(super) fn pdo_name(pdo: &Pdo) -> String {
     let direction = if pdo.direction == Direction::Receive { "RPDO" } else { "TPDO" };
     format!("{direction} {}", pdo.number)
 }
+
+/// The identifier of 29 bits in a COB-ID parameter.
+pub(super) const IDENTIFIER: i128 = cia301::IDENTIFIER as i128;
+/// The identifier of 11 bits in it.
+pub(super) const BASE_IDENTIFIER: i128 = cia301::BASE_IDENTIFIER as i128;
+/// The bit in it that makes the identifier one of 29 bits.
+pub(super) const EXTENDED: i128 = cia301::EXTENDED as i128;
+/// The bit in it that switches the object off.
+pub(super) const INVALID: i128 = cia301::INVALID as i128;
 
 /// Whether CiA 301 (7.3.5) keeps a COB-ID for something else than PDO, SYNC, TIME and EMCY.
 pub(super) fn is_restricted(cob_id: i128) -> bool {

@@ -3,6 +3,7 @@
 use super::context::{Context, place};
 use super::remedy::{Edit, MAX_STEPS, edits, toml};
 use super::rule::{Out, note};
+use crate::cia301;
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind, Repeated};
 use crate::model::keys::Key;
@@ -155,7 +156,7 @@ pub(super) fn real_bits(cx: &Context<'_>, finding: &Finding) -> Option<Diagnosti
 pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
     for entry in cx.device.entries().filter(|entry| entry.access.writable() && entry.low.is_some()) {
         // To store and to restore parameters takes one value by nature.
-        let is_command = matches!(entry.index, 0x1010 | 0x1011);
+        let is_command = matches!(entry.index, cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS);
         if entry.low == entry.high && !is_command {
             let note = note(format!("{} can have one value only", place(entry)));
             let note = note.at(cx.entry_span(entry, Key::LowLimit), "");
@@ -193,7 +194,7 @@ pub(super) fn constant_without_default(cx: &Context<'_>, out: &mut Out<'_>) {
 fn highest_sub(cx: &Context<'_>, entry: &Entry) -> Option<u8> {
     let object = cx.device.object(entry.index)?;
     let list = matches!(object.kind, ObjectKind::Array | ObjectKind::Record) && entry.sub == 0;
-    let counts = matches!(entry.index, 0x1003 | 0x1600..=0x17FF | 0x1A00..=0x1BFF);
+    let counts = cia301::counts_entries(entry.index);
     let highest = object.entries.iter().rev().find(|entry| entry.sub != 0xFF)?;
     (list && !counts).then_some(highest.sub)
 }
@@ -220,7 +221,7 @@ pub(super) fn rwr_not_mappable(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn mappable_parameter(cx: &Context<'_>, out: &mut Out<'_>) {
-    let parameters = cx.device.entries().filter(|entry| matches!(entry.index, 0x1005..=0x1007 | 0x1010..=0x1BFF));
+    let parameters = cx.device.entries().filter(|entry| cia301::is_parameter(entry.index));
     for entry in parameters.filter(|entry| entry.pdo_mapping) {
         let note = note(format!("the parameter {} is mappable", place(entry)));
         out.push(note.at(cx.entry_span(entry, Key::PdoMapping), "").mend(not_mappable(cx, entry)));

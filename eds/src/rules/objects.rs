@@ -3,11 +3,13 @@
 use super::context::{Context, are, listed, place, plural};
 use super::remedy::{Edit, MAX_STEPS, edits, overlay, overlays, quoted};
 use super::rule::{Out, note};
+use crate::cia301;
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind};
 use crate::model::keys::Key;
 use crate::model::types::DataType;
-use crate::model::{Device, Entry, Object, ObjectKind, Value, standard};
+use crate::model::{Device, Entry, Object, ObjectKind, Value};
+use crate::standard;
 use crate::text::Span;
 
 pub(super) fn reserved_index(cx: &Context<'_>, out: &mut Out<'_>) {
@@ -67,7 +69,7 @@ fn same_names<'a>(what: &str, names: impl Iterator<Item = (&'a str, Address)>, c
     let mut names: Vec<(String, Address, &str)> = names.filter(|(name, ..)| !name.is_empty()).collect();
     names.sort();
     for namesakes in names.chunk_by(|a, b| a.0 == b.0).filter(|namesakes| namesakes.len() > 1) {
-        if namesakes.iter().all(|(_, (index, _), _)| matches!(index, 0x1000..=0x1FFF)) || is_on_axes(namesakes) {
+        if namesakes.iter().all(|(_, (index, _), _)| cia301::COMMUNICATION.contains(index)) || is_on_axes(namesakes) {
             continue;
         }
         let listed = listed(namesakes, |(_, address, _)| shown(*address));
@@ -200,7 +202,7 @@ pub(super) fn sub_0_type(cx: &Context<'_>, out: &mut Out<'_>) {
 
 pub(super) fn highest_sub(cx: &Context<'_>, out: &mut Out<'_>) {
     for (object, facts) in cx.objects() {
-        let counts = matches!(object.index, 0x1003 | 0x1600..=0x17FF | 0x1A00..=0x1BFF) || facts.compact > 0;
+        let counts = cia301::counts_entries(object.index) || facts.compact > 0;
         if counts || !matches!(object.kind, ObjectKind::Array | ObjectKind::Record) {
             continue;
         }

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::context::{Context, are, held_by, is_dummy, is_restricted, listed, pdo_name, place, plural};
+use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID};
+use super::context::{are, held_by, is_dummy, is_restricted, listed, pdo_name, place, plural};
 use super::remedy::{Edit, edits, overlay};
 use super::rule::{Out, note};
+use crate::cia301;
 use crate::model::keys::Key;
-use crate::model::pdo::{communication_parameter, held, mapping_parameter};
+use crate::model::pdo::held;
 use crate::model::types::DataType;
 use crate::model::{AccessType, Direction, Mapped, Pdo, Value};
 use crate::parse::section::SectionKind;
@@ -39,7 +41,7 @@ pub(super) fn not_mappable(cx: &Context<'_>, out: &mut Out<'_>) {
             let note = note(format!("{} is mapped, but not mappable", place(entry)));
             let note = note.at(cx.mapping_span(pdo, number), "mapped here");
             let note = note.and(cx.entry_span(entry, Key::PdoMapping), "says that it cannot");
-            let parameter = matches!(entry.index, 0x1005..=0x1007 | 0x1010..=0x1BFF);
+            let parameter = cia301::is_parameter(entry.index);
             let can = !parameter && entry.data_type.bits().is_some();
             out.push(note.mend(can.then(|| cx.correct(entry, "pdo_mapping = true"))));
         }
@@ -94,7 +96,7 @@ pub(super) fn too_long(cx: &Context<'_>, out: &mut Out<'_>) {
 
 pub(super) fn mapping_count(cx: &Context<'_>, out: &mut Out<'_>) {
     for pdo in cx.device.pdos.iter().filter(|pdo| !cx.is_extra(pdo)) {
-        let object = cx.device.object(mapping_parameter(pdo.direction, pdo.number));
+        let object = cx.device.object(pdo.direction.mapping_parameter(pdo.number));
         let Some(entry) = object.and_then(|object| object.entry(0)) else { continue };
         let Some(Value::Integer(count)) = held(entry) else { continue };
         // 254 and 255 mark multiplexed PDOs.
@@ -126,7 +128,7 @@ pub(super) fn wrong_direction(cx: &Context<'_>, out: &mut Out<'_>) {
             cx.device.pdos.iter().any(|pdo| pdo.direction == direction && pdo.mapping.iter().any(same))
         };
         let access = if by(Direction::Receive) && by(Direction::Transmit) { "rw" } else { access };
-        let can = entry.pdo_mapping && !matches!(entry.index, 0x1000..=0x1018);
+        let can = entry.pdo_mapping && !matches!(entry.index, cia301::DEVICE_TYPE..=cia301::IDENTITY);
         out.push(note.mend(can.then(|| cx.correct(entry, &format!("access = \"{access}\"")))));
     }
 }
@@ -152,8 +154,8 @@ pub(super) fn unusable_dummy(cx: &Context<'_>, out: &mut Out<'_>) {
 
 pub(super) fn half_described(cx: &Context<'_>, out: &mut Out<'_>) {
     for pdo in &cx.device.pdos {
-        let communication = communication_parameter(pdo.direction, pdo.number);
-        let mapping = mapping_parameter(pdo.direction, pdo.number);
+        let communication = pdo.direction.communication_parameter(pdo.number);
+        let mapping = pdo.direction.mapping_parameter(pdo.number);
         let (there, missing) = match (cx.device.object(communication), cx.device.object(mapping)) {
             (Some(object), None) => (object, mapping),
             (None, Some(object)) => (object, communication),
@@ -168,8 +170,9 @@ pub(super) fn count(cx: &Context<'_>, out: &mut Out<'_>) {
     let counts =
         [(Direction::Receive, "NrOfRXPDO", info.receive_pdos), (Direction::Transmit, "NrOfTXPDO", info.transmit_pdos)];
     for (direction, key, said) in counts {
-        let first = communication_parameter(direction, 1);
-        let parameters = cx.device.objects.iter().filter(|object| (first..first + 0x200).contains(&object.index));
+        let first = direction.communication_parameter(1);
+        let parameters =
+            cx.device.objects.iter().filter(|object| (first..first + cia301::TO_MAPPING).contains(&object.index));
         let found = parameters.count();
         let Some((said, span)) = said.zip(cx.device_info(key)) else { continue };
         if usize::from(said) != found {
@@ -192,7 +195,7 @@ pub(super) fn cob_id_collision(cx: &Context<'_>, out: &mut Out<'_>) {
     let mut seen: BTreeMap<(bool, i128), &Pdo> = BTreeMap::new();
     for pdo in &cx.device.pdos {
         let Some((id, node)) = cob_id(pdo) else { continue };
-        let (valid, id) = (id & 0x8000_0000 == 0, id & 0x1FFF_FFFF);
+        let (valid, id) = (id & INVALID == 0, id & IDENTIFIER);
         if !valid || (id == 0 && !node) {
             continue;
         }
@@ -212,15 +215,18 @@ pub(super) fn cob_id_collision(cx: &Context<'_>, out: &mut Out<'_>) {
 pub(super) fn restricted_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
     for pdo in &cx.device.pdos {
         let Some((id, node)) = cob_id(pdo) else { continue };
-        // Bit 31 switches the PDO off, bit 29 chooses identifiers of 29 bits.
-        if id & 0xA000_0000 != 0 || (id & 0x7FF == 0 && !node) {
+        if id & (INVALID | EXTENDED) != 0 || (id & BASE_IDENTIFIER == 0 && !node) {
             continue;
         }
         let mut node_ids = if node { 1..=127 } else { 0..=0 };
-        if node_ids.all(|node_id| is_restricted((id & 0x7FF) + node_id)) {
+        if node_ids.all(|node_id| is_restricted((id & BASE_IDENTIFIER) + node_id)) {
             let note = note(format!("the COB-ID of {} is restricted", pdo_name(pdo))).at(cx.pdo_span(pdo, 1), "");
             // The identifiers of the predefined connection set are those of node-ID 0 in it (CiA 301, 7.3.3).
-            let predefined = matches!(id & 0x7FF, 0x180 | 0x200 | 0x280 | 0x300 | 0x380 | 0x400 | 0x480 | 0x500);
+            let predefined = (1..=4).any(|number| {
+                let ids =
+                    [Direction::Receive, Direction::Transmit].map(|direction| direction.predefined_cob_id(number));
+                ids.contains(&u16::try_from(id & BASE_IDENTIFIER).ok())
+            });
             let corrected = (predefined && !node).then(|| with_node_id(cx, pdo, id)).flatten();
             out.push(note.mend(corrected.map(|remedy| format!("the node-ID may be missing; {remedy}"))));
         }
@@ -228,8 +234,8 @@ pub(super) fn restricted_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 fn with_node_id(cx: &Context<'_>, pdo: &Pdo, id: i128) -> Option<String> {
-    let entry = cx.device.entry(communication_parameter(pdo.direction, pdo.number), 1)?;
-    let free = |other: &Pdo| cob_id(other).map(|(id, node)| (id & 0x1FFF_FFFF, node)) != Some((id & 0x1FFF_FFFF, true));
+    let entry = cx.device.entry(pdo.direction.communication_parameter(pdo.number), 1)?;
+    let free = |other: &Pdo| cob_id(other).map(|(id, node)| (id & IDENTIFIER, node)) != Some((id & IDENTIFIER, true));
     let can = held_by(entry) == Key::DefaultValue && !cx.is_extra(pdo) && cx.device.pdos.iter().all(free);
     can.then(|| overlay(&place(entry), &format!("default = \"$NODEID+0x{id:X}\"")))
 }
@@ -237,7 +243,7 @@ fn with_node_id(cx: &Context<'_>, pdo: &Pdo, id: i128) -> Option<String> {
 pub(super) fn cob_id_bits(cx: &Context<'_>, out: &mut Out<'_>) {
     for pdo in &cx.device.pdos {
         let Some((id, _)) = cob_id(pdo) else { continue };
-        if id & 0x2000_0000 == 0 && id & 0x1FFF_F800 != 0 {
+        if id & EXTENDED == 0 && id & (IDENTIFIER - BASE_IDENTIFIER) != 0 {
             let note = note(format!("the COB-ID of {} has more than 11 bits", pdo_name(pdo)));
             out.push(note.at(cx.pdo_span(pdo, 1), "bit 29 is not set"));
         }

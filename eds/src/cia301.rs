@@ -1,0 +1,141 @@
+//! Where CiA 301 puts things: the objects of the communication profile area (1000h to 1FFFh), and the predefined
+//! connection set. The names are those of `lexican_runtime::cia301`.
+//!
+//! Objects of which a device may have many have two names, for the first and for the last of them.
+
+use std::ops::RangeInclusive;
+
+/// 1000h: the device profile, and what of it the device has.
+pub const DEVICE_TYPE: u16 = 0x1000;
+/// 1001h: the error register.
+pub const ERROR_REGISTER: u16 = 0x1001;
+/// 1002h: a status word of the manufacturer.
+pub const MANUFACTURER_STATUS_REGISTER: u16 = 0x1002;
+/// 1003h: the history of errors.
+pub const PREDEFINED_ERROR_FIELD: u16 = 0x1003;
+/// 1005h: the COB-ID of SYNC; bit 30 if the device produces it.
+pub const COB_ID_SYNC: u16 = 0x1005;
+/// 1006h: the period of SYNC, in µs.
+pub const COMMUNICATION_CYCLE_PERIOD: u16 = 0x1006;
+/// 1007h: how long after SYNC synchronous PDOs may be sent, in µs.
+pub const SYNCHRONOUS_WINDOW_LENGTH: u16 = 0x1007;
+/// 1008h: what the manufacturer calls the device.
+pub const MANUFACTURER_DEVICE_NAME: u16 = 0x1008;
+/// 1009h: the version of the hardware.
+pub const MANUFACTURER_HARDWARE_VERSION: u16 = 0x1009;
+/// 100Ah: the version of the software.
+pub const MANUFACTURER_SOFTWARE_VERSION: u16 = 0x100A;
+/// 100Ch: the guard time, in ms.
+pub const GUARD_TIME: u16 = 0x100C;
+/// 100Dh: how many guard times make the life time.
+pub const LIFE_TIME_FACTOR: u16 = 0x100D;
+/// 1010h: stores parameters.
+pub const STORE_PARAMETERS: u16 = 0x1010;
+/// 1011h: restores default parameters.
+pub const RESTORE_DEFAULT_PARAMETERS: u16 = 0x1011;
+/// 1012h: the COB-ID of TIME; bit 31 if the device consumes it, bit 30 if it produces it.
+pub const COB_ID_TIME: u16 = 0x1012;
+/// 1013h: a time stamp with a resolution of 1 µs.
+pub const HIGH_RESOLUTION_TIME_STAMP: u16 = 0x1013;
+/// 1014h: the COB-ID of EMCY; bit 31 if there is none.
+pub const COB_ID_EMCY: u16 = 0x1014;
+/// 1015h: the time between two emergencies at least, in 100 µs.
+pub const INHIBIT_TIME_EMCY: u16 = 0x1015;
+/// 1016h: the nodes whose heartbeat is consumed, and within which time in ms.
+pub const CONSUMER_HEARTBEAT_TIME: u16 = 0x1016;
+/// 1017h: the period of the heartbeat, in ms.
+pub const PRODUCER_HEARTBEAT_TIME: u16 = 0x1017;
+/// 1018h: vendor, product, revision and serial number.
+pub const IDENTITY: u16 = 0x1018;
+/// 1019h: where the counter of SYNC begins anew.
+pub const SYNCHRONOUS_COUNTER_OVERFLOW: u16 = 0x1019;
+/// 1020h: date and time of the configuration.
+pub const VERIFY_CONFIGURATION: u16 = 0x1020;
+/// 1023h: a command to the operating system.
+pub const OS_COMMAND: u16 = 0x1023;
+/// 1024h: what the operating system does with commands.
+pub const OS_COMMAND_MODE: u16 = 0x1024;
+/// 1025h: commands to the debugger of the operating system.
+pub const OS_DEBUGGER_INTERFACE: u16 = 0x1025;
+/// 1026h: standard input and output.
+pub const OS_PROMPT: u16 = 0x1026;
+/// 1027h: the modules of a modular device.
+pub const MODULE_LIST: u16 = 0x1027;
+/// 1028h: the COB-IDs of emergencies that are consumed.
+pub const EMERGENCY_CONSUMER: u16 = 0x1028;
+/// 1029h: what follows an error.
+pub const ERROR_BEHAVIOUR: u16 = 0x1029;
+/// 1200h: the default SDO server.
+pub const SDO_SERVER_1: u16 = 0x1200;
+/// 1280h: the first SDO client.
+pub const SDO_CLIENT_1: u16 = 0x1280;
+/// 12FFh: the last SDO client.
+pub const SDO_CLIENT_128: u16 = 0x12FF;
+/// 1400h: the communication parameter of the first RPDO.
+pub const RPDO_1: u16 = 0x1400;
+/// 15FFh: the communication parameter of the last RPDO.
+pub const RPDO_512: u16 = 0x15FF;
+/// 1600h: the mapping of the first RPDO.
+pub const RPDO_MAPPING_1: u16 = 0x1600;
+/// 17FFh: the mapping of the last RPDO.
+pub const RPDO_MAPPING_512: u16 = 0x17FF;
+/// 1800h: the communication parameter of the first TPDO.
+pub const TPDO_1: u16 = 0x1800;
+/// 19FFh: the communication parameter of the last TPDO.
+pub const TPDO_512: u16 = 0x19FF;
+/// 1A00h: the mapping of the first TPDO.
+pub const TPDO_MAPPING_1: u16 = 0x1A00;
+/// 1BFFh: the mapping of the last TPDO.
+pub const TPDO_MAPPING_512: u16 = 0x1BFF;
+/// From the communication parameter of a PDO to its mapping.
+pub const TO_MAPPING: u16 = RPDO_MAPPING_1 - RPDO_1;
+
+/// The communication profile area.
+pub const COMMUNICATION: RangeInclusive<u16> = 0x1000..=0x1FFF;
+
+/// The identifier in a COB-ID parameter (CiA 301, 7.5.2.5), which has 29 bits if [`EXTENDED`] is set and else 11.
+pub const IDENTIFIER: u32 = 0x1FFF_FFFF;
+/// The identifier of 11 bits in a COB-ID parameter.
+pub const BASE_IDENTIFIER: u32 = 0x7FF;
+/// The bit of a COB-ID parameter that makes the identifier one of 29 bits.
+pub const EXTENDED: u32 = 0x2000_0000;
+/// The bit of a COB-ID parameter that switches the object off.
+pub const INVALID: u32 = 0x8000_0000;
+
+/// Whether an object is the communication parameter of a PDO.
+#[must_use]
+pub const fn is_pdo_communication(index: u16) -> bool {
+    matches!(index, RPDO_1..=RPDO_512 | TPDO_1..=TPDO_512)
+}
+
+/// Whether an object is the mapping of a PDO.
+#[must_use]
+pub const fn is_pdo_mapping(index: u16) -> bool {
+    matches!(index, RPDO_MAPPING_1..=RPDO_MAPPING_512 | TPDO_MAPPING_1..=TPDO_MAPPING_512)
+}
+
+/// Whether sub-index 0 of an object counts the entries in use, and not all of them.
+#[must_use]
+pub const fn counts_entries(index: u16) -> bool {
+    index == PREDEFINED_ERROR_FIELD || is_pdo_mapping(index)
+}
+
+/// Whether an object says how the device communicates, and not what it is.
+#[must_use]
+pub const fn is_parameter(index: u16) -> bool {
+    matches!(index, COB_ID_SYNC..=SYNCHRONOUS_WINDOW_LENGTH | STORE_PARAMETERS..=TPDO_MAPPING_512)
+}
+
+/// The predefined connection set (CiA 301, 7.3.3): what the node-ID is added to.
+pub mod connection {
+    /// Emergencies.
+    pub const EMCY: u16 = 0x080;
+    /// The first TPDO; the next three follow in steps of 100h.
+    pub const TPDO_1: u16 = 0x180;
+    /// The first RPDO; the next three follow in steps of 100h.
+    pub const RPDO_1: u16 = 0x200;
+    /// What the default SDO server answers.
+    pub const SDO_RESPONSE: u16 = 0x580;
+    /// What the default SDO server is asked.
+    pub const SDO_REQUEST: u16 = 0x600;
+}

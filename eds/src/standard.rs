@@ -1,0 +1,333 @@
+//! What CiA 301 and CiA 402-2 define: the kind and the data types of their objects, and what their numbers mean.
+
+use crate::cia301;
+use crate::model::ObjectKind;
+use crate::types::DataType;
+
+/// An object of a standard.
+#[derive(Clone, Copy, Debug)]
+pub struct Standard {
+    /// `CiA 301`.
+    pub source: &'static str,
+    /// Whether it is a single value, an array or a record.
+    pub kind: ObjectKind,
+    /// Whether ARRAY and RECORD are both common.
+    pub loose: bool,
+    /// What its numbers mean; of an array, those of its elements.
+    pub meaning: Option<&'static Meaning>,
+    types: Types,
+}
+
+/// What the numbers of an object mean.
+#[derive(Debug)]
+pub struct Meaning {
+    /// What it is called.
+    pub name: &'static str,
+    /// In a sentence.
+    pub description: &'static str,
+    /// The names.
+    pub numbers: Numbers,
+}
+
+/// Names for numbers.
+#[derive(Clone, Copy, Debug)]
+pub enum Numbers {
+    /// Of values.
+    Values(&'static [(i128, &'static str)]),
+    /// Of bits: the lowest, the highest, the name.
+    Bits(&'static [(u8, u8, &'static str)]),
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Types {
+    /// Of the single value, or of all entries but sub-index 0.
+    All(DataType),
+    /// Of sub-index 1 and on.
+    Each(&'static [DataType]),
+}
+
+impl Standard {
+    /// The data type of a sub-index, where the standard fixes it.
+    #[must_use]
+    pub fn data_type(&self, sub: u8) -> Option<DataType> {
+        match (self.kind.has_subs(), sub, self.types) {
+            (true, 0, _) => Some(DataType::Unsigned8),
+            (true, 0xFF, _) => None,
+            (_, _, Types::All(data_type)) => Some(data_type),
+            (_, sub, Types::Each(types)) => types.get(usize::from(sub) - 1).copied(),
+        }
+    }
+}
+
+/// The object with this index in CiA 301, or in the profile of the device.
+#[must_use]
+pub fn object(index: u16, profile: Option<u16>) -> Option<Standard> {
+    match index {
+        0x1000..=0x1FFF => communication(index),
+        0x6000..=0x9FFF if profile == Some(402) => cia402(0x6000 + (index - 0x6000) % 0x800),
+        _ => None,
+    }
+}
+
+/// Whether an entry holds a code, an identifier, a signature or a word of bits, which the standards write in hexadecimal.
+#[must_use]
+pub fn is_hex(index: u16, sub: u8) -> bool {
+    use cia301::*;
+    match (index, sub) {
+        (DEVICE_TYPE..=MANUFACTURER_STATUS_REGISTER | COB_ID_SYNC | COB_ID_TIME | COB_ID_EMCY | 0x603F, 0) => true,
+        (
+            PREDEFINED_ERROR_FIELD | STORE_PARAMETERS | RESTORE_DEFAULT_PARAMETERS | IDENTITY | EMERGENCY_CONSUMER,
+            1..,
+        ) => true,
+        (SDO_SERVER_1..=SDO_CLIENT_128, 1 | 2) => true,
+        _ => (is_pdo_communication(index) && sub == 1) || (is_pdo_mapping(index) && sub > 0),
+    }
+}
+
+/// CiA 301, 7.5.2.
+fn communication(index: u16) -> Option<Standard> {
+    use DataType as D;
+    use cia301::*;
+    const PDO: &[DataType] = &[D::Unsigned32, D::Unsigned8, D::Unsigned16, D::Unsigned8, D::Unsigned16, D::Unsigned8];
+    const SDO: &[DataType] = &[D::Unsigned32, D::Unsigned32, D::Unsigned8];
+    const COMMAND: &[DataType] = &[D::OctetString, D::Unsigned8, D::OctetString];
+    let (kind, types) = match index {
+        DEVICE_TYPE | MANUFACTURER_STATUS_REGISTER => variable(D::Unsigned32),
+        COB_ID_SYNC | COMMUNICATION_CYCLE_PERIOD | SYNCHRONOUS_WINDOW_LENGTH => variable(D::Unsigned32),
+        COB_ID_TIME | HIGH_RESOLUTION_TIME_STAMP | COB_ID_EMCY => variable(D::Unsigned32),
+        ERROR_REGISTER | LIFE_TIME_FACTOR | SYNCHRONOUS_COUNTER_OVERFLOW | OS_COMMAND_MODE => variable(D::Unsigned8),
+        MANUFACTURER_DEVICE_NAME..=MANUFACTURER_SOFTWARE_VERSION => variable(D::VisibleString),
+        GUARD_TIME | INHIBIT_TIME_EMCY | PRODUCER_HEARTBEAT_TIME => variable(D::Unsigned16),
+        PREDEFINED_ERROR_FIELD | STORE_PARAMETERS | RESTORE_DEFAULT_PARAMETERS => array(D::Unsigned32),
+        CONSUMER_HEARTBEAT_TIME | VERIFY_CONFIGURATION | EMERGENCY_CONSUMER => array(D::Unsigned32),
+        OS_PROMPT | ERROR_BEHAVIOUR => array(D::Unsigned8),
+        MODULE_LIST => array(D::Unsigned16),
+        IDENTITY => (ObjectKind::Record, Types::All(D::Unsigned32)),
+        OS_COMMAND | OS_DEBUGGER_INTERFACE => (ObjectKind::Record, Types::Each(COMMAND)),
+        SDO_SERVER_1..=SDO_CLIENT_128 => (ObjectKind::Record, Types::Each(SDO)),
+        _ if is_pdo_communication(index) => (ObjectKind::Record, Types::Each(PDO)),
+        _ if is_pdo_mapping(index) => (ObjectKind::Record, Types::All(D::Unsigned32)),
+        _ => return None,
+    };
+    // Mappings are lists of equal words, and many data sheets make them arrays.
+    Some(Standard { source: "CiA 301", kind, loose: is_pdo_mapping(index), meaning: meaning(index), types })
+}
+
+/// CiA 402-2, by the index of the first axis.
+fn cia402(index: u16) -> Option<Standard> {
+    use DataType as D;
+    const RAMP: &[DataType] = &[D::Unsigned32, D::Unsigned16];
+    const INTERPOLATION_TIME: &[DataType] = &[D::Unsigned8, D::Integer8];
+    let (kind, types) = match index {
+        0x603F..=0x6041 => variable(D::Unsigned16),
+        0x6066 | 0x6068 | 0x606D..=0x6070 | 0x6072 | 0x6073 => variable(D::Unsigned16),
+        0x6007 | 0x6042..=0x6044 | 0x605A..=0x605E | 0x606A => variable(D::Integer16),
+        0x6071 | 0x6074 | 0x6077 | 0x6078 | 0x6086 | 0x6088 => variable(D::Integer16),
+        0x6060 | 0x6061 | 0x6098 => variable(D::Integer8),
+        0x607E => variable(D::Unsigned8),
+        0x6062..=0x6064 | 0x6069 | 0x606B | 0x606C | 0x607A | 0x607C => variable(D::Integer32),
+        0x60F4 | 0x60FA | 0x60FC | 0x60FF => variable(D::Integer32),
+        0x6065 | 0x6067 | 0x6075 | 0x6076 | 0x6079 | 0x607F..=0x6085 | 0x6087 => variable(D::Unsigned32),
+        0x609A | 0x60C5 | 0x60C6 | 0x60FD | 0x6502 => variable(D::Unsigned32),
+        0x607B | 0x607D => array(D::Integer32),
+        0x6046 | 0x608F | 0x6090 | 0x6091 | 0x6092 | 0x6099 | 0x60FE => array(D::Unsigned32),
+        0x6048..=0x604A => (ObjectKind::Record, Types::Each(RAMP)),
+        0x60C2 => (ObjectKind::Record, Types::Each(INTERPOLATION_TIME)),
+        0x6504 | 0x6505 => variable(D::VisibleString),
+        _ => return None,
+    };
+    Some(Standard { source: "CiA 402", kind, loose: true, meaning: meaning(index), types })
+}
+
+fn variable(data_type: DataType) -> (ObjectKind, Types) {
+    (ObjectKind::Variable, Types::All(data_type))
+}
+
+fn array(data_type: DataType) -> (ObjectKind, Types) {
+    (ObjectKind::Array, Types::All(data_type))
+}
+
+/// What the numbers of an object mean; of CiA 402 by the index of the first axis.
+fn meaning(index: u16) -> Option<&'static Meaning> {
+    Some(match index {
+        cia301::ERROR_REGISTER => &ERROR_REGISTER,
+        cia301::ERROR_BEHAVIOUR => &ERROR_BEHAVIOUR,
+        0x6040 => &CONTROLWORD,
+        0x6041 => &STATUSWORD,
+        0x6060 | 0x6061 => &MODE_OF_OPERATION,
+        0x605A => &QUICK_STOP_OPTION,
+        0x605B => &SHUTDOWN_OPTION,
+        0x605C => &DISABLE_OPERATION_OPTION,
+        0x605D => &HALT_OPTION,
+        0x605E => &FAULT_REACTION_OPTION,
+        0x6502 => &SUPPORTED_DRIVE_MODES,
+        _ => return None,
+    })
+}
+
+const ERROR_REGISTER: Meaning = Meaning {
+    name: "Error register",
+    description: "Which kinds of error are present (CiA 301, 7.5.2.2).",
+    numbers: Numbers::Bits(&[
+        (0, 0, "generic error"),
+        (1, 1, "current"),
+        (2, 2, "voltage"),
+        (3, 3, "temperature"),
+        (4, 4, "communication error"),
+        (5, 5, "device profile specific"),
+        (7, 7, "manufacturer specific"),
+    ]),
+};
+
+const ERROR_BEHAVIOUR: Meaning = Meaning {
+    name: "Error behaviour",
+    description: "Which NMT state a device goes to by itself in an error (CiA 301).",
+    numbers: Numbers::Values(&[(0, "pre-operational"), (1, "no change"), (2, "stopped")]),
+};
+
+const CONTROLWORD: Meaning = Meaning {
+    name: "Controlword",
+    description: "Commands to the drive (CiA 402).",
+    numbers: Numbers::Bits(&[
+        (0, 0, "switch on"),
+        (1, 1, "enable voltage"),
+        (2, 2, "quick stop"),
+        (3, 3, "enable operation"),
+        (4, 6, "operation mode specific"),
+        (7, 7, "fault reset"),
+        (8, 8, "halt"),
+        (9, 9, "operation mode specific 9"),
+        (11, 15, "manufacturer specific"),
+    ]),
+};
+
+const STATUSWORD: Meaning = Meaning {
+    name: "Statusword",
+    description: "The state of the drive (CiA 402).",
+    numbers: Numbers::Bits(&[
+        (0, 0, "ready to switch on"),
+        (1, 1, "switched on"),
+        (2, 2, "operation enabled"),
+        (3, 3, "fault"),
+        (4, 4, "voltage enabled"),
+        (5, 5, "quick stop"),
+        (6, 6, "switch on disabled"),
+        (7, 7, "warning"),
+        (8, 8, "manufacturer specific"),
+        (9, 9, "remote"),
+        (10, 10, "target reached"),
+        (11, 11, "internal limit active"),
+        (12, 13, "operation mode specific"),
+        (14, 15, "manufacturer specific 14"),
+    ]),
+};
+
+const MODE_OF_OPERATION: Meaning = Meaning {
+    name: "Mode of operation",
+    description: "What the drive controls; negative values are the manufacturer's (CiA 402).",
+    numbers: Numbers::Values(&[
+        (0, "none"),
+        (1, "profile position"),
+        (2, "velocity"),
+        (3, "profile velocity"),
+        (4, "torque profile"),
+        (6, "homing"),
+        (7, "interpolated position"),
+        (8, "cyclic synchronous position"),
+        (9, "cyclic synchronous velocity"),
+        (10, "cyclic synchronous torque"),
+    ]),
+};
+
+const QUICK_STOP_OPTION: Meaning = Meaning {
+    name: "Quick stop option",
+    description: "How the drive stops in a quick stop, and where it stays (CiA 402).",
+    numbers: Numbers::Values(&[
+        (0, "disable drive function"),
+        (1, "slow down ramp"),
+        (2, "quick stop ramp"),
+        (3, "current limit"),
+        (4, "voltage limit"),
+        (5, "slow down ramp and stay"),
+        (6, "quick stop ramp and stay"),
+        (7, "current limit and stay"),
+        (8, "voltage limit and stay"),
+    ]),
+};
+
+const SHUTDOWN_OPTION: Meaning = Meaning {
+    name: "Shutdown option",
+    description: "What the drive does when operation enabled is left for ready to switch on (CiA 402).",
+    numbers: Numbers::Values(RAMP_OR_NOT),
+};
+
+const DISABLE_OPERATION_OPTION: Meaning = Meaning {
+    name: "Disable operation option",
+    description: "What the drive does when operation enabled is left for switched on (CiA 402).",
+    numbers: Numbers::Values(RAMP_OR_NOT),
+};
+
+const HALT_OPTION: Meaning = Meaning {
+    name: "Halt option",
+    description: "How the drive stops for bit 8 of the control word (CiA 402).",
+    numbers: Numbers::Values(&[
+        (1, "slow down ramp"),
+        (2, "quick stop ramp"),
+        (3, "current limit"),
+        (4, "voltage limit"),
+    ]),
+};
+
+const FAULT_REACTION_OPTION: Meaning = Meaning {
+    name: "Fault reaction option",
+    description: "How the drive stops for a fault (CiA 402).",
+    numbers: Numbers::Values(&[
+        (0, "disable drive function"),
+        (1, "slow down ramp"),
+        (2, "quick stop ramp"),
+        (3, "current limit"),
+        (4, "voltage limit"),
+    ]),
+};
+
+const SUPPORTED_DRIVE_MODES: Meaning = Meaning {
+    name: "Supported drive modes",
+    description: "Which modes of operation the drive has (CiA 402).",
+    numbers: Numbers::Bits(&[
+        (0, 0, "profile position"),
+        (1, 1, "velocity"),
+        (2, 2, "profile velocity"),
+        (3, 3, "torque profile"),
+        (5, 5, "homing"),
+        (6, 6, "interpolated position"),
+        (7, 7, "cyclic synchronous position"),
+        (8, 8, "cyclic synchronous velocity"),
+        (9, 9, "cyclic synchronous torque"),
+        (16, 31, "manufacturer specific"),
+    ]),
+};
+
+const RAMP_OR_NOT: &[(i128, &str)] = &[(0, "disable drive function"), (1, "slow down ramp")];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_types_are_those_of_the_standards() {
+        let check = |index: u16, sub: u8, data_type: Option<DataType>| {
+            let found = object(index, Some(402)).and_then(|standard| standard.data_type(sub));
+            assert_eq!(found, data_type, "{index:04X}:{sub:02X}");
+        };
+        check(0x1000, 0, Some(DataType::Unsigned32));
+        check(0x1018, 0, Some(DataType::Unsigned8));
+        check(0x1018, 4, Some(DataType::Unsigned32));
+        check(0x1800, 3, Some(DataType::Unsigned16));
+        check(0x1800, 9, None);
+        check(0x1A00, 64, Some(DataType::Unsigned32));
+        check(0x6060, 0, Some(DataType::Integer8));
+        check(0x6860, 0, Some(DataType::Integer8));
+        check(0x6048, 2, Some(DataType::Unsigned16));
+        check(0x2000, 0, None);
+    }
+}
