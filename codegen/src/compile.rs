@@ -6,12 +6,12 @@ use lexican_eds::model::Device;
 use crate::options::Options;
 use crate::{defined, emit, plan, standard};
 
-/// What came out.
+/// Generated code and findings.
 #[derive(Clone, Debug)]
 pub struct Output {
     /// The generated code: items for any module.
     pub code: String,
-    /// What the data sheet has that could not be generated as it stands; see [`FINDINGS`](crate::FINDINGS).
+    /// What in the data sheet could not be generated as it is written; see [`FINDINGS`](crate::FINDINGS).
     pub diagnostics: Diagnostics,
 }
 

@@ -1,4 +1,4 @@
-//! The way from a build script to [`compile`].
+//! What a build script uses: files in, [`compile`], files out.
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -12,10 +12,10 @@ use crate::findings::FINDINGS;
 use crate::name::{self, Case};
 use crate::options::Options;
 
-/// So many warnings are shown for each data sheet.
+/// The most warnings that are shown for a data sheet.
 const MAX_WARNINGS: usize = 20;
 
-/// What to generate and where to. Every method takes and returns the configuration, so that it chains.
+/// What to generate, and where to. Every method takes and returns the configuration, so that it chains.
 ///
 /// Each data sheet becomes one file, named after the file it comes from in snake case: `eds/Drive-2.eds`
 /// becomes `drive_2.rs`, to be included by `lexican_runtime::include_od!("drive_2")`.
@@ -23,7 +23,7 @@ const MAX_WARNINGS: usize = 20;
 #[must_use = "nothing happens before `generate`"]
 pub struct Config {
     sheets: Vec<Sheet>,
-    /// What came before the data sheet that it belongs to.
+    /// What was given before the data sheet that it belongs to.
     stray: Option<Stray>,
     rules: Vec<Rule>,
     out_dir: Option<PathBuf>,
@@ -126,10 +126,10 @@ impl Config {
         self
     }
 
-    /// Reads, generates and writes; the only method that does anything.
+    /// Reads, generates and writes.
     ///
-    /// Tells Cargo which files to watch, and prints findings as warnings of the build. A file is written
-    /// whole or not at all, and only when its content changes.
+    /// Cargo is given the files to watch, and findings as warnings of the build. A file is written whole or not at
+    /// all, and only if its content changes.
     ///
     /// # Errors
     ///
@@ -229,7 +229,7 @@ fn generate(input: &Input, options: &Options, rules: &[Rule]) -> Result<String, 
     Ok(output.code)
 }
 
-/// One line each: Cargo shows only what stands behind the prefix.
+/// One line each: Cargo shows only what follows the prefix.
 fn warn(findings: &Diagnostics, input: &Input) {
     let mut warnings = findings.iter().filter(|finding| finding.severity == Severity::Warning);
     for warning in warnings.by_ref().take(MAX_WARNINGS) {
@@ -262,8 +262,8 @@ fn not_a_data_sheet(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// Through a file beside it, so that nobody ever sees half a file; not at all when nothing changes, so that
-/// nothing is compiled again.
+/// Writes through a file beside it, so that there is never half a file, and only if something changes, so that nothing
+/// is compiled again.
 fn write(path: &Path, code: &str) -> Result<(), Error> {
     if fs::read(path).is_ok_and(|old| old == code.as_bytes()) {
         return Ok(());
@@ -271,18 +271,18 @@ fn write(path: &Path, code: &str) -> Result<(), Error> {
     let beside = path.with_extension(format!("rs.{}", std::process::id()));
     let written = fs::write(&beside, code).and_then(|()| fs::rename(&beside, path));
     written.map_err(|reason| {
-        // The error is about the file; that what was beside it may remain does not matter.
+        // The error is about the file, not about what may remain beside it.
         let _ = fs::remove_file(&beside);
         Error::Write { path: path.to_owned(), reason }
     })
 }
 
-/// The codes of all findings that there can be.
+/// The codes of all findings.
 fn codes() -> impl Iterator<Item = &'static str> {
     rules::rules().iter().map(|rule| rule.code).chain(FINDINGS.iter().map(|finding| finding.code))
 }
 
-/// Names that look like this one, the nearest first.
+/// Names similar to this one, the nearest first.
 fn near(name: &str, all: impl Iterator<Item = &'static str>) -> Vec<&'static str> {
     let wanted = name.to_lowercase();
     let distances = all.map(|known| (distance(&wanted, known), known));
@@ -291,7 +291,7 @@ fn near(name: &str, all: impl Iterator<Item = &'static str>) -> Vec<&'static str
     near.into_iter().map(|(_, known)| known).take(3).collect()
 }
 
-/// How many letters must be added, removed or replaced to come from one text to the other (Levenshtein).
+/// How many letters must be added, removed or replaced to make one text of the other (Levenshtein).
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

@@ -1,8 +1,8 @@
 //! Data types that the device defines itself, by a DEFTYPE in the area of the data types (CiA 301, 7.4.7).
 //!
-//! All that a DEFTYPE tells is a length in bits. So its values are taken for the bits: an unsigned number of as many
-//! whole bytes, because an SDO transfers no less, with the length as its limit. What the bits mean (a sign, a
-//! fraction) nobody says. Of the members of a DEFSTRUCT even the length is not told; they stay bytes.
+//! A DEFTYPE gives only a length in bits. So its values are an unsigned number of as many whole bytes, because an SDO
+//! transfers no less, with the length as its limit; whether the bits have a sign or a fraction is unknown. The members
+//! of a DEFSTRUCT have not even a length, and stay bytes.
 
 use lexican_eds::model::{Device, Entry, Value};
 use lexican_eds::types::DataType;
@@ -54,7 +54,7 @@ fn is_negative(value: &Value) -> bool {
     value.as_integer().is_some_and(i128::is_negative)
 }
 
-/// The smallest UNSIGNED that holds so many bits, 1 to 64.
+/// The smallest UNSIGNED that holds `bits` bits, 1 to 64.
 fn unsigned(bits: u8) -> DataType {
     match bits {
         0..=8 => DataType::Unsigned8,

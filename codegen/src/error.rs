@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 /// Why nothing was generated.
 ///
-/// `Debug` prints everything there is to say, with the lines of the data sheet: it is what a build script
-/// shows that returns the error from `main` or unwraps it. `Display` is one line.
+/// `Debug` prints all findings with the lines of the data sheet: it is what a build script shows that returns the error
+/// from `main` or unwraps it. `Display` is one line.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -8,16 +8,17 @@
 //!
 //! and in the crate, `mod od { lexican_runtime::include_od!("drive"); }`.
 //!
-//! [`compile`] does the work and touches nothing: model in, text out, byte-identical for identical input.
-//! [`Config`] is the way there from a build script, and the only part with I/O.
+//! [`compile`] turns a model into text, the same bytes for the same input. [`Config`] is for build scripts, and the only
+//! part with I/O.
 //!
-//! Generated code is data (names, types, numbers, documentation); what it does is generic code in
-//! `lexican-runtime`. It has no inner attributes, no `use`, no `unsafe`, and names only paths of the runtime
-//! and of `core`, so that it can be included anywhere.
+//! Generated code is the data sheet in rows: names, types, numbers, documentation. Codes and bits are in hexadecimal,
+//! quantities in decimal. Macros and types of `lexican-runtime` make code of the rows. It has no inner attributes and no
+//! `unsafe`. What it imports is a glob of the runtime, which gives way to other names: types of the data sheet may be
+//! called like types of the runtime, and the code may be included into a module that imports the same types itself.
 //!
 //! # Findings
 //!
-//! Beside those of the data sheet (`lexican-eds`), generating has findings of its own; see [`FINDINGS`].
+//! Besides those of the data sheet (`lexican-eds`), generating has findings of its own; see [`FINDINGS`].
 
 mod compile;
 mod config;

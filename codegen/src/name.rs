@@ -1,5 +1,4 @@
-//! Identifiers from the names of a data sheet. The rules are frozen by `tests/names.rs`: whoever updates
-//! lexican must not have to rename anything.
+//! Identifiers from the names of a data sheet. `tests/names.tsv` freezes the rules: an update of lexican renames nothing.
 
 use lexican_eds::model::Object;
 
@@ -25,7 +24,7 @@ pub(crate) fn identifier(name: &str, case: Case) -> String {
     } else if joined.is_empty() || syn::parse_str::<syn::Ident>(&joined).is_ok() && joined != "gen" {
         joined
     } else {
-        // `gen` is a keyword since edition 2024; all others are asked of syn.
+        // `gen` is a keyword since edition 2024, which syn does not know.
         format!("{joined}_")
     }
 }
@@ -48,7 +47,7 @@ pub(crate) fn with_suffix(identifier: &str, suffix: &str, case: Case) -> String 
 }
 
 /// The words of a name, fewer where they are longer than [`MAX_LENGTH`]: first without remarks in brackets, then
-/// without those before the last, which often is the number that tells elements apart. It depends on the name alone,
+/// without those before the last, which often is the number of an element. It depends on the name alone,
 /// so that a long name stays what it is when others are added.
 fn short_words(name: &str) -> Vec<String> {
     let all = words(name);
@@ -71,7 +70,7 @@ fn length(words: &[String]) -> usize {
     words.iter().map(|word| word.len() + 1).sum::<usize>().saturating_sub(1)
 }
 
-/// The name with a blank for what stands in brackets; one that is never closed is no bracket.
+/// The name with a blank instead of text in brackets. An opening bracket without its partner is no bracket.
 fn outside_brackets(name: &str) -> String {
     let mut outside = String::new();
     let mut rest = name;
@@ -89,7 +88,7 @@ fn outside_brackets(name: &str) -> String {
     outside + rest
 }
 
-/// Words end at whatever is neither letter nor digit, and where an upper-case letter follows a lower-case one.
+/// Words end at a character that is neither letter nor digit, and where an upper-case letter follows a lower-case one.
 fn words(name: &str) -> Vec<String> {
     let mut words = Vec::new();
     let mut word = String::new();
@@ -125,7 +124,7 @@ fn join(words: &[String], case: Case) -> String {
     }
 }
 
-/// A letter or digit in ASCII, as people write it who have no other; empty for anything else.
+/// A letter or digit as it is commonly written in ASCII; empty for anything else.
 fn plain(c: char) -> String {
     let letters = match c {
         'a'..='z' | 'A'..='Z' | '0'..='9' => return c.to_string(),
@@ -169,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn words_split_where_the_rules_say() {
+    fn names_are_split_into_words() {
         check("Controlword", "CONTROLWORD", "controlword", "Controlword");
         check("COB-ID SYNC message", "COB_ID_SYNC_MESSAGE", "cob_id_sync_message", "CobIdSyncMessage");
         check("v - Pos", "V_POS", "v_pos", "VPos");
@@ -181,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_suffix_stands_where_a_keyword_had_its_underscore() {
+    fn a_suffix_replaces_the_underscore_of_a_keyword() {
         assert_eq!(with_suffix(&identifier("self", Case::Snake), "3000_02", Case::Snake), "self_3000_02");
         assert_eq!(with_suffix(&identifier("self", Case::Pascal), "3000", Case::Pascal), "Self3000");
         assert_eq!(with_suffix(&identifier("mode 2", Case::Pascal), "6040", Case::Pascal), "Mode2_6040");
@@ -219,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_rust_does_not_allow_is_mended() {
+    fn a_name_that_rust_does_not_allow_is_changed() {
         check("2nd gear", "_2ND_GEAR", "_2nd_gear", "_2ndGear");
         check("type", "TYPE", "type_", "Type");
         check("self", "SELF", "self_", "Self_");
@@ -228,7 +227,7 @@ mod tests {
         check("位置", "", "", "");
     }
 
-    /// Names as real data sheets have them. A line that must change breaks the code of whoever updates.
+    /// Names as real data sheets have them. A line that changes breaks the code of users who update.
     #[test]
     fn the_identifiers_of_200_real_names_never_change() {
         let table = include_str!("../tests/names.tsv");

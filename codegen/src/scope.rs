@@ -6,7 +6,7 @@ use lexican_eds::{Diagnostic, Diagnostics, Severity, Span};
 
 use crate::name::{self, Case};
 
-/// So many places of a collision are shown.
+/// The most places of a collision that are shown.
 const MAX_PLACES: usize = 4;
 
 /// One name that an item would like to have.

@@ -1,5 +1,4 @@
 //! Crates as users write them, outside of the workspace: they build, they pass, and clippy is silent.
-//! The golden cases are among them, as modules of a crate in each edition.
 
 mod outside;
 
@@ -31,16 +30,6 @@ fn a_program_may_deny_every_lint() {
 #[test]
 fn every_type_goes_through_a_pdo_at_every_bit() {
     check("downstream/bits", &["test"]);
-}
-
-#[test]
-fn golden_code_is_clean_in_edition_2021() {
-    check("golden/edition-2021", &["doc", "--no-deps"]);
-}
-
-#[test]
-fn golden_code_is_clean_in_edition_2024() {
-    check("golden/edition-2024", &["doc", "--no-deps"]);
 }
 
 #[track_caller]

@@ -1,25 +1,46 @@
 //! What all emitters need.
 
-use proc_macro2::TokenStream;
+use std::collections::BTreeSet;
 
-use crate::plan::Plan;
+use lexican_eds::model::{Entry, Meaning};
+use lexican_eds::standard;
+use lexican_eds::types::Class;
 
-/// What is printed, and what the paths in it begin with.
+use crate::plan::{Plan, Shape};
+
+/// What is printed, and how it names the runtime.
 pub(super) struct Context<'a> {
     pub(super) plan: &'a Plan<'a>,
-    /// The runtime.
-    pub(super) runtime: TokenStream,
-    /// Its module `object`, and the same as text.
-    pub(super) object: TokenStream,
-    pub(super) path: String,
+    /// The path of the runtime.
+    pub(super) runtime: String,
+    /// Whether the code is also the device's, which writes objects that are read-only on the bus.
+    pub(super) is_device: bool,
+    /// The names of types that the code defines itself.
+    own: BTreeSet<&'a str>,
 }
 
-/// Appends items, an empty line before each.
-pub(super) fn print(items: TokenStream, code: &mut String) {
-    let file: syn::File = syn::parse2(items).expect("what the emitters write is Rust");
-    for item in file.items {
-        let alone = syn::File { shebang: None, frontmatter: None, attrs: Vec::new(), items: vec![item] };
-        code.push('\n');
-        code.push_str(&prettyplease::unparse(&alone));
+impl<'a> Context<'a> {
+    pub(super) fn new(plan: &'a Plan<'a>, runtime: &str, is_device: bool) -> Self {
+        let records = plan.items.iter().filter_map(|item| match &item.shape {
+            Shape::Record { ident, .. } => Some(ident.as_str()),
+            _ => None,
+        });
+        let newtypes = plan.newtypes.iter().map(|newtype| newtype.ident.as_str());
+        let own = records.chain(newtypes).collect();
+        Context { plan, runtime: runtime.to_owned(), is_device, own }
+    }
+
+    /// Whether an entry holds a code, an identifier or a word of bits, which are written in hexadecimal, and no quantity.
+    pub(super) fn is_hex(&self, entry: &Entry) -> bool {
+        let is_code = || self.plan.newtype_of(entry).is_some_and(|newtype| newtype.is_hex);
+        let is_word = || matches!(entry.meaning, Meaning::BitField(_));
+        let is_unsigned = entry.data_type.class() == Class::Unsigned;
+        is_unsigned && (standard::is_hex(entry.index, entry.sub) || is_word() || is_code())
+    }
+
+    /// A type of the runtime's module `object`: by its name alone, unless the data sheet has a type of that name, which
+    /// goes before what a glob imports.
+    pub(super) fn object(&self, name: &str) -> String {
+        if self.own.contains(name) { format!("{}::object::{name}", self.runtime) } else { name.to_owned() }
     }
 }

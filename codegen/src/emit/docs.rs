@@ -1,20 +1,12 @@
 //! Documentation of items: always the same facts in the same order, escaped.
 
 use lexican_eds::model::{Condition, Entry, Meaning, NmtState, Unit, Value};
-use lexican_eds::types::Class;
-use proc_macro2::TokenStream;
-use quote::quote;
 
 use super::context::Context;
+use super::literal;
 use crate::plan::{Access, Default, Handle, Item, Mapping, Number};
 
-/// Lines of documentation; an empty one separates paragraphs.
-pub(super) fn lines(lines: &[String]) -> TokenStream {
-    let lines = lines.iter().map(|line| if line.is_empty() { String::new() } else { format!(" {line}") });
-    quote!(#(#[doc = #lines])*)
-}
-
-/// The same as text, in front of an item that is indented so far.
+/// Lines of documentation in front of an item that is indented by `indent`; an empty one separates paragraphs.
 fn text(lines: &[String], alias: &[String; 2], indent: &str) -> String {
     let mut text = String::new();
     for line in lines {
@@ -35,7 +27,7 @@ pub(super) fn handle(
     let entry = handle.entry;
     let full = format!("0x{:04X}:{:02X}", entry.index, entry.sub);
     let mut lines = vec![sentence(title, &address(entry.index, entry.sub)), String::new()];
-    lines.push(format!("Address {full} · {}", facts(handle)));
+    lines.push(format!("Address {full} · {}", facts(context, handle)));
     lines.extend(remarks(context, entry, object_text));
     text(&lines, &[full, format!("{:04X}", entry.index)], indent)
 }
@@ -56,7 +48,10 @@ pub(super) fn whole(context: &Context<'_>, item: &Item<'_>, first: Option<&Handl
             }
             let shared = Handle { entry: &entry, ..shared };
             let last = object.entries.last().map_or(1, |entry| entry.sub);
-            lines.push(format!("Address 0x{index} · {kind} of {last}, `.at(1)` to `.at({last})` · {}", facts(&shared)));
+            lines.push(format!(
+                "Address 0x{index} · {kind} of {last}, `.at(1)` to `.at({last})` · {}",
+                facts(context, &shared)
+            ));
             let mut like_all = first.entry.clone();
             if object.entries.iter().any(|entry| entry.sub > 0 && entry.description != like_all.description) {
                 like_all.description = None;
@@ -121,14 +116,15 @@ fn address(index: u16, sub: u8) -> String {
 }
 
 /// `UNSIGNED16 · rw · default 100 · limits 1…500`.
-fn facts(handle: &Handle<'_>) -> String {
+fn facts(context: &Context<'_>, handle: &Handle<'_>) -> String {
     let entry = handle.entry;
+    let in_hex = context.is_hex(entry);
     let mut facts = vec![escape(&entry.data_type.to_string()), access(handle.access).to_owned()];
-    let shown = |value: &Value| escape(&shown(value, is_hex(entry)));
+    let shown = |value: &Value| escape(&shown(value, in_hex));
     let initial = [("default", &handle.default, &entry.default), ("configured", &handle.configured, &entry.configured)];
     for (what, typed, value) in initial {
         let value = match (typed, value) {
-            (Some(Default::Number(number)), _) => shown_number(*number, is_hex(entry)),
+            (Some(Default::Number(number)), _) => shown_number(*number, in_hex),
             (Some(Default::NodeIdPlus(base)), _) => node_id_plus(*base),
             (None, Some(value @ (Value::Text(_) | Value::Bytes(_)))) => shown(value),
             (None, _) => continue,
@@ -136,7 +132,7 @@ fn facts(handle: &Handle<'_>) -> String {
         facts.push(format!("{what} {value}"));
     }
     if let Some((low, high)) = handle.limits {
-        let [low, high] = [low, high].map(|number| shown_number(number, is_hex(entry)));
+        let [low, high] = [low, high].map(|number| shown_number(number, in_hex));
         facts.push(format!("limits {low}…{high}"));
     }
     match handle.mapping {
@@ -205,20 +201,8 @@ fn condition(context: &Context<'_>, condition: &Condition) -> String {
         Some(name) if !name.is_empty() => format!("{name} ({address})"),
         _ => address,
     };
-    format!("while {who} {verb} {}", condition.value)
-}
-
-/// Where CiA 301 thinks in hexadecimal: identifiers, mappings, signatures, words of bits.
-pub(super) fn is_hex(entry: &Entry) -> bool {
-    let by_address = matches!(
-        (entry.index, entry.sub),
-        (0x1000..=0x1002 | 0x1005 | 0x1012 | 0x1014 | 0x603F, 0)
-            | (0x1003 | 0x1010 | 0x1011 | 0x1018 | 0x1028, 1..)
-            | (0x1200..=0x12FF, 1 | 2)
-            | (0x1400..=0x15FF | 0x1800..=0x19FF, 1)
-            | (0x1600..=0x17FF | 0x1A00..=0x1BFF, 1..)
-    );
-    (by_address || matches!(entry.meaning, Meaning::BitField(_))) && entry.data_type.class() == Class::Unsigned
+    let in_hex = context.plan.entry(condition.index, condition.sub).is_some_and(|entry| context.is_hex(entry));
+    format!("while {who} {verb} {}", literal::integer(condition.value, in_hex))
 }
 
 fn shown_number(number: Number, in_hex: bool) -> String {
@@ -230,9 +214,10 @@ fn shown_number(number: Number, in_hex: bool) -> String {
 
 fn shown(value: &Value, in_hex: bool) -> String {
     match value {
-        Value::Integer(integer) if in_hex && *integer > 9 => format!("0x{integer:X}"),
-        Value::Integer(integer) => integer.to_string(),
-        Value::Real(real) => real.to_string(),
+        Value::Integer(integer) => literal::integer(*integer, in_hex),
+        // In the fewest digits.
+        Value::Real(real) if f64::from(*real as f32) == *real => format!("{:?}", *real as f32),
+        Value::Real(real) => format!("{real:?}"),
         Value::Text(text) => format!("\"{text}\""),
         Value::Bytes(bytes) => format!("{} bytes", bytes.len()),
         Value::NodeIdPlus(base) => node_id_plus(*base),

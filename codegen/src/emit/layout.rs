@@ -31,7 +31,7 @@ impl Chain {
         self.first.clone() + &self.methods.concat()
     }
 
-    /// On one line if so many characters beside it leave room for it.
+    /// On one line if there is room for it beside `beside` characters.
     fn lines(&self, beside: usize, indent: &str) -> String {
         let line = self.line();
         if beside + line.len() <= WIDTH {
@@ -75,4 +75,22 @@ pub(super) fn rows(indent: &str, rows: impl IntoIterator<Item = String>) -> Stri
         text.extend(["\n", indent]);
     }
     text + "]"
+}
+
+/// `b"..."`, broken where a line is full.
+pub(super) fn bytes(bytes: &[u8], indent: &str) -> String {
+    let mut lines = vec![String::new()];
+    for &byte in bytes {
+        let escaped = if byte == 0 { "\\0".to_owned() } else { byte.escape_ascii().to_string() };
+        if lines.last().is_some_and(|line| indent.len() + line.len() + escaped.len() >= WIDTH) {
+            lines.push(String::new());
+        }
+        // A blank that begins a line would be taken for its indent.
+        let line = lines.last_mut().expect("there is a line");
+        *line += if byte == b' ' && line.is_empty() { "\\x20" } else { &escaped };
+    }
+    match lines.as_slice() {
+        [line] => format!("b\"{line}\""),
+        _ => format!("b\"\\\n{indent}{}\"", lines.join(&format!("\\\n{indent}"))),
+    }
 }

@@ -2,33 +2,53 @@
 
 use std::f64::consts;
 
+use lexican_eds::model::{Condition, Entry, Value};
 use lexican_eds::types::DataType;
-use proc_macro2::TokenStream;
 
 use super::context::Context;
-use crate::plan::{Number, Type};
+use crate::plan::{Number, Type, fitting, raw};
 
-/// `0x1018`.
-pub(super) fn hex(value: impl Into<u64>, digits: usize) -> TokenStream {
-    tokens(&hex_text(value, digits))
+/// `0x1018, 0x01`.
+pub(super) fn address(index: u16, sub: u8) -> String {
+    format!("0x{index:04X}, 0x{sub:02X}")
 }
 
-fn hex_text(value: impl Into<u64>, digits: usize) -> String {
-    format!("0x{:0digits$X}", value.into())
+/// `4..=6`, or `7`.
+pub(super) fn bits(low: u8, high: u8) -> String {
+    if low == high { low.to_string() } else { format!("{low}..={high}") }
 }
 
-/// A number without a type suffix.
-pub(super) fn decimal(value: i128) -> TokenStream {
-    tokens(&value.to_string())
+/// A code in hexadecimal, a quantity in decimal.
+pub(super) fn integer(number: i128, in_hex: bool) -> String {
+    if in_hex && number > 9 { format!("0x{number:X}") } else { number.to_string() }
 }
 
-/// Text that is Rust.
-pub(super) fn tokens(text: &str) -> TokenStream {
-    text.parse().expect("what the emitters write is Rust")
+/// A number as the wire has it, which in Rust is a `u64`.
+pub(super) fn wire_form(context: &Context<'_>, entry: &Entry, number: Number) -> String {
+    let raw = raw(number, entry.data_type);
+    match (number, entry.data_type.bits()) {
+        (Number::Integer(negative @ ..0), Some(bits @ (8 | 16 | 32))) => {
+            format!("{negative}_i{bits} as u{bits} as u64")
+        }
+        (Number::Integer(negative @ ..0), Some(64)) => format!("{negative}_i64 as u64"),
+        (Number::Integer(integer @ 0..), _) => self::integer(integer, context.is_hex(entry)),
+        _ => format!("0x{raw:X}"),
+    }
+}
+
+/// A condition, with the number in the wire form of the entry that decides.
+pub(super) fn condition(context: &Context<'_>, condition: &Condition) -> String {
+    let value = context.plan.entry(condition.index, condition.sub).and_then(|entry| {
+        let number = fitting(&Value::Integer(condition.value), entry.data_type)?;
+        Some(wire_form(context, entry, number))
+    });
+    let value = value.unwrap_or_else(|| (condition.value as u64).to_string());
+    let address = address(condition.index, condition.sub);
+    format!("{}::new({address}, {}, {value})", context.object("Condition"), condition.equal)
 }
 
 /// The Rust type of a data type.
-pub(super) fn rust_type(object: &str, data_type: DataType) -> String {
+pub(super) fn rust_type(context: &Context<'_>, data_type: DataType) -> String {
     use DataType as D;
     let primitive = match data_type {
         D::Boolean => "bool",
@@ -42,9 +62,7 @@ pub(super) fn rust_type(object: &str, data_type: DataType) -> String {
         D::Unsigned64 => "u64",
         D::Real32 => "f32",
         D::Real64 => "f64",
-        other => {
-            return format!("{object}::{}", runtime_type(other));
-        }
+        other => return context.object(runtime_type(other)),
     };
     primitive.to_owned()
 }
@@ -77,16 +95,11 @@ fn runtime_type(data_type: DataType) -> &'static str {
     }
 }
 
-/// Whether the number stands in a type of the runtime, and not in one of the language.
-pub(super) fn is_wrapped(data_type: DataType) -> bool {
-    runtime_type(data_type).starts_with(['I', 'U'])
-}
-
 impl Context<'_> {
     /// A type, as a path.
     pub(super) fn r#type(&self, r#type: Type) -> String {
         match r#type {
-            Type::Plain(data_type) => rust_type(&self.path, data_type),
+            Type::Plain(data_type) => rust_type(self, data_type),
             Type::Newtype(row) => self.plan.newtypes[row].ident.clone(),
         }
     }
@@ -102,7 +115,7 @@ impl Context<'_> {
         }
     }
 
-    pub(super) fn plain_value(&self, data_type: DataType, number: Number, in_hex: bool) -> String {
+    fn plain_value(&self, data_type: DataType, number: Number, in_hex: bool) -> String {
         let integer = match number {
             Number::Real(real) => return float(data_type, real),
             Number::Integer(integer) => integer,
@@ -110,21 +123,18 @@ impl Context<'_> {
         match data_type {
             DataType::Boolean => (integer != 0).to_string(),
             DataType::TimeOfDay | DataType::TimeDifference => {
-                let name = rust_type(&self.path, data_type);
+                let name = rust_type(self, data_type);
                 let (days, ms) = (integer >> 32 & 0xFFFF, integer & 0x0FFF_FFFF);
                 format!("{name} {{ days: {days}, ms: {ms} }}")
             }
             _ => {
-                let digits = match u64::try_from(integer) {
-                    Ok(value) if in_hex => {
-                        hex_text(value, data_type.bits().map_or(1, |bits| usize::from(bits).div_ceil(4)))
-                    }
-                    _ => integer.to_string(),
-                };
-                if !is_wrapped(data_type) {
-                    return digits;
+                let digits = self::integer(integer, in_hex);
+                let in_a_type_of_the_runtime = runtime_type(data_type).starts_with(['I', 'U']);
+                if in_a_type_of_the_runtime {
+                    format!("{}::literal({digits})", rust_type(self, data_type))
+                } else {
+                    digits
                 }
-                format!("{}::literal({digits})", rust_type(&self.path, data_type))
             }
         }
     }
@@ -136,8 +146,8 @@ fn float(data_type: DataType, real: f64) -> String {
     // clippy takes a number near a famous constant for that constant (`approx_constant`).
     let is_famous = FAMOUS.iter().any(|famous| (real.abs() - famous).abs() < 0.01) && real.fract() != 0.0;
     match (is_famous, is_single) {
-        (true, true) => format!("f32::from_bits({})", hex_text((real as f32).to_bits(), 8)),
-        (true, false) => format!("f64::from_bits({})", hex_text(real.to_bits(), 16)),
+        (true, true) => format!("f32::from_bits({})", format_args!("0x{:08X}", (real as f32).to_bits())),
+        (true, false) => format!("f64::from_bits({})", format_args!("0x{:016X}", real.to_bits())),
         (false, true) => format!("{:?}", real as f32),
         (false, false) => format!("{real:?}"),
     }

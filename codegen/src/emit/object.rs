@@ -22,14 +22,12 @@ fn variable(context: &Context<'_>, item: &Item<'_>, handle: &Handle<'_>, code: &
 fn array(context: &Context<'_>, item: &Item<'_>, count: &Handle<'_>, elements: &[Handle<'_>], code: &mut String) {
     let first = elements.first().expect("an array has elements");
     *code += &docs::whole(context, item, Some(first));
-    let object = &context.path;
     let mut parameters = parameters(context, first, count.access != Access::Ro);
     // The access right of sub-index 0 is left out where it is `ro`.
     parameters.extend((count.access != Access::Ro).then(|| marker(context, count.access)));
-    let r#type = Generic { path: format!("{object}::Array"), parameters };
-    let element = handle_value(context, first).line();
-    let value = format!("{object}::Array::new({}, {element})", elements.len());
-    layout::constant(code, &item.ident, &r#type, &Chain { first: value, methods: Vec::new() });
+    let path = context.object("Array");
+    let value = format!("{path}::new({}, {})", elements.len(), handle_value(context, first).line());
+    layout::constant(code, &item.ident, &Generic { path, parameters }, &Chain { first: value, methods: Vec::new() });
 }
 
 /// The type derives nothing: it is a name and no value, and every `derive` costs each build of each user.
@@ -38,7 +36,10 @@ fn record(context: &Context<'_>, item: &Item<'_>, type_ident: &str, members: &[H
     *code += &docs::whole(context, item, None);
     *code += &format!("pub const {ident}: {type_ident} = {type_ident};\n");
     *code += &format!("\n/// The members of [`{ident}`].\npub struct {type_ident};\n\nimpl {type_ident} {{\n");
-    for member in members {
+    for (number, member) in members.iter().enumerate() {
+        if number > 0 {
+            code.push('\n');
+        }
         *code += &docs::handle(context, &member.entry.name, None, member, "    ");
         layout::member(code, &member.ident, &handle_type(context, member), &handle_value(context, member));
     }
@@ -46,7 +47,7 @@ fn record(context: &Context<'_>, item: &Item<'_>, type_ident: &str, members: &[H
 }
 
 fn handle_type(context: &Context<'_>, handle: &Handle<'_>) -> Generic {
-    Generic { path: format!("{}::Object", context.path), parameters: parameters(context, handle, false) }
+    Generic { path: context.object("Object"), parameters: parameters(context, handle, false) }
 }
 
 /// Type, access and mapping; the mapping is left out where it is none.
@@ -58,17 +59,17 @@ fn parameters(context: &Context<'_>, handle: &Handle<'_>, whole: bool) -> Vec<St
         Mapping::Rpdo => Some("Rpdo"),
         Mapping::Both => Some("Mappable"),
     };
-    let mapping = mapping.map(|mapping| format!("{}::{mapping}", context.path));
+    let mapping = mapping.map(|mapping| context.object(mapping));
     [context.r#type(handle.r#type), marker(context, handle.access)].into_iter().chain(mapping).collect()
 }
 
 fn marker(context: &Context<'_>, access: Access) -> String {
-    format!("{}::{access:?}", context.path)
+    context.object(&format!("{access:?}"))
 }
 
 fn handle_value(context: &Context<'_>, handle: &Handle<'_>) -> Chain {
     let entry = handle.entry;
-    let in_hex = docs::is_hex(entry);
+    let in_hex = context.is_hex(entry);
     let limits = handle.limits.iter().map(|&(low, high)| {
         let [low, high] = [low, high].map(|number| context.value(handle.r#type, number, in_hex));
         format!(".with_limits({low}, {high})")
@@ -78,7 +79,7 @@ fn handle_value(context: &Context<'_>, handle: &Handle<'_>) -> Chain {
         Default::NodeIdPlus(base) => format!(".with_default_node_id_plus(0x{base:X})"),
     });
     Chain {
-        first: format!("{}::Object::new(0x{:04X}, 0x{:02X})", context.path, entry.index, entry.sub),
+        first: format!("{}::new(0x{:04X}, 0x{:02X})", context.object("Object"), entry.index, entry.sub),
         methods: limits.chain(default).collect(),
     }
 }

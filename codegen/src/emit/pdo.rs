@@ -1,146 +1,85 @@
 //! PDOs as structs.
 
+use lexican_eds::cia301;
 use lexican_eds::model::{Direction, Pdo, Value};
-use lexican_eds::types::{Class, DataType};
-use proc_macro2::TokenStream;
-use quote::{format_ident, quote};
+use lexican_eds::types::DataType;
 
 use super::context::Context;
 use super::{docs, literal};
 use crate::plan::{Field, PdoItem, fits_every_node};
 
-pub(super) fn pdo(context: &Context<'_>, item: &PdoItem<'_>) -> TokenStream {
-    let (object, pdo) = (&context.object, item.pdo);
-    let ident = format_ident!("{}", item.ident);
-    let (title, direction, index) = match pdo.direction {
-        Direction::Receive => ("Receive", quote!(Receive), 0x1600),
-        Direction::Transmit => ("Transmit", quote!(Transmit), 0x1A00),
-    };
-    let bits: u32 = pdo.mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
-    let docs = docs::lines(&[
-        format!("{title} PDO {}, as mapped by default in {:04X}.", pdo.number, index + u32::from(pdo.number) - 1),
-        String::new(),
-        facts(pdo, bits.div_ceil(8)),
-        String::new(),
-        format!("Directions are the device's: it {}s this PDO.", title.to_lowercase()),
-    ]);
-    let fields = item.fields.iter().map(|field| self::field(context, field));
-    let number = literal::decimal(pdo.number.into());
-    let mapping = pdo.mapping.iter().map(|mapped| {
-        let (index, sub, bits) =
-            (literal::hex(mapped.index, 4), literal::hex(mapped.sub, 2), literal::decimal(mapped.bits.into()));
-        quote!(#object::Mapped::new(#index, #sub, #bits))
-    });
-    let len = literal::decimal(bits.div_ceil(8).into());
-    let transmission_type = pdo.transmission_type.iter().map(|&value| {
-        let value = literal::decimal(value.into());
-        quote! {
-            /// The default of the transmission type.
-            pub const TRANSMISSION_TYPE: u8 = #value;
-        }
-    });
-    let cob_id = cob_id(context, pdo).into_iter();
-    let raw = if item.fields.is_empty() { format_ident!("_raw") } else { format_ident!("raw") };
-    let to_raw = to_raw(context, item);
-    let from_raw = item.fields.iter().map(|field| {
-        let (ident, low, bits) = place(field);
-        let take = if is_cut(context, field) { quote!(take_signed) } else { quote!(take) };
-        quote!(#ident: #object::Value::from_raw(#object::#take(raw, #low, #bits)))
-    });
-    quote! {
-        #docs
-        #[derive(Clone, Copy, Debug, Default, PartialEq)]
-        pub struct #ident {
-            #(#fields),*
-        }
-
-        impl #ident {
-            /// What is mapped, in order.
-            pub const MAPPING: &'static [#object::Mapped] = &[#(#mapping),*];
-            #(#transmission_type)*
-            #(#cob_id)*
-
-            /// The data of a frame.
-            pub fn pack(self) -> [u8; #len] {
-                #object::pack(self)
-            }
-
-            /// The values of a frame's data; bytes beyond the mapped ones are ignored.
-            ///
-            /// # Errors
-            ///
-            /// When there are fewer bytes than mapped.
-            pub fn unpack(data: &[u8]) -> ::core::result::Result<Self, #object::MappedLengthMismatch> {
-                #object::Pdo::from_data(data)
-            }
-        }
-
-        impl #object::Pdo for #ident {
-            const DIRECTION: #object::Direction = #object::Direction::#direction;
-            const NUMBER: u16 = #number;
-            const MAPPING: &'static [#object::Mapped] = #ident::MAPPING;
-            fn to_raw(self) -> u64 {
-                #to_raw
-            }
-            fn from_raw(#raw: u64) -> Self {
-                Self { #(#from_raw),* }
-            }
-        }
+pub(super) fn pdo(context: &Context<'_>, item: &PdoItem<'_>, code: &mut String) {
+    let pdo = item.pdo;
+    let direction = if pdo.direction == Direction::Receive { "Receive" } else { "Transmit" };
+    let (ident, number) = (&item.ident, pdo.number);
+    let mapping: Vec<String> = pdo
+        .mapping
+        .iter()
+        .map(|mapped| format!("0x{:04X}{:02X}{:02X}", mapped.index, mapped.sub, mapped.bits))
+        .collect();
+    let cob_id = default_cob_id(pdo);
+    *code += &format!(
+        "
+pdo! {{
+    /// {direction} PDO {number}, as mapped by default in {:04X}.
+    ///
+    /// {}
+    ///
+    /// Directions are the device's: it {}s this PDO.
+    pub struct {ident}: {direction} {number} {{
+{}    }}
+    mapping: {};
+",
+        pdo.direction.mapping_parameter(number),
+        facts(pdo, cob_id),
+        direction.to_lowercase(),
+        item.fields.iter().map(|field| self::field(context, field)).collect::<String>(),
+        mapping.join(", "),
+    );
+    if let Some(value) = pdo.transmission_type {
+        *code += &format!("    transmission_type: {value};\n");
     }
+    match cob_id {
+        Some(CobId::NodeIdPlus(base)) => *code += &format!("    cob_id(node): 0x{base:X} + node;\n"),
+        Some(CobId::Fixed(value)) => *code += &format!("    cob_id(_node): 0x{value:X};\n"),
+        None => {}
+    }
+    *code += "}\n";
 }
 
 /// `COB-ID 0x180 + node-ID · transmission type 255 · 2 bytes`.
-fn facts(pdo: &Pdo, bytes: u32) -> String {
+fn facts(pdo: &Pdo, cob_id: Option<CobId>) -> String {
     let mut facts: Vec<String> = Vec::new();
-    if let Some(id @ (CobId::NodeIdPlus(word) | CobId::Fixed(word))) = default_cob_id(pdo) {
+    if let Some(id @ (CobId::NodeIdPlus(word) | CobId::Fixed(word))) = cob_id {
         let plus = if matches!(id, CobId::NodeIdPlus(_)) { " + node-ID" } else { "" };
-        match (word & IDENTIFIER, word & INVALID) {
-            (0, INVALID) => facts.push("switched off".into()),
-            (id, INVALID) => facts.push(format!("COB-ID 0x{id:X}{plus}, switched off")),
+        match (word & cia301::IDENTIFIER, word & cia301::INVALID) {
+            (0, cia301::INVALID) => facts.push("switched off".into()),
+            (id, cia301::INVALID) => facts.push(format!("COB-ID 0x{id:X}{plus}, switched off")),
             (id, _) => facts.push(format!("COB-ID 0x{id:X}{plus}")),
         }
     }
     facts.extend(pdo.transmission_type.map(|value| format!("transmission type {value}")));
-    facts.push(if bytes == 1 { "1 byte".into() } else { format!("{bytes} bytes") });
+    let bits: u32 = pdo.mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
+    facts.push(if bits.div_ceil(8) == 1 { "1 byte".into() } else { format!("{} bytes", bits.div_ceil(8)) });
     facts.join(" · ")
 }
 
-fn field(context: &Context<'_>, field: &Field<'_>) -> TokenStream {
-    let (ident, _, _) = place(field);
-    let r#type = field.r#type.map_or_else(|| quote!(u64), |r#type| literal::tokens(&context.r#type(r#type)));
-    let mapped = &field.mapped;
+/// `statusword: Statusword = 0..=15;`
+fn field(context: &Context<'_>, field: &Field<'_>) -> String {
+    let (ident, mapped) = (&field.ident, &field.mapped);
+    let r#type = field.r#type.map_or_else(|| "u64".to_owned(), |r#type| context.r#type(r#type));
     let at = format!("{:04X}:{:02X}", mapped.index, mapped.sub);
-    let name = docs::sentence(field.name.unwrap_or_default(), &at);
-    let bits = if mapped.bits == 1 { "1 bit".into() } else { format!("{} bits", mapped.bits) };
-    let docs = docs::lines(&[name, String::new(), format!("Address 0x{at} · {bits}, from bit {}", field.low)]);
-    quote!(#docs pub #ident: #r#type)
+    let doc = match docs::escape(field.name.unwrap_or_default()) {
+        none if none.is_empty() => at,
+        name => format!("{name} ({at})"),
+    };
+    // Nothing of a field without bits is taken or placed.
+    let bits = match mapped.bits {
+        0 => return format!("        /// {doc}\n        {ident}: {type} = 64;\n"),
+        bits => literal::bits(field.low, field.low + bits - 1),
+    };
+    format!("        /// {doc}\n        {ident}: {type} = {bits};\n")
 }
-
-fn to_raw(context: &Context<'_>, item: &PdoItem<'_>) -> TokenStream {
-    let object = &context.object;
-    let values = item.fields.iter().map(|field| {
-        let (ident, low, bits) = place(field);
-        quote!(#object::place(#object::Value::to_raw(self.#ident), #low, #bits))
-    });
-    if item.fields.is_empty() { quote!(0) } else { quote!(#(#values)|*) }
-}
-
-/// Whether the mapping has room for fewer bits than a signed type has, so that its highest bit is the sign.
-fn is_cut(context: &Context<'_>, field: &Field<'_>) -> bool {
-    let data_type = field.r#type.map(|r#type| context.plan.data_type(r#type));
-    data_type.is_some_and(|data_type| {
-        data_type.class() == Class::Signed && data_type.bits().is_some_and(|bits| field.mapped.bits < bits)
-    })
-}
-
-fn place(field: &Field<'_>) -> (proc_macro2::Ident, TokenStream, TokenStream) {
-    let ident = format_ident!("{}", field.ident);
-    (ident, literal::decimal(field.low.into()), literal::decimal(field.mapped.bits.into()))
-}
-
-/// The bits of a COB-ID parameter (CiA 301, 7.5.2.35): the identifier, and whether the PDO is switched off.
-const IDENTIFIER: u32 = 0x1FFF_FFFF;
-const INVALID: u32 = 0x8000_0000;
 
 #[derive(Clone, Copy)]
 enum CobId {
@@ -158,34 +97,7 @@ fn default_cob_id(pdo: &Pdo) -> Option<CobId> {
             fits.then(|| u32::try_from(base).ok().map(CobId::NodeIdPlus))?
         }
         (Some(Value::Integer(value)), _) => u32::try_from(*value).ok().map(CobId::Fixed),
-        (None, 1..=4) => {
-            let first = if pdo.direction == Direction::Receive { 0x200 } else { 0x180 };
-            Some(CobId::NodeIdPlus(first + 0x100 * (u32::from(pdo.number) - 1)))
-        }
+        (None, number) => pdo.direction.predefined_cob_id(number).map(|id| CobId::NodeIdPlus(id.into())),
         _ => None,
     }
-}
-
-fn cob_id(context: &Context<'_>, pdo: &Pdo) -> Option<TokenStream> {
-    let runtime = &context.runtime;
-    Some(match default_cob_id(pdo)? {
-        CobId::Fixed(value) => {
-            let value = literal::hex(value, 3);
-            quote! {
-                /// The default COB-ID; the same for every node.
-                pub const fn cob_id(_node: #runtime::NodeId) -> #runtime::CobId {
-                    #runtime::CobId::from_parameter(#value)
-                }
-            }
-        }
-        CobId::NodeIdPlus(base) => {
-            let base = literal::hex(base, 3);
-            quote! {
-                /// The default COB-ID of a node.
-                pub const fn cob_id(node: #runtime::NodeId) -> #runtime::CobId {
-                    #runtime::CobId::from_parameter(#base + node.get() as u32)
-                }
-            }
-        }
-    })
 }

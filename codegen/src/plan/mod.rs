@@ -8,7 +8,6 @@ mod value;
 
 use lexican_eds::Diagnostics;
 use lexican_eds::model::{Device, Entry};
-use lexican_eds::types::DataType;
 
 pub(crate) use newtype::{Newtype, NewtypeKind, companion};
 pub(crate) use object::{Access, Default, Handle, Item, Mapping, Shape};
@@ -107,14 +106,6 @@ impl<'a> Plan<'a> {
         match type_of(entry, &self.types) {
             Type::Newtype(row) => self.newtypes.get(row),
             Type::Plain(_) => None,
-        }
-    }
-
-    /// The data type of CiA 301 behind a type.
-    pub(crate) fn data_type(&self, r#type: Type) -> DataType {
-        match r#type {
-            Type::Plain(data_type) => data_type,
-            Type::Newtype(row) => self.newtypes[row].data_type,
         }
     }
 }

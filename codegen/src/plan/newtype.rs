@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lexican_eds::model::{BitField, Bits, Device, Enumeration, Meaning, Named, Quantity, Value};
+use lexican_eds::standard;
 use lexican_eds::types::{Class, DataType};
 use lexican_eds::{Diagnostics, Span};
 
@@ -20,6 +21,8 @@ pub(crate) struct Newtype<'a> {
     pub(crate) name: &'a str,
     pub(crate) data_type: DataType,
     pub(crate) description: Option<&'a str>,
+    /// Whether its values are codes, which are written in hexadecimal.
+    pub(crate) is_hex: bool,
     pub(crate) kind: NewtypeKind<'a>,
 }
 
@@ -53,7 +56,12 @@ pub(crate) fn collect<'a>(device: &'a Device, findings: &mut Diagnostics) -> (Ve
         first.entry((sort, name)).or_insert(data_type);
     }
     let is_first = |&(sort, name, data_type): &Key<'a>| first.get(&(sort, name)) == Some(&data_type);
-    let newtypes = keys.iter().filter_map(|key| newtype(device, *key, is_first(key), findings)).collect();
+    let newtypes = keys.iter().filter_map(|key| {
+        let mut newtype = newtype(device, *key, is_first(key), findings)?;
+        newtype.is_hex |= used.iter().any(|(&(index, sub), used)| used == key && standard::is_hex(index, sub));
+        Some(newtype)
+    });
+    let newtypes = newtypes.collect();
     let rows: BTreeMap<Key<'a>, usize> = keys.iter().copied().zip(0..).collect();
     let types = used.into_iter().map(|(address, key)| (address, Type::Newtype(rows[&key]))).collect();
     (newtypes, types)
@@ -111,8 +119,10 @@ fn newtype<'a>(
             )
         }
     };
+    let is_hex = matches!(&kind, NewtypeKind::Enumeration { enumeration, .. } if enumeration.is_hex);
     let claim = claim(key, is_first, span);
-    Some(Newtype { ident: String::new(), claim, name, data_type, description: description.as_deref(), kind })
+    let description = description.as_deref();
+    Some(Newtype { ident: String::new(), claim, name, data_type, description, is_hex, kind })
 }
 
 /// One meaning on several data types is several types: that of the lowest address has the bare name.

@@ -85,7 +85,7 @@ impl Item<'_> {
         Claim::new(&self.object.name, Case::Shouty, address_suffix(self.object, None), self.object.span)
     }
 
-    /// Nobody writes the name of a record's type, so that it leaves the plain names to those of the overlay.
+    /// Users do not write the name of a record's type, so it leaves the plain names to types of the overlay.
     pub(crate) fn record_claim(&self) -> Option<Claim> {
         let Shape::Record { .. } = self.shape else { return None };
         let suffix = address_suffix(self.object, None);
@@ -212,8 +212,8 @@ fn extremes(data_type: DataType) -> (Number, Number) {
     }
 }
 
-/// Whether the elements differ in nothing but their number, in the values and in the words of the data sheet:
-/// what has names of its own is a record to whoever uses it.
+/// Whether the elements differ only in their number, in values and in words: elements with names of their own are used
+/// like the members of a record.
 fn are_alike(count: &Handle<'_>, elements: &[Handle<'_>]) -> bool {
     let Some(first) = elements.first() else { return false };
     let is_counter = count.entry.sub == 0 && count.entry.data_type == DataType::Unsigned8;

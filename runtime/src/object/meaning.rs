@@ -139,6 +139,15 @@ impl Unit {
     }
 }
 
+/// A number in the wire form of a data type: bits beyond the data type's are zero.
+#[must_use]
+pub const fn wire_form(data_type: DataType, number: i128) -> u64 {
+    match data_type.bits() {
+        Some(bits @ 1..64) => number as u64 & ((1 << bits) - 1),
+        _ => number as u64,
+    }
+}
+
 /// The name of a value of an enumeration.
 #[must_use]
 pub fn name_of<T: Enumeration>(value: T) -> Option<&'static str> {
@@ -147,7 +156,7 @@ pub fn name_of<T: Enumeration>(value: T) -> Option<&'static str> {
 }
 
 /// The value whose number of counts is nearest to `counts`, half away from zero; `None` when the data
-/// type does not reach so far, or `counts` is not a number.
+/// type does not reach that far, or `counts` is not a number.
 #[must_use]
 pub fn nearest<T: Value>(counts: f64) -> Option<T> {
     nearest_raw(T::DATA_TYPE, counts).map(T::from_raw)

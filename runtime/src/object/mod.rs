@@ -8,9 +8,9 @@
 mod access;
 mod address;
 mod dictionary;
+mod generated;
 mod handle;
 mod meaning;
-mod newtype;
 mod pdo;
 mod rule;
 mod types;
@@ -22,9 +22,9 @@ pub use dictionary::{Access, Dictionary, Entry, Limit, NodeRelative, ObjectDicti
 pub use handle::{Array, DefaultValue, Limits, Object, OutOfRange};
 pub use meaning::{
     BitField, BitName, Enumeration, Meaning, Name, Quantity, Unit, ValueName, debug_bits, debug_enumeration,
-    display_quantity, name_of, nearest,
+    display_quantity, name_of, nearest, wire_form,
 };
-pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, pack, place, replace, take, take_signed};
+pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, field, pack, place, replace, take, take_signed};
 pub use rule::{Condition, ConditionalLimit, WritableIn};
 pub use types::DataType;
 pub use value::{
@@ -33,7 +33,7 @@ pub use value::{
 };
 
 /// The shape of generated code that this runtime fits.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// What generated code begins with: a runtime that does not fit is reported in one sentence.
 ///

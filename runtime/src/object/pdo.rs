@@ -3,7 +3,7 @@
 //! A PDO has at most 64 bits, and so has its number: mapped values lie in it one after the other, the
 //! first in the lowest bits (CiA 301, 7.2.2.4.1, figure 22 with 7.1.4).
 
-use super::Address;
+use super::{Address, Value};
 use crate::frame::Frame;
 use crate::id::CobId;
 
@@ -131,6 +131,14 @@ pub const fn take(raw: u64, low: u8, bits: u8) -> u64 {
 pub const fn take_signed(raw: u64, low: u8, bits: u8) -> u64 {
     let above = if bits == 0 || bits >= 64 { 0 } else { 64 - bits };
     ((take(raw, low, bits) << above) as i64 >> above) as u64
+}
+
+/// The value in `bits` bits of `raw` from bit `low` on. If a mapping has fewer bits than a signed type, the highest of
+/// them is the sign.
+#[must_use]
+#[inline]
+pub fn field<T: Value>(raw: u64, low: u8, bits: u8) -> T {
+    T::from_raw(if T::DATA_TYPE.is_signed() { take_signed(raw, low, bits) } else { take(raw, low, bits) })
 }
 
 /// `word` with the `bits` bits from bit `low` on replaced by the lowest of `value`.

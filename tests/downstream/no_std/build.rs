@@ -3,7 +3,6 @@ fn main() -> Result<(), lexican_codegen::Error> {
         .eds("eds/valve.eds")
         .storage(true)
         // A device configuration file, whose values go before the defaults.
-        .eds("../../golden/configured/input.eds")
-        .module("configured")
+        .eds("eds/configured.dcf")
         .generate()
 }

@@ -1,20 +1,20 @@
-//! A dictionary, and functions with the bounds that the runtime's have.
+//! Dictionaries whose code the test writes, and functions with the bounds that the runtime's have.
 
 use lexican_runtime::object::{Object, Readable, RpdoMappable, TpdoMappable, Value, Writable};
 
 /// The dictionary of the golden case.
 pub mod od {
-    include!("../../golden/access_and_mapping/expected.rs");
+    include!(concat!(env!("LEXICAN_CODE"), "/access_and_mapping.rs"));
 }
 
 /// The dictionary with meanings of the golden case.
 pub mod drive {
-    include!("../../golden/overlay/expected.rs");
+    include!(concat!(env!("LEXICAN_CODE"), "/overlay.rs"));
 }
 
 /// The dictionary with one object of each data type.
 pub mod types {
-    include!("../../golden/data_types/expected.rs");
+    include!(concat!(env!("LEXICAN_CODE"), "/data_types.rs"));
 }
 
 /// Reads.

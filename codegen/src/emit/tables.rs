@@ -1,0 +1,209 @@
+//! The device's side (the table of all entries, the bytes that a device starts with, what the overlay says of
+//! conditions), and the table of names.
+
+use std::fmt::Write as _;
+
+use lexican_eds::model::{Entry, NmtState, Object, Value};
+use lexican_eds::types::DataType;
+
+use super::context::Context;
+use super::{layout, literal};
+use crate::plan::{Access, Handle, Mapping, Newtype, NewtypeKind, fitting};
+use crate::start;
+
+/// The least capacity, in bytes, of a text or a string of bytes that may become longer than its default.
+const TEXT_CAPACITY: usize = 32;
+/// A capacity is a `u16` in the table.
+const MAX_CAPACITY: usize = 0xFFFF;
+
+pub(super) fn device(context: &Context<'_>, code: &mut String) {
+    let mut image = Image::default();
+    let rows: Vec<String> = context.plan.entry_handles().map(|handle| row(context, handle, &mut image)).collect();
+    let relative = image
+        .node_relative
+        .iter()
+        .map(|(offset, size)| format!("{} {{ offset: {offset}, size: {size} }}", context.object("NodeRelative")));
+    let configured = context.plan.device.entries().any(|entry| entry.configured.is_some());
+    let values = if configured { "configured values and defaults" } else { "defaults" };
+    let indent = "    ";
+    *code += &format!(
+        "
+/// All entries with their {values}, as the device serves them.
+pub static TABLE: {table} = {table} {{
+    entries: {},
+    limits: {},
+    image: {},
+    node_relative: {},
+}};
+
+/// The dictionary of a device: all values.
+pub type Storage = {}<{}>;
+
+/// A dictionary with the {values} of the data sheet for this node-ID.
+pub fn storage(node: {runtime}::NodeId) -> Storage {{
+    Storage::new(&TABLE, node)
+}}
+",
+        layout::rows(indent, rows),
+        layout::rows(indent, image.limits.iter().cloned()),
+        layout::bytes(&image.bytes, &format!("{indent}    ")),
+        layout::rows(indent, relative),
+        context.object("Dictionary"),
+        image.bytes.len(),
+        runtime = context.runtime,
+        table = context.object("Table"),
+    );
+    conditions(context, code);
+}
+
+/// The bytes of all defaults, and what else the table holds beside its rows.
+#[derive(Debug, Default)]
+struct Image {
+    bytes: Vec<u8>,
+    limits: Vec<String>,
+    node_relative: Vec<(usize, usize)>,
+}
+
+/// `Entry::new(0x1017, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(12, 2)`.
+fn row(context: &Context<'_>, handle: &Handle<'_>, image: &mut Image) -> String {
+    let entry = handle.entry;
+    let mapping = match handle.mapping {
+        Mapping::Unmapped => "None",
+        Mapping::Tpdo => "Tpdo",
+        Mapping::Rpdo => "Rpdo",
+        Mapping::Both => "Both",
+    };
+    let (offset, capacity) = image.push(context, handle);
+    let [new, data_type, access, pdo_mapping] =
+        ["Entry", "DataType", "Access", "PdoMapping"].map(|name| context.object(name));
+    let mut row = format!(
+        "{new}::new({}, {data_type}::{}, {access}::{:?}, {pdo_mapping}::{mapping}).at({offset}, {capacity})",
+        literal::address(entry.index, entry.sub),
+        literal::data_type(entry.data_type),
+        handle.access
+    );
+    if let Some((low, high)) = handle.limits {
+        let [low, high] = [low, high].map(|number| literal::wire_form(context, entry, number));
+        let _ = write!(
+            row,
+            ".limited({})",
+            image.limit(format!("{} {{ low: {low}, high: {high} }}", context.object("Limit")))
+        );
+    }
+    row
+}
+
+impl Image {
+    /// The place of an entry's value: offset and capacity.
+    fn push(&mut self, context: &Context<'_>, handle: &Handle<'_>) -> (usize, usize) {
+        let entry = handle.entry;
+        if entry.data_type == DataType::Domain {
+            return (0, 0);
+        }
+        let mut initial = start::initial(context.plan.device, entry);
+        if entry.data_type.bits().is_some() {
+            let (offset, size) = (self.bytes.len(), initial.bytes.len());
+            self.bytes.append(&mut initial.bytes);
+            if initial.node_relative {
+                self.node_relative.push((offset, size));
+            }
+            return (offset, size);
+        }
+        let mut bytes = initial.bytes;
+        bytes.truncate(MAX_CAPACITY);
+        let grows = matches!(handle.access, Access::Rw | Access::Wo) || bytes.is_empty();
+        let capacity = if grows { bytes.len().max(TEXT_CAPACITY) } else { bytes.len() };
+        self.bytes.extend_from_slice(&(bytes.len() as u16).to_le_bytes());
+        let offset = self.bytes.len();
+        self.bytes.extend_from_slice(&bytes);
+        self.bytes.resize(offset + capacity, 0);
+        (offset, capacity)
+    }
+
+    /// The row of these limits, which may have been used before.
+    fn limit(&mut self, limit: String) -> usize {
+        let found = self.limits.iter().position(|known| *known == limit);
+        found.unwrap_or_else(|| {
+            self.limits.push(limit);
+            self.limits.len() - 1
+        })
+    }
+}
+
+fn conditions(context: &Context<'_>, code: &mut String) {
+    let entries = || context.plan.device.entries();
+    let at = |entry: &Entry| literal::address(entry.index, entry.sub);
+    let ranges = entries().flat_map(|entry| entry.ranges.iter().map(move |range| (entry, range))).filter_map(
+        |(entry, range)| {
+            let [low, high] = [range.low, range.high].map(|limit| {
+                fitting(&Value::Integer(limit), entry.data_type).map(|limit| literal::wire_form(context, entry, limit))
+            });
+            let when = literal::condition(context, &range.when);
+            Some(format!("{}::new({}, {when}, {}, {})", context.object("ConditionalLimit"), at(entry), low?, high?))
+        },
+    );
+    let writable = entries().filter_map(|entry| {
+        let states = entry.writable_in.as_ref()?;
+        let [pre_operational, operational] =
+            [NmtState::PreOperational, NmtState::Operational].map(|state| states.contains(&state));
+        Some(format!("{}::new({}, {pre_operational}, {operational})", context.object("WritableIn"), at(entry)))
+    });
+    let persistent = entries()
+        .filter(|entry| entry.persistent)
+        .map(|entry| format!("{}::new({})", context.object("Address"), at(entry)));
+    *code += &format!(
+        "
+/// Limits that depend on other entries, ascending by address.
+pub static RANGES: &[{}] = {};
+
+/// Entries that may be written in some NMT states only, ascending by address. The dictionary does not know the
+/// state: what serves it asks here, and refuses a write with 0800 0022h.
+pub static WRITABLE_IN: &[{}] = {};
+
+/// Entries that the device keeps without power, ascending.
+pub static PERSISTENT: &[{}] = {};
+",
+        context.object("ConditionalLimit"),
+        layout::rows("", ranges),
+        context.object("WritableIn"),
+        layout::rows("", writable),
+        context.object("Address"),
+        layout::rows("", persistent),
+    );
+}
+
+/// The table that tools show entries by.
+pub(super) fn names(context: &Context<'_>, code: &mut String) {
+    let [name, data_type, plain] = ["Name", "DataType", "Meaning"].map(|name| context.object(name));
+    let rows = context.plan.device.objects.iter().flat_map(|described| {
+        described.entries.iter().map(|entry| {
+            let meaning = context.plan.newtype_of(entry).map_or_else(|| "Plain".to_owned(), |it| meaning(context, it));
+            format!(
+                "{name}::new({}, {:?}, {data_type}::{}, {plain}::{meaning})",
+                literal::address(entry.index, entry.sub),
+                full_name(described, &entry.name),
+                literal::data_type(entry.data_type)
+            )
+        })
+    });
+    *code += &format!(
+        "\n/// The names of all entries, ascending by address.\npub static NAMES: &[{name}] = {};\n",
+        layout::rows("", rows.collect::<Vec<_>>())
+    );
+}
+
+fn full_name(object: &Object, name: &str) -> String {
+    match object.entries.as_slice() {
+        [only] if only.sub == 0 => object.name.clone(),
+        _ => format!("{}: {name}", object.name),
+    }
+}
+
+fn meaning(context: &Context<'_>, newtype: &Newtype<'_>) -> String {
+    let (variant, constant) = match newtype.kind {
+        NewtypeKind::Enumeration { .. } => ("Enumeration", "NAMES"),
+        NewtypeKind::BitField { .. } => ("BitField", "BITS"),
+        NewtypeKind::Quantity { .. } => ("Quantity", "UNITS"),
+    };
+    format!("{variant}(<{} as {}>::{constant})", newtype.ident, context.object(variant))
+}
