@@ -82,7 +82,7 @@ impl Arguments {
 fn more_inputs(target: &str) -> Option<&'static str> {
     match target {
         "eds" => Some("eds/tests/golden"),
-        "codegen" => Some("tests/golden"),
+        "codegen" => Some("tests/downstream/no_std/eds"),
         _ => None,
     }
 }
