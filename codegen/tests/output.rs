@@ -253,7 +253,7 @@ fn names_of_rows(mac: &syn::Macro) -> Vec<String> {
         match token {
             TokenTree::Ident(name) if in_names => names.push(name.to_string()),
             TokenTree::Punct(mark) => {
-                in_names = mark.as_char() == ';' || (in_names && !matches!(mark.as_char(), ':' | '='))
+                in_names = mark.as_char() == ';' || (in_names && !matches!(mark.as_char(), ':' | '='));
             }
             _ => {}
         }

@@ -1,7 +1,5 @@
 //! Numbers and types of leaves, as a data sheet prints them.
 
-use std::f64::consts;
-
 use lexican_eds::model::{Condition, Entry, Value};
 use lexican_eds::types::DataType;
 
@@ -142,39 +140,5 @@ impl Context<'_> {
 
 /// A finite number.
 fn float(data_type: DataType, real: f64) -> String {
-    let is_single = data_type == DataType::Real32;
-    // clippy takes a number near a famous constant for that constant (`approx_constant`).
-    let is_famous = FAMOUS.iter().any(|famous| (real.abs() - famous).abs() < 0.01) && real.fract() != 0.0;
-    match (is_famous, is_single) {
-        (true, true) => format!("f32::from_bits({})", format_args!("0x{:08X}", (real as f32).to_bits())),
-        (true, false) => format!("f64::from_bits({})", format_args!("0x{:016X}", real.to_bits())),
-        (false, true) => format!("{:?}", real as f32),
-        (false, false) => format!("{real:?}"),
-    }
+    if data_type == DataType::Real32 { format!("{:?}", real as f32) } else { format!("{real:?}") }
 }
-
-/// The constants that clippy knows.
-const FAMOUS: &[f64] = &[
-    consts::E,
-    consts::FRAC_1_PI,
-    consts::FRAC_1_SQRT_2,
-    consts::FRAC_2_PI,
-    consts::FRAC_2_SQRT_PI,
-    consts::FRAC_PI_2,
-    consts::FRAC_PI_3,
-    consts::FRAC_PI_4,
-    consts::FRAC_PI_6,
-    consts::FRAC_PI_8,
-    consts::LN_2,
-    consts::LN_10,
-    consts::LOG10_2,
-    consts::LOG10_E,
-    consts::LOG2_10,
-    consts::LOG2_E,
-    consts::PI,
-    consts::SQRT_2,
-    consts::TAU,
-    // The golden ratio and the constant of Euler and Mascheroni are not stable in std yet.
-    1.618_033_988_749_895,
-    0.577_215_664_901_532_9,
-];

@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::docs;
 use super::layout::{self, Chain, Generic};
-use crate::plan::{Access, Default, Handle, Item, Mapping, Shape};
+use crate::plan::{Access, Default, Handle, Item, Mapping, Number, Shape};
 
 pub(super) fn item(context: &Context<'_>, item: &Item<'_>, code: &mut String) {
     code.push('\n');
@@ -16,12 +16,14 @@ pub(super) fn item(context: &Context<'_>, item: &Item<'_>, code: &mut String) {
 
 fn variable(context: &Context<'_>, item: &Item<'_>, handle: &Handle<'_>, code: &mut String) {
     *code += &docs::handle(context, &item.object.name, item.object.description.as_deref(), handle, "");
+    *code += &allowed(handle, "");
     layout::constant(code, &item.ident, &handle_type(context, handle), &handle_value(context, handle));
 }
 
 fn array(context: &Context<'_>, item: &Item<'_>, count: &Handle<'_>, elements: &[Handle<'_>], code: &mut String) {
     let first = elements.first().expect("an array has elements");
     *code += &docs::whole(context, item, Some(first));
+    *code += &allowed(first, "");
     let mut parameters = parameters(context, first, count.access != Access::Ro);
     // The access right of sub-index 0 is left out where it is `ro`.
     parameters.extend((count.access != Access::Ro).then(|| marker(context, count.access)));
@@ -41,9 +43,18 @@ fn record(context: &Context<'_>, item: &Item<'_>, type_ident: &str, members: &[H
             code.push('\n');
         }
         *code += &docs::handle(context, &member.entry.name, None, member, "    ");
+        *code += &allowed(member, "    ");
         layout::member(code, &member.ident, &handle_type(context, member), &handle_value(context, member));
     }
     *code += "}\n";
+}
+
+/// Clippy takes a number near a mathematical constant for that constant.
+fn allowed(handle: &Handle<'_>, indent: &str) -> String {
+    let is_fraction = |number: Number| matches!(number, Number::Real(real) if (real * 10.0).fract() != 0.0);
+    let has_fraction = handle.limits.is_some_and(|(low, high)| is_fraction(low) || is_fraction(high))
+        || matches!(handle.default, Some(Default::Number(number)) if is_fraction(number));
+    if has_fraction { format!("{indent}#[allow(clippy::approx_constant)]\n") } else { String::new() }
 }
 
 fn handle_type(context: &Context<'_>, handle: &Handle<'_>) -> Generic {

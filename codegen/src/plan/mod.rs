@@ -3,7 +3,6 @@
 mod newtype;
 mod object;
 mod pdo;
-mod types;
 mod value;
 
 use lexican_eds::Diagnostics;
@@ -12,10 +11,9 @@ use lexican_eds::model::{Device, Entry};
 pub(crate) use newtype::{Newtype, NewtypeKind, companion};
 pub(crate) use object::{Access, Default, Handle, Item, Mapping, Shape};
 pub(crate) use pdo::{Field, PdoItem};
-pub(crate) use types::Type;
-pub(crate) use value::{Number, fits_every_node, fitting, raw};
+pub(crate) use value::{Number, Type, fits_every_node, fitting, raw};
 
-use types::{Types, type_of};
+use value::{Types, type_of};
 
 use crate::scope::{self, Claim};
 

@@ -7,8 +7,7 @@ use lexican_eds::standard;
 use lexican_eds::types::{Class, DataType};
 use lexican_eds::{Diagnostics, Span};
 
-use super::types::{Type, Types};
-use super::value::{Number, fitting};
+use super::value::{Number, Type, Types, fitting};
 use crate::name::{self, Case};
 use crate::scope::{self, Claim};
 

@@ -4,8 +4,7 @@ use lexican_eds::Diagnostics;
 use lexican_eds::model::{AccessType, Device, Entry, Object, ObjectKind, Value};
 use lexican_eds::types::{Class, DataType};
 
-use super::types::{Type, Types, has_values, type_of};
-use super::value::{Number, fits_every_node, fitting};
+use super::value::{Number, Type, Types, fits_every_node, fitting, has_values, type_of};
 use crate::findings::warning;
 use crate::name::{Case, address_suffix};
 use crate::scope::{self, Claim};

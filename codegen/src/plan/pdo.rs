@@ -3,7 +3,7 @@
 use lexican_eds::Diagnostics;
 use lexican_eds::model::{Device, Direction, Entry, Mapped, Object, Pdo};
 
-use super::types::{Type, Types, has_values, type_of};
+use super::value::{Type, Types, has_values, type_of};
 use crate::findings::warning;
 use crate::name::{Case, address_suffix};
 use crate::scope::{self, Claim};

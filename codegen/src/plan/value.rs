@@ -1,7 +1,30 @@
-//! Numbers of the data sheet as values of a data type.
+//! The type of an entry, and numbers of the data sheet as values of it.
 
-use lexican_eds::model::Value;
+use std::collections::BTreeMap;
+
+use lexican_eds::model::{Entry, Value};
 use lexican_eds::types::{Class, DataType};
+
+/// The type of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Type {
+    /// A data type of CiA 301.
+    Plain(DataType),
+    /// A row of [`Plan::newtypes`](super::Plan::newtypes).
+    Newtype(usize),
+}
+
+/// Which type each entry has that an overlay gives a meaning.
+pub(crate) type Types = BTreeMap<(u16, u8), Type>;
+
+pub(crate) fn type_of(entry: &Entry, types: &Types) -> Type {
+    types.get(&(entry.index, entry.sub)).copied().unwrap_or(Type::Plain(entry.data_type))
+}
+
+/// Whether the type holds values of a fixed size.
+pub(crate) fn has_values(data_type: DataType) -> bool {
+    !matches!(data_type.class(), Class::Text | Class::Bytes | Class::Other)
+}
 
 /// A value of a data type that has values of a fixed size.
 #[derive(Clone, Copy, Debug, PartialEq)]
