@@ -350,3 +350,92 @@ macro_rules! odd {
     (Unsigned56 { $($odd:tt)* } { $($plain:tt)* }) => { $($odd)* };
     ($plain:ident { $($odd:tt)* } { $($code:tt)* }) => { $($code)* };
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(unreachable_pub, reason = "generated types are public")]
+
+    use crate::object::{BitField, BitName, DataType, Enumeration, I24, Mapped, Pdo, Quantity, Type, Unit, ValueName};
+    use crate::{CobId, NodeId};
+    use std::format;
+
+    crate::enumeration! {
+        /// Where it goes.
+        pub struct Way(i8): Integer8 {
+            BACK = -1, "back";
+            /// And no step aside.
+            FORTH = 0x01, "<forth>", "\\<forth\\>";
+        }
+    }
+
+    crate::enumeration! {
+        /// Whether it goes.
+        pub struct Going(bool): Boolean {
+            YES = 1, "yes";
+        }
+    }
+
+    crate::bit_field! {
+        /// Bits in a number with a sign.
+        pub struct Flags(I24): Integer24 {
+            low, with_low: u16 = 0..=11, "low";
+            middle: u8 = 12..=14, "middle";
+            top, with_top: bool = 23, "top";
+        }
+    }
+
+    crate::quantity! {
+        /// How far.
+        pub struct Distance(I24): Integer24 {
+            /// In m, 3/100 per count.
+            metres, from_metres = "m", 3 / 100;
+        }
+    }
+
+    crate::pdo! {
+        /// Transmit PDO 6.
+        pub struct Tpdo6: Transmit 6 {
+            /// In fewer bits than it has.
+            way: Way = 0..=1;
+            /// After a gap.
+            going: Going = 10;
+        }
+        mapping: 0x20000002, 0x00050008, 0x20010001;
+        transmission_type: 254;
+        cob_id(node): 0x180 + node;
+    }
+
+    #[test]
+    fn values_have_names() {
+        let row = |raw, name| ValueName::new(raw, name);
+        assert_eq!(Way::NAMES, [row(0xFF, "back"), row(0x01, "<forth>")]);
+        assert_eq!((Way::BACK.0, Way::FORTH.name(), Way(3).name()), (-1, Some("<forth>"), None));
+        assert_eq!((format!("{} {}", Way::BACK, Way(3)), Going::YES), ("back 3".into(), Going(true)));
+        assert_eq!((Way::DATA_TYPE, Going::DATA_TYPE), (DataType::Integer8, DataType::Boolean));
+    }
+
+    #[test]
+    fn bits_are_read_and_changed_in_constants() {
+        const FLAGS: Flags = Flags(I24::literal(0)).with_top(true).with_low(0xABC);
+        assert_eq!((FLAGS.top(), FLAGS.low(), FLAGS.middle()), (true, 0xABC, 0));
+        assert_eq!(FLAGS.0.get(), 0xABC - (1 << 23));
+        assert_eq!((FLAGS.with_top(false).with_low(0).0.get(), Flags(I24::literal(-1)).middle()), (0, 7));
+        assert_eq!(Flags::BITS[1], BitName::new(12, 3, "middle"));
+    }
+
+    #[test]
+    fn units_convert_in_both_directions() {
+        const METRES: f64 = Distance(I24::literal(-200)).metres();
+        assert_eq!((METRES, Distance::from_metres(-6.0)), (-6.0, Some(Distance(I24::literal(-200)))));
+        assert_eq!((Distance::from_metres(1e9), Distance::UNITS), (None, &[Unit::new("m", 3, 100)][..]));
+    }
+
+    #[test]
+    fn a_pdo_places_its_fields() {
+        let pdo = Tpdo6 { way: Way::BACK, going: Going::YES };
+        assert_eq!((pdo.pack(), Tpdo6::unpack(&[0b11, 0b100, 0xFF]), Tpdo6::LENGTH), ([0b11, 0b100], Ok(pdo), 2));
+        assert_eq!(Tpdo6::MAPPING[1], Mapped::new(0x0005, 0, 8));
+        assert_eq!((Tpdo6::NUMBER, Tpdo6::TRANSMISSION_TYPE), (6, 254));
+        assert_eq!(Tpdo6::cob_id(NodeId::literal(5)), CobId::from_parameter(0x185));
+    }
+}

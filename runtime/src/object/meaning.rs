@@ -259,6 +259,8 @@ pub fn display_quantity<T: Quantity>(f: &mut fmt::Formatter<'_>, value: T) -> fm
 
 #[cfg(test)]
 mod tests {
+    #![allow(unreachable_pub, reason = "generated types are public")]
+
     use super::*;
     use crate::object::{I24, U24};
     use proptest::prelude::*;
@@ -310,43 +312,39 @@ mod tests {
         assert_eq!(power_of_two(63), 9_223_372_036_854_775_808.0);
     }
 
-    #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-    struct Word(u16);
-    impl super::super::Type for Word {
-        const DATA_TYPE: DataType = DataType::Unsigned16;
-    }
-    impl Value for Word {
-        fn to_raw(self) -> u64 {
-            self.0.into()
+    crate::bit_field! {
+        /// Bits.
+        pub struct Word(u16): Unsigned16 {
+            ready: bool = 0, "ready";
+            mode: u8 = 8..=9, "mode";
         }
-        fn from_raw(raw: u64) -> Self {
-            Word(raw as u16)
-        }
-    }
-    impl BitField for Word {
-        const BITS: &'static [BitName] = &[BitName::new(0, 1, "ready"), BitName::new(8, 2, "mode")];
-    }
-    impl Quantity for Word {
-        const UNITS: &'static [Unit] = &[Unit::new("V", 1, 10)];
-    }
-    impl Enumeration for Word {
-        const NAMES: &'static [ValueName] = &[ValueName::new(2, "velocity")];
     }
 
-    struct With(fn(&mut fmt::Formatter<'_>) -> fmt::Result);
-    impl fmt::Display for With {
-        fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            (self.0)(f)
+    crate::enumeration! {
+        /// Values.
+        pub struct Mode(u16): Unsigned16 {
+            VELOCITY = 2, "velocity";
+        }
+    }
+
+    crate::quantity! {
+        /// Units.
+        pub struct Voltage(u16): Unsigned16 {
+            /// In V, 1/10 per count.
+            volts, from_volts = "V", 1 / 10;
         }
     }
 
     #[test]
     fn values_print_in_the_words_of_the_data_sheet() {
-        assert_eq!(format!("{}", With(|f| debug_bits(f, "Word", Word(0x0201)))), "Word(0x0201 ready | mode=2)");
-        assert_eq!(format!("{}", With(|f| debug_bits(f, "Word", Word(0)))), "Word(0x0000)");
-        assert_eq!(format!("{}", With(|f| display_quantity(f, Word(243)))), "24.3 V");
-        assert_eq!(format!("{:.2}", With(|f| display_quantity(f, Word(243)))), "24.30 V");
-        assert_eq!(format!("{}", With(|f| debug_enumeration(f, "Mode", Word(2), 2))), "Mode(2 velocity)");
-        assert_eq!(format!("{}", With(|f| debug_enumeration(f, "Mode", Word(7), 7))), "Mode(7)");
+        assert_eq!(format!("{:?}", Word(0x0201)), "Word(0x0201 ready | mode=2)");
+        assert_eq!(format!("{:?}", Word(0)), "Word(0x0000)");
+        assert_eq!((Word(0x0201).ready(), Word(0x0201).mode()), (true, 2));
+        assert_eq!((format!("{}", Voltage(243)), format!("{:.2}", Voltage(243))), ("24.3 V".into(), "24.30 V".into()));
+        assert_eq!((Voltage(243).volts(), Voltage::from_volts(24.3)), (24.3, Some(Voltage(243))));
+        assert_eq!(
+            (format!("{:?}", Mode::VELOCITY), format!("{:?}", Mode(7))),
+            ("Mode(2 velocity)".into(), "Mode(7)".into())
+        );
     }
 }
