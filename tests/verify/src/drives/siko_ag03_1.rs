@@ -46,7 +46,7 @@ pub(super) const DRIVE: Drive = Drive {
         cia402::transitions::<S>,
         siko::faults::check,
         siko::facts::check,
-        |checker, case| prose::statements(checker, case, siko::statements::STATEMENTS),
+        |checker, case| siko::statements::STATEMENTS.iter().for_each(|all| prose::statements(checker, case, all)),
         pdo::mappings::<S>,
         |checker, case| pdo::layouts::<S>(checker, case, siko::network::prepare_layouts, siko::network::sample),
         network::identifiers::<S>,

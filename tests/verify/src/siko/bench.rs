@@ -21,6 +21,18 @@ pub(super) type Bench = crate::bench::Bench<SimulatedDrive>;
 /// Index, sub-index, value and size of what is written.
 pub(super) type Write = (u16, u8, i64, u8);
 
+pub(super) const A_POS: (u16, u8) = (0x2410, 0x04);
+pub(super) const V_POS: (u16, u8) = (0x2410, 0x05);
+pub(super) const A_ROT: (u16, u8) = (0x2410, 0x06);
+pub(super) const A_INCH: (u16, u8) = (0x2410, 0x08);
+pub(super) const V_INCH: (u16, u8) = (0x2410, 0x09);
+pub(super) const D_POS: (u16, u8) = (0x2410, 0x0A);
+
+/// Writes a parameter of one byte.
+pub(super) const fn one((index, sub): (u16, u8), value: i64) -> Write {
+    (index, sub, value, 1)
+}
+
 impl Simulator for SimulatedDrive {
     const NODE: NodeId = NODE;
     const TRANSITIONS: Transitions = TRANSITIONS;
