@@ -9,12 +9,12 @@ use crate::checker::{Against, Checker};
 use crate::manual::Row;
 use crate::notation::{bytes, hex, print};
 
-/// Sends each printed request of the SDO client, and compares the answer with the row that follows. `cob_id`, `data` and
-/// `direction` are compared; what the rows mean is not.
-pub(crate) fn sdo<S: Simulator>(checker: &mut Checker<'_>, rows: &[Row], bench: &mut Bench<S>) {
+/// Sends each frame to the drive, and compares what it answers with the rows that follow. The columns `cob_id`, `data`
+/// and `direction` are compared; what the rows mean is not.
+pub(crate) fn exchange<S: Simulator>(checker: &mut Checker<'_>, rows: &[Row], bench: &mut Bench<S>) {
     let mut answers: VecDeque<Frame> = VecDeque::new();
     bench.hear(0);
-    for row in rows {
+    for (row, next) in rows.iter().zip(rows.iter().skip(1).map(Some).chain([None])) {
         checker.key(row);
         let answer = answers.pop_front();
         let direction = if answer.is_some() { "from drive" } else { "to drive" };
@@ -22,13 +22,15 @@ pub(crate) fn sdo<S: Simulator>(checker: &mut Checker<'_>, rows: &[Row], bench: 
         let (id, data) = match answer {
             Some(frame) => (frame.id().raw(), frame.data().to_vec()),
             None => {
+                let (id, mut data) = (hex(row.get("cob_id")).unwrap_or(0), bytes(row.get("data")).unwrap_or_default());
                 // An SDO has eight bytes.
-                let mut data = bytes(row.get("data")).unwrap_or_default();
-                data.resize(8, 0);
-                let id = hex(row.get("cob_id")).unwrap_or(0);
+                if id == u32::from(Bench::<S>::own(0x600)) {
+                    data.resize(8, 0);
+                }
                 bench.send(id as u16, &data);
                 answers.extend(bench.hear(0));
-                (if answers.is_empty() { 0 } else { id }, data)
+                let is_answered = next.is_some_and(|next| next.get("direction") == "from drive");
+                (if answers.is_empty() == is_answered { 0 } else { id }, data)
             }
         };
         checker.cell(row, "cob_id", Against::Drive, format!("{id:X}"));

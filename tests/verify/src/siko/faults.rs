@@ -10,6 +10,7 @@ use super::leds::blinks;
 use crate::bench::once;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
+use crate::kinds::emcy;
 use crate::kinds::prose::said;
 use crate::manual::Row;
 use crate::notation::yes;
@@ -182,15 +183,10 @@ fn fall(letter: char) -> Fall {
 }
 
 fn table_20(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, code: u16, letter: char) {
-    let term = case.manual.cell("terms.csv", &format!("EmergencyCode:0x{code:04X}"), "printed");
-    checker.cell(row, "meaning", Against::Manual, term);
     checker.cell(row, "letter", Against::Code, letter.to_string().trim());
-    let bytes = code.to_be_bytes();
-    for (column, byte) in ["byte_0", "byte_1"].into_iter().zip(bytes) {
-        checker.cell(row, column, Against::Manual, format!("{byte:02X}"));
-    }
     if code == 0xFF00 {
         // Reserved: none of the faults is reported by it.
+        emcy::check(checker, case, row, code, None);
         let sent = once((), || FAULTS.iter().any(|fault| emergency(fault.code.number, fault.letter()).reports(code)));
         checker.that(row, "code", Against::Code, cause_of(code) == Cause::Unknown(code), "a code with a meaning");
         for column in ["state_fault", "stored", "communication_ends"] {
@@ -199,9 +195,8 @@ fn table_20(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, code: u16, le
         return;
     }
     let Emergency { heard, communication_ends, state_fault, newest } = emergency(code, letter);
-    if code != 0xFF03 {
-        checker.that(row, "code", Against::Drive, heard.get(..2) == Some(&bytes), format!("{heard:02X?}"));
-    }
+    // Bus off: nothing can be sent.
+    emcy::check(checker, case, row, code, Some(heard.as_slice()).filter(|_| code != 0xFF03));
     checker.cell(row, "communication_ends", Against::Drive, yes(communication_ends));
     let printed = match code {
         0x8120 | 0x8140 => "",

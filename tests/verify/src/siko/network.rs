@@ -69,7 +69,7 @@ pub(crate) fn sdo_examples(checker: &mut Checker<'_>, case: &Case<'_>) {
     let rows = case.manual.rows("sdo_examples.csv");
     let mut bench = Bench::new();
     checker.require(bench.set(&[(0x607C, 0, 2500, 4)]), || "607C:00 cannot be written".into());
-    frames::sdo(checker, rows, &mut bench);
+    frames::exchange(checker, rows, &mut bench);
     let read: Vec<_> = [(0x607C, 0), (0x607D, 2)].map(|(index, sub)| bench.read(index, sub).unwrap_or(0)).into();
     for (row, at) in rows.iter().zip(1..) {
         checker.cell(row, "row", Against::Manual, at);
