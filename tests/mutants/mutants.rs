@@ -15,10 +15,14 @@ use siko_ag03_1::mutant::{MUTANTS, VARIABLE};
 
 #[path = "../../drives/siko/tests/controller.rs"]
 mod controller;
+#[path = "../../drives/siko/tests/node.rs"]
+mod node;
 #[path = "../../drives/siko/tests/objects.rs"]
 mod objects;
 #[path = "../../drives/siko/tests/orders.rs"]
 mod orders;
+#[path = "../../drives/siko/tests/parts.rs"]
+mod parts;
 #[path = "../../drives/siko/tests/power.rs"]
 mod power;
 #[path = "../../drives/siko/tests/remains.rs"]
@@ -29,8 +33,10 @@ mod variants;
 mod unfound;
 
 /// What each mutant is tried by, until one fails: names of tests of this file.
-const TRIALS: [&[&str]; 2] =
-    [&["controller::", "objects::", "orders::", "power::", "remains::", "variants::"], &["agrees_with_its_manual"]];
+const TRIALS: [&[&str]; 2] = [
+    &["controller::", "node::", "objects::", "orders::", "parts::", "power::", "remains::", "variants::"],
+    &["agrees_with_its_manual"],
+];
 
 /// So many mutants of each file, unless `LEXICAN_VERIFY_ALL` is set. `LEXICAN_VERIFY_SEED` is a number that chooses others.
 const SAMPLES: usize = 25;

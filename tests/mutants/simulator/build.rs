@@ -11,18 +11,21 @@ use syn::{
     Arm, Attribute, BinOp, Block, Expr, ImplItem, Item, ItemMod, Lit, Pat, Signature, Stmt, Type, UnOp, parse_quote,
 };
 
-/// The files whose mutants are made. Not yet among them: `drive`, `node`, `switches` and `trajectory`; `eeprom`,
-/// `follow` and `script`, which are about files, and `model` and `setup`, which are data that the verification reads.
+/// The files whose mutants are made. Not among them: `eeprom`, `follow` and `script`, which are about texts and are
+/// tested beside their sources, `trajectory`, and `model` and `setup`, which are data that the verification reads.
 const MUTATED: &[&str] = &[
     "state",
     "sim/controller",
+    "sim/drive",
     "sim/inputs",
     "sim/leds",
     "sim/motion",
+    "sim/node",
     "sim/objects",
     "sim/parameters",
     "sim/power",
     "sim/status",
+    "sim/switches",
     "sim/watch",
 ];
 

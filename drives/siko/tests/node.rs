@@ -1,0 +1,171 @@
+//! The simulated drive as a node of a bus: what it hears, what it sends by itself, and what happens to it from outside.
+
+mod support;
+
+use lexican_runtime::Duration;
+use lexican_runtime::object::Address;
+use lexican_runtime::wire::nmt::NmtState;
+use siko_ag03_1::sim::inputs::{BusState, Inputs};
+use siko_ag03_1::sim::script::{Change, Condition, Trigger};
+use siko_ag03_1::sim::{MODEL, Model, Script, Setup, SimulatedDrive};
+use siko_ag03_1::state::State;
+
+use support::{Bench, NODE};
+
+fn world(bench: &Bench, change: impl FnOnce(&mut Inputs)) {
+    bench.see(|drive, now| drive.set_inputs(now, change));
+}
+
+fn emergencies(heard: &[String]) -> Vec<&str> {
+    heard.iter().map(String::as_str).filter(|frame| frame.starts_with("085#")).collect()
+}
+
+#[test]
+fn what_the_drive_cannot_hear_does_nothing() {
+    let deaf: [fn(&mut Inputs); 3] = [
+        |inputs| inputs.bus_bit_rate = Some(125_000),
+        |inputs| inputs.bus = BusState::Passive,
+        |inputs| inputs.bus = BusState::Off,
+    ];
+    for change in deaf {
+        let mut bench = Bench::new();
+        world(&bench, change);
+        bench.ask("000#0105");
+        world(&bench, |inputs| *inputs = Inputs::default());
+        bench.pass(10);
+        assert_eq!(bench.see(|drive, _| drive.nmt_state()), NmtState::PreOperational);
+    }
+}
+
+#[test]
+fn a_target_that_a_sync_brings_and_the_dictionary_refuses_starts_nothing() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write(0x1402, 2, &[0]), None);
+    assert_eq!(bench.write(0x607A, 0, &1000_i32.to_le_bytes()), None);
+    bench.enable();
+    let position = |bench: &Bench| bench.see(|drive, now| drive.position(now));
+    let order = |bench: &mut Bench, word: u8, target: i32| {
+        bench.ask(&format!("405#{word:02X}00{:08X}", target.swap_bytes()));
+        bench.ask("080#");
+    };
+    order(&mut bench, 0x0F, 1000);
+    order(&mut bench, 0x1F, 10_000_000);
+    bench.pass(2000);
+    assert_eq!(position(&bench), 0);
+    order(&mut bench, 0x0F, 500);
+    order(&mut bench, 0x1F, 500);
+    bench.pass(10_000);
+    assert_eq!(position(&bench), 500, "a target within the limits is taken");
+}
+
+/// TPDO3 is sent on change; it is between two turns of the event timer, and the inhibit time has passed.
+fn on_change() -> Bench {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write(0x1802, 2, &[254]), None);
+    bench.ask("000#0105");
+    bench.pass(1050);
+    bench
+}
+
+#[test]
+fn a_shaft_that_is_turned_by_hand_is_reported_at_once() {
+    let mut bench = on_change();
+    assert!(bench.see(|drive, now| drive.turn_shaft(now, 0x0102)));
+    assert_eq!(bench.pass(0), ["385#700202010000"]);
+}
+
+#[test]
+fn a_position_that_is_set_beside_the_bus_is_reported_at_once() {
+    let mut bench = on_change();
+    bench.see(|drive, now| {
+        drive.with_dictionary(now, |od| {
+            let entry = od.entry(Address::new(0x607C, 0)).unwrap();
+            od.write(&entry, 0, &0x0102_i32.to_le_bytes(), true).unwrap();
+        });
+    });
+    assert_eq!(bench.pass(0), ["385#700202010000"]);
+}
+
+#[test]
+fn only_what_an_sdo_brings_is_no_command() {
+    static BY_PDO: Model = Model { control_by_sdo: false, ..MODEL };
+    let mut bench = Bench::with(Setup::new(&BY_PDO, NODE));
+    bench.ask("000#0105");
+    assert!(bench.read(0x6041, 0).is_ok());
+    bench.see(|drive, now| {
+        drive.with_dictionary(now, |od| {
+            let entry = od.entry(Address::new(0x6040, 0)).unwrap();
+            od.write(&entry, 0, &0x0106_u16.to_le_bytes(), true).unwrap();
+        });
+    });
+    assert_eq!(bench.state(), State::ReadyToSwitchOn);
+}
+
+#[test]
+fn a_passive_bus_stays_reported_while_other_things_change() {
+    let mut bench = Bench::new();
+    bench.ask("000#0105");
+    world(&bench, |inputs| inputs.bus = BusState::Passive);
+    assert_eq!(emergencies(&bench.pass(10)).len(), 1);
+    world(&bench, |inputs| inputs.battery_10mv = 300);
+    assert_eq!(emergencies(&bench.pass(10)), [""; 0]);
+    world(&bench, |inputs| inputs.bus = BusState::Active);
+    assert_eq!(emergencies(&bench.pass(10)), ["085#0000000000000000"]);
+}
+
+#[test]
+fn a_bus_that_recovers_leaves_faults_as_they_are() {
+    let mut bench = Bench::new();
+    bench.ask("000#0105");
+    world(&bench, |inputs| inputs.internal_error = true);
+    bench.pass(10);
+    let before = bench.read(0x1001, 0);
+    world(&bench, |inputs| inputs.bus = BusState::Passive);
+    bench.pass(10);
+    world(&bench, |inputs| inputs.bus = BusState::Active);
+    assert!(!emergencies(&bench.pass(10)).contains(&"085#0000000000000000"));
+    assert_ne!(before, Ok(0));
+    assert_ne!(bench.read(0x1001, 0), Ok(0));
+}
+
+#[test]
+fn the_serial_number_is_that_of_the_setup() {
+    let mut bench = Bench::with(Setup { serial_number: 0x0102_0304, ..Setup::new(&MODEL, NODE) });
+    assert_eq!(bench.read(0x1018, 4), Ok(0x0102_0304));
+}
+
+#[test]
+fn a_script_begins_at_once_and_goes_on_by_frames_and_by_time() {
+    let mut bench = Bench::new();
+    let ms = Duration::from_millis;
+    let hears = Condition::Nmt(NmtState::Operational);
+    let script = Script::default()
+        .then(Trigger::At(ms(0)), [Change::Battery(300)])
+        .then(Trigger::When { condition: hears, and_then: ms(0) }, [Change::Battery(310)])
+        .then(Trigger::After(ms(500)), [Change::Battery(320)]);
+    let seen = |bench: &Bench| bench.see(|drive, _| (drive.inputs().battery_10mv, drive.steps_left()));
+    bench.see(|drive, now| drive.follow(now, script));
+    assert_eq!(seen(&bench), (300, 2));
+    bench.pass(100);
+    assert_eq!(seen(&bench), (300, 2), "it waits for OPERATIONAL");
+    bench.ask("000#0105");
+    assert_eq!(seen(&bench), (310, 1));
+    bench.pass(499);
+    assert_eq!(seen(&bench), (310, 1));
+    bench.pass(1);
+    assert_eq!(seen(&bench), (320, 0));
+}
+
+#[test]
+fn what_happens_while_the_drive_is_off_is_no_fault_later() {
+    let mut bench = Bench::new();
+    bench.see(SimulatedDrive::switch_off);
+    world(&bench, |inputs| inputs.internal_error = true);
+    world(&bench, |inputs| inputs.internal_error = false);
+    world(&bench, |inputs| (inputs.control_supply_100mv, inputs.sensor_fails) = (0, true));
+    world(&bench, |inputs| *inputs = Inputs::default());
+    bench.see(SimulatedDrive::switch_on);
+    bench.pass(100);
+    assert!(bench.see(|drive, _| drive.controller().faults().is_empty()));
+    assert_eq!(bench.read(0x1003, 0), Ok(0));
+}
