@@ -17,32 +17,13 @@ use syn::{Item, UseTree, Visibility};
 
 use crate::api::is_for_tests;
 
-/// Files that define what files below their folder use, though they use those in turn, and why that stays. What is
-/// below such a folder may import its file; every other circle is an error.
-const KNOWN: &[(&str, &str)] = &[];
-
-/// All circles of the crates among `files`, which are texts by path, and what is wrong with [`KNOWN`].
+/// All circles of the crates among `files`, which are texts by path.
 pub(super) fn findings(files: &BTreeMap<&str, &str>) -> Result<Vec<String>, String> {
-    findings_but(files, KNOWN)
-}
-
-fn findings_but(files: &BTreeMap<&str, &str>, known: &[(&str, &str)]) -> Result<Vec<String>, String> {
     let mut edges = Edges::default();
     for root in files.keys().filter(|path| is_root(path)) {
         Crate::read(files, root)?.add_to(&mut edges);
     }
-    let closing: Vec<Vec<String>> = known.iter().map(|(file, _)| edges.closing(file)).collect();
-    let mut found = Vec::new();
-    for ((file, _), closing) in known.iter().zip(closing) {
-        if closing.is_empty() {
-            found.push(format!("xtask/src/tidy/circles.rs: {file} is in no such circle any more: remove it"));
-        }
-        for from in closing {
-            edges.remove(&from, file);
-        }
-    }
-    found.extend(edges.circles().iter().map(|circle| edges.describe(circle)));
-    Ok(found)
+    Ok(edges.circles().iter().map(|circle| edges.describe(circle)).collect())
 }
 
 /// Whether cargo builds a crate from this file.
@@ -57,18 +38,6 @@ fn is_root(path: &str) -> bool {
 struct Edges(BTreeMap<String, BTreeMap<String, BTreeSet<String>>>);
 
 impl Edges {
-    /// The files below the folder of a file that import it, though it needs them.
-    fn closing(&self, file: &str) -> Vec<String> {
-        let needed = self.reached_from(file);
-        let is_below = |other: &&str| other.strip_prefix(above(file)).is_some_and(|rest| rest.starts_with('/'));
-        let imports = |other: &&str| self.used_by(other).any(|used| used == file);
-        needed.into_iter().filter(|other| *other != file).filter(is_below).filter(imports).map(str::to_owned).collect()
-    }
-
-    fn remove(&mut self, from: &str, to: &str) {
-        self.0.get_mut(from).and_then(|used| used.remove(to));
-    }
-
     /// All files that a file needs, directly or not.
     fn reached_from<'a>(&'a self, from: &str) -> BTreeSet<&'a str> {
         let mut reached = BTreeSet::new();
@@ -392,13 +361,8 @@ fn name_of(item: &Item) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// The findings of a crate of these files, but for what is known.
-    fn found_but(files: &[(&str, &str)], known: &[(&str, &str)]) -> Vec<String> {
-        findings_but(&files.iter().copied().collect(), known).unwrap()
-    }
-
     fn found(files: &[(&str, &str)]) -> Vec<String> {
-        found_but(files, &[])
+        findings(&files.iter().copied().collect()).unwrap()
     }
 
     #[test]
@@ -465,19 +429,7 @@ mod tests {
         let root = "#[path = \"../support/bus.rs\"] mod bus; fn f() { bus::g() }";
         let files = |bus| found(&[("tests/boot/main.rs", root), ("tests/support/bus.rs", bus)]).len();
         assert_eq!((files("pub fn g() { crate::f() }"), files("pub fn g() {}")), (1, 0));
-        let missing = findings_but(&[("src/lib.rs", "mod gone;")].into(), &[]);
+        let missing = findings(&[("src/lib.rs", "mod gone;")].into());
         assert_eq!(missing, Err("src/lib.rs: there is no file of the module gone".to_owned()));
-    }
-
-    #[test]
-    fn what_is_known_must_be_there() {
-        let tree = [
-            ("src/lib.rs", "mod a;"),
-            ("src/a/mod.rs", "mod b; pub struct Own; fn f() { b::g() }"),
-            ("src/a/b.rs", "pub fn g() -> super::Own {}"),
-        ];
-        assert_eq!(found_but(&tree, &[("src/a/mod.rs", "why")]), [""; 0]);
-        let gone = "xtask/src/tidy/circles.rs: src/lib.rs is in no such circle any more: remove it";
-        assert_eq!(found_but(&tree, &[("src/a/mod.rs", "why"), ("src/lib.rs", "why")]), [gone]);
     }
 }
