@@ -136,7 +136,7 @@ mod tests {
         let packages = published(&workspace::root()).unwrap();
         let runtime = packages.iter().find(|package| package.name == "lexican-runtime").unwrap();
         let features = runtime.features();
-        assert!(features.iter().any(|name| *name == "std") && !features.iter().any(|name| *name == "default"));
+        assert!(features.contains(&"std") && !features.contains(&"default"));
         assert!(!packages.iter().any(|package| package.name == "xtask"));
     }
 }
