@@ -14,6 +14,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-runtime", &[]),
     ("lexican-driver", &["lexican-runtime"]),
     ("lexican-siko", &["lexican-driver", "lexican-runtime"]),
+    ("lexican-siko-ag02", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-ag03-1", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1"]),
     ("lexican-tests", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1", "lexican"]),

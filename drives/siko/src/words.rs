@@ -3,6 +3,12 @@
 /// Bits of the system status word 1002h (table 1).
 pub mod system {
     #![allow(missing_docs, reason = "the names say what the manual's table says")]
+    /// In the AG02.
+    pub const LIMIT_SWITCH_1: u16 = 1 << 0;
+    /// In the AG02.
+    pub const LIMIT_SWITCH_2: u16 = 1 << 1;
+    /// In the AG02.
+    pub const CALIBRATION_SWITCH: u16 = 1 << 2;
     pub const IN_POSITION: u16 = 1 << 3;
     pub const MOVING: u16 = 1 << 4;
     pub const ABOVE_UPPER_LIMIT: u16 = 1 << 5;
@@ -12,6 +18,8 @@ pub mod system {
     pub const FAULT: u16 = 1 << 8;
     pub const AGAINST_APPROACH: u16 = 1 << 9;
     pub const NO_SUPPLY: u16 = 1 << 10;
+    /// In the AG02, which has an input there.
+    pub const ENABLE_INACTIVE: u16 = 1 << 10;
     pub const NOT_READY: u16 = 1 << 11;
     pub const BATTERY_LOW: u16 = 1 << 12;
     pub const OVERCURRENT: u16 = 1 << 13;
