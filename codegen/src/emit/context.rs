@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use lexican_eds::model::{Entry, Meaning};
 use lexican_eds::standard;
 use lexican_eds::types::Class;
+use proc_macro2::TokenStream;
+use quote::{format_ident, quote};
 
 use crate::plan::{Plan, Shape};
 
@@ -12,7 +14,7 @@ use crate::plan::{Plan, Shape};
 pub(super) struct Context<'a> {
     pub(super) plan: &'a Plan<'a>,
     /// The path of the runtime.
-    pub(super) runtime: String,
+    pub(super) runtime: TokenStream,
     /// Whether the code is also the device's, which writes objects that are read-only on the bus.
     pub(super) is_device: bool,
     /// The names of types that the code defines itself.
@@ -27,7 +29,8 @@ impl<'a> Context<'a> {
         });
         let newtypes = plan.newtypes.iter().map(|newtype| newtype.ident.as_str());
         let own = records.chain(newtypes).collect();
-        Context { plan, runtime: runtime.to_owned(), is_device, own }
+        let runtime = runtime.parse().expect("the path of the runtime is checked before");
+        Context { plan, runtime, is_device, own }
     }
 
     /// Whether an entry holds a code, an identifier or a word of bits, which are written in hexadecimal, and no quantity.
@@ -40,7 +43,8 @@ impl<'a> Context<'a> {
 
     /// A type of the runtime's module `object`: by its name alone, unless the data sheet has a type of that name, which
     /// goes before what a glob imports.
-    pub(super) fn object(&self, name: &str) -> String {
-        if self.own.contains(name) { format!("{}::object::{name}", self.runtime) } else { name.to_owned() }
+    pub(super) fn object(&self, name: &str) -> TokenStream {
+        let (runtime, ident) = (&self.runtime, format_ident!("{name}"));
+        if self.own.contains(name) { quote!(#runtime::object::#ident) } else { quote!(#ident) }
     }
 }

@@ -1,34 +1,37 @@
-//! Where lines break in what is written as text.
+//! Where blanks and line breaks come in what is written: a line of tokens each, as rustfmt would have it.
+
+use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 
 /// No line is longer, unless a name is.
 const WIDTH: usize = 120;
 
 /// A type with parameters: `path<a, b>`.
 pub(super) struct Generic {
-    pub(super) path: String,
-    pub(super) parameters: Vec<String>,
+    pub(super) path: TokenStream,
+    pub(super) parameters: Vec<TokenStream>,
 }
 
 /// A call, and methods called on what it returns.
 pub(super) struct Chain {
-    pub(super) first: String,
-    pub(super) methods: Vec<String>,
+    pub(super) first: TokenStream,
+    pub(super) methods: Vec<TokenStream>,
 }
 
 impl Generic {
     fn line(&self) -> String {
-        format!("{}<{}>", self.path, self.parameters.join(", "))
+        let parameters: Vec<String> = self.parameters.iter().map(line).collect();
+        format!("{}<{}>", line(&self.path), parameters.join(", "))
     }
 
     fn lines(&self, indent: &str) -> String {
-        let parameters: String = self.parameters.iter().map(|it| format!("{indent}    {it},\n")).collect();
-        format!("{}<\n{parameters}{indent}>", self.path)
+        let parameters: String = self.parameters.iter().map(|it| format!("{indent}    {},\n", line(it))).collect();
+        format!("{}<\n{parameters}{indent}>", line(&self.path))
     }
 }
 
 impl Chain {
-    pub(super) fn line(&self) -> String {
-        self.first.clone() + &self.methods.concat()
+    fn line(&self) -> String {
+        line(&self.first) + &self.methods.iter().map(line).collect::<String>()
     }
 
     /// On one line if there is room for it beside `beside` characters.
@@ -37,8 +40,8 @@ impl Chain {
         if beside + line.len() <= WIDTH {
             return line;
         }
-        let methods = self.methods.iter().map(|method| format!("\n{indent}    {method}"));
-        self.first.clone() + &methods.collect::<String>()
+        let methods = self.methods.iter().map(|method| format!("\n{indent}    {}", self::line(method)));
+        self::line(&self.first) + &methods.collect::<String>()
     }
 }
 
@@ -93,4 +96,48 @@ pub(super) fn bytes(bytes: &[u8], indent: &str) -> String {
         [line] => format!("b\"{line}\""),
         _ => format!("b\"\\\n{indent}{}\"", lines.join(&format!("\\\n{indent}"))),
     }
+}
+
+/// Tokens on one line.
+pub(super) fn line(tokens: &TokenStream) -> String {
+    let mut text = String::new();
+    append(&mut text, tokens);
+    text
+}
+
+fn append(text: &mut String, tokens: &TokenStream) {
+    let mut operator = String::new();
+    for token in tokens.clone() {
+        match token {
+            TokenTree::Punct(punct) => {
+                operator.push(punct.as_char());
+                if punct.spacing() == Spacing::Joint {
+                    continue;
+                }
+                match std::mem::take(&mut operator).as_str() {
+                    spaced @ ("=" | "+" | "/" | "->") => text.extend([" ", spaced, " "]),
+                    separator @ ("," | ";" | ":") => text.extend([separator, " "]),
+                    close => *text += close,
+                }
+            }
+            TokenTree::Group(group) => {
+                let (open, close) = match group.delimiter() {
+                    Delimiter::Parenthesis => ("(", ")"),
+                    Delimiter::Bracket => ("[", "]"),
+                    Delimiter::Brace => (" { ", " }"),
+                    Delimiter::None => ("", ""),
+                };
+                *text += open;
+                append(text, &group.stream());
+                *text += close;
+            }
+            word @ (TokenTree::Ident(_) | TokenTree::Literal(_)) => {
+                if text.ends_with(|last: char| last.is_alphanumeric() || matches!(last, '_' | '"')) {
+                    text.push(' ');
+                }
+                *text += &word.to_string();
+            }
+        }
+    }
+    text.truncate(text.trim_end().len());
 }

@@ -1,4 +1,5 @@
-//! A plan as text. Rows and handles are the data sheet's; what they do is in macros and types of the runtime.
+//! A plan as text: `quote!` makes the tokens of each row, `layout` says where its lines break. Rows and handles are the data
+//! sheet's; what they do is in macros and types of the runtime.
 
 mod context;
 mod docs;
@@ -34,7 +35,7 @@ pub(crate) fn emit(plan: &Plan<'_>, options: &Options) -> String {
 
 /// A glob, because it gives way to all other names of the module that the code is included in.
 fn imports(context: &Context<'_>) -> String {
-    let (plan, runtime) = (context.plan, &context.runtime);
+    let (plan, runtime) = (context.plan, layout::line(&context.runtime));
     let has = |is: fn(&NewtypeKind<'_>) -> bool| plan.newtypes.iter().any(|newtype| is(&newtype.kind));
     let macros = [
         ("bit_field", has(|kind| matches!(kind, NewtypeKind::BitField { .. }))),

@@ -1,8 +1,11 @@
 //! Enumerations, bit fields and quantities.
 
 use lexican_eds::model::{BitField, Enumeration, Named, Quantity};
+use proc_macro2::TokenStream;
+use quote::{format_ident, quote};
 
 use super::context::Context;
+use super::layout::line;
 use super::{docs, literal};
 use crate::plan::{Access, Newtype, NewtypeKind, companion};
 
@@ -14,7 +17,7 @@ pub(super) fn newtype(context: &Context<'_>, newtype: &Newtype<'_>, code: &mut S
     };
     let doc = docs::sentence(newtype.description.unwrap_or(newtype.name), what);
     let (ident, data_type) = (&newtype.ident, newtype.data_type);
-    let inner = literal::rust_type(context, data_type);
+    let inner = line(&literal::rust_type(context, data_type));
     *code += &format!(
         "\n{what}! {{\n    /// {doc}\n    pub struct {ident}({inner}): {data_type:?} {{\n{}    }}\n}}\n",
         rows.concat()
@@ -27,10 +30,11 @@ fn value_rows(newtype: &Newtype<'_>, enumeration: &Enumeration, values: &[(Strin
     let row = |(constant, row, number): &(String, usize, i128)| {
         let named = &enumeration.values[*row];
         let number = match u64::try_from(*number) {
-            Ok(code) if newtype.is_hex => format!("0x{code:0digits$X}"),
-            _ => number.to_string(),
+            Ok(code) if newtype.is_hex => literal::number(&format!("0x{code:0digits$X}")),
+            _ => literal::number(&number.to_string()),
         };
-        format!("{}        {constant} = {number}, {};\n", above(named), name(named))
+        let (constant, name) = (format_ident!("{constant}"), name(named));
+        self::row(&above(named), &quote!(#constant = #number, #name;))
     };
     values.iter().map(row).collect()
 }
@@ -41,16 +45,16 @@ fn bit_rows(context: &Context<'_>, newtype: &Newtype<'_>, field: &BitField, fiel
     let row = |(getter, row): &(String, usize)| {
         let named = &field.fields[*row];
         let (low, high) = (named.value.low, named.value.high);
-        let r#type = match high - low + 1 {
-            1 => "bool",
-            2..=8 => "u8",
-            9..=16 => "u16",
-            17..=32 => "u32",
-            _ => "u64",
+        let kind = match high - low + 1 {
+            1 => quote!(bool),
+            2..=8 => quote!(u8),
+            9..=16 => quote!(u16),
+            17..=32 => quote!(u32),
+            _ => quote!(u64),
         };
-        let setter = if writable { format!(", {}", companion("with", getter)) } else { String::new() };
-        let bits = literal::bits(low, high);
-        format!("{}        {getter}{setter}: {type} = {bits}, {};\n", above(named), name(named))
+        let setter = writable.then(|| format_ident!("{}", companion("with", getter))).into_iter();
+        let (getter, bits, name) = (format_ident!("{getter}"), literal::bits(low, high), name(named));
+        self::row(&above(named), &quote!(#getter #(, #setter)*: #kind = #bits, #name;))
     };
     fields.iter().map(row).collect()
 }
@@ -66,18 +70,18 @@ fn is_writable(context: &Context<'_>, newtype: &Newtype<'_>) -> bool {
 /// `volts, from_volts = "V", 1 / 10;`
 fn unit_rows(context: &Context<'_>, quantity: &Quantity, methods: &[String]) -> Vec<String> {
     let rows = quantity.units.iter().zip(methods).map(|(unit, getter)| {
-        let constructor = companion("from", getter);
-        let when = unit.when.as_ref().map(|when| format!(", {}", literal::condition(context, when)));
-        format!(
-            "        /// In {}.\n        {getter}, {constructor} = {:?}, {} / {}{};\n",
-            docs::unit(context, unit),
-            unit.symbol,
-            unit.num,
-            unit.den,
-            when.unwrap_or_default()
-        )
+        let [getter, constructor] = [getter, &companion("from", getter)].map(|name| format_ident!("{name}"));
+        let [num, den] = [unit.num.to_string(), unit.den.to_string()].map(|digits| literal::number(&digits));
+        let (symbol, when) = (&unit.symbol, unit.when.iter().map(|when| literal::condition(context, when)));
+        let above = format!("        /// In {}.\n", docs::unit(context, unit));
+        self::row(&above, &quote!(#getter, #constructor = #symbol, #num / #den #(, #when)*;))
     });
     rows.collect()
+}
+
+/// A row below its documentation.
+fn row(above: &str, row: &TokenStream) -> String {
+    format!("{above}        {}\n", line(row))
 }
 
 /// The description, above a row.
@@ -89,9 +93,10 @@ fn above<T>(named: &Named<T>) -> String {
 }
 
 /// The name, and the words of its documentation where Markdown would read it differently.
-fn name<T>(named: &Named<T>) -> String {
-    match docs::sentence(&named.name, "(no name)") {
-        same if same == named.name => format!("{:?}", named.name),
-        words => format!("{:?}, {words:?}", named.name),
+fn name<T>(named: &Named<T>) -> TokenStream {
+    let name = &named.name;
+    match docs::sentence(name, "(no name)") {
+        same if same == *name => quote!(#name),
+        words => quote!(#name, #words),
     }
 }

@@ -1,8 +1,12 @@
 //! Objects: constants, arrays, records.
 
+use proc_macro2::{Literal, TokenStream};
+use quote::quote;
+
 use super::context::Context;
 use super::docs;
 use super::layout::{self, Chain, Generic};
+use super::literal;
 use crate::plan::{Access, Default, Handle, Item, Mapping, Number, Shape};
 
 pub(super) fn item(context: &Context<'_>, item: &Item<'_>, code: &mut String) {
@@ -28,7 +32,8 @@ fn array(context: &Context<'_>, item: &Item<'_>, count: &Handle<'_>, elements: &
     // The access right of sub-index 0 is left out where it is `ro`.
     parameters.extend((count.access != Access::Ro).then(|| marker(context, count.access)));
     let path = context.object("Array");
-    let value = format!("{path}::new({}, {})", elements.len(), handle_value(context, first).line());
+    let (count, Chain { first, methods }) = (Literal::usize_unsuffixed(elements.len()), handle_value(context, first));
+    let value = quote!(#path::new(#count, #first #(#methods)*));
     layout::constant(code, &item.ident, &Generic { path, parameters }, &Chain { first: value, methods: Vec::new() });
 }
 
@@ -62,7 +67,7 @@ fn handle_type(context: &Context<'_>, handle: &Handle<'_>) -> Generic {
 }
 
 /// Type, access and mapping; the mapping is left out where it is none.
-fn parameters(context: &Context<'_>, handle: &Handle<'_>, whole: bool) -> Vec<String> {
+fn parameters(context: &Context<'_>, handle: &Handle<'_>, whole: bool) -> Vec<TokenStream> {
     let mapping = match handle.mapping {
         Mapping::Unmapped if whole => Some("Unmapped"),
         Mapping::Unmapped => None,
@@ -74,7 +79,7 @@ fn parameters(context: &Context<'_>, handle: &Handle<'_>, whole: bool) -> Vec<St
     [context.r#type(handle.r#type), marker(context, handle.access)].into_iter().chain(mapping).collect()
 }
 
-fn marker(context: &Context<'_>, access: Access) -> String {
+fn marker(context: &Context<'_>, access: Access) -> TokenStream {
     context.object(&format!("{access:?}"))
 }
 
@@ -83,14 +88,18 @@ fn handle_value(context: &Context<'_>, handle: &Handle<'_>) -> Chain {
     let in_hex = context.is_hex(entry);
     let limits = handle.limits.iter().map(|&(low, high)| {
         let [low, high] = [low, high].map(|number| context.value(handle.r#type, number, in_hex));
-        format!(".with_limits({low}, {high})")
+        quote!(.with_limits(#low, #high))
     });
     let default = handle.default.iter().map(|default| match *default {
-        Default::Number(number) => format!(".with_default({})", context.value(handle.r#type, number, in_hex)),
-        Default::NodeIdPlus(base) => format!(".with_default_node_id_plus(0x{base:X})"),
+        Default::Number(number) => {
+            let value = context.value(handle.r#type, number, in_hex);
+            quote!(.with_default(#value))
+        }
+        Default::NodeIdPlus(base) => {
+            let base = literal::number(&format!("0x{base:X}"));
+            quote!(.with_default_node_id_plus(#base))
+        }
     });
-    Chain {
-        first: format!("{}::new(0x{:04X}, 0x{:02X})", context.object("Object"), entry.index, entry.sub),
-        methods: limits.chain(default).collect(),
-    }
+    let (path, address) = (context.object("Object"), literal::address(entry.index, entry.sub));
+    Chain { first: quote!(#path::new(#address)), methods: limits.chain(default).collect() }
 }

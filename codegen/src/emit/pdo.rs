@@ -3,8 +3,10 @@
 use lexican_eds::cia301;
 use lexican_eds::model::{Direction, Pdo, Value};
 use lexican_eds::types::DataType;
+use quote::{format_ident, quote};
 
 use super::context::Context;
+use super::layout::line;
 use super::{docs, literal};
 use crate::plan::{Field, PdoItem, fits_every_node};
 
@@ -66,8 +68,8 @@ fn facts(pdo: &Pdo, cob_id: Option<CobId>) -> String {
 
 /// `statusword: Statusword = 0..=15;`
 fn field(context: &Context<'_>, field: &Field<'_>) -> String {
-    let (ident, mapped) = (&field.ident, &field.mapped);
-    let r#type = field.r#type.map_or_else(|| "u64".to_owned(), |r#type| context.r#type(r#type));
+    let mapped = &field.mapped;
+    let kind = field.r#type.map_or_else(|| quote!(u64), |r#type| context.r#type(r#type));
     let at = format!("{:04X}:{:02X}", mapped.index, mapped.sub);
     let doc = match docs::escape(field.name.unwrap_or_default()) {
         none if none.is_empty() => at,
@@ -75,10 +77,11 @@ fn field(context: &Context<'_>, field: &Field<'_>) -> String {
     };
     // Nothing of a field without bits is taken or placed.
     let bits = match mapped.bits {
-        0 => return format!("        /// {doc}\n        {ident}: {type} = 64;\n"),
+        0 => literal::bits(64, 64),
         bits => literal::bits(field.low, field.low + bits - 1),
     };
-    format!("        /// {doc}\n        {ident}: {type} = {bits};\n")
+    let ident = format_ident!("{}", field.ident);
+    format!("        /// {doc}\n        {}\n", line(&quote!(#ident: #kind = #bits;)))
 }
 
 #[derive(Clone, Copy)]

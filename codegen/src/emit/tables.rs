@@ -1,12 +1,13 @@
 //! The device's side (the table of all entries, the bytes that a device starts with, what the overlay says of
 //! conditions), and the table of names.
 
-use std::fmt::Write as _;
-
 use lexican_eds::model::{Entry, NmtState, Object, Value};
 use lexican_eds::types::DataType;
+use proc_macro2::{Literal, TokenStream};
+use quote::{format_ident, quote};
 
 use super::context::Context;
+use super::layout::line;
 use super::{layout, literal};
 use crate::plan::{Access, Handle, Mapping, Newtype, NewtypeKind, fitting};
 use crate::start;
@@ -19,10 +20,10 @@ const MAX_CAPACITY: usize = 0xFFFF;
 pub(super) fn device(context: &Context<'_>, code: &mut String) {
     let mut image = Image::default();
     let rows: Vec<String> = context.plan.entry_handles().map(|handle| row(context, handle, &mut image)).collect();
-    let relative = image
-        .node_relative
-        .iter()
-        .map(|(offset, size)| format!("{} {{ offset: {offset}, size: {size} }}", context.object("NodeRelative")));
+    let relative = image.node_relative.iter().map(|&(offset, size)| {
+        let (path, [offset, size]) = (context.object("NodeRelative"), [offset, size].map(Literal::usize_unsuffixed));
+        line(&quote!(#path { offset: #offset, size: #size }))
+    });
     let configured = context.plan.device.entries().any(|entry| entry.configured.is_some());
     let values = if configured { "configured values and defaults" } else { "defaults" };
     let indent = "    ";
@@ -48,10 +49,10 @@ pub fn storage(node: {runtime}::NodeId) -> Storage {{
         layout::rows(indent, image.limits.iter().cloned()),
         layout::bytes(&image.bytes, &format!("{indent}    ")),
         layout::rows(indent, relative),
-        context.object("Dictionary"),
+        line(&context.object("Dictionary")),
         image.bytes.len(),
-        runtime = context.runtime,
-        table = context.object("Table"),
+        runtime = line(&context.runtime),
+        table = line(&context.object("Table")),
     );
     conditions(context, code);
 }
@@ -73,32 +74,28 @@ fn row(context: &Context<'_>, handle: &Handle<'_>, image: &mut Image) -> String 
         Mapping::Rpdo => "Rpdo",
         Mapping::Both => "Both",
     };
-    let (offset, capacity) = image.push(context, handle);
-    let [new, data_type, access, pdo_mapping] =
+    let [offset, capacity] = image.push(context, handle).map(Literal::usize_unsuffixed);
+    let [new, types, accesses, mappings] =
         ["Entry", "DataType", "Access", "PdoMapping"].map(|name| context.object(name));
-    let mut row = format!(
-        "{new}::new({}, {data_type}::{}, {access}::{:?}, {pdo_mapping}::{mapping}).at({offset}, {capacity})",
-        literal::address(entry.index, entry.sub),
-        literal::data_type(entry.data_type),
-        handle.access
-    );
-    if let Some((low, high)) = handle.limits {
+    let (address, data_type) = (literal::address(entry.index, entry.sub), literal::data_type(entry.data_type));
+    let (access, mapping) = (format_ident!("{}", format!("{:?}", handle.access)), format_ident!("{mapping}"));
+    let limited = handle.limits.map(|(low, high)| {
         let [low, high] = [low, high].map(|number| literal::wire_form(context, entry, number));
-        let _ = write!(
-            row,
-            ".limited({})",
-            image.limit(format!("{} {{ low: {low}, high: {high} }}", context.object("Limit")))
-        );
-    }
-    row
+        let limit = context.object("Limit");
+        let row = Literal::usize_unsuffixed(image.limit(line(&quote!(#limit { low: #low, high: #high }))));
+        quote!(.limited(#row))
+    });
+    line(&quote! {
+        #new::new(#address, #types::#data_type, #accesses::#access, #mappings::#mapping).at(#offset, #capacity) #limited
+    })
 }
 
 impl Image {
     /// The place of an entry's value: offset and capacity.
-    fn push(&mut self, context: &Context<'_>, handle: &Handle<'_>) -> (usize, usize) {
+    fn push(&mut self, context: &Context<'_>, handle: &Handle<'_>) -> [usize; 2] {
         let entry = handle.entry;
         if entry.data_type == DataType::Domain {
-            return (0, 0);
+            return [0, 0];
         }
         let mut initial = start::initial(context.plan.device, entry);
         if entry.data_type.bits().is_some() {
@@ -107,7 +104,7 @@ impl Image {
             if initial.node_relative {
                 self.node_relative.push((offset, size));
             }
-            return (offset, size);
+            return [offset, size];
         }
         let mut bytes = initial.bytes;
         bytes.truncate(MAX_CAPACITY);
@@ -117,7 +114,7 @@ impl Image {
         let offset = self.bytes.len();
         self.bytes.extend_from_slice(&bytes);
         self.bytes.resize(offset + capacity, 0);
-        (offset, capacity)
+        [offset, capacity]
     }
 
     /// The row of these limits, which may have been used before.
@@ -139,18 +136,21 @@ fn conditions(context: &Context<'_>, code: &mut String) {
                 fitting(&Value::Integer(limit), entry.data_type).map(|limit| literal::wire_form(context, entry, limit))
             });
             let when = literal::condition(context, &range.when);
-            Some(format!("{}::new({}, {when}, {}, {})", context.object("ConditionalLimit"), at(entry), low?, high?))
+            let (path, at, low, high) = (context.object("ConditionalLimit"), at(entry), low?, high?);
+            Some(line(&quote!(#path::new(#at, #when, #low, #high))))
         },
     );
     let writable = entries().filter_map(|entry| {
         let states = entry.writable_in.as_ref()?;
         let [pre_operational, operational] =
             [NmtState::PreOperational, NmtState::Operational].map(|state| states.contains(&state));
-        Some(format!("{}::new({}, {pre_operational}, {operational})", context.object("WritableIn"), at(entry)))
+        let (path, at) = (context.object("WritableIn"), at(entry));
+        Some(line(&quote!(#path::new(#at, #pre_operational, #operational))))
     });
-    let persistent = entries()
-        .filter(|entry| entry.persistent)
-        .map(|entry| format!("{}::new({})", context.object("Address"), at(entry)));
+    let persistent = entries().filter(|entry| entry.persistent).map(|entry| {
+        let (path, at) = (context.object("Address"), at(entry));
+        line(&quote!(#path::new(#at)))
+    });
     *code += &format!(
         "
 /// Limits that depend on other entries, ascending by address.
@@ -163,32 +163,30 @@ pub static WRITABLE_IN: &[{}] = {};
 /// Entries that the device keeps without power, ascending.
 pub static PERSISTENT: &[{}] = {};
 ",
-        context.object("ConditionalLimit"),
+        line(&context.object("ConditionalLimit")),
         layout::rows("", ranges),
-        context.object("WritableIn"),
+        line(&context.object("WritableIn")),
         layout::rows("", writable),
-        context.object("Address"),
+        line(&context.object("Address")),
         layout::rows("", persistent),
     );
 }
 
 /// The table that tools show entries by.
 pub(super) fn names(context: &Context<'_>, code: &mut String) {
-    let [name, data_type, plain] = ["Name", "DataType", "Meaning"].map(|name| context.object(name));
+    let [path, types, meanings] = ["Name", "DataType", "Meaning"].map(|name| context.object(name));
     let rows = context.plan.device.objects.iter().flat_map(|described| {
         described.entries.iter().map(|entry| {
-            let meaning = context.plan.newtype_of(entry).map_or_else(|| "Plain".to_owned(), |it| meaning(context, it));
-            format!(
-                "{name}::new({}, {:?}, {data_type}::{}, {plain}::{meaning})",
-                literal::address(entry.index, entry.sub),
-                full_name(described, &entry.name),
-                literal::data_type(entry.data_type)
-            )
+            let meaning = context.plan.newtype_of(entry).map_or_else(|| quote!(Plain), |it| meaning(context, it));
+            let (address, name) = (literal::address(entry.index, entry.sub), full_name(described, &entry.name));
+            let data_type = literal::data_type(entry.data_type);
+            line(&quote!(#path::new(#address, #name, #types::#data_type, #meanings::#meaning)))
         })
     });
     *code += &format!(
-        "\n/// The names of all entries, ascending by address.\npub static NAMES: &[{name}] = {};\n",
-        layout::rows("", rows.collect::<Vec<_>>())
+        "\n/// The names of all entries, ascending by address.\npub static NAMES: &[{}] = {};\n",
+        line(&path),
+        layout::rows("", rows)
     );
 }
 
@@ -199,11 +197,13 @@ fn full_name(object: &Object, name: &str) -> String {
     }
 }
 
-fn meaning(context: &Context<'_>, newtype: &Newtype<'_>) -> String {
+fn meaning(context: &Context<'_>, newtype: &Newtype<'_>) -> TokenStream {
     let (variant, constant) = match newtype.kind {
         NewtypeKind::Enumeration { .. } => ("Enumeration", "NAMES"),
         NewtypeKind::BitField { .. } => ("BitField", "BITS"),
         NewtypeKind::Quantity { .. } => ("Quantity", "UNITS"),
     };
-    format!("{variant}(<{} as {}>::{constant})", newtype.ident, context.object(variant))
+    let (ident, path) = (format_ident!("{}", newtype.ident), context.object(variant));
+    let (variant, constant) = (format_ident!("{variant}"), format_ident!("{constant}"));
+    quote!(#variant(<#ident as #path>::#constant))
 }
