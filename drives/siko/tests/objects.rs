@@ -317,8 +317,13 @@ fn every_transmission_type_is_sent_when_the_manual_says_so() {
     check_type(255, [10, 10, 10, 11]);
     let mut bench = Bench::new();
     for reserved in [241, 251, 252] {
-        assert_eq!(bench.write(0x1800, 2, &[reserved]), Some(0x0609_0030), "{reserved} is reserved");
+        for parameter in [0x1800, 0x1802, 0x1803] {
+            assert_eq!(bench.write(parameter, 2, &[reserved]), Some(0x0609_0030), "{reserved} is reserved");
+        }
     }
+    // 252 is reserved as a transmission type only.
+    assert_eq!(bench.write(0x1800, 5, &[252, 0]), None);
+    assert_eq!(bench.write(0x2410, 2, &[252, 0]), None);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 use lexican_driver::ParameterSet;
 use lexican_runtime::abort::AbortCode;
+use lexican_runtime::cia301;
 use lexican_runtime::object::{Address, Entry, ObjectDictionary};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Instant, NodeId};
@@ -108,8 +109,8 @@ impl Objects<'_> {
                 require(value.raw == LOAD, AbortCode::INVALID_VALUE)?;
                 require(!travelling, AbortCode::DEVICE_STATE)
             }
-            // Reserved here; CiA 301 has it for "on request after a SYNC".
-            _ if (0x1800..=0x1803).contains(&address.index()) && address.sub() == 2 => {
+            // Reserved here; CiA 301 has it for "on request after a SYNC". 1800h to 19FFh are TPDOs.
+            _ if address.index() & !0x1FF == cia301::TPDO_1 && address.sub() == 2 => {
                 require(value.raw != 252, AbortCode::INVALID_VALUE)
             }
             _ => Ok(()),
