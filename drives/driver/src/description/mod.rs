@@ -95,7 +95,7 @@ pub struct Identity {
     /// What 1008h begins with: one of these. `None` for a drive that does not have the object, which then distinguishes it
     /// from one of the same vendor and profile that has.
     pub names: Option<&'static [&'static str]>,
-    /// In which order the four characters of 1008h and 100Ah come.
+    /// In which order the four characters of 100Ah come, and those of 1008h if the drive has it.
     pub characters: ByteOrder,
 }
 

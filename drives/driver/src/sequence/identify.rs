@@ -27,7 +27,9 @@ pub async fn identify(desk: &Desk) -> Result<(), Error> {
     let (expected, identity) = (desk.description().name, desk.description().identity);
     let profile = (desk.get(DEVICE_TYPE).await? & 0xFFFF) as u16;
     let vendor_id = desk.get(VENDOR_ID).await? as u32;
-    let name = match characters(desk, DEVICE_NAME).await {
+    // The name of another drive comes as CiA 301 has text.
+    let order = identity.names.map_or(ByteOrder::LowFirst, |_| identity.characters);
+    let name = match characters(desk, DEVICE_NAME, order).await {
         Ok(name) => Some(name),
         Err(Error::Sdo(SdoError::Aborted { .. })) => None,
         Err(error) => return Err(error),
@@ -76,10 +78,10 @@ async fn check_cob_id(desk: &Desk, object: Number, base: u16, needed: bool) -> R
     if right { Ok(()) } else { Err(Error::OtherCobId { address: object.address(), expected, found }) }
 }
 
-/// Four characters, in the order that the drive sends them.
-pub(super) async fn characters(desk: &Desk, object: Number) -> Result<String, Error> {
+/// Four characters.
+pub(super) async fn characters(desk: &Desk, object: Number, order: ByteOrder) -> Result<String, Error> {
     let number = desk.get(object).await? as u32;
-    let bytes = match desk.description().identity.characters {
+    let bytes = match order {
         ByteOrder::HighFirst => number.to_be_bytes(),
         ByteOrder::LowFirst | ByteOrder::Either => number.to_le_bytes(),
     };

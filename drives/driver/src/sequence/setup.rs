@@ -20,7 +20,7 @@ const SOFTWARE_VERSION: Number = Number::new(0x100A, 0x00, DataType::Unsigned32)
 ///
 /// As [`Desk::read`].
 pub async fn firmware(desk: &Desk) -> Result<String, Error> {
-    characters(desk, SOFTWARE_VERSION).await
+    characters(desk, SOFTWARE_VERSION, desk.description().identity.characters).await
 }
 
 /// Changes the operating mode, unless it is set already.
