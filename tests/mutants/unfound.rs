@@ -30,6 +30,10 @@ pub(crate) const UNFOUND: &[(&str, &str)] = &[
         "no other frame of eight bytes begins with 80h",
     ),
     ("objects check_state: NmtState::PreOperational => no arm", "every object that has a rule can be written there"),
+    (
+        "objects fit: storage.number (range.address) > high => storage.number (range.address) >= high",
+        "the same value once more",
+    ),
     ("objects new: 64 => 64 + 1 #2", "what has no size in bits is read-only"),
     ("status observe: ROUNDING => another number", ROUNDING),
     (

@@ -16,7 +16,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-siko", &["lexican-driver", "lexican-runtime"]),
     ("lexican-siko-ag02", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-ag03-1", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
-    ("lexican", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1"]),
+    ("lexican", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag02", "lexican-siko-ag03-1"]),
     ("lexican-tests", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1", "lexican"]),
     ("lexican-verify", &["lexican-eds", "lexican-runtime", "lexican-siko-ag03-1"]),
     ("lexican-mutated-siko-ag03-1", &["lexican-driver", "lexican-runtime", "lexican-siko", "lexican-siko-ag03-1"]),

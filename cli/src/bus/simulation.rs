@@ -14,7 +14,8 @@ const NODE: NodeId = NodeId::literal(1);
 const BIT_RATE_KBIT: u32 = 500;
 
 /// The devices of the library that have a simulator of their own, which knows more than their data sheets do.
-pub(crate) const SIMULATORS: &[(&str, &Model)] = &[("siko/ag03-1", &siko_ag03_1::sim::MODEL)];
+pub(crate) const SIMULATORS: &[(&str, &Model)] =
+    &[("siko/ag02", &siko_ag02::sim::MODEL), ("siko/ag03-1", &siko_ag03_1::sim::MODEL)];
 
 /// Opens a simulation by the parameters of its URL: the bus, and the node that is on it.
 pub(super) fn open(

@@ -34,7 +34,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             Simulated::drive(now, model, node, args.eeprom.as_deref(), args.script.as_deref())?
         }
         (Some(_), None) => {
-            return Err(Failure::new("this drive has no LSS: its node-ID is set by DIP switches").help("--node 5"));
+            return Err(Failure::new("this drive has no LSS, by which it could get a node-ID").help("--node 5"));
         }
         (None, node) => Simulated::sheet(now, node, &loaded, args.eeprom.as_deref())?,
     };

@@ -1,7 +1,26 @@
-//! The SIKO AG02 positioning drive: a typed driver, and its dictionary.
+//! The SIKO AG02 positioning drive: a typed driver, and a drive that exists only in software.
+//!
+//! ```
+//! use lexican_runtime::NodeId;
+//! use lexican_runtime::host::VirtualBus;
+//! use siko_ag02::driver::{Drive, Outcome};
+//! use siko_ag02::sim::{MODEL, SimulatedDrive};
+//!
+//! let node = NodeId::literal(5);
+//! let bus = VirtualBus::with_bit_rate(500);
+//! bus.attach(SimulatedDrive::new(&MODEL, node));
+//!
+//! // On a machine it is the link of an interface; everything else is the same.
+//! let mut drive = Drive::connect(bus.link(), node)?;
+//! drive.enable()?;
+//! assert_eq!(drive.move_to(5000)?, Outcome::Reached { position: 5000 });
+//! drive.disable()?;
+//! # Ok::<(), siko_ag02::driver::Error>(())
+//! ```
 //!
 //! - [`od`]: the dictionary, generated from the data sheet;
 //! - [`driver`]: what the drive can do, in its own words;
+//! - [`sim`]: the simulated drive, with faults on demand, in virtual time;
 //! - [`fault`]: its faults and emergency codes;
 //! - [`state`], [`words`], [`worked_examples`]: the tables that it shares with SIKO's other drives.
 //!
@@ -10,6 +29,7 @@
 
 pub mod driver;
 pub mod fault;
+pub mod sim;
 
 pub use lexican_driver::Direction;
 pub use siko::{state, words, worked_examples};

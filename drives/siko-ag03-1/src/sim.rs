@@ -97,8 +97,10 @@ pub static MODEL: Model = Model {
     overcurrent_for: Duration::from_secs(4),
     emergencies: None,
     control_by_sdo: true,
+    writes_four_bytes: false,
     addressing: Addressing::Switches,
     enable_input: false,
+    switches: false,
     // 2418h has it.
     loop_length: 0,
 };

@@ -1,13 +1,13 @@
-//! Tables 25 and 26 of the manual, frame by frame, against the simulated drive.
+//! Tables 25 and 26 of the manuals, frame by frame, against the simulated drives: they are the same for both.
 
 use std::sync::{Arc, Mutex};
 
 use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Duration, Frame, Instant};
+use siko_ag02::sim::MODEL as AG02;
 use siko_ag03_1::od;
-use siko_ag03_1::sim::MODEL;
-use siko_ag03_1::sim::SimulatedDrive;
+use siko_ag03_1::sim::{MODEL as AG03_1, Model, SimulatedDrive};
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::status;
 use siko_ag03_1::worked_examples::{Action, Example, NODE, POSITIONING, Until, VELOCITY};
@@ -21,9 +21,9 @@ struct Bench {
 }
 
 impl Bench {
-    fn new() -> Self {
+    fn new(model: &'static Model) -> Self {
         let bus = VirtualBus::with_bit_rate(500);
-        let drive = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
+        let drive = Arc::new(Mutex::new(SimulatedDrive::new(model, NODE)));
         bus.attach(Arc::clone(&drive));
         let heard = Arc::new(Mutex::new(Vec::new()));
         let list = Arc::clone(&heard);
@@ -79,7 +79,8 @@ impl Bench {
     #[track_caller]
     fn run(&mut self, example: &Example, mut after: impl FnMut(&mut Bench, usize)) {
         // 6060h by SDO, as the example presupposes.
-        let mode = [0x2F, 0x60, 0x60, 0x00, example.operating_mode, 0, 0, 0];
+        let write = if self.see(|drive, _| drive.model().writes_four_bytes) { 0x23 } else { 0x2F };
+        let mode = [write, 0x60, 0x60, 0x00, example.operating_mode, 0, 0, 0];
         self.send(&Frame::from_array(lexican_runtime::CobId::of_node(0x600, NODE), mode));
         for (row, step) in example.rows.iter().enumerate() {
             match step.action {
@@ -107,33 +108,43 @@ impl Bench {
 
 #[test]
 fn table_25_travels_stops_and_resumes() {
-    let mut bench = Bench::new();
-    let mut stops = Vec::new();
-    bench.run(&POSITIONING, |bench, row| match POSITIONING.rows[row].meaning {
-        "RPDO1: Enable Operation" => bench.is_at(NmtState::Operational, State::OperationEnabled),
-        "still stopped" => stops.push(bench.see(|drive, now| (drive.position(now), drive.status_word(now)))),
-        _ => {}
-    });
-    let [(position, status_word)] = stops[..] else { panic!("the drive stops once") };
-    assert!((-5000..5000).contains(&position));
-    assert_eq!(status_word & (status::POSITIONING | status::MOVING), status::POSITIONING, "the travel stays active");
-    bench.is_at(NmtState::PreOperational, State::SwitchOnDisabled);
-    assert_eq!(bench.see(SimulatedDrive::position), -5000);
+    for model in [&AG03_1, &AG02] {
+        let mut bench = Bench::new(model);
+        let mut stops = Vec::new();
+        bench.run(&POSITIONING, |bench, row| match POSITIONING.rows[row].meaning {
+            "RPDO1: Enable Operation" => bench.is_at(NmtState::Operational, State::OperationEnabled),
+            "still stopped" => stops.push(bench.see(|drive, now| (drive.position(now), drive.status_word(now)))),
+            _ => {}
+        });
+        let [(position, status_word)] = stops[..] else { panic!("the drive stops once") };
+        assert!((-5000..5000).contains(&position));
+        assert_eq!(
+            status_word & (status::POSITIONING | status::MOVING),
+            status::POSITIONING,
+            "the travel stays active"
+        );
+        bench.is_at(NmtState::PreOperational, State::SwitchOnDisabled);
+        assert_eq!(bench.see(SimulatedDrive::position), -5000);
+    }
 }
 
 #[test]
 fn table_26_runs_at_three_velocities() {
-    let mut bench = Bench::new();
-    bench.run(&VELOCITY, |_, _| {});
-    bench.is_at(NmtState::PreOperational, State::SwitchOnDisabled);
-    assert_eq!(bench.see(SimulatedDrive::velocity), 0);
-    let mode = bench.see(|drive, _| drive.stored(od::MODES_OF_OPERATION));
-    assert_eq!(mode, od::OperatingMode::PROFILE_VELOCITY);
+    for model in [&AG03_1, &AG02] {
+        let mut bench = Bench::new(model);
+        bench.run(&VELOCITY, |_, _| {});
+        bench.is_at(NmtState::PreOperational, State::SwitchOnDisabled);
+        assert_eq!(bench.see(SimulatedDrive::velocity), 0);
+        let mode = bench.see(|drive, _| drive.stored(od::MODES_OF_OPERATION));
+        assert_eq!(mode, od::OperatingMode::PROFILE_VELOCITY);
+    }
 }
 
 #[test]
 fn the_boot_up_message_comes_first() {
-    let bench = Bench::new();
-    let heard = bench.heard.lock().unwrap();
-    assert_eq!(heard.iter().map(ToString::to_string).collect::<Vec<_>>(), ["705#00"]);
+    for model in [&AG03_1, &AG02] {
+        let bench = Bench::new(model);
+        let heard = bench.heard.lock().unwrap();
+        assert_eq!(heard.iter().map(ToString::to_string).collect::<Vec<_>>(), ["705#00"]);
+    }
 }

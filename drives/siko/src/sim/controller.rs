@@ -145,6 +145,21 @@ impl Controller {
         self.inputs.supply_is_present() && (self.inputs.enable || !self.model.enable_input)
     }
 
+    /// Which limit switches count: there are some, and velocity mode ignores them.
+    pub(super) fn limit_switches(&self) -> [bool; 2] {
+        let count = self.model.switches && self.parameters.mode == Mode::Positioning;
+        if count { self.inputs.limit_switches } else { [false; 2] }
+    }
+
+    /// Whether the limit switch at the end that `direction` leads to is active.
+    pub(super) fn is_on_switch(&self, direction: Direction) -> bool {
+        let [upper, lower] = self.limit_switches();
+        match direction {
+            Direction::Positive => upper,
+            Direction::Negative => lower,
+        }
+    }
+
     /// The motor current in mA.
     #[must_use]
     pub fn current_ma(&self, now: Instant) -> u16 {
@@ -220,6 +235,10 @@ impl Controller {
                 _ => self.report(ERROR_PASSIVE),
             },
             _ => {}
+        }
+        let calibrates = self.model.switches && inputs.calibration_switch && !before.calibration_switch;
+        if calibrates && !self.motion.is_active(now) {
+            self.calibrate(now, self.parameters.calibration_value);
         }
         if before.key != inputs.key {
             self.inch_by_key(now);
@@ -330,7 +349,7 @@ impl Controller {
             let allowed = |position: i32| {
                 self.parameters.position_limits().is_none_or(|(low, high)| (low..=high).contains(&position))
             };
-            if allowed(target_position) && allowed(shown) {
+            if allowed(target_position) && allowed(shown) && self.limit_switches() == [false; 2] {
                 let target = self.parameters.shaft(target_position);
                 self.motion.move_to(now, target, self.parameters.positioning(), self.parameters.by_loop());
                 self.torque_deactivated = false;
@@ -351,7 +370,7 @@ impl Controller {
         }
     }
 
-    /// At a limit and beyond it, inching leads back only.
+    /// At a limit and beyond it, inching leads back only. What leads onto a limit switch is stopped where it begins.
     fn may_inch(&self, now: Instant, direction: Direction) -> bool {
         let shown = self.parameters.position(self.motion.state(now).position);
         self.parameters.position_limits().is_none_or(|(low, high)| match direction {

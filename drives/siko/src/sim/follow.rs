@@ -117,6 +117,8 @@ impl SimulatedDrive {
             Change::Bus(state) => self.set_inputs(now, |inputs| inputs.bus = state),
             Change::BusBitRate(rate) => self.set_inputs(now, |inputs| inputs.bus_bit_rate = rate),
             Change::Enable(active) => self.set_inputs(now, |inputs| inputs.enable = active),
+            Change::LimitSwitches(active) => self.set_inputs(now, |inputs| inputs.limit_switches = active),
+            Change::CalibrationSwitch(active) => self.set_inputs(now, |inputs| inputs.calibration_switch = active),
             Change::Key(key) => self.set_inputs(now, |inputs| inputs.key = key),
             Change::Fault(fault) => self.set_inputs(now, |inputs| inputs.force(fault)),
             Change::Clear(fault) => self.set_inputs(now, |inputs| inputs.clear(fault)),

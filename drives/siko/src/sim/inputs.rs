@@ -31,6 +31,11 @@ pub struct Inputs {
     pub bus_bit_rate: Option<u32>,
     /// Whether the input that enables the motor is active, in drives that have one.
     pub enable: bool,
+    /// Whether limit switches 1 and 2 are active, in drives that have them. Switch 1 is at the end where positions are
+    /// high; the manual does not say at which.
+    pub limit_switches: [bool; 2],
+    /// Whether the switch that calibrates is active, in drives that have one.
+    pub calibration_switch: bool,
     /// Which operator key is pressed.
     pub key: Option<Key>,
     /// Faults whose cause is there whatever the other inputs say.
@@ -112,6 +117,8 @@ impl Default for Inputs {
             bus: BusState::Active,
             bus_bit_rate: None,
             enable: true,
+            limit_switches: [false; 2],
+            calibration_switch: false,
             key: None,
             forced: Faults::default(),
         }

@@ -6,7 +6,9 @@ use lexican_driver::description::EmergencySwitch;
 use lexican_driver::{Code, Parameter};
 use lexican_runtime::device::Behaviour;
 use lexican_runtime::host::kept::KeptFormat;
-use lexican_runtime::object::{Address, ConditionalLimit, Dictionary, Object, ObjectDictionary, Rw, Value, WritableIn};
+use lexican_runtime::object::{
+    Address, ConditionalLimit, DataType, Dictionary, Object, ObjectDictionary, Rw, Value, WritableIn,
+};
 use lexican_runtime::{Duration, NodeId};
 
 use crate::fault::{Fault, FaultKind};
@@ -46,10 +48,14 @@ pub struct Model {
     pub emergencies: Option<EmergencySwitch>,
     /// Whether control words come by SDO, too, and not by PDO only.
     pub control_by_sdo: bool,
+    /// Whether 23h is the only SDO command that writes, with four bytes whatever the size of the object.
+    pub writes_four_bytes: bool,
     /// Where the node-ID comes from.
     pub addressing: Addressing,
     /// Whether there is an input without which the motor gets no torque: bit 10 of 1002h shows its absence.
     pub enable_input: bool,
+    /// Whether there are two limit switches and one for calibration: bits 0 to 2 of 1002h show them.
+    pub switches: bool,
     /// The length of a loop in increments, where no object has it.
     pub loop_length: u16,
 }
@@ -125,10 +131,7 @@ impl dyn Storage + '_ {
     /// The number at `address`; none where there is none.
     #[must_use]
     pub fn number(&self, address: Address) -> Option<i64> {
-        let data_type = self.entry(address).ok()?.data_type;
-        let unused_bits = 64 - u32::from(data_type.bits()?);
-        let high = self.raw(address)? << unused_bits;
-        Some(if data_type.is_signed() { (high as i64) >> unused_bits } else { (high >> unused_bits) as i64 })
+        signed(self.entry(address).ok()?.data_type, self.raw(address)?)
     }
 
     /// The value of an object; zero where there is none.
@@ -136,4 +139,11 @@ impl dyn Storage + '_ {
     pub fn get<T: Value, A, M>(&self, object: Object<T, A, M>) -> T {
         T::from_raw(self.raw(object.address()).unwrap_or_default())
     }
+}
+
+/// What a number in wire form means; none where the type has no fixed size.
+pub(super) fn signed(data_type: DataType, raw: u64) -> Option<i64> {
+    let unused_bits = 64 - u32::from(data_type.bits()?);
+    let high = raw << unused_bits;
+    Some(if data_type.is_signed() { (high as i64) >> unused_bits } else { (high >> unused_bits) as i64 })
 }

@@ -2,6 +2,7 @@
 
 use lexican_runtime::device::Event;
 use lexican_runtime::host::Node;
+use lexican_runtime::object::Address;
 use lexican_runtime::service::rpdo;
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant};
@@ -14,7 +15,8 @@ impl Node for SimulatedDrive {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         if self.is_connected() && self.inputs().bus == BusState::Active {
             self.by_sdo = frame.id() == CobId::of_node(SDO_REQUEST, self.node());
-            let event = self.with_device(now, |device, od| device.handle_frame(now, frame, od));
+            let frame = self.with_size_of_object(frame);
+            let event = self.with_device(now, |device, od| device.handle_frame(now, &frame, od));
             self.by_sdo = false;
             self.take(now, event);
         }
@@ -87,6 +89,25 @@ impl SimulatedDrive {
             _ => {}
         }
         self.settle(now);
+    }
+
+    /// Where 23h is the only command that writes (AG02, table 18), it writes objects of one and two bytes, too, if the
+    /// number fits. Others are no commands. No other frame that the drive takes has eight bytes.
+    fn with_size_of_object(&self, frame: &Frame) -> Frame {
+        const RESERVED: u8 = 0xE0;
+        let &[command @ 0x20..=0x3F, index_low, index_high, sub, a, b, c, d] = frame.data() else { return *frame };
+        if !self.setup.model.writes_four_bytes {
+            return *frame;
+        }
+        let address = Address::new(u16::from_le_bytes([index_low, index_high]), sub);
+        let size = self.storage.entry(address).ok().and_then(|entry| entry.data_type.size());
+        let command = match (command, size, [b, c, d]) {
+            (0x23, Some(1), [0, 0, 0]) => 0x2F,
+            (0x23, Some(2), [_, 0, 0]) => 0x2B,
+            (0x23, ..) => 0x23,
+            _ => RESERVED,
+        };
+        Frame::from_array(frame.id(), [command, index_low, index_high, sub, a, b, c, d])
     }
 
     /// The drive has eight abort codes (table 19). For those of CiA 301 that it does not have, the nearest is sent:

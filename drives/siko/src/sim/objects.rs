@@ -10,7 +10,7 @@ use lexican_runtime::{Instant, NodeId};
 
 use super::address;
 use super::controller::Controller;
-use super::model::{Model, Storage};
+use super::model::{Model, Storage, signed};
 use super::switches::Restore;
 
 /// Storage and controller, lent to the device for one call.
@@ -173,6 +173,19 @@ pub(super) fn restore(model: &Model, node: NodeId, storage: &mut dyn Storage, wh
     let factory = (model.storage)(node);
     for parameter in model.parameters.iter().filter(|parameter| restored(parameter.set)) {
         storage.set_raw(parameter.address, factory.raw(parameter.address).unwrap_or_default());
+    }
+    fit(model, storage);
+}
+
+/// Brings what is more than the gear allows down to that: one default serves all gears.
+pub(super) fn fit(model: &Model, storage: &mut dyn Storage) {
+    for range in model.ranges {
+        let Ok(entry) = storage.entry(range.address) else { continue };
+        let high = signed(entry.data_type, range.limit.high);
+        let holds = range.when.holds(storage.raw(range.when.address).unwrap_or_default());
+        if holds && storage.number(range.address) > high {
+            storage.set_raw(range.address, range.limit.high);
+        }
     }
 }
 

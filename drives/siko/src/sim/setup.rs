@@ -7,6 +7,7 @@ use super::address;
 use super::eeprom::NonVolatile;
 use super::inputs::Inputs;
 use super::model::{Addressing, Model, Storage};
+use super::objects::fit;
 use super::switches::DipSwitches;
 
 /// The bit rates of 2100h by its value, in bit/s (7.12.2.31).
@@ -85,6 +86,7 @@ impl Setup {
         storage.set_raw(address::SERIAL_NUMBER, self.serial_number.into());
         storage.set_raw(address::PRODUCTION_DATE, self.production_date.into());
         storage.set_raw(address::GEAR, self.gear.into());
+        fit(self.model, &mut *storage);
         storage
     }
 }

@@ -51,7 +51,12 @@ impl Controller {
     pub fn system_status(&self, now: Instant) -> u16 {
         let seen = self.observe(self.motion.state(now));
         let not_ready = self.state == State::Fault || self.is_unready(now, seen);
+        let [switch_1, switch_2] = self.limit_switches();
+        let not_enabled = if self.model.enable_input { !self.inputs.enable } else { !self.is_powered() };
         bits(&[
+            (system::LIMIT_SWITCH_1, switch_1),
+            (system::LIMIT_SWITCH_2, switch_2),
+            (system::CALIBRATION_SWITCH, self.model.switches && self.inputs.calibration_switch),
             (system::IN_POSITION, seen.in_window()),
             (system::MOVING, seen.moving),
             (system::ABOVE_UPPER_LIMIT, seen.above_upper_limit),
@@ -59,7 +64,7 @@ impl Controller {
             (system::MOTOR_RELEASED, self.motor(now) == Motor::Released),
             (system::FAULT, self.state == State::Fault),
             (system::AGAINST_APPROACH, self.motion.is_before_turn(now)),
-            (system::NO_SUPPLY, !self.is_powered()),
+            (system::NO_SUPPLY, not_enabled),
             (system::NOT_READY, not_ready),
             (system::BATTERY_LOW, self.inputs.battery_is_low()),
             (system::OVERCURRENT, self.has_overcurrent(now)),
@@ -131,7 +136,8 @@ impl Controller {
     }
 
     fn is_unready(&self, now: Instant, seen: Observation) -> bool {
-        self.motion.is_active(now) || !self.is_powered() || seen.beyond_limit()
+        let on_switch = self.limit_switches() != [false; 2];
+        self.motion.is_active(now) || !self.is_powered() || seen.beyond_limit() || on_switch
     }
 
     fn has_overcurrent(&self, now: Instant) -> bool {

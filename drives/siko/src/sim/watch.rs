@@ -1,10 +1,11 @@
 //! What the controller watches: its shaft, its current, and the causes of faults (chapters 2.3 and 5).
 
+use lexican_driver::Direction;
 use lexican_runtime::{Duration, Instant};
 
 use super::controller::{Controller, Emergency};
 use super::inputs::{BusState, Inputs, Shaft};
-use super::motion::FULL_ACCELERATION;
+use super::motion::{FULL_ACCELERATION, Job};
 use crate::fault::{Fault, FaultKind, NO_ERROR, register};
 use crate::state::State;
 
@@ -25,6 +26,7 @@ impl Controller {
     /// All that follows from inputs, motion and time, whatever has changed.
     pub(super) fn settle(&mut self, now: Instant) {
         self.hold_shaft(now);
+        self.stop_on_switch(now);
         self.deactivate_torque(now);
         self.watch_current(now);
         for fault in self.model.faults {
@@ -42,6 +44,20 @@ impl Controller {
             self.motion.unblock(now, self.parameters.rotation());
         }
         self.blocked_since = self.motion.is_blocked().then(|| self.blocked_since.unwrap_or(now));
+    }
+
+    /// On a limit switch nothing leads on but inching, and that towards the other switch only. How the drive brakes, the
+    /// manual does not say.
+    fn stop_on_switch(&mut self, now: Instant) {
+        let stops = match self.motion.job() {
+            Job::Positioning(_) => self.limit_switches() != [false; 2],
+            Job::Inching(direction) => self.is_on_switch(direction),
+            Job::Step { target } => self.is_on_switch(Direction::of(target - self.motion.state(now).position)),
+            Job::None | Job::Velocity(_) => false,
+        };
+        if stops && self.motion.is_active(now) {
+            self.motion.cancel(now, FULL_ACCELERATION);
+        }
     }
 
     fn watch_current(&mut self, now: Instant) {

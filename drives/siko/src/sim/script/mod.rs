@@ -46,6 +46,8 @@
 //! | `turn` | increments | somebody turns the shaft by hand; a motor that is not released holds it |
 //! | `bus` | `"active"`, `"passive"`, `"off"` | fault confinement of the CAN controller |
 //! | `bus_kbit` | 15.625 to 1000, or `"any"` | the bit rate of the bus; a drive that has another one is not there |
+//! | `limit_switch` | `"1"`, `"2"`, `"none"` | the limit switch that is active, in drives that have them |
+//! | `calibration_switch` | true, false | the switch that calibrates, in drives that have one |
 //! | `enable` | true, false | the input that enables the motor, in drives that have one |
 //! | `key` | `"clockwise"`, `"counter-clockwise"`, `"none"` | the operator keys (2.2.1.2) |
 //! | `fault` | `"A"` to `"J"`, or a name | a fault whose cause stays until it is cleared |
@@ -136,6 +138,10 @@ pub enum Change {
     BusBitRate(Option<u32>),
     /// The input that enables the motor, in drives that have one.
     Enable(bool),
+    /// Limit switches 1 and 2, in drives that have them.
+    LimitSwitches([bool; 2]),
+    /// The switch that calibrates, in drives that have one.
+    CalibrationSwitch(bool),
     /// An operator key is pressed, or none.
     Key(Option<Key>),
     /// A fault, whose cause stays.

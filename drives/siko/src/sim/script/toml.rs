@@ -125,6 +125,14 @@ const MAKERS: &[Maker] = &[
             false => Some(value.bit_rate()?),
         }))
     }),
+    ("limit_switch", |value| {
+        one(value.of(&[
+            ("1", Change::LimitSwitches([true, false])),
+            ("2", Change::LimitSwitches([false, true])),
+            ("none", Change::LimitSwitches([false; 2])),
+        ])?)
+    }),
+    ("calibration_switch", |value| one(Change::CalibrationSwitch(value.flag()?))),
     ("enable", |value| one(Change::Enable(value.flag()?))),
     ("key", |value| {
         one(value.of(&[

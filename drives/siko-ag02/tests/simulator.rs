@@ -1,0 +1,96 @@
+//! What the simulated AG02 does otherwise than SIKO's other drives.
+
+#[path = "../../siko/tests/support/mod.rs"]
+mod support;
+
+use siko_ag02::fault::{self, FaultKind};
+use siko_ag02::sim::inputs::BusState;
+use siko_ag02::sim::{MODEL, Setup};
+
+use support::{Bench, NODE};
+
+fn ag02() -> Bench {
+    Bench::with(Setup::new(&MODEL, NODE))
+}
+
+#[test]
+fn four_bytes_are_read_by_42h_and_written_by_23h_whatever_the_size() {
+    let mut bench = ag02();
+    for (request, answer) in [
+        // The examples of 10.2.8.
+        ("605#237C6000C4090000", "585#607C600000000000"),
+        ("605#407C600000000000", "585#427C6000C4090000"),
+        ("605#237D600280841E00", "585#607D600200000000"),
+        ("605#2391600107000000", "585#6091600100000000"),
+        ("605#4091600100000000", "585#4291600107000000"),
+        ("605#2360600002000000", "585#6060600000000000"),
+        ("605#4060600000000000", "585#4260600002000000"),
+        // The first character from the top: "2.00".
+        ("605#400A100000000000", "585#420A100030302E32"),
+        // Too large for the object, and commands that are not in table 18.
+        ("605#2391600100000100", "585#8091600100000106"),
+        ("605#2360600001010000", "585#8060600000000106"),
+        ("605#2B91600107000000", "585#8091600100000106"),
+        ("605#2F60600001000000", "585#8060600000000106"),
+        ("605#4091600100000000", "585#4291600107000000"),
+    ] {
+        assert_eq!(bench.ask(request), [answer], "{request}");
+    }
+}
+
+#[test]
+fn bit_31_switches_no_pdo_off() {
+    for (model, sent) in [(&MODEL, true), (&siko_ag03_1::sim::MODEL, false)] {
+        let mut bench = Bench::with(Setup::new(model, NODE));
+        assert_eq!(bench.write(0x1800, 1, &0x8000_0185_u32.to_le_bytes()), None);
+        bench.send("000#0105");
+        assert_eq!(bench.pass(1000).iter().any(|frame| frame.starts_with("185#")), sent, "{}", model.name);
+    }
+}
+
+#[test]
+fn each_gear_has_its_greatest_velocity() {
+    for (gear, most) in [(1, 100), (2, 80), (3, 35)] {
+        let mut bench = Bench::with(Setup { gear, ..Setup::new(&MODEL, NODE) });
+        let usual = bench.see(|drive, _| drive.parameters().v_pos);
+        assert_eq!(usual, most.min(50));
+        for (index, sub) in [(0x2410, 5), (0x2410, 9), (0x60FF, 0)] {
+            assert_eq!(bench.write(index, sub, &u32::from(most).to_le_bytes()), None, "{index:04X}");
+            assert_eq!(bench.write(index, sub, &u32::from(most + 1).to_le_bytes()), Some(0x0609_0030), "{index:04X}");
+        }
+        assert_eq!(bench.write(0x1011, 1, b"load"), None);
+        assert_eq!(bench.see(|drive, _| drive.parameters().v_pos), usual);
+    }
+}
+
+#[test]
+fn a_bit_rate_holds_after_a_reset() {
+    let mut bench = ag02();
+    assert_eq!(bench.write(0x2100, 0, &[9, 0, 0, 0]), None);
+    assert_eq!(bench.see(|drive, _| drive.bit_rate()), 500_000);
+    bench.send("000#8105");
+    bench.pass(0);
+    assert_eq!(bench.see(|drive, _| drive.bit_rate()), 250_000);
+}
+
+#[test]
+fn bus_off_is_fault_f() {
+    let mut bench = ag02();
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Off));
+    assert_eq!(bench.see(|drive, _| drive.controller().faults().to_vec()), [fault::BUS_OFF]);
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Active));
+    assert_eq!(bench.read(0x1003, 1), Ok(0x8120));
+}
+
+#[test]
+fn emergencies_wait_for_bit_30() {
+    for (switched_on, heard) in [(false, &[][..]), (true, &["085#00F0810000000000"])] {
+        let mut bench = ag02();
+        if switched_on {
+            assert_eq!(bench.write(0x1014, 0, &0x4000_0085_u32.to_le_bytes()), None);
+        }
+        bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.force(FaultKind::Sensor)));
+        assert_eq!(bench.pass(10), heard);
+        assert_eq!(bench.read(0x1003, 1), Ok(0xF000));
+    }
+}
