@@ -1,4 +1,4 @@
-//! What a device starts with: the bytes of each entry before anybody writes it.
+//! What a device starts with: the bytes of each entry before it is first written.
 
 use lexican_eds::cia301;
 use lexican_eds::model::{AccessType, Condition, Device, Entry, Value};

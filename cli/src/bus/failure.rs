@@ -140,7 +140,7 @@ mod tests {
         check(no_bus(BusState::Off), "it is bus-off", Some("restart-ms"));
         check(Failure::from(LinkError::Full), "the transmit buffer stays full", Some("another node"));
         check(Failure::from(LinkError::ReadOnly), "a log takes no frames", Some("lexican monitor"));
-        check(Failure::from(LinkError::Closed), "nobody serves this link", None);
+        check(Failure::from(LinkError::Closed), "the bus is gone", None);
     }
 
     #[test]

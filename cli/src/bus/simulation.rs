@@ -9,7 +9,7 @@ use super::virtual_device::VirtualDevice;
 use crate::device::Loaded;
 use crate::output::Failure;
 
-/// The node-ID of a simulation that tells none.
+/// The node-ID of a simulation whose URL names none.
 const NODE: NodeId = NodeId::literal(1);
 const BIT_RATE_KBIT: u32 = 500;
 

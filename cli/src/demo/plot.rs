@@ -12,7 +12,7 @@ pub(crate) struct Course {
     pub(crate) title: String,
     /// The motion, ascending in time; at least two samples.
     pub(crate) samples: Vec<Sample>,
-    /// What the drive was told, ascending in time.
+    /// The orders to the drive, ascending in time.
     pub(crate) commands: Vec<Command>,
     /// What it should reach since when (in seconds), ascending in time.
     pub(crate) targets: Vec<(f64, Target)>,
@@ -35,7 +35,7 @@ pub(crate) enum Target {
     Velocity(i32),
 }
 
-/// Something the drive was told.
+/// An order to the drive.
 pub(crate) struct Command {
     pub(crate) at_s: f64,
     pub(crate) label: String,

@@ -57,7 +57,7 @@ impl<L: Link, K: Kind> Drive<L, K> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if nobody answers.
+    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if the node does not answer.
     pub fn connect(link: L, node: NodeId) -> Result<Self, Error> {
         let session = Session::new(node, K::DESCRIPTION);
         let desk = session.desk();

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Ends the operation of a drive that is under way, and stops the drive. Clones belong to the same drive.
 ///
 /// The operation ends with [`Error::Cancelled`](crate::Error::Cancelled) once the drive stands. If none is under way,
-/// the next one ends so, whatever it is, before it sends anything else.
+/// the next one of any kind ends so, before it sends anything else.
 ///
 /// ```no_run
 /// # fn run<L: lexican_runtime::host::Link, K: lexican_driver::Kind>(

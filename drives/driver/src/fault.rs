@@ -31,7 +31,7 @@ pub enum ByteOrder {
     LowFirst,
     /// The other way round.
     HighFirst,
-    /// The manual contradicts itself: whatever order makes a known code of it. No code of the table may be another
+    /// The manual contradicts itself: the order that makes a known code of it counts. No code of the table may be another
     /// one's mirror image.
     Either,
 }

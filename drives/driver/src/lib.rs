@@ -59,7 +59,7 @@
 //!
 //! An operation that ends in an error after its order was sent, that is not over in time, or whose call is dropped,
 //! leaves the drive doing what it was ordered last; such an error is [`Error::MayBeMoving`]. [`Error::Refused`] and
-//! [`Error::Unsupported`] come before anything moves. `stop`, `quick_stop` and `disable` stop whatever moves, and so does
+//! [`Error::Unsupported`] come before anything moves. `stop`, `quick_stop` and `disable` stop all that moves, and so does
 //! dropping the `Drive`: by a quick stop in the middle of a step, which nothing else ends.
 //!
 //! | The program | sends | so the drive | and one that is protected |

@@ -93,7 +93,7 @@ macro_rules! operations {
             /// When the drive cannot be read.
             fn finish(desk) -> Outcome = sequence::finish(desk, desk.patience(), &mut |_| {});
 
-            /// The same, and tells how far the travel has come whenever the drive says so.
+            /// The same, and reports how far the travel has come whenever the drive does.
             ///
             /// # Errors
             ///
@@ -145,7 +145,7 @@ macro_rules! operations {
             /// [`Error::Unsupported`]; [`Error::Refused`] before anything moves.
             fn run_at(desk, velocity: i32) -> VelocityOutcome = sequence::run_at(desk, velocity, desk.patience());
 
-            /// Stops whatever moves with its programmed deceleration; returns once the drive stands. A travel is
+            /// Stops all that moves with its programmed deceleration; returns once the drive stands. A travel is
             /// interrupted: [`Drive::resume`] goes on with it, and [`Drive::disable`] forgets it. A step is stopped
             /// quickly, and leaves the drive in QUICK STOP ACTIVE.
             ///
@@ -210,7 +210,7 @@ macro_rules! operations {
             /// # Errors
             ///
             /// [`Error::NoParameter`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a
-            /// travel is under way; [`Error::Sdo`] with the first one that the drive refuses, whatever it is written
+            /// travel is under way; [`Error::Sdo`] with the first one that the drive refuses, in any order they are written
             /// after.
             fn write_parameters(desk, settings: &[Setting]) -> () = sequence::write_parameters(desk, settings);
 

@@ -53,7 +53,7 @@ impl<K: Kind> Drive<K> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if nobody answers.
+    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if the node does not answer.
     pub async fn connect(network: Network, node: NodeId) -> Result<Self, Error> {
         let (events, session) = (network.events(), Session::new(node, K::DESCRIPTION));
         let mut drive = Drive { network, events, node, session, supervision: None, kind: PhantomData };
@@ -213,7 +213,7 @@ impl<K: Kind> Drive<K> {
             Err(AccessError::OutOfRange(error)) => Err(Error::OutOfRange(error)),
             Err(AccessError::DataSheet { address, error, .. }) => Err(Error::DataSheet { address, error }),
             Err(AccessError::Link(error)) => Err(Error::Link(error)),
-            // The enum may grow: whatever it is, the network did not do what it was asked.
+            // The enum may grow: in any case the network did not do what it was asked.
             Err(_) => Err(Error::Link(LinkError::Closed)),
         }
     }
@@ -224,7 +224,7 @@ impl<K: Kind> Drive<K> {
             match self.events.try_recv() {
                 Ok(event) => drop(self.hear(event)),
                 Err(broadcast::error::TryRecvError::Lagged(_)) => self.lose(),
-                // Whatever asks a network that is gone for something fails.
+                // All calls on a network that is gone fail.
                 Err(_) => break,
             }
         }

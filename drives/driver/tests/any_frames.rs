@@ -1,4 +1,4 @@
-//! Whatever comes from the bus: no sequence panics, and each one ends.
+//! No frames from the bus make a sequence panic, and each one ends.
 
 use std::future::Future;
 use std::pin::{Pin, pin};
@@ -28,7 +28,7 @@ static INCHING: Description = Description {
     ..Description::CIA_402
 };
 
-/// Everything that a drive of CiA 402 can be told, each on its own: an error ends only what it belongs to.
+/// Every order to a drive of CiA 402, each on its own: an error ends only what it belongs to.
 async fn everything(desk: &Desk) {
     let within = Duration::from_secs(5);
     let _ = sequence::identify(desk).await;
@@ -88,7 +88,7 @@ fn step<F: Future>(session: &mut Session, now: Instant, sequence: Pin<&mut F>) -
 /// asks.
 fn frame() -> impl Strategy<Value = (Frame, u64)> {
     let id = prop_oneof![Just(0x085_u16), Just(0x185), Just(0x385), Just(0x585), Just(0x705), 0_u16..0x800];
-    let whatever = (id, proptest::collection::vec(any::<u8>(), 0..=8));
+    let any_frame = (id, proptest::collection::vec(any::<u8>(), 0..=8));
     let status = (Just(0x185_u16), any::<u16>().prop_map(|word| word.to_le_bytes().to_vec()));
     let objects = prop_oneof![
         Just((0x43_u8, 0x1000_u16)),
@@ -105,7 +105,7 @@ fn frame() -> impl Strategy<Value = (Frame, u64)> {
         let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
         (0x585_u16, vec![command, low, high, sub, a, b, c, d])
     });
-    let framed = prop_oneof![1 => whatever, 2 => status, 4 => answer].prop_map(|(id, data): (u16, Vec<u8>)| {
+    let framed = prop_oneof![1 => any_frame, 2 => status, 4 => answer].prop_map(|(id, data): (u16, Vec<u8>)| {
         let id = CobId::standard(id).expect("eleven bits");
         Frame::new(id, &data).expect("eight bytes at most")
     });

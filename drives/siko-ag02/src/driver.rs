@@ -24,7 +24,7 @@ use crate::{fault, od};
 /// The SIKO AG02, as chapters 2, 8 and 10 of its manual have it.
 pub static AG02: Description = Description {
     name: "SIKO AG02",
-    // There is no 1008h, which tells it from the AG03/1. The first character of 100Ah is in bits 31 to 24 (10.12.2.6).
+    // There is no 1008h, unlike on the AG03/1. The first character of 100Ah is in bits 31 to 24 (10.12.2.6).
     identity: Identity { names: None, characters: ByteOrder::HighFirst, ..SIKO.identity },
     // 23h is the only command that writes (table 18).
     always_four_bytes: true,

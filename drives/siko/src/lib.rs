@@ -3,7 +3,7 @@
 //! - [`state`], [`words`], [`fault`], [`worked_examples`]: tables of the manuals as data, which drivers and simulators
 //!   share;
 //! - [`description`]: what a driver has to know of all of them;
-//! - [`sim`]: the simulated drive. What tells one drive from another is a [`sim::Model`].
+//! - [`sim`]: the simulated drive. A drive is a [`sim::Model`].
 //!
 //! Chapters, tables and figures are those of the English CANopen manual of the AG03/1, firmware 4.01 or higher. Where
 //! it contradicts itself or is silent, the choice is said where it is made.

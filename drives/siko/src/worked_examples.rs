@@ -2,7 +2,7 @@
 //!
 //! The tables say what to send and twice to wait for a target. They do not say how long to travel before
 //! the intermediate stop, and send the next command without waiting for +30 rev/min or for standstill.
-//! Whoever replays them wants to see these things happen, so rows that wait are added where
+//! A replay is to show these things happen, so rows that wait are added where
 //! [`Row::in_table`] is false; the frames are those of the manual, all of them, and in its order.
 
 use lexican_runtime::{CobId, Duration, Frame, NodeId};

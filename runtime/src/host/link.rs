@@ -203,7 +203,7 @@ pub enum LinkError {
     #[error("the bus carries no frames, it is {0}")]
     NoBus(BusState),
     /// The interface's buffer stayed full.
-    #[error("the transmit buffer stays full: nobody on the bus acknowledges, or it is overloaded")]
+    #[error("the transmit buffer stays full: no node on the bus acknowledges, or it is overloaded")]
     Full,
     /// The link only listens.
     #[error("a log takes no frames: it can be listened to, and nothing else")]
@@ -212,7 +212,7 @@ pub enum LinkError {
     #[error("the log ends here")]
     Ended,
     /// The other end is gone.
-    #[error("the bus is gone: nobody serves this link any more")]
+    #[error("the bus is gone: the other side of this link has ended")]
     Closed,
 }
 

@@ -187,7 +187,7 @@ impl<C: AsRef<[u8]> + Clone> Member<C> {
                         return waits;
                     }
                     Phase::Booting(boot) if boot.resets() => {}
-                    // Whatever it was before, it begins anew.
+                    // In any phase, it begins anew.
                     Phase::Booting(_) => self.boot(held),
                 }
             }

@@ -74,7 +74,7 @@ pub struct LssManager {
 enum State {
     Idle,
     /// A request without an answer.
-    Tell(LssRequest),
+    Command(LssRequest),
     /// A request with one answer.
     Ask(LssRequest),
     /// A request in several frames, the last of which is answered.
@@ -203,7 +203,7 @@ impl LssManager {
     ///
     /// [`Busy`] when another operation is under way; as with all that follow.
     pub fn switch_global(&mut self, state: LssState) -> Result<(), Busy> {
-        self.begin(State::Tell(LssRequest::SwitchGlobal(state)))
+        self.begin(State::Command(LssRequest::SwitchGlobal(state)))
     }
 
     /// Selects the device of an identity: [`Event::Selected`].
@@ -267,7 +267,7 @@ impl LssManager {
     ///
     /// [`Busy`].
     pub fn activate_bit_timing(&mut self, delay_ms: u16) -> Result<(), Busy> {
-        self.begin(State::Tell(LssRequest::ActivateBitTiming { delay_ms }))
+        self.begin(State::Command(LssRequest::ActivateBitTiming { delay_ms }))
     }
 
     /// The selected device stores node-ID and bit rate: [`Event::Done`].
@@ -360,7 +360,7 @@ impl LssManager {
         self.deadline = now + timeout;
         let request = match self.state {
             State::Idle => return None,
-            State::Tell(request) => {
+            State::Command(request) => {
                 self.state = State::Idle;
                 request
             }

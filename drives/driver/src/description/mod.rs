@@ -257,7 +257,7 @@ impl Description {
         Command::EnableOperation.apply(0)
     }
 
-    /// OPERATION ENABLED, and whatever moves is to stop.
+    /// OPERATION ENABLED, and all that moves is to stop.
     #[must_use]
     pub const fn stopping(&self) -> u16 {
         self.resting() | self.control.stop

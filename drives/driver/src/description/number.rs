@@ -1,4 +1,4 @@
-//! An object that holds a whole number, of whatever width.
+//! An object that holds a whole number of any width.
 
 use lexican_runtime::object::{Address, DataType, Object, OutOfRange, Type};
 

@@ -111,7 +111,7 @@ impl Desk {
     }
 
     pub(crate) fn lock(&self) -> MutexGuard<'_, Shared> {
-        // A panic elsewhere has already failed whatever this belongs to; it need not fail twice.
+        // A panic elsewhere has already failed the operation; it need not fail twice.
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -34,7 +34,7 @@ pub async fn enable(desk: &Desk) -> Result<(), Error> {
             brake(desk).await?;
             at_rest(desk);
         }
-        // Whatever was under way, the drive has forgotten it.
+        // The drive has forgotten what was under way.
         _ => at_rest(desk),
     }
     require(desk, Orders::ENABLE, status_word).await?;

@@ -63,7 +63,7 @@ const fn consumer(entry: u8) -> Number {
     Number::new(0x1016, entry, DataType::Unsigned32)
 }
 
-/// The entry of 1016h that watches over this manager already, or else one that watches over nobody: its node-ID or its
+/// The entry of 1016h that watches over this manager already, or else one that watches over no node: its node-ID or its
 /// time is 0 (CiA 301, 7.5.2.19).
 async fn free_consumer(desk: &Desk, manager: u8) -> Result<Option<u8>, Error> {
     let entries = known(desk.get(CONSUMER_HEARTBEATS).await)?.unwrap_or(0).min(127) as u8;

@@ -11,7 +11,7 @@ use crate::error::{Error, Missing, Refusal};
 /// none.
 const QUICK_STOPS: u32 = 10;
 
-/// Stops whatever moves with its programmed deceleration, a step by quick stop; returns once the drive stands.
+/// Stops all that moves with its programmed deceleration, a step by quick stop; returns once the drive stands.
 ///
 /// # Errors
 ///
@@ -59,7 +59,7 @@ pub async fn quick_stop(desk: &Desk) -> Result<(), Error> {
     Ok(())
 }
 
-/// Stops whatever moves, in either mode, with its programmed deceleration; a step by a quick stop, since Stop
+/// Stops all that moves, in either mode, with its programmed deceleration; a step by a quick stop, since Stop
 /// interrupts travels only.
 pub(super) async fn come_to_rest(desk: &Desk) -> Result<(), Error> {
     let stepping = matches!(desk.lock().motion, Motion::Stepping { .. });

@@ -74,7 +74,7 @@ pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
     Ok(())
 }
 
-/// Waits until the travel under way is over, whatever its end. One that is interrupted is not over.
+/// Waits until the travel under way is over, by any end. One that is interrupted is not over.
 ///
 /// # Errors
 ///

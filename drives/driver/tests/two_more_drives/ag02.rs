@@ -176,7 +176,7 @@ fn it_runs_by_table_26() {
     assert_eq!(outcomes.unwrap(), [68, 30].map(|velocity| VelocityOutcome::Reached { velocity }));
 }
 
-/// This one tells of inching by its movement only: a shaft that settles is not taken for it.
+/// This one reports inching by its movement only: a shaft that settles is not taken for it.
 #[test]
 fn inching_has_begun_when_the_drive_turns_as_it_was_told() {
     let script = "

@@ -221,7 +221,7 @@ fn an_interrupted_travel_is_not_over_although_its_drive_stands() {
         = 606C:00 00001000
         > 603#2B4060000F010000    intermediate stop (4196)
         = 606C:00 00000000
-        = 6041:00 0637            in halt, this bit tells that it stands
+        = 6041:00 0637            in halt, this bit says that it stands
         ~ 300
         = 6041:00 0637
         > 603#2B4060000F000000
@@ -296,7 +296,7 @@ fn a_travel_that_another_manager_leads_elsewhere_has_not_reached_its_target() {
     assert_eq!(outcome, Outcome::Overridden { position: -300 });
 }
 
-/// In Halt, the bit of a target that is reached tells that the drive stands.
+/// In Halt, the bit of a target that is reached says that the drive stands.
 #[test]
 fn a_travel_that_somebody_else_halts_is_not_over() {
     let script = "
@@ -382,14 +382,14 @@ fn an_order_that_is_not_taken_is_forgotten_outside_operation_enabled() {
         = 6041:00 0233
     ";
     let error = enabled::<BySdo, _>(script, |drive| drive.start_moving_to(36_000)).unwrap_err();
-    // What is missing now is told first.
+    // What is missing now is reported first.
     assert_eq!(error.to_string(), "the drive would refuse: it is in SWITCHED ON, not in OPERATION ENABLED");
 }
 
 #[test]
 fn it_runs_with_mode_3_and_tells_so_in_6061h() {
     let script = "
-        > 603#23FF600000000000    nothing runs before it is told to
+        > 603#23FF600000000000    nothing runs before it is ordered
         > 603#2F60600003000000    profile velocity (4163)
         = 6061:00 03
         > 603#2B4060000F010000

@@ -26,7 +26,7 @@ pub(crate) struct Sheet {
     pub(crate) node: NodeId,
     /// Index, sub-index, bytes, value.
     pub(crate) objects: &'static [(u16, u8, usize, u64)],
-    /// Reading is answered by 42h, whatever the size, and only 23h writes.
+    /// Reading is answered by 42h, for any size, and only 23h writes.
     pub(crate) always_four_bytes: bool,
 }
 

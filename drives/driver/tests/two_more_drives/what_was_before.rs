@@ -1,4 +1,4 @@
-//! Bits of the status word may tell for a moment of what was before an order: that its target is reached, that homing is
+//! Bits of the status word may still show for a moment what was before an order: that its target is reached, that homing is
 //! attained. They are not taken for the end of what has only just begun.
 
 use lexican_driver::{Cause, Code, Error, Outcome, VelocityOutcome};

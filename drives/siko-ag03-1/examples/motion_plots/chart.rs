@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-/// Colours, of which any two can be told apart by those who see red and green alike.
+/// Colours, any two of which differ for readers who see red and green alike.
 pub(crate) const BLUE: &str = "#0072B2";
 pub(crate) const GREEN: &str = "#008F68";
 pub(crate) const ORANGE: &str = "#D55E00";

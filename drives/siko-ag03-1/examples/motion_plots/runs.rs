@@ -36,19 +36,19 @@ const FRAME: Duration = Duration::from_millis(5);
 
 fn positioning() -> Outcome<Picture> {
     let mut stage = Stage::new(od::OperatingMode::PROFILE_POSITION)?;
-    stage.tell("travel to 3000: a-Pos 50 %, v-Pos 30 rev/min");
+    stage.note("travel to 3000: a-Pos 50 %, v-Pos 30 rev/min");
     stage.travel_to(3000)?;
     stage.rest();
     stage.pass(500);
     stage.write(od::MOTOR_PARAMETER_SET.d_pos(), od::Deceleration(10))?;
-    stage.tell("travel to 0, with d-Pos 10 %");
+    stage.note("travel to 0, with d-Pos 10 %");
     stage.travel_to(0)?;
     stage.pass(1000);
-    stage.tell("Stop (control word, bit 8): interrupted");
+    stage.note("Stop (control word, bit 8): interrupted");
     stage.control(ENABLE | control::NEW_SETPOINT | control::STOP)?;
     stage.rest();
     stage.pass(500);
-    stage.tell("Stop taken back: resumed");
+    stage.note("Stop taken back: resumed");
     stage.control(ENABLE | control::NEW_SETPOINT)?;
     stage.rest();
     stage.pass(500);
@@ -74,7 +74,7 @@ fn by_loop() -> Outcome<Picture> {
     for (target, text) in
         [(2000, "travel to 2000: in positive direction anyway"), (800, "travel to 800: beyond it by 800, and back")]
     {
-        stage.tell(text);
+        stage.note(text);
         stage.travel_to(target)?;
         stage.rest();
         stage.pass(500);
@@ -98,7 +98,7 @@ fn by_loop() -> Outcome<Picture> {
 fn inching() -> Outcome<Picture> {
     let mut stage = Stage::new(od::OperatingMode::PROFILE_POSITION)?;
     stage.write(od::DELTA_JOG, od::Position(800))?;
-    stage.tell("inching 1: a step of Delta Inch, 800");
+    stage.note("inching 1: a step of Delta Inch, 800");
     stage.control(ENABLE | control::INCHING_1)?;
     stage.rest();
     stage.pass(500);
@@ -118,12 +118,12 @@ fn inching() -> Outcome<Picture> {
 fn velocity() -> Outcome<Picture> {
     let mut stage = Stage::new(od::OperatingMode::PROFILE_VELOCITY)?;
     for (target, text) in [(68, "run at +68 rev/min"), (30, "+30 rev/min"), (-72, "-72 rev/min: through zero")] {
-        stage.tell(text);
+        stage.note(text);
         stage.target(target.into());
         stage.send(0x505, control_and_target(ENABLE, target))?;
         stage.pass(1400);
     }
-    stage.tell("Stop (control word, bit 8)");
+    stage.note("Stop (control word, bit 8)");
     stage.target(0.0);
     stage.control(ENABLE | control::STOP)?;
     stage.pass(1400);
@@ -158,10 +158,10 @@ fn stops() -> Outcome<Picture> {
         let mut stage = Stage::new(od::OperatingMode::PROFILE_POSITION)?;
         stage.write(od::MOTOR_PARAMETER_SET.v_pos(), od::Speed(60))?;
         stage.write(od::MOTOR_PARAMETER_SET.d_pos(), od::Deceleration(25))?;
-        stage.tell("travel to 10000: a-Pos 50 %, v-Pos 60 rev/min");
+        stage.note("travel to 10000: a-Pos 50 %, v-Pos 60 rev/min");
         stage.travel_to(10_000)?;
         stage.pass(1000);
-        stage.tell("stopped, in one of four ways");
+        stage.note("stopped, in one of four ways");
         stop(&mut stage)?;
         stage.pass(1250);
         velocities.push(stage.curve(name, color, |seen| seen.velocity_rpm));
@@ -181,23 +181,23 @@ fn stops() -> Outcome<Picture> {
 
 fn fault() -> Outcome<Picture> {
     let mut stage = Stage::new(od::OperatingMode::PROFILE_POSITION)?;
-    stage.tell("travel to 2500");
+    stage.note("travel to 2500");
     stage.travel_to(2500)?;
     stage.pass(1000);
-    stage.tell("something holds the shaft");
+    stage.note("something holds the shaft");
     stage.world(|drive, now| drive.set_inputs(now, |inputs| inputs.shaft = Shaft::Blocked));
     stage.pass(500);
-    stage.tell("fault B, EMCY 7121h: two blinks");
+    stage.note("fault B, EMCY 7121h: two blinks");
     stage.pass(4000);
-    stage.tell("the shaft is free");
+    stage.note("the shaft is free");
     stage.world(|drive, now| drive.set_inputs(now, |inputs| inputs.shaft = Shaft::Free));
     stage.pass(1000);
-    stage.tell("fault reset, EMCY 0000h; enabled again");
+    stage.note("fault reset, EMCY 0000h; enabled again");
     stage.control(0)?;
     stage.control(control::FAULT_RESET)?;
     stage.enable()?;
     stage.pass(500);
-    stage.tell("travel to 2500");
+    stage.note("travel to 2500");
     stage.travel_to(2500)?;
     stage.rest();
     stage.pass(500);
@@ -245,7 +245,7 @@ struct Stage {
 
 impl Stage {
     fn new(mode: od::OperatingMode) -> Outcome<Self> {
-        // A bus on which frames take no time, so that everything happens when it is told.
+        // A bus on which frames take no time, so that everything happens when it is ordered.
         let bus = VirtualBus::new();
         let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
         bus.attach(Arc::clone(&simulated));
@@ -291,11 +291,11 @@ impl Stage {
 
     /// Inching 2 for a second and a half.
     fn inch(&mut self, bit: u16, how: &str, end: &str) -> Outcome<()> {
-        self.tell(&format!("inching 2, {how}"));
+        self.note(&format!("inching 2, {how}"));
         self.control(ENABLE)?;
         self.control(ENABLE | bit)?;
         self.pass(1500);
-        self.tell(end);
+        self.note(end);
         self.control(ENABLE)?;
         self.pass(1000);
         Ok(())
@@ -324,7 +324,7 @@ impl Stage {
         self.bus.now().since(self.began).as_secs_f64()
     }
 
-    fn tell(&mut self, text: &str) {
+    fn note(&mut self, text: &str) {
         self.events.push(Event { at_s: self.now_s(), text: text.to_owned() });
     }
 

@@ -116,7 +116,7 @@ impl Controller {
         &self.faults
     }
 
-    /// The motion, for whoever plots it.
+    /// The motion, for plots.
     #[must_use]
     pub fn motion(&self) -> &Motion {
         &self.motion
@@ -191,7 +191,7 @@ impl Controller {
         }
     }
 
-    /// Somebody turns the shaft by hand, in no time. Whether it lets itself be turned: a motor that is released does.
+    /// Turns the shaft by hand, in no time. Returns whether it could be turned: a motor that is not released holds it.
     pub fn turn_shaft(&mut self, now: Instant, increments: i32) -> bool {
         let turns =
             self.motor(now) == Motor::Released && !self.motion.is_moving(now) && self.inputs.shaft == Shaft::Free;

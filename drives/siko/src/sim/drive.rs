@@ -44,12 +44,12 @@ pub struct SimulatedDrive {
     effects: Vec<Effect>,
     /// Whether an SDO is being served.
     pub(super) by_sdo: bool,
-    /// Until when everything has been looked at: what changes by itself after it is still to be told.
+    /// Until when everything has been looked at: what changes by itself after it is still to be reported.
     pub(super) settled: Instant,
     pub(super) power: Power,
     /// What the LEDs show, and since when.
     leds: ((StatusLed, Instant), (BusLed, Instant)),
-    /// Whether somebody has switched it off.
+    /// Whether it has been switched off.
     pub(super) switched_off: bool,
     /// In bit/s, as 2100h said at the last initialisation.
     pub(super) bit_rate: u32,
@@ -205,7 +205,7 @@ impl SimulatedDrive {
         self.controller.motion().state(now)
     }
 
-    /// Somebody turns the shaft by hand, in no time. Whether it lets itself be turned: a motor that is released does.
+    /// Turns the shaft by hand, in no time. Returns whether it could be turned: a motor that is not released holds it.
     pub fn turn_shaft(&mut self, now: Instant, increments: i32) -> bool {
         let turned = self.controller.turn_shaft(now, increments);
         self.settle(now);
@@ -270,7 +270,7 @@ impl SimulatedDrive {
         }
     }
 
-    /// Which of the LEDs is lit at `now`. Whatever blinks, begins to when it is first shown.
+    /// Which of the LEDs is lit at `now`. What blinks begins to when it is first shown.
     #[must_use]
     pub fn lights(&self, now: Instant) -> Lights {
         let ((status, status_since), (bus, bus_since)) = self.leds;
@@ -288,7 +288,7 @@ impl SimulatedDrive {
     }
 
     /// Lends `call` the dictionary with its live values, beside the bus: access rights are not enforced, everything
-    /// else is. `lexican simulate` reads and sets objects so, in the words of whoever sits before it.
+    /// else is. `lexican simulate` reads and sets objects so, at its user's command.
     pub fn with_dictionary<T>(&mut self, now: Instant, call: impl FnOnce(&mut dyn ObjectDictionary) -> T) -> T {
         let result = self.with_device(now, |_, od| call(od));
         self.settle(now);

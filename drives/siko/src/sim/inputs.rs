@@ -18,7 +18,7 @@ pub struct Inputs {
     pub load_ma: u16,
     /// Whether something holds the shaft.
     pub shaft: Shaft,
-    /// The velocity that the load allows, in rev/min, when that is less than the drive is told: a lag error.
+    /// The velocity that the load allows, in rev/min, when that is less than was ordered: a lag error.
     pub attainable_rpm: Option<u8>,
     /// Whether the sine and cosine of the position sensor fit together.
     pub sensor_fails: bool,
@@ -38,7 +38,7 @@ pub struct Inputs {
     pub calibration_switch: bool,
     /// Which operator key is pressed.
     pub key: Option<Key>,
-    /// Faults whose cause is there whatever the other inputs say.
+    /// Faults whose cause is there independent of the other inputs.
     pub forced: Faults,
 }
 

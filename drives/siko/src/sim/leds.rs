@@ -93,7 +93,7 @@ const fn blinks(shown_for: Duration) -> bool {
     (shown_for.as_micros() / FLASH.as_micros()).is_multiple_of(2)
 }
 
-/// So many flashes, each behind a gap, and the rest of the pause: so the first one is told from what was lit before.
+/// So many flashes, each behind a gap, and the rest of the pause: so the first one is distinct from what was lit before.
 const fn flashes(count: u8, shown_for: Duration) -> bool {
     let code = 2 * count as u64 * FLASH.as_micros();
     let at = shown_for.as_micros() % (code + PAUSE.as_micros() - FLASH.as_micros());

@@ -92,7 +92,7 @@ pub struct Motion {
     job: Job,
     /// How inching, of which the job does not say it, travels.
     inching: Inching,
-    /// Inching operation 2 is told to end.
+    /// Inching operation 2 is ordered to end.
     ending: bool,
     /// The shaft cannot follow: the way is at rest, though the job is not finished.
     blocked: bool,
@@ -226,7 +226,7 @@ impl Motion {
         }
     }
 
-    /// Velocity mode: speeds up or brakes to `velocity` from whatever the shaft does.
+    /// Velocity mode: speeds up or brakes to `velocity` from the present velocity.
     pub fn run_at(&mut self, now: Instant, velocity: f64, acceleration: f64) {
         let attained = velocity.clamp(-self.ceiling, self.ceiling);
         self.begin(Job::Velocity(velocity), Trajectory::ramp(now, self.state(now), attained, acceleration));
@@ -275,16 +275,16 @@ impl Motion {
         }
     }
 
-    /// Whether the shaft turns more slowly than it is told to, because its load does not allow more.
+    /// Whether the shaft turns more slowly than ordered, because its load does not allow more.
     #[must_use]
     pub fn lags(&self, state: State) -> bool {
-        let told = match self.job {
+        let ordered = match self.job {
             Job::Positioning(travel) => travel.profile.speed,
             Job::Velocity(velocity) => velocity.abs(),
             Job::Step { .. } | Job::Inching(_) if !self.ending => self.inching.profile.speed,
             Job::None | Job::Step { .. } | Job::Inching(_) => return false,
         };
-        told > self.ceiling && state.velocity.abs() >= self.ceiling - TINY
+        ordered > self.ceiling && state.velocity.abs() >= self.ceiling - TINY
     }
 
     /// Takes another number for the position where the shaft is: calibration, or the other sense of rotation.
@@ -292,7 +292,7 @@ impl Motion {
         *self = Motion { ceiling: self.ceiling, ..Motion::at_rest(now, position) };
     }
 
-    /// Somebody else turns the shaft, in no time; a job that is finished stays known.
+    /// Turns the shaft from outside, in no time; a job that is finished stays known.
     pub fn displace(&mut self, now: Instant, increments: f64) {
         self.way = Trajectory::rest(now, self.state(now).position + increments);
     }
@@ -361,7 +361,7 @@ impl Motion {
     }
 }
 
-/// In increments/s, far below what anybody sees.
+/// In increments/s, far below what can be seen.
 const TINY: f64 = 1e-6;
 
 #[cfg(test)]

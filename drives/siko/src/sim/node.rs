@@ -43,7 +43,7 @@ impl Node for SimulatedDrive {
             if was != self.device.nmt_state() {
                 self.enter(now, self.device.nmt_state());
             }
-            // Error passive: "communication is no longer enabled", but the emergency tells so.
+            // Error passive: "communication is no longer enabled", but the emergency says so.
             let is_emergency = frame.id() == emergencies;
             if is_emergency && silent {
                 continue;
@@ -57,8 +57,8 @@ impl Node for SimulatedDrive {
     fn poll_timeout(&self) -> Option<Instant> {
         let running = self.is_running();
         let by_itself = [self.device.poll_timeout(), self.controller.next_event(), self.next_change()];
-        let whatever = [self.next_save(), self.next_step()];
-        by_itself.into_iter().filter(|_| running).chain(whatever).flatten().min()
+        let always = [self.next_save(), self.next_step()];
+        by_itself.into_iter().filter(|_| running).chain(always).flatten().min()
     }
 
     fn concerns(&self) -> Vec<CobId> {

@@ -15,7 +15,7 @@ impl SimulatedDrive {
         self.power != Power::Off
     }
 
-    /// Switches the supply off: whatever moves runs out without being braked (2.5).
+    /// Switches the supply off: what moves runs out without being braked (2.5).
     pub fn switch_off(&mut self, now: Instant) {
         self.switched_off = true;
         self.follow_supply(now);
@@ -45,7 +45,7 @@ impl SimulatedDrive {
         match (self.is_on(), supplied) {
             (false, true) => self.begin(now),
             (true, false) => {
-                // What it has not told yet, it does not tell any more.
+                // What it has not reported yet is lost.
                 self.controller = self.controller.restarted(now, *self.inputs());
                 self.power = Power::Off;
             }
@@ -79,7 +79,7 @@ impl SimulatedDrive {
     pub(super) fn save(&mut self, now: Instant) {
         let Some(mut file) = self.eeprom.take() else { return };
         let mut kept = self.non_volatile(now);
-        // The encoder knows better, but nobody writes a file at every increment.
+        // The encoder knows better, but a file cannot be written at every increment.
         if self.controller.motion().is_moving(now)
             && let Some(saved) = file.saved()
         {

@@ -193,7 +193,7 @@ impl Controller {
     }
 }
 
-/// In rev/min, far below what anybody reads.
+/// In rev/min, far below the resolution of what is read.
 const ROUNDING: f64 = 1e-6;
 
 fn revolutions_per_minute(state: trajectory::State) -> f64 {

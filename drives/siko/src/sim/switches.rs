@@ -116,7 +116,7 @@ impl FromStr for DipSwitches {
     }
 }
 
-/// A text does not tell the positions of ten switches.
+/// A text that is not the positions of ten switches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("ten switches are ten digits, SW1 first, 1 for ON: `1010000 0 00` is node 5")]
 pub struct NotSwitches;
@@ -124,7 +124,7 @@ pub struct NotSwitches;
 /// Which parameters are set to their factory settings (2.4): the same three choices as those of 1011h.
 ///
 /// The manual shows the positions of SW1 to SW8 in pictures, which the text of it that this is made from does not
-/// have; that SW8 is ON can be told from step 6. So the choice on SW1 to SW7 is an assumption: the number of the
+/// have; that SW8 is ON follows from step 6. So the choice on SW1 to SW7 is an assumption: the number of the
 /// sub-index of 1011h that does the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Restore {

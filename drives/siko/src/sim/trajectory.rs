@@ -115,7 +115,7 @@ impl Trajectory {
         let changed = |at: u64| key(self.at(Instant::from_micros(at))) != current;
         let mut from = now.as_micros();
         let boundaries = self.pieces.iter().skip(1).map(|piece| self.instant(piece.from_s).as_micros());
-        // Within a piece the key leaves its value once and for all: so its ends tell, and halving finds.
+        // Within a piece the key leaves its value once and for all: so its ends show whether it does, and halving finds where.
         for boundary in boundaries.chain([from.saturating_add(HORIZON.as_micros())]) {
             if boundary <= from {
                 continue;
@@ -160,7 +160,7 @@ impl Trajectory {
     }
 }
 
-/// Nobody asks for a change further away: twelve days.
+/// The furthest change that is looked for: twelve days.
 const HORIZON: Duration = Duration::from_micros(1 << 40);
 
 /// The first number in `low..=high` that `changed`, when `high` did and `low` did not.
@@ -243,7 +243,7 @@ impl Plan {
     }
 }
 
-/// Increments that nobody sees, but rounding makes.
+/// Increments that come of rounding only.
 const TINY: f64 = 1e-6;
 
 #[cfg(test)]

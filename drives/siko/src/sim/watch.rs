@@ -23,7 +23,7 @@ impl Controller {
         [overcurrent, blocked, over].into_iter().flatten().min()
     }
 
-    /// All that follows from inputs, motion and time, whatever has changed.
+    /// All that follows from inputs, motion and time, after any change.
     pub(super) fn settle(&mut self, now: Instant) {
         self.hold_shaft(now);
         self.stop_on_switch(now);

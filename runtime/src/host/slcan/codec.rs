@@ -64,7 +64,7 @@ impl Decoder {
                 self.len = 0;
                 Some(message)
             }
-            // The bell ends whatever came before it.
+            // The bell ends all that came before it.
             0x07 => {
                 self.len = 0;
                 Some(Message::Refused)
