@@ -161,7 +161,7 @@ mod tests {
     fn a_drive_is_named_only_where_it_may_be() {
         let text = "//! Room.\n// as the AG03/1 does\n";
         assert_eq!(findings("runtime/src/device.rs", text).len(), 1);
-        assert_eq!(findings("drives/driver/src/desk.rs", text).len(), 1);
+        assert_eq!(findings("drives/driver/src/context.rs", text).len(), 1);
         assert_eq!(findings("drives/driver/tests/other_drives.rs", text), [""; 0]);
         assert_eq!(findings("drives/siko-ag03-1/src/lib.rs", text), [""; 0]);
         assert_eq!(findings("runtime/src/device.rs", "//! Room.\n// takes no damage\n"), [""; 0]);

@@ -13,8 +13,8 @@ use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, NodeId};
 
 use crate::cancel::CancelHandle;
+use crate::context::DriveContext;
 use crate::description::Approach;
-use crate::desk::Desk;
 use crate::direction::Direction;
 use crate::error::{Error, Outcome, VelocityOutcome};
 use crate::fault::Cause;
@@ -41,7 +41,7 @@ const IDLE: Duration = Duration::from_millis(100);
 pub struct Drive<L: Link, K: Kind> {
     shared: Arc<Shared<L>>,
     node: NodeId,
-    desk: Desk,
+    context: DriveContext,
     supervision: Option<Supervision>,
     cancel: CancelHandle,
     kind: PhantomData<fn() -> K>,
@@ -60,11 +60,11 @@ impl<L: Link, K: Kind> Drive<L, K> {
     /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if the node does not answer.
     pub fn connect(link: L, node: NodeId) -> Result<Self, Error> {
         let session = Session::new(node, K::DESCRIPTION);
-        let desk = session.desk();
+        let context = session.context();
         let machine = Machine { link, session, pump: Pump::new() };
         let shared = Arc::new(Shared { machine: Mutex::new(Some(machine)), changed: Condvar::new() });
         let (supervision, cancel) = (None, CancelHandle::default());
-        let mut drive = Drive { shared, node, desk, supervision, cancel, kind: PhantomData };
+        let mut drive = Drive { shared, node, context, supervision, cancel, kind: PhantomData };
         match drive.identify() {
             // Its power has only just come on: now it is there.
             Err(Error::Restarted) => drive.identify()?,
@@ -97,7 +97,7 @@ impl<L: Link, K: Kind> Drive<L, K> {
     }
 
     fn identify(&mut self) -> Result<(), Error> {
-        self.run(async |desk: Desk| sequence::identify(&desk).await)
+        self.run(async |context: DriveContext| sequence::identify(&context).await)
     }
 
     /// How the drive notices that this program is gone.
@@ -114,7 +114,7 @@ impl<L: Link, K: Kind> Drive<L, K> {
 
     /// How long travels may take until they count as timed out; ten minutes unless set.
     pub fn set_patience(&mut self, patience: Duration) {
-        self.desk.lock().patience = patience;
+        self.context.lock().patience = patience;
     }
 
     /// Leaves the drive as it is, moving or not, and gives the link back. Its protection is disarmed; if that fails, the
@@ -124,7 +124,7 @@ impl<L: Link, K: Kind> Drive<L, K> {
         let mut machine = self.shared.take().expect(HAS_LINK);
         let protection = machine.session.protection();
         // The drive does what it is protected by.
-        let _ = machine.run(None, async |desk: Desk| sequence::unprotect(&desk, protection).await);
+        let _ = machine.run(None, async |context: DriveContext| sequence::unprotect(&context, protection).await);
         machine.link
     }
 
@@ -133,7 +133,7 @@ impl<L: Link, K: Kind> Drive<L, K> {
     /// # Errors
     ///
     /// Those of the sequence, and [`Error::Link`], [`Error::Cancelled`], [`Error::MayBeMoving`].
-    pub fn run<T, F>(&mut self, sequence: impl FnOnce(Desk) -> F) -> Result<T, Error>
+    pub fn run<T, F>(&mut self, sequence: impl FnOnce(DriveContext) -> F) -> Result<T, Error>
     where
         F: Future<Output = Result<T, Error>>,
     {
@@ -189,13 +189,13 @@ struct Machine<L> {
 }
 
 impl<L: Link> Machine<L> {
-    fn run<T, F>(&mut self, cancel: Option<&CancelHandle>, sequence: impl FnOnce(Desk) -> F) -> Result<T, Error>
+    fn run<T, F>(&mut self, cancel: Option<&CancelHandle>, sequence: impl FnOnce(DriveContext) -> F) -> Result<T, Error>
     where
         F: Future<Output = Result<T, Error>>,
     {
         // What has come by now is old, and may be older than what is sent next.
         if self.pump.catch_up(&mut self.link, &mut self.session)? > 0 {
-            self.session.desk().missed();
+            self.session.context().missed();
         }
         self.session.begin(self.link.now());
         match self.run_unless_cancelled(cancel, sequence) {
@@ -207,12 +207,12 @@ impl<L: Link> Machine<L> {
     fn run_unless_cancelled<T, F>(
         &mut self,
         cancel: Option<&CancelHandle>,
-        sequence: impl FnOnce(Desk) -> F,
+        sequence: impl FnOnce(DriveContext) -> F,
     ) -> Option<Result<T, Error>>
     where
         F: Future<Output = Result<T, Error>>,
     {
-        let mut sequence = pin!(sequence(self.session.desk()));
+        let mut sequence = pin!(sequence(self.session.context()));
         loop {
             if cancel.is_some_and(CancelHandle::take) {
                 return None;
@@ -238,14 +238,16 @@ impl<L: Link> Machine<L> {
     fn wait(&mut self) -> Result<(), LinkError> {
         let until = self.link.now() + LOOK;
         if let Turn::Gap(_) = self.pump.turn(&mut self.link, &mut self.session, until)? {
-            self.session.desk().missed();
+            self.session.context().missed();
         }
         Ok(())
     }
 
     fn cancelled(&mut self) -> Error {
-        let (node, stopped) = (self.session.node(), self.session.desk().may_move());
-        match self.run(None, async |desk: Desk| if stopped { sequence::stop(&desk).await } else { Ok(()) }) {
+        let (node, stopped) = (self.session.node(), self.session.context().may_move());
+        match self
+            .run(None, async |context: DriveContext| if stopped { sequence::stop(&context).await } else { Ok(()) })
+        {
             Ok(()) => Error::Cancelled { node, stopped },
             Err(error) => error,
         }
@@ -254,7 +256,8 @@ impl<L: Link> Machine<L> {
     /// Arms what is not, or not any more.
     fn protect(&mut self, supervision: Supervision) -> Result<(), Error> {
         if self.session.protection() == Protection::None {
-            let protection = self.run(None, async |desk: Desk| sequence::protect(&desk, supervision).await)?;
+            let protection =
+                self.run(None, async |context: DriveContext| sequence::protect(&context, supervision).await)?;
             self.session.keep_alive(self.link.now(), protection);
         }
         Ok(())
@@ -276,14 +279,14 @@ impl<L: Link> Machine<L> {
     fn let_go(&mut self) -> Option<String> {
         // The drive may have said that it is not enabled any more; a link that fails now fails again below.
         let _ = self.pump.catch_up(&mut self.link, &mut self.session);
-        let stop = self.session.desk().let_go()?;
+        let stop = self.session.context().let_go()?;
         if let Err(error) = self.link.send(&stop) {
             return Some(format!("no stop could be sent: {error}"));
         }
-        Some(match self.run(None, async |desk: Desk| sequence::look_for_standstill(&desk).await) {
+        Some(match self.run(None, async |context: DriveContext| sequence::look_for_standstill(&context).await) {
             Ok(None) => "it has been stopped".to_owned(),
             Ok(Some(velocity)) => {
-                let unit = self.session.desk().description().status.velocity_unit;
+                let unit = self.session.context().description().status.velocity_unit;
                 format!("a stop has been sent, and it still runs at {velocity} {unit}")
             }
             Err(error) => format!("a stop has been sent, and nothing shows that it has arrived: {error}"),
@@ -294,14 +297,14 @@ impl<L: Link> Machine<L> {
 macro_rules! blocking {
     ($(
         $(#[$doc:meta])*
-        fn $name:ident $([$($generics:tt)*])? ($desk:ident $(, $argument:ident: $type:ty)*) -> $result:ty = $call:expr;
+        fn $name:ident $([$($generics:tt)*])? ($context:ident $(, $argument:ident: $type:ty)*) -> $result:ty = $call:expr;
     )*) => {
         impl<L: Link, K: Kind> Drive<L, K> {
             $(
                 $(#[$doc])*
                 pub fn $name $(<$($generics)*>)? (&mut self $(, $argument: $type)*) -> Result<$result, Error> {
-                    self.run(async |desk: Desk| {
-                        let $desk = &desk;
+                    self.run(async |context: DriveContext| {
+                        let $context = &context;
                         $call.await
                     })
                 }

@@ -4,7 +4,7 @@
 //! Drive            a thin blocking shell over a link; so is tokio::Drive
 //!   Session        the four verbs: frames and deadlines in and out
 //!     sequence     what to do, step by step, written once
-//!       Desk       where sequences and session meet
+//!       DriveContext       where sequences and session meet
 //!   Description    what is particular to a kind of drive
 //! ```
 //!
@@ -81,8 +81,8 @@
 
 mod blocking;
 mod cancel;
+mod context;
 pub mod description;
-mod desk;
 mod direction;
 mod error;
 mod fault;
@@ -99,8 +99,8 @@ mod units;
 
 pub use blocking::Drive;
 pub use cancel::CancelHandle;
+pub use context::{Awaited, DriveContext};
 pub use description::Description;
-pub use desk::{Awaited, Desk};
 pub use direction::Direction;
 pub use error::{Capability, Error, Missing, Outcome, Refusal, VelocityOutcome};
 pub use fault::{ByteOrder, Cause, Code, Codes};

@@ -12,28 +12,28 @@ macro_rules! operations {
             /// # Errors
             ///
             /// When the drive cannot be read.
-            fn state(desk) -> State = sequence::state(desk);
+            fn state(drive) -> State = sequence::state(drive);
 
             /// Why the drive is in fault: the last emergency, or else the latest entry of 1003h.
             ///
             /// # Errors
             ///
             /// When the drive cannot be read.
-            fn cause(desk) -> Cause = sequence::cause(desk);
+            fn cause(drive) -> Cause = sequence::cause(drive);
 
             /// Leads the drive to OPERATION ENABLED, by way of NMT OPERATIONAL when it takes orders by PDO.
             ///
             /// # Errors
             ///
             /// [`Error::Refused`] without supply, say; [`Error::Fault`] in FAULT; [`Error::NoReaction`].
-            fn enable(desk) -> () = sequence::enable(desk);
+            fn enable(drive) -> () = sequence::enable(drive);
 
             /// Stops the drive with its programmed deceleration, then releases the motor.
             ///
             /// # Errors
             ///
             /// [`Error::NoReaction`], [`Error::Fault`].
-            fn disable(desk) -> () = sequence::disable(desk);
+            fn disable(drive) -> () = sequence::disable(drive);
 
             /// Brakes with full deceleration and forgets the travel; the motor keeps its torque.
             ///
@@ -41,79 +41,79 @@ macro_rules! operations {
             ///
             /// [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NoReaction`];
             /// [`Error::NotStopped`].
-            fn quick_stop(desk) -> () = sequence::quick_stop(desk);
+            fn quick_stop(drive) -> () = sequence::quick_stop(drive);
 
             /// Resets a fault and says what it was; `None` when there was none.
             ///
             /// # Errors
             ///
             /// [`Error::Fault`] when its cause is still there.
-            fn reset_fault(desk) -> Option<Cause> = sequence::reset_fault(desk);
+            fn reset_fault(drive) -> Option<Cause> = sequence::reset_fault(drive);
 
             /// The operating mode; `None` for one that the driver does not know.
             ///
             /// # Errors
             ///
             /// When the drive cannot be read.
-            fn mode(desk) -> Option<Mode> = sequence::mode(desk);
+            fn mode(drive) -> Option<Mode> = sequence::mode(drive);
 
             /// Changes the operating mode, unless it is set already.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; [`Error::Refused`] while a travel is under way; [`Error::ModeNotTaken`].
-            fn set_mode(desk, mode: Mode) -> () = sequence::set_mode(desk, mode);
+            fn set_mode(drive, mode: Mode) -> () = sequence::set_mode(drive, mode);
 
             /// Travels to `target`, in units of positions, and waits for the end.
             ///
             /// # Errors
             ///
             /// [`Error::Refused`] with every condition that is not met, before anything moves.
-            fn move_to(desk, target: i32) -> Outcome = sequence::travel(desk, target, desk.patience(), &mut |_| {});
+            fn move_to(drive, target: i32) -> Outcome = sequence::travel(drive, target, drive.patience(), &mut |_| {});
 
             /// The same, and calls `watch` with every status word that comes.
             ///
             /// # Errors
             ///
             /// As [`Drive::move_to`].
-            fn move_to_watched(desk, target: i32, watch: impl FnMut(Progress) + Send) -> Outcome =
-                sequence::travel(desk, target, desk.patience(), &mut { watch });
+            fn move_to_watched(drive, target: i32, watch: impl FnMut(Progress) + Send) -> Outcome =
+                sequence::travel(drive, target, drive.patience(), &mut { watch });
 
             /// Starts to travel to `target`; returns once the drive has taken the order.
             ///
             /// # Errors
             ///
             /// As [`Drive::move_to`].
-            fn start_moving_to(desk, target: i32) -> () = sequence::start_travel(desk, target);
+            fn start_moving_to(drive, target: i32) -> () = sequence::start_travel(drive, target);
 
             /// Waits until the travel under way is over.
             ///
             /// # Errors
             ///
             /// When the drive cannot be read.
-            fn finish(desk) -> Outcome = sequence::finish(desk, desk.patience(), &mut |_| {});
+            fn finish(drive) -> Outcome = sequence::finish(drive, drive.patience(), &mut |_| {});
 
             /// The same, and reports how far the travel has come whenever the drive does.
             ///
             /// # Errors
             ///
             /// As [`Drive::finish`].
-            fn finish_watched(desk, watch: impl FnMut(Progress) + Send) -> Outcome =
-                sequence::finish(desk, desk.patience(), &mut { watch });
+            fn finish_watched(drive, watch: impl FnMut(Progress) + Send) -> Outcome =
+                sequence::finish(drive, drive.patience(), &mut { watch });
 
             /// Interrupts the travel under way; returns once the drive stands.
             ///
             /// # Errors
             ///
             /// [`Error::Refused`] when no travel is under way.
-            fn interrupt(desk) -> () = sequence::interrupt(desk);
+            fn interrupt(drive) -> () = sequence::interrupt(drive);
 
             /// Goes on with an interrupted travel, also after torque deactivation.
             ///
             /// # Errors
             ///
             /// [`Error::Refused`] when no travel is under way; [`Error::NotTaken`] when the drive does not move on.
-            fn resume(desk) -> () = sequence::resume(desk);
+            fn resume(drive) -> () = sequence::resume(drive);
 
             /// Inching: travels once by the width that the drive is set to, and waits for the end.
             ///
@@ -122,28 +122,28 @@ macro_rules! operations {
             /// # Errors
             ///
             /// [`Error::Unsupported`]; [`Error::Refused`] before anything moves; [`Error::NotTaken`].
-            fn step(desk) -> Outcome = sequence::step(desk, desk.patience());
+            fn step(drive) -> Outcome = sequence::step(drive, drive.patience());
 
             /// Inching: moves until [`Drive::stop_inching`], or until a limit is passed.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; [`Error::Refused`] before anything moves; [`Error::NotTaken`].
-            fn inch(desk, direction: Direction) -> () = sequence::inch(desk, direction);
+            fn inch(drive, direction: Direction) -> () = sequence::inch(drive, direction);
 
             /// Ends inching, and says where the drive stands. A step leaves it in QUICK STOP ACTIVE.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; when the drive cannot be read.
-            fn stop_inching(desk) -> i32 = sequence::stop_inching(desk);
+            fn stop_inching(drive) -> i32 = sequence::stop_inching(drive);
 
             /// Runs at `velocity`, as 60FFh has it, whose sign is the direction; waits until it is reached.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; [`Error::Refused`] before anything moves.
-            fn run_at(desk, velocity: i32) -> VelocityOutcome = sequence::run_at(desk, velocity, desk.patience());
+            fn run_at(drive, velocity: i32) -> VelocityOutcome = sequence::run_at(drive, velocity, drive.patience());
 
             /// Stops all that moves with its programmed deceleration; returns once the drive stands. A travel is
             /// interrupted: [`Drive::resume`] goes on with it, and [`Drive::disable`] forgets it. A step is stopped
@@ -152,21 +152,21 @@ macro_rules! operations {
             /// # Errors
             ///
             /// [`Error::NotStopped`]; when the drive cannot be read.
-            fn stop(desk) -> () = sequence::stop(desk);
+            fn stop(drive) -> () = sequence::stop(drive);
 
             /// Where the drive is (6064h).
             ///
             /// # Errors
             ///
             /// When the drive cannot be read.
-            fn position(desk) -> i32 = desk.position();
+            fn position(drive) -> i32 = drive.position();
 
             /// How fast it is (606Ch).
             ///
             /// # Errors
             ///
             /// When the drive cannot be read.
-            fn velocity(desk) -> i32 = desk.velocity();
+            fn velocity(drive) -> i32 = drive.velocity();
 
             /// Makes `position` the actual position.
             ///
@@ -174,36 +174,36 @@ macro_rules! operations {
             ///
             /// [`Error::Unsupported`]; [`Error::Refused`] while a travel is under way; [`Error::OutOfRange`];
             /// [`Error::Sdo`] when it is outside the limits of travel; [`Error::NotCalibrated`].
-            fn calibrate(desk, position: i32) -> () = sequence::calibrate(desk, position);
+            fn calibrate(drive, position: i32) -> () = sequence::calibrate(drive, position);
 
             /// From which side targets are approached; `None` for a value that the manual does not have.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; when the drive cannot be read.
-            fn approach(desk) -> Option<Approach> = sequence::approach(desk);
+            fn approach(drive) -> Option<Approach> = sequence::approach(drive);
 
             /// Chooses from which side targets are approached (loop positioning).
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; [`Error::Sdo`].
-            fn set_approach(desk, approach: Approach) -> () = sequence::set_approach(desk, approach);
+            fn set_approach(drive, approach: Approach) -> () = sequence::set_approach(drive, approach);
 
             /// Reads all parameters of the manual's table.
             ///
             /// # Errors
             ///
             /// When the drive cannot be read.
-            fn read_parameters(desk) -> Vec<Setting> = sequence::read_parameters(desk);
+            fn read_parameters(drive) -> Vec<Setting> = sequence::read_parameters(drive);
 
             /// Which of the settings the drive does not have.
             ///
             /// # Errors
             ///
             /// [`Error::NoParameter`] before anything is sent; when the drive cannot be read.
-            fn compare_parameters(desk, settings: &[Setting]) -> Vec<Difference> =
-                sequence::compare_parameters(desk, settings);
+            fn compare_parameters(drive, settings: &[Setting]) -> Vec<Difference> =
+                sequence::compare_parameters(drive, settings);
 
             /// Writes those settings that differ.
             ///
@@ -212,7 +212,7 @@ macro_rules! operations {
             /// [`Error::NoParameter`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a
             /// travel is under way; [`Error::Sdo`] with the first one that the drive refuses, in any order they are written
             /// after.
-            fn write_parameters(desk, settings: &[Setting]) -> () = sequence::write_parameters(desk, settings);
+            fn write_parameters(drive, settings: &[Setting]) -> () = sequence::write_parameters(drive, settings);
 
             /// Keeps all parameters for when there is no power (1010h).
             ///
@@ -220,86 +220,86 @@ macro_rules! operations {
             ///
             /// [`Error::Unsupported`] also by a drive that keeps them anyway; [`Error::Refused`] while a travel is
             /// under way.
-            fn store(desk) -> () = sequence::store(desk);
+            fn store(drive) -> () = sequence::store(drive);
 
             /// Restores a set of parameters to factory settings (1011h); all of them for `None`.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; [`Error::Refused`] while a travel is under way.
-            fn restore(desk, set: Option<ParameterSet>) -> () = sequence::restore(desk, set);
+            fn restore(drive, set: Option<ParameterSet>) -> () = sequence::restore(drive, set);
 
             /// What one count of a position is worth, as the drive is set up.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; when the drive cannot be read.
-            fn units(desk) -> Units = sequence::units(desk);
+            fn units(drive) -> Units = sequence::units(drive);
 
             /// The temperature of the drive, in °C.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; when the drive cannot be read.
-            fn temperature(desk) -> f64 = sequence::temperature(desk);
+            fn temperature(drive) -> f64 = sequence::temperature(drive);
 
             /// The voltage of the drive's battery, in V.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; when the drive cannot be read.
-            fn battery_voltage(desk) -> f64 = sequence::battery_voltage(desk);
+            fn battery_voltage(drive) -> f64 = sequence::battery_voltage(drive);
 
             /// Whether its load has stopped the drive (torque deactivation).
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; when the drive cannot be read.
-            fn torque_deactivated(desk) -> bool = sequence::torque_deactivated(desk);
+            fn torque_deactivated(drive) -> bool = sequence::torque_deactivated(drive);
 
             /// The load in % that stops a travel; `None` when none does.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; when the drive cannot be read.
-            fn torque_threshold(desk) -> Option<u8> = sequence::torque_threshold(desk);
+            fn torque_threshold(drive) -> Option<u8> = sequence::torque_threshold(drive);
 
             /// Sets the load in % that stops a travel; with `None`, none does.
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`], [`Error::OutOfRange`]; [`Error::Sdo`].
-            fn set_torque_threshold(desk, percent: Option<u8>) -> () =
-                sequence::set_torque_threshold(desk, percent);
+            fn set_torque_threshold(drive, percent: Option<u8>) -> () =
+                sequence::set_torque_threshold(drive, percent);
 
             /// The version of the drive's firmware (100Ah): four characters, such as "1.00".
             ///
             /// # Errors
             ///
             /// When the drive cannot be read.
-            fn firmware(desk) -> String = sequence::firmware(desk);
+            fn firmware(drive) -> String = sequence::firmware(drive);
 
             /// Switches emergency messages on or off (1014h).
             ///
             /// # Errors
             ///
             /// [`Error::Unsupported`]; [`Error::Sdo`] by a drive that allows it in NMT PRE-OPERATIONAL only.
-            fn set_emergencies(desk, on: bool) -> () = sequence::set_emergencies(desk, on);
+            fn set_emergencies(drive, on: bool) -> () = sequence::set_emergencies(drive, on);
 
             /// Reads an object.
             ///
             /// # Errors
             ///
             /// [`Error::Sdo`], [`Error::DataSheet`].
-            fn read [T: Value, A: Readable, M] (desk, object: Object<T, A, M>) -> T = desk.read(object);
+            fn read [T: Value, A: Readable, M] (drive, object: Object<T, A, M>) -> T = drive.read(object);
 
             /// Writes an object.
             ///
             /// # Errors
             ///
             /// [`Error::OutOfRange`] before anything is sent; [`Error::Sdo`].
-            fn write [T: Value, A: Writable, M] (desk, object: Object<T, A, M>, value: T) -> () =
-                desk.write(object, value);
+            fn write [T: Value, A: Writable, M] (drive, object: Object<T, A, M>, value: T) -> () =
+                drive.write(object, value);
 
             /// Lets time pass, and keeps listening meanwhile. While the drive may be moving, its status word is looked
             /// at, and read if the drive sends none.
@@ -308,7 +308,7 @@ macro_rules! operations {
             ///
             /// [`Error::Link`], [`Error::Restarted`]; while the drive may be moving, also [`Error::Fault`], and
             /// [`Error::Sdo`] if it does not answer any more.
-            fn pass(desk, span: Duration) -> () = sequence::pass(desk, span);
+            fn pass(drive, span: Duration) -> () = sequence::pass(drive, span);
         }
     };
 }

@@ -11,10 +11,10 @@ use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::service::sdo_client::{Event, Scalar, SdoClient};
 use lexican_runtime::{AbortCode, Frame, Instant, NodeId};
 
-use crate::description::Description;
 #[cfg(feature = "tokio")]
-use crate::desk::Access;
-use crate::desk::Desk;
+use crate::context::Access;
+use crate::context::DriveContext;
+use crate::description::Description;
 use crate::error::Error;
 use crate::protection::{KeepAlive, Protection};
 
@@ -22,7 +22,7 @@ use crate::protection::{KeepAlive, Protection};
 #[derive(Debug)]
 pub struct Session {
     node: NodeId,
-    desk: Desk,
+    context: DriveContext,
     sdo: SdoClient,
     payload: Scalar,
     protection: Protection,
@@ -33,10 +33,10 @@ impl Session {
     /// A session with the drive at `node`.
     #[must_use]
     pub fn new(node: NodeId, description: &'static Description) -> Self {
-        let desk = Desk::new(node, description);
+        let context = DriveContext::new(node, description);
         let sdo = SdoClient::of_node(node);
         let (protection, keep_alive) = (Protection::None, KeepAlive::None);
-        Session { node, desk, sdo, payload: Scalar::default(), protection, keep_alive }
+        Session { node, context, sdo, payload: Scalar::default(), protection, keep_alive }
     }
 
     /// The node-ID.
@@ -45,10 +45,10 @@ impl Session {
         self.node
     }
 
-    /// The desk at which sequences work.
+    /// The context that sequences work in.
     #[must_use]
-    pub fn desk(&self) -> Desk {
-        self.desk.clone()
+    pub fn context(&self) -> DriveContext {
+        self.context.clone()
     }
 
     /// How the drive notices that the driver is gone.
@@ -75,27 +75,27 @@ impl Session {
     /// That of the operation.
     pub fn conclude<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
         result.map_err(|error| {
-            let moving = self.desk.may_move() && !error.leaves_at_rest();
+            let moving = self.context.may_move() && !error.leaves_at_rest();
             if moving { Error::MayBeMoving { node: self.node, error: Box::new(error) } } else { error }
         })
     }
 
     /// Forgets what an operation before has left behind.
     pub fn begin(&mut self, now: Instant) {
-        self.desk.begin(now);
+        self.context.begin(now);
         self.sdo.abort(AbortCode::GENERAL);
     }
 
     /// Lets a sequence go on as far as it can.
     pub fn poll<F: Future>(&mut self, now: Instant, sequence: Pin<&mut F>) -> Poll<F::Output> {
-        self.desk.poll(now, sequence)
+        self.context.poll(now, sequence)
     }
 
     /// Takes a frame.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        if self.desk.hear(frame) {
+        if self.context.hear(frame) {
             // What was armed has not outlived a restart.
-            if self.protection != Protection::None && self.desk.lock().restarted {
+            if self.protection != Protection::None && self.context.lock().restarted {
                 self.keep_alive(now, Protection::None);
             }
         } else {
@@ -113,11 +113,11 @@ impl Session {
 
     /// The next frame to send. What a sequence sends, leaves before what it asks for.
     pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        let order = self.desk.lock().outbox.pop_front();
+        let order = self.context.lock().outbox.pop_front();
         if let Some(frame) = order.or_else(|| self.keep_alive.poll_transmit(now)) {
             return Some(frame);
         }
-        let access = if self.sdo.is_busy() { None } else { self.desk.lock().access.take() };
+        let access = if self.sdo.is_busy() { None } else { self.context.lock().access.take() };
         if let Some(access) = access {
             self.payload = access.payload;
             let begun = if access.writes {
@@ -133,25 +133,25 @@ impl Session {
     /// The next frame that the sequence sends, for shells that access objects by themselves.
     #[cfg(feature = "tokio")]
     pub(crate) fn poll_order(&mut self) -> Option<Frame> {
-        self.desk.lock().outbox.pop_front()
+        self.context.lock().outbox.pop_front()
     }
 
     /// The access to an object that the sequence waits for, for such shells.
     #[cfg(feature = "tokio")]
     pub(crate) fn poll_access(&mut self) -> Option<Access> {
-        self.desk.lock().access.take()
+        self.context.lock().access.take()
     }
 
     /// Takes the result of the access.
     #[cfg(feature = "tokio")]
     pub(crate) fn handle_answer(&mut self, answer: Result<Scalar, SdoError>) {
-        self.desk.lock().answer = Some(answer);
+        self.context.lock().answer = Some(answer);
     }
 
     /// When to call [`Session::handle_timeout`] and poll the sequence again.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let wake = self.desk.lock().wake;
+        let wake = self.context.lock().wake;
         [wake, self.sdo.poll_timeout(), self.keep_alive.poll_timeout()].into_iter().flatten().min()
     }
 
@@ -174,7 +174,7 @@ impl Session {
             Some(Event::Failed(error)) => Err(error),
             None => return,
         };
-        self.desk.lock().answer = Some(answer);
+        self.context.lock().answer = Some(answer);
     }
 }
 

@@ -16,8 +16,8 @@ use lexican_runtime::service::sdo_client::{Payload, Scalar, SdoError};
 use lexican_runtime::{Duration, Instant, NodeId};
 use tokio::sync::broadcast;
 
+use crate::context::{Access, DriveContext};
 use crate::description::Approach;
-use crate::desk::{Access, Desk};
 use crate::direction::Direction;
 use crate::error::{Error, Outcome, VelocityOutcome};
 use crate::fault::Cause;
@@ -84,7 +84,7 @@ impl<K: Kind> Drive<K> {
     }
 
     async fn identify(&mut self) -> Result<(), Error> {
-        self.run(async |desk: Desk| sequence::identify(&desk).await).await
+        self.run(async |context: DriveContext| sequence::identify(&context).await).await
     }
 
     /// How the drive notices that this program is gone.
@@ -95,12 +95,12 @@ impl<K: Kind> Drive<K> {
 
     /// How long travels may take until they count as timed out; ten minutes unless set.
     pub fn set_patience(&mut self, patience: Duration) {
-        self.session.desk().lock().patience = patience;
+        self.session.context().lock().patience = patience;
     }
 
     /// Leaves the drive as it is, moving or not. One that is protected is kept going by its network.
     pub fn release(self) {
-        self.session.desk().lock().rest();
+        self.session.context().lock().rest();
     }
 
     /// Runs a sequence to its end: this is all that the shell does. Any other than those above can be run too.
@@ -108,7 +108,7 @@ impl<K: Kind> Drive<K> {
     /// # Errors
     ///
     /// Those of the sequence, and [`Error::Link`], [`Error::MayBeMoving`].
-    pub async fn run<T, F>(&mut self, sequence: impl FnOnce(Desk) -> F) -> Result<T, Error>
+    pub async fn run<T, F>(&mut self, sequence: impl FnOnce(DriveContext) -> F) -> Result<T, Error>
     where
         F: Future<Output = Result<T, Error>>,
     {
@@ -117,14 +117,14 @@ impl<K: Kind> Drive<K> {
         self.session.conclude(result)
     }
 
-    async fn run_to_its_end<T, F>(&mut self, sequence: impl FnOnce(Desk) -> F) -> Result<T, Error>
+    async fn run_to_its_end<T, F>(&mut self, sequence: impl FnOnce(DriveContext) -> F) -> Result<T, Error>
     where
         F: Future<Output = Result<T, Error>>,
     {
         let mut now = self.network.now().await?;
         self.catch_up();
         self.session.begin(now);
-        let mut sequence = pin!(sequence(self.session.desk()));
+        let mut sequence = pin!(sequence(self.session.context()));
         loop {
             // What came before the sequence goes on must not look new to it afterwards.
             self.catch_up();
@@ -152,7 +152,8 @@ impl<K: Kind> Drive<K> {
             return Ok(());
         };
         let node = self.node;
-        let protection = self.run_to_its_end(async |desk: Desk| sequence::protect(&desk, supervision).await).await?;
+        let protection =
+            self.run_to_its_end(async |context: DriveContext| sequence::protect(&context, supervision).await).await?;
         let keep_alive = move |manager: &mut Manager<127>, now| match protection {
             Protection::LifeGuarding { guard_time, life_time_factor } => {
                 let remote = manager.remove(node).unwrap_or_else(|| Remote::new(node));
@@ -233,25 +234,25 @@ impl<K: Kind> Drive<K> {
     /// Events were missed. Those that are left are the oldest: better to have none of them.
     fn lose(&mut self) {
         self.events = self.events.resubscribe();
-        self.session.desk().missed();
+        self.session.context().missed();
     }
 
     /// Takes note of an event; whether it concerns this drive.
     fn hear(&mut self, event: Event) -> bool {
         match event {
-            Event::Manager(manager::Event::Pdo { frame, .. }) => self.session.desk().hear(&frame),
+            Event::Manager(manager::Event::Pdo { frame, .. }) => self.session.context().hear(&frame),
             Event::Manager(manager::Event::Emergency { node, emergency }) if node == self.node => {
-                self.session.desk().heard_emergency(emergency);
+                self.session.context().heard_emergency(emergency);
                 true
             }
             Event::Manager(manager::Event::BootedUp { node }) if node == self.node => {
-                self.session.desk().heard_boot_up();
+                self.session.context().heard_boot_up();
                 // What was armed has not outlived that.
                 self.session.protected(Protection::None);
                 true
             }
             Event::Gap(_) => {
-                self.session.desk().missed();
+                self.session.context().missed();
                 true
             }
             _ => false,
@@ -262,14 +263,14 @@ impl<K: Kind> Drive<K> {
 macro_rules! asynchronous {
     ($(
         $(#[$doc:meta])*
-        fn $name:ident $([$($generics:tt)*])? ($desk:ident $(, $argument:ident: $type:ty)*) -> $result:ty = $call:expr;
+        fn $name:ident $([$($generics:tt)*])? ($context:ident $(, $argument:ident: $type:ty)*) -> $result:ty = $call:expr;
     )*) => {
         impl<K: Kind> Drive<K> {
             $(
                 $(#[$doc])*
                 pub async fn $name $(<$($generics)*>)? (&mut self $(, $argument: $type)*) -> Result<$result, Error> {
-                    self.run(async |desk: Desk| {
-                        let $desk = &desk;
+                    self.run(async |context: DriveContext| {
+                        let $context = &context;
                         $call.await
                     })
                     .await
@@ -293,7 +294,7 @@ impl<K: Kind> Drop for Drive<K> {
     fn drop(&mut self) {
         // The drive may have said that it is not enabled any more.
         self.catch_up();
-        let Some(stop) = self.session.desk().let_go() else { return };
+        let Some(stop) = self.session.context().let_go() else { return };
         let what = match self.network.post(stop) {
             Ok(()) => "a stop has been handed to its network",
             Err(_) => "no stop could be sent",

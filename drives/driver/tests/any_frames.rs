@@ -5,7 +5,7 @@ use std::pin::{Pin, pin};
 use std::task::Poll;
 
 use lexican_driver::description::{Calibration, Inching, Number, Outputs, Test};
-use lexican_driver::{Description, Desk, Direction, Error, Mode, Session, Supervision, sequence};
+use lexican_driver::{Description, Direction, DriveContext, Error, Mode, Session, Supervision, sequence};
 use lexican_runtime::object::DataType;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use proptest::prelude::*;
@@ -29,36 +29,36 @@ static INCHING: Description = Description {
 };
 
 /// Every order to a drive of CiA 402, each on its own: an error ends only what it belongs to.
-async fn everything(desk: &Desk) {
+async fn everything(context: &DriveContext) {
     let within = Duration::from_secs(5);
-    let _ = sequence::identify(desk).await;
-    let _ = sequence::protect(desk, Supervision::within(within)).await;
-    let _ = sequence::enable(desk).await;
-    let _ = sequence::travel(desk, 1000, within, &mut |_| {}).await;
-    let _ = sequence::start_travel(desk, -1000).await;
-    let _ = sequence::pass(desk, within).await;
-    let _ = sequence::interrupt(desk).await;
-    let _ = sequence::resume(desk).await;
-    let _ = sequence::finish(desk, within, &mut |_| {}).await;
-    let _ = sequence::inch(desk, Direction::Positive).await;
-    let _ = sequence::stop_inching(desk).await;
-    let _ = sequence::step(desk, within).await;
-    let _ = sequence::calibrate(desk, 0).await;
-    let _ = sequence::set_mode(desk, Mode::Velocity).await;
-    let _ = sequence::run_at(desk, 100, within).await;
-    let _ = sequence::pass(desk, within).await;
-    let _ = sequence::stop(desk).await;
-    let _ = sequence::quick_stop(desk).await;
-    let _ = sequence::reset_fault(desk).await;
-    let _ = sequence::disable(desk).await;
+    let _ = sequence::identify(context).await;
+    let _ = sequence::protect(context, Supervision::within(within)).await;
+    let _ = sequence::enable(context).await;
+    let _ = sequence::travel(context, 1000, within, &mut |_| {}).await;
+    let _ = sequence::start_travel(context, -1000).await;
+    let _ = sequence::pass(context, within).await;
+    let _ = sequence::interrupt(context).await;
+    let _ = sequence::resume(context).await;
+    let _ = sequence::finish(context, within, &mut |_| {}).await;
+    let _ = sequence::inch(context, Direction::Positive).await;
+    let _ = sequence::stop_inching(context).await;
+    let _ = sequence::step(context, within).await;
+    let _ = sequence::calibrate(context, 0).await;
+    let _ = sequence::set_mode(context, Mode::Velocity).await;
+    let _ = sequence::run_at(context, 100, within).await;
+    let _ = sequence::pass(context, within).await;
+    let _ = sequence::stop(context).await;
+    let _ = sequence::quick_stop(context).await;
+    let _ = sequence::reset_fault(context).await;
+    let _ = sequence::disable(context).await;
 }
 
 /// Runs a sequence on these frames, as fast as they come, and then in silence; whether it ends.
 fn ends(description: &'static Description, frames: &[(Frame, u64)]) -> bool {
     let mut session = Session::new(NODE, description);
-    let desk = session.desk();
+    let context = session.context();
     let mut now = Instant::ZERO;
-    let mut sequence = pin!(everything(&desk));
+    let mut sequence = pin!(everything(&context));
     let mut frames = frames.iter();
     for _ in 0..20_000 {
         if step(&mut session, now, sequence.as_mut()).is_ready() {
@@ -126,9 +126,9 @@ proptest! {
 /// for every seventh one; whether it ends.
 fn ends_on_answers(description: &'static Description, values: &[u32]) -> bool {
     let mut session = Session::new(NODE, description);
-    let desk = session.desk();
+    let context = session.context();
     let mut now = Instant::ZERO;
-    let mut sequence = pin!(everything(&desk));
+    let mut sequence = pin!(everything(&context));
     let mut values = values.iter().cycle();
     for _ in 0..500_000 {
         if session.poll(now, sequence.as_mut()).is_ready() {
@@ -179,8 +179,8 @@ proptest! {
 fn a_silent_node_is_given_up() {
     assert!(ends(&BY_PDO, &[]));
     let mut session = Session::new(NODE, &BY_PDO);
-    let desk = session.desk();
-    let mut identify = pin!(sequence::identify(&desk));
+    let context = session.context();
+    let mut identify = pin!(sequence::identify(&context));
     let mut now = Instant::ZERO;
     let answer = loop {
         match step(&mut session, now, identify.as_mut()) {

@@ -13,8 +13,8 @@ pub use lexican_driver::description::{Approach, Description};
 use lexican_driver::description::{Condition, EmergencySwitch, Gear, Identity, Number, Orders, Test, Velocities};
 pub use lexican_driver::sequence;
 pub use lexican_driver::{
-    CancelHandle, Capability, Desk, Error, Kind, Missing, Mode, Outcome, Protection, Refusal, Session, Supervision,
-    Units, VelocityOutcome,
+    CancelHandle, Capability, DriveContext, Error, Kind, Missing, Mode, Outcome, Protection, Refusal, Session,
+    Supervision, Units, VelocityOutcome,
 };
 use siko::description::{SIKO, VELOCITIES};
 use siko::words::system;

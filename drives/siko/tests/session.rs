@@ -6,14 +6,14 @@ use std::task::Poll;
 
 use lexican_runtime::host::{Link, VirtualBus};
 use lexican_runtime::{Duration, NodeId};
-use siko_ag03_1::driver::{AG03_1, Desk, Error, Outcome, Session, sequence};
+use siko_ag03_1::driver::{AG03_1, DriveContext, Error, Outcome, Session, sequence};
 use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::SimulatedDrive;
 
-async fn visit(desk: Desk, target: i32) -> Result<Outcome, Error> {
-    sequence::enable(&desk).await?;
-    sequence::start_travel(&desk, target).await?;
-    sequence::finish(&desk, Duration::from_secs(60), &mut |_| {}).await
+async fn visit(context: DriveContext, target: i32) -> Result<Outcome, Error> {
+    sequence::enable(&context).await?;
+    sequence::start_travel(&context, target).await?;
+    sequence::finish(&context, Duration::from_secs(60), &mut |_| {}).await
 }
 
 /// Runs all sequences on one link, until each has ended.
@@ -53,7 +53,7 @@ fn two_drives_travel_at_once_from_one_thread() {
     // Lets both boot.
     while link.receive_frame(bus.now() + Duration::from_millis(10)).unwrap().is_some() {}
     let [first, second] = sessions;
-    let (mut one, mut other) = (pin!(visit(first.desk(), 5000)), pin!(visit(second.desk(), -5000)));
+    let (mut one, mut other) = (pin!(visit(first.context(), 5000)), pin!(visit(second.context(), -5000)));
     let before = bus.now();
     let outcomes = join(&mut link, vec![(first, one.as_mut()), (second, other.as_mut())]);
     let reached: Vec<Outcome> = outcomes.into_iter().map(Result::unwrap).collect();
@@ -66,13 +66,13 @@ fn two_drives_travel_at_once_from_one_thread() {
 #[test]
 fn sequences_can_move_between_threads() {
     fn check(_: impl Send) {}
-    let desk = Session::new(NodeId::literal(5), &AG03_1).desk();
-    check(visit(desk.clone(), 0));
+    let context = Session::new(NodeId::literal(5), &AG03_1).context();
+    check(visit(context.clone(), 0));
     check(async move {
-        sequence::interrupt(&desk).await?;
-        sequence::resume(&desk).await?;
-        sequence::step(&desk, Duration::ZERO).await?;
-        sequence::run_at(&desk, 0, Duration::ZERO).await?;
-        sequence::disable(&desk).await
+        sequence::interrupt(&context).await?;
+        sequence::resume(&context).await?;
+        sequence::step(&context, Duration::ZERO).await?;
+        sequence::run_at(&context, 0, Duration::ZERO).await?;
+        sequence::disable(&context).await
     });
 }

@@ -10,7 +10,7 @@ use lexican_runtime::host::{Incoming, Link, LinkError, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use siko_ag03_1::Direction;
 use siko_ag03_1::driver::tokio::Drive;
-use siko_ag03_1::driver::{Desk, Error, Missing, Mode, Outcome, Protection, Supervision, VelocityOutcome};
+use siko_ag03_1::driver::{DriveContext, Error, Missing, Mode, Outcome, Protection, Supervision, VelocityOutcome};
 use siko_ag03_1::fault::{self, Cause};
 use siko_ag03_1::od;
 use siko_ag03_1::sim::MODEL;
@@ -100,8 +100,8 @@ async fn a_sequence_is_polled_when_something_has_happened() {
     drive.pass(Duration::from_secs(1)).await.unwrap();
     let mut polls = 0;
     drive
-        .run(async |desk: Desk| {
-            let mut pass = pin!(desk.pass(Duration::from_secs(5)));
+        .run(async |context: DriveContext| {
+            let mut pass = pin!(context.pass(Duration::from_secs(5)));
             poll_fn(|context| {
                 polls += 1;
                 pass.as_mut().poll(context)

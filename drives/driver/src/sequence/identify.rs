@@ -4,8 +4,8 @@ use lexican_runtime::CobId;
 use lexican_runtime::object::DataType;
 use lexican_runtime::service::sdo_client::SdoError;
 
+use crate::context::DriveContext;
 use crate::description::Number;
-use crate::desk::Desk;
 use crate::error::Error;
 use crate::fault::ByteOrder;
 
@@ -22,14 +22,14 @@ const NOT_VALID: u32 = 1 << 31;
 ///
 /// # Errors
 ///
-/// [`Error::NotThisDrive`], [`Error::OtherCobId`]; as [`Desk::read`].
-pub async fn identify(desk: &Desk) -> Result<(), Error> {
-    let (expected, identity) = (desk.description().name, desk.description().identity);
-    let profile = (desk.get(DEVICE_TYPE).await? & 0xFFFF) as u16;
-    let vendor_id = desk.get(VENDOR_ID).await? as u32;
+/// [`Error::NotThisDrive`], [`Error::OtherCobId`]; as [`DriveContext::read`].
+pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
+    let (expected, identity) = (drive.description().name, drive.description().identity);
+    let profile = (drive.get(DEVICE_TYPE).await? & 0xFFFF) as u16;
+    let vendor_id = drive.get(VENDOR_ID).await? as u32;
     // The name of another drive comes as CiA 301 has text.
     let order = identity.names.map_or(ByteOrder::LowFirst, |_| identity.characters);
-    let name = match characters(desk, DEVICE_NAME, order).await {
+    let name = match characters(drive, DEVICE_NAME, order).await {
         Ok(name) => Some(name),
         Err(Error::Sdo(SdoError::Aborted { .. })) => None,
         Err(error) => return Err(error),
@@ -42,20 +42,20 @@ pub async fn identify(desk: &Desk) -> Result<(), Error> {
     if !named || (profile, vendor_id) != (identity.profile, identity.vendor_id) {
         return Err(Error::NotThisDrive { expected, vendor_id, profile, name });
     }
-    check_cob_ids(desk).await
+    check_cob_ids(drive).await
 }
 
 /// An order that does not arrive starts nothing; but one that another PDO takes, or a status word that is none, might.
-async fn check_cob_ids(desk: &Desk) -> Result<(), Error> {
-    let outputs = desk.description().outputs;
+async fn check_cob_ids(drive: &DriveContext) -> Result<(), Error> {
+    let outputs = drive.description().outputs;
     for pdo in [outputs.control, outputs.position, outputs.velocity].iter().flatten() {
-        check_cob_id(desk, pdo_parameter(0x1400, 0x200, pdo.base), pdo.base, true).await?;
+        check_cob_id(drive, pdo_parameter(0x1400, 0x200, pdo.base), pdo.base, true).await?;
     }
     // What the drive does not send by itself is read.
-    for pdo in desk.description().inputs {
-        check_cob_id(desk, pdo_parameter(0x1800, 0x180, pdo.base), pdo.base, false).await?;
+    for pdo in drive.description().inputs {
+        check_cob_id(drive, pdo_parameter(0x1800, 0x180, pdo.base), pdo.base, false).await?;
     }
-    check_cob_id(desk, EMERGENCIES, 0x080, false).await
+    check_cob_id(drive, EMERGENCIES, 0x080, false).await
 }
 
 /// The COB-ID of the PDO that has `base` in the predefined connection set (CiA 301, 7.3.5).
@@ -64,13 +64,13 @@ fn pdo_parameter(index: u16, first: u16, base: u16) -> Number {
 }
 
 /// A node that does not have the object cannot have another COB-ID.
-async fn check_cob_id(desk: &Desk, object: Number, base: u16, needed: bool) -> Result<(), Error> {
-    let found = match desk.get(object).await {
+async fn check_cob_id(drive: &DriveContext, object: Number, base: u16, needed: bool) -> Result<(), Error> {
+    let found = match drive.get(object).await {
         Ok(found) => found as u32,
         Err(Error::Sdo(SdoError::Aborted { .. })) => return Ok(()),
         Err(error) => return Err(error),
     };
-    let expected = CobId::of_node(base, desk.node());
+    let expected = CobId::of_node(base, drive.node());
     let right = match found & NOT_VALID {
         0 => CobId::from_parameter(found) == expected,
         _ => !needed,
@@ -79,8 +79,8 @@ async fn check_cob_id(desk: &Desk, object: Number, base: u16, needed: bool) -> R
 }
 
 /// Four characters.
-pub(super) async fn characters(desk: &Desk, object: Number, order: ByteOrder) -> Result<String, Error> {
-    let number = desk.get(object).await? as u32;
+pub(super) async fn characters(drive: &DriveContext, object: Number, order: ByteOrder) -> Result<String, Error> {
+    let number = drive.get(object).await? as u32;
     let bytes = match order {
         ByteOrder::HighFirst => number.to_be_bytes(),
         ByteOrder::LowFirst | ByteOrder::Either => number.to_le_bytes(),

@@ -7,8 +7,8 @@ use super::observe::{is_inching, moves, state_of, window};
 use super::refusal::{Order, refuse, refuse_at_limit};
 use super::rest::{come_to_rest, stopped};
 use super::travel::{end_of_travel, withdraw};
+use crate::context::{DriveContext, Motion, narrow};
 use crate::description::Inching;
-use crate::desk::{Desk, Motion, narrow};
 use crate::direction::Direction;
 use crate::error::{Capability, Error, Outcome};
 
@@ -21,47 +21,47 @@ use crate::error::{Capability, Error, Outcome};
 ///
 /// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] before anything moves; [`Error::NotTaken`] when
 /// the drive does not move.
-pub async fn step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
-    let inching = desk.need(desk.description().inching, Capability::Inching)?;
-    let width = desk.get(inching.width).await?;
+pub async fn step(drive: &DriveContext, within: Duration) -> Result<Outcome, Error> {
+    let inching = drive.need(drive.description().inching, Capability::Inching)?;
+    let width = drive.get(inching.width).await?;
     let direction = if width < 0 { Direction::Negative } else { Direction::Positive };
     if width == 0 {
-        refuse(desk, Order::Inch(direction)).await?;
-        return Ok(Outcome::Reached { position: desk.position().await? });
+        refuse(drive, Order::Inch(direction)).await?;
+        return Ok(Outcome::Reached { position: drive.position().await? });
     }
-    begin(desk, inching, Begin { direction, bit: inching.step, width: Some(width) }).await?;
-    finish_step(desk, within).await
+    begin(drive, inching, Begin { direction, bit: inching.step, width: Some(width) }).await?;
+    finish_step(drive, within).await
 }
 
 /// Waits for the end of a step. That the drive stands is not its end yet: it begins and ends more slowly than its
 /// velocity shows.
-async fn finish_step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
-    let (bits, times) = (desk.description().status, desk.description().times);
-    let until = desk.now() + within;
-    let mut moved = desk.now();
+async fn finish_step(drive: &DriveContext, within: Duration) -> Result<Outcome, Error> {
+    let (bits, times) = (drive.description().status, drive.description().times);
+    let until = drive.now() + within;
+    let mut moved = drive.now();
     loop {
-        let status_word = desk.status().await?;
+        let status_word = drive.status().await?;
         let state = state_of(status_word)?;
-        let stands = !moves(desk, status_word).await?;
+        let stands = !moves(drive, status_word).await?;
         if !stands {
-            moved = desk.now();
+            moved = drive.now();
         }
-        let rests = stands && desk.now() >= moved + times.reaction;
-        let reached = stands && status_word & bits.target_reached != 0 && !is_inching(desk).await?;
+        let rests = stands && drive.now() >= moved + times.reaction;
+        let reached = stands && status_word & bits.target_reached != 0 && !is_inching(drive).await?;
         let limited = rests && status_word & bits.internal_limit != 0;
         if (state != State::OperationEnabled || reached || limited)
-            && let Some(outcome) = end_of_travel(desk, status_word).await?
+            && let Some(outcome) = end_of_travel(drive, status_word).await?
         {
             return Ok(outcome);
         }
         if rests {
             // The reason is unknown: it may go on.
-            return Ok(Outcome::Interrupted { state, position: desk.position().await? });
+            return Ok(Outcome::Interrupted { state, position: drive.position().await? });
         }
-        if desk.now() >= until {
-            return Ok(Outcome::TimedOut { position: desk.position().await? });
+        if drive.now() >= until {
+            return Ok(Outcome::TimedOut { position: drive.position().await? });
         }
-        desk.next_status().await?;
+        drive.next_status().await?;
     }
 }
 
@@ -71,13 +71,13 @@ async fn finish_step(desk: &Desk, within: Duration) -> Result<Outcome, Error> {
 ///
 /// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] before anything moves; [`Error::NotTaken`] when
 /// the drive does not move.
-pub async fn inch(desk: &Desk, direction: Direction) -> Result<(), Error> {
-    let inching = desk.need(desk.description().inching, Capability::Inching)?;
+pub async fn inch(drive: &DriveContext, direction: Direction) -> Result<(), Error> {
+    let inching = drive.need(drive.description().inching, Capability::Inching)?;
     let bit = match direction {
         Direction::Positive => inching.positive,
         Direction::Negative => inching.negative,
     };
-    begin(desk, inching, Begin { direction, bit, width: None }).await
+    begin(drive, inching, Begin { direction, bit, width: None }).await
 }
 
 /// What is to begin.
@@ -89,48 +89,48 @@ struct Begin {
     width: Option<i64>,
 }
 
-async fn begin(desk: &Desk, inching: Inching, order: Begin) -> Result<(), Error> {
-    refuse(desk, Order::Inch(order.direction)).await?;
-    let from = desk.position().await?;
-    let was_busy = is_inching(desk).await?;
-    let word = desk.description().moving();
+async fn begin(drive: &DriveContext, inching: Inching, order: Begin) -> Result<(), Error> {
+    refuse(drive, Order::Inch(order.direction)).await?;
+    let from = drive.position().await?;
+    let was_busy = is_inching(drive).await?;
+    let word = drive.description().moving();
     // The order is an edge, and Stop forbids it.
-    desk.control(word).await?;
-    desk.lock().order(match order.width {
+    drive.control(word).await?;
+    drive.lock().order(match order.width {
         Some(width) => Motion::Stepping { target: narrow(i64::from(from) + width) },
         None => Motion::Inching,
     });
-    desk.unsettle();
-    desk.control(word | order.bit).await?;
-    let until = desk.now() + desk.description().times.reaction;
-    desk.pass(inching.begins).await?;
+    drive.unsettle();
+    drive.control(word | order.bit).await?;
+    let until = drive.now() + drive.description().times.reaction;
+    drive.pass(inching.begins).await?;
     loop {
-        let status_word = desk.status().await?;
+        let status_word = drive.status().await?;
         // Inching is not acknowledged: what follows from it is all that shows, or the fault that it has led to.
         if state_of(status_word)? != State::OperationEnabled
-            || !was_busy && is_inching(desk).await?
-            || has_begun(desk, &order, from).await?
+            || !was_busy && is_inching(drive).await?
+            || has_begun(drive, &order, from).await?
         {
             return Ok(());
         }
-        if desk.now() >= until {
-            withdraw(desk).await?;
-            refuse_at_limit(desk, order.direction).await?;
+        if drive.now() >= until {
+            withdraw(drive).await?;
+            refuse_at_limit(drive, order.direction).await?;
             return Err(Error::NotTaken { status_word });
         }
-        desk.next_status().await?;
+        drive.next_status().await?;
     }
 }
 
 /// Whether the drive turns as ordered, or has gone further than a shaft does that settles, or that is turned by hand; or
 /// as far as ordered, if that is less.
-async fn has_begun(desk: &Desk, order: &Begin, from: i32) -> Result<bool, Error> {
+async fn has_begun(drive: &DriveContext, order: &Begin, from: i32) -> Result<bool, Error> {
     let forward = if order.direction == Direction::Negative { -1 } else { 1 };
-    if i64::from(desk.velocity().await?) * forward > 0 {
+    if i64::from(drive.velocity().await?) * forward > 0 {
         return Ok(true);
     }
-    let gone = (i64::from(desk.position().await?) - i64::from(from)) * forward;
-    let enough = window(desk).await?.unwrap_or(0).saturating_add(1);
+    let gone = (i64::from(drive.position().await?) - i64::from(from)) * forward;
+    let enough = window(drive).await?.unwrap_or(0).saturating_add(1);
     Ok(gone >= order.width.map_or(enough, |width| enough.min(width.abs())))
 }
 
@@ -138,11 +138,11 @@ async fn has_begun(desk: &Desk, order: &Begin, from: i32) -> Result<bool, Error>
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`] before anything is sent; as [`Desk::read`].
-pub async fn stop_inching(desk: &Desk) -> Result<i32, Error> {
-    desk.need(desk.description().inching, Capability::Inching)?;
+/// [`Error::Unsupported`] before anything is sent; as [`DriveContext::read`].
+pub async fn stop_inching(drive: &DriveContext) -> Result<i32, Error> {
+    drive.need(drive.description().inching, Capability::Inching)?;
     // Not without Stop: its falling edge would go on with an interrupted travel, or run at the last velocity.
-    come_to_rest(desk).await?;
-    stopped(desk);
-    desk.position().await
+    come_to_rest(drive).await?;
+    stopped(drive);
+    drive.position().await
 }

@@ -1,47 +1,47 @@
 //! What the drive measures, and the load that stops it.
 
+use crate::context::DriveContext;
 use crate::description::Measured;
-use crate::desk::Desk;
 use crate::error::{Capability, Error};
 
 /// The temperature of the drive, in °C.
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`]; as [`Desk::read`].
-pub async fn temperature(desk: &Desk) -> Result<f64, Error> {
-    let measured = desk.need(desk.description().temperature, Capability::Temperature)?;
-    measure(desk, measured).await
+/// [`Error::Unsupported`]; as [`DriveContext::read`].
+pub async fn temperature(drive: &DriveContext) -> Result<f64, Error> {
+    let measured = drive.need(drive.description().temperature, Capability::Temperature)?;
+    measure(drive, measured).await
 }
 
 /// The voltage of the drive's battery, in V.
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`]; as [`Desk::read`].
-pub async fn battery_voltage(desk: &Desk) -> Result<f64, Error> {
-    let measured = desk.need(desk.description().battery, Capability::Battery)?;
-    measure(desk, measured).await
+/// [`Error::Unsupported`]; as [`DriveContext::read`].
+pub async fn battery_voltage(drive: &DriveContext) -> Result<f64, Error> {
+    let measured = drive.need(drive.description().battery, Capability::Battery)?;
+    measure(drive, measured).await
 }
 
 /// Whether its load has stopped the drive (torque deactivation).
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`]; as [`Desk::read`].
-pub async fn torque_deactivated(desk: &Desk) -> Result<bool, Error> {
-    let torque = desk.need(desk.description().torque_deactivation, Capability::TorqueDeactivation)?;
-    Ok(desk.get(torque.state).await? as u32 & torque.active != 0)
+/// [`Error::Unsupported`]; as [`DriveContext::read`].
+pub async fn torque_deactivated(drive: &DriveContext) -> Result<bool, Error> {
+    let torque = drive.need(drive.description().torque_deactivation, Capability::TorqueDeactivation)?;
+    Ok(drive.get(torque.state).await? as u32 & torque.active != 0)
 }
 
 /// The load in % that stops a travel; `None` when none does.
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`]; as [`Desk::read`].
-pub async fn torque_threshold(desk: &Desk) -> Result<Option<u8>, Error> {
-    let torque = desk.need(desk.description().torque_deactivation, Capability::TorqueDeactivation)?;
-    let threshold = desk.get(torque.threshold).await?;
+/// [`Error::Unsupported`]; as [`DriveContext::read`].
+pub async fn torque_threshold(drive: &DriveContext) -> Result<Option<u8>, Error> {
+    let torque = drive.need(drive.description().torque_deactivation, Capability::TorqueDeactivation)?;
+    let threshold = drive.get(torque.threshold).await?;
     Ok(if threshold == torque.off { None } else { u8::try_from(threshold).ok() })
 }
 
@@ -49,12 +49,12 @@ pub async fn torque_threshold(desk: &Desk) -> Result<Option<u8>, Error> {
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`] or [`Error::OutOfRange`] before anything is sent; as [`Desk::write`].
-pub async fn set_torque_threshold(desk: &Desk, percent: Option<u8>) -> Result<(), Error> {
-    let torque = desk.need(desk.description().torque_deactivation, Capability::TorqueDeactivation)?;
-    desk.set(torque.threshold, percent.map_or(torque.off, i64::from)).await
+/// [`Error::Unsupported`] or [`Error::OutOfRange`] before anything is sent; as [`DriveContext::write`].
+pub async fn set_torque_threshold(drive: &DriveContext, percent: Option<u8>) -> Result<(), Error> {
+    let torque = drive.need(drive.description().torque_deactivation, Capability::TorqueDeactivation)?;
+    drive.set(torque.threshold, percent.map_or(torque.off, i64::from)).await
 }
 
-async fn measure(desk: &Desk, measured: Measured) -> Result<f64, Error> {
-    Ok(desk.get(measured.object).await? as f64 / f64::from(measured.per_unit))
+async fn measure(drive: &DriveContext, measured: Measured) -> Result<f64, Error> {
+    Ok(drive.get(measured.object).await? as f64 / f64::from(measured.per_unit))
 }

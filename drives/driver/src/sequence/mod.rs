@@ -1,4 +1,4 @@
-//! What the driver does, step by step: each operation is one `async fn` over a [`Desk`](crate::Desk), in any shell
+//! What the driver does, step by step: each operation is one `async fn` over a [`DriveContext`](crate::DriveContext), in any shell
 //! runs it.
 //!
 //! ```text

@@ -3,7 +3,7 @@
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::service::sdo_client::SdoError;
 
-use crate::desk::{Desk, Motion};
+use crate::context::{DriveContext, Motion};
 use crate::error::Error;
 use crate::fault::Cause;
 use crate::mode::Mode;
@@ -12,9 +12,9 @@ use crate::mode::Mode;
 ///
 /// # Errors
 ///
-/// As [`Desk::read`]; [`Error::UnknownState`].
-pub async fn state(desk: &Desk) -> Result<State, Error> {
-    state_of(desk.status().await?)
+/// As [`DriveContext::read`]; [`Error::UnknownState`].
+pub async fn state(drive: &DriveContext) -> Result<State, Error> {
+    state_of(drive.status().await?)
 }
 
 pub(super) fn state_of(status_word: u16) -> Result<State, Error> {
@@ -29,14 +29,14 @@ pub(super) fn is_fault(state: State) -> bool {
 ///
 /// # Errors
 ///
-/// As [`Desk::read`].
-pub async fn cause(desk: &Desk) -> Result<Cause, Error> {
-    let codes = desk.description().codes;
-    let reported = desk.lock().emergency.map(|code| codes.cause(code));
+/// As [`DriveContext::read`].
+pub async fn cause(drive: &DriveContext) -> Result<Cause, Error> {
+    let codes = drive.description().codes;
+    let reported = drive.lock().emergency.map(|code| codes.cause(code));
     if let Some(Cause::Fault(fault)) = reported {
         return Ok(Cause::Fault(fault));
     }
-    match desk.get(desk.description().objects.latest_fault).await {
+    match drive.get(drive.description().objects.latest_fault).await {
         // The upper half of an entry is the manufacturer's, where there is one (CiA 301, 7.5.2.4).
         Ok(latest) => Ok(codes.cause(latest as u16)),
         // There is no entry.
@@ -49,33 +49,33 @@ pub async fn cause(desk: &Desk) -> Result<Cause, Error> {
 ///
 /// # Errors
 ///
-/// As [`Desk::read`].
-pub async fn mode(desk: &Desk) -> Result<Option<Mode>, Error> {
-    Ok(desk.description().mode_of(shown_mode(desk).await?))
+/// As [`DriveContext::read`].
+pub async fn mode(drive: &DriveContext) -> Result<Option<Mode>, Error> {
+    Ok(drive.description().mode_of(shown_mode(drive).await?))
 }
 
 /// The number of the operating mode, where the drive shows it.
-pub(super) async fn shown_mode(desk: &Desk) -> Result<i64, Error> {
-    let modes = desk.description().modes;
-    desk.get(modes.shown.unwrap_or(modes.chosen)).await
+pub(super) async fn shown_mode(drive: &DriveContext) -> Result<i64, Error> {
+    let modes = drive.description().modes;
+    drive.get(modes.shown.unwrap_or(modes.chosen)).await
 }
 
 /// Whether the drive moves. Its bit may say so in one mode only, or from some velocity on; and not every drive has a
 /// velocity to read in both modes.
-pub(super) async fn moves(desk: &Desk, status_word: u16) -> Result<bool, Error> {
-    if let Some(moving) = desk.description().status.moving
-        && desk.holds(moving, status_word).await?
+pub(super) async fn moves(drive: &DriveContext, status_word: u16) -> Result<bool, Error> {
+    if let Some(moving) = drive.description().status.moving
+        && drive.holds(moving, status_word).await?
     {
         return Ok(true);
     }
-    Ok(desk.velocity().await? != 0)
+    Ok(drive.velocity().await? != 0)
 }
 
 /// Whether a travel is under way, moving or interrupted. One that has only just been ordered is, even if the drive
 /// still reports that the one before is over.
-pub(super) async fn under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
-    let reported = reports_under_way(desk, status_word).await?;
-    let fresh = !desk.settled(reported) && matches!(desk.lock().motion, Motion::Travelling(_));
+pub(super) async fn under_way(drive: &DriveContext, status_word: u16) -> Result<bool, Error> {
+    let reported = reports_under_way(drive, status_word).await?;
+    let fresh = !drive.settled(reported) && matches!(drive.lock().motion, Motion::Travelling(_));
     Ok(reported || fresh)
 }
 
@@ -84,34 +84,34 @@ pub(super) async fn under_way(desk: &Desk, status_word: u16) -> Result<bool, Err
 /// Where the drive does not say so, it is until its target is reached, or it has come to stand at a limit; but in an
 /// interruption the same bit says that the drive stands, and before the first travel it says nothing, so that the
 /// driver goes by what it has ordered.
-pub(super) async fn reports_under_way(desk: &Desk, status_word: u16) -> Result<bool, Error> {
-    let bits = desk.description().status;
+pub(super) async fn reports_under_way(drive: &DriveContext, status_word: u16) -> Result<bool, Error> {
+    let bits = drive.description().status;
     if let Some(positioning) = bits.positioning {
-        return desk.holds(positioning, status_word).await;
+        return drive.holds(positioning, status_word).await;
     }
-    let motion = desk.lock().motion;
+    let motion = drive.lock().motion;
     match motion.pause() {
         None => return Ok(false),
         Some(_) if motion.is_paused() => return Ok(true),
         Some(_) => {}
     }
     if status_word & bits.target_reached != 0 {
-        return is_halted(desk).await;
+        return is_halted(drive).await;
     }
-    Ok(status_word & bits.internal_limit == 0 || moves(desk, status_word).await?)
+    Ok(status_word & bits.internal_limit == 0 || moves(drive, status_word).await?)
 }
 
 /// Whether another manager has stopped the drive: the control word is the last one that any manager has sent.
-pub(super) async fn is_halted(desk: &Desk) -> Result<bool, Error> {
-    let description = desk.description();
-    let word = known(desk.get(description.objects.control_word).await)?.unwrap_or(0);
+pub(super) async fn is_halted(drive: &DriveContext) -> Result<bool, Error> {
+    let description = drive.description();
+    let word = known(drive.get(description.objects.control_word).await)?.unwrap_or(0);
     Ok(word & i64::from(description.control.stop) != 0)
 }
 
 /// How far from its target the drive may settle; `None` if it does not say, or has switched the window off (FFFF FFFFh).
-pub(super) async fn window(desk: &Desk) -> Result<Option<i64>, Error> {
-    let Some(object) = desk.description().objects.position_window else { return Ok(None) };
-    Ok(known(desk.get(object).await)?.filter(|window| *window != u32::MAX.into()))
+pub(super) async fn window(drive: &DriveContext) -> Result<Option<i64>, Error> {
+    let Some(object) = drive.description().objects.position_window else { return Ok(None) };
+    Ok(known(drive.get(object).await)?.filter(|window| *window != u32::MAX.into()))
 }
 
 /// A value, if the drive has the object.
@@ -125,9 +125,9 @@ pub(super) fn known(read: Result<i64, Error>) -> Result<Option<i64>, Error> {
 
 /// Whether the drive reports that it is inching, or takes no other order for another reason. Beyond a limit, which may be
 /// one, only its movement shows it.
-pub(super) async fn is_inching(desk: &Desk) -> Result<bool, Error> {
-    let Some(busy) = desk.description().inching.and_then(|inching| inching.busy) else { return Ok(false) };
-    let status_word = desk.status().await?;
-    let limited = status_word & desk.description().status.internal_limit != 0;
-    Ok(!limited && desk.holds(busy, status_word).await?)
+pub(super) async fn is_inching(drive: &DriveContext) -> Result<bool, Error> {
+    let Some(busy) = drive.description().inching.and_then(|inching| inching.busy) else { return Ok(false) };
+    let status_word = drive.status().await?;
+    let limited = status_word & drive.description().status.internal_limit != 0;
+    Ok(!limited && drive.holds(busy, status_word).await?)
 }

@@ -5,8 +5,8 @@ use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
 
 use super::refusal::require_rest;
+use crate::context::DriveContext;
 use crate::description::Number;
-use crate::desk::Desk;
 use crate::error::{Capability, Error};
 use crate::parameter::{Parameter, ParameterSet};
 
@@ -34,12 +34,12 @@ pub struct Difference {
 ///
 /// # Errors
 ///
-/// As [`Desk::read`].
-pub async fn read_parameters(desk: &Desk) -> Result<Vec<Setting>, Error> {
-    let parameters = desk.description().parameters;
+/// As [`DriveContext::read`].
+pub async fn read_parameters(drive: &DriveContext) -> Result<Vec<Setting>, Error> {
+    let parameters = drive.description().parameters;
     let mut settings = Vec::with_capacity(parameters.len());
     for parameter in parameters {
-        settings.push(Setting { address: parameter.address, value: desk.get(parameter.object()).await? });
+        settings.push(Setting { address: parameter.address, value: drive.get(parameter.object()).await? });
     }
     Ok(settings)
 }
@@ -48,14 +48,14 @@ pub async fn read_parameters(desk: &Desk) -> Result<Vec<Setting>, Error> {
 ///
 /// # Errors
 ///
-/// [`Error::NoParameter`] before anything is sent; as [`Desk::read`].
-pub async fn compare_parameters(desk: &Desk, settings: &[Setting]) -> Result<Vec<Difference>, Error> {
+/// [`Error::NoParameter`] before anything is sent; as [`DriveContext::read`].
+pub async fn compare_parameters(drive: &DriveContext, settings: &[Setting]) -> Result<Vec<Difference>, Error> {
     for setting in settings {
-        object(desk, setting.address)?;
+        object(drive, setting.address)?;
     }
     let mut differences = Vec::new();
     for &Setting { address, value } in settings {
-        let found = desk.get(object(desk, address)?).await?;
+        let found = drive.get(object(drive, address)?).await?;
         if found != value {
             differences.push(Difference { address, expected: value, found });
         }
@@ -70,16 +70,16 @@ pub async fn compare_parameters(desk: &Desk, settings: &[Setting]) -> Result<Vec
 /// [`Error::NoParameter`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] while a travel is under
 /// way; [`Error::Sdo`] with the first setting that the drive refuses. Others may have been written by then: a value
 /// that is out of place waits for the rest, such as one limit for the other.
-pub async fn write_parameters(desk: &Desk, settings: &[Setting]) -> Result<(), Error> {
+pub async fn write_parameters(drive: &DriveContext, settings: &[Setting]) -> Result<(), Error> {
     for &Setting { address, value } in settings {
-        object(desk, address)?.check(value)?;
+        object(drive, address)?.check(value)?;
     }
-    require_rest(desk).await?;
-    let mut left = compare_parameters(desk, settings).await?;
+    require_rest(drive).await?;
+    let mut left = compare_parameters(drive, settings).await?;
     loop {
         let (mut waiting, mut refusal) = (Vec::new(), None);
         for &difference in &left {
-            match write(desk, difference).await {
+            match write(drive, difference).await {
                 Err(Error::Sdo(error)) if is_out_of_place(error) => {
                     waiting.push(difference);
                     refusal.get_or_insert(error);
@@ -113,10 +113,10 @@ fn is_out_of_place(error: SdoError) -> bool {
 ///
 /// [`Error::Unsupported`] by a drive that has no such command, perhaps since it keeps them anyway; [`Error::Refused`]
 /// while a travel is under way.
-pub async fn store(desk: &Desk) -> Result<(), Error> {
-    let store = desk.need(desk.description().store, Capability::Store)?;
-    require_rest(desk).await?;
-    desk.set(store.all, store.signature.into()).await
+pub async fn store(drive: &DriveContext) -> Result<(), Error> {
+    let store = drive.need(drive.description().store, Capability::Store)?;
+    require_rest(drive).await?;
+    drive.set(store.all, store.signature.into()).await
 }
 
 /// Restores a set of parameters to factory settings; all of them for `None`.
@@ -124,23 +124,23 @@ pub async fn store(desk: &Desk) -> Result<(), Error> {
 /// # Errors
 ///
 /// [`Error::Unsupported`] by a drive without this set; [`Error::Refused`] while a travel is under way.
-pub async fn restore(desk: &Desk, set: Option<ParameterSet>) -> Result<(), Error> {
-    let restore = desk.need(desk.description().restore, Capability::Restore)?;
+pub async fn restore(drive: &DriveContext, set: Option<ParameterSet>) -> Result<(), Error> {
+    let restore = drive.need(drive.description().restore, Capability::Restore)?;
     let object = match set {
         None => Some(restore.all),
         Some(set) => restore.sets.iter().find(|(of, _)| *of == set).map(|(_, object)| *object),
     };
-    let object = desk.need(object, Capability::Restore)?;
-    require_rest(desk).await?;
-    desk.set(object, restore.signature.into()).await
+    let object = drive.need(object, Capability::Restore)?;
+    require_rest(drive).await?;
+    drive.set(object, restore.signature.into()).await
 }
 
-async fn write(desk: &Desk, difference: Difference) -> Result<(), Error> {
-    desk.set(object(desk, difference.address)?, difference.expected).await
+async fn write(drive: &DriveContext, difference: Difference) -> Result<(), Error> {
+    drive.set(object(drive, difference.address)?, difference.expected).await
 }
 
-fn object(desk: &Desk, address: Address) -> Result<Number, Error> {
-    let found = desk.description().parameters.iter().find(|parameter| parameter.address == address);
-    let drive = desk.description().name;
+fn object(drive: &DriveContext, address: Address) -> Result<Number, Error> {
+    let found = drive.description().parameters.iter().find(|parameter| parameter.address == address);
+    let drive = drive.description().name;
     found.map(Parameter::object).ok_or(Error::NoParameter { drive, address })
 }

@@ -5,7 +5,7 @@ use lexican_runtime::profile::cia402::State;
 
 use super::observe::{cause, is_fault, moves, state_of};
 use super::rest::{at_rest, stand_still, stopped};
-use crate::desk::{Desk, Pause};
+use crate::context::{DriveContext, Pause};
 use crate::error::Error;
 
 /// Lets time pass. While the drive may be moving, its status word is looked at meanwhile, and read if the drive sends none:
@@ -15,33 +15,33 @@ use crate::error::Error;
 ///
 /// [`Error::Restarted`]. While the drive may be moving: [`Error::Fault`]; [`Error::Sdo`] or [`Error::Link`] if it does
 /// not answer any more.
-pub async fn pass(desk: &Desk, span: Duration) -> Result<(), Error> {
-    let until = desk.now() + span;
-    if !desk.may_move() {
-        return desk.pass(span).await;
+pub async fn pass(drive: &DriveContext, span: Duration) -> Result<(), Error> {
+    let until = drive.now() + span;
+    if !drive.may_move() {
+        return drive.pass(span).await;
     }
-    let mut status_word = desk.status().await?;
+    let mut status_word = drive.status().await?;
     loop {
         let state = state_of(status_word)?;
         if is_fault(state) {
-            at_rest(desk);
-            return Err(Error::Fault(cause(desk).await?));
+            at_rest(drive);
+            return Err(Error::Fault(cause(drive).await?));
         }
-        let stop = desk.lock().stop;
+        let stop = drive.lock().stop;
         if let Some(word) = stop {
-            if state == State::OperationEnabled && moves(desk, status_word).await? {
-                stand_still(desk, word).await?;
+            if state == State::OperationEnabled && moves(drive, status_word).await? {
+                stand_still(drive, word).await?;
             }
-            desk.lock().stop = None;
+            drive.lock().stop = None;
             // A travel that is interrupted goes on when it is resumed.
-            if desk.lock().motion.pause() != Some(Pause::Interrupted) {
-                stopped(desk);
+            if drive.lock().motion.pause() != Some(Pause::Interrupted) {
+                stopped(drive);
             }
         }
-        if desk.now() >= until {
+        if drive.now() >= until {
             return Ok(());
         }
-        let next = desk.now() + desk.description().times.status_period;
-        status_word = desk.next_status_before(next.min(until)).await?;
+        let next = drive.now() + drive.description().times.status_period;
+        status_word = drive.next_status_before(next.min(until)).await?;
     }
 }

@@ -6,8 +6,8 @@ use lexican_runtime::wire::nmt::NmtCommand;
 use super::observe::{cause, is_fault, mode, state, state_of};
 use super::refusal::require;
 use super::rest::{at_rest, brake, come_to_rest};
+use crate::context::{Awaited, DriveContext};
 use crate::description::Orders;
-use crate::desk::{Awaited, Desk};
 use crate::error::Error;
 use crate::fault::Cause;
 use crate::mode::Mode;
@@ -22,29 +22,29 @@ const STEPS: u32 = 16;
 ///
 /// [`Error::Refused`] without supply, say; [`Error::Fault`] in FAULT, which [`reset_fault`] leaves;
 /// [`Error::NoReaction`]; [`Error::NoWay`] when the drive falls back again and again.
-pub async fn enable(desk: &Desk) -> Result<(), Error> {
-    start(desk);
-    let remote = desk.description().status.remote;
-    let Awaited { status_word, .. } = desk.await_status(|word| word & remote != 0).await?;
+pub async fn enable(drive: &DriveContext) -> Result<(), Error> {
+    start(drive);
+    let remote = drive.description().status.remote;
+    let Awaited { status_word, .. } = drive.await_status(|word| word & remote != 0).await?;
     match state_of(status_word)? {
         State::OperationEnabled => {}
-        state if is_fault(state) => return Err(Error::Fault(cause(desk).await?)),
+        state if is_fault(state) => return Err(Error::Fault(cause(drive).await?)),
         // It brakes, and the way leads through states in which it would coast.
         State::QuickStopActive => {
-            brake(desk).await?;
-            at_rest(desk);
+            brake(drive).await?;
+            at_rest(drive);
         }
         // The drive has forgotten what was under way.
-        _ => at_rest(desk),
+        _ => at_rest(drive),
     }
-    require(desk, Orders::ENABLE, status_word).await?;
-    if let Some(velocity) = desk.description().runs_unasked_at()
+    require(drive, Orders::ENABLE, status_word).await?;
+    if let Some(velocity) = drive.description().runs_unasked_at()
         && state_of(status_word)? != State::OperationEnabled
-        && mode(desk).await? == Some(Mode::Velocity)
+        && mode(drive).await? == Some(Mode::Velocity)
     {
-        desk.set(velocity, 0).await?;
+        drive.set(velocity, 0).await?;
     }
-    reach(desk, State::OperationEnabled).await
+    reach(drive, State::OperationEnabled).await
 }
 
 /// Stops the drive with its programmed deceleration, then releases the motor.
@@ -52,15 +52,15 @@ pub async fn enable(desk: &Desk) -> Result<(), Error> {
 /// # Errors
 ///
 /// [`Error::NoReaction`], [`Error::Fault`].
-pub async fn disable(desk: &Desk) -> Result<(), Error> {
-    match state(desk).await? {
-        State::OperationEnabled => come_to_rest(desk).await?,
+pub async fn disable(drive: &DriveContext) -> Result<(), Error> {
+    match state(drive).await? {
+        State::OperationEnabled => come_to_rest(drive).await?,
         // It brakes, and would coast without its motor.
-        State::QuickStopActive => brake(desk).await?,
+        State::QuickStopActive => brake(drive).await?,
         _ => {}
     }
-    reach(desk, State::SwitchOnDisabled).await?;
-    at_rest(desk);
+    reach(drive, State::SwitchOnDisabled).await?;
+    at_rest(drive);
     Ok(())
 }
 
@@ -69,33 +69,33 @@ pub async fn disable(desk: &Desk) -> Result<(), Error> {
 /// # Errors
 ///
 /// [`Error::Fault`] when the drive stays in FAULT, since the cause is still there.
-pub async fn reset_fault(desk: &Desk) -> Result<Option<Cause>, Error> {
-    match state(desk).await? {
+pub async fn reset_fault(drive: &DriveContext) -> Result<Option<Cause>, Error> {
+    match state(drive).await? {
         State::Fault => {}
         // It leads there by itself.
-        State::FaultReactionActive => _ = desk.await_status(|word| !is_reaction(word)).await?,
+        State::FaultReactionActive => _ = drive.await_status(|word| !is_reaction(word)).await?,
         _ => return Ok(None),
     }
     // A state machine that is steered by PDO obeys in NMT OPERATIONAL only.
-    start(desk);
-    let was = cause(desk).await?;
-    let description = desk.description();
-    desk.control(description.control.idle).await?;
-    desk.control(description.word(Command::FaultReset)).await?;
-    let left = desk.await_status(|word| State::from_status_word(word).is_some_and(|state| !is_fault(state))).await?;
-    desk.control(description.control.idle).await?;
+    start(drive);
+    let was = cause(drive).await?;
+    let description = drive.description();
+    drive.control(description.control.idle).await?;
+    drive.control(description.word(Command::FaultReset)).await?;
+    let left = drive.await_status(|word| State::from_status_word(word).is_some_and(|state| !is_fault(state))).await?;
+    drive.control(description.control.idle).await?;
     if !left.came {
         return Err(Error::Fault(was));
     }
-    desk.lock().emergency = None;
-    at_rest(desk);
+    drive.lock().emergency = None;
+    at_rest(drive);
     Ok(Some(was))
 }
 
 /// Commands the drive from state to state until it is in `goal`.
-pub(super) async fn reach(desk: &Desk, goal: State) -> Result<(), Error> {
-    let description = desk.description();
-    let mut from = state(desk).await?;
+pub(super) async fn reach(drive: &DriveContext, goal: State) -> Result<(), Error> {
+    let description = drive.description();
+    let mut from = state(drive).await?;
     let mut steps = STEPS;
     while from != goal {
         if steps == 0 {
@@ -103,20 +103,20 @@ pub(super) async fn reach(desk: &Desk, goal: State) -> Result<(), Error> {
         }
         steps -= 1;
         if from == State::Fault {
-            return Err(Error::Fault(cause(desk).await?));
+            return Err(Error::Fault(cause(drive).await?));
         }
         let next = description.transitions.next(from, goal).ok_or(Error::NoWay { from, to: goal })?;
         let Transition { cause: How::Command(command), .. } = next else {
             // The drive goes on by itself, or there is no way.
-            let Awaited { status_word, came } = desk.await_status(has_left(from)).await?;
+            let Awaited { status_word, came } = drive.await_status(has_left(from)).await?;
             if !came {
                 return Err(Error::NoWay { from, to: goal });
             }
             from = state_of(status_word)?;
             continue;
         };
-        desk.control(description.word(command)).await?;
-        let Awaited { status_word, came } = desk.await_status(has_left(from)).await?;
+        drive.control(description.word(command)).await?;
+        let Awaited { status_word, came } = drive.await_status(has_left(from)).await?;
         if !came {
             return Err(Error::NoReaction { state: from, command });
         }
@@ -126,9 +126,9 @@ pub(super) async fn reach(desk: &Desk, goal: State) -> Result<(), Error> {
 }
 
 /// NMT OPERATIONAL, where there are PDOs.
-fn start(desk: &Desk) {
-    if desk.description().needs_operational() {
-        desk.command(NmtCommand::Start);
+fn start(drive: &DriveContext) {
+    if drive.description().needs_operational() {
+        drive.command(NmtCommand::Start);
     }
 }
 

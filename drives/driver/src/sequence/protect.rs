@@ -4,8 +4,8 @@ use lexican_runtime::Duration;
 use lexican_runtime::object::{DataType, OutOfRange};
 
 use super::observe::known;
+use crate::context::DriveContext;
 use crate::description::Number;
-use crate::desk::Desk;
 use crate::error::{Capability, Error};
 use crate::protection::{Protection, Supervision};
 
@@ -23,26 +23,26 @@ const SIGNS: u8 = 4;
 /// # Errors
 ///
 /// [`Error::Unsupported`] by a drive that has neither; [`Error::OutOfRange`]; [`Error::HeartbeatExcludesGuarding`]; as
-/// [`Desk::write`].
-pub async fn protect(desk: &Desk, supervision: Supervision) -> Result<Protection, Error> {
+/// [`DriveContext::write`].
+pub async fn protect(drive: &DriveContext, supervision: Supervision) -> Result<Protection, Error> {
     let Supervision { within, manager } = supervision;
     let within_ms = within.as_micros() / 1000;
     let period = Duration::from_millis(within_ms / u64::from(SIGNS));
     if period.is_zero() || within_ms > u64::from(u16::MAX) {
         return Err(OutOfRange { address: GUARD_TIME.address(), above: !period.is_zero() }.into());
     }
-    if let Some(entry) = free_consumer(desk, manager.get()).await? {
-        desk.set(consumer(entry), i64::from(manager.get()) << 16 | within_ms as i64).await?;
+    if let Some(entry) = free_consumer(drive, manager.get()).await? {
+        drive.set(consumer(entry), i64::from(manager.get()) << 16 | within_ms as i64).await?;
         return Ok(Protection::Heartbeat { entry, manager, period, within });
     }
-    let has_guarding = known(desk.get(GUARD_TIME).await)?.and(known(desk.get(LIFE_TIME_FACTOR).await)?);
-    desk.need(has_guarding, Capability::Protection)?;
+    let has_guarding = known(drive.get(GUARD_TIME).await)?.and(known(drive.get(LIFE_TIME_FACTOR).await)?);
+    drive.need(has_guarding, Capability::Protection)?;
     // The two exclude each other (CiA 301, 7.2.8.2.1).
-    if let Some(heartbeat_ms @ 1..) = known(desk.get(PRODUCER_HEARTBEAT).await)? {
+    if let Some(heartbeat_ms @ 1..) = known(drive.get(PRODUCER_HEARTBEAT).await)? {
         return Err(Error::HeartbeatExcludesGuarding { heartbeat_ms: heartbeat_ms as u16 });
     }
-    desk.set(GUARD_TIME, (period.as_micros() / 1000) as i64).await?;
-    desk.set(LIFE_TIME_FACTOR, SIGNS.into()).await?;
+    drive.set(GUARD_TIME, (period.as_micros() / 1000) as i64).await?;
+    drive.set(LIFE_TIME_FACTOR, SIGNS.into()).await?;
     Ok(Protection::LifeGuarding { guard_time: period, life_time_factor: SIGNS })
 }
 
@@ -50,12 +50,12 @@ pub async fn protect(desk: &Desk, supervision: Supervision) -> Result<Protection
 ///
 /// # Errors
 ///
-/// As [`Desk::write`].
-pub async fn unprotect(desk: &Desk, protection: Protection) -> Result<(), Error> {
+/// As [`DriveContext::write`].
+pub async fn unprotect(drive: &DriveContext, protection: Protection) -> Result<(), Error> {
     match protection {
         Protection::None => Ok(()),
-        Protection::LifeGuarding { .. } => desk.set(GUARD_TIME, 0).await,
-        Protection::Heartbeat { entry, .. } => desk.set(consumer(entry), 0).await,
+        Protection::LifeGuarding { .. } => drive.set(GUARD_TIME, 0).await,
+        Protection::Heartbeat { entry, .. } => drive.set(consumer(entry), 0).await,
     }
 }
 
@@ -65,11 +65,11 @@ const fn consumer(entry: u8) -> Number {
 
 /// The entry of 1016h that watches over this manager already, or else one that watches over no node: its node-ID or its
 /// time is 0 (CiA 301, 7.5.2.19).
-async fn free_consumer(desk: &Desk, manager: u8) -> Result<Option<u8>, Error> {
-    let entries = known(desk.get(CONSUMER_HEARTBEATS).await)?.unwrap_or(0).min(127) as u8;
+async fn free_consumer(drive: &DriveContext, manager: u8) -> Result<Option<u8>, Error> {
+    let entries = known(drive.get(CONSUMER_HEARTBEATS).await)?.unwrap_or(0).min(127) as u8;
     let mut free = None;
     for entry in 1..=entries {
-        let value = desk.get(consumer(entry)).await?;
+        let value = drive.get(consumer(entry)).await?;
         let (node, time) = (value >> 16 & 0xFF, value & 0xFFFF);
         if node == i64::from(manager) {
             return Ok(Some(entry));

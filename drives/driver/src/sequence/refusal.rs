@@ -3,8 +3,8 @@
 use lexican_runtime::profile::cia402::State;
 
 use super::observe::{cause, is_fault, is_inching, moves, shown_mode, state_of, under_way};
+use crate::context::{DriveContext, Motion, narrow};
 use crate::description::{Gear, Orders, Word};
-use crate::desk::{Desk, Motion, narrow};
 use crate::direction::Direction;
 use crate::error::{Capability, Error, Missing, Refusal};
 use crate::mode::Mode;
@@ -31,47 +31,47 @@ pub enum Order {
 /// # Errors
 ///
 /// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] with every condition that is not met; as
-/// [`Desk::read`].
-pub async fn refuse(desk: &Desk, order: Order) -> Result<(), Error> {
-    desk.need(order.is_supported(desk).then_some(()), order.capability())?;
-    let description = desk.description();
+/// [`DriveContext::read`].
+pub async fn refuse(drive: &DriveContext, order: Order) -> Result<(), Error> {
+    drive.need(order.is_supported(drive).then_some(()), order.capability())?;
+    let description = drive.description();
     let mut missing = Vec::new();
-    let number = shown_mode(desk).await?;
+    let number = shown_mode(drive).await?;
     match description.mode_of(number) {
         Some(mode) if mode == order.mode() => {}
         Some(mode) => missing.push(Missing::Mode(mode)),
         None => missing.push(Missing::UnknownMode(number)),
     }
-    let status_word = desk.status().await?;
-    let system = system_for(desk, order.set()).await?;
+    let status_word = drive.status().await?;
+    let system = system_for(drive, order.set()).await?;
     match state_of(status_word)? {
         State::OperationEnabled => {}
-        state if is_fault(state) => missing.push(Missing::NoFault(cause(desk).await?)),
+        state if is_fault(state) => missing.push(Missing::NoFault(cause(drive).await?)),
         state => missing.push(Missing::Enabled(state)),
     }
-    missing.extend(conditions(desk, order.set(), status_word, system));
-    missing.extend(unfinished(desk, order.set(), status_word).await?.filter(|it| !missing.contains(it)));
+    missing.extend(conditions(drive, order.set(), status_word, system));
+    missing.extend(unfinished(drive, order.set(), status_word).await?.filter(|it| !missing.contains(it)));
     match order {
-        Order::Travel { target } => missing.extend(target_beyond_limits(desk, target).await?),
+        Order::Travel { target } => missing.extend(target_beyond_limits(drive, target).await?),
         Order::Inch(_) => {}
-        Order::Run { velocity } => missing.extend(too_fast(desk, velocity).await?),
+        Order::Run { velocity } => missing.extend(too_fast(drive, velocity).await?),
     }
     refused(missing)
 }
 
 /// Checks the conditions that the description has for these orders.
-pub(super) async fn require(desk: &Desk, orders: Orders, status_word: u16) -> Result<(), Error> {
-    let system = system_for(desk, orders).await?;
-    let mut missing: Vec<Missing> = conditions(desk, orders, status_word, system).collect();
-    missing.extend(unfinished(desk, orders, status_word).await?.filter(|it| !missing.contains(it)));
+pub(super) async fn require(drive: &DriveContext, orders: Orders, status_word: u16) -> Result<(), Error> {
+    let system = system_for(drive, orders).await?;
+    let mut missing: Vec<Missing> = conditions(drive, orders, status_word, system).collect();
+    missing.extend(unfinished(drive, orders, status_word).await?.filter(|it| !missing.contains(it)));
     refused(missing)
 }
 
 /// Nothing may be under way.
-pub(super) async fn require_rest(desk: &Desk) -> Result<(), Error> {
-    let status_word = desk.status().await?;
+pub(super) async fn require_rest(drive: &DriveContext) -> Result<(), Error> {
+    let status_word = drive.status().await?;
     state_of(status_word)?;
-    require(desk, Orders::SET_UP, status_word).await
+    require(drive, Orders::SET_UP, status_word).await
 }
 
 impl Order {
@@ -98,8 +98,8 @@ impl Order {
         }
     }
 
-    fn is_supported(self, desk: &Desk) -> bool {
-        let description = desk.description();
+    fn is_supported(self, drive: &DriveContext) -> bool {
+        let description = drive.description();
         match self {
             Order::Travel { .. } => description.code_of(Mode::Positioning).is_some(),
             Order::Inch(_) => description.inching.is_some(),
@@ -113,15 +113,15 @@ fn refused(missing: Vec<Missing>) -> Result<(), Error> {
 }
 
 /// The manufacturer's status register, when a condition for these orders needs it.
-async fn system_for(desk: &Desk, orders: Orders) -> Result<u32, Error> {
-    let rows = desk.description().conditions.iter();
+async fn system_for(drive: &DriveContext, orders: Orders) -> Result<u32, Error> {
+    let rows = drive.description().conditions.iter();
     let mut needing = rows.filter(|row| row.refuses.contains(orders) && row.when.word == Word::System);
-    if needing.next().is_some() { desk.system().await } else { Ok(0) }
+    if needing.next().is_some() { drive.system().await } else { Ok(0) }
 }
 
 /// What is missing for these orders.
-fn conditions(desk: &Desk, orders: Orders, status_word: u16, system: u32) -> impl Iterator<Item = Missing> {
-    let rows = desk.description().conditions.iter().filter(move |row| row.refuses.contains(orders));
+fn conditions(drive: &DriveContext, orders: Orders, status_word: u16, system: u32) -> impl Iterator<Item = Missing> {
+    let rows = drive.description().conditions.iter().filter(move |row| row.refuses.contains(orders));
     rows.filter(move |row| {
         row.when.holds(match row.when.word {
             Word::Status => status_word.into(),
@@ -133,26 +133,26 @@ fn conditions(desk: &Desk, orders: Orders, status_word: u16, system: u32) -> imp
 
 /// What the driver has ordered, and has not ended. The drive need not report that: neither a velocity of 0, at which
 /// it runs as soon as it is given another one, nor slow inching.
-async fn unfinished(desk: &Desk, orders: Orders, status_word: u16) -> Result<Option<Missing>, Error> {
+async fn unfinished(drive: &DriveContext, orders: Orders, status_word: u16) -> Result<Option<Missing>, Error> {
     if !orders.contains(Orders::FROM_REST) || State::from_status_word(status_word) != Some(State::OperationEnabled) {
         return Ok(None);
     }
-    let motion = desk.lock().motion;
+    let motion = drive.lock().motion;
     let unfinished = motion == Motion::Running
-        || !desk.reports_travels() && under_way(desk, status_word).await?
-        || motion.may_move() && (moves(desk, status_word).await? || is_inching(desk).await?);
+        || !drive.reports_travels() && under_way(drive, status_word).await?
+        || motion.may_move() && (moves(drive, status_word).await? || is_inching(drive).await?);
     Ok(unfinished.then_some(Missing::NoTravel))
 }
 
-async fn target_beyond_limits(desk: &Desk, target: i32) -> Result<Option<Missing>, Error> {
-    let Some((low, high)) = limits(desk).await? else { return Ok(None) };
+async fn target_beyond_limits(drive: &DriveContext, target: i32) -> Result<Option<Missing>, Error> {
+    let Some((low, high)) = limits(drive).await? else { return Ok(None) };
     Ok((!(low..=high).contains(&target)).then_some(Missing::TargetWithinLimits { target, low, high }))
 }
 
 /// Makes sure that the drive is not at the limit towards which it is to inch: it need not report that.
-pub(super) async fn refuse_at_limit(desk: &Desk, direction: Direction) -> Result<(), Error> {
-    let Some((low, high)) = limits(desk).await? else { return Ok(()) };
-    let position = desk.position().await?;
+pub(super) async fn refuse_at_limit(drive: &DriveContext, direction: Direction) -> Result<(), Error> {
+    let Some((low, high)) = limits(drive).await? else { return Ok(()) };
+    let position = drive.position().await?;
     refused(match direction {
         Direction::Positive if position >= high => vec![Missing::ShortOfUpperLimit],
         Direction::Negative if position <= low => vec![Missing::ShortOfLowerLimit],
@@ -161,17 +161,17 @@ pub(super) async fn refuse_at_limit(desk: &Desk, direction: Direction) -> Result
 }
 
 /// The lower and the upper limit, if there are any.
-async fn limits(desk: &Desk) -> Result<Option<(i32, i32)>, Error> {
-    let Some([one, other]) = desk.description().objects.position_limits else { return Ok(None) };
-    let (a, b) = (narrow(desk.get(one).await?), narrow(desk.get(other).await?));
+async fn limits(drive: &DriveContext) -> Result<Option<(i32, i32)>, Error> {
+    let Some([one, other]) = drive.description().objects.position_limits else { return Ok(None) };
+    let (a, b) = (narrow(drive.get(one).await?), narrow(drive.get(other).await?));
     Ok((a != b).then_some((a.min(b), a.max(b))))
 }
 
-async fn too_fast(desk: &Desk, velocity: i32) -> Result<Option<Missing>, Error> {
-    let Some(Gear { object, most, otherwise }) = desk.description().velocity.and_then(|velocity| velocity.gear) else {
+async fn too_fast(drive: &DriveContext, velocity: i32) -> Result<Option<Missing>, Error> {
+    let Some(Gear { object, most, otherwise }) = drive.description().velocity.and_then(|velocity| velocity.gear) else {
         return Ok(None);
     };
-    let gear = desk.get(object).await?;
+    let gear = drive.get(object).await?;
     let most = most.iter().find(|(number, _)| *number == gear).map_or(otherwise, |(_, most)| *most);
     Ok((velocity.unsigned_abs() > most.unsigned_abs()).then_some(Missing::VelocityWithinGear { velocity, most }))
 }

@@ -4,7 +4,7 @@ use lexican_runtime::Instant;
 use lexican_runtime::profile::cia402::{Command, State};
 
 use super::observe::{is_inching, moves, state_of};
-use crate::desk::{Awaited, Desk, Motion, Pause};
+use crate::context::{Awaited, DriveContext, Motion, Pause};
 use crate::error::{Error, Missing, Refusal};
 
 /// How often a quick stop is sent to a drive that does not obey: the application must hear soon that there is
@@ -15,10 +15,10 @@ const QUICK_STOPS: u32 = 10;
 ///
 /// # Errors
 ///
-/// [`Error::NotStopped`]; as [`Desk::read`].
-pub async fn stop(desk: &Desk) -> Result<(), Error> {
-    come_to_rest(desk).await?;
-    stopped(desk);
+/// [`Error::NotStopped`]; as [`DriveContext::read`].
+pub async fn stop(drive: &DriveContext) -> Result<(), Error> {
+    come_to_rest(drive).await?;
+    stopped(drive);
     Ok(())
 }
 
@@ -29,17 +29,17 @@ pub async fn stop(desk: &Desk) -> Result<(), Error> {
 ///
 /// [`Error::Refused`] outside OPERATION ENABLED, where nothing is to be stopped; [`Error::NoReaction`];
 /// [`Error::NotStopped`].
-pub async fn quick_stop(desk: &Desk) -> Result<(), Error> {
+pub async fn quick_stop(drive: &DriveContext) -> Result<(), Error> {
     let command = Command::QuickStop;
     let stopping = |word| State::from_status_word(word) == Some(State::QuickStopActive);
     let mut left = QUICK_STOPS;
-    let moving = desk.may_move();
-    desk.lock().stop = Some(desk.description().word(command));
+    let moving = drive.may_move();
+    drive.lock().stop = Some(drive.description().word(command));
     loop {
         // Before anything is asked: a drive in another state ignores it, and so does one that has obeyed.
-        desk.control(desk.description().word(command)).await?;
+        drive.control(drive.description().word(command)).await?;
         left -= 1;
-        let Awaited { status_word, came } = desk.await_status(stopping).await?;
+        let Awaited { status_word, came } = drive.await_status(stopping).await?;
         if came {
             break;
         }
@@ -49,82 +49,82 @@ pub async fn quick_stop(desk: &Desk) -> Result<(), Error> {
             // It has obeyed, and released its motor by itself (605Ah).
             State::SwitchOnDisabled if moving => break,
             state => {
-                desk.lock().stop = None;
+                drive.lock().stop = None;
                 return Err(Error::Refused(Refusal(vec![Missing::Enabled(state)])));
             }
         }
     }
-    brake(desk).await?;
-    at_rest(desk);
+    brake(drive).await?;
+    at_rest(drive);
     Ok(())
 }
 
 /// Stops all that moves, in either mode, with its programmed deceleration; a step by a quick stop, since Stop
 /// interrupts travels only.
-pub(super) async fn come_to_rest(desk: &Desk) -> Result<(), Error> {
-    let stepping = matches!(desk.lock().motion, Motion::Stepping { .. });
-    if stepping && desk.may_be_stopped().await? {
-        let moves = come_to_stand(desk, desk.now()).await?.is_some();
-        if moves || is_inching(desk).await? {
-            return quick_stop(desk).await;
+pub(super) async fn come_to_rest(drive: &DriveContext) -> Result<(), Error> {
+    let stepping = matches!(drive.lock().motion, Motion::Stepping { .. });
+    if stepping && drive.may_be_stopped().await? {
+        let moves = come_to_stand(drive, drive.now()).await?.is_some();
+        if moves || is_inching(drive).await? {
+            return quick_stop(drive).await;
         }
     }
-    stand_still(desk, desk.description().stopping()).await
+    stand_still(drive, drive.description().stopping()).await
 }
 
 /// Sends a word that stops the drive, until it stands. The word means the same when it comes again, so that
 /// one that gets lost is sent again; and braking may take a minute with the gentlest deceleration.
-pub(super) async fn stand_still(desk: &Desk, word: u16) -> Result<(), Error> {
-    let times = desk.description().times;
-    let by_pdo = desk.description().outputs.control.is_some();
-    let end = desk.now() + times.braking;
-    desk.lock().stop = Some(word);
+pub(super) async fn stand_still(drive: &DriveContext, word: u16) -> Result<(), Error> {
+    let times = drive.description().times;
+    let by_pdo = drive.description().outputs.control.is_some();
+    let end = drive.now() + times.braking;
+    drive.lock().stop = Some(word);
     loop {
-        if desk.may_be_stopped().await? {
-            desk.control(word).await?;
+        if drive.may_be_stopped().await? {
+            drive.control(word).await?;
         }
-        match come_to_stand(desk, desk.now() + times.reaction).await? {
+        match come_to_stand(drive, drive.now() + times.reaction).await? {
             // It may have been ordered to move only just now, and not have begun: a PDO is not acknowledged.
-            None if by_pdo && !desk.has_settled() => desk.settle().await?,
+            None if by_pdo && !drive.has_settled() => drive.settle().await?,
             None => {
-                desk.lock().stop = None;
+                drive.lock().stop = None;
                 return Ok(());
             }
-            Some(velocity) if desk.now() >= end => return Err(stuck(desk, velocity)),
+            Some(velocity) if drive.now() >= end => return Err(stuck(drive, velocity)),
             Some(_) => {}
         }
     }
 }
 
 /// Waits until a drive stands that brakes by itself.
-pub(super) async fn brake(desk: &Desk) -> Result<(), Error> {
-    match come_to_stand(desk, desk.now() + desk.description().times.braking).await? {
+pub(super) async fn brake(drive: &DriveContext) -> Result<(), Error> {
+    match come_to_stand(drive, drive.now() + drive.description().times.braking).await? {
         None => Ok(()),
-        Some(velocity) => Err(stuck(desk, velocity)),
+        Some(velocity) => Err(stuck(drive, velocity)),
     }
 }
 
 /// Waits until the drive stands, no longer than `until`; how fast it still moves then, or `None` when it stands.
-pub(super) async fn come_to_stand(desk: &Desk, until: Instant) -> Result<Option<i32>, Error> {
+pub(super) async fn come_to_stand(drive: &DriveContext, until: Instant) -> Result<Option<i32>, Error> {
     loop {
         // Read after the command was sent, so that it has had its effect.
-        let moves = moves(desk, desk.status().await?).await?;
-        if !moves || desk.now() >= until {
-            return Ok(if moves { Some(desk.velocity().await?) } else { None });
+        let moves = moves(drive, drive.status().await?).await?;
+        if !moves || drive.now() >= until {
+            return Ok(if moves { Some(drive.velocity().await?) } else { None });
         }
-        desk.next_status().await?;
+        drive.next_status().await?;
     }
 }
 
 /// Waits for a drive that has been sent a stop, no longer than a reaction takes; how fast it still moves then.
-pub(crate) async fn look_for_standstill(desk: &Desk) -> Result<Option<i32>, Error> {
-    come_to_stand(desk, desk.now() + desk.description().times.reaction).await
+pub(crate) async fn look_for_standstill(drive: &DriveContext) -> Result<Option<i32>, Error> {
+    come_to_stand(drive, drive.now() + drive.description().times.reaction).await
 }
 
 /// The drive has been stopped, and stands. A travel is interrupted then, and goes on with the next word that takes back
 /// Stop: so it is not forgotten.
-pub(super) fn stopped(desk: &Desk) {
-    let mut shared = desk.lock();
+pub(super) fn stopped(drive: &DriveContext) {
+    let mut shared = drive.lock();
     let motion = shared.motion;
     shared.rest();
     if let Motion::Travelling(_) = motion {
@@ -132,11 +132,11 @@ pub(super) fn stopped(desk: &Desk) {
     }
 }
 
-pub(super) fn at_rest(desk: &Desk) {
-    desk.lock().rest();
+pub(super) fn at_rest(drive: &DriveContext) {
+    drive.lock().rest();
 }
 
 /// The drive has been sent a stop, and still moves.
-pub(super) fn stuck(desk: &Desk, velocity: i32) -> Error {
-    Error::NotStopped { velocity, unit: desk.description().status.velocity_unit }
+pub(super) fn stuck(drive: &DriveContext, velocity: i32) -> Error {
+    Error::NotStopped { velocity, unit: drive.description().status.velocity_unit }
 }

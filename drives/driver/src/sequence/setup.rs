@@ -6,8 +6,8 @@ use lexican_runtime::profile::cia402::State;
 use super::identify::characters;
 use super::observe::{cause, is_fault, shown_mode, state_of};
 use super::refusal::require_rest;
+use crate::context::DriveContext;
 use crate::description::{Approach, Calibration, Homing, Number};
-use crate::desk::Desk;
 use crate::error::{Capability, Error, Missing, Refusal};
 use crate::mode::Mode;
 use crate::units::Units;
@@ -18,9 +18,9 @@ const SOFTWARE_VERSION: Number = Number::new(0x100A, 0x00, DataType::Unsigned32)
 ///
 /// # Errors
 ///
-/// As [`Desk::read`].
-pub async fn firmware(desk: &Desk) -> Result<String, Error> {
-    characters(desk, SOFTWARE_VERSION, desk.description().identity.characters).await
+/// As [`DriveContext::read`].
+pub async fn firmware(drive: &DriveContext) -> Result<String, Error> {
+    characters(drive, SOFTWARE_VERSION, drive.description().identity.characters).await
 }
 
 /// Changes the operating mode, unless it is set already.
@@ -29,31 +29,31 @@ pub async fn firmware(desk: &Desk) -> Result<String, Error> {
 ///
 /// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] while a travel is under way;
 /// [`Error::ModeNotTaken`].
-pub async fn set_mode(desk: &Desk, mode: Mode) -> Result<(), Error> {
-    let code = desk.need(desk.description().code_of(mode), Capability::Mode(mode))?;
-    if shown_mode(desk).await? == code.into() {
+pub async fn set_mode(drive: &DriveContext, mode: Mode) -> Result<(), Error> {
+    let code = drive.need(drive.description().code_of(mode), Capability::Mode(mode))?;
+    if shown_mode(drive).await? == code.into() {
         return Ok(());
     }
-    require_rest(desk).await?;
-    choose(desk, code).await
+    require_rest(drive).await?;
+    choose(drive, code).await
 }
 
 /// Writes 6060h, and waits until the drive shows that it has taken the mode.
-async fn choose(desk: &Desk, code: i8) -> Result<(), Error> {
-    let (modes, times) = (desk.description().modes, desk.description().times);
-    if let Some(velocity) = desk.description().runs_unasked_at()
-        && desk.description().mode_of(code.into()) == Some(Mode::Velocity)
+async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> {
+    let (modes, times) = (drive.description().modes, drive.description().times);
+    if let Some(velocity) = drive.description().runs_unasked_at()
+        && drive.description().mode_of(code.into()) == Some(Mode::Velocity)
     {
-        desk.set(velocity, 0).await?;
+        drive.set(velocity, 0).await?;
     }
-    desk.set(modes.chosen, code.into()).await?;
-    let until = desk.now() + times.reaction;
+    drive.set(modes.chosen, code.into()).await?;
+    let until = drive.now() + times.reaction;
     // Where 6060h itself shows it, the answer to the write has said so.
     while let Some(shown) = modes.shown {
-        match desk.get(shown).await? {
+        match drive.get(shown).await? {
             number if number == code.into() => break,
-            shown if desk.now() >= until => return Err(Error::ModeNotTaken { told: code, shown }),
-            _ => desk.pass(times.status_period).await?,
+            shown if drive.now() >= until => return Err(Error::ModeNotTaken { told: code, shown }),
+            _ => drive.pass(times.status_period).await?,
         }
     }
     Ok(())
@@ -66,30 +66,30 @@ async fn choose(desk: &Desk, code: i8) -> Result<(), Error> {
 /// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] while a travel is under way, and outside
 /// OPERATION ENABLED where it takes homing; [`Error::Sdo`] when the position is outside the limits;
 /// [`Error::NotCalibrated`].
-pub async fn calibrate(desk: &Desk, position: i32) -> Result<(), Error> {
-    let calibration = desk.need(desk.description().calibration, Capability::Calibration)?;
-    require_rest(desk).await?;
+pub async fn calibrate(drive: &DriveContext, position: i32) -> Result<(), Error> {
+    let calibration = drive.need(drive.description().calibration, Capability::Calibration)?;
+    require_rest(drive).await?;
     match calibration {
-        Calibration::Write(object) => desk.set(object, position.into()).await,
-        Calibration::Homing(homing) => home(desk, homing, position).await,
+        Calibration::Write(object) => drive.set(object, position.into()).await,
+        Calibration::Homing(homing) => home(drive, homing, position).await,
     }
 }
 
 /// Goes through homing mode and back.
-async fn home(desk: &Desk, homing: Homing, position: i32) -> Result<(), Error> {
-    match state_of(desk.status().await?)? {
+async fn home(drive: &DriveContext, homing: Homing, position: i32) -> Result<(), Error> {
+    match state_of(drive.status().await?)? {
         State::OperationEnabled => {}
         state => return Err(Error::Refused(Refusal(vec![Missing::Enabled(state)]))),
     }
-    let before = shown_mode(desk).await?;
-    choose(desk, homing.mode).await?;
-    let ended = home_on_the_spot(desk, homing, position).await;
+    let before = shown_mode(drive).await?;
+    choose(drive, homing.mode).await?;
+    let ended = home_on_the_spot(drive, homing, position).await;
     // Whether it has succeeded or not.
-    if desk.may_be_stopped().await? {
-        desk.control(desk.description().resting()).await?;
+    if drive.may_be_stopped().await? {
+        drive.control(drive.description().resting()).await?;
     }
     if let Ok(before) = i8::try_from(before) {
-        choose(desk, before).await?;
+        choose(drive, before).await?;
     }
     match ended? {
         status_word if status_word & (homing.attained | homing.error) == homing.attained => Ok(()),
@@ -98,21 +98,21 @@ async fn home(desk: &Desk, homing: Homing, position: i32) -> Result<(), Error> {
 }
 
 /// The status word in the end.
-async fn home_on_the_spot(desk: &Desk, homing: Homing, position: i32) -> Result<u16, Error> {
-    desk.set(homing.offset, position.into()).await?;
-    desk.set(homing.method, homing.on_the_spot.into()).await?;
+async fn home_on_the_spot(drive: &DriveContext, homing: Homing, position: i32) -> Result<u16, Error> {
+    drive.set(homing.offset, position.into()).await?;
+    drive.set(homing.method, homing.on_the_spot.into()).await?;
     // The order is an edge.
-    desk.control(desk.description().resting()).await?;
-    desk.unsettle();
-    desk.control(desk.description().moving() | homing.start).await?;
-    let until = desk.now() + desk.description().times.reaction;
-    let mut status_word = desk.status().await?;
+    drive.control(drive.description().resting()).await?;
+    drive.unsettle();
+    drive.control(drive.description().moving() | homing.start).await?;
+    let until = drive.now() + drive.description().times.reaction;
+    let mut status_word = drive.status().await?;
     let ended = |word: u16| word & (homing.attained | homing.error) != 0;
-    while !(desk.settled(!ended(status_word)) && ended(status_word)) && desk.now() < until {
+    while !(drive.settled(!ended(status_word)) && ended(status_word)) && drive.now() < until {
         if is_fault(state_of(status_word)?) {
-            return Err(Error::Fault(cause(desk).await?));
+            return Err(Error::Fault(cause(drive).await?));
         }
-        status_word = desk.next_status().await?;
+        status_word = drive.next_status().await?;
     }
     Ok(status_word)
 }
@@ -121,10 +121,10 @@ async fn home_on_the_spot(desk: &Desk, homing: Homing, position: i32) -> Result<
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`]; as [`Desk::read`].
-pub async fn approach(desk: &Desk) -> Result<Option<Approach>, Error> {
-    let approaches = desk.need(desk.description().approaches, Capability::Approach)?;
-    let number = desk.get(approaches.object).await?;
+/// [`Error::Unsupported`]; as [`DriveContext::read`].
+pub async fn approach(drive: &DriveContext) -> Result<Option<Approach>, Error> {
+    let approaches = drive.need(drive.description().approaches, Capability::Approach)?;
+    let number = drive.get(approaches.object).await?;
     Ok(approaches.values.iter().find(|(value, _)| *value == number).map(|(_, approach)| *approach))
 }
 
@@ -132,12 +132,12 @@ pub async fn approach(desk: &Desk) -> Result<Option<Approach>, Error> {
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`] before anything is sent; as [`Desk::write`].
-pub async fn set_approach(desk: &Desk, approach: Approach) -> Result<(), Error> {
-    let approaches = desk.need(desk.description().approaches, Capability::Approach)?;
+/// [`Error::Unsupported`] before anything is sent; as [`DriveContext::write`].
+pub async fn set_approach(drive: &DriveContext, approach: Approach) -> Result<(), Error> {
+    let approaches = drive.need(drive.description().approaches, Capability::Approach)?;
     let value = approaches.values.iter().find(|(_, of)| *of == approach).map(|(value, _)| *value);
-    let value = desk.need(value, Capability::Approach)?;
-    desk.set(approaches.object, value).await
+    let value = drive.need(value, Capability::Approach)?;
+    drive.set(approaches.object, value).await
 }
 
 /// Switches emergency messages on or off (1014h).
@@ -146,25 +146,25 @@ pub async fn set_approach(desk: &Desk, approach: Approach) -> Result<(), Error> 
 ///
 /// [`Error::Unsupported`] before anything is sent; [`Error::Sdo`] by a drive that allows it in NMT PRE-OPERATIONAL
 /// only.
-pub async fn set_emergencies(desk: &Desk, on: bool) -> Result<(), Error> {
-    let switch = desk.need(desk.description().emergencies, Capability::EmergencySwitch)?;
+pub async fn set_emergencies(drive: &DriveContext, on: bool) -> Result<(), Error> {
+    let switch = drive.need(drive.description().emergencies, Capability::EmergencySwitch)?;
     let bit = i64::from(switch.bit);
-    let before = desk.get(switch.object).await?;
+    let before = drive.get(switch.object).await?;
     let after = if on == switch.on_when_set { before | bit } else { before & !bit };
-    if after == before { Ok(()) } else { desk.set(switch.object, after).await }
+    if after == before { Ok(()) } else { drive.set(switch.object, after).await }
 }
 
 /// What one count of a position is worth, as the drive is set up.
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`]; as [`Desk::read`].
-pub async fn units(desk: &Desk) -> Result<Units, Error> {
-    let objects = desk.need(desk.description().units, Capability::Units)?;
+/// [`Error::Unsupported`]; as [`DriveContext::read`].
+pub async fn units(drive: &DriveContext) -> Result<Units, Error> {
+    let objects = drive.need(drive.description().units, Capability::Units)?;
     Ok(Units {
         increments: objects.increments,
-        spindle_pitch_10um: desk.get(objects.spindle_pitch_10um).await? as u32,
-        numerator: desk.get(objects.numerator).await? as u32,
-        denominator: desk.get(objects.denominator).await? as u32,
+        spindle_pitch_10um: drive.get(objects.spindle_pitch_10um).await? as u32,
+        numerator: drive.get(objects.numerator).await? as u32,
+        denominator: drive.get(objects.denominator).await? as u32,
     })
 }

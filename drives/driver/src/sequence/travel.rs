@@ -7,8 +7,8 @@ use super::observe::{cause, is_fault, known, moves, reports_under_way, state_of,
 use super::power::reach;
 use super::refusal::{Order, refuse};
 use super::rest::{at_rest, come_to_rest, come_to_stand, stand_still, stuck};
+use crate::context::{Awaited, DriveContext, Motion, Pause, Travel};
 use crate::description::Release;
-use crate::desk::{Awaited, Desk, Motion, Pause, Travel};
 use crate::error::{Error, Missing, Outcome, Refusal};
 
 /// How far a travel has come.
@@ -28,13 +28,13 @@ pub struct Progress {
 ///
 /// Those of [`start_travel`] and [`finish`].
 pub async fn travel(
-    desk: &Desk,
+    drive: &DriveContext,
     target: i32,
     within: Duration,
     progress: &mut (dyn FnMut(Progress) + Send),
 ) -> Result<Outcome, Error> {
-    start_travel(desk, target).await?;
-    finish(desk, within, progress).await
+    start_travel(drive, target).await?;
+    finish(drive, within, progress).await
 }
 
 /// Starts to travel to a position; returns once the drive has taken the order.
@@ -44,32 +44,32 @@ pub async fn travel(
 /// [`Error::Refused`] before anything moves; [`Error::NotTaken`] when the drive does not take the order
 /// nevertheless: it is then withdrawn, and the drive stands. An order that it took late is interrupted, and reported as
 /// [`Missing::NoTravel`].
-pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
-    let description = desk.description();
+pub async fn start_travel(drive: &DriveContext, target: i32) -> Result<(), Error> {
+    let description = drive.description();
     description.objects.target_position.check(target.into())?;
-    refuse(desk, Order::Travel { target }).await?;
+    refuse(drive, Order::Travel { target }).await?;
     let acknowledged = description.status.acknowledged;
     // The order is an edge, and so is its acknowledgement: both bits have to fall first.
-    desk.control(description.resting()).await?;
-    let Awaited { status_word, came } = desk.await_status(|word| word & acknowledged == 0).await?;
+    drive.control(description.resting()).await?;
+    let Awaited { status_word, came } = drive.await_status(|word| word & acknowledged == 0).await?;
     // That may take a while; and outside OPERATION ENABLED the order would enable the drive first.
     if !came || state_of(status_word)? != State::OperationEnabled {
-        refuse(desk, Order::Travel { target }).await?;
+        refuse(drive, Order::Travel { target }).await?;
         return Err(Error::NotTaken { status_word });
     }
-    desk.lock().order(Motion::travel(Some(target)));
-    desk.unsettle();
-    desk.control_position(description.moving() | description.control.new_setpoint, target).await?;
-    let Awaited { status_word, came } = desk.await_status(|word| word & acknowledged != 0).await?;
+    drive.lock().order(Motion::travel(Some(target)));
+    drive.unsettle();
+    drive.control_position(description.moving() | description.control.new_setpoint, target).await?;
+    let Awaited { status_word, came } = drive.await_status(|word| word & acknowledged != 0).await?;
     if !came {
-        withdraw(desk).await?;
-        refuse(desk, Order::Travel { target }).await?;
+        withdraw(drive).await?;
+        refuse(drive, Order::Travel { target }).await?;
         return Err(Error::NotTaken { status_word });
     }
     // The drive has acknowledged; its other bits may lag behind.
-    desk.unsettle();
+    drive.unsettle();
     if description.release == Release::WhenAcknowledged {
-        desk.control(description.moving()).await?;
+        drive.control(description.moving()).await?;
     }
     Ok(())
 }
@@ -78,57 +78,58 @@ pub async fn start_travel(desk: &Desk, target: i32) -> Result<(), Error> {
 ///
 /// # Errors
 ///
-/// As [`Desk::read`].
+/// As [`DriveContext::read`].
 pub async fn finish(
-    desk: &Desk,
+    drive: &DriveContext,
     within: Duration,
     progress: &mut (dyn FnMut(Progress) + Send),
 ) -> Result<Outcome, Error> {
-    let until = desk.now() + within;
-    let mut status_word = desk.status().await?;
+    let until = drive.now() + within;
+    let mut status_word = drive.status().await?;
     loop {
-        let position = desk.position().await?;
-        progress(Progress { at: desk.now(), position, status_word });
-        if let Some(outcome) = end_of_travel(desk, status_word).await? {
+        let position = drive.position().await?;
+        progress(Progress { at: drive.now(), position, status_word });
+        if let Some(outcome) = end_of_travel(drive, status_word).await? {
             return Ok(outcome);
         }
-        if desk.now() >= until {
+        if drive.now() >= until {
             return Ok(Outcome::TimedOut { position });
         }
-        status_word = desk.next_status().await?;
+        status_word = drive.next_status().await?;
     }
 }
 
 /// How the travel has ended; `None` while it has not.
-pub(super) async fn end_of_travel(desk: &Desk, status_word: u16) -> Result<Option<Outcome>, Error> {
-    let bits = desk.description().status;
+pub(super) async fn end_of_travel(drive: &DriveContext, status_word: u16) -> Result<Option<Outcome>, Error> {
+    let bits = drive.description().status;
     let state = state_of(status_word)?;
-    if state == State::OperationEnabled && under_way(desk, status_word).await? {
-        let Some(torque) = desk.description().torque_deactivation else { return Ok(None) };
-        let stands = desk.has_settled() && !moves(desk, status_word).await?;
-        let deactivated = stands && desk.get(torque.state).await? as u32 & torque.active != 0;
-        let position = desk.position().await?;
+    if state == State::OperationEnabled && under_way(drive, status_word).await? {
+        let Some(torque) = drive.description().torque_deactivation else { return Ok(None) };
+        let stands = drive.has_settled() && !moves(drive, status_word).await?;
+        let deactivated = stands && drive.get(torque.state).await? as u32 & torque.active != 0;
+        let position = drive.position().await?;
         return Ok(deactivated.then_some(Outcome::TorqueDeactivated { position }));
     }
     if is_fault(state) {
-        at_rest(desk);
-        return Ok(Some(Outcome::Fault(cause(desk).await?)));
+        at_rest(drive);
+        return Ok(Some(Outcome::Fault(cause(drive).await?)));
     }
     // Clears New Setpoint, unless it has been.
-    if state == State::OperationEnabled && desk.description().release == Release::WhenOver {
-        desk.control(desk.description().resting()).await?;
+    if state == State::OperationEnabled && drive.description().release == Release::WhenOver {
+        drive.control(drive.description().resting()).await?;
     }
     // Nothing else ends with a travel: neither inching nor velocity mode.
-    let motion = desk.lock().motion;
-    if matches!(motion, Motion::Travelling(_)) || state != State::OperationEnabled || !moves(desk, status_word).await? {
-        at_rest(desk);
+    let motion = drive.lock().motion;
+    if matches!(motion, Motion::Travelling(_)) || state != State::OperationEnabled || !moves(drive, status_word).await?
+    {
+        at_rest(drive);
     }
-    let position = desk.position().await?;
+    let position = drive.position().await?;
     Ok(Some(if state != State::OperationEnabled {
         // A drive that stands after a quick stop sets the bit of a target that is reached (CiA 402-2).
         Outcome::Interrupted { state, position }
     } else if status_word & bits.target_reached != 0 {
-        if is_overridden(desk, motion, position).await? {
+        if is_overridden(drive, motion, position).await? {
             Outcome::Overridden { position }
         } else {
             Outcome::Reached { position }
@@ -142,17 +143,17 @@ pub(super) async fn end_of_travel(desk: &Desk, status_word: u16) -> Result<Optio
 
 /// Whether the drive has reached another target than the one that has been ordered: another manager has ordered
 /// something else meanwhile.
-async fn is_overridden(desk: &Desk, motion: Motion, position: i32) -> Result<bool, Error> {
+async fn is_overridden(drive: &DriveContext, motion: Motion, position: i32) -> Result<bool, Error> {
     let (ordered, tolerance) = match motion {
-        Motion::Travelling(Travel { target: Some(target), .. }) => (target, window(desk).await?),
+        Motion::Travelling(Travel { target: Some(target), .. }) => (target, window(drive).await?),
         // Where it began was measured, too.
-        Motion::Stepping { target } => (target, window(desk).await?.map(|window| 2 * window + 1)),
+        Motion::Stepping { target } => (target, window(drive).await?.map(|window| 2 * window + 1)),
         _ => return Ok(false),
     };
     match tolerance {
         Some(tolerance) => Ok((i64::from(position) - i64::from(ordered)).abs() > tolerance),
         None if matches!(motion, Motion::Travelling(_)) && position != ordered => {
-            let target = known(desk.get(desk.description().objects.target_position).await)?;
+            let target = known(drive.get(drive.description().objects.target_position).await)?;
             Ok(target.is_some_and(|target| target != ordered.into()))
         }
         None => Ok(false),
@@ -164,14 +165,14 @@ async fn is_overridden(desk: &Desk, motion: Motion, position: i32) -> Result<boo
 /// # Errors
 ///
 /// [`Error::Refused`] when no travel is under way.
-pub async fn interrupt(desk: &Desk) -> Result<(), Error> {
-    require_travel(desk).await?;
-    let description = desk.description();
+pub async fn interrupt(drive: &DriveContext) -> Result<(), Error> {
+    require_travel(drive).await?;
+    let description = drive.description();
     {
-        let mut shared = desk.lock();
+        let mut shared = drive.lock();
         shared.motion = shared.motion.with_pause(Pause::Interrupted);
     }
-    stand_still(desk, description.moving() | description.held() | description.control.stop).await
+    stand_still(drive, description.moving() | description.held() | description.control.stop).await
 }
 
 /// Goes on with an interrupted travel, also after torque deactivation.
@@ -179,11 +180,11 @@ pub async fn interrupt(desk: &Desk) -> Result<(), Error> {
 /// # Errors
 ///
 /// [`Error::Refused`] when no travel is under way; [`Error::NotTaken`] when the drive does not move on.
-pub async fn resume(desk: &Desk) -> Result<(), Error> {
-    require_travel(desk).await?;
-    let description = desk.description();
+pub async fn resume(drive: &DriveContext) -> Result<(), Error> {
+    require_travel(drive).await?;
+    let description = drive.description();
     let word = description.moving() | description.held();
-    let has_edge = match desk.lock().motion.pause() {
+    let has_edge = match drive.lock().motion.pause() {
         Some(Pause::Interrupted) => true,
         // Stop has cleared New Setpoint, whose edge must not come with that of Stop.
         Some(Pause::Stopped) => description.held() == 0,
@@ -191,43 +192,43 @@ pub async fn resume(desk: &Desk) -> Result<(), Error> {
         Some(Pause::None | Pause::Unheeded) | None => false,
     };
     if !has_edge {
-        desk.control(word | description.control.stop).await?;
+        drive.control(word | description.control.stop).await?;
     }
-    let mut resumption = Resumption { desk, seen: false };
+    let mut resumption = Resumption { drive, seen: false };
     {
-        let mut shared = desk.lock();
+        let mut shared = drive.lock();
         let motion = shared.motion.with_pause(Pause::None);
         shared.order(motion);
     }
-    desk.unsettle();
-    desk.control(word).await?;
-    let until = desk.now() + description.times.reaction;
+    drive.unsettle();
+    drive.control(word).await?;
+    let until = drive.now() + description.times.reaction;
     loop {
-        let status_word = desk.status().await?;
-        let over = !reports_under_way(desk, status_word).await?;
+        let status_word = drive.status().await?;
+        let over = !reports_under_way(drive, status_word).await?;
         // If the drive does not say so, the bit that says "over" said "it stands" a moment ago.
         let seen = over == description.status.positioning.is_some();
-        if seen || desk.velocity().await? != 0 || (over && desk.now() >= until) {
+        if seen || drive.velocity().await? != 0 || (over && drive.now() >= until) {
             resumption.seen = true;
             return Ok(());
         }
-        if desk.now() >= until {
+        if drive.now() >= until {
             return Err(Error::NotTaken { status_word });
         }
-        desk.next_status().await?;
+        drive.next_status().await?;
     }
 }
 
 /// A travel that is ordered to go on. Unless it is seen to, it counts as interrupted, and standstill is not its end.
 struct Resumption<'a> {
-    desk: &'a Desk,
+    drive: &'a DriveContext,
     seen: bool,
 }
 
 impl Drop for Resumption<'_> {
     fn drop(&mut self) {
         if !self.seen {
-            let mut shared = self.desk.lock();
+            let mut shared = self.drive.lock();
             shared.motion = shared.motion.with_pause(Pause::Unheeded);
         }
     }
@@ -235,34 +236,34 @@ impl Drop for Resumption<'_> {
 
 /// Takes back an order that the drive has not taken. The order may still be on its way, behind the word that
 /// takes it back: so the drive has to stand for as long as a command may take.
-pub(super) async fn withdraw(desk: &Desk) -> Result<(), Error> {
-    let times = desk.description().times;
-    let end = desk.now() + times.braking;
+pub(super) async fn withdraw(drive: &DriveContext) -> Result<(), Error> {
+    let times = drive.description().times;
+    let end = drive.now() + times.braking;
     // In any other state it takes no order, and the word would enable it.
-    while state_of(desk.status().await?)? == State::OperationEnabled {
-        come_to_rest(desk).await?;
-        desk.pass(times.reaction).await?;
-        match come_to_stand(desk, desk.now()).await? {
+    while state_of(drive.status().await?)? == State::OperationEnabled {
+        come_to_rest(drive).await?;
+        drive.pass(times.reaction).await?;
+        match come_to_stand(drive, drive.now()).await? {
             None => break,
-            Some(velocity) if desk.now() >= end => return Err(stuck(desk, velocity)),
+            Some(velocity) if drive.now() >= end => return Err(stuck(drive, velocity)),
             Some(_) => {}
         }
     }
     // An order that was taken late, and does not show, would go on with the next one. Outside OPERATION ENABLED the
     // drive forgets it.
-    if !desk.reports_travels() && state_of(desk.status().await?)? == State::OperationEnabled {
-        reach(desk, State::SwitchedOn).await?;
+    if !drive.reports_travels() && state_of(drive.status().await?)? == State::OperationEnabled {
+        reach(drive, State::SwitchedOn).await?;
     }
-    at_rest(desk);
+    at_rest(drive);
     Ok(())
 }
 
-async fn require_travel(desk: &Desk) -> Result<(), Error> {
-    let status_word = desk.status().await?;
+async fn require_travel(drive: &DriveContext) -> Result<(), Error> {
+    let status_word = drive.status().await?;
     let missing = match state_of(status_word)? {
-        State::OperationEnabled if under_way(desk, status_word).await? => return Ok(()),
+        State::OperationEnabled if under_way(drive, status_word).await? => return Ok(()),
         State::OperationEnabled => Missing::Travel,
-        state if is_fault(state) => Missing::NoFault(cause(desk).await?),
+        state if is_fault(state) => Missing::NoFault(cause(drive).await?),
         state => Missing::Enabled(state),
     };
     Err(Error::Refused(Refusal(vec![missing])))

@@ -21,8 +21,8 @@ pub use description::AG03_1;
 pub use lexican_driver::description::{Approach, Description};
 pub use lexican_driver::sequence;
 pub use lexican_driver::{
-    CancelHandle, Capability, Desk, Error, Kind, Missing, Mode, Outcome, Protection, Refusal, Session, Supervision,
-    Units, VelocityOutcome,
+    CancelHandle, Capability, DriveContext, Error, Kind, Missing, Mode, Outcome, Protection, Refusal, Session,
+    Supervision, Units, VelocityOutcome,
 };
 
 /// The AG03/1, as a kind of drive.

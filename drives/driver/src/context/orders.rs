@@ -4,12 +4,12 @@ use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::sdo::{ClientRequest, Content, Expedited};
 use lexican_runtime::{CobId, Frame};
 
-use super::Desk;
+use super::DriveContext;
 use crate::description::{Description, Number, Pdo, Signal};
 use crate::error::{Capability, Error};
 use crate::mode::Mode;
 
-impl Desk {
+impl DriveContext {
     /// Sends an NMT command.
     pub fn command(&self, command: NmtCommand) {
         self.send(Frame::from_array(CobId::NMT, [command.code(), self.node.get()]));
@@ -19,7 +19,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// By SDO, as [`Desk::write`]; none by PDO.
+    /// By SDO, as [`DriveContext::write`]; none by PDO.
     pub async fn control(&self, word: u16) -> Result<(), Error> {
         match self.description.outputs.control {
             Some(_) => self.send(self.control_frame(word)),
@@ -32,7 +32,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::control`].
+    /// As [`DriveContext::control`].
     pub async fn control_position(&self, word: u16, target: i32) -> Result<(), Error> {
         let Description { outputs, objects, .. } = self.description;
         self.order(word, outputs.position, Signal::TargetPosition, objects.target_position, target).await
@@ -42,7 +42,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::control`]; [`Error::Unsupported`].
+    /// As [`DriveContext::control`]; [`Error::Unsupported`].
     pub async fn control_velocity(&self, word: u16, target: i32) -> Result<(), Error> {
         let velocity = self.need(self.description.velocity, Capability::Mode(Mode::Velocity))?;
         let pdo = self.description.outputs.velocity;

@@ -4,11 +4,11 @@ use lexican_runtime::Instant;
 use lexican_runtime::object::{LengthMismatch, Object, Readable, Value, Writable};
 use lexican_runtime::service::sdo_client::{Scalar, SdoError};
 
-use super::{Access, Desk};
+use super::{Access, DriveContext};
 use crate::description::{Number, Test, Word};
 use crate::error::Error;
 
-impl Desk {
+impl DriveContext {
     /// Reads an object.
     ///
     /// # Errors
@@ -39,7 +39,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::read`].
+    /// As [`DriveContext::read`].
     pub async fn get(&self, object: Number) -> Result<i64, Error> {
         let payload = match object.size() {
             1 => Scalar::room_for::<u8>(),
@@ -62,7 +62,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::write`].
+    /// As [`DriveContext::write`].
     pub async fn set(&self, object: Number, value: i64) -> Result<(), Error> {
         object.check(value)?;
         let payload = self.payload(object, value);
@@ -85,7 +85,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::read`].
+    /// As [`DriveContext::read`].
     pub async fn position(&self) -> Result<i32, Error> {
         Ok(narrow(self.get(self.description.objects.actual_position).await?))
     }
@@ -94,7 +94,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::read`].
+    /// As [`DriveContext::read`].
     pub async fn velocity(&self) -> Result<i32, Error> {
         let velocity = narrow(self.get(self.description.objects.actual_velocity).await?);
         Ok(if velocity.unsigned_abs() <= self.description.status.standing { 0 } else { velocity })
@@ -104,7 +104,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::read`].
+    /// As [`DriveContext::read`].
     pub async fn holds(&self, test: Test, status_word: u16) -> Result<bool, Error> {
         Ok(test.holds(match test.word {
             Word::Status => status_word.into(),
@@ -116,7 +116,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::read`].
+    /// As [`DriveContext::read`].
     pub async fn system(&self) -> Result<u32, Error> {
         match self.description.objects.system_word {
             Some(object) => Ok(self.get(object).await? as u32),

@@ -1,6 +1,6 @@
 //! The interface between a sequence and the shell that runs it.
 //!
-//! A sequence is an `async fn` that is lent a [`Desk`]. It leaves there what is to be sent, and waits for what
+//! A sequence is an `async fn` that is lent a [`DriveContext`]. It leaves there what is to be sent, and waits for what
 //! comes back. It does no I/O, reads no clock and wakes no task: it is a state machine that the compiler
 //! writes, and [`Session`](crate::Session) polls it after each frame and deadline. So the same sequences serve
 //! blocking and asynchronous shells.
@@ -29,9 +29,9 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use crate::description::Description;
 use crate::error::{Capability, Error};
 
-/// One drive, as a sequence sees it; clones are the same desk.
+/// One drive, as a sequence sees it; clones share its state.
 #[derive(Clone, Debug)]
-pub struct Desk {
+pub struct DriveContext {
     node: NodeId,
     description: &'static Description,
     shared: Arc<Mutex<Shared>>,
@@ -90,7 +90,7 @@ pub(crate) struct Access {
     pub(crate) writes: bool,
 }
 
-impl Desk {
+impl DriveContext {
     pub(crate) fn new(node: NodeId, description: &'static Description) -> Self {
         let shared = Shared {
             now: Instant::ZERO,
@@ -107,7 +107,7 @@ impl Desk {
             settled: true,
             patience: Duration::from_secs(600),
         };
-        Desk { node, description, shared: Arc::new(Mutex::new(shared)) }
+        DriveContext { node, description, shared: Arc::new(Mutex::new(shared)) }
     }
 
     pub(crate) fn lock(&self) -> MutexGuard<'_, Shared> {
@@ -125,7 +125,7 @@ impl Desk {
         shared.restarted = false;
     }
 
-    /// Ends work at the desk: what a sequence has left unsent is forgotten, since it may be what starts the
+    /// Ends the work of a sequence: what it has left unsent is forgotten, since it may be what starts the
     /// drive. The frame that stops it, if it may be moving: outside OPERATION ENABLED the frame would enable it.
     pub(crate) fn let_go(&self) -> Option<Frame> {
         self.begin(self.now());
@@ -250,7 +250,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::read`].
+    /// As [`DriveContext::read`].
     pub async fn status(&self) -> Result<u16, Error> {
         let word = self.get(self.description.objects.status_word).await? as u16;
         // What the drive sends by itself may be late, by the inhibit time of its PDO.
@@ -264,7 +264,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::read`], but for [`Error::Sdo`].
+    /// As [`DriveContext::read`], but for [`Error::Sdo`].
     pub async fn may_be_stopped(&self) -> Result<bool, Error> {
         if self.known_state() == Some(State::OperationEnabled) {
             return Ok(true);
@@ -318,7 +318,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::read`].
+    /// As [`DriveContext::read`].
     pub async fn next_status(&self) -> Result<u16, Error> {
         let until = self.now() + self.description.times.status_period;
         self.next_status_before(until).await
@@ -343,7 +343,7 @@ impl Desk {
     ///
     /// # Errors
     ///
-    /// As [`Desk::read`].
+    /// As [`DriveContext::read`].
     pub async fn await_status(&self, wanted: impl Fn(u16) -> bool) -> Result<Awaited, Error> {
         let until = self.now() + self.description.times.reaction;
         let mut status_word = self.status().await?;
@@ -366,7 +366,7 @@ impl Desk {
         self.wait(until, |_| None::<()>).await.map(|_| ())
     }
 
-    /// Waits for something to be on the desk, no longer than `until`.
+    /// Waits until `look` finds something, no longer than `until`.
     async fn wait<T>(
         &self,
         until: Instant,
