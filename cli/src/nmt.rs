@@ -265,8 +265,8 @@ fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::flood::Flood;
     use crate::bus::sdo::response_id;
+    use crate::bus::testing::Flood;
     use lexican_runtime::CobId;
     use lexican_runtime::cia301::connection;
     use lexican_runtime::host::{Node, VirtualBus};

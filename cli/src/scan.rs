@@ -273,7 +273,7 @@ impl Found {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::flood::Flood;
+    use crate::bus::testing::Flood;
     use crate::bus::virtual_device::VirtualDevice;
     use crate::device::samples;
     use lexican_eds::model::{Device, Value};

@@ -126,6 +126,13 @@ pub const fn is_parameter(index: u16) -> bool {
     matches!(index, COB_ID_SYNC..=SYNCHRONOUS_WINDOW_LENGTH | STORE_PARAMETERS..=TPDO_MAPPING_512)
 }
 
+/// Whether CiA 301, 7.3.5, table 40 forbids an identifier of 11 bits to any configurable object: NMT, SDO, error control
+/// and LSS have those.
+#[must_use]
+pub const fn is_restricted(identifier: u32) -> bool {
+    matches!(identifier, 0..=0x07F | 0x101..=0x180 | 0x581..=0x5FF | 0x601..=0x67F | 0x6E0..=0x6FF | 0x701..=0x7FF)
+}
+
 /// The predefined connection set (CiA 301, 7.3.3): what the node-ID is added to.
 pub mod connection {
     /// Emergencies.

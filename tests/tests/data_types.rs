@@ -61,4 +61,8 @@ fn both_have_objects_and_identifiers_in_the_same_places() {
         TPDO_1, TPDO_512, TPDO_MAPPING_1, TPDO_MAPPING_512, TO_MAPPING
     }
     are_same!(connection: EMCY, TPDO_1, RPDO_1, SDO_RESPONSE, SDO_REQUEST);
+    for id in 0..=0x7FF {
+        let of_runtime = lexican_runtime::CobId::standard(id).unwrap().is_restricted();
+        assert_eq!(lexican_eds::cia301::is_restricted(id.into()), of_runtime, "{id:03X}");
+    }
 }

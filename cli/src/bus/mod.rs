@@ -1,14 +1,14 @@
 //! The bus of a command: opening it, and the nodes on it.
 
 pub(crate) mod failure;
-#[cfg(test)]
-pub(crate) mod flood;
 mod node_id;
 pub(crate) mod object;
 #[cfg(unix)]
 pub(crate) mod pty;
 pub(crate) mod sdo;
 pub(crate) mod simulation;
+#[cfg(test)]
+pub(crate) mod testing;
 pub(crate) mod virtual_device;
 
 use lexican_eds::model::Device;

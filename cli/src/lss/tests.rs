@@ -11,7 +11,7 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 use std::sync::{Arc, Mutex};
 
-use crate::bus::flood::Flood;
+use crate::bus::testing::Flood;
 use crate::bus::virtual_device::{Memory, VirtualDevice};
 use lexican_runtime::host::{Fate, Node, VirtualBus, VirtualLink};
 use lexican_runtime::service::lss_device::{LssDevice, LssHost, StoreError};

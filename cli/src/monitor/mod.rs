@@ -230,7 +230,7 @@ fn node_device(text: &str) -> Result<(NodeId, String), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::flood::Flood;
+    use crate::bus::testing::Flood;
     use clap::Parser;
     use lexican_runtime::host::Incoming;
     use std::sync::{Arc, Mutex};

@@ -92,7 +92,7 @@ fn above<T>(named: &Named<T>) -> String {
     }
 }
 
-/// The name, and the words of its documentation where Markdown would read it differently.
+/// The name; behind it, the name as Markdown, if its signs would mean something there.
 fn name<T>(named: &Named<T>) -> TokenStream {
     let name = &named.name;
     match docs::sentence(name, "(no name)") {

@@ -14,7 +14,7 @@
 //! | the code of fault F in 1003h (table 20 has none) | 8120h, beside which it names the fault |
 //! | 8001h to 8004h | do not come: a simulated bus has no such errors |
 //! | which EMCY bytes are high (table 20) | as CiA 301 has it |
-//! | the default 50 of 2410h:05 and :09 with the gear 135:1 | 35 |
+//! | the default 50 of 2410h:05 and :09 with the gear 135:1, which allows 35 | 35 |
 //! | a TPDO of type 254 | is sent when anything in it changes, TPDO1 too |
 //! | parameter 25, which no object holds | 0: full deceleration |
 //! | the base of accelerations in per cent | that of the AG03/1: 4 rev/s² |

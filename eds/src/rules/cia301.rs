@@ -1,6 +1,6 @@
 //! What CiA 301 and the device profile demand.
 
-use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID, held_by, is_restricted, place, plural};
+use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID, held_by, place, plural};
 use super::remedy::{MAX_STEPS, overlays};
 use super::rule::{Out, note};
 use crate::cia301::{self, *};
@@ -210,8 +210,9 @@ pub(super) fn emcy_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
 pub(super) fn sync_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
     let Some(entry) = cx.device.entry(COB_ID_SYNC, 0) else { return };
     let Some(id) = entry.default.as_ref().and_then(Value::as_integer) else { return };
-    if id & EXTENDED == 0 && id & BASE_IDENTIFIER != 0 && is_restricted(id & BASE_IDENTIFIER) {
-        let note = note(format!("the COB-ID {:03X}h of SYNC is restricted", id & BASE_IDENTIFIER));
+    let identifier = (id & BASE_IDENTIFIER) as u32;
+    if id & EXTENDED == 0 && identifier != 0 && is_restricted(identifier) {
+        let note = note(format!("the COB-ID {identifier:03X}h of SYNC is restricted"));
         let note = note.at(cx.entry_span(entry, Key::DefaultValue), "");
         out.push(note.help(cx.correct(entry, "default = 0x80")));
     }

@@ -194,11 +194,6 @@ pub(super) const EXTENDED: i128 = cia301::EXTENDED as i128;
 /// The bit in it that switches the object off.
 pub(super) const INVALID: i128 = cia301::INVALID as i128;
 
-/// Whether CiA 301 (7.3.5) keeps a COB-ID for something else than PDO, SYNC, TIME and EMCY.
-pub(super) fn is_restricted(cob_id: i128) -> bool {
-    matches!(cob_id, 0..=0x7F | 0x101..=0x180 | 0x581..=0x5FF | 0x601..=0x67F | 0x6E0..=0x6FF | 0x701..=0x7FF)
-}
-
 /// `1 key`, `2 keys`, `2 entries`.
 pub(super) fn plural(count: usize, word: &str) -> String {
     match word {

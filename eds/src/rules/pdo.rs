@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID};
-use super::context::{are, held_by, is_dummy, is_restricted, listed, pdo_name, place, plural};
+use super::context::{are, held_by, is_dummy, listed, pdo_name, place, plural};
 use super::remedy::{Edit, edits, overlay};
 use super::rule::{Out, note};
 use crate::cia301;
@@ -219,7 +219,7 @@ pub(super) fn restricted_cob_id(cx: &Context<'_>, out: &mut Out<'_>) {
             continue;
         }
         let mut node_ids = if node { 1..=127 } else { 0..=0 };
-        if node_ids.all(|node_id| is_restricted((id & BASE_IDENTIFIER) + node_id)) {
+        if node_ids.all(|node_id| cia301::is_restricted((id & BASE_IDENTIFIER) as u32 + node_id)) {
             let note = note(format!("the COB-ID of {} is restricted", pdo_name(pdo))).at(cx.pdo_span(pdo, 1), "");
             // The identifiers of the predefined connection set are those of node-ID 0 in it (CiA 301, 7.3.3).
             let predefined = (1..=4).any(|number| {

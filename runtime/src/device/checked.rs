@@ -351,7 +351,8 @@ pub(super) fn type_exists(direction: Direction, code: u32) -> bool {
     }
 }
 
-/// Whether a COB-ID is switched off (bit 31), when it may be any, or not restricted (CiA 301, 7.3.5).
+/// Whether a COB-ID parameter may have this value: any if bit 31 switches the service off, else one whose identifier is
+/// not restricted (CiA 301, 7.3.5).
 fn is_allowed(cob_id: u32) -> bool {
     !PdoCobId(cob_id).is_valid() || identifier(cob_id).is_some()
 }

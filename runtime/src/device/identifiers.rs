@@ -1,8 +1,8 @@
 //! Which identifiers the COB-ID parameters of a device give to its services.
 //!
-//! A service exists if its parameter says so and names an identifier that a service may have. So no service can
-//! take the identifiers of NMT, error control or the default SDO server, also if the dictionary holds them: they
-//! are restricted (CiA 301, 7.3.5).
+//! A service exists if its parameter says so and names an identifier that a service may have. Restricted
+//! identifiers (CiA 301, 7.3.5), those of NMT, error control and the default SDO server among them, are given to no
+//! service, even if the dictionary holds them.
 
 use crate::cia301;
 use crate::id::CobId;

@@ -124,7 +124,8 @@ pub enum Turn<E> {
 ///
 /// **Floods.** Frames that have come by the time of a deadline are handled before it, since one of them may be the
 /// answer that it waits for: the process may have been stopped for a while. A link that always has a frame
-/// holds up deadlines and the end of a wait for 4,096 frames, and from then on, until it is found empty, not at all.
+/// holds up deadlines and the end of a wait for 4,096 frames; after these, overdue deadlines come first until the link
+/// is found empty.
 /// At most four frames are sent before the next one is received.
 ///
 /// **Time.** A turn reads the clock twice: when it begins, and when the link returns. What a state machine did in
@@ -338,8 +339,8 @@ impl Backlog {
         self.taken == 0 || self.taken >= MOST_WAITING
     }
 
-    /// The time, if `deadline` has come and the link is empty. A deadline at the end of time never comes: the next one
-    /// would come at once again.
+    /// The time, if `deadline` has come and no frame comes before it. A deadline at the end of time never comes, since
+    /// the one after it would come at once, without end.
     pub(super) fn due(&self, deadline: impl FnOnce() -> Option<Instant>) -> Option<Instant> {
         let is_due = self.is_heard() && deadline()? <= self.looked && self.looked < Instant::MAX;
         is_due.then_some(self.looked)

@@ -343,7 +343,8 @@ fn stranger(node: NodeId, frame: &Frame) -> Option<Event> {
     }
 }
 
-/// Whether a PDO may have this COB-ID. 081h to 0FFh may too, but are taken for emergencies.
+/// Whether a frame with this COB-ID is taken for a PDO. CiA 301 lets PDOs have 080h to 100h as well, but there are SYNC,
+/// TIME and emergencies.
 fn is_pdo(id: CobId) -> bool {
     id.is_extended() || !id.is_restricted() && id.raw() > connection::TPDO_1.into()
 }

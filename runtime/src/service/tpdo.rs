@@ -73,7 +73,7 @@ pub struct Tpdo {
     acyclic_always: bool,
     /// An event happened that SYNC or `poll_transmit` has not seen yet.
     changed: bool,
-    /// To be sent: the data when they were sampled already.
+    /// `Some` if the PDO is to be sent: with these data, or with those at the time of sending.
     pending: Option<Option<[u8; 8]>>,
     /// What a remote frame gets of type 252.
     sampled: Option<[u8; 8]>,
@@ -186,8 +186,8 @@ impl Tpdo {
         }
     }
 
-    /// Looks whether the data differ from those sent last, or from those at the start when none were sent,
-    /// as an alternative to [`Tpdo::changed`].
+    /// Asks for the PDO to be sent if its data differ from those sent last; before the first one, from those at the
+    /// start. For dictionaries that cannot report changes by [`Tpdo::changed`].
     pub fn compare(&mut self, od: &mut dyn ObjectDictionary) {
         if self.counts_changes() && self.is_active() && self.sent.is_some_and(|sent| sent != self.mapping.pack(od)) {
             self.request();

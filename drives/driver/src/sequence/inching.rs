@@ -5,7 +5,7 @@ use lexican_runtime::profile::cia402::State;
 
 use super::observe::{is_inching, moves, state_of, window};
 use super::refusal::{Order, refuse, refuse_at_limit};
-use super::rest::{come_to_rest, stopped};
+use super::standstill::{come_to_rest, stopped};
 use super::travel::{end_of_travel, withdraw};
 use crate::context::{DriveContext, Motion, narrow};
 use crate::description::Inching;

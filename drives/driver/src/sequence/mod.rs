@@ -1,10 +1,10 @@
-//! What the driver does, step by step: each operation is one `async fn` over a [`DriveContext`](crate::DriveContext), in any shell
-//! runs it.
+//! What the driver does, step by step: each operation is one `async fn` over a [`DriveContext`](crate::DriveContext),
+//! the same in every shell.
 //!
 //! ```text
-//! travel  inching  velocity  pass  setup  protect  parameters  identify  measure    what one asks a drive for
+//! travel  inching  velocity  pass  setup  protect  parameters  identify  measure    the operations of a drive
 //!   power                                                                  the way from state to state
-//!     rest                                                                 the way to a standstill
+//!     standstill                                                           the way to a standstill
 //!     refusal                                                              what would be refused
 //!       observe                                                            what the drive reports
 //! ```
@@ -20,8 +20,8 @@ mod pass;
 mod power;
 mod protect;
 mod refusal;
-mod rest;
 mod setup;
+mod standstill;
 mod travel;
 mod velocity;
 
@@ -34,8 +34,8 @@ pub use pass::pass;
 pub use power::{disable, enable, reset_fault};
 pub use protect::{protect, unprotect};
 pub use refusal::{Order, refuse};
-pub(crate) use rest::look_for_standstill;
-pub use rest::{quick_stop, stop};
 pub use setup::{approach, calibrate, firmware, set_approach, set_emergencies, set_mode, units};
+pub(crate) use standstill::look_for_standstill;
+pub use standstill::{quick_stop, stop};
 pub use travel::{Progress, finish, interrupt, resume, start_travel, travel};
 pub use velocity::run_at;

@@ -4,7 +4,7 @@ use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
 
 use super::observe::{cause, is_fault, moves, state_of};
-use super::rest::{at_rest, stand_still, stopped};
+use super::standstill::{at_rest, stand_still, stopped};
 use crate::context::{DriveContext, Pause};
 use crate::error::Error;
 

@@ -5,7 +5,7 @@ use lexican_runtime::wire::nmt::NmtCommand;
 
 use super::observe::{cause, is_fault, mode, state, state_of};
 use super::refusal::require;
-use super::rest::{at_rest, brake, come_to_rest};
+use super::standstill::{at_rest, brake, come_to_rest};
 use crate::context::{Awaited, DriveContext};
 use crate::description::Orders;
 use crate::error::Error;

@@ -6,7 +6,7 @@ use lexican_runtime::{Duration, Instant};
 use super::observe::{cause, is_fault, known, moves, reports_under_way, state_of, under_way, window};
 use super::power::reach;
 use super::refusal::{Order, refuse};
-use super::rest::{at_rest, come_to_rest, come_to_stand, stand_still, stuck};
+use super::standstill::{at_rest, come_to_rest, come_to_stand, stand_still, stuck};
 use crate::context::{Awaited, DriveContext, Motion, Pause, Travel};
 use crate::description::Release;
 use crate::error::{Error, Missing, Outcome, Refusal};

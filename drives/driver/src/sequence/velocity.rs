@@ -5,7 +5,7 @@ use lexican_runtime::profile::cia402::State;
 
 use super::observe::{cause, is_fault, is_halted, known, state_of};
 use super::refusal::{Order, refuse};
-use super::rest::at_rest;
+use super::standstill::at_rest;
 use crate::context::{DriveContext, Motion};
 use crate::description::Number;
 use crate::error::{Capability, Error, VelocityOutcome};
