@@ -1,4 +1,4 @@
-//! Whatever is on the bus, a manager neither panics nor hangs, and its next transfer works.
+//! No frames on the bus make a manager panic or hang, and its next transfer works.
 
 use lexican_runtime::manager::{Assignment, Event, Manager, Network, OnLoss, Remote};
 use lexican_runtime::object::Address;
@@ -114,7 +114,7 @@ proptest! {
             prop_assert!(sent < 20 + pause_ms as usize, "a burst without end");
             now = end;
         }
-        // Nobody answers any more: within some seconds, the procedure has ended.
+        // No node answers any more: within some seconds, the procedure has ended.
         for _ in 0..1000 {
             while runner.poll_transmit(now).is_some() {}
             let Some(due) = runner.poll_timeout() else { break };

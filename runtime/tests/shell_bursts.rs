@@ -103,7 +103,7 @@ async fn a_block_download_of_the_tokio_shell_delays_neither_sync_nor_other_calls
     }
     let (syncs, answers) = (times_of(&bus, 0x080), times_of(&bus, 0x589));
     let network = shell::Network::spawn(Queueless(bus.link(), bus.clone())).unwrap();
-    network.tell(move |manager, now| prepare(manager, now, other)).await.unwrap();
+    network.with_manager(move |manager, now| prepare(manager, now, other)).await.unwrap();
     let reader = tokio::spawn({
         let network = network.clone();
         async move {

@@ -123,7 +123,7 @@ async fn the_tokio_shell_reads_and_notices_silence_and_loss() {
     let flood = Frame::from_array(CobId::NMT, [1, 9]);
     let network = shell::Network::spawn(Flood::new(&bus, flood)).unwrap();
     network
-        .tell(|manager, now| {
+        .with_manager(|manager, now| {
             manager.produce_sync(now, CobId::SYNC, Duration::from_millis(10), 0);
             manager.add(now, Remote::new(NODE).with_heartbeat(Duration::from_millis(100))).unwrap();
         })

@@ -118,7 +118,7 @@ async fn a_transfer_survives_when_its_node_is_added_again() {
     });
     tokio::task::yield_now().await;
     let watched = Remote::new(SILENT).with_heartbeat(Duration::from_millis(500));
-    network.tell(move |manager, now| manager.add(now, watched).unwrap()).await.unwrap();
+    network.with_manager(move |manager, now| manager.add(now, watched).unwrap()).await.unwrap();
     let error = reader.await.unwrap().unwrap_err();
     assert!(matches!(error, AccessError::Sdo { error: SdoError::TimedOut { .. }, .. }), "{error}");
 }
@@ -128,7 +128,7 @@ async fn a_read_through_the_manager_is_not_mistaken_for_one_of_a_handle() {
     let (_, network) = network();
     let node = NodeId::literal(1);
     network.read(node, DEVICE_TYPE).await.unwrap();
-    network.tell(move |manager, now| manager.read(now, node, HEARTBEAT.address()).unwrap()).await.unwrap();
+    network.with_manager(move |manager, now| manager.read(now, node, HEARTBEAT.address()).unwrap()).await.unwrap();
     assert_eq!(network.read(node, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
 }
 
@@ -137,7 +137,7 @@ async fn a_read_through_the_manager_does_not_disturb_a_write() {
     let (_, network) = network();
     let node = NodeId::literal(1);
     network.read(node, DEVICE_TYPE).await.unwrap();
-    network.tell(move |manager, now| manager.read(now, node, HEARTBEAT.address()).unwrap()).await.unwrap();
+    network.with_manager(move |manager, now| manager.read(now, node, HEARTBEAT.address()).unwrap()).await.unwrap();
     network.write(node, HEARTBEAT, 100).await.unwrap();
     assert_eq!(network.read(node, HEARTBEAT).await.unwrap(), 100);
 }
@@ -166,7 +166,7 @@ async fn deadlines_are_kept_while_time_passes_in_the_link() {
     let produce = |manager: &mut manager::Manager<127>, now| {
         manager.produce_sync(now, CobId::SYNC, Duration::from_micros(1_500), 0);
     };
-    network.tell(produce).await.unwrap();
+    network.with_manager(produce).await.unwrap();
     while sent.lock().unwrap().len() < 10 {
         tokio::task::yield_now().await;
     }
@@ -345,7 +345,7 @@ async fn a_filter_leaves_out_other_nodes_until_they_are_read() {
         assert_eq!(network.read(node, DEVICE_TYPE).await.unwrap(), 0x0002_0192);
         network.write(node, HEARTBEAT, 10).await.unwrap();
     }
-    network.tell(move |manager, _| _ = manager.remove(other)).await.unwrap();
+    network.with_manager(move |manager, _| _ = manager.remove(other)).await.unwrap();
     let operational = |node| Event::Manager(manager::Event::StateChanged { node, state: NmtState::Operational });
     let mut heard = Vec::new();
     network.command(NmtCommand::Start, None).await.unwrap();

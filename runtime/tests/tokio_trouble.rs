@@ -106,7 +106,7 @@ async fn every_call_reports_why_the_link_has_failed() {
     while events.recv().await.is_ok() {}
     assert_eq!(network.command(NmtCommand::Stop, None).await.unwrap_err().to_string(), words);
     assert_eq!(network.write(NODE, HEARTBEAT, 1).await.unwrap_err().to_string(), words);
-    assert_eq!(network.tell(|_, _| {}).await.unwrap_err().to_string(), words);
+    assert_eq!(network.with_manager(|_, _| {}).await.unwrap_err().to_string(), words);
     assert_eq!(network.now().await.unwrap_err().to_string(), words);
     assert!(network.events().recv().await.is_err(), "there will be no event");
 }
@@ -175,7 +175,7 @@ async fn at_the_end_of_time_no_loop_is_endless() {
         manager.produce_sync(now, CobId::SYNC, Duration::from_millis(1), 0);
         manager.add(now, Remote::new(NODE).with_guarding(Duration::from_millis(1), 3)).unwrap();
     };
-    network.tell(watch).await.unwrap();
+    network.with_manager(watch).await.unwrap();
     tokio::time::sleep(std::time::Duration::from_secs(1)).await;
     assert_eq!(network.now().await.unwrap(), Instant::MAX);
     assert!(sent.load(Ordering::Relaxed) < 10, "{sent:?}");

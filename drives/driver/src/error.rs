@@ -144,10 +144,10 @@ pub enum Error {
         status_word: u16,
     },
     /// The drive shows another operating mode than the one that was written.
-    #[error("the drive does not take the operating mode {told}, and shows {shown}")]
+    #[error("the drive does not take the operating mode {ordered}, and shows {shown}")]
     ModeNotTaken {
         /// What was written to 6060h.
-        told: i8,
+        ordered: i8,
         /// What it shows.
         shown: i64,
     },

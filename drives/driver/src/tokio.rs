@@ -166,7 +166,7 @@ impl<K: Kind> Drive<K> {
             }
             Protection::None => {}
         };
-        self.network.tell(keep_alive).await?;
+        self.network.with_manager(keep_alive).await?;
         self.session.protected(protection);
         Ok(())
     }

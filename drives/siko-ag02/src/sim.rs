@@ -1,4 +1,4 @@
-//! The simulated AG02, as a [`Model`] of [`siko::sim`]: its dictionary, and what tells it from SIKO's other drives.
+//! The simulated AG02, as a [`Model`] of [`siko::sim`]: its dictionary, and what differs from SIKO's other drives.
 //!
 //! # What the manual leaves open
 //!

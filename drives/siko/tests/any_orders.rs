@@ -1,4 +1,4 @@
-//! Whatever the application orders, in whatever order, and whatever happens to the drive meanwhile: a driver that is
+//! For all orders of an application, in any sequence, and all that may happen to the drive meanwhile: a driver that is
 //! dropped leaves it standing, and so does every order that stops.
 
 use std::sync::{Arc, Mutex};
@@ -159,7 +159,7 @@ proptest! {
         drive.write(set.a_rot(), od::Acceleration(speeds.3)).expect("an acceleration");
         drive.enable().expect("it is well");
         for happening in &happenings {
-            // Whatever comes of it; but what is said to be over, is.
+            // The outcome may be any, but what is reported as over is over.
             let state = bench.simulated.lock().unwrap().state();
             let result = bench.let_happen(&mut drive, happening);
             if result.is_ok() && happening.stops(state) {

@@ -623,7 +623,7 @@ fn a_load_that_is_too_high_is_a_lag_error_in_inching_too() {
     }
 }
 
-/// What is told to end does not go on because its load changes.
+/// What has been ordered to end does not go on because its load changes.
 #[test]
 fn inching_that_ends_does_not_begin_again_with_another_load() {
     let mut bench = Bench::enabled(Parameters { inching_stop: 1, a_inch: 10, ..Parameters::default() });
@@ -654,7 +654,7 @@ fn error_passive_at_rest_is_reported_and_no_fault() {
 
 #[test]
 fn the_words_change_only_when_announced() {
-    // Whatever next_change skips must look the same throughout.
+    // A span that next_change skips must look the same throughout.
     let mut bench = Bench::enabled(Parameters { positioning_type: 2, limits: [-800, 2500], ..Parameters::default() });
     bench.travel_to(2000);
     for _ in 0..50 {

@@ -2,7 +2,7 @@
 //!
 //! The program is this very executable, started again as a process of its own; the simulated drive is here, in real
 //! time and on a thread of its own, and a socket is the bus between them. The drive inches, which goes on without end
-//! if nobody stops it.
+//! if it is not stopped.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
@@ -65,7 +65,7 @@ impl Link for Socket {
 
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         match writeln!(self.stream, "{frame}") {
-            // Nobody hears it.
+            // It is not heard.
             Err(error) if matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::ConnectionReset) => Ok(()),
             sent => Ok(sent?),
         }
@@ -80,7 +80,7 @@ impl Link for Socket {
             self.stream.set_read_timeout(Some(patience))?;
             let mut buffer = [0; 256];
             match self.stream.read(&mut buffer) {
-                // Nobody at the other end: silence, as on a bus.
+                // The other end is closed: silence, as on a bus.
                 Ok(0) => {
                     self.pause(until);
                     return Ok(None);
@@ -162,7 +162,7 @@ enum Then {
 }
 
 /// This executable, with SIGINT doing what it does by default: a shell has its background jobs ignore it, and they pass
-/// that on to whatever they start.
+/// that on to what they start.
 fn program() -> Command {
     let this = std::env::current_exe().unwrap();
     if cfg!(target_os = "linux") {
@@ -242,7 +242,7 @@ impl Running {
     }
 }
 
-/// The drive's part, until nobody else has it any more: it must not wait for what the test waits for.
+/// The drive's part, until it has no other owner: it must not wait for what the test waits for.
 fn serve(mut participant: Participant<Socket, Arc<Mutex<SimulatedDrive>>>) {
     while Arc::strong_count(participant.node()) > 1 {
         let until = participant.now() + Duration::from_millis(50);
@@ -310,7 +310,7 @@ fn a_program_without_its_cable_says_that_its_drive_may_be_moving() {
     }
 }
 
-/// So it is without power: nobody sends anything any more.
+/// So it is without power: nothing is sent any more.
 #[test]
 fn a_protected_drive_notices_that_its_program_is_gone() {
     check("protected abort", None, &Then::Released, "");

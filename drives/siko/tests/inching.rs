@@ -1,4 +1,4 @@
-//! Inching of the simulated drive, where velocities and bits tell little: slowly, in short steps, and with a shaft that
+//! Inching of the simulated drive, where velocities and bits show little: slowly, in short steps, and with a shaft that
 //! somebody turns by hand.
 
 use std::sync::{Arc, Mutex};
@@ -43,7 +43,7 @@ impl Bench {
     }
 }
 
-/// Below 2 rev/min the drive tells that it stands, and below 0.5 rev/min its velocity is 0.
+/// Below 2 rev/min the drive reports that it stands, and below 0.5 rev/min its velocity is 0.
 #[test]
 fn a_slow_step_is_followed_to_its_end() {
     for (speed, acceleration, width) in [(1, 50, 100), (30, 1, 1600), (1, 1, -100), (2, 100, 40)] {

@@ -1,4 +1,4 @@
-//! Which edges of the control word are orders, and which are none, in whatever the drive is doing.
+//! Which edges of the control word are orders, and which are none, in all that the drive may be doing.
 
 #[path = "support/controller.rs"]
 mod bench;

@@ -182,7 +182,7 @@ fn a_new_bit_rate_holds_from_the_next_initialisation_on() {
     bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus_bit_rate = Some(500_000)));
     bench.set(0x2100, 0, &[7]);
     assert_eq!(bench.see(|drive, _| drive.bit_rate()), 500_000);
-    assert!(bench.ask("000#8205").is_empty(), "it boots, but at 125 kbit/s nobody here hears it");
+    assert!(bench.ask("000#8205").is_empty(), "it boots, but at 125 kbit/s it is not heard here");
     assert_eq!(bench.see(|drive, _| drive.bit_rate()), 125_000);
     bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus_bit_rate = Some(125_000)));
     assert_eq!(bench.pass(0), ["705#00"]);
@@ -317,18 +317,18 @@ fn a_file_that_cannot_be_written_is_told_of() {
     assert!(trouble.starts_with(&nowhere.display().to_string()), "{trouble}");
 }
 
-/// What a link that leaves out other frames has to be told, and when.
+/// What a link that leaves out other frames has to know, and when.
 #[test]
 fn what_concerns_the_drive_follows_its_switches() {
     let mut bench = Bench::new();
-    let told = |bench: &mut Bench| bench.see(|drive, _| (drive.generation(), drive.concerns()));
+    let known = |bench: &mut Bench| bench.see(|drive, _| (drive.generation(), drive.concerns()));
     let control = |node: u8| CobId::of_node(0x200, NodeId::new(node).unwrap());
-    let (first, concerns) = told(&mut bench);
+    let (first, concerns) = known(&mut bench);
     assert!(concerns.contains(&control(5)) && !concerns.contains(&control(6)));
     bench.drive.lock().unwrap().set_switches(DipSwitches::for_node(NodeId::literal(6)));
-    assert_eq!(told(&mut bench), (first, concerns));
+    assert_eq!(known(&mut bench), (first, concerns));
     bench.see(SimulatedDrive::power_cycle);
-    let (second, concerns) = told(&mut bench);
+    let (second, concerns) = known(&mut bench);
     assert!(concerns.contains(&control(6)) && !concerns.contains(&control(5)));
     assert_ne!(first, second);
 }

@@ -93,7 +93,7 @@ fn a_velocity_that_a_fault_has_ended_stands_whatever_target_comes() {
     assert_eq!(bench.controller.velocity(bench.now), 0);
 }
 
-/// 2410h:06 is of no meaning for the ramp that is under way, whatever else changes.
+/// 2410h:06 is of no meaning for the ramp that is under way, when other parameters change too.
 #[test]
 fn an_acceleration_holds_from_the_next_order_on() {
     let mut bench = Bench::enabled(Parameters { mode: Mode::Velocity, target_velocity: 60, ..Parameters::default() });

@@ -121,7 +121,7 @@ fn switches_can_be_set_and_are_read_at_power_on() {
         assert_eq!(switches(&format!("restore = \"{name}\"")).restore(), restore);
     }
     assert_eq!(Bench::scripted("node = 7").see(|drive, _| drive.node().get()), 5);
-    // The keys of a step take effect in one order, whatever the order in which they are written.
+    // The keys of a step take effect in one order, which is not that in which they are written.
     assert_eq!(Bench::scripted("power = \"cycle\"\nnode = 7").see(|drive, _| drive.node().get()), 7);
 }
 
@@ -237,7 +237,7 @@ fn the_examples_can_be_read_and_come_to_their_end() {
         let text = std::fs::read_to_string(&path).unwrap();
         let mut bench = Bench::travelling(&text);
         for _ in 0..240 {
-            // Whoever is told of a fault resets it, and travels on, there and back.
+            // After a reported fault, the driver resets it and travels on, there and back.
             bench.pass(500);
             for word in [0x00, 0x80, 0x06, 0x07, 0x0F] {
                 if bench.see(|drive, _| drive.state() != State::OperationEnabled) {
@@ -407,7 +407,7 @@ proptest! {
         bench.drive.lock().unwrap().follow(bench.bus.now(), script);
         bench.pass(2000 * steps as u64);
         prop_assert_eq!(bench.see(|drive, _| drive.steps_left()), 0);
-        // And whatever it was, it can be mended.
+        // It can be mended in each case.
         let now = bench.bus.now();
         let mut drive = bench.drive.lock().unwrap();
         drive.apply(now, Change::ClearAll);

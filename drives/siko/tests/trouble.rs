@@ -131,11 +131,11 @@ impl Bench {
     }
 }
 
-/// Whatever has happened before, a travel works, long enough to be interrupted.
+/// After all that has happened before, a travel works, long enough to be interrupted.
 #[track_caller]
 fn check_usable(drive: &mut Drive<VirtualLink>, what: &str) {
     let again = (|| {
-        // Whatever is still under way is over after a quick stop.
+        // What is still under way is over after a quick stop.
         if drive.state()? == State::OperationEnabled {
             drive.quick_stop()?;
         }
@@ -164,7 +164,7 @@ fn a_fault_at_any_frame_is_told_and_can_be_reset() {
                 }
                 count += 1;
             });
-            let told = match program(&mut drive).map_err(Error::into_cause) {
+            let is_reported = match program(&mut drive).map_err(Error::into_cause) {
                 Ok(End::Travelled(Outcome::Fault(cause)) | End::Ran(VelocityOutcome::Fault(cause)))
                 | Err(Error::Fault(cause)) => cause == fault,
                 Err(Error::Refused(Refusal(missing))) => {
@@ -177,7 +177,7 @@ fn a_fault_at_any_frame_is_told_and_can_be_reset() {
                 }
                 other => panic!("{name} at frame {at}: {other:?}"),
             };
-            assert!(told, "{name} at frame {at}");
+            assert!(is_reported, "{name} at frame {at}");
             simulated.lock().unwrap().set_inputs(bus.now(), |inputs| inputs.output_stage_supply_100mv = 240);
             let passed = drive.pass(Duration::from_secs(1));
             let noticed = matches!(passed, Ok(()) | Err(Error::Fault(_)));
@@ -235,7 +235,7 @@ fn a_quick_stop_that_is_lost_is_sent_again() {
     }
 }
 
-/// A drive that has only just been told to move still stands.
+/// A drive that has only just been ordered to move still stands.
 #[test]
 fn a_stop_that_is_lost_before_the_drive_moves_is_sent_again() {
     type Operation = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
@@ -261,9 +261,9 @@ fn a_quick_stop_that_never_arrives_is_told_of() {
     drive.start_moving_to(100_000).unwrap();
     lose_control_words(&bus, |_| true);
     let outcome = drive.quick_stop().map_err(Error::into_cause);
-    let told =
+    let is_reported =
         matches!(outcome, Err(Error::NoReaction { state: State::OperationEnabled, command: Command::QuickStop }));
-    assert!(told, "{outcome:?}");
+    assert!(is_reported, "{outcome:?}");
 }
 
 /// The frame with the order has a lower priority than the one that takes it back: it may come later.
@@ -277,8 +277,8 @@ fn a_travel_that_is_told_as_not_taken_does_not_begin_later() {
         _ => Fate::Deliver,
     });
     let started = drive.start_moving_to(100_000);
-    let told = matches!(started, Err(Error::Refused(_) | Error::NotTaken { .. }));
-    assert!(told, "{started:?}");
+    let is_reported = matches!(started, Err(Error::Refused(_) | Error::NotTaken { .. }));
+    assert!(is_reported, "{started:?}");
     drop(drive);
     for _ in 0..10 {
         bus.advance(Duration::from_millis(300));

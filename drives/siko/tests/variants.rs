@@ -1,4 +1,4 @@
-//! What tells SIKO's drives from each other, on a drive that is like the AG03/1 in everything else.
+//! What differs between SIKO's drives, on a drive that is like the AG03/1 in everything else.
 
 mod support;
 

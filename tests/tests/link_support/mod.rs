@@ -131,7 +131,7 @@ pub(crate) fn a_silent_node_holds_up_nobody(devices: impl Link + Send + 'static,
         // Waited for in vain, and far longer than the others could wait with it.
         let patient = SdoClient::of_node(silent).with_timeout(Duration::from_secs(600));
         network
-            .tell(move |manager, now| manager.add(now, Remote::new(silent).with_sdo(patient)).unwrap())
+            .with_manager(move |manager, now| manager.add(now, Remote::new(silent).with_sdo(patient)).unwrap())
             .await
             .unwrap();
         let waiting = tokio::spawn({
@@ -156,7 +156,10 @@ pub(crate) fn a_silent_node_holds_up_nobody(devices: impl Link + Send + 'static,
         waiting.abort();
         // The transfer of the dropped call is still under way: another SDO client begins anew.
         let hasty = SdoClient::of_node(silent).with_timeout(Duration::from_millis(20));
-        network.tell(move |manager, now| manager.add(now, Remote::new(silent).with_sdo(hasty)).unwrap()).await.unwrap();
+        network
+            .with_manager(move |manager, now| manager.add(now, Remote::new(silent).with_sdo(hasty)).unwrap())
+            .await
+            .unwrap();
         let error = network.read(silent, DEVICE_TYPE).await.unwrap_err();
         assert!(matches!(error, AccessError::Sdo { error: SdoError::TimedOut { .. }, .. }), "{error}");
     });

@@ -52,7 +52,7 @@ async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> {
     while let Some(shown) = modes.shown {
         match drive.get(shown).await? {
             number if number == code.into() => break,
-            shown if drive.now() >= until => return Err(Error::ModeNotTaken { told: code, shown }),
+            shown if drive.now() >= until => return Err(Error::ModeNotTaken { ordered: code, shown }),
             _ => drive.pass(times.status_period).await?,
         }
     }

@@ -408,7 +408,7 @@ fn it_runs_with_mode_3_and_tells_so_in_6061h() {
     });
     assert_eq!(outcome.unwrap(), VelocityOutcome::Reached { velocity: 0x4100 });
     let mode = check("> 603#23FF600000000000\n> 603#2F60600003000000", |drive| drive.set_mode(Mode::Velocity));
-    assert!(matches!(mode, Err(Error::ModeNotTaken { told: 3, shown: 1 })), "{mode:?}");
+    assert!(matches!(mode, Err(Error::ModeNotTaken { ordered: 3, shown: 1 })), "{mode:?}");
 }
 
 #[test]

@@ -48,7 +48,7 @@ pub struct Model {
     pub emergencies: Option<EmergencySwitch>,
     /// Whether control words come by SDO, too, and not by PDO only.
     pub control_by_sdo: bool,
-    /// Whether 23h is the only SDO command that writes, with four bytes whatever the size of the object.
+    /// Whether 23h is the only SDO command that writes, with four bytes for an object of any size.
     pub writes_four_bytes: bool,
     /// Where the node-ID comes from.
     pub addressing: Addressing,

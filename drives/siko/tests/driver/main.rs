@@ -346,7 +346,7 @@ fn a_driver_that_is_dropped_stops_the_drive() {
     assert_eq!(simulated.lock().unwrap().velocity(bus.now()), 0);
 }
 
-/// TPDO1 has an inhibit time: what it told last need not be what is so.
+/// TPDO1 has an inhibit time: what it reported last may be out of date.
 #[test]
 fn a_driver_that_is_dropped_at_once_stops_the_drive() {
     type Order = fn(&mut Drive<VirtualLink>) -> Result<(), Error>;
@@ -400,7 +400,7 @@ fn parameters_are_read_compared_written_and_restored() {
     assert_eq!(bench.drive.compare_parameters(&factory).unwrap(), []);
 }
 
-/// A limit waits for the other one, and the calibration value for both, whatever the drive had before.
+/// A limit waits for the other one, and the calibration value for both, from all values that the drive had before.
 #[test]
 fn a_set_of_parameters_is_written_in_whatever_order_the_drive_takes_it() {
     let limits = od::SOFTWARE_POSITION_LIMIT;
@@ -457,8 +457,8 @@ fn units_follow_pitch_and_gear() {
 #[test]
 fn another_device_is_not_taken_for_the_drive() {
     let bus = VirtualBus::new();
-    let nobody = Drive::connect(bus.link(), NODE);
-    assert!(matches!(nobody, Err(Error::Sdo(SdoError::TimedOut { .. }))), "nobody answers");
+    let silent = Drive::connect(bus.link(), NODE);
+    assert!(matches!(silent, Err(Error::Sdo(SdoError::TimedOut { .. }))), "no node answers");
     // An AG02 has the same vendor and profile, but no device name.
     let bus = VirtualBus::new();
     bus.attach(SimulatedDrive::new(&MODEL, NODE));
@@ -530,7 +530,7 @@ fn a_drive_that_never_gets_ready_is_not_waited_for_without_end() {
     let mut bench = Bench::new();
     let answer = CobId::of_node(0x580, NODE);
     bench.bus.set_fate(move |_, frame| match frame.data() {
-        // NOT READY TO SWITCH ON, whenever the status word is read; it is sent by nobody.
+        // NOT READY TO SWITCH ON, whenever the status word is read; it is never sent.
         [_, 0x41, 0x60, 0, ..] if frame.id() == answer => {
             Fate::Replace(Frame::from_array(answer, [0x4B, 0x41, 0x60, 0, 0x00, 0x02, 0, 0]))
         }
@@ -553,7 +553,7 @@ fn an_interruption_does_not_outlive_a_restart() {
     bench.drive.start_moving_to(5000).unwrap();
     bench.pass_ms(1000);
     bench.world(|inputs| inputs.load_ma = 1500);
-    // It stands, and not because it was told to.
+    // It stands without an order to stop.
     let outcome = bench.drive.finish().unwrap();
     assert!(matches!(outcome, Outcome::TorqueDeactivated { .. }), "{outcome:?}");
 }

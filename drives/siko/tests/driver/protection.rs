@@ -47,7 +47,7 @@ fn life_guarding_is_armed_and_kept_going() {
     assert!(requests.windows(2).all(|pair| pair[1].since(pair[0]) < Duration::from_millis(300)), "{requests:?}");
     assert!(requests.len() >= 39, "{}", requests.len());
     drop(drive);
-    // Nobody keeps it going any more.
+    // It gets no more signs of life.
     bus.advance(Duration::from_secs(2));
     assert_eq!(simulated.lock().unwrap().state(), State::SwitchOnDisabled);
 }

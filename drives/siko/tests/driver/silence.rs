@@ -1,4 +1,4 @@
-//! A drive that falls silent, or into FAULT, while it moves: whatever the driver does then says so.
+//! A drive that falls silent, or into FAULT, while it moves: every call of the driver then reports it.
 
 use lexican_runtime::host::{BusState, Fate};
 use lexican_runtime::{CobId, Duration};
@@ -21,7 +21,7 @@ fn travelling() -> Bench {
 
 #[track_caller]
 fn check_may_move<T: std::fmt::Debug>(result: Result<T, Error>) {
-    let error = result.expect_err("nobody answers");
+    let error = result.expect_err("no node answers");
     assert!(error.to_string().ends_with("; the drive at node 5 may still be moving"), "{error}");
     assert!(matches!(error.into_cause(), Error::Sdo(_) | Error::Link(_) | Error::NotStopped { .. }));
 }
@@ -49,7 +49,7 @@ fn passing_time_notices_a_fault() {
     bench.world(|inputs| inputs.sensor_fails = true);
     let fault = Cause::from(fault::SENSOR);
     assert!(matches!(bench.drive.pass(SECOND), Err(Error::Fault(cause)) if cause == fault));
-    // It has been told, and nothing moves.
+    // It has been ordered, and nothing moves.
     bench.drive.pass(SECOND).unwrap();
 }
 

@@ -254,7 +254,10 @@ impl Network {
     /// # Errors
     ///
     /// [`LinkError`].
-    pub async fn tell(&self, what: impl FnOnce(&mut Manager<127>, Instant) + Send + 'static) -> Result<(), LinkError> {
+    pub async fn with_manager(
+        &self,
+        what: impl FnOnce(&mut Manager<127>, Instant) + Send + 'static,
+    ) -> Result<(), LinkError> {
         self.ask(Command::WithManager(Box::new(what))).await
     }
 

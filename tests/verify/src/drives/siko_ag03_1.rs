@@ -66,7 +66,7 @@ const PDOS: &[u16] = &[0x1400, 0x1402, 0x1403, 0x1800, 0x1802, 0x1803];
 
 /// The file's names and the bit rates of `[DeviceInfo]`.
 fn file(checker: &mut Checker<'_>, case: &Case<'_>) {
-    // Whoever asks for the file by either name of chapter 7.11 finds it.
+    // Chapter 7.11 has two names for the file; both find it.
     let names = case.sheet.overlay.lines().find(|line| line.starts_with("names = "));
     let both = names == Some(r#"names = ["SIKOAG03/1.EDS", "SIKOAG03.EDS"]"#);
     checker.require(both, || format!("the overlay answers to {names:?}"));

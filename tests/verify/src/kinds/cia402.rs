@@ -65,7 +65,7 @@ fn is_least(is_so: impl Fn(u16) -> bool, pattern: &str) -> bool {
     (0..256).all(|word| is_so(word) == is_as(word, pattern))
 }
 
-/// Whether a bit of the status word tells states apart, and does so in the drive.
+/// Whether a bit of the status word distinguishes states, and does so in the drive.
 pub(crate) fn distinguishes_states<S: Simulator>(bit: u16) -> bool {
     let of = |state: State| state.status_bits() >> bit & 1;
     let values: BTreeSet<u16> = STATES.iter().map(|(state, _)| of(*state)).collect();
