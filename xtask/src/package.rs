@@ -49,7 +49,8 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     for Package { name, .. } in &packages {
         let unpacked = format!("{name}-{}", env!("CARGO_PKG_VERSION"));
         let archive = folder.join(format!("package/{unpacked}.crate"));
-        command::output(Command::new("tar").arg("-xzf").arg(archive).arg("-C").arg(&folder))?;
+        // Touched: packed files all have the same old time, by which cargo would take those of the run before for these.
+        command::output(Command::new("tar").arg("-xzmf").arg(archive).arg("-C").arg(&folder))?;
         members += &format!("    {unpacked:?},\n");
         patches += &format!("{name} = {{ path = {unpacked:?} }}\n");
     }
