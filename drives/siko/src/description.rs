@@ -155,3 +155,55 @@ pub const PARAMETERS: &[Parameter] = {
 const fn row(number: u8, index: u16, sub: u8, data_type: DataType, set: ParameterSet) -> Parameter {
     Parameter { number, address: Address::new(index, sub), data_type, set }
 }
+
+/// Asserts that the numbers of a description are entries of a drive's generated dictionary, with their types and limits:
+/// for the tests of the drives' crates.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! assert_describes {
+    ($description:ident, $od:ident) => {{
+        use lexican_driver::description::{Calibration, Number, UnitObjects};
+        let objects = &$description.objects;
+        let UnitObjects { spindle_pitch_10um, numerator, denominator, .. } = $description.units.unwrap();
+        let Some(Calibration::Write(calibration)) = $description.calibration else {
+            panic!("it is calibrated by a write")
+        };
+        let restore = $description.restore.unwrap();
+        for (number, of_data_sheet) in [
+            (objects.control_word, Number::of($od::CONTROLWORD)),
+            (objects.status_word, Number::of($od::STATUSWORD)),
+            (objects.system_word.unwrap(), Number::of($od::MANUFACTURER_STATUS_REGISTER)),
+            (objects.actual_position, Number::of($od::POSITION_ACTUAL_VALUE)),
+            (objects.actual_velocity, Number::of($od::VELOCITY_ACTUAL_VALUE)),
+            (objects.target_position, Number::of($od::TARGET_POSITION).within(-9_999_999, 9_999_999)),
+            (objects.position_window.unwrap(), Number::of($od::POSITION_WINDOW)),
+            (objects.position_limits.unwrap()[0], Number::of($od::SOFTWARE_POSITION_LIMIT.limit_2())),
+            (objects.position_limits.unwrap()[1], Number::of($od::SOFTWARE_POSITION_LIMIT.limit_1())),
+            (objects.latest_fault, Number::of($od::PRE_DEFINED_ERROR_FIELD.at(1).unwrap())),
+            ($description.modes.chosen, Number::of($od::MODES_OF_OPERATION)),
+            ($crate::description::VELOCITIES.target, Number::of($od::TARGET_VELOCITY)),
+            ($description.inching.unwrap().width, Number::of($od::DELTA_JOG)),
+            (calibration, Number::of($od::CALIBRATION_VALUE).within(-999_999, 999_999)),
+            ($description.approaches.unwrap().object, Number::of($od::POS_TYPE)),
+            (restore.all, Number::of($od::RESTORE_DEFAULT_PARAMETERS.all_parameters())),
+            (restore.sets[0].1, Number::of($od::RESTORE_DEFAULT_PARAMETERS.standard_parameters())),
+            (restore.sets[1].1, Number::of($od::RESTORE_DEFAULT_PARAMETERS.controller_parameters())),
+            (spindle_pitch_10um, Number::of($od::SPINDLE_PITCH)),
+            (numerator, Number::of($od::GEAR_RATIO.numerator())),
+            (denominator, Number::of($od::GEAR_RATIO.denominator())),
+        ] {
+            assert_eq!(number, of_data_sheet);
+        }
+        let targets = ($od::TARGET_POSITION.limits().unwrap(), objects.target_position);
+        let calibrations = ($od::CALIBRATION_VALUE.limits().unwrap(), calibration);
+        for (limits, number) in [targets, calibrations] {
+            for (value, fits) in [(limits.low.0, true), (limits.high.0, true), (limits.high.0 + 1, false)] {
+                assert_eq!(number.check(value.into()).is_ok(), fits, "{value}");
+            }
+        }
+        for parameter in $description.parameters {
+            let entry = $od::TABLE.entry(parameter.address).expect("a parameter is an object");
+            assert_eq!(parameter.data_type, entry.data_type, "{}", parameter.address);
+        }
+    }};
+}
