@@ -12,7 +12,7 @@ use crate::id::NodeId;
 use crate::manager::{BeginError, Event, Manager, NetworkEvent, Payloads};
 use crate::object::Address;
 use crate::service::sdo_client::{self, Payload, SdoError};
-use crate::time::Instant;
+use crate::time::{Instant, earliest};
 
 /// How many events are stored until the application asks for them.
 const STORED: usize = 1024;
@@ -56,7 +56,7 @@ impl StateMachine for Served<'_> {
     }
     fn poll_timeout(&self) -> Option<Instant> {
         let kept = self.kept.as_ref().and_then(|kept| kept.poll_timeout());
-        [kept, self.manager.poll_timeout()].into_iter().flatten().min()
+        earliest([kept, self.manager.poll_timeout()])
     }
 }
 

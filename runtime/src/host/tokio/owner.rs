@@ -17,7 +17,7 @@ use crate::host::pump::{Backlog, MOST_SENT};
 use crate::host::{BusState, Incoming, Link, LinkError, trace};
 use crate::id::{CobId, NodeId};
 use crate::manager::{self, Manager, NetworkEvent};
-use crate::time::{Duration, Instant};
+use crate::time::{Duration, Instant, earliest};
 
 /// How many frames are received before commands are handled again, and other tasks have their turn.
 const MOST_RECEIVED: usize = 256;
@@ -292,8 +292,8 @@ impl<L: Link> Owner<L> {
 
     fn poll_timeout(&self) -> Option<Instant> {
         let kept = self.kept.as_ref().and_then(|kept| kept.network.poll_timeout());
-        let shell = [self.outgoing.poll_timeout(), self.next_alarm(), self.transfers.poll_timeout()];
-        shell.into_iter().chain([self.manager.poll_timeout(), kept]).flatten().min()
+        let [outgoing, transfers] = [self.outgoing.poll_timeout(), self.transfers.poll_timeout()];
+        earliest([outgoing, self.next_alarm(), transfers, self.manager.poll_timeout(), kept])
     }
 
     fn next_alarm(&self) -> Option<Instant> {
