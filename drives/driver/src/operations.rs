@@ -145,6 +145,21 @@ macro_rules! operations {
             /// [`Error::Unsupported`]; [`Error::Refused`] before anything moves.
             fn run_at(drive, velocity: i32) -> VelocityOutcome = sequence::run_at(drive, velocity, drive.patience());
 
+            /// Turns with `torque`, in 1/1000 of the rated torque; returns once the drive has taken the order. How fast it
+            /// turns then, its load decides.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`]; [`Error::Refused`] before anything moves.
+            fn apply_torque(drive, torque: i16) -> () = sequence::apply_torque(drive, torque);
+
+            /// The torque that it turns with (6077h), in 1/1000 of the rated torque.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`]; when the drive cannot be read.
+            fn torque(drive) -> i16 = sequence::torque(drive);
+
             /// Stops all that moves with its programmed deceleration; returns once the drive stands. A travel is
             /// interrupted: [`Drive::resume`] goes on with it, and [`Drive::disable`] forgets it. A step is stopped
             /// quickly, and leaves the drive in QUICK STOP ACTIVE.

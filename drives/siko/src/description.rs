@@ -70,6 +70,8 @@ pub const SIKO: Description = Description {
     },
     parameters: PARAMETERS,
     velocity: Some(VELOCITIES),
+    torque: None,
+    interpolated_position: None,
     inching: Some(INCHING),
     calibration: Some(Calibration::Write(Number::new(0x607C, 0x00, I32).within(-999_999, 999_999))),
     approaches: Some(Approaches {

@@ -29,6 +29,15 @@ pub struct Gear {
     pub otherwise: i32,
 }
 
+/// Torque mode. Torques are in 1/1000 of the rated torque.
+#[derive(Clone, Copy, Debug)]
+pub struct Torques {
+    /// 6071h.
+    pub target: Number,
+    /// 6077h.
+    pub actual: Number,
+}
+
 /// Inching operation: steps of a set width, and moving while a bit is set.
 #[derive(Clone, Copy, Debug)]
 pub struct Inching {
@@ -167,6 +176,14 @@ impl Velocities {
         target: Number::new(0x60FF, 0x00, DataType::Integer32),
         reached: Test::of_status(status::TARGET_REACHED),
         gear: None,
+    };
+}
+
+impl Torques {
+    /// As CiA 402 has it.
+    pub const CIA_402: Torques = Torques {
+        target: Number::new(0x6071, 0x00, DataType::Integer16),
+        actual: Number::new(0x6077, 0x00, DataType::Integer16),
     };
 }
 

@@ -47,6 +47,8 @@ impl Description {
         find(self.code_of(Mode::Positioning).is_none(), "no positioning mode".to_owned());
         let velocity = self.code_of(Mode::Velocity).is_some();
         find(self.velocity.is_some() && !velocity, "velocities without a velocity mode".to_owned());
+        let torque = [Mode::Torque, Mode::CyclicTorque].iter().any(|mode| self.code_of(*mode).is_some());
+        find(self.torque.is_none() && torque, "a torque mode without torques".to_owned());
         for code in self.codes() {
             let same = self.codes().filter(|other| *other == code).count() > 1;
             find(same, format!("the code {code:04X} twice"));

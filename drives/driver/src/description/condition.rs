@@ -72,7 +72,7 @@ impl Orders {
     pub const INCH_NEGATIVE: Orders = Orders(1 << 2);
     /// Inching either way.
     pub const INCH: Orders = Orders::INCH_POSITIVE.and(Orders::INCH_NEGATIVE);
-    /// Running at a velocity.
+    /// Running at a velocity, or turning with a torque.
     pub const RUN: Orders = Orders(1 << 3);
     /// All that moves.
     pub const MOVE: Orders = Orders::TRAVEL.and(Orders::INCH).and(Orders::RUN);

@@ -14,11 +14,11 @@ mod pdo;
 
 use lexican_runtime::Duration;
 use lexican_runtime::object::DataType;
-use lexican_runtime::profile::cia402::{self, Command, Modes, Transitions, control, status};
+use lexican_runtime::profile::cia402::{Command, Modes, Transitions, control, status};
 
 pub use capability::{
     Approach, Approaches, Calibration, EmergencySwitch, Gear, Homing, Inching, Measured, Restore, Store,
-    TorqueDeactivation, UnitObjects, Velocities,
+    TorqueDeactivation, Torques, UnitObjects, Velocities,
 };
 pub use condition::{Condition, Orders, Test, Word};
 pub use number::Number;
@@ -63,6 +63,10 @@ pub struct Description {
     pub parameters: &'static [Parameter],
     /// Velocity mode.
     pub velocity: Option<Velocities>,
+    /// Torque mode, and the set-point of cyclic torque mode.
+    pub torque: Option<Torques>,
+    /// Where interpolated positions are written (60C1h:01).
+    pub interpolated_position: Option<Number>,
     /// Inching operation.
     pub inching: Option<Inching>,
     /// Setting the actual position.
@@ -175,6 +179,15 @@ pub struct ModeObjects {
     pub codes: Modes,
 }
 
+/// At which value of its set-point a drive stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Still {
+    /// At 0.
+    Zero,
+    /// At the actual position.
+    Here,
+}
+
 /// How long things take.
 #[derive(Clone, Copy, Debug)]
 pub struct Times {
@@ -227,6 +240,8 @@ impl Description {
         },
         parameters: &[],
         velocity: Some(Velocities::CIA_402),
+        torque: Some(Torques::CIA_402),
+        interpolated_position: Some(Number::new(0x60C1, 0x01, DataType::Integer32)),
         inching: None,
         calibration: None,
         approaches: None,
@@ -278,11 +293,24 @@ impl Description {
         self.outputs.any() || !self.inputs.is_empty()
     }
 
-    /// The velocity that a drive runs at without another order, as soon as it is enabled in velocity mode, or comes into
-    /// that mode enabled: it has to be 0 by then. None where Stop is set while nothing is to move: there it takes an edge.
+    /// The set-point that a drive obeys without another order, as soon as it is enabled in a mode, or comes into that mode
+    /// enabled, and at what it stands. None for a velocity or torque where Stop is set while nothing is to move: there it
+    /// takes an edge.
     #[must_use]
-    pub fn runs_unasked_at(&self) -> Option<Number> {
-        self.velocity.filter(|_| self.control.idle & self.control.stop == 0).map(|velocities| velocities.target)
+    pub fn obeyed_unasked(&self, mode: Mode) -> Option<(Number, Still)> {
+        self.code_of(mode)?;
+        let velocity = self.velocity.map(|velocities| (velocities.target, Still::Zero));
+        let torque = self.torque.map(|torques| (torques.target, Still::Zero));
+        let takes_an_edge = self.control.idle & self.control.stop != 0;
+        match mode {
+            Mode::Positioning | Mode::Homing => None,
+            Mode::Velocity => velocity.filter(|_| !takes_an_edge),
+            Mode::Torque => torque.filter(|_| !takes_an_edge),
+            Mode::InterpolatedPosition => self.interpolated_position.map(|position| (position, Still::Here)),
+            Mode::CyclicPosition => Some((self.objects.target_position, Still::Here)),
+            Mode::CyclicVelocity => velocity,
+            Mode::CyclicTorque => torque,
+        }
     }
 
     /// The number of a mode; `None` when the drive does not have it.
@@ -294,11 +322,8 @@ impl Description {
     /// The mode of a number; `None` when the drive does not have it, or the driver does not know it.
     #[must_use]
     pub fn mode_of(&self, code: i64) -> Option<Mode> {
-        match self.modes.codes.mode(i8::try_from(code).ok()?)? {
-            cia402::Mode::ProfilePosition => Some(Mode::Positioning),
-            cia402::Mode::ProfileVelocity => Some(Mode::Velocity),
-            _ => None,
-        }
+        let in_profile = self.modes.codes.mode(i8::try_from(code).ok()?)?;
+        Mode::ALL.into_iter().find(|mode| mode.in_profile() == in_profile)
     }
 }
 

@@ -2,7 +2,7 @@
 //! the same in every shell.
 //!
 //! ```text
-//! travel  inching  velocity  pass  setup  protect  parameters  identify  measure    the operations of a drive
+//! travel  inching  velocity  torque  pass  setup  protect  parameters  identify  measure    the operations of a drive
 //!   power                                                                  the way from state to state
 //!     standstill                                                           the way to a standstill
 //!     refusal                                                              what would be refused
@@ -22,6 +22,7 @@ mod protect;
 mod refusal;
 mod setup;
 mod standstill;
+mod torque;
 mod travel;
 mod velocity;
 
@@ -37,5 +38,6 @@ pub use refusal::{Order, refuse};
 pub use setup::{approach, calibrate, firmware, set_approach, set_emergencies, set_mode, units};
 pub(crate) use standstill::look_for_standstill;
 pub use standstill::{quick_stop, stop};
+pub use torque::{apply_torque, torque};
 pub use travel::{Progress, finish, interrupt, resume, start_travel, travel};
 pub use velocity::run_at;

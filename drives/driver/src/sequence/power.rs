@@ -5,7 +5,7 @@ use lexican_runtime::wire::nmt::NmtCommand;
 
 use super::observe::{cause, is_fault, mode, state, state_of};
 use super::refusal::require;
-use super::standstill::{at_rest, brake, come_to_rest};
+use super::standstill::{at_rest, brake, come_to_rest, hold_still};
 use crate::context::{Awaited, DriveContext};
 use crate::description::Orders;
 use crate::error::Error;
@@ -38,11 +38,12 @@ pub async fn enable(drive: &DriveContext) -> Result<(), Error> {
         _ => at_rest(drive),
     }
     require(drive, Orders::ENABLE, status_word).await?;
-    if let Some(velocity) = drive.description().runs_unasked_at()
+    let obeys_unasked = Mode::ALL.into_iter().any(|mode| drive.description().obeyed_unasked(mode).is_some());
+    if obeys_unasked
         && state_of(status_word)? != State::OperationEnabled
-        && mode(drive).await? == Some(Mode::Velocity)
+        && let Some(mode) = mode(drive).await?
     {
-        drive.set(velocity, 0).await?;
+        hold_still(drive, mode).await?;
     }
     reach(drive, State::OperationEnabled).await
 }

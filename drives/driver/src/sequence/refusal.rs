@@ -24,6 +24,8 @@ pub enum Order {
         /// As 60FFh has it.
         velocity: i32,
     },
+    /// Turn with a torque.
+    Turn,
 }
 
 /// Checks every condition for an order.
@@ -53,7 +55,7 @@ pub async fn refuse(drive: &DriveContext, order: Order) -> Result<(), Error> {
     missing.extend(unfinished(drive, order.set(), status_word).await?.filter(|it| !missing.contains(it)));
     match order {
         Order::Travel { target } => missing.extend(target_beyond_limits(drive, target).await?),
-        Order::Inch(_) => {}
+        Order::Inch(_) | Order::Turn => {}
         Order::Run { velocity } => missing.extend(too_fast(drive, velocity).await?),
     }
     refused(missing)
@@ -79,6 +81,7 @@ impl Order {
         match self {
             Order::Travel { .. } | Order::Inch(_) => Mode::Positioning,
             Order::Run { .. } => Mode::Velocity,
+            Order::Turn => Mode::Torque,
         }
     }
 
@@ -87,7 +90,7 @@ impl Order {
             Order::Travel { .. } => Orders::TRAVEL,
             Order::Inch(Direction::Positive) => Orders::INCH_POSITIVE,
             Order::Inch(Direction::Negative) => Orders::INCH_NEGATIVE,
-            Order::Run { .. } => Orders::RUN,
+            Order::Run { .. } | Order::Turn => Orders::RUN,
         }
     }
 
@@ -104,6 +107,7 @@ impl Order {
             Order::Travel { .. } => description.code_of(Mode::Positioning).is_some(),
             Order::Inch(_) => description.inching.is_some(),
             Order::Run { .. } => description.velocity.is_some() && description.code_of(Mode::Velocity).is_some(),
+            Order::Turn => description.torque.is_some() && description.code_of(Mode::Torque).is_some(),
         }
     }
 }

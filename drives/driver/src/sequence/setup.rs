@@ -6,6 +6,7 @@ use lexican_runtime::profile::cia402::State;
 use super::identify::characters;
 use super::observe::{cause, is_fault, shown_mode, state_of};
 use super::refusal::require_rest;
+use super::standstill::hold_still;
 use crate::context::DriveContext;
 use crate::description::{Approach, Calibration, Homing, Number};
 use crate::error::{Capability, Error, Missing, Refusal};
@@ -41,10 +42,8 @@ pub async fn set_mode(drive: &DriveContext, mode: Mode) -> Result<(), Error> {
 /// Writes 6060h, and waits until the drive shows that it has taken the mode.
 async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> {
     let (modes, times) = (drive.description().modes, drive.description().times);
-    if let Some(velocity) = drive.description().runs_unasked_at()
-        && drive.description().mode_of(code.into()) == Some(Mode::Velocity)
-    {
-        drive.set(velocity, 0).await?;
+    if let Some(mode) = drive.description().mode_of(code.into()) {
+        hold_still(drive, mode).await?;
     }
     drive.set(modes.chosen, code.into()).await?;
     let until = drive.now() + times.reaction;

@@ -5,7 +5,9 @@ use lexican_runtime::profile::cia402::{Command, State};
 
 use super::observe::{is_inching, moves, state_of};
 use crate::context::{Awaited, DriveContext, Motion, Pause};
+use crate::description::Still;
 use crate::error::{Error, Missing, Refusal};
+use crate::mode::Mode;
 
 /// How often a quick stop is sent to a drive that does not obey: the application must hear soon that there is
 /// none.
@@ -130,6 +132,16 @@ pub(super) fn stopped(drive: &DriveContext) {
     if let Motion::Travelling(_) = motion {
         shared.motion = motion.with_pause(Pause::Stopped);
     }
+}
+
+/// Gives the drive the set-point at which it stands, before a mode in which it obeys the one that is there.
+pub(super) async fn hold_still(drive: &DriveContext, mode: Mode) -> Result<(), Error> {
+    let Some((set_point, still)) = drive.description().obeyed_unasked(mode) else { return Ok(()) };
+    let value = match still {
+        Still::Zero => 0,
+        Still::Here => drive.position().await?.into(),
+    };
+    drive.set(set_point, value).await
 }
 
 pub(super) fn at_rest(drive: &DriveContext) {

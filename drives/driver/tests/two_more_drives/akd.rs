@@ -126,7 +126,10 @@ pub(crate) const SHEET: Sheet = Sheet {
         (0x607C, 0x00, 4, 0),
         (0x607D, 0x01, 4, 0),
         (0x607D, 0x02, 4, 0),
+        (0x6071, 0x00, 2, 0),
+        (0x6077, 0x00, 2, 0),
         (0x6098, 0x00, 1, 0),
+        (0x60C1, 0x01, 4, 0),
         (0x60FF, 0x00, 4, 0),
     ],
 };
@@ -409,6 +412,33 @@ fn it_runs_with_mode_3_and_tells_so_in_6061h() {
     assert_eq!(outcome.unwrap(), VelocityOutcome::Reached { velocity: 0x4100 });
     let mode = check("> 603#23FF600000000000\n> 603#2F60600003000000", |drive| drive.set_mode(Mode::Velocity));
     assert!(matches!(mode, Err(Error::ModeNotTaken { ordered: 3, shown: 1 })), "{mode:?}");
+}
+
+#[test]
+fn it_turns_with_a_torque() {
+    let script = "
+        > 603#2B71600000000000    nothing turns before it is ordered
+        > 603#2F60600004000000    profile torque (4189)
+        = 6061:00 04
+        > 603#2B4060000F010000
+        > 603#2B71600090010000    torque setpoint (4199)
+        > 603#2B4060000F000000    enable operation (4197)
+        = 6077:00 0000018E
+        > 603#2B7160006AFF0000
+        > 603#2B4060000F000000
+        > 603#2B4060000F010000    intermediate stop (4201)
+    ";
+    let turned = enabled::<BySdo, _>(script, |drive| {
+        drive.set_mode(Mode::Torque)?;
+        drive.apply_torque(400)?;
+        let turned = drive.torque()?;
+        drive.apply_torque(-150)?;
+        drive.stop()?;
+        Ok(turned)
+    });
+    assert_eq!(turned.unwrap(), 398);
+    let refused = enabled::<BySdo, _>("", |drive| drive.apply_torque(1));
+    assert_eq!(refused.unwrap_err().to_string(), "the drive would refuse: it is in positioning mode");
 }
 
 #[test]

@@ -31,6 +31,35 @@ fn a_drive_that_changes_to_velocity_mode_does_not_run_at_its_last_velocity() {
 }
 
 #[test]
+fn a_drive_that_changes_to_a_mode_of_positions_stays_where_it_is() {
+    for (mode, set_point, code) in
+        [(Mode::CyclicPosition, "7A6000", "08"), (Mode::InterpolatedPosition, "C16001", "07")]
+    {
+        let script = format!(
+            "
+            = 6064:00 00008CA0
+            > 603#23{set_point}A08C0000
+            > 603#2F606000{code}000000
+            = 6061:00 {code}
+        "
+        );
+        enabled::<BySdo, _>(&script, |drive| drive.set_mode(mode)).unwrap();
+    }
+    let script = "
+        = 6061:00 08
+        = 6064:00 00008CA0
+        > 603#237A6000A08C0000
+        > 603#2B40600006000000
+        = 6041:00 0231
+        > 603#2B40600007000000
+        = 6041:00 0233
+        > 603#2B4060000F000000
+        = 6041:00 0237
+    ";
+    check(script, Drive::enable).unwrap();
+}
+
+#[test]
 fn a_drive_that_is_calibrated_in_velocity_mode_does_not_run_at_its_last_velocity_afterwards() {
     let script = "
         = 6061:00 03

@@ -1,0 +1,38 @@
+//! Torque mode.
+
+use super::refusal::{Order, refuse};
+use crate::context::{DriveContext, Motion};
+use crate::error::{Capability, Error};
+use crate::mode::Mode;
+
+/// Turns with a torque, in 1/1000 of the rated torque; returns once the drive has taken the order.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`], [`Error::Refused`] or [`Error::OutOfRange`] before anything moves; as
+/// [`DriveContext::write`].
+pub async fn apply_torque(drive: &DriveContext, torque: i16) -> Result<(), Error> {
+    refuse(drive, Order::Turn).await?;
+    let description = drive.description();
+    let torques = drive.need(description.torque, Capability::Mode(Mode::Torque))?;
+    torques.target.check(torque.into())?;
+    if drive.lock().motion != Motion::Running {
+        // Turning begins with a falling edge of Stop; and until the new torque is there, none is to be turned with.
+        drive.control(description.stopping()).await?;
+    }
+    drive.lock().order(Motion::Running);
+    drive.unsettle();
+    drive.set(torques.target, torque.into()).await?;
+    drive.control(description.moving()).await
+}
+
+/// The torque that the drive turns with, in 1/1000 of the rated torque.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`]; as [`DriveContext::read`].
+pub async fn torque(drive: &DriveContext) -> Result<i16, Error> {
+    let torques = drive.need(drive.description().torque, Capability::Mode(Mode::Torque))?;
+    let torque = drive.get(torques.actual).await?;
+    Ok(torque.clamp(i16::MIN.into(), i16::MAX.into()) as i16)
+}
