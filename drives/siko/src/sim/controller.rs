@@ -9,6 +9,7 @@ use lexican_runtime::Instant;
 use super::inputs::{BusState, Inputs, Key, Shaft};
 use super::model::Model;
 use super::motion::{FULL_ACCELERATION, Job, Motion, REVOLUTION_PER_MINUTE, RUN_OUT_DECELERATION};
+use super::order::{Refused, require};
 use super::parameters::{Mode, Parameters};
 use crate::fault::{ERROR_PASSIVE, Fault, FaultKind, RECOVERED_FROM_BUS_OFF};
 use crate::state::{State, Transition, commanded, has_torque};
@@ -341,48 +342,68 @@ impl Controller {
         }
     }
 
+    /// What cannot be started is not: the only answer to a control word is the status word.
     fn start_positioning(&mut self, now: Instant, rising: u16) {
-        let Parameters { target_position, .. } = self.parameters;
-        let limits = self.parameters.shaft_limits();
-        if rising & control::NEW_SETPOINT != 0 {
-            let shown = self.parameters.position(self.motion.state(now).position);
-            let allowed = |position: i32| {
-                self.parameters.position_limits().is_none_or(|(low, high)| (low..=high).contains(&position))
-            };
-            if allowed(target_position) && allowed(shown) && self.limit_switches() == [false; 2] {
-                let target = self.parameters.shaft(target_position);
-                self.motion.move_to(now, target, self.parameters.positioning(), self.parameters.by_loop());
-                self.torque_deactivated = false;
-                self.acknowledged = true;
-            }
+        let inching = INCHING_2.into_iter().filter(|(bit, _)| rising & bit != 0);
+        let _started = if rising & control::NEW_SETPOINT != 0 {
+            self.acknowledged = self.start_travel(now).is_ok();
+            self.acknowledged
         } else if rising & control::INCHING_1 != 0 {
-            let width = self.parameters.shaft(self.parameters.delta_inch);
-            if self.may_inch(now, Direction::of(width)) {
-                self.motion.step(now, width, self.parameters.step(), limits);
-            }
+            self.start_step(now).is_ok()
         } else {
-            for (bit, direction) in INCHING_2 {
-                if rising & bit != 0 && self.may_inch(now, direction) {
-                    self.motion.inch(now, direction, self.parameters.inching(), limits);
-                    return;
-                }
-            }
+            inching.map(|(_, direction)| direction).any(|direction| self.start_inching(now, direction).is_ok())
+        };
+    }
+
+    /// Travels to the target position, from within the limits and to within the limits.
+    pub(super) fn start_travel(&mut self, now: Instant) -> Result<(), Refused> {
+        let Parameters { target_position, .. } = self.parameters;
+        let shown = self.parameters.position(self.motion.state(now).position);
+        for direction in [Direction::Positive, Direction::Negative] {
+            require(!self.is_on_switch(direction), Refused::Switch(direction))?;
         }
+        if let Some((low, high)) = self.parameters.position_limits() {
+            require(shown <= high, Refused::Limit(Direction::Positive))?;
+            require(shown >= low, Refused::Limit(Direction::Negative))?;
+            require((low..=high).contains(&target_position), Refused::Target)?;
+        }
+        let target = self.parameters.shaft(target_position);
+        self.motion.move_to(now, target, self.parameters.positioning(), self.parameters.by_loop());
+        self.torque_deactivated = false;
+        Ok(())
+    }
+
+    pub(super) fn start_velocity(&mut self, now: Instant) {
+        self.running = true;
+        self.motion.run_at(now, self.parameters.velocity(), self.parameters.rotation());
+    }
+
+    pub(super) fn start_step(&mut self, now: Instant) -> Result<(), Refused> {
+        let width = self.parameters.shaft(self.parameters.delta_inch);
+        self.may_inch(now, Direction::of(width))?;
+        self.motion.step(now, width, self.parameters.step(), self.parameters.shaft_limits());
+        Ok(())
+    }
+
+    pub(super) fn start_inching(&mut self, now: Instant, direction: Direction) -> Result<(), Refused> {
+        self.may_inch(now, direction)?;
+        self.motion.inch(now, direction, self.parameters.inching(), self.parameters.shaft_limits());
+        Ok(())
     }
 
     /// At a limit and beyond it, inching leads back only. What leads onto a limit switch is stopped where it begins.
-    fn may_inch(&self, now: Instant, direction: Direction) -> bool {
+    fn may_inch(&self, now: Instant, direction: Direction) -> Result<(), Refused> {
         let shown = self.parameters.position(self.motion.state(now).position);
-        self.parameters.position_limits().is_none_or(|(low, high)| match direction {
+        let free = self.parameters.position_limits().is_none_or(|(low, high)| match direction {
             Direction::Positive => shown < high,
             Direction::Negative => shown > low,
-        })
+        });
+        require(free, Refused::Limit(direction))
     }
 
     fn control_velocity(&mut self, now: Instant, word: u16, edges: Edges) {
         if edges.falling & control::STOP != 0 && self.is_powered() {
-            self.running = true;
-            self.motion.run_at(now, self.parameters.velocity(), self.parameters.rotation());
+            self.start_velocity(now);
         } else if word & control::STOP != 0 && self.running {
             self.running = false;
             self.motion.run_at(now, 0.0, self.parameters.rotation());
@@ -400,13 +421,14 @@ impl Controller {
             && self.state != State::Fault
             && self.parameters.mode == Mode::Positioning
             && self.is_powered();
-        if allowed && !self.motion.is_active(now) && self.may_inch(now, direction) {
-            self.motion.inch(now, direction, self.parameters.inching(), self.parameters.shaft_limits());
+        if allowed && !self.motion.is_active(now) {
+            // At a limit the key does nothing.
+            let _ = self.start_inching(now, direction);
         }
     }
 
     /// Takes the torque away. What moves, runs out, also if it was braking; what is finished, stays known as such.
-    fn release(&mut self, now: Instant) {
+    pub(super) fn release(&mut self, now: Instant) {
         self.running = false;
         if self.motion.is_active(now) || self.motion.is_moving(now) {
             self.motion.cancel(now, RUN_OUT_DECELERATION);

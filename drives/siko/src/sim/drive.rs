@@ -14,6 +14,7 @@ use super::inputs::{BusState, Inputs};
 use super::leds::{BusLed, Lights, StatusLed};
 use super::model::{Model, Storage};
 use super::objects::{Effect, Objects};
+use super::order::{Order, Refused};
 use super::parameters::Parameters;
 use super::script::Following;
 use super::setup::Setup;
@@ -293,6 +294,24 @@ impl SimulatedDrive {
         let result = self.with_device(now, |_, od| call(od));
         self.settle(now);
         result
+    }
+
+    /// Takes an order beside the bus, as another interface of the drive gives it.
+    ///
+    /// # Errors
+    ///
+    /// Why the drive does not follow it. A drive that is off is not enabled.
+    pub fn order(&mut self, now: Instant, order: Order) -> Result<(), Refused> {
+        let result = if self.is_running() { self.controller.order(now, order) } else { Err(Refused::NotEnabled) };
+        self.settle(now);
+        result
+    }
+
+    /// What another interface than CAN allows the drive: while it has control
+    /// ([`Operational`](Network::Operational)), the operator keys are locked, and when it loses it, the motor is released.
+    pub fn set_network(&mut self, now: Instant, network: Network) {
+        self.controller.set_network(now, network);
+        self.settle(now);
     }
 
     pub(super) fn with_device<T>(

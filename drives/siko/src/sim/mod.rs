@@ -6,6 +6,7 @@
 
 mod address;
 pub mod controller;
+mod doors;
 mod drive;
 mod eeprom;
 mod follow;
@@ -15,6 +16,7 @@ mod model;
 pub mod motion;
 mod node;
 mod objects;
+mod order;
 pub mod parameters;
 mod power;
 pub mod script;
@@ -28,6 +30,7 @@ pub use drive::SimulatedDrive;
 pub use eeprom::{EepromError, NonVolatile};
 pub use leds::{BusLed, FLASH, Lights, PAUSE, StatusLed};
 pub use model::{Addressing, Model, Storage};
+pub use order::{Braking, Order, Refused};
 pub use script::Script;
 pub use setup::{BIT_RATES, Setup};
 pub use switches::{DipSwitches, NotSwitches, Restore, Termination};
