@@ -14,11 +14,11 @@ use lexican_runtime::{Duration, NodeId};
 
 use crate::cancel::CancelHandle;
 use crate::context::DriveContext;
-use crate::description::Approach;
+use crate::description::{Approach, Description};
 use crate::direction::Direction;
 use crate::error::{Error, Outcome, VelocityOutcome};
 use crate::fault::Cause;
-use crate::kind::Kind;
+use crate::kind::{Any, Kind};
 use crate::mode::Mode;
 use crate::operations::operations;
 use crate::parameter::ParameterSet;
@@ -59,7 +59,11 @@ impl<L: Link, K: Kind> Drive<L, K> {
     ///
     /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if the node does not answer.
     pub fn connect(link: L, node: NodeId) -> Result<Self, Error> {
-        let session = Session::new(node, K::DESCRIPTION);
+        Self::connect_as(link, node, K::DESCRIPTION)
+    }
+
+    fn connect_as(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
+        let session = Session::new(node, description);
         let context = session.context();
         let machine = Machine { link, session, pump: Pump::new() };
         let shared = Arc::new(Shared { machine: Mutex::new(Some(machine)), changed: Condvar::new() });
@@ -144,6 +148,17 @@ impl<L: Link, K: Kind> Drive<L, K> {
             let result = machine.run(Some(&self.cancel), sequence);
             machine.session.conclude(result)
         })
+    }
+}
+
+impl<L: Link> Drive<L, Any> {
+    /// Connects as [`Drive::connect`] does, to a drive that is described so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`].
+    pub fn connect_described(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
+        Self::connect_as(link, node, description)
     }
 }
 
@@ -317,7 +332,10 @@ operations!(blocking);
 
 impl<L: Link, K: Kind> fmt::Debug for Drive<L, K> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Drive").field("kind", &K::DESCRIPTION.name).field("node", &self.node).finish_non_exhaustive()
+        f.debug_struct("Drive")
+            .field("kind", &self.context.description().name)
+            .field("node", &self.node)
+            .finish_non_exhaustive()
     }
 }
 

@@ -104,7 +104,7 @@ pub use description::Description;
 pub use direction::Direction;
 pub use error::{Capability, Error, Missing, Outcome, Refusal, VelocityOutcome};
 pub use fault::{ByteOrder, Cause, Code, Codes};
-pub use kind::Kind;
+pub use kind::{Any, Kind};
 pub use mode::Mode;
 pub use parameter::{Parameter, ParameterSet};
 pub use protection::{Protection, Supervision};

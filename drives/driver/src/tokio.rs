@@ -17,11 +17,11 @@ use lexican_runtime::{Duration, Instant, NodeId};
 use tokio::sync::broadcast;
 
 use crate::context::{Access, DriveContext};
-use crate::description::Approach;
+use crate::description::{Approach, Description};
 use crate::direction::Direction;
 use crate::error::{Error, Outcome, VelocityOutcome};
 use crate::fault::Cause;
-use crate::kind::Kind;
+use crate::kind::{Any, Kind};
 use crate::mode::Mode;
 use crate::operations::operations;
 use crate::parameter::ParameterSet;
@@ -55,7 +55,11 @@ impl<K: Kind> Drive<K> {
     ///
     /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if the node does not answer.
     pub async fn connect(network: Network, node: NodeId) -> Result<Self, Error> {
-        let (events, session) = (network.events(), Session::new(node, K::DESCRIPTION));
+        Self::connect_as(network, node, K::DESCRIPTION).await
+    }
+
+    async fn connect_as(network: Network, node: NodeId, description: &'static Description) -> Result<Self, Error> {
+        let (events, session) = (network.events(), Session::new(node, description));
         let mut drive = Drive { network, events, node, session, supervision: None, kind: PhantomData };
         match drive.identify().await {
             // Its power has only just come on: now it is there.
@@ -262,6 +266,21 @@ impl<K: Kind> Drive<K> {
 
 macro_rules! asynchronous {
     ($(
+impl Drive<Any> {
+    /// Connects as [`Drive::connect`] does, to a drive that is described so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`].
+    pub async fn connect_described(
+        network: Network,
+        node: NodeId,
+        description: &'static Description,
+    ) -> Result<Self, Error> {
+        Self::connect_as(network, node, description).await
+    }
+}
+
         $(#[$doc:meta])*
         fn $name:ident $([$($generics:tt)*])? ($context:ident $(, $argument:ident: $type:ty)*) -> $result:ty = $call:expr;
     )*) => {
@@ -284,7 +303,10 @@ operations!(asynchronous);
 
 impl<K: Kind> fmt::Debug for Drive<K> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Drive").field("kind", &K::DESCRIPTION.name).field("node", &self.node).finish_non_exhaustive()
+        f.debug_struct("Drive")
+            .field("kind", &self.session.context().description().name)
+            .field("node", &self.node)
+            .finish_non_exhaustive()
     }
 }
 
