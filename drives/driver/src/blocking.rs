@@ -294,8 +294,11 @@ impl<L: Link> Machine<L> {
     fn let_go(&mut self) -> Option<String> {
         // The drive may have said that it is not enabled any more; a link that fails now fails again below.
         let _ = self.pump.catch_up(&mut self.link, &mut self.session);
-        let stop = self.session.context().let_go()?;
-        if let Err(error) = self.link.send(&stop) {
+        let stop: Vec<_> = self.session.context().let_go().collect();
+        if stop.is_empty() {
+            return None;
+        }
+        if let Err(error) = stop.iter().try_for_each(|frame| self.link.send(frame)) {
             return Some(format!("no stop could be sent: {error}"));
         }
         Some(match self.run(None, async |context: DriveContext| sequence::look_for_standstill(&context).await) {

@@ -273,6 +273,8 @@ pub enum Capability {
     EmergencySwitch,
     /// Noticing that its manager is gone.
     Protection,
+    /// Holding its target until SYNC.
+    StartBySync,
 }
 
 /// Which conditions are not met.
@@ -323,6 +325,10 @@ pub enum Missing {
         /// What the gear allows.
         most: i32,
     },
+    /// The drive is enabled.
+    Disabled,
+    /// The drive would start at once, and not with SYNC.
+    StartBySync,
     /// The operating mode is another one.
     Mode(Mode),
     /// The operating mode is one that the driver does not know.
@@ -343,6 +349,7 @@ impl fmt::Display for Capability {
             Capability::Battery => f.write_str("battery voltage to read"),
             Capability::Units => f.write_str("units that are known"),
             Capability::Protection => f.write_str("life guarding and no free heartbeat consumer"),
+            Capability::StartBySync => f.write_str("PDO that holds its target until SYNC"),
             Capability::EmergencySwitch => f.write_str("switch for emergency messages"),
         }
     }
@@ -379,6 +386,8 @@ impl fmt::Display for Missing {
             Missing::VelocityWithinGear { velocity, most } => {
                 write!(f, "the velocity {velocity} is more than its gear allows, {most}")
             }
+            Missing::Disabled => f.write_str("it is enabled"),
+            Missing::StartBySync => f.write_str("it does not hold its target until SYNC"),
             Missing::Mode(mode) => write!(f, "it is in {mode} mode"),
             Missing::UnknownMode(number) => write!(f, "it is in an unknown mode, {number}"),
         }

@@ -86,6 +86,30 @@ macro_rules! operations {
             /// As [`Drive::move_to`].
             fn start_moving_to(drive, target: i32) -> () = sequence::start_travel(drive, target);
 
+            /// Has the drive hold each target until SYNC, or not any more, so that several drives start together. The
+            /// drive may keep that without power: a program that ends takes it back.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`] by a drive that does not take a target and its start in one PDO;
+            /// [`Error::Refused`] while the drive is enabled; [`Error::Sdo`] when the drive does not allow it.
+            fn set_start_by_sync(drive, on: bool) -> () = sequence::set_start_by_sync(drive, on);
+
+            /// Hands the drive a target for which it starts with the next SYNC, which the program sends;
+            /// [`Drive::confirm_start`] comes after that. Any other order takes the target back.
+            ///
+            /// # Errors
+            ///
+            /// As [`Drive::move_to`]; [`Error::Refused`] also when the drive would start at once.
+            fn prepare_moving_to(drive, target: i32) -> () = sequence::prepare_travel(drive, target);
+
+            /// Waits until the drive has taken the target that it was prepared for.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::NotTaken`] when no SYNC has come: the target is then taken back.
+            fn confirm_start(drive) -> () = sequence::confirm_start(drive);
+
             /// Waits until the travel under way is over.
             ///
             /// # Errors
@@ -175,6 +199,13 @@ macro_rules! operations {
             ///
             /// When the drive cannot be read.
             fn position(drive) -> i32 = drive.position();
+
+            /// The lowest and the highest position (607Dh); `None` if none limits the drive.
+            ///
+            /// # Errors
+            ///
+            /// When the drive cannot be read.
+            fn limits(drive) -> Option<(i32, i32)> = sequence::limits(drive);
 
             /// How fast it is (606Ch).
             ///

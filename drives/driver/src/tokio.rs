@@ -181,7 +181,9 @@ impl<K: Kind> Drive<K> {
         let network = self.network.clone();
         let mut alarm = pin!(network.sleep_until(until));
         loop {
+            // In an order, so that a run in virtual time is the same each time.
             let event = tokio::select! {
+                biased;
                 now = &mut alarm => return Ok(now?),
                 event = self.events.recv() => event,
             };
@@ -264,8 +266,6 @@ impl<K: Kind> Drive<K> {
     }
 }
 
-macro_rules! asynchronous {
-    ($(
 impl Drive<Any> {
     /// Connects as [`Drive::connect`] does, to a drive that is described so.
     ///
@@ -281,6 +281,8 @@ impl Drive<Any> {
     }
 }
 
+macro_rules! asynchronous {
+    ($(
         $(#[$doc:meta])*
         fn $name:ident $([$($generics:tt)*])? ($context:ident $(, $argument:ident: $type:ty)*) -> $result:ty = $call:expr;
     )*) => {
@@ -316,8 +318,11 @@ impl<K: Kind> Drop for Drive<K> {
     fn drop(&mut self) {
         // The drive may have said that it is not enabled any more.
         self.catch_up();
-        let Some(stop) = self.session.context().let_go() else { return };
-        let what = match self.network.post(stop) {
+        let stop: Vec<_> = self.session.context().let_go().collect();
+        if stop.is_empty() {
+            return;
+        }
+        let what = match stop.into_iter().try_for_each(|frame| self.network.post(frame)) {
             Ok(()) => "a stop has been handed to its network",
             Err(_) => "no stop could be sent",
         };

@@ -49,6 +49,9 @@ pub(crate) struct Shared {
     pub(crate) emergency: Option<u16>,
     pub(crate) restarted: bool,
     pub(crate) motion: Motion,
+    /// The target of a PDO that has been sent with a control word in it, until the drive has been seen to take it: one
+    /// whose PDO waits for SYNC obeys that word with the next one, and so each later word replaces it.
+    pub(crate) held: Option<i32>,
     /// The control word of a stop that has been ordered, until the drive has been seen to stand.
     pub(crate) stop: Option<u16>,
     /// Until when the drive may report what was before the last order.
@@ -102,6 +105,7 @@ impl DriveContext {
             emergency: None,
             restarted: false,
             motion: Motion::Resting,
+            held: None,
             stop: None,
             settles: Instant::ZERO,
             settled: true,
@@ -126,11 +130,12 @@ impl DriveContext {
     }
 
     /// Ends the work of a sequence: what it has left unsent is forgotten, since it may be what starts the
-    /// drive. The frame that stops it, if it may be moving: outside OPERATION ENABLED the frame would enable it.
-    pub(crate) fn let_go(&self) -> Option<Frame> {
+    /// drive. The frames that stop it, if it may be moving: outside OPERATION ENABLED they would enable it.
+    pub(crate) fn let_go(&self) -> impl Iterator<Item = Frame> {
         self.begin(self.now());
         let obeys = self.known_state().is_none_or(|state| state == State::OperationEnabled);
-        (self.may_move() && obeys).then(|| self.control_frame(self.stop_word()))
+        let word = (self.may_move() && obeys).then(|| self.stop_word());
+        word.into_iter().flat_map(|word| self.replacing_frame(word).into_iter().chain([self.control_frame(word)]))
     }
 
     /// The control word that stops what has been ordered: no bit takes a step back.
@@ -195,6 +200,7 @@ impl DriveContext {
         // Neither its state nor its fault has outlived that.
         shared.status.known = None;
         shared.emergency = None;
+        shared.held = None;
         shared.rest();
     }
 

@@ -15,12 +15,16 @@ impl DriveContext {
         self.send(Frame::from_array(CobId::NMT, [command.code(), self.node.get()]));
     }
 
-    /// Sends a control word, by PDO or by SDO.
+    /// Sends a control word, by PDO or by SDO; also in place of one that waits for SYNC.
     ///
     /// # Errors
     ///
     /// By SDO, as [`DriveContext::write`]; none by PDO.
     pub async fn control(&self, word: u16) -> Result<(), Error> {
+        // First, or else a SYNC between the two would have the drive obey the one that waits.
+        if let Some(frame) = self.replacing_frame(word) {
+            self.send(frame);
+        }
         match self.description.outputs.control {
             Some(_) => self.send(self.control_frame(word)),
             None => self.set(self.description.objects.control_word, word.into()).await?,
@@ -62,12 +66,20 @@ impl DriveContext {
                 let values = [(Signal::ControlWord, word.into()), (signal, value.into())];
                 self.send(pdo.frame(self.node, self.description, &values));
                 if pdo.carries(Signal::ControlWord) {
+                    self.lock().held = (signal == Signal::TargetPosition).then_some(value);
                     return Ok(());
                 }
             }
             None => self.set(target, value.into()).await?,
         }
         self.control(word).await
+    }
+
+    /// The frame that replaces the control word which the drive may hold until SYNC.
+    pub(super) fn replacing_frame(&self, word: u16) -> Option<Frame> {
+        let target = self.lock().held?;
+        let values = [(Signal::ControlWord, word.into()), (Signal::TargetPosition, target.into())];
+        Some(self.description.outputs.position?.frame(self.node, self.description, &values))
     }
 
     /// The frame that gives the drive a control word, without waiting for an answer.

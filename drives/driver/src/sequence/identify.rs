@@ -49,18 +49,21 @@ pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
 async fn check_cob_ids(drive: &DriveContext) -> Result<(), Error> {
     let outputs = drive.description().outputs;
     for pdo in [outputs.control, outputs.position, outputs.velocity].iter().flatten() {
-        check_cob_id(drive, pdo_parameter(0x1400, 0x200, pdo.base), pdo.base, true).await?;
+        let object = pdo_parameter(0x1400, 0x200, pdo.base, 0x01, DataType::Unsigned32);
+        check_cob_id(drive, object, pdo.base, true).await?;
     }
     // What the drive does not send by itself is read.
     for pdo in drive.description().inputs {
-        check_cob_id(drive, pdo_parameter(0x1800, 0x180, pdo.base), pdo.base, false).await?;
+        let object = pdo_parameter(0x1800, 0x180, pdo.base, 0x01, DataType::Unsigned32);
+        check_cob_id(drive, object, pdo.base, false).await?;
     }
     check_cob_id(drive, EMERGENCIES, 0x080, false).await
 }
 
-/// The COB-ID of the PDO that has `base` in the predefined connection set (CiA 301, 7.3.5).
-fn pdo_parameter(index: u16, first: u16, base: u16) -> Number {
-    Number::new(index.wrapping_add(base.wrapping_sub(first) >> 8), 0x01, DataType::Unsigned32)
+/// A communication parameter of the PDO that has `base` in the predefined connection set (CiA 301, 7.3.5), where the one
+/// with `first` has `index`.
+pub(super) fn pdo_parameter(index: u16, first: u16, base: u16, sub: u8, data_type: DataType) -> Number {
+    Number::new(index.wrapping_add(base.wrapping_sub(first) >> 8), sub, data_type)
 }
 
 /// A node that does not have the object cannot have another COB-ID.

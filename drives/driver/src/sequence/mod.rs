@@ -2,11 +2,12 @@
 //! the same in every shell.
 //!
 //! ```text
-//! travel  inching  velocity  torque  pass  setup  protect  parameters  identify  measure    the operations of a drive
-//!   power                                                                  the way from state to state
-//!     standstill                                                           the way to a standstill
-//!     refusal                                                              what would be refused
-//!       observe                                                            what the drive reports
+//! start_by_sync                                                                           travels that begin together
+//!   travel  inching  velocity  torque  pass  setup  protect  parameters  identify  measure   the operations of a drive
+//!     power                                                                                 the way from state to state
+//!       standstill                                                                          the way to a standstill
+//!       refusal                                                                             what would be refused
+//!         observe                                                                           what the drive reports
 //! ```
 //!
 //! Each uses only what is below it, and inching what ends a travel.
@@ -22,6 +23,7 @@ mod protect;
 mod refusal;
 mod setup;
 mod standstill;
+mod start_by_sync;
 mod torque;
 mod travel;
 mod velocity;
@@ -34,10 +36,11 @@ pub use parameters::{Difference, Setting, compare_parameters, read_parameters, r
 pub use pass::pass;
 pub use power::{disable, enable, reset_fault};
 pub use protect::{protect, unprotect};
-pub use refusal::{Order, refuse};
+pub use refusal::{Order, limits, refuse};
 pub use setup::{approach, calibrate, firmware, set_approach, set_emergencies, set_mode, units};
 pub(crate) use standstill::look_for_standstill;
 pub use standstill::{quick_stop, stop};
+pub use start_by_sync::{prepare_travel, set_start_by_sync};
 pub use torque::{apply_torque, torque};
-pub use travel::{Progress, finish, interrupt, resume, start_travel, travel};
+pub use travel::{Progress, confirm_start, finish, interrupt, resume, start_travel, travel};
 pub use velocity::run_at;

@@ -164,8 +164,12 @@ pub(super) async fn refuse_at_limit(drive: &DriveContext, direction: Direction) 
     })
 }
 
-/// The lower and the upper limit, if there are any.
-async fn limits(drive: &DriveContext) -> Result<Option<(i32, i32)>, Error> {
+/// The lower and the upper limit of positions (607Dh); `None` when there are none, or two equal ones.
+///
+/// # Errors
+///
+/// As [`DriveContext::read`].
+pub async fn limits(drive: &DriveContext) -> Result<Option<(i32, i32)>, Error> {
     let Some([one, other]) = drive.description().objects.position_limits else { return Ok(None) };
     let (a, b) = (narrow(drive.get(one).await?), narrow(drive.get(other).await?));
     Ok((a != b).then_some((a.min(b), a.max(b))))

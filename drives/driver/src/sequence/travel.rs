@@ -1,15 +1,20 @@
 //! Positioning mode: travels, and their interruption.
 
+use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, Instant};
 
+use super::identify::pdo_parameter;
 use super::observe::{cause, is_fault, known, moves, reports_under_way, state_of, under_way, window};
 use super::power::reach;
 use super::refusal::{Order, refuse};
 use super::standstill::{at_rest, come_to_rest, come_to_stand, stand_still, stuck};
 use crate::context::{Awaited, DriveContext, Motion, Pause, Travel};
-use crate::description::Release;
-use crate::error::{Error, Missing, Outcome, Refusal};
+use crate::description::{Number, Release, Signal};
+use crate::error::{Capability, Error, Missing, Outcome, Refusal};
+
+/// The last transmission type of a receive PDO that waits for SYNC (CiA 301, 7.5.2.36).
+const LAST_SYNCHRONOUS: i64 = 240;
 
 /// How far a travel has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +50,12 @@ pub async fn travel(
 /// nevertheless: it is then withdrawn, and the drive stands. An order that it took late is interrupted, and reported as
 /// [`Missing::NoTravel`].
 pub async fn start_travel(drive: &DriveContext, target: i32) -> Result<(), Error> {
+    order_travel(drive, target).await?;
+    confirm_start(drive).await
+}
+
+/// Orders a travel, without waiting for what the drive makes of it.
+pub(super) async fn order_travel(drive: &DriveContext, target: i32) -> Result<(), Error> {
     let description = drive.description();
     description.objects.target_position.check(target.into())?;
     refuse(drive, Order::Travel { target }).await?;
@@ -59,13 +70,27 @@ pub async fn start_travel(drive: &DriveContext, target: i32) -> Result<(), Error
     }
     drive.lock().order(Motion::travel(Some(target)));
     drive.unsettle();
-    drive.control_position(description.moving() | description.control.new_setpoint, target).await?;
+    drive.control_position(description.moving() | description.control.new_setpoint, target).await
+}
+
+/// Waits until the drive has taken the travel that has been ordered: at once, or, if it was prepared, after SYNC.
+///
+/// # Errors
+///
+/// [`Error::Refused`] when no travel has been ordered, and as [`start_travel`].
+pub async fn confirm_start(drive: &DriveContext) -> Result<(), Error> {
+    let description = drive.description();
+    let Motion::Travelling(Travel { target: Some(target), .. }) = drive.lock().motion else {
+        return Err(Error::Refused(Refusal(vec![Missing::Travel])));
+    };
+    let acknowledged = description.status.acknowledged;
     let Awaited { status_word, came } = drive.await_status(|word| word & acknowledged != 0).await?;
     if !came {
         withdraw(drive).await?;
         refuse(drive, Order::Travel { target }).await?;
         return Err(Error::NotTaken { status_word });
     }
+    drive.lock().held = None;
     // The drive has acknowledged; its other bits may lag behind.
     drive.unsettle();
     if description.release == Release::WhenAcknowledged {
@@ -254,8 +279,24 @@ pub(super) async fn withdraw(drive: &DriveContext) -> Result<(), Error> {
     if !drive.reports_travels() && state_of(drive.status().await?)? == State::OperationEnabled {
         reach(drive, State::SwitchedOn).await?;
     }
+    if !waits_for_sync(drive).await? {
+        drive.lock().held = None;
+    }
     at_rest(drive);
     Ok(())
+}
+
+/// Whether the drive holds a target, and the control word beside it, until SYNC.
+pub(super) async fn waits_for_sync(drive: &DriveContext) -> Result<bool, Error> {
+    let Ok(transmission) = target_transmission(drive) else { return Ok(false) };
+    Ok(known(drive.get(transmission).await)?.is_some_and(|kind| kind <= LAST_SYNCHRONOUS))
+}
+
+/// The transmission type of the PDO that carries a target and a control word.
+pub(super) fn target_transmission(drive: &DriveContext) -> Result<Number, Error> {
+    let position = drive.description().outputs.position.filter(|pdo| pdo.carries(Signal::ControlWord));
+    let base = drive.need(position, Capability::StartBySync)?.base;
+    Ok(pdo_parameter(0x1400, 0x200, base, 0x02, DataType::Unsigned8))
 }
 
 async fn require_travel(drive: &DriveContext) -> Result<(), Error> {

@@ -1,0 +1,55 @@
+//! Travels of several drives that begin together: each drive holds its target, and SYNC releases all of them (CiA 301,
+//! 7.2.2.2).
+
+use lexican_runtime::profile::cia402::State;
+use lexican_runtime::wire::nmt::NmtCommand;
+
+use super::observe::state;
+use super::travel::{order_travel, target_transmission, waits_for_sync};
+use crate::context::DriveContext;
+use crate::error::{Error, Missing, Refusal};
+
+/// Transmission types of a receive PDO (CiA 301, 7.5.2.36): it waits for SYNC, or takes effect at once.
+const SYNCHRONOUS: i64 = 0;
+const EVENT_DRIVEN: i64 = 255;
+
+/// Has the drive hold each target until SYNC, or not any more: the transmission type of the PDO that carries targets. It
+/// is changed in NMT PRE-OPERATIONAL, and the node is in OPERATIONAL afterwards.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] before anything is sent by a drive that does not take a target and its start in one PDO;
+/// [`Error::Refused`] while the drive is enabled; [`Error::Sdo`] when the drive does not allow it.
+pub async fn set_start_by_sync(drive: &DriveContext, on: bool) -> Result<(), Error> {
+    let transmission = target_transmission(drive)?;
+    if waits_for_sync(drive).await? != on {
+        match state(drive).await? {
+            State::OperationEnabled | State::QuickStopActive | State::FaultReactionActive => {
+                return Err(Error::Refused(Refusal(vec![Missing::Disabled])));
+            }
+            _ => drive.command(NmtCommand::EnterPreOperational),
+        }
+        let written = drive.set(transmission, if on { SYNCHRONOUS } else { EVENT_DRIVEN }).await;
+        drive.command(NmtCommand::Start);
+        written?;
+    }
+    if !on {
+        drive.lock().held = None;
+    }
+    Ok(())
+}
+
+/// Hands the drive a target for which it starts with the next SYNC; [`confirm_start`](super::confirm_start) comes after
+/// that. Any other order takes the target back.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] as [`set_start_by_sync`]; [`Error::Refused`] as [`start_travel`](super::start_travel), and when
+/// the drive would start at once.
+pub async fn prepare_travel(drive: &DriveContext, target: i32) -> Result<(), Error> {
+    target_transmission(drive)?;
+    if !waits_for_sync(drive).await? {
+        return Err(Error::Refused(Refusal(vec![Missing::StartBySync])));
+    }
+    order_travel(drive, target).await
+}
