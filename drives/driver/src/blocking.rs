@@ -16,7 +16,7 @@ use crate::cancel::CancelHandle;
 use crate::context::DriveContext;
 use crate::description::{Approach, Description};
 use crate::direction::Direction;
-use crate::error::{Error, Outcome, VelocityOutcome};
+use crate::error::{Error, HomingOutcome, Outcome, VelocityOutcome};
 use crate::fault::Cause;
 use crate::kind::{Any, Kind};
 use crate::mode::Mode;

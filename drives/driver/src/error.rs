@@ -78,6 +78,37 @@ pub enum VelocityOutcome {
     },
 }
 
+/// How homing ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HomingOutcome {
+    /// The drive has its reference point, and stands.
+    Attained {
+        /// Where, as 6064h has it.
+        position: i32,
+    },
+    /// The drive has not found its reference point, and stands.
+    Failed {
+        /// What it says instead.
+        status_word: u16,
+        /// Where it stands.
+        position: i32,
+    },
+    /// A fault stopped the drive.
+    Fault(Cause),
+    /// Something else ended it: a stop, a quick stop, another manager, a lost supply.
+    Interrupted {
+        /// The state of the drive afterwards.
+        state: State,
+        /// Where it was then.
+        position: i32,
+    },
+    /// Homing is not finished in time. The drive is still under way.
+    TimedOut {
+        /// Where it was then.
+        position: i32,
+    },
+}
+
 /// Why an operation failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -253,6 +284,8 @@ pub enum Capability {
     Mode(Mode),
     /// Inching operation.
     Inching,
+    /// A homing method (6098h).
+    HomingMethod(i8),
     /// Setting the actual position.
     Calibration,
     /// Choosing the approach.
@@ -340,6 +373,7 @@ impl fmt::Display for Capability {
         match self {
             Capability::Mode(mode) => write!(f, "{mode} mode"),
             Capability::Inching => f.write_str("inching operation"),
+            Capability::HomingMethod(method) => write!(f, "homing method {method}"),
             Capability::Calibration => f.write_str("calibration"),
             Capability::Approach => f.write_str("choice of approach"),
             Capability::Store => f.write_str("command that keeps parameters"),

@@ -102,7 +102,7 @@ pub use cancel::CancelHandle;
 pub use context::{Awaited, DriveContext};
 pub use description::Description;
 pub use direction::Direction;
-pub use error::{Capability, Error, Missing, Outcome, Refusal, VelocityOutcome};
+pub use error::{Capability, Error, HomingOutcome, Missing, Outcome, Refusal, VelocityOutcome};
 pub use fault::{ByteOrder, Cause, Code, Codes};
 pub use kind::{Any, Kind};
 pub use mode::Mode;

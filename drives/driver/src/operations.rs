@@ -214,6 +214,15 @@ macro_rules! operations {
             /// When the drive cannot be read.
             fn velocity(drive) -> i32 = drive.velocity();
 
+            /// Homes by a method of 6098h, such as to a switch or an index pulse, and waits for the end. The drive comes back
+            /// to the mode that it was in, unless it is still under way.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`], also of a method that the drive does not have; [`Error::Refused`] before anything
+            /// moves.
+            fn home(drive, method: i8) -> HomingOutcome = sequence::home(drive, method, drive.patience());
+
             /// Makes `position` the actual position.
             ///
             /// # Errors

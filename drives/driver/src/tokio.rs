@@ -19,7 +19,7 @@ use tokio::sync::broadcast;
 use crate::context::{Access, DriveContext};
 use crate::description::{Approach, Description};
 use crate::direction::Direction;
-use crate::error::{Error, Outcome, VelocityOutcome};
+use crate::error::{Error, HomingOutcome, Outcome, VelocityOutcome};
 use crate::fault::Cause;
 use crate::kind::{Any, Kind};
 use crate::mode::Mode;

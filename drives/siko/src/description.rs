@@ -73,6 +73,7 @@ pub const SIKO: Description = Description {
     torque: None,
     interpolated_position: None,
     inching: Some(INCHING),
+    homing: None,
     calibration: Some(Calibration::Write(Number::new(0x607C, 0x00, I32).within(-999_999, 999_999))),
     approaches: Some(Approaches {
         object: Number::new(0x2413, 0x00, U8),

@@ -12,7 +12,9 @@ pub(crate) enum Motion {
     Stepping { target: i32 },
     /// Inching while a bit is set.
     Inching,
-    /// Velocity mode.
+    /// Homing.
+    Homing,
+    /// Velocity or torque mode.
     Running,
     /// Something, and the frames that said how it went on are lost.
     Unknown,

@@ -2,7 +2,7 @@
 
 use lexican_runtime::Duration;
 use lexican_runtime::object::DataType;
-use lexican_runtime::profile::cia402::status;
+use lexican_runtime::profile::cia402::{control, status};
 
 use super::{Number, Test};
 use crate::parameter::ParameterSet;
@@ -61,20 +61,18 @@ pub struct Inching {
 pub enum Calibration {
     /// The object becomes the actual position as soon as it is written.
     Write(Number),
-    /// A homing method that stays where it is.
-    Homing(Homing),
+    /// A homing method that stays where it is ([`Description::homing`](super::Description::homing)).
+    Homing(i8),
 }
 
-/// Homing on the spot.
+/// Homing.
 #[derive(Clone, Copy, Debug)]
 pub struct Homing {
-    /// The number of the mode in 6060h.
-    pub mode: i8,
     /// The object that chooses the method (6098h).
     pub method: Number,
-    /// The method.
-    pub on_the_spot: i8,
-    /// The position that there is to be (607Ch).
+    /// The methods that the drive has.
+    pub methods: &'static [i8],
+    /// The position of the reference point (607Ch).
     pub offset: Number,
     /// The bit of the control word that starts it.
     pub start: u16,
@@ -184,6 +182,21 @@ impl Torques {
     pub const CIA_402: Torques = Torques {
         target: Number::new(0x6071, 0x00, DataType::Integer16),
         actual: Number::new(0x6077, 0x00, DataType::Integer16),
+    };
+}
+
+impl Homing {
+    /// As CiA 402-2 has it, with all its methods.
+    pub const CIA_402: Homing = Homing {
+        method: Number::new(0x6098, 0x00, DataType::Integer8),
+        methods: &[
+            1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 33,
+            34, 35, 37,
+        ],
+        offset: Number::new(0x607C, 0x00, DataType::Integer32),
+        start: control::HOMING_OPERATION_START,
+        attained: status::HOMING_ATTAINED,
+        error: status::HOMING_ERROR,
     };
 }
 

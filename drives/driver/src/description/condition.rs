@@ -74,8 +74,10 @@ impl Orders {
     pub const INCH: Orders = Orders::INCH_POSITIVE.and(Orders::INCH_NEGATIVE);
     /// Running at a velocity, or turning with a torque.
     pub const RUN: Orders = Orders(1 << 3);
+    /// Homing, wherever to.
+    pub const HOME: Orders = Orders(1 << 6);
     /// All that moves.
-    pub const MOVE: Orders = Orders::TRAVEL.and(Orders::INCH).and(Orders::RUN);
+    pub const MOVE: Orders = Orders::TRAVEL.and(Orders::INCH).and(Orders::RUN).and(Orders::HOME);
     /// All that begins from rest.
     pub const FROM_REST: Orders = Orders::TRAVEL.and(Orders::INCH).and(Orders::SET_UP);
     /// Leading to OPERATION ENABLED.

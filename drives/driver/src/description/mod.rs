@@ -69,6 +69,8 @@ pub struct Description {
     pub interpolated_position: Option<Number>,
     /// Inching operation.
     pub inching: Option<Inching>,
+    /// Homing.
+    pub homing: Option<Homing>,
     /// Setting the actual position.
     pub calibration: Option<Calibration>,
     /// Choosing from which side a target is approached, so that play is always taken up on the same side.
@@ -243,6 +245,7 @@ impl Description {
         torque: Some(Torques::CIA_402),
         interpolated_position: Some(Number::new(0x60C1, 0x01, DataType::Integer32)),
         inching: None,
+        homing: Some(Homing::CIA_402),
         calibration: None,
         approaches: None,
         store: None,

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! start_by_sync                                                                           travels that begin together
-//!   travel  inching  velocity  torque  pass  setup  protect  parameters  identify  measure   the operations of a drive
+//!   travel  inching  velocity  torque  homing  pass  setup  protect  parameters  identify  measure   the operations of a drive
 //!     power                                                                                 the way from state to state
 //!       standstill                                                                          the way to a standstill
 //!       refusal                                                                             what would be refused
@@ -12,6 +12,7 @@
 //!
 //! Each uses only what is below it, and inching what ends a travel.
 
+mod homing;
 mod identify;
 mod inching;
 mod measure;
@@ -28,6 +29,7 @@ mod torque;
 mod travel;
 mod velocity;
 
+pub use homing::{calibrate, home};
 pub use identify::identify;
 pub use inching::{inch, step, stop_inching};
 pub use measure::{battery_voltage, set_torque_threshold, temperature, torque_deactivated, torque_threshold};
@@ -37,7 +39,7 @@ pub use pass::pass;
 pub use power::{disable, enable, reset_fault};
 pub use protect::{protect, unprotect};
 pub use refusal::{Order, limits, refuse};
-pub use setup::{approach, calibrate, firmware, set_approach, set_emergencies, set_mode, units};
+pub use setup::{approach, firmware, set_approach, set_emergencies, set_mode, units};
 pub(crate) use standstill::look_for_standstill;
 pub use standstill::{quick_stop, stop};
 pub use start_by_sync::{prepare_travel, set_start_by_sync};

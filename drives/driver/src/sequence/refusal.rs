@@ -46,11 +46,7 @@ pub async fn refuse(drive: &DriveContext, order: Order) -> Result<(), Error> {
     }
     let status_word = drive.status().await?;
     let system = system_for(drive, order.set()).await?;
-    match state_of(status_word)? {
-        State::OperationEnabled => {}
-        state if is_fault(state) => missing.push(Missing::NoFault(cause(drive).await?)),
-        state => missing.push(Missing::Enabled(state)),
-    }
+    missing.extend(not_enabled(drive, status_word).await?);
     missing.extend(conditions(drive, order.set(), status_word, system));
     missing.extend(unfinished(drive, order.set(), status_word).await?.filter(|it| !missing.contains(it)));
     match order {
@@ -67,6 +63,19 @@ pub(super) async fn require(drive: &DriveContext, orders: Orders, status_word: u
     let mut missing: Vec<Missing> = conditions(drive, orders, status_word, system).collect();
     missing.extend(unfinished(drive, orders, status_word).await?.filter(|it| !missing.contains(it)));
     refused(missing)
+}
+
+/// The drive must be in OPERATION ENABLED.
+pub(super) async fn require_enabled(drive: &DriveContext, status_word: u16) -> Result<(), Error> {
+    refused(not_enabled(drive, status_word).await?.into_iter().collect())
+}
+
+async fn not_enabled(drive: &DriveContext, status_word: u16) -> Result<Option<Missing>, Error> {
+    Ok(match state_of(status_word)? {
+        State::OperationEnabled => None,
+        state if is_fault(state) => Some(Missing::NoFault(cause(drive).await?)),
+        state => Some(Missing::Enabled(state)),
+    })
 }
 
 /// Nothing may be under way.

@@ -1,15 +1,14 @@
-//! What is set up once: operating mode, calibration, approach, emergencies, units.
+//! What is set up once: operating mode, approach, emergencies, units.
 
 use lexican_runtime::object::DataType;
-use lexican_runtime::profile::cia402::State;
 
 use super::identify::characters;
-use super::observe::{cause, is_fault, shown_mode, state_of};
+use super::observe::shown_mode;
 use super::refusal::require_rest;
 use super::standstill::hold_still;
 use crate::context::DriveContext;
-use crate::description::{Approach, Calibration, Homing, Number};
-use crate::error::{Capability, Error, Missing, Refusal};
+use crate::description::{Approach, Number};
+use crate::error::{Capability, Error};
 use crate::mode::Mode;
 use crate::units::Units;
 
@@ -40,7 +39,7 @@ pub async fn set_mode(drive: &DriveContext, mode: Mode) -> Result<(), Error> {
 }
 
 /// Writes 6060h, and waits until the drive shows that it has taken the mode.
-async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> {
+pub(super) async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> {
     let (modes, times) = (drive.description().modes, drive.description().times);
     if let Some(mode) = drive.description().mode_of(code.into()) {
         hold_still(drive, mode).await?;
@@ -56,64 +55,6 @@ async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// Makes `position` the actual position, which the drive keeps.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] while a travel is under way, and outside
-/// OPERATION ENABLED where it takes homing; [`Error::Sdo`] when the position is outside the limits;
-/// [`Error::NotCalibrated`].
-pub async fn calibrate(drive: &DriveContext, position: i32) -> Result<(), Error> {
-    let calibration = drive.need(drive.description().calibration, Capability::Calibration)?;
-    require_rest(drive).await?;
-    match calibration {
-        Calibration::Write(object) => drive.set(object, position.into()).await,
-        Calibration::Homing(homing) => home(drive, homing, position).await,
-    }
-}
-
-/// Goes through homing mode and back.
-async fn home(drive: &DriveContext, homing: Homing, position: i32) -> Result<(), Error> {
-    match state_of(drive.status().await?)? {
-        State::OperationEnabled => {}
-        state => return Err(Error::Refused(Refusal(vec![Missing::Enabled(state)]))),
-    }
-    let before = shown_mode(drive).await?;
-    choose(drive, homing.mode).await?;
-    let ended = home_on_the_spot(drive, homing, position).await;
-    // Whether it has succeeded or not.
-    if drive.may_be_stopped().await? {
-        drive.control(drive.description().resting()).await?;
-    }
-    if let Ok(before) = i8::try_from(before) {
-        choose(drive, before).await?;
-    }
-    match ended? {
-        status_word if status_word & (homing.attained | homing.error) == homing.attained => Ok(()),
-        status_word => Err(Error::NotCalibrated { status_word }),
-    }
-}
-
-/// The status word in the end.
-async fn home_on_the_spot(drive: &DriveContext, homing: Homing, position: i32) -> Result<u16, Error> {
-    drive.set(homing.offset, position.into()).await?;
-    drive.set(homing.method, homing.on_the_spot.into()).await?;
-    // The order is an edge.
-    drive.control(drive.description().resting()).await?;
-    drive.unsettle();
-    drive.control(drive.description().moving() | homing.start).await?;
-    let until = drive.now() + drive.description().times.reaction;
-    let mut status_word = drive.status().await?;
-    let ended = |word: u16| word & (homing.attained | homing.error) != 0;
-    while !(drive.settled(!ended(status_word)) && ended(status_word)) && drive.now() < until {
-        if is_fault(state_of(status_word)?) {
-            return Err(Error::Fault(cause(drive).await?));
-        }
-        status_word = drive.next_status().await?;
-    }
-    Ok(status_word)
 }
 
 /// From which side targets are approached; `None` for a value that the manual does not have.

@@ -86,16 +86,9 @@ const AKD: Description = Description {
     },
     // Bit 10 of the status word is not described for this mode, bit 9 of 1002h is (1386).
     velocity: Some(Velocities { reached: Test::of_system(1 << 9), ..Velocities::CIA_402 }),
-    calibration: Some(Calibration::Homing(Homing {
-        mode: 6,
-        method: Number::new(0x6098, 0x00, DataType::Integer8),
-        // Set reference at present position (3347).
-        on_the_spot: 35,
-        offset: Number::new(0x607C, 0x00, DataType::Integer32),
-        start: 1 << 4,
-        attained: 1 << 12,
-        error: 1 << 13,
-    })),
+    homing: Some(Homing { methods: &[1, 2, 8, 12, 17, 18, 24, 28, 33, 34, 35], ..Homing::CIA_402 }),
+    // Set reference at present position (3347).
+    calibration: Some(Calibration::Homing(35)),
     store: Some(Store::CIA_301),
     ..Description::CIA_402
 };

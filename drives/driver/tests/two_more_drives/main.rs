@@ -4,6 +4,7 @@
 
 mod ag02;
 mod akd;
+mod homing;
 mod nothing_starts_unasked;
 mod protection;
 mod script;

@@ -12,6 +12,10 @@ pub mod control {
     pub const ENABLE_OPERATION: u16 = 1 << 3;
     /// New set-point (profile position mode).
     pub const NEW_SET_POINT: u16 = 1 << 4;
+    /// Homing operation start (homing mode).
+    pub const HOMING_OPERATION_START: u16 = 1 << 4;
+    /// Enable interpolation (interpolated position mode).
+    pub const ENABLE_INTERPOLATION: u16 = 1 << 4;
     /// Change set immediately (profile position mode).
     pub const CHANGE_IMMEDIATELY: u16 = 1 << 5;
     /// The target position is relative (profile position mode).
@@ -20,6 +24,8 @@ pub mod control {
     pub const FAULT_RESET: u16 = 1 << 7;
     /// Halt.
     pub const HALT: u16 = 1 << 8;
+    /// Change on set-point (profile position mode).
+    pub const CHANGE_ON_SET_POINT: u16 = 1 << 9;
 }
 
 /// Bits of the status word (CiA 402-2, 8.4.2).
@@ -48,6 +54,10 @@ pub mod status {
     pub const INTERNAL_LIMIT: u16 = 1 << 11;
     /// Set-point acknowledge (profile position mode); speed is zero (profile velocity mode).
     pub const SET_POINT_ACKNOWLEDGE: u16 = 1 << 12;
+    /// Homing attained (homing mode).
+    pub const HOMING_ATTAINED: u16 = 1 << 12;
+    /// Homing error (homing mode).
+    pub const HOMING_ERROR: u16 = 1 << 13;
     /// Following error (profile position mode).
     pub const FOLLOWING_ERROR: u16 = 1 << 13;
 }
