@@ -14,7 +14,7 @@ use lexican_runtime::{Duration, NodeId};
 
 use crate::cancel::CancelHandle;
 use crate::context::DriveContext;
-use crate::description::{Approach, Description};
+use crate::description::{Approach, Description, Reaction, Trigger};
 use crate::direction::Direction;
 use crate::error::{Error, HomingOutcome, Outcome, VelocityOutcome};
 use crate::fault::Cause;
@@ -25,6 +25,7 @@ use crate::parameter::ParameterSet;
 use crate::protection::{Protection, Supervision};
 use crate::sequence::{self, Difference, Progress, Setting};
 use crate::session::Session;
+use crate::set_point::SetPoint;
 use crate::units::Units;
 
 /// How often it is looked whether an operation has been cancelled.

@@ -8,8 +8,10 @@ use lexican_runtime::profile::cia402::{Command, State};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{CobId, NodeId};
 
+use crate::description::{Reaction, Trigger};
 use crate::fault::Cause;
 use crate::mode::Mode;
+use crate::set_point::Succession;
 
 /// How a travel ended. None of these is an error of the driver: each one is for the application to judge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -288,6 +290,16 @@ pub enum Capability {
     HomingMethod(i8),
     /// Setting the actual position.
     Calibration,
+    /// Set-points that follow one another.
+    SetPoints,
+    /// Set-points that follow one another so.
+    Succession(Succession),
+    /// Set-points that are distances.
+    RelativeSetPoints,
+    /// A latch of positions.
+    Latch(Trigger),
+    /// A reaction that can be chosen.
+    Reaction(Reaction),
     /// Choosing the approach.
     Approach,
     /// Keeping parameters on command.
@@ -330,6 +342,8 @@ pub enum Missing {
     SafetyReleased,
     /// A travel is under way.
     NoTravel,
+    /// The travel under way is interrupted.
+    TravelResumed,
     /// No travel is under way that could be interrupted.
     Travel,
     /// The position is above the upper limit.
@@ -375,6 +389,13 @@ impl fmt::Display for Capability {
             Capability::Inching => f.write_str("inching operation"),
             Capability::HomingMethod(method) => write!(f, "homing method {method}"),
             Capability::Calibration => f.write_str("calibration"),
+            Capability::SetPoints => f.write_str("set-points that follow one another"),
+            Capability::Succession(Succession::Stopped) => f.write_str("set-points after a stop"),
+            Capability::Succession(Succession::Blended) => f.write_str("set-points without a stop"),
+            Capability::Succession(Succession::AtOnce) => f.write_str("set-points at once"),
+            Capability::RelativeSetPoints => f.write_str("set-points that are distances"),
+            Capability::Latch(trigger) => write!(f, "latch for a {trigger}"),
+            Capability::Reaction(reaction) => write!(f, "choice of what it does on {reaction}"),
             Capability::Approach => f.write_str("choice of approach"),
             Capability::Store => f.write_str("command that keeps parameters"),
             Capability::Restore => f.write_str("such factory settings to restore"),
@@ -408,6 +429,7 @@ impl fmt::Display for Missing {
             Missing::EnableInput => f.write_str("its enable input is not active"),
             Missing::SafetyReleased => f.write_str("a safety function has it"),
             Missing::NoTravel => f.write_str("a travel is under way"),
+            Missing::TravelResumed => f.write_str("its travel is interrupted"),
             Missing::Travel => f.write_str("no travel is under way"),
             Missing::BelowUpperLimit => f.write_str("its position is above the upper limit"),
             Missing::AboveLowerLimit => f.write_str("its position is below the lower limit"),

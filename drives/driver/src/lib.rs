@@ -93,6 +93,7 @@ mod parameter;
 mod protection;
 pub mod sequence;
 mod session;
+mod set_point;
 #[cfg(feature = "tokio")]
 pub mod tokio;
 mod units;
@@ -109,4 +110,5 @@ pub use mode::Mode;
 pub use parameter::{Parameter, ParameterSet};
 pub use protection::{Protection, Supervision};
 pub use session::Session;
+pub use set_point::{SetPoint, Succession};
 pub use units::Units;

@@ -43,6 +43,28 @@ macro_rules! operations {
             /// [`Error::NotStopped`].
             fn quick_stop(drive) -> () = sequence::quick_stop(drive);
 
+            /// What the drive has reported since its history was cleared, the latest first (1003h).
+            ///
+            /// # Errors
+            ///
+            /// When the drive cannot be read.
+            fn fault_history(drive) -> Vec<Cause> = sequence::fault_history(drive);
+
+            /// Clears the history (1003h).
+            ///
+            /// # Errors
+            ///
+            /// When the drive cannot be written.
+            fn clear_fault_history(drive) -> () = sequence::clear_fault_history(drive);
+
+            /// What the drive warns of, which is no fault; `None` while it does not. [`Cause::NoError`] if it does not say
+            /// of what.
+            ///
+            /// # Errors
+            ///
+            /// When the drive cannot be read.
+            fn warning(drive) -> Option<Cause> = sequence::warning(drive);
+
             /// Resets a fault and says what it was; `None` when there was none.
             ///
             /// # Errors
@@ -109,6 +131,15 @@ macro_rules! operations {
             ///
             /// [`Error::NotTaken`] when no SYNC has come: the target is then taken back.
             fn confirm_start(drive) -> () = sequence::confirm_start(drive);
+
+            /// Gives the drive another set-point, also while it travels; returns once the drive has taken it. If it has no
+            /// room for one more, waits until it has. [`Drive::finish`] waits for the last one.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`]; [`Error::Refused`], also while a travel is interrupted; [`Error::NotTaken`].
+            fn add_set_point(drive, set_point: SetPoint) -> () =
+                sequence::add_set_point(drive, set_point, drive.patience());
 
             /// Waits until the travel under way is over.
             ///
@@ -230,6 +261,41 @@ macro_rules! operations {
             /// [`Error::Unsupported`]; [`Error::Refused`] while a travel is under way; [`Error::OutOfRange`];
             /// [`Error::Sdo`] when it is outside the limits of travel; [`Error::NotCalibrated`].
             fn calibrate(drive, position: i32) -> () = sequence::calibrate(drive, position);
+
+            /// Arms a latch: the next edge keeps the position. What it kept before is gone.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`]; [`Error::NotTaken`] when the drive does not forget what was before.
+            fn arm_latch(drive, trigger: Trigger) -> () = sequence::arm_latch(drive, trigger);
+
+            /// The position that a latch has kept since it was armed; `None` if no edge has come.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`]; when the drive cannot be read.
+            fn latched(drive, trigger: Trigger) -> Option<i32> = sequence::latched(drive, trigger);
+
+            /// Disarms a latch.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`]; when the drive cannot be written.
+            fn disarm_latch(drive, trigger: Trigger) -> () = sequence::disarm_latch(drive, trigger);
+
+            /// What the drive does in a situation: the option code of 605Ah to 605Eh.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`]; when the drive cannot be read.
+            fn reaction(drive, to: Reaction) -> i16 = sequence::reaction(drive, to);
+
+            /// Sets what the drive does in a situation.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`]; [`Error::Refused`] while a travel is under way; [`Error::Sdo`].
+            fn set_reaction(drive, to: Reaction, code: i16) -> () = sequence::set_reaction(drive, to, code);
 
             /// From which side targets are approached; `None` for a value that the manual does not have.
             ///

@@ -17,7 +17,7 @@ use lexican_runtime::{Duration, Instant, NodeId};
 use tokio::sync::broadcast;
 
 use crate::context::{Access, DriveContext};
-use crate::description::{Approach, Description};
+use crate::description::{Approach, Description, Reaction, Trigger};
 use crate::direction::Direction;
 use crate::error::{Error, HomingOutcome, Outcome, VelocityOutcome};
 use crate::fault::Cause;
@@ -28,6 +28,7 @@ use crate::parameter::ParameterSet;
 use crate::protection::{Protection, Supervision};
 use crate::sequence::{self, Difference, Progress, Setting};
 use crate::session::Session;
+use crate::set_point::SetPoint;
 use crate::units::Units;
 
 /// A drive of the kind `K` on a network. It does one thing at a time; a call that is dropped leaves the drive doing it.

@@ -4,8 +4,8 @@ use std::future::Future;
 use std::pin::{Pin, pin};
 use std::task::Poll;
 
-use lexican_driver::description::{Calibration, Inching, Number, Outputs, Test};
-use lexican_driver::{Description, Direction, DriveContext, Error, Mode, Session, Supervision, sequence};
+use lexican_driver::description::{Calibration, Inching, Number, Outputs, Test, Trigger};
+use lexican_driver::{Description, Direction, DriveContext, Error, Mode, Session, SetPoint, Supervision, sequence};
 use lexican_runtime::object::DataType;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use proptest::prelude::*;
@@ -43,9 +43,15 @@ async fn everything(context: &DriveContext) {
     let _ = sequence::inch(context, Direction::Positive).await;
     let _ = sequence::stop_inching(context).await;
     let _ = sequence::step(context, within).await;
+    let _ = sequence::add_set_point(context, SetPoint::to(1000), within).await;
+    let _ = sequence::arm_latch(context, Trigger::Rising(1)).await;
+    let _ = sequence::warning(context).await;
     let _ = sequence::calibrate(context, 0).await;
+    let _ = sequence::home(context, 35, within).await;
     let _ = sequence::set_mode(context, Mode::Velocity).await;
     let _ = sequence::run_at(context, 100, within).await;
+    let _ = sequence::set_mode(context, Mode::Torque).await;
+    let _ = sequence::apply_torque(context, 100).await;
     let _ = sequence::pass(context, within).await;
     let _ = sequence::stop(context).await;
     let _ = sequence::quick_stop(context).await;

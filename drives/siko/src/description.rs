@@ -44,6 +44,7 @@ pub const SIKO: Description = Description {
     status: StatusBits {
         remote: status::REMOTE,
         target_reached: status::TARGET_REACHED,
+        warning: status::WARNING,
         internal_limit: status::INTERNAL_LIMIT,
         acknowledged: status::ACKNOWLEDGED,
         positioning: Some(Test::of_status(status::POSITIONING)),
@@ -72,6 +73,9 @@ pub const SIKO: Description = Description {
     velocity: Some(VELOCITIES),
     torque: None,
     interpolated_position: None,
+    set_points: None,
+    latches: None,
+    reactions: &[],
     inching: Some(INCHING),
     homing: None,
     calibration: Some(Calibration::Write(Number::new(0x607C, 0x00, I32).within(-999_999, 999_999))),

@@ -28,6 +28,7 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use crate::description::Description;
 use crate::error::{Capability, Error};
+use crate::fault::Cause;
 
 /// One drive, as a sequence sees it; clones share its state.
 #[derive(Clone, Debug)]
@@ -46,7 +47,10 @@ pub(crate) struct Shared {
     /// When the sequence wants to be polled even though nothing came.
     pub(crate) wake: Option<Instant>,
     pub(crate) status: Reports,
+    /// The last fault, or that there is none.
     pub(crate) emergency: Option<u16>,
+    /// The last notice that is no fault.
+    pub(crate) warning: Option<u16>,
     pub(crate) restarted: bool,
     pub(crate) motion: Motion,
     /// The target of a PDO that has been sent with a control word in it, until the drive has been seen to take it: one
@@ -103,6 +107,7 @@ impl DriveContext {
             wake: None,
             status: Reports::default(),
             emergency: None,
+            warning: None,
             restarted: false,
             motion: Motion::Resting,
             held: None,
@@ -191,7 +196,10 @@ impl DriveContext {
 
     /// The code is as CiA 301 orders its bytes; the description knows whether the drive does so.
     pub(crate) fn heard_emergency(&self, emergency: Emergency) {
-        self.lock().emergency = Some(emergency.code.0);
+        let code = emergency.code.0;
+        let is_notice = matches!(self.description.codes.cause(code), Cause::Notice(_));
+        let mut shared = self.lock();
+        *(if is_notice { &mut shared.warning } else { &mut shared.emergency }) = Some(code);
     }
 
     pub(crate) fn heard_boot_up(&self) {
@@ -201,6 +209,7 @@ impl DriveContext {
         shared.status.known = None;
         shared.emergency = None;
         shared.held = None;
+        shared.warning = None;
         shared.rest();
     }
 
@@ -212,6 +221,7 @@ impl DriveContext {
         shared.status.missed = true;
         shared.status.known = None;
         shared.emergency = None;
+        shared.warning = None;
         shared.motion = match shared.motion {
             Motion::Running => Motion::Unknown,
             motion @ Motion::Travelling(_) if self.reports_travels() => motion.with_pause(Pause::None),

@@ -26,6 +26,15 @@ pub(crate) struct Travel {
     /// `None` if another manager has ordered it.
     pub(crate) target: Option<i32>,
     pub(crate) pause: Pause,
+    /// Other set-points may have been before it: the drive acknowledges until it has room for the next one.
+    pub(crate) queued: bool,
+}
+
+impl Travel {
+    /// A travel that begins.
+    pub(crate) const fn to(target: Option<i32>) -> Self {
+        Travel { target, pause: Pause::None, queued: false }
+    }
 }
 
 /// Whether a travel is interrupted.
@@ -44,7 +53,7 @@ pub(crate) enum Pause {
 impl Motion {
     /// A travel that begins.
     pub(crate) const fn travel(target: Option<i32>) -> Self {
-        Motion::Travelling(Travel { target, pause: Pause::None })
+        Motion::Travelling(Travel::to(target))
     }
 
     /// Whether the drive may be moving.
@@ -67,10 +76,10 @@ impl Motion {
 
     /// The same travel, or another manager's, in another state.
     pub(crate) const fn with_pause(self, pause: Pause) -> Self {
-        let target = match self {
-            Motion::Travelling(travel) => travel.target,
-            _ => None,
+        let travel = match self {
+            Motion::Travelling(travel) => travel,
+            _ => Travel::to(None),
         };
-        Motion::Travelling(Travel { target, pause })
+        Motion::Travelling(Travel { pause, ..travel })
     }
 }

@@ -93,6 +93,18 @@ pub enum Approach {
     Negative,
 }
 
+/// Set-points that follow one another, by bits of the control word. The one that a drive obeys while it stops at the target
+/// before is [`ControlBits::new_setpoint`](super::ControlBits::new_setpoint) alone.
+#[derive(Clone, Copy, Debug)]
+pub struct SetPoints {
+    /// The target is a distance.
+    pub relative: Option<u16>,
+    /// The target before is passed without stopping.
+    pub blended: Option<u16>,
+    /// The travel under way is replaced.
+    pub at_once: Option<u16>,
+}
+
 /// How the approach is chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct Approaches {
@@ -197,6 +209,15 @@ impl Homing {
         start: control::HOMING_OPERATION_START,
         attained: status::HOMING_ATTAINED,
         error: status::HOMING_ERROR,
+    };
+}
+
+impl SetPoints {
+    /// As CiA 402-2 has it.
+    pub const CIA_402: SetPoints = SetPoints {
+        relative: Some(control::RELATIVE),
+        blended: Some(control::CHANGE_ON_SET_POINT),
+        at_once: Some(control::CHANGE_IMMEDIATELY),
     };
 }
 

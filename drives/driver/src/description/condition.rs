@@ -35,7 +35,7 @@ pub struct Condition {
 
 /// A set of orders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Orders(u8);
+pub struct Orders(u16);
 
 impl Test {
     /// One of these bits of the status word is set.
@@ -76,8 +76,10 @@ impl Orders {
     pub const RUN: Orders = Orders(1 << 3);
     /// Homing, wherever to.
     pub const HOME: Orders = Orders(1 << 6);
+    /// Another set-point while travelling.
+    pub const ADD: Orders = Orders(1 << 7);
     /// All that moves.
-    pub const MOVE: Orders = Orders::TRAVEL.and(Orders::INCH).and(Orders::RUN).and(Orders::HOME);
+    pub const MOVE: Orders = Orders::TRAVEL.and(Orders::ADD).and(Orders::INCH).and(Orders::RUN).and(Orders::HOME);
     /// All that begins from rest.
     pub const FROM_REST: Orders = Orders::TRAVEL.and(Orders::INCH).and(Orders::SET_UP);
     /// Leading to OPERATION ENABLED.

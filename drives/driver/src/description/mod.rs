@@ -9,20 +9,24 @@ mod capability;
 mod check;
 mod condition;
 mod frame;
+mod latch;
 mod number;
 mod pdo;
+mod reaction;
 
 use lexican_runtime::Duration;
 use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::{Command, Modes, Transitions, control, status};
 
 pub use capability::{
-    Approach, Approaches, Calibration, EmergencySwitch, Gear, Homing, Inching, Measured, Restore, Store,
+    Approach, Approaches, Calibration, EmergencySwitch, Gear, Homing, Inching, Measured, Restore, SetPoints, Store,
     TorqueDeactivation, Torques, UnitObjects, Velocities,
 };
 pub use condition::{Condition, Orders, Test, Word};
+pub use latch::{Latch, Latches, Trigger};
 pub use number::Number;
 pub use pdo::{Outputs, Pdo, Signal};
+pub use reaction::Reaction;
 
 use crate::fault::{ByteOrder, Codes};
 use crate::mode::Mode;
@@ -67,6 +71,12 @@ pub struct Description {
     pub torque: Option<Torques>,
     /// Where interpolated positions are written (60C1h:01).
     pub interpolated_position: Option<Number>,
+    /// Set-points that follow one another while the drive travels.
+    pub set_points: Option<SetPoints>,
+    /// Positions that inputs latch.
+    pub latches: Option<Latches>,
+    /// The option codes of its reactions.
+    pub reactions: &'static [(Reaction, Number)],
     /// Inching operation.
     pub inching: Option<Inching>,
     /// Homing.
@@ -146,6 +156,8 @@ pub struct StatusBits {
     pub remote: u16,
     /// Target reached.
     pub target_reached: u16,
+    /// The drive warns.
+    pub warning: u16,
     /// Beyond a limit.
     pub internal_limit: u16,
     /// The setpoint has been taken.
@@ -219,6 +231,7 @@ impl Description {
         status: StatusBits {
             remote: status::REMOTE,
             target_reached: status::TARGET_REACHED,
+            warning: status::WARNING,
             internal_limit: status::INTERNAL_LIMIT,
             acknowledged: status::SET_POINT_ACKNOWLEDGE,
             positioning: None,
@@ -244,6 +257,9 @@ impl Description {
         velocity: Some(Velocities::CIA_402),
         torque: Some(Torques::CIA_402),
         interpolated_position: Some(Number::new(0x60C1, 0x01, DataType::Integer32)),
+        set_points: Some(SetPoints::CIA_402),
+        latches: Some(Latches::CIA_402),
+        reactions: Reaction::CIA_402,
         inching: None,
         homing: Some(Homing::CIA_402),
         calibration: None,

@@ -42,6 +42,12 @@ impl Number {
         Number { range: Some((low, high)), ..self }
     }
 
+    /// The number at another sub-index of the same object.
+    #[must_use]
+    pub const fn at_sub(self, sub: u8) -> Self {
+        Number { address: Address::new(self.address.index(), sub), ..self }
+    }
+
     /// Index and sub-index.
     #[must_use]
     pub const fn address(&self) -> Address {

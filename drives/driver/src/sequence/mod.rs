@@ -3,18 +3,21 @@
 //!
 //! ```text
 //! start_by_sync                                                                           travels that begin together
-//!   travel  inching  velocity  torque  homing  pass  setup  protect  parameters  identify  measure   the operations of a drive
-//!     power                                                                                 the way from state to state
-//!       standstill                                                                          the way to a standstill
-//!       refusal                                                                             what would be refused
-//!         observe                                                                           what the drive reports
+//!   travel  set_points  inching  velocity  torque  homing  latch  pass                    the operations of a drive
+//!   setup  protect  parameters  identify  measure  history
+//!     power                                                                               the way from state to state
+//!       standstill                                                                        the way to a standstill
+//!       refusal                                                                           what would be refused
+//!         observe                                                                         what the drive reports
 //! ```
 //!
 //! Each uses only what is below it, and inching what ends a travel.
 
+mod history;
 mod homing;
 mod identify;
 mod inching;
+mod latch;
 mod measure;
 mod observe;
 mod parameters;
@@ -22,6 +25,7 @@ mod pass;
 mod power;
 mod protect;
 mod refusal;
+mod set_points;
 mod setup;
 mod standstill;
 mod start_by_sync;
@@ -29,17 +33,20 @@ mod torque;
 mod travel;
 mod velocity;
 
+pub use history::{clear_fault_history, warning};
 pub use homing::{calibrate, home};
 pub use identify::identify;
 pub use inching::{inch, step, stop_inching};
+pub use latch::{arm_latch, disarm_latch, latched};
 pub use measure::{battery_voltage, set_torque_threshold, temperature, torque_deactivated, torque_threshold};
-pub use observe::{cause, mode, state};
+pub use observe::{cause, fault_history, mode, state};
 pub use parameters::{Difference, Setting, compare_parameters, read_parameters, restore, store, write_parameters};
 pub use pass::pass;
 pub use power::{disable, enable, reset_fault};
 pub use protect::{protect, unprotect};
 pub use refusal::{Order, limits, refuse};
-pub use setup::{approach, firmware, set_approach, set_emergencies, set_mode, units};
+pub use set_points::add_set_point;
+pub use setup::{approach, firmware, reaction, set_approach, set_emergencies, set_mode, set_reaction, units};
 pub(crate) use standstill::look_for_standstill;
 pub use standstill::{quick_stop, stop};
 pub use start_by_sync::{prepare_travel, set_start_by_sync};

@@ -1,9 +1,11 @@
 //! What the drive reports: its state, its mode, what is under way.
 
+use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::service::sdo_client::SdoError;
 
-use crate::context::{DriveContext, Motion};
+use crate::context::{DriveContext, Motion, Travel};
+use crate::description::Number;
 use crate::error::Error;
 use crate::fault::Cause;
 use crate::mode::Mode;
@@ -36,13 +38,36 @@ pub async fn cause(drive: &DriveContext) -> Result<Cause, Error> {
     if let Some(Cause::Fault(fault)) = reported {
         return Ok(Cause::Fault(fault));
     }
-    match drive.get(drive.description().objects.latest_fault).await {
-        // The upper half of an entry is the manufacturer's, where there is one (CiA 301, 7.5.2.4).
-        Ok(latest) => Ok(codes.cause(latest as u16)),
-        // There is no entry.
-        Err(Error::Sdo(SdoError::Aborted { .. })) => Ok(Cause::NoError),
-        Err(error) => Err(error),
+    // The upper half of an entry is the manufacturer's, where there is one (CiA 301, 7.5.2.4).
+    let latest = known(drive.get(drive.description().objects.latest_fault).await)?;
+    let latest = latest.map_or(Cause::NoError, |latest| codes.cause(latest as u16));
+    if !matches!(latest, Cause::Notice(_)) {
+        return Ok(latest);
     }
+    // What came since is no fault.
+    let fault = fault_history(drive).await?.into_iter().find(|cause| matches!(cause, Cause::Fault(_)));
+    Ok(fault.unwrap_or(latest))
+}
+
+/// What the drive has reported since its history was cleared, the latest first (1003h).
+///
+/// # Errors
+///
+/// As [`DriveContext::read`].
+pub async fn fault_history(drive: &DriveContext) -> Result<Vec<Cause>, Error> {
+    let latest = drive.description().objects.latest_fault;
+    let mut history = Vec::new();
+    for sub in 1..=known(drive.get(fault_count(drive)).await)?.unwrap_or(0) {
+        // A drive that has fewer entries than it has counted faults.
+        let Some(entry) = known(drive.get(latest.at_sub(sub as u8)).await)? else { break };
+        history.push(drive.description().codes.cause(entry as u16));
+    }
+    Ok(history)
+}
+
+/// 1003h:00.
+pub(super) fn fault_count(drive: &DriveContext) -> Number {
+    Number::new(drive.description().objects.latest_fault.address().index(), 0x00, DataType::Unsigned8)
 }
 
 /// The operating mode; `None` for one that the driver does not know.
@@ -90,6 +115,11 @@ pub(super) async fn reports_under_way(drive: &DriveContext, status_word: u16) ->
         return drive.holds(positioning, status_word).await;
     }
     let motion = drive.lock().motion;
+    if let Motion::Travelling(Travel { queued: true, .. }) = motion
+        && status_word & bits.acknowledged != 0
+    {
+        return Ok(true);
+    }
     match motion.pause() {
         None => return Ok(false),
         Some(_) if motion.is_paused() => return Ok(true),

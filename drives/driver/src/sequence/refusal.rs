@@ -17,6 +17,11 @@ pub enum Order {
         /// The target.
         target: i32,
     },
+    /// Travel to another position after the one before.
+    Add {
+        /// The target; `None` if it is a distance.
+        target: Option<i32>,
+    },
     /// Move by inching, in this direction.
     Inch(Direction),
     /// Run at a velocity.
@@ -51,6 +56,12 @@ pub async fn refuse(drive: &DriveContext, order: Order) -> Result<(), Error> {
     missing.extend(unfinished(drive, order.set(), status_word).await?.filter(|it| !missing.contains(it)));
     match order {
         Order::Travel { target } => missing.extend(target_beyond_limits(drive, target).await?),
+        Order::Add { target } => {
+            missing.extend(drive.lock().motion.is_paused().then_some(Missing::TravelResumed));
+            if let Some(target) = target {
+                missing.extend(target_beyond_limits(drive, target).await?);
+            }
+        }
         Order::Inch(_) | Order::Turn => {}
         Order::Run { velocity } => missing.extend(too_fast(drive, velocity).await?),
     }
@@ -88,7 +99,7 @@ pub(super) async fn require_rest(drive: &DriveContext) -> Result<(), Error> {
 impl Order {
     fn mode(self) -> Mode {
         match self {
-            Order::Travel { .. } | Order::Inch(_) => Mode::Positioning,
+            Order::Travel { .. } | Order::Add { .. } | Order::Inch(_) => Mode::Positioning,
             Order::Run { .. } => Mode::Velocity,
             Order::Turn => Mode::Torque,
         }
@@ -97,6 +108,7 @@ impl Order {
     fn set(self) -> Orders {
         match self {
             Order::Travel { .. } => Orders::TRAVEL,
+            Order::Add { .. } => Orders::ADD,
             Order::Inch(Direction::Positive) => Orders::INCH_POSITIVE,
             Order::Inch(Direction::Negative) => Orders::INCH_NEGATIVE,
             Order::Run { .. } | Order::Turn => Orders::RUN,
@@ -113,7 +125,7 @@ impl Order {
     fn is_supported(self, drive: &DriveContext) -> bool {
         let description = drive.description();
         match self {
-            Order::Travel { .. } => description.code_of(Mode::Positioning).is_some(),
+            Order::Travel { .. } | Order::Add { .. } => description.code_of(Mode::Positioning).is_some(),
             Order::Inch(_) => description.inching.is_some(),
             Order::Run { .. } => description.velocity.is_some() && description.code_of(Mode::Velocity).is_some(),
             Order::Turn => description.torque.is_some() && description.code_of(Mode::Torque).is_some(),

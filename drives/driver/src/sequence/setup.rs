@@ -7,7 +7,7 @@ use super::observe::shown_mode;
 use super::refusal::require_rest;
 use super::standstill::hold_still;
 use crate::context::DriveContext;
-use crate::description::{Approach, Number};
+use crate::description::{Approach, Number, Reaction};
 use crate::error::{Capability, Error};
 use crate::mode::Mode;
 use crate::units::Units;
@@ -78,6 +78,32 @@ pub async fn set_approach(drive: &DriveContext, approach: Approach) -> Result<()
     let value = approaches.values.iter().find(|(_, of)| *of == approach).map(|(value, _)| *value);
     let value = drive.need(value, Capability::Approach)?;
     drive.set(approaches.object, value).await
+}
+
+/// What the drive does in a situation: the option code of 605Ah to 605Eh.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`]; as [`DriveContext::read`].
+pub async fn reaction(drive: &DriveContext, to: Reaction) -> Result<i16, Error> {
+    Ok(drive.get(option_code(drive, to)?).await? as i16)
+}
+
+/// Sets what the drive does in a situation.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] before anything is sent; [`Error::Refused`] while a travel is under way; as
+/// [`DriveContext::write`].
+pub async fn set_reaction(drive: &DriveContext, to: Reaction, code: i16) -> Result<(), Error> {
+    let object = option_code(drive, to)?;
+    require_rest(drive).await?;
+    drive.set(object, code.into()).await
+}
+
+fn option_code(drive: &DriveContext, to: Reaction) -> Result<Number, Error> {
+    let row = drive.description().reactions.iter().find(|(reaction, _)| *reaction == to);
+    drive.need(row.map(|(_, object)| *object), Capability::Reaction(to))
 }
 
 /// Switches emergency messages on or off (1014h).

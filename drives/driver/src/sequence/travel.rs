@@ -68,9 +68,18 @@ pub(super) async fn order_travel(drive: &DriveContext, target: i32) -> Result<()
         refuse(drive, Order::Travel { target }).await?;
         return Err(Error::NotTaken { status_word });
     }
-    drive.lock().order(Motion::travel(Some(target)));
+    hand_over(drive, Order::Travel { target }, 0, target).await
+}
+
+/// Hands a set-point over, with these bits beside its own.
+pub(super) async fn hand_over(drive: &DriveContext, order: Order, bits: u16, target: i32) -> Result<(), Error> {
+    let description = drive.description();
+    drive.lock().order(match order {
+        Order::Add { target } => Motion::Travelling(Travel { queued: true, ..Travel::to(target) }),
+        _ => Motion::travel(Some(target)),
+    });
     drive.unsettle();
-    drive.control_position(description.moving() | description.control.new_setpoint, target).await
+    drive.control_position(description.moving() | description.control.new_setpoint | bits, target).await
 }
 
 /// Waits until the drive has taken the travel that has been ordered: at once, or, if it was prepared, after SYNC.
@@ -79,15 +88,20 @@ pub(super) async fn order_travel(drive: &DriveContext, target: i32) -> Result<()
 ///
 /// [`Error::Refused`] when no travel has been ordered, and as [`start_travel`].
 pub async fn confirm_start(drive: &DriveContext) -> Result<(), Error> {
-    let description = drive.description();
     let Motion::Travelling(Travel { target: Some(target), .. }) = drive.lock().motion else {
         return Err(Error::Refused(Refusal(vec![Missing::Travel])));
     };
+    confirm(drive, Order::Travel { target }).await
+}
+
+/// Waits until the drive has acknowledged a set-point, and takes its bit back.
+pub(super) async fn confirm(drive: &DriveContext, order: Order) -> Result<(), Error> {
+    let description = drive.description();
     let acknowledged = description.status.acknowledged;
     let Awaited { status_word, came } = drive.await_status(|word| word & acknowledged != 0).await?;
     if !came {
         withdraw(drive).await?;
-        refuse(drive, Order::Travel { target }).await?;
+        refuse(drive, order).await?;
         return Err(Error::NotTaken { status_word });
     }
     drive.lock().held = None;

@@ -3,7 +3,7 @@
 
 use lexican_driver::{Error, Mode};
 
-use crate::akd::{BySdo, Drive, check, enabled};
+use crate::servo::{BySdo, Drive, check, enabled};
 
 #[test]
 fn a_drive_that_is_enabled_in_velocity_mode_does_not_run_at_its_last_velocity() {

@@ -6,8 +6,8 @@ use lexican_runtime::Duration;
 use lexican_runtime::host::Fate;
 use lexican_runtime::profile::cia402::State;
 
-use crate::akd::{ByPdo, BySdo, SHEET, enabled};
 use crate::script::Rig;
+use crate::servo::{ByPdo, BySdo, SHEET, enabled};
 
 const TRAVEL: &str = "
     > 203#0F00

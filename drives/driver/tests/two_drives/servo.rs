@@ -1,8 +1,6 @@
-//! The Kollmorgen AKD: the state machine of CiA 402 with 6061h, orders by SDO or PDO, status registers of 32 bits, a
-//! setpoint that is released as soon as it is acknowledged, homing on the spot, parameters that are kept on command.
-//!
-//! Numbers in parentheses are lines of the CANopen manual, edition E of 10/2011. The frames are those of its
-//! chapters 7.1 and 7.2, node 3, and of its emergencies, node 1.
+//! A servo that is described here, most of it as CiA 402 has it: the state machine with 6061h, orders by SDO or PDO, a status
+//! register of 32 bits, a setpoint that is released as soon as it is acknowledged, homing, parameters that are kept on
+//! command.
 
 use lexican_driver::description::{
     Approach, Calibration, Condition, Description, Homing, Identity, ModeObjects, Number, Objects, Orders, Outputs,
@@ -18,35 +16,33 @@ use lexican_runtime::{Duration, NodeId};
 use crate::script::bus;
 use crate::script::{Rig, Sheet};
 
-/// As the examples of chapters 7.1.2 to 7.2.1.3 work with it: everything by SDO.
+/// Everything goes by SDO.
 pub(crate) enum BySdo {}
 
 impl Kind for BySdo {
-    const DESCRIPTION: &'static Description = &AKD;
+    const DESCRIPTION: &'static Description = &SERVO;
 }
 
-/// As the examples of chapters 7.2.1.8 and 7.2.1.11 do: control word and status word by PDO.
+/// Control word and status word go by PDO.
 pub(crate) enum ByPdo {}
 
 impl Kind for ByPdo {
     const DESCRIPTION: &'static Description = &Description {
         outputs: Outputs {
             control: Some(Pdo { base: 0x200, signals: &[Signal::ControlWord] }),
-            // The example maps target and velocity into RPDO2, and prints half of it (4481); it goes by SDO here.
             position: None,
             velocity: None,
         },
         inputs: &[Pdo { base: 0x180, signals: &[Signal::StatusWord] }],
-        ..AKD
+        ..SERVO
     };
 }
 
-const AKD: Description = Description {
-    name: "Kollmorgen AKD",
+const SERVO: Description = Description {
+    name: "servo",
     identity: Identity {
         vendor_id: 0x6A,
         profile: 402,
-        // Yzzz, where Y is the voltage class (1472).
         names: Some(&["L", "M", "H", "U"]),
         characters: ByteOrder::LowFirst,
     },
@@ -57,11 +53,9 @@ const AKD: Description = Description {
     conditions: &[
         Condition { when: MOVING, refuses: Orders::FROM_REST, missing: Missing::NoTravel },
         Condition { when: SAFE, refuses: Orders::MOVE.and(Orders::ENABLE), missing: Missing::SafetyReleased },
-        // Transition 3 needs it (2538).
         Condition { when: HARDWARE_ENABLE, refuses: Orders::MOVE.and(Orders::ENABLE), missing: Missing::EnableInput },
     ],
     codes: Codes {
-        // Some of chapter 6.1.
         faults: &[
             Code { number: 0x3110, label: "F523", text: "bus over voltage" },
             Code { number: 0x3120, label: "F247", text: "bus under voltage" },
@@ -73,7 +67,7 @@ const AKD: Description = Description {
         order: ByteOrder::LowFirst,
     },
     modes: ModeObjects {
-        // No 2, 9, 10.
+        // Neither velocity mode of frequency converters nor cyclic velocities.
         codes: Modes(&[
             (1, cia402::Mode::ProfilePosition),
             (3, cia402::Mode::ProfileVelocity),
@@ -84,10 +78,8 @@ const AKD: Description = Description {
         ]),
         ..Description::CIA_402.modes
     },
-    // Bit 10 of the status word is not described for this mode, bit 9 of 1002h is (1386).
     velocity: Some(Velocities { reached: Test::of_system(1 << 9), ..Velocities::CIA_402 }),
     homing: Some(Homing { methods: &[1, 2, 8, 12, 17, 18, 24, 28, 33, 34, 35], ..Homing::CIA_402 }),
-    // Set reference at present position (3347).
     calibration: Some(Calibration::Homing(35)),
     store: Some(Store::CIA_301),
     ..Description::CIA_402
@@ -104,13 +96,17 @@ pub(crate) const SHEET: Sheet = Sheet {
     objects: &[
         (0x1000, 0x00, 4, 0x0002_0192),
         (0x1002, 0x00, 4, 0x2000_0000),
+        (0x1003, 0x00, 1, 1),
         (0x1003, 0x01, 4, 0),
+        (0x1003, 0x02, 4, 0),
+        (0x1003, 0x03, 4, 0),
         (0x1008, 0x00, 4, u32::from_le_bytes(*b"M006") as u64),
         (0x100A, 0x00, 4, u32::from_le_bytes(*b"1.03") as u64),
         (0x1010, 0x01, 4, 1),
         (0x1018, 0x01, 4, 0x6A),
         (0x6040, 0x00, 2, 0),
         (0x6041, 0x00, 2, 0x0240),
+        (0x605E, 0x00, 2, 2),
         (0x6060, 0x00, 1, 1),
         (0x6061, 0x00, 1, 1),
         (0x6064, 0x00, 4, 0),
@@ -122,6 +118,9 @@ pub(crate) const SHEET: Sheet = Sheet {
         (0x6071, 0x00, 2, 0),
         (0x6077, 0x00, 2, 0),
         (0x6098, 0x00, 1, 0),
+        (0x60B8, 0x00, 2, 0),
+        (0x60B9, 0x00, 2, 0),
+        (0x60BA, 0x00, 4, 0),
         (0x60C1, 0x01, 4, 0),
         (0x60FF, 0x00, 4, 0),
     ],
@@ -150,7 +149,7 @@ pub(crate) fn enabled<K: Kind, T: std::fmt::Debug>(
 #[test]
 fn the_device_answers_as_the_manual_prints_it() {
     let rig = Rig::<BySdo>::new(SHEET);
-    // (4120)
+    //
     assert_eq!(rig.device.lock().unwrap().answer_to("603#4041600000000000"), "583#4B41600040020000");
     assert_eq!(check("", Drive::firmware).unwrap(), "1.03", "characters as they come");
 }
@@ -158,12 +157,12 @@ fn the_device_answers_as_the_manual_prints_it() {
 #[test]
 fn it_is_enabled_by_sdo() {
     let script = "
-        > 603#2B40600006000000    shutdown (4339)
+        > 603#2B40600006000000    shutdown
         = 6041:00 0231
-        > 603#2B40600007000000    switch on (4341)
+        > 603#2B40600007000000    switch on
         = 6041:00 0233
-        > 603#2B4060000F000000    operation enable (4343)
-        = 6041:00 0237            (4345)
+        > 603#2B4060000F000000    operation enable
+        = 6041:00 0237
     ";
     check(script, Drive::enable).unwrap();
 }
@@ -171,16 +170,16 @@ fn it_is_enabled_by_sdo() {
 #[test]
 fn it_is_enabled_by_pdo() {
     let script = "
-        > 000#0103                NMT, as soon as there are PDOs (4235)
-        > 203#0600                shutdown (4707)
+        > 000#0103                NMT, as soon as there are PDOs
+        > 203#0600                shutdown
         = 6041:00 0231
-        < 183#3102                (4708)
-        > 203#0700                switch on (4709)
+        < 183#3102
+        > 203#0700                switch on
         = 6041:00 0233
-        < 183#3302                (4710)
-        > 203#0F00                enable operation (4711)
+        < 183#3302
+        > 203#0F00                enable operation
         = 6041:00 0237
-        < 183#3702                (4712)
+        < 183#3702
     ";
     Rig::<ByPdo>::new(SHEET).check(script, Drive::enable).unwrap();
 }
@@ -188,18 +187,18 @@ fn it_is_enabled_by_pdo() {
 #[test]
 fn a_setpoint_is_released_as_soon_as_it_is_acknowledged() {
     let script = "
-        > 203#0F00                (4465)
-        > 603#237A6000A08C0000    36000, as the comment has it (4481)
-        > 203#1F00                new setpoint (4488)
+        > 203#0F00
+        > 603#237A6000A08C0000    36000, 
+        > 203#1F00                new setpoint
         = 6041:00 1237
-        < 183#3712                setpoint acknowledge (4493)
-        > 203#0F00                (4498)
+        < 183#3712                setpoint acknowledge
+        > 203#0F00
         = 6041:00 0237
-        < 183#3702                (4499)
+        < 183#3702
         ~ 300
         = 6064:00 8CA0
         = 6041:00 0637
-        < 183#3706                target reached (4504)
+        < 183#3706                target reached
     ";
     let outcome = enabled::<ByPdo, _>(script, |drive| drive.move_to(36_000)).unwrap();
     assert_eq!(outcome, Outcome::Reached { position: 36_000 });
@@ -215,7 +214,7 @@ fn an_interrupted_travel_is_not_over_although_its_drive_stands() {
         > 603#2B4060000F000000
         = 6041:00 0237
         = 606C:00 00001000
-        > 603#2B4060000F010000    intermediate stop (4196)
+        > 603#2B4060000F010000    intermediate stop
         = 606C:00 00000000
         = 6041:00 0637            in halt, this bit says that it stands
         ~ 300
@@ -386,14 +385,14 @@ fn an_order_that_is_not_taken_is_forgotten_outside_operation_enabled() {
 fn it_runs_with_mode_3_and_tells_so_in_6061h() {
     let script = "
         > 603#23FF600000000000    nothing runs before it is ordered
-        > 603#2F60600003000000    profile velocity (4163)
+        > 603#2F60600003000000    profile velocity
         = 6061:00 03
         > 603#2B4060000F010000
-        > 603#23FF600000410000    velocity setpoint (4173)
-        > 603#2B4060000F000000    enable operation (4171)
+        > 603#23FF600000410000    velocity setpoint
+        > 603#2B4060000F000000    enable operation
         = 606C:00 00004100
         = 1002:00 20000201
-        > 603#2B4060000F010000    intermediate stop (4175)
+        > 603#2B4060000F010000    intermediate stop
         = 606C:00 00000030        it never stands quite still
     ";
     let outcome = enabled::<BySdo, _>(script, |drive| {
@@ -411,15 +410,15 @@ fn it_runs_with_mode_3_and_tells_so_in_6061h() {
 fn it_turns_with_a_torque() {
     let script = "
         > 603#2B71600000000000    nothing turns before it is ordered
-        > 603#2F60600004000000    profile torque (4189)
+        > 603#2F60600004000000    profile torque
         = 6061:00 04
         > 603#2B4060000F010000
-        > 603#2B71600090010000    torque setpoint (4199)
-        > 603#2B4060000F000000    enable operation (4197)
+        > 603#2B71600090010000    torque setpoint
+        > 603#2B4060000F000000    enable operation
         = 6077:00 0000018E
         > 603#2B7160006AFF0000
         > 603#2B4060000F000000
-        > 603#2B4060000F010000    intermediate stop (4201)
+        > 603#2B4060000F010000    intermediate stop
     ";
     let turned = enabled::<BySdo, _>(script, |drive| {
         drive.set_mode(Mode::Torque)?;
@@ -441,7 +440,7 @@ fn a_quick_stop_can_be_left_for_operation_enabled() {
         > 603#2B40600002000000
         = 6041:00 0217
         = 606C:00 00000000
-        > 603#2B4060000F000000    transition 16: bit 2 is set again (2538)
+        > 603#2B4060000F000000    transition 16: bit 2 is set again
         = 6041:00 0237
     ";
     enabled::<BySdo, _>(script, |drive| {
@@ -454,15 +453,15 @@ fn a_quick_stop_can_be_left_for_operation_enabled() {
 #[test]
 fn a_fault_is_told_by_its_emergency_or_else_by_the_history() {
     let script = "
-        < 081#1043080100000000    (4750)
+        < 081#1043080100000000
         = 6041:00 021F            FAULT REACTION ACTIVE
         ~ 20
         = 6041:00 0218
         > 601#2B40600000000000
         > 601#2B40600080000000
-        < 081#0000080000000000    (4751)
+        < 081#0000080000000000
         = 6041:00 0250
-        > 601#2B40600000000000    bit 7 is cleared by the host (2538)
+        > 601#2B40600000000000    bit 7 is cleared by the host
     ";
     let sheet = Sheet { node: NodeId::literal(1), ..SHEET };
     let cause = Rig::<BySdo>::new(sheet).check(script, Drive::reset_fault).unwrap();
@@ -497,38 +496,34 @@ fn what_is_missing_is_named_before_anything_moves() {
 #[test]
 fn what_it_does_not_have_is_refused_before_anything_is_sent() {
     let mut rig = Rig::<BySdo>::new(SHEET);
-    rig.check_unsupported("the Kollmorgen AKD has no inching operation", |drive| drive.inch(Direction::Positive));
-    rig.check_unsupported("the Kollmorgen AKD has no inching operation", Drive::step);
-    rig.check_unsupported("the Kollmorgen AKD has no inching operation", Drive::stop_inching);
-    rig.check_unsupported("the Kollmorgen AKD has no choice of approach", |drive| {
-        drive.set_approach(Approach::Positive)
-    });
-    rig.check_unsupported("the Kollmorgen AKD has no such factory settings to restore", |drive| drive.restore(None));
-    rig.check_unsupported("the Kollmorgen AKD has no units that are known", Drive::units);
-    rig.check_unsupported("the Kollmorgen AKD has no torque deactivation", Drive::torque_deactivated);
-    rig.check_unsupported("the Kollmorgen AKD has no switch for emergency messages", |drive| {
-        drive.set_emergencies(true)
-    });
+    rig.check_unsupported("the servo has no inching operation", |drive| drive.inch(Direction::Positive));
+    rig.check_unsupported("the servo has no inching operation", Drive::step);
+    rig.check_unsupported("the servo has no inching operation", Drive::stop_inching);
+    rig.check_unsupported("the servo has no choice of approach", |drive| drive.set_approach(Approach::Positive));
+    rig.check_unsupported("the servo has no such factory settings to restore", |drive| drive.restore(None));
+    rig.check_unsupported("the servo has no units that are known", Drive::units);
+    rig.check_unsupported("the servo has no torque deactivation", Drive::torque_deactivated);
+    rig.check_unsupported("the servo has no switch for emergency messages", |drive| drive.set_emergencies(true));
 }
 
 #[test]
 fn it_is_calibrated_by_homing_on_the_spot() {
     let start = "
-        > 603#2F60600006000000    homing (4334)
+        > 603#2F60600006000000    homing
         = 6061:00 06
-        > 603#237C6000A8610000    reference offset 25000 (4327)
-        > 603#2F98600023000000    method 35 (3347)
+        > 603#237C6000A8610000    reference offset 25000
+        > 603#2F98600023000000    method 35
         > 603#2B4060000F000000    the edge begins below
-        > 603#2B4060001F000000    homing operation start (4346)
-        = 6041:00 0237            homing not finished (4349)
+        > 603#2B4060001F000000    homing operation start
+        = 6041:00 0237            homing not finished
         ~ 100
     ";
     let end = "
-        > 603#2B4060000F000000    (4465)
-        > 603#2F60600001000000    back to profile position (4471)
+        > 603#2B4060000F000000
+        > 603#2F60600001000000    back to profile position
         = 6061:00 01
     ";
-    enabled::<BySdo, _>(&format!("{start} = 6041:00 1637 (4351)\n{end}"), |drive| drive.calibrate(25_000)).unwrap();
+    enabled::<BySdo, _>(&format!("{start} = 6041:00 1637\n{end}"), |drive| drive.calibrate(25_000)).unwrap();
     let failed = enabled::<BySdo, _>(&format!("{start} = 6041:00 2237\n{end}"), |drive| drive.calibrate(25_000));
     assert!(matches!(failed, Err(Error::NotCalibrated { status_word: 0x2237 })), "{failed:?}");
     let disabled = check("", |drive| drive.calibrate(0)).unwrap_err();
@@ -537,7 +532,7 @@ fn it_is_calibrated_by_homing_on_the_spot() {
 
 #[test]
 fn parameters_are_kept_on_command() {
-    // "save" (1579)
+    // "save"
     check("> 603#2310100173617665", Drive::store).unwrap();
 }
 

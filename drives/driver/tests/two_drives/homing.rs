@@ -4,8 +4,8 @@ use lexican_driver::{Error, HomingOutcome};
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
 
-use crate::akd::{BySdo, Drive, check, enabled};
 use crate::script::Rig;
+use crate::servo::{BySdo, Drive, SHEET, check};
 
 const START: &str = "
     = 6041:00 0237
@@ -50,7 +50,7 @@ fn it_ends_when_the_drive_stands() {
 
 #[test]
 fn a_drive_that_is_still_homing_keeps_its_mode_until_it_is_stopped() {
-    let mut rig = Rig::<BySdo>::new(crate::akd::SHEET);
+    let mut rig = Rig::<BySdo>::new(SHEET);
     rig.drive.set_patience(Duration::from_secs(2));
     let outcome = rig.check(START, home).unwrap();
     assert!(matches!(outcome, HomingOutcome::TimedOut { .. }), "{outcome:?}");
@@ -61,7 +61,7 @@ fn a_drive_that_is_still_homing_keeps_its_mode_until_it_is_stopped() {
 
 #[test]
 fn a_drive_that_is_dropped_while_it_homes_is_stopped() {
-    let mut rig = Rig::<BySdo>::new(crate::akd::SHEET);
+    let mut rig = Rig::<BySdo>::new(SHEET);
     rig.drive.set_patience(Duration::from_secs(2));
     rig.check(START, home).unwrap();
     rig.follow("> 603#2B4060000F010000");
@@ -70,6 +70,5 @@ fn a_drive_that_is_dropped_while_it_homes_is_stopped() {
 
 #[test]
 fn a_method_that_it_does_not_have_is_refused_before_anything_is_sent() {
-    Rig::<BySdo>::new(crate::akd::SHEET)
-        .check_unsupported("the Kollmorgen AKD has no homing method 3", |drive| drive.home(3));
+    Rig::<BySdo>::new(SHEET).check_unsupported("the servo has no homing method 3", |drive| drive.home(3));
 }

@@ -3,8 +3,8 @@
 use lexican_driver::{Drive, Protection, Supervision};
 use lexican_runtime::{Duration, NodeId};
 
-use crate::akd::{self, BySdo};
 use crate::script::{Sheet, bus};
+use crate::servo::{self, BySdo};
 
 /// With three consumers, of which one watches over node 9.
 const CONSUMER: Sheet = Sheet {
@@ -20,7 +20,7 @@ const CONSUMER: Sheet = Sheet {
         (0x1018, 0x01, 4, 0x6A),
         (0x6041, 0x00, 2, 0x0240),
     ],
-    ..akd::SHEET
+    ..servo::SHEET
 };
 
 #[test]
@@ -48,10 +48,10 @@ fn a_free_heartbeat_consumer_is_armed_and_kept_going() {
 
 #[test]
 fn a_drive_that_can_notice_nothing_says_so() {
-    let (bus, _) = bus(akd::SHEET);
+    let (bus, _) = bus(servo::SHEET);
     let within = Supervision::within(Duration::from_secs(1));
-    let error = Drive::<_, BySdo>::connect_protected(bus.link(), akd::SHEET.node, within).unwrap_err();
-    assert_eq!(error.to_string(), "the Kollmorgen AKD has no life guarding and no free heartbeat consumer");
+    let error = Drive::<_, BySdo>::connect_protected(bus.link(), servo::SHEET.node, within).unwrap_err();
+    assert_eq!(error.to_string(), "the servo has no life guarding and no free heartbeat consumer");
 }
 
 #[cfg(feature = "tokio")]
