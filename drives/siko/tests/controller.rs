@@ -9,6 +9,7 @@ use siko_ag03_1::fault::{self, Fault, cause_of};
 use siko_ag03_1::sim::controller::{Motor, Network};
 use siko_ag03_1::sim::inputs::{BusState, Inputs, Key, Shaft};
 use siko_ag03_1::sim::parameters::{Mode, Parameters};
+use siko_ag03_1::sim::{Braking, Order};
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::{control, generic, status, system};
 
@@ -674,4 +675,34 @@ fn the_words_change_only_when_announced() {
         }
     }
     panic!("the drive does not come to rest");
+}
+
+#[test]
+fn the_system_status_follows_the_flow_chart_of_orders_beside_the_bus() {
+    let mut bench = Bench::new(Parameters { target_position: 5000, ..Parameters::default() });
+    bench.system_shows("000x 0000 1000 0000");
+    bench.controller.order(bench.now, Order::Enable).unwrap();
+    bench.controller.order(bench.now, Order::Start).unwrap();
+    bench.pass_ms(1000);
+    bench.system_shows("x1xx 10x0 0001 0000");
+    bench.controller.order(bench.now, Order::Interrupt(Braking::Full)).unwrap();
+    // It is ready when it stands, and not while it brakes.
+    bench.system_shows("x10x 10x0 0001 0000");
+    bench.pass_ms(1000);
+    bench.system_shows("x10x 00x0 0000 0000");
+}
+
+#[test]
+fn the_bus_releases_a_motor_that_another_interface_has_in_control() {
+    let mut bench = Bench::new(Parameters { target_position: 5000, ..Parameters::default() });
+    bench.controller.order(bench.now, Order::Enable).unwrap();
+    bench.controller.order(bench.now, Order::Start).unwrap();
+    bench.pass_ms(1000);
+    bench.controller.set_network(bench.now, Network::Operational);
+    assert_eq!(bench.controller.state(), State::SwitchOnDisabled);
+    for word in [0x0106, 0x0107, 0x010F] {
+        bench.control(word);
+    }
+    bench.controller.set_network(bench.now, Network::Operational);
+    assert_eq!(bench.controller.state(), State::OperationEnabled);
 }

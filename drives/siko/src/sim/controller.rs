@@ -252,8 +252,9 @@ impl Controller {
 
     /// Follows the NMT state: outside OPERATIONAL the motor is released (7.2.2.3, 7.2.2.5).
     pub fn set_network(&mut self, now: Instant, network: Network) {
-        self.network = network;
-        if network == Network::Operational {
+        let enters = std::mem::replace(&mut self.network, network) != network;
+        // A motor that another interface has in control is released: the bus finds it in SWITCH ON DISABLED.
+        if network == Network::Operational && !(enters && has_torque(self.state)) {
             // The keys are locked there (2.2.1.2).
             self.motion.stop_inching(now, self.parameters.inching().deceleration);
         } else {

@@ -137,7 +137,9 @@ impl Controller {
 
     fn is_unready(&self, now: Instant, seen: Observation) -> bool {
         let on_switch = self.limit_switches() != [false; 2];
-        self.motion.is_active(now) || !self.is_powered() || seen.beyond_limit() || on_switch
+        // Where the bus is not in command, a travel that is interrupted can be started again (AG02, figure 4).
+        let waits = self.network == Network::PreOperational && self.motion.is_interrupted() && !seen.moving;
+        self.motion.is_active(now) && !waits || !self.is_powered() || seen.beyond_limit() || on_switch
     }
 
     fn has_overcurrent(&self, now: Instant) -> bool {
