@@ -101,36 +101,44 @@ pub trait Link {
     }
 }
 
-impl<L: Link + ?Sized> Link for std::boxed::Box<L> {
-    fn now(&self) -> Instant {
-        (**self).now()
-    }
-    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        (**self).send(frame)
-    }
-    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        (**self).receive(until)
-    }
-    fn receive_at(&mut self, now: Instant, until: Instant) -> Result<Option<Incoming>, LinkError> {
-        (**self).receive_at(now, until)
-    }
-    fn is_drained(&self) -> bool {
-        (**self).is_drained()
-    }
-    fn is_real_time(&self) -> bool {
-        (**self).is_real_time()
-    }
-    fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
-        (**self).listen_to(ids)
-    }
-    fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
-        (**self).try_send(frame)
-    }
-    #[cfg(unix)]
-    fn descriptor(&self) -> Option<Descriptor> {
-        (**self).descriptor()
-    }
+macro_rules! pass_on {
+    ($($lent:ty),*) => {
+        $(
+            impl<L: Link + ?Sized> Link for $lent {
+                fn now(&self) -> Instant {
+                    (**self).now()
+                }
+                fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+                    (**self).send(frame)
+                }
+                fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+                    (**self).receive(until)
+                }
+                fn receive_at(&mut self, now: Instant, until: Instant) -> Result<Option<Incoming>, LinkError> {
+                    (**self).receive_at(now, until)
+                }
+                fn is_drained(&self) -> bool {
+                    (**self).is_drained()
+                }
+                fn is_real_time(&self) -> bool {
+                    (**self).is_real_time()
+                }
+                fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
+                    (**self).listen_to(ids)
+                }
+                fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+                    (**self).try_send(frame)
+                }
+                #[cfg(unix)]
+                fn descriptor(&self) -> Option<Descriptor> {
+                    (**self).descriptor()
+                }
+            }
+        )*
+    };
 }
+
+pass_on!(std::boxed::Box<L>, &mut L);
 
 /// A descriptor that stays open while it is in use.
 #[cfg(unix)]
