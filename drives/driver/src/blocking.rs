@@ -14,6 +14,7 @@ use lexican_runtime::{Duration, NodeId};
 
 use crate::cancel::CancelHandle;
 use crate::context::DriveContext;
+use crate::cyclic::{Axis, AxisSettings};
 use crate::description::{Approach, Description, Reaction, Trigger};
 use crate::direction::Direction;
 use crate::error::{Error, HomingOutcome, Outcome, VelocityOutcome};

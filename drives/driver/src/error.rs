@@ -284,6 +284,8 @@ impl Error {
 pub enum Capability {
     /// An operating mode.
     Mode(Mode),
+    /// Following a path in an operating mode.
+    Path(Mode),
     /// Inching operation.
     Inching,
     /// A homing method (6098h).
@@ -386,6 +388,7 @@ impl fmt::Display for Capability {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Capability::Mode(mode) => write!(f, "{mode} mode"),
+            Capability::Path(mode) => write!(f, "{mode} mode in which to follow a path"),
             Capability::Inching => f.write_str("inching operation"),
             Capability::HomingMethod(method) => write!(f, "homing method {method}"),
             Capability::Calibration => f.write_str("calibration"),

@@ -82,6 +82,7 @@
 mod blocking;
 mod cancel;
 mod context;
+pub mod cyclic;
 pub mod description;
 mod direction;
 mod error;

@@ -215,6 +215,14 @@ macro_rules! operations {
             /// [`Error::Unsupported`]; when the drive cannot be read.
             fn torque(drive) -> i16 = sequence::torque(drive);
 
+            /// Sets the drive up for a [cyclic](crate::cyclic) mode: PDOs, period, mode, and a set-point where it stands. It
+            /// is disabled, and nothing moves.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::Unsupported`]; [`Error::Refused`]; [`Error::Fault`]; [`Error::Sdo`] by a drive whose mapping is fixed.
+            fn prepare_cyclic(drive, settings: AxisSettings) -> Axis = sequence::prepare_cyclic(drive, settings);
+
             /// Stops all that moves with its programmed deceleration; returns once the drive stands. A travel is
             /// interrupted: [`Drive::resume`] goes on with it, and [`Drive::disable`] forgets it. A step is stopped
             /// quickly, and leaves the drive in QUICK STOP ACTIVE.

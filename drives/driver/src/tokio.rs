@@ -17,6 +17,7 @@ use lexican_runtime::{Duration, Instant, NodeId};
 use tokio::sync::broadcast;
 
 use crate::context::{Access, DriveContext};
+use crate::cyclic::{Axis, AxisSettings};
 use crate::description::{Approach, Description, Reaction, Trigger};
 use crate::direction::Direction;
 use crate::error::{Error, HomingOutcome, Outcome, VelocityOutcome};

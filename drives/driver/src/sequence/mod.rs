@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! start_by_sync                                                                           travels that begin together
-//!   travel  set_points  inching  velocity  torque  homing  latch  pass                    the operations of a drive
+//!   travel  set_points  inching  velocity  torque  homing  latch  pass  cyclic            the operations of a drive
 //!   setup  protect  parameters  identify  measure  history
 //!     power                                                                               the way from state to state
 //!       standstill                                                                        the way to a standstill
@@ -13,6 +13,7 @@
 //!
 //! Each uses only what is below it, and inching what ends a travel.
 
+mod cyclic;
 mod history;
 mod homing;
 mod identify;
@@ -33,6 +34,7 @@ mod torque;
 mod travel;
 mod velocity;
 
+pub use cyclic::prepare_cyclic;
 pub use history::{clear_fault_history, warning};
 pub use homing::{calibrate, home};
 pub use identify::identify;

@@ -145,7 +145,7 @@ pub(super) async fn window(drive: &DriveContext) -> Result<Option<i64>, Error> {
 }
 
 /// A value, if the drive has the object.
-pub(super) fn known(read: Result<i64, Error>) -> Result<Option<i64>, Error> {
+pub(super) fn known<T>(read: Result<T, Error>) -> Result<Option<T>, Error> {
     match read {
         Ok(value) => Ok(Some(value)),
         Err(Error::Sdo(SdoError::Aborted { .. })) => Ok(None),

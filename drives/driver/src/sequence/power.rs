@@ -127,7 +127,7 @@ pub(super) async fn reach(drive: &DriveContext, goal: State) -> Result<(), Error
 }
 
 /// NMT OPERATIONAL, where there are PDOs.
-fn start(drive: &DriveContext) {
+pub(super) fn start(drive: &DriveContext) {
     if drive.description().needs_operational() {
         drive.command(NmtCommand::Start);
     }

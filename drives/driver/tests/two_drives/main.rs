@@ -2,6 +2,7 @@
 //! by the tests. Scripted devices expect frames of the driver, and answer.
 
 mod ag02;
+mod cyclic;
 mod homing;
 mod latch;
 mod nothing_starts_unasked;

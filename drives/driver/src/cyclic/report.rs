@@ -1,0 +1,206 @@
+//! How a path ended, and what each axis did.
+
+use std::fmt;
+
+use lexican_runtime::profile::cia402::State;
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{Duration, NodeId};
+
+use crate::fault::Cause;
+
+/// Why all axes are stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Reason {
+    /// The program has asked for it.
+    #[error("cancelled")]
+    Cancelled,
+    /// Cycles of our own were missed: the program, or its machine, was held up.
+    #[error("the program was late for its cycle by {late}")]
+    CycleMissed {
+        /// By how much it was late in the end.
+        late: Duration,
+    },
+    /// The frames of a cycle had not left by the next one: the bus has no room, or carries no frames.
+    #[error("the frames of a cycle had not left by the next one")]
+    BusFull,
+    /// The SYNC of the other producer has not come.
+    #[error("no SYNC has come for {silent}")]
+    SyncLost {
+        /// For how long.
+        silent: Duration,
+    },
+    /// The program had no set-points.
+    #[error("the program had no set-points for {cycles} cycles")]
+    SetPointsLate {
+        /// In how many cycles in a row.
+        cycles: u32,
+    },
+    /// A set-point is too far from the one before. None of this cycle has been sent.
+    #[error("node {node}: a step from {from} to {to} is larger than {most}")]
+    StepTooLarge {
+        /// The axis.
+        node: NodeId,
+        /// The set-point before.
+        from: i32,
+        /// The one that is refused.
+        to: i32,
+        /// [`AxisSettings::max_step`](super::AxisSettings::max_step).
+        most: u32,
+    },
+    /// A set-point is outside the limits of travel (607Dh). None of this cycle has been sent.
+    #[error("node {node}: the set-point {to} is outside the limits, {low} to {high}")]
+    OutsideLimits {
+        /// The axis.
+        node: NodeId,
+        /// The set-point that is refused.
+        to: i32,
+        /// The lower limit.
+        low: i32,
+        /// The upper limit.
+        high: i32,
+    },
+    /// The PDO of an axis has not come: it is lost, late, or the drive is.
+    #[error("node {node}: its PDO has not come for {cycles} cycles")]
+    PdoMissing {
+        /// The axis.
+        node: NodeId,
+        /// In how many cycles in a row.
+        cycles: u32,
+    },
+    /// An axis is too far from its set-points, or reports a following error (bit 13).
+    #[error("node {node}: a following error of {error}")]
+    FollowingError {
+        /// The axis.
+        node: NodeId,
+        /// How far it is from its last four set-points.
+        error: u32,
+    },
+    /// An axis has a fault.
+    #[error("node {node}: in fault: {cause}")]
+    Fault {
+        /// The axis.
+        node: NodeId,
+        /// By its emergency, if one has come.
+        cause: Cause,
+    },
+    /// An axis has left OPERATION ENABLED.
+    #[error("node {node}: it has left OPERATION ENABLED for {state}")]
+    LeftOperationEnabled {
+        /// The axis.
+        node: NodeId,
+        /// Where it is.
+        state: State,
+    },
+    /// An axis is in OPERATION ENABLED, and its status word says that it does not follow
+    /// ([`AxisSettings::follows`](super::AxisSettings::follows)).
+    #[error("node {node}: it does not follow its set-points (status word {status_word:04X})")]
+    Ignores {
+        /// The axis.
+        node: NodeId,
+        /// What it says.
+        status_word: u16,
+    },
+    /// An axis has not come to OPERATION ENABLED in time.
+    #[error("node {node}: it stays in {state}")]
+    NotEnabled {
+        /// The axis.
+        node: NodeId,
+        /// Where it is.
+        state: State,
+    },
+    /// An axis has restarted: it was reset, or its power failed.
+    #[error("node {node}: it has restarted")]
+    Restarted {
+        /// The axis.
+        node: NodeId,
+    },
+    /// An axis has left NMT OPERATIONAL.
+    #[error("node {node}: it is {state:?}, and exchanges no PDOs")]
+    NotOperational {
+        /// The axis.
+        node: NodeId,
+        /// What its heartbeat says.
+        state: NmtState,
+    },
+}
+
+/// What became of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// It has been seen to stand, and is in this state.
+    AtRest(State),
+    /// It has a fault, and has been seen to stand.
+    Fault(Cause),
+    /// It was still moving when it was last heard of, and has been released.
+    Moving,
+    /// It was not heard of any more: what it does is not known.
+    Silent,
+    /// It has restarted, and has been sent nothing since.
+    Restarted,
+}
+
+/// What an axis did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AxisReport {
+    /// Which one.
+    pub node: NodeId,
+    /// What became of it.
+    pub end: End,
+    /// Where it was when it was last heard of.
+    pub position: i32,
+    /// Its last set-point.
+    pub set_point: i32,
+    /// The largest distance from its last four set-points, while it followed.
+    pub following_error: u32,
+    /// How many cycles its PDO did not come in.
+    pub missing: u64,
+    /// How many PDOs came after the SYNC that follows theirs.
+    pub late: u64,
+}
+
+/// How a path ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// Why it was stopped; `None` if it has been followed to its end.
+    pub reason: Option<Reason>,
+    /// How many cycles had set-points of the path, before the stop.
+    pub cycles: u64,
+    /// How many cycles of our own were missed.
+    pub missed: u64,
+    /// By how much a cycle of our own was late at most, as far as the state machine knows; the interface adds to it.
+    pub latest: Duration,
+    /// The axes.
+    pub axes: Vec<AxisReport>,
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            End::AtRest(state) => write!(f, "at rest, {state}"),
+            End::Fault(cause) => write!(f, "at rest, in fault: {cause}"),
+            End::Moving => f.write_str("released while it moved"),
+            End::Silent => f.write_str("silent"),
+            End::Restarted => f.write_str("restarted"),
+        }
+    }
+}
+
+/// One line, and one for each axis.
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.reason {
+            Some(reason) => write!(f, "stopped after {} cycles: {reason}", self.cycles)?,
+            None => write!(f, "followed to its end in {} cycles", self.cycles)?,
+        }
+        for axis in &self.axes {
+            let AxisReport { node, end, position, set_point, following_error, missing, late } = axis;
+            write!(
+                f,
+                "\nnode {node}: {end}, at {position} of {set_point}, following error {following_error}, \
+                 {missing} PDOs missing, {late} late"
+            )?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,116 @@
+//! How axes are set up, and how a path is followed.
+
+use lexican_runtime::{CobId, Duration};
+
+use crate::mode::Mode;
+
+/// How an axis is set up.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisSettings {
+    /// [`Mode::CyclicPosition`], [`Mode::InterpolatedPosition`], or [`Mode::CyclicVelocity`], where set-points are velocities.
+    /// Not [`Mode::CyclicTorque`]: a torque of 0 stops nothing.
+    pub mode: Mode,
+    /// From one SYNC to the next, the same for all axes of a [`Follower`](super::Follower).
+    pub period: Duration,
+    /// By how much the set-point may change from one cycle to the next, in its own units: what the axis can do. A larger
+    /// step is refused before it is sent.
+    pub max_step: u32,
+    /// How far from its last four set-points the axis may be, in units of positions. Allow for what it is behind at full
+    /// speed, and a few steps for lost frames.
+    pub following_error: u32,
+    /// The axis stands if it moves by no more than this in 20 ms, in units of positions.
+    pub standing: u32,
+    /// The bits of the status word that have to be set while the axis follows: bit 12 (CiA 402-2, table for mode 7 and
+    /// following). 0 for a drive that has no such bit.
+    pub follows: u16,
+    /// The receive PDO, 1 to 4, that carries control word and set-point from then on.
+    pub rpdo: u8,
+    /// The transmit PDO, 1 to 4, that carries status word and position from then on.
+    pub tpdo: u8,
+}
+
+impl AxisSettings {
+    /// RPDO 2 and TPDO 3; a following error of twenty steps; standing within a tenth of a step.
+    #[must_use]
+    pub const fn new(mode: Mode, period: Duration, max_step: u32) -> Self {
+        AxisSettings {
+            mode,
+            period,
+            max_step,
+            following_error: max_step.saturating_mul(20),
+            standing: max_step / 10 + 1,
+            follows: 1 << 12,
+            rpdo: 2,
+            tpdo: 3,
+        }
+    }
+
+    /// Whether set-points are positions.
+    pub(super) const fn follows_positions(&self) -> bool {
+        matches!(self.mode, Mode::CyclicPosition | Mode::InterpolatedPosition)
+    }
+}
+
+/// How a path is followed.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Where SYNC comes from.
+    pub sync: SyncSource,
+    /// What is tolerated.
+    pub tolerance: Tolerance,
+    /// How all axes are stopped.
+    pub stop: Stop,
+    /// How long to wait until the axes are seen to stand.
+    pub settle: Duration,
+}
+
+/// Where SYNC comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SyncSource {
+    /// The follower sends it. It counts up to `overflow` (1019h), or not at all with 0.
+    Produced {
+        /// As 1005h has it.
+        id: CobId,
+        /// 0, or 2 to 240.
+        overflow: u8,
+    },
+    /// Another node sends it, in the period of the axes. If it stops while they are to be stopped, the follower
+    /// sends it.
+    Followed {
+        /// As 1005h has it.
+        id: CobId,
+    },
+}
+
+/// How many of what may be missing in a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tolerance {
+    /// Cycles of our own.
+    pub cycles: u32,
+    /// PDOs of an axis.
+    pub pdos: u32,
+    /// Set-points of the program.
+    pub set_points: u32,
+}
+
+/// How all axes are stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// Along the path, ever more slowly, in this time.
+    Ramp(Duration),
+    /// By the quick stop of each axis.
+    Quick,
+}
+
+impl Default for Settings {
+    /// SYNC produced as 80h without a counter; one cycle, two PDOs and two set-points may be missing; a ramp of 200 ms;
+    /// 500 ms to settle.
+    fn default() -> Self {
+        Settings {
+            sync: SyncSource::Produced { id: CobId::SYNC, overflow: 0 },
+            tolerance: Tolerance { cycles: 1, pdos: 2, set_points: 2 },
+            stop: Stop::Ramp(Duration::from_millis(200)),
+            settle: Duration::from_millis(500),
+        }
+    }
+}

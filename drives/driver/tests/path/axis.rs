@@ -1,0 +1,143 @@
+//! A drive in cyclic synchronous position mode, reduced to what the bus sees of one.
+
+use std::collections::VecDeque;
+
+use lexican_runtime::host::Node;
+use lexican_runtime::profile::cia402::{Command, State, Transitions};
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+
+/// What it does that it should not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Failing {
+    #[default]
+    Not,
+    /// It stays where it is, and does not follow.
+    Stuck,
+    /// It sends no PDO.
+    Silent,
+    /// Its status word says that it does not follow.
+    Ignoring,
+}
+
+pub(crate) struct Axis {
+    node: NodeId,
+    pub(crate) state: State,
+    pub(crate) position: i32,
+    pub(crate) failing: Failing,
+    /// It is in NMT OPERATIONAL.
+    operational: bool,
+    word: u16,
+    target: i32,
+    /// What the next SYNC releases.
+    received: Option<(u16, i32)>,
+    last_sync: Instant,
+    outbox: VecDeque<Frame>,
+    /// How far it has moved from one SYNC to the next, at most.
+    pub(crate) largest_step: u32,
+    /// By how much two steps that follow each other differ, at most.
+    pub(crate) largest_jerk: u32,
+    last_step: i32,
+}
+
+/// For how long an enabled axis does without SYNC.
+const WATCH: Duration = Duration::from_millis(10);
+
+impl Axis {
+    pub(crate) fn new(node: NodeId, position: i32) -> Self {
+        Axis {
+            node,
+            state: State::SwitchOnDisabled,
+            position,
+            failing: Failing::Not,
+            operational: true,
+            word: 0,
+            target: position,
+            received: None,
+            last_sync: Instant::ZERO,
+            outbox: VecDeque::new(),
+            largest_step: 0,
+            largest_jerk: 0,
+            last_step: 0,
+        }
+    }
+
+    /// A fault, with an emergency.
+    pub(crate) fn fail(&mut self, code: u16) {
+        self.state = State::Fault;
+        let [low, high] = code.to_le_bytes();
+        self.outbox.push_back(Frame::from_array(self.id(0x080), [low, high, 1, 0, 0, 0, 0, 0]));
+    }
+
+    /// Its power fails, and comes back.
+    pub(crate) fn restart(&mut self) {
+        *self = Axis { operational: false, ..Axis::new(self.node, self.position) };
+        self.outbox.push_back(Frame::from_array(self.id(0x700), [0]));
+    }
+
+    /// It sends a heartbeat, in PRE-OPERATIONAL.
+    pub(crate) fn leave_operational(&mut self) {
+        self.operational = false;
+        self.outbox.push_back(Frame::from_array(self.id(0x700), [0x7F]));
+    }
+
+    fn id(&self, base: u16) -> CobId {
+        CobId::of_node(base, self.node)
+    }
+
+    fn sync(&mut self, now: Instant) {
+        self.last_sync = now;
+        self.advance();
+        if let Some((word, target)) = self.received.take() {
+            let command = Command::parse(self.word, word);
+            if let Some(arrow) = Transitions::CIA_402.follow(self.state, command) {
+                self.state = arrow.to;
+            }
+            (self.word, self.target) = (word, target);
+        }
+        if self.failing != Failing::Silent {
+            let follows = u16::from(self.failing != Failing::Ignoring) << 12;
+            let [low, high] = (self.state.status_bits() | follows).to_le_bytes();
+            let [a, b, c, d] = self.position.to_le_bytes();
+            self.outbox.push_back(Frame::from_array(self.id(0x380), [low, high, a, b, c, d]));
+        }
+    }
+
+    /// It reaches within a period where it was sent; a quick stop takes none.
+    fn advance(&mut self) {
+        let goes = self.state == State::OperationEnabled && self.failing != Failing::Stuck;
+        let step = if goes { self.target - self.position } else { 0 };
+        self.position += step;
+        self.largest_step = self.largest_step.max(step.unsigned_abs());
+        self.largest_jerk = self.largest_jerk.max(step.abs_diff(self.last_step));
+        self.last_step = step;
+    }
+}
+
+impl Node for Axis {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        if !self.operational {
+            return;
+        }
+        if frame.id() == CobId::SYNC {
+            self.sync(now);
+        } else if let (true, &[low, high, a, b, c, d]) = (frame.id() == self.id(0x300), frame.data()) {
+            self.received = Some((u16::from_le_bytes([low, high]), i32::from_le_bytes([a, b, c, d])));
+        }
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        if self.poll_timeout().is_some_and(|due| due <= now) {
+            // As SYNC supervision has it.
+            self.fail(0x8700);
+        }
+    }
+
+    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+        self.outbox.pop_front()
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        let watches = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
+        watches.then_some(self.last_sync + WATCH)
+    }
+}
