@@ -12,6 +12,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-eds", &[]),
     ("lexican-codegen", &["lexican-eds"]),
     ("lexican-runtime", &[]),
+    ("lexican-profibus", &["lexican-runtime"]),
     ("lexican-driver", &["lexican-runtime"]),
     ("lexican-siko", &["lexican-driver", "lexican-runtime"]),
     ("lexican-siko-ag02", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
@@ -110,7 +111,7 @@ impl Source {
     }
 
     fn is_generic(&self) -> bool {
-        ["eds/src/", "codegen/src/", "runtime/src/", "drives/driver/src/"]
+        ["eds/src/", "codegen/src/", "runtime/src/", "profibus/src/", "drives/driver/src/"]
             .iter()
             .any(|room| self.path.starts_with(room))
     }
@@ -126,7 +127,7 @@ fn contains_word(text: &str, word: &str) -> bool {
 
 fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
     let mut sources = Vec::new();
-    for room in ["eds", "codegen", "runtime", "drives", "cli", "tests", "xtask", "fuzz"] {
+    for room in ["eds", "codegen", "runtime", "profibus", "drives", "cli", "tests", "xtask", "fuzz"] {
         collect(root, &root.join(room), &mut sources)?;
     }
     Ok(sources)

@@ -1,0 +1,35 @@
+//! PROFIBUS-DP for drives, without I/O: what goes over the bus, the state machines that it belongs to, and a slave that
+//! exists only in software.
+//!
+//! - [`pkw`]: reading and writing the parameters of a drive in its cyclic data (PROFIDRIVE version 2): the
+//!   [master's side](pkw::PkwMaster) and the [slave's](pkw::PkwServer);
+//! - [`profidrive`]: bits of control and status words, and where the words lie;
+//! - [`dp`]: the services of DP-V0: parameterisation, configuration, diagnosis in words, global control;
+//! - [`fdl`]: telegrams of the data link layer;
+//! - [`Slave`]: a DP-V0 slave: give it the bytes of the bus and an [`Application`], and it answers as a slave does;
+//! - `virtual_bus` (feature `master`): the master of the crate `profirust` with simulated slaves, in virtual time.
+//!
+//! The master is always `profirust`; this crate has none of its own.
+//!
+//! Clauses are those of EN 50170-2 (PROFIBUS) and of the PROFIDRIVE profile, version 2, as far as public texts and the
+//! manuals of drives cite them. The standards themselves were not at hand: where a choice rests on an assumption, its
+//! documentation says so.
+#![no_std]
+
+#[cfg(feature = "master")]
+extern crate std;
+
+pub mod dp;
+pub mod fdl;
+pub mod pkw;
+pub mod profidrive;
+mod slave;
+#[cfg(feature = "master")]
+pub mod virtual_bus;
+
+pub use slave::{Application, BitRate, Identity, Slave, State};
+
+/// The README, so that what it shows compiles.
+#[cfg(all(doctest, feature = "master"))]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

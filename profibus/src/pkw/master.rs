@@ -1,0 +1,206 @@
+//! The master's side: one task at a time.
+
+use lexican_runtime::{Duration, Instant};
+
+use super::{Pkw, Reply, Task};
+
+/// Reads and writes parameters through the PKW of a slave: [`PkwMaster::output`] goes into every telegram, and
+/// [`PkwMaster::handle_input`] takes the PKW of every answer.
+///
+/// The slave repeats its reply until the task changes, so a reply could be that to the task before. Between two tasks
+/// the master sends "no task" until the slave answers "no reply": what comes then belongs to the new task.
+#[derive(Clone, Debug)]
+pub struct PkwMaster {
+    state: State,
+    patience: Duration,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// "No task" is sent, and something is still answered; a task may wait, with its deadline.
+    Clearing(Option<(Task, Instant)>),
+    /// "No task" is sent and answered.
+    Idle,
+    /// A task is sent, with its deadline.
+    Asking(Task, Instant),
+}
+
+/// How a task ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// The slave has answered.
+    Answered {
+        /// The task.
+        task: Task,
+        /// Its reply; a refusal, too.
+        reply: Reply,
+    },
+    /// The slave has not answered in time. It may have carried out the task, and may still do so.
+    TimedOut {
+        /// The task.
+        task: Task,
+    },
+}
+
+impl PkwMaster {
+    /// A master that waits for each answer for so long.
+    #[must_use]
+    pub const fn new(patience: Duration) -> Self {
+        PkwMaster { state: State::Clearing(None), patience }
+    }
+
+    /// Whether a task is under way.
+    #[must_use]
+    pub const fn is_busy(&self) -> bool {
+        matches!(self.state, State::Clearing(Some(_)) | State::Asking(..))
+    }
+
+    /// Begins a task. Returns whether it has begun: not while another one is under way.
+    #[must_use = "a task is not begun while another one is under way"]
+    pub fn start(&mut self, now: Instant, task: Task) -> bool {
+        let due = now + self.patience;
+        self.state = match self.state {
+            State::Idle => State::Asking(task, due),
+            State::Clearing(None) => State::Clearing(Some((task, due))),
+            State::Clearing(Some(_)) | State::Asking(..) => return false,
+        };
+        true
+    }
+
+    /// What goes out in the next telegram.
+    #[must_use]
+    pub fn output(&self) -> Pkw {
+        match self.state {
+            State::Asking(task, _) => task.pkw(),
+            State::Clearing(_) | State::Idle => Pkw::default(),
+        }
+    }
+
+    /// Takes what came in a telegram. A reply that does not fit the task is none to it.
+    pub fn handle_input(&mut self, pkw: Pkw) -> Option<Event> {
+        match self.state {
+            State::Clearing(waiting) if pkw.identifier == 0 => {
+                self.state = waiting.map_or(State::Idle, |(task, due)| State::Asking(task, due));
+                None
+            }
+            State::Asking(task, _) => {
+                let reply = Reply::parse(pkw).ok()?.filter(|reply| fits(task, *reply, pkw))?;
+                self.state = State::Clearing(None);
+                Some(Event::Answered { task, reply })
+            }
+            State::Clearing(_) | State::Idle => None,
+        }
+    }
+
+    /// When [`PkwMaster::handle_timeout`] has something to do.
+    #[must_use]
+    pub const fn poll_timeout(&self) -> Option<Instant> {
+        match self.state {
+            State::Asking(_, due) | State::Clearing(Some((_, due))) => Some(due),
+            State::Clearing(None) | State::Idle => None,
+        }
+    }
+
+    /// Gives up a task whose time is over.
+    pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+        match self.state {
+            State::Asking(task, due) | State::Clearing(Some((task, due))) if due <= now => {
+                self.state = State::Clearing(None);
+                Some(Event::TimedOut { task })
+            }
+            _ => None,
+        }
+    }
+
+    /// Forgets the task, as when the slave has left data exchange.
+    pub fn reset(&mut self) {
+        self.state = State::Clearing(None);
+    }
+}
+
+/// Whether a reply can be one to the task. A word may be answered as a double word: some drives do so for single
+/// parameters.
+fn fits(task: Task, reply: Reply, pkw: Pkw) -> bool {
+    let kind = match (task, reply) {
+        (_, Reply::Refused(_) | Reply::NoAuthority)
+        | (Task::Read { .. } | Task::Write { .. }, Reply::Value(_))
+        | (Task::ReadDescription { .. } | Task::WriteDescription { .. }, Reply::Description(_))
+        | (Task::CountElements { .. }, Reply::Count(_)) => true,
+        (Task::ReadElement { index, .. } | Task::WriteElement { index, .. }, Reply::Element(_)) => pkw.index == index,
+        _ => false,
+    };
+    kind && pkw.number == task.number()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Refusal, Value};
+    use super::*;
+
+    const READ: Task = Task::Read { number: 1018 };
+
+    fn ms(ms: u64) -> Instant {
+        Instant::ZERO + Duration::from_millis(ms)
+    }
+
+    fn idle() -> PkwMaster {
+        let mut master = PkwMaster::new(Duration::from_millis(100));
+        assert_eq!(master.handle_input(Pkw::default()), None);
+        master
+    }
+
+    #[test]
+    fn a_task_is_repeated_until_it_is_answered() {
+        let mut master = idle();
+        assert!(master.start(ms(0), READ) && master.is_busy());
+        assert!(!master.start(ms(0), READ));
+        let reply = Reply::Value(Value::DoubleWord(10_000));
+        for stale in [Pkw::default(), reply.pkw(Task::Read { number: 1017 }.pkw()), Pkw { identifier: 9, ..READ.pkw() }]
+        {
+            assert_eq!((master.handle_input(stale), master.output()), (None, READ.pkw()));
+        }
+        let answered = Event::Answered { task: READ, reply };
+        assert_eq!(master.handle_input(reply.pkw(READ.pkw())), Some(answered));
+        assert_eq!((master.output(), master.is_busy()), (Pkw::default(), false));
+    }
+
+    #[test]
+    fn the_reply_to_the_task_before_is_none_to_the_next() {
+        let mut master = idle();
+        let write = |value| Task::Write { number: 1016, value: Value::DoubleWord(value) };
+        let reply = |value| Reply::Value(Value::DoubleWord(value));
+        assert!(master.start(ms(0), write(1)));
+        assert!(master.handle_input(reply(1).pkw(write(1).pkw())).is_some());
+        assert!(master.start(ms(1), write(2)));
+        assert_eq!((master.handle_input(reply(1).pkw(write(1).pkw())), master.output()), (None, Pkw::default()));
+        assert_eq!((master.handle_input(Pkw::default()), master.output()), (None, write(2).pkw()));
+        let event = master.handle_input(reply(2).pkw(write(2).pkw()));
+        assert_eq!(event, Some(Event::Answered { task: write(2), reply: reply(2) }));
+    }
+
+    #[test]
+    fn a_refusal_is_an_answer_and_silence_is_not() {
+        let mut master = idle();
+        assert!(master.start(ms(0), READ));
+        let refused = Reply::Refused(Refusal::WRONG_STATE);
+        let event = master.handle_input(refused.pkw(READ.pkw()));
+        assert_eq!(event, Some(Event::Answered { task: READ, reply: refused }));
+        assert!(master.start(ms(5), READ));
+        assert_eq!((master.poll_timeout(), master.handle_timeout(ms(104))), (Some(ms(105)), None));
+        assert_eq!(master.handle_timeout(ms(105)), Some(Event::TimedOut { task: READ }));
+        assert_eq!((master.poll_timeout(), master.is_busy()), (None, false));
+    }
+
+    #[test]
+    fn elements_are_told_apart_by_their_index() {
+        let mut master = idle();
+        let task = |index| Task::ReadElement { number: 945, index };
+        assert!(master.start(ms(0), task(3)));
+        let reply = Reply::Element(Value::Word(0x41));
+        assert_eq!(master.handle_input(reply.pkw(task(2).pkw())), None);
+        assert_eq!(master.handle_input(reply.pkw(task(3).pkw())), Some(Event::Answered { task: task(3), reply }));
+        assert!(master.start(ms(0), task(4)));
+        master.reset();
+        assert!(!master.is_busy());
+    }
+}

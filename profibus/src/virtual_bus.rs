@@ -1,0 +1,279 @@
+//! A bus in virtual time: the master of `profirust` on its simulated line, and simulated slaves at the same line.
+
+use std::format;
+use std::string::String;
+use std::vec;
+use std::vec::Vec;
+
+use lexican_runtime::{Duration, Instant};
+use profirust::dp::{DpMaster, Peripheral, PeripheralEvent, PeripheralHandle, PeripheralOptions};
+use profirust::fdl::{FdlActiveStation, Parameters, ParametersBuilder};
+use profirust::phy::{ProfibusPhy, SimulatorPhy};
+use profirust::{Baudrate, time};
+
+use crate::fdl::CHARACTER_BITS;
+use crate::pkw::{Event, Pkw, PkwMaster, Reply, Task};
+use crate::slave::{Application, BitRate, Slave};
+
+/// The address of the master.
+pub const MASTER: u8 = 2;
+
+/// How long a task of the PKW may take.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A master with its slaves. Time passes only in [`VirtualBus::run`] and what is built on it.
+#[derive(Debug)]
+pub struct VirtualBus<A> {
+    fdl: FdlActiveStation,
+    master: Master,
+    line: SimulatorPhy,
+    stations: Vec<Station<A>>,
+    bit_rate: BitRate,
+    step: time::Duration,
+}
+
+struct Master(DpMaster<'static>);
+
+impl core::fmt::Debug for Master {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Master").finish_non_exhaustive()
+    }
+}
+
+#[derive(Debug)]
+struct Station<A> {
+    slave: Slave<A>,
+    line: SimulatorPhy,
+    handle: Option<PeripheralHandle>,
+    events: Vec<PeripheralEvent>,
+    exchanges: u64,
+    tasks: PkwMaster,
+    lost_answers: u32,
+    is_on: bool,
+}
+
+/// Which slave, in the order in which they were attached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SlaveId(usize);
+
+impl<A: Application> VirtualBus<A> {
+    /// A bus with a master at 500 kbit/s, whose slaves give it up after 100 ms of silence.
+    ///
+    /// # Panics
+    ///
+    /// Never: the parameters are fixed.
+    #[must_use]
+    pub fn new() -> Self {
+        let mut builder = ParametersBuilder::new(MASTER, Baudrate::B500000);
+        builder.slot_bits(300).watchdog_timeout(time::Duration::from_millis(100)).highest_station_address(3);
+        VirtualBus::with_parameters(builder.build())
+    }
+
+    /// A bus with the parameters of `profirust`.
+    #[must_use]
+    pub fn with_parameters(parameters: Parameters) -> Self {
+        let line = SimulatorPhy::new(parameters.baudrate, "master");
+        let bit_rate = BitRate(parameters.baudrate.to_rate() as u32);
+        let step = parameters.bits_to_time(CHARACTER_BITS);
+        let mut fdl = FdlActiveStation::new(parameters);
+        fdl.set_online();
+        let mut master = DpMaster::new(Vec::new());
+        master.enter_operate();
+        VirtualBus { fdl, master: Master(master), line, stations: Vec::new(), bit_rate, step }
+    }
+
+    /// The bit rate that slaves have to have.
+    #[must_use]
+    pub fn bit_rate(&self) -> BitRate {
+        self.bit_rate
+    }
+
+    /// Attaches a slave that the master is to exchange data with, as `options` say. `inputs` and `outputs` are bytes.
+    pub fn attach(
+        &mut self,
+        slave: Slave<A>,
+        options: PeripheralOptions<'static>,
+        (inputs, outputs): (usize, usize),
+    ) -> SlaveId {
+        let peripheral = Peripheral::new(slave.address(), options, vec![0; inputs], vec![0; outputs]);
+        let handle = self.master.0.add(peripheral);
+        self.add(slave, Some(handle))
+    }
+
+    /// Attaches a slave that the master does not know.
+    pub fn attach_unknown(&mut self, slave: Slave<A>) -> SlaveId {
+        self.add(slave, None)
+    }
+
+    fn add(&mut self, slave: Slave<A>, handle: Option<PeripheralHandle>) -> SlaveId {
+        // The line tells stations apart by names that live for ever; there are few.
+        let name: &'static str = String::leak(format!("slave {}", self.stations.len()));
+        let line = self.line.duplicate(name);
+        let tasks = PkwMaster::new(PATIENCE);
+        let (events, exchanges, lost_answers, is_on) = (Vec::new(), 0, 0, true);
+        self.stations.push(Station { slave, line, handle, events, exchanges, tasks, lost_answers, is_on });
+        SlaveId(self.stations.len() - 1)
+    }
+
+    /// The time on the bus.
+    #[must_use]
+    pub fn now(&self) -> Instant {
+        instant(self.line.bus_time())
+    }
+
+    /// A slave.
+    #[must_use]
+    pub fn slave(&self, id: SlaveId) -> &Slave<A> {
+        &self.stations[id.0].slave
+    }
+
+    /// A slave, to be changed.
+    pub fn slave_mut(&mut self, id: SlaveId) -> &mut Slave<A> {
+        &mut self.stations[id.0].slave
+    }
+
+    /// The master's view of a slave, if it knows it.
+    pub fn peripheral(&mut self, id: SlaveId) -> Option<&mut Peripheral<'static>> {
+        Some(self.master.0.get_mut(self.stations[id.0].handle?))
+    }
+
+    /// What the master has noticed of a slave since the last call, without the exchanges of data.
+    pub fn events(&mut self, id: SlaveId) -> Vec<PeripheralEvent> {
+        core::mem::take(&mut self.stations[id.0].events)
+    }
+
+    /// How often data has been exchanged with a slave.
+    #[must_use]
+    pub fn exchanges(&self, id: SlaveId) -> u64 {
+        self.stations[id.0].exchanges
+    }
+
+    /// The next answers of a slave get lost.
+    pub fn lose_answers(&mut self, id: SlaveId, count: u32) {
+        self.stations[id.0].lost_answers = count;
+    }
+
+    /// Cuts a slave off, or connects it again.
+    pub fn set_connected(&mut self, id: SlaveId, is_connected: bool) {
+        self.stations[id.0].is_on = is_connected;
+    }
+
+    /// Lets the master leave the bus, or come back.
+    pub fn set_master_online(&mut self, is_online: bool) {
+        if is_online { self.fdl.set_online() } else { self.fdl.set_offline() }
+    }
+
+    /// Lets some time pass.
+    pub fn run(&mut self, span: Duration) {
+        let until = self.now() + span;
+        while self.now() < until {
+            self.turn();
+        }
+    }
+
+    /// Lets time pass until something holds. Returns whether it does, after at most `span`.
+    pub fn run_until(&mut self, span: Duration, mut holds: impl FnMut(&mut Self) -> bool) -> bool {
+        let until = self.now() + span;
+        while !holds(self) {
+            if self.now() >= until {
+                return false;
+            }
+            self.turn();
+        }
+        true
+    }
+
+    /// Lets time pass until data has been exchanged twice: what is set now has arrived then, and what comes back answers
+    /// it. Returns whether that took less than a second.
+    pub fn exchange(&mut self, id: SlaveId) -> bool {
+        let before = self.exchanges(id);
+        self.run_until(Duration::from_secs(1), |bus| bus.exchanges(id) >= before + 2)
+    }
+
+    /// Reads or writes a parameter through the PKW, which are the first eight bytes in both directions. None when there is
+    /// no answer.
+    pub fn ask(&mut self, id: SlaveId, task: Task) -> Option<Reply> {
+        let now = self.now();
+        if !self.stations[id.0].tasks.start(now, task) {
+            return None;
+        }
+        let mut exchanges = self.exchanges(id);
+        loop {
+            let now = self.now();
+            let tasks = &mut self.stations[id.0].tasks;
+            let output = tasks.output().bytes();
+            let mut event = tasks.handle_timeout(now);
+            let peripheral = self.peripheral(id)?;
+            if let Some(place) = peripheral.pi_q_mut().first_chunk_mut() {
+                *place = output;
+            }
+            if self.exchanges(id) != exchanges {
+                exchanges = self.exchanges(id);
+                let input = Pkw::parse(self.peripheral(id)?.pi_i())?;
+                event = event.or_else(|| self.stations[id.0].tasks.handle_input(input));
+            }
+            match event {
+                Some(Event::Answered { reply, .. }) => return Some(reply),
+                Some(Event::TimedOut { .. }) => return None,
+                None => self.turn(),
+            }
+        }
+    }
+
+    /// One character on the line.
+    fn turn(&mut self) {
+        self.line.advance_bus_time(self.step);
+        let at = self.line.bus_time();
+        self.fdl.poll(at, &mut self.line, &mut self.master.0);
+        if let Some((handle, event)) = self.master.0.take_last_events().peripheral
+            && let Some(station) = self.stations.iter_mut().find(|station| station.handle == Some(handle))
+        {
+            match event {
+                PeripheralEvent::DataExchanged => station.exchanges += 1,
+                other => station.events.push(other),
+            }
+        }
+        let now = instant(at);
+        for station in &mut self.stations {
+            station.turn(at, now);
+        }
+    }
+}
+
+impl<A: Application> Default for VirtualBus<A> {
+    fn default() -> Self {
+        VirtualBus::new()
+    }
+}
+
+impl<A: Application> Station<A> {
+    fn turn(&mut self, at: time::Instant, now: Instant) {
+        if self.slave.poll_timeout().is_some_and(|due| due <= now) {
+            self.slave.handle_timeout(now);
+        }
+        if self.line.poll_transmission(at) {
+            return;
+        }
+        let (slave, is_on) = (&mut self.slave, self.is_on);
+        self.line.receive_data(at, |bytes| {
+            if !bytes.is_empty() && is_on {
+                slave.handle_bytes(now, bytes);
+            }
+            (bytes.len(), ())
+        });
+        if let Some(answer) = slave.poll_transmit(now) {
+            if self.lost_answers > 0 || !is_on {
+                self.lost_answers = self.lost_answers.saturating_sub(1);
+                return;
+            }
+            self.line.transmit_data(at, |buffer| {
+                buffer[..answer.len()].copy_from_slice(answer);
+                (answer.len(), ())
+            });
+        }
+    }
+}
+
+fn instant(at: time::Instant) -> Instant {
+    Instant::from_micros(at.total_micros().unsigned_abs())
+}

@@ -1,0 +1,249 @@
+//! The simulated slave, telegram by telegram.
+
+mod support;
+
+use lexican_profibus::dp::{GlobalControl, Parameters, sap};
+use lexican_profibus::fdl::{FrameCount, Service, Status};
+use lexican_profibus::{Application, State};
+use lexican_runtime::Duration;
+use support::{ADDRESS, Answer, Bench, IDENTITY, data, parameters, refused};
+
+const NONE: FrameCount = FrameCount { bit: false, valid: false };
+
+#[test]
+fn it_is_there_from_power_on() {
+    let mut bench = Bench::new();
+    let status = bench.telegram(ADDRESS, Service::FdlStatus, NONE, None, &[]);
+    assert_eq!(bench.send(&status), Answer::Data(Status::Ok, Vec::new()));
+    let other = bench.telegram(ADDRESS + 1, Service::FdlStatus, NONE, None, &[]);
+    assert_eq!(bench.send(&other), Answer::Nothing);
+    assert_eq!(
+        bench.diagnosis(),
+        "ident 1234, no master: not ready for data exchange; parameters and configuration are needed"
+    );
+    assert_eq!(bench.service(sap::GET_CONFIGURATION, &[]), data(&[0xF1]));
+}
+
+#[test]
+fn what_it_does_not_have_is_refused() {
+    let mut bench = Bench::new();
+    for service in [Service::SdaLow, Service::SdaHigh, Service::Ident, Service::LsapStatus] {
+        let request = bench.telegram(ADDRESS, service, NONE, None, &[]);
+        assert_eq!(bench.send(&request), refused(), "{service:?}");
+    }
+    for sap in [sap::SET_SLAVE_ADDRESS, sap::CHECK_CONFIGURATION, sap::READ_INPUTS, sap::READ_OUTPUTS, 10] {
+        assert_eq!(bench.service(sap, &[1, 2, 3, 4]), refused(), "{sap}");
+    }
+    assert_eq!(bench.exchange(&[1, 2, 3, 4]), refused());
+    assert_eq!(bench.slave.state(), State::WaitParameters);
+}
+
+#[test]
+fn data_is_exchanged_after_parameters_and_configuration() {
+    let mut bench = Bench::in_data_exchange();
+    assert_eq!(bench.exchange(&[1, 2, 3, 4]), data(&[0xFE, 0xFD, 0xFC, 0xFB]));
+    assert_eq!(bench.service(sap::READ_INPUTS, &[]), data(&[0xFE, 0xFD, 0xFC, 0xFB]));
+    assert_eq!(bench.service(sap::READ_OUTPUTS, &[]), data(&[1, 2, 3, 4]));
+    assert_eq!(bench.diagnosis(), "ident 1234, master 2: the watchdog is on");
+    assert_eq!(bench.slave.application().states, [State::WaitConfiguration, State::DataExchange]);
+    // The same configuration once more changes nothing.
+    assert_eq!(bench.service(sap::CHECK_CONFIGURATION, &[0xF1]), Answer::Acknowledgement);
+    assert_eq!(bench.slave.state(), State::DataExchange);
+}
+
+#[test]
+fn a_repeated_request_gets_its_answer_again_and_acts_once() {
+    let mut bench = Bench::in_data_exchange();
+    let answer = bench.exchange(&[1, 2, 3, 4]);
+    let repeated = bench.request(None, &[9, 9, 9, 9]);
+    for _ in 0..3 {
+        assert_eq!(bench.send(&repeated), answer);
+    }
+    assert_eq!(bench.slave.application().outputs, [vec![1, 2, 3, 4]]);
+    bench.exchange(&[5, 6, 7, 8]);
+    assert_eq!(bench.slave.application().last(), [5, 6, 7, 8]);
+    // What asks for something else is none.
+    let other = bench.request(Some(sap::READ_OUTPUTS), &[]);
+    assert_eq!(bench.send(&other), data(&[5, 6, 7, 8]));
+    // A count that begins anew is no repetition.
+    let first = bench.telegram(ADDRESS, Service::SrdHigh, FrameCount { bit: true, valid: false }, None, &[1, 1, 1, 1]);
+    bench.send(&first);
+    bench.send(&first);
+    assert_eq!(bench.slave.application().outputs.len(), 4);
+}
+
+#[test]
+fn wrong_parameters_are_a_fault() {
+    let wrong = |change: fn(&mut Parameters<'static>)| {
+        let mut parameters = parameters();
+        change(&mut parameters);
+        parameters
+    };
+    let fault = "the parameters, or the ident number, are not those of the slave";
+    let unknown = "a function is asked for that the slave does not have";
+    for (parameters, text) in [
+        (wrong(|parameters| parameters.ident = 0x1235), fault),
+        (wrong(|parameters| parameters.watchdog = Some((0, 5))), fault),
+        (wrong(|parameters| parameters.sync = true), unknown),
+        (wrong(|parameters| parameters.freeze = true), unknown),
+    ] {
+        let mut bench = Bench::in_data_exchange();
+        bench.exchange(&[1, 2, 3, 4]);
+        let identity = lexican_profibus::Identity { sync: false, freeze: false, ..IDENTITY };
+        if text == unknown {
+            bench.slave = lexican_profibus::Slave::new(
+                ADDRESS,
+                identity,
+                lexican_profibus::BitRate(500_000),
+                bench.slave.application().clone(),
+            );
+        }
+        assert_eq!(bench.parameterise(parameters), Answer::Acknowledgement);
+        let diagnosis = bench.diagnosis();
+        assert!(diagnosis.contains(text) && diagnosis.contains("no master"), "{diagnosis}");
+        assert_eq!(bench.exchange(&[1, 2, 3, 4]), refused());
+        assert_eq!(bench.service(sap::CHECK_CONFIGURATION, &[0xF1]), refused());
+        // Right ones make up for it.
+        assert_eq!(bench.parameterise(support::parameters()), Answer::Acknowledgement);
+        assert_eq!(bench.diagnosis(), "ident 1234, master 2: not ready for data exchange; the watchdog is on");
+    }
+    let mut bench = Bench::new();
+    assert_eq!(bench.service(sap::SET_PARAMETERS, &[0x80, 0, 0]), Answer::Acknowledgement);
+    assert!(bench.diagnosis().contains(fault));
+}
+
+#[test]
+fn another_configuration_is_a_fault_and_outputs_become_zero() {
+    let mut bench = Bench::in_data_exchange();
+    bench.exchange(&[1, 2, 3, 4]);
+    assert_eq!(bench.service(sap::CHECK_CONFIGURATION, &[0xF2]), Answer::Acknowledgement);
+    let diagnosis = bench.diagnosis();
+    assert!(diagnosis.contains("the configuration is not that of the slave"), "{diagnosis}");
+    assert_eq!(bench.slave.application().last(), [0; 4]);
+    let mut bench = Bench::in_data_exchange();
+    assert_eq!(bench.exchange(&[1, 2, 3]), refused());
+    assert_eq!(bench.slave.state(), State::WaitParameters);
+}
+
+#[test]
+fn the_watchdog_takes_the_outputs_back() {
+    let mut bench = Bench::in_data_exchange();
+    bench.exchange(&[1, 2, 3, 4]);
+    // 10 times 1 times 10 ms; the bench takes 1 ms before each request and after it.
+    bench.pass(Duration::from_millis(97));
+    bench.exchange(&[1, 2, 3, 4]);
+    bench.pass(Duration::from_millis(98));
+    assert_eq!(bench.slave.application().last(), [1, 2, 3, 4]);
+    bench.pass(Duration::from_millis(3));
+    assert_eq!((bench.slave.state(), bench.slave.application().last()), (State::WaitParameters, &[0; 4][..]));
+    assert_eq!(bench.slave.poll_timeout(), None);
+}
+
+#[test]
+fn it_belongs_to_one_master() {
+    let mut bench = Bench::in_data_exchange();
+    bench.from = 3;
+    assert_eq!(bench.exchange(&[9; 4]), refused());
+    assert_eq!(bench.parameterise(parameters()), refused());
+    assert_eq!(bench.service(sap::CHECK_CONFIGURATION, &[0xF1]), refused());
+    assert_eq!(bench.diagnosis(), "ident 1234, master 2: the watchdog is on");
+    bench.control(GlobalControl { clear: true, ..GlobalControl::default() });
+    assert!(bench.slave.application().outputs.is_empty());
+    bench.from = 2;
+    assert_eq!(bench.parameterise(Parameters { unlock: true, ..parameters() }), Answer::Acknowledgement);
+    bench.from = 3;
+    assert_eq!(bench.parameterise(parameters()), Answer::Acknowledgement);
+    assert!(bench.diagnosis().contains("master 3"));
+}
+
+#[test]
+fn without_lock_only_the_time_before_answers_changes() {
+    let mut bench = Bench::in_data_exchange();
+    let slow = Parameters { lock: false, min_tsdr_bits: 200, ident: 0, ..parameters() };
+    assert_eq!(bench.parameterise(slow), Answer::Acknowledgement);
+    assert_eq!(bench.slave.state(), State::DataExchange);
+    let request = bench.request(None, &[0; 4]);
+    bench.now += Duration::from_millis(1);
+    bench.slave.handle_bytes(bench.now, &request);
+    // 200 bits at 500 kbit/s.
+    let due = bench.slave.poll_timeout().map(|due| due.since(bench.now));
+    assert_eq!(due, Some(Duration::from_micros(400)));
+}
+
+#[test]
+fn sync_holds_the_outputs_and_freeze_the_inputs() {
+    let mut bench = Bench::in_data_exchange();
+    let command = GlobalControl::default();
+    bench.exchange(&[1; 4]);
+    bench.control(GlobalControl { sync: true, freeze: true, ..command });
+    assert!(bench.diagnosis().ends_with("inputs are frozen; outputs are synchronised"));
+    // The next ones wait, and the inputs are those of then.
+    assert_eq!(bench.exchange(&[2; 4]), data(&[0xFE; 4]));
+    assert_eq!(bench.slave.application().last(), [1; 4]);
+    bench.control(GlobalControl { sync: true, ..command });
+    assert_eq!(bench.slave.application().last(), [2; 4]);
+    assert_eq!(bench.exchange(&[3; 4]), data(&[0xFE; 4]));
+    bench.control(GlobalControl { freeze: true, ..command });
+    assert_eq!(bench.exchange(&[3; 4]), data(&[0xFD; 4]));
+    bench.control(GlobalControl { unsync: true, ..command });
+    assert_eq!(bench.slave.application().last(), [3; 4]);
+    bench.control(GlobalControl { unfreeze: true, ..command });
+    assert_eq!(bench.exchange(&[4; 4]), data(&[0xFB; 4]));
+    bench.control(GlobalControl { clear: true, ..command });
+    assert_eq!(bench.slave.application().last(), [0; 4]);
+}
+
+#[test]
+fn a_command_is_for_its_groups() {
+    let mut bench = Bench::in_data_exchange();
+    bench.exchange(&[1; 4]);
+    for (groups, outputs) in [(0x02, [1; 4]), (0x01, [0; 4])] {
+        bench.control(GlobalControl { clear: true, groups, ..GlobalControl::default() });
+        assert_eq!(bench.slave.application().last(), outputs);
+    }
+}
+
+#[test]
+fn diagnosis_that_waits_is_announced_until_it_is_fetched() {
+    let mut bench = Bench::in_data_exchange();
+    bench.slave.announce_diagnosis();
+    for _ in 0..2 {
+        assert_eq!(bench.exchange(&[0; 4]), Answer::Data(Status::DataHigh, vec![0xFF; 4]));
+    }
+    bench.diagnosis();
+    assert_eq!(bench.exchange(&[0; 4]), data(&[0xFF; 4]));
+}
+
+#[test]
+fn a_slave_without_inputs_acknowledges_its_outputs() {
+    struct Deaf;
+    impl Application for Deaf {
+        fn take_outputs(&mut self, _: lexican_runtime::Instant, _: &[u8]) {}
+        fn write_inputs(&mut self, _: lexican_runtime::Instant, inputs: &mut [u8]) {
+            assert!(inputs.is_empty());
+        }
+    }
+    let identity = lexican_profibus::Identity { configuration: &[0x20], inputs: 0, outputs: 1, ..IDENTITY };
+    assert!(identity.is_consistent() && IDENTITY.is_consistent());
+    let mut slave = lexican_profibus::Slave::new(ADDRESS, identity, lexican_profibus::BitRate(500_000), Deaf);
+    let bench = Bench::new();
+    let mut now = bench.now;
+    for (sap, payload) in
+        [(Some(sap::SET_PARAMETERS), &parameters().head()[..]), (Some(sap::CHECK_CONFIGURATION), &[0x20]), (None, &[1])]
+    {
+        now += Duration::from_millis(1);
+        let first = FrameCount { bit: true, valid: false };
+        slave.handle_bytes(now, &bench.telegram(ADDRESS, Service::SrdLow, first, sap, payload));
+        now += Duration::from_millis(1);
+        assert_eq!(slave.poll_transmit(now), Some(&[0xE5][..]));
+    }
+}
+
+#[test]
+fn a_restart_takes_another_address() {
+    let mut bench = Bench::in_data_exchange();
+    bench.exchange(&[1; 4]);
+    bench.slave.restart(bench.now, 99);
+    assert_eq!((bench.slave.address(), bench.slave.application().last()), (99, &[0; 4][..]));
+    assert_eq!(bench.exchange(&[1; 4]), Answer::Nothing);
+}
