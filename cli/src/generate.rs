@@ -30,6 +30,10 @@ pub(crate) struct Args {
     #[arg(long)]
     names: bool,
 
+    /// Also generate a driver of a CiA 402 drive: the module `driver`, for a crate that depends on lexican-driver
+    #[arg(long)]
+    driver: bool,
+
     /// Treat findings with this code as errors; may be given several times
     #[arg(long, value_name = "CODE")]
     deny: Vec<String>,
@@ -41,7 +45,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut loaded = args.device.load()?;
-    let options = Options { storage: args.storage, names: args.names, ..Options::default() };
+    let options = Options { storage: args.storage, names: args.names, driver: args.driver, ..Options::default() };
     let output = compile(&loaded.device, &options);
     loaded.diagnostics.extend(output.diagnostics);
     loaded.diagnostics.finish();

@@ -4,6 +4,7 @@
 mod common;
 
 use std::io::Read;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use common::{files, folder, lexican, lexican_in};
@@ -148,6 +149,17 @@ fn generated_code_is_whole_and_the_same_on_stdout() {
     let code = std::fs::read_to_string(folder.join("od.rs")).unwrap();
     assert_eq!(lexican(&["gen", "siko/ag03-1", "--storage", "--names"]).stdout, code);
     assert!(code.contains("0x6040"));
+}
+
+#[test]
+fn a_driver_is_generated_of_a_drive_only() {
+    let run = lexican(&["gen", "--driver", "kollmorgen/akd"]);
+    assert_eq!(run.code, Some(0), "{run}");
+    assert!(run.stdout.contains("pub mod driver {") && run.stdout.contains("vendor_id: 0x6A"), "{run}");
+    let sensor = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/sensor.eds");
+    let run = lexican(&["gen", "--driver", &sensor.to_string_lossy()]);
+    assert_eq!((run.code, run.stdout.as_str()), (Some(1), ""), "{run}");
+    assert!(run.stderr.contains("error[drive::no-object]: there is no 6040h (control word)"), "{run}");
 }
 
 #[test]

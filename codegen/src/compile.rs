@@ -23,10 +23,14 @@ pub struct Output {
 #[must_use]
 pub fn compile(device: &Device, options: &Options) -> Output {
     let mut diagnostics = Diagnostics::default();
+    let drive = options.driver.then(|| lexican_eds::drive::read(device)).and_then(|(drive, findings)| {
+        diagnostics.extend(findings);
+        drive
+    });
     let mut device = standard::complete(device);
     defined::resolve(&mut device);
     let plan = plan::Plan::new(&device, &mut diagnostics);
-    let code = emit::emit(&plan, options);
+    let code = emit::emit(&plan, drive.as_ref(), options);
     diagnostics.finish();
     Output { code, diagnostics }
 }

@@ -4,7 +4,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use lexican_eds::{Diagnostics, Input, Severity, Source, library, rules, text};
+use lexican_eds::{Diagnostics, Input, Severity, Source, drive, library, rules, text};
 
 use crate::compile::compile;
 use crate::error::Error;
@@ -111,6 +111,15 @@ impl Config {
     /// Whether the table `NAMES` is generated, for tools that show names and units. Off by default.
     pub fn names(mut self, on: bool) -> Self {
         self.options.names = on;
+        self
+    }
+
+    /// Whether a driver is generated for a drive of CiA 402, the module `driver`: `DESCRIPTION`, all that the data sheet
+    /// says of the drive; `Kind`, which has it; and `Drive`. The crate then depends on `lexican-driver`. Off by default.
+    ///
+    /// A data sheet that is not one of a drive is an error: the findings say what it lacks, or contradicts.
+    pub fn driver(mut self, on: bool) -> Self {
+        self.options.driver = on;
         self
     }
 
@@ -279,7 +288,8 @@ fn write(path: &Path, code: &str) -> Result<(), Error> {
 
 /// The codes of all findings.
 fn codes() -> impl Iterator<Item = &'static str> {
-    rules::rules().iter().map(|rule| rule.code).chain(FINDINGS.iter().map(|finding| finding.code))
+    let of_drives = drive::FINDINGS.iter().map(|finding| finding.code);
+    rules::rules().iter().map(|rule| rule.code).chain(FINDINGS.iter().map(|finding| finding.code)).chain(of_drives)
 }
 
 /// Names similar to this one, the nearest first.

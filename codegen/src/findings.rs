@@ -1,19 +1,10 @@
 //! What generating may find.
 
+use lexican_eds::drive::Finding;
 use lexican_eds::{Diagnostic, Severity};
 
-/// A code of a finding that generating may have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Finding {
-    /// Stable words.
-    pub code: &'static str,
-    /// Its severity, unless the configuration says otherwise.
-    pub severity: Severity,
-    /// What it means and what to do.
-    pub explain: &'static str,
-}
-
-/// All codes of findings that generating may have, by name.
+/// All codes of findings that generating may have, by name. What is found in the data sheet of a drive is in
+/// [`lexican_eds::drive::FINDINGS`].
 pub const FINDINGS: &[Finding] = &[
     Finding {
         code: "od::name-collision",

@@ -16,6 +16,9 @@
 //! `unsafe`. What it imports is a glob of the runtime, which gives way to other names: types of the data sheet may be
 //! called like types of the runtime, and the code may be included into a module that imports the same types itself.
 //!
+//! For a drive of CiA 402, [`Config::driver`] adds what its driver has to know, so that a drive that does what the profile
+//! says needs no line of its own.
+//!
 //! # Findings
 //!
 //! Besides those of the data sheet (`lexican-eds`), generating has findings of its own; see [`FINDINGS`].
@@ -36,7 +39,8 @@ mod start;
 pub use compile::{Output, compile};
 pub use config::Config;
 pub use error::Error;
-pub use findings::{FINDINGS, Finding};
+pub use findings::FINDINGS;
+pub use lexican_eds::drive::Finding;
 pub use options::Options;
 pub use start::{Initial, initial};
 

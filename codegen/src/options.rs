@@ -8,12 +8,15 @@ pub struct Options {
     pub storage: bool,
     /// Whether the table `NAMES` is generated, which tools show entries by. It takes its place in the flash.
     pub names: bool,
+    /// Whether the module `driver` is generated, which describes a drive of CiA 402 for `lexican-driver`: its
+    /// `DESCRIPTION`, its `Kind`, and `Drive`.
+    pub driver: bool,
     /// The path of the runtime: `::lexican_runtime`, or where a crate re-exports it.
     pub runtime_path: String,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { storage: false, names: false, runtime_path: "::lexican_runtime".into() }
+        Options { storage: false, names: false, driver: false, runtime_path: "::lexican_runtime".into() }
     }
 }

@@ -70,6 +70,14 @@ fn the_file_is_named_after_the_data_sheet() {
 }
 
 #[test]
+fn a_driver_of_what_is_no_drive_is_refused() {
+    let out = folder("driver");
+    let sheet = write(&out, "drive.eds", SHEET);
+    check_refused(&out, Config::new().eds(&sheet).driver(true), &["drive.eds: 6 errors", "drive::no-object", "6040h"]);
+    Config::new().eds(&sheet).driver(false).out_dir(&out).generate().unwrap();
+}
+
+#[test]
 fn a_device_of_the_library_is_named_after_its_folder() {
     let out = folder("library");
     for shipped in lexican_eds::library::all() {

@@ -158,7 +158,7 @@ fn generated_code_can_be_included_anywhere() {
 
 #[test]
 fn the_runtime_is_named_only_by_its_path() {
-    let options = Options { storage: true, names: true, runtime_path: "crate::bus".into() };
+    let options = Options { storage: true, names: true, driver: true, runtime_path: "crate::bus".into() };
     let code = compile(&device(), &options).code;
     assert!(!code.contains("lexican_runtime"));
     assert!(code.contains("use crate::bus::object::*;\nuse crate::bus::{"));

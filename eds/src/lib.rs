@@ -13,7 +13,8 @@
 //! From the model, [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
 //! DCF; [`fmt`] brings a file into the form of the standard. [`library`] holds the data sheets that are shipped.
 //!
-//! [`cia301`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code.
+//! [`cia301`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code; [`drive`]
+//! says what a data sheet has of a drive of CiA 402, for drivers.
 //!
 //! In one direction: [`text`] (bytes, encodings, lines, places) → `parse` (sections, keys, what CiA 306 says) →
 //! [`model`] → [`overlay`] (corrections and meanings beside the data sheet) → [`rules`] → [`report`]. Parsing and
@@ -22,6 +23,7 @@
 pub mod cia301;
 mod diagnostic;
 pub mod diff;
+pub mod drive;
 pub mod dump;
 mod finding;
 pub mod fmt;

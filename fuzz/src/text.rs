@@ -31,7 +31,7 @@ pub fn eds(data: &[u8]) {
 /// What is generated is Rust.
 pub fn codegen(data: &[u8]) {
     let (device, _) = load(&input(data));
-    let whole = Options { storage: true, names: true, ..Options::default() };
+    let whole = Options { storage: true, names: true, driver: true, ..Options::default() };
     for options in [Options::default(), whole] {
         let code = compile(&device, &options).code;
         if let Err(error) = syn::parse_file(&code) {

@@ -51,12 +51,13 @@ fn is_clean(edition: &str) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden-{edition}"));
     let write = |name: &str, text: &str| fs::write(folder.join(name), text).expect("the folder can be written to");
     fs::create_dir_all(folder.join("src")).expect("the folder can be made");
-    let runtime = Path::new(env!("CARGO_MANIFEST_DIR")).join("../runtime");
+    let [runtime, driver] =
+        ["../runtime", "../drives/driver"].map(|crate_| Path::new(env!("CARGO_MANIFEST_DIR")).join(crate_));
     write(
         "Cargo.toml",
         &format!(
             "[package]\nname = \"golden-{edition}\"\nversion = \"0.0.0\"\nedition = \"{edition}\"\npublish = false\n\n\
-             [dependencies]\nlexican-runtime = {{ path = {runtime:?} }}\n\n[lints.rust]\nmissing_docs = \"warn\"\n\n\
+             [dependencies]\nlexican-runtime = {{ path = {runtime:?} }}\nlexican-driver = {{ path = {driver:?} }}\n\n[lints.rust]\nmissing_docs = \"warn\"\n\n\
              [workspace]\n"
         ),
     );

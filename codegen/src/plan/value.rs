@@ -50,7 +50,7 @@ impl Number {
 pub(crate) fn fitting(value: &Value, data_type: DataType) -> Option<Number> {
     match (value, data_type.class()) {
         (&Value::Integer(integer), Class::Real) => real(integer as f64, data_type),
-        (&Value::Integer(integer), _) => wrap(integer, data_type).map(Number::Integer),
+        (&Value::Integer(integer), _) => data_type.fit(integer).map(Number::Integer),
         (&Value::Real(number), Class::Real) => real(number, data_type),
         _ => None,
     }
@@ -66,19 +66,6 @@ pub(crate) fn fits_every_node(base: i64, data_type: DataType) -> bool {
 fn real(number: f64, data_type: DataType) -> Option<Number> {
     let held = if data_type == DataType::Real32 { f64::from(number as f32) } else { number };
     held.is_finite().then_some(Number::Real(number))
-}
-
-/// Data sheets write negative numbers as the hexadecimal of their two's complement.
-fn wrap(integer: i128, data_type: DataType) -> Option<i128> {
-    let (low, high) = data_type.range()?;
-    let bits = data_type.bits()?;
-    if (low..=high).contains(&integer) {
-        Some(integer)
-    } else if data_type.class() == Class::Signed && (high..1 << bits).contains(&integer) {
-        Some(integer - (1 << bits))
-    } else {
-        None
-    }
 }
 
 /// The wire form: bits beyond the data type's are zero.

@@ -107,6 +107,20 @@ impl DataType {
         }
     }
 
+    /// The number as one of this type; `None` when it is not. Data sheets write negative numbers as the hexadecimal of
+    /// their two's complement.
+    #[must_use]
+    pub const fn fit(self, number: i128) -> Option<i128> {
+        let (Some((low, high)), Some(bits)) = (self.range(), self.bits()) else { return None };
+        if low <= number && number <= high {
+            Some(number)
+        } else if matches!(self.class(), Class::Signed) && high <= number && number < 1 << bits {
+            Some(number - (1 << bits))
+        } else {
+            None
+        }
+    }
+
     /// The type with this name in CiA 301 (`UNSIGNED16`), in any case.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {

@@ -1,6 +1,6 @@
 //! The golden cases of generated code, `golden/<case>.txt`. Each has up to five parts:
 //!
-//! - `generate:` and the options besides those of a new `Config`: `storage`, `names`;
+//! - `generate:` and the options besides those of a new `Config`: `storage`, `names`, `driver`;
 //! - how its data sheet differs from that of `golden/base.txt`: a line for each section, `[2000] Speed ; DataType=3`,
 //!   where the first of an object is its name. An object is a variable that no PDO maps unless the line says otherwise,
 //!   and is listed where its index belongs. After `file:` there is the path of a data sheet instead;
@@ -83,7 +83,7 @@ impl Case {
     fn options(&self) -> Options {
         let wanted = self.given.lines().find_map(|line| line.strip_prefix("generate: ")).unwrap_or_default();
         let has = |option: &str| wanted.split(", ").any(|wanted| wanted == option);
-        Options { storage: has("storage"), names: has("names"), ..Options::default() }
+        Options { storage: has("storage"), names: has("names"), driver: has("driver"), ..Options::default() }
     }
 
     /// The code.

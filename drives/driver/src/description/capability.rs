@@ -228,6 +228,10 @@ impl Store {
 }
 
 impl Restore {
+    /// 1011h:01, "load" (CiA 301, 7.5.2.14).
+    pub const CIA_301: Restore =
+        Restore { all: Number::new(0x1011, 0x01, DataType::Unsigned32), sets: &[], signature: Restore::SIGNATURE };
+
     /// What 1011h is written to restore: "load" (CiA 301, 7.5.2.14).
     pub const SIGNATURE: u32 = u32::from_le_bytes(*b"load");
 }

@@ -44,9 +44,10 @@ impl Description {
         ] {
             find(self.transitions.next(from, to).is_none(), format!("no way leads from {from} to {to}"));
         }
-        find(self.code_of(Mode::Positioning).is_none(), "no positioning mode".to_owned());
-        let velocity = self.code_of(Mode::Velocity).is_some();
-        find(self.velocity.is_some() && !velocity, "velocities without a velocity mode".to_owned());
+        let [positioning, velocity] = [Mode::Positioning, Mode::Velocity].map(|mode| self.code_of(mode).is_some());
+        find(!positioning && !velocity, "neither positioning nor velocity mode".to_owned());
+        let runs = velocity || self.code_of(Mode::CyclicVelocity).is_some();
+        find(self.velocity.is_some() && !runs, "velocities without a velocity mode".to_owned());
         let torque = [Mode::Torque, Mode::CyclicTorque].iter().any(|mode| self.code_of(*mode).is_some());
         find(self.torque.is_none() && torque, "a torque mode without torques".to_owned());
         for code in self.codes() {
@@ -159,6 +160,8 @@ mod tests {
         let mut modes = base.modes;
         modes.codes = Modes(&[(1, cia402::Mode::ProfilePosition)]);
         check(Description { modes, ..base }, &["velocities without a velocity mode"]);
+        modes.codes = Modes(&[(6, cia402::Mode::Homing)]);
+        check(Description { modes, velocity: None, ..base }, &["neither positioning nor velocity mode"]);
         check(
             Description { codes: Codes { faults: TWICE, ..base.codes }, ..base },
             &["the code 2100 twice", "the code 2100 twice"],

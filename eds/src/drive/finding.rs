@@ -1,0 +1,63 @@
+//! What may be found in the data sheet of a drive.
+
+use crate::diagnostic::Severity::{self, Error, Warning};
+
+/// A code of a finding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// Stable words.
+    pub code: &'static str,
+    /// Its severity, unless a configuration says otherwise.
+    pub severity: Severity,
+    /// What it means and what to do.
+    pub explain: &'static str,
+}
+
+/// All codes of findings that [`read`](super::read) may have, by name.
+pub const FINDINGS: &[Finding] = &[
+    Finding {
+        code: "drive::left-out",
+        severity: Warning,
+        explain: "An object or a mode that a driver could use contradicts CiA 402: its data type, its access, or an object \
+                  that belongs to it is missing. The driver does without. An overlay can correct it.",
+    },
+    Finding {
+        code: "drive::no-mode",
+        severity: Error,
+        explain: "The drive has neither profile position mode (607Ah, 6064h) nor profile velocity mode (60FFh), or 6502h, \
+                  6060h or the overlay say that it has neither.",
+    },
+    Finding {
+        code: "drive::no-object",
+        severity: Error,
+        explain: "An object that every driver needs is missing: 6040h, 6041h, 6060h or 606Ch. A device without the first \
+                  three is not a drive of CiA 402; without 606Ch, nothing shows that the drive stands.",
+    },
+    Finding {
+        code: "drive::object",
+        severity: Error,
+        explain: "An object that every driver needs has a data type or access that CiA 402 does not give it. If the data \
+                  sheet is wrong, an overlay corrects it.",
+    },
+    Finding {
+        code: "drive::pdo",
+        severity: Warning,
+        explain: "A PDO carries a control word, status word or target value with another length than the object has, or not \
+                  from a byte on. The driver does not use it, and writes by SDO.",
+    },
+    Finding {
+        code: "drive::profile",
+        severity: Error,
+        explain: "1000h has another device profile than 402. An overlay can say that the device obeys CiA 402.",
+    },
+    Finding {
+        code: "drive::vendor",
+        severity: Error,
+        explain: "The vendor-ID is unknown, by which the driver makes sure that it commands the drive that it is meant for.",
+    },
+];
+
+/// The severity of the findings of a code.
+pub(super) fn severity(code: &str) -> Severity {
+    FINDINGS.iter().find(|finding| finding.code == code).map_or(Error, |finding| finding.severity)
+}

@@ -1,0 +1,181 @@
+//! What a data sheet says of a drive of CiA 402: where its objects are and how wide, its modes, what its PDOs carry, how it
+//! is recognised. Drivers and their generated code begin with it.
+//!
+//! What CiA 402 leaves to the manufacturer, and what no data sheet can say (which bits refuse which order, how long things
+//! take, which codes are faults), is not in it.
+
+mod data;
+mod finding;
+mod modes;
+mod objects;
+mod pdo;
+
+pub use data::{Code, Drive, Homing, Identity, Number, Outputs, Pdo, Signal, Torque};
+pub use finding::{FINDINGS, Finding};
+
+use crate::cia301;
+use crate::diagnostic::Diagnostics;
+use crate::model::pdo::held;
+use crate::model::types::DataType;
+use crate::model::{Device, Meaning, Named, Value};
+use objects::{Need, Reader};
+
+/// Reads what a driver has to know.
+///
+/// There is no drive if a finding is an error: the device is not a drive of CiA 402, or lacks what every driver needs. What
+/// is left out because it contradicts CiA 402 is a warning.
+#[must_use]
+pub fn read(device: &Device) -> (Option<Drive>, Diagnostics) {
+    let mut reader = Reader::new(device);
+    let drive = drive(&mut reader);
+    let mut findings = reader.findings;
+    findings.finish();
+    (drive.filter(|_| !findings.has_errors()), findings)
+}
+
+fn drive(reader: &mut Reader<'_>) -> Option<Drive> {
+    profile(reader);
+    // All that is missing is found before anything is given up.
+    let control_word = reader.needed(0x6040, "control word", Need::Word);
+    let status_word = reader.needed(0x6041, "status word", Need::Status);
+    let mode = reader.needed(0x6060, "mode of operation", Need::Written);
+    let actual_velocity = reader.needed(0x606C, "actual velocity", Need::Moved);
+    let vendor_id = vendor_id(reader);
+    let target_position = reader.optional((0x607A, 0), "target position", Need::Target);
+    let actual_position = reader.optional((0x6064, 0), "actual position", Need::Moved);
+    let target_velocity = reader.optional((0x60FF, 0), "target velocity", Need::Target);
+    let torque = torque(reader);
+    let interpolated_position = reader.optional((0x60C1, 1), "interpolated position", Need::Target);
+    let usable: [(bool, &[i8]); 4] = [
+        (target_position.is_some() && actual_position.is_some(), &[1, 8]),
+        (target_velocity.is_some(), &[3, 9]),
+        (torque.is_some(), &[4, 10]),
+        (interpolated_position.is_some(), &[7]),
+    ];
+    let unusable: Vec<i8> =
+        usable.iter().filter(|(usable, _)| !usable).flat_map(|(_, modes)| *modes).copied().collect();
+    let modes = modes::modes(reader, &unusable);
+    let mut drive = Drive {
+        name: name(reader.device),
+        identity: Identity {
+            vendor_id: vendor_id?,
+            profile: device_type(reader.device).unwrap_or(402),
+            name: device_name(reader.device),
+        },
+        control_word: control_word?,
+        status_word: status_word?,
+        mode: mode?,
+        mode_display: reader.optional((0x6061, 0), "mode of operation display", Need::Read),
+        actual_position,
+        actual_velocity: actual_velocity?,
+        target_position,
+        target_velocity,
+        torque,
+        interpolated_position,
+        position_window: reader.optional((0x6067, 0), "position window", Need::Read),
+        position_limits: None,
+        latest_fault: reader.optional((cia301::PREDEFINED_ERROR_FIELD, 1), "error history", Need::Read),
+        modes: modes?,
+        homing: None,
+        option_codes: (0x605A..=0x605E)
+            .filter_map(|index| reader.optional((index, 0), "option code", Need::Written))
+            .collect(),
+        latched: latched(reader),
+        outputs: Outputs::default(),
+        inputs: Vec::new(),
+        store: reader.optional((cia301::STORE_PARAMETERS, 1), "all parameters to store", Need::Written),
+        restore: reader.optional((cia301::RESTORE_DEFAULT_PARAMETERS, 1), "all parameters to restore", Need::Written),
+        emergencies: reader.optional((cia301::COB_ID_EMCY, 0), "COB-ID of emergencies", Need::Written),
+        velocity_unit: velocity_unit(reader.device),
+        codes: codes(reader.device),
+    };
+    let limits = [1, 2].map(|sub| reader.optional((0x607D, sub), "software position limit", Need::Moved));
+    if let [Some(low), Some(high)] = limits {
+        drive.position_limits = Some([low, high]);
+    }
+    drive.homing = modes::homing(reader, &drive.modes);
+    (drive.outputs, drive.inputs) = pdo::pdos(reader, &drive);
+    Some(drive)
+}
+
+fn torque(reader: &mut Reader<'_>) -> Option<Torque> {
+    let target = reader.optional((0x6071, 0), "target torque", Need::Target);
+    let actual = reader.optional((0x6077, 0), "actual torque", Need::Moved);
+    Some(Torque { target: target?, actual: actual? })
+}
+
+/// The positions that touch probes latch, with registers and positions as wide as CiA 402 has them.
+fn latched(reader: &mut Reader<'_>) -> Vec<Number> {
+    let control = reader.optional((0x60B8, 0), "touch probe function", Need::Word);
+    let status = reader.optional((0x60B9, 0), "touch probe status", Need::Status);
+    if control.zip(status).is_none() {
+        return Vec::new();
+    }
+    let positions = (0x60BA..=0x60BD).filter_map(|index| reader.optional((index, 0), "latched position", Need::Moved));
+    positions.filter(|number| number.data_type == DataType::Integer32).collect()
+}
+
+/// The device profile in the low half of 1000h.
+fn device_type(device: &Device) -> Option<u16> {
+    let device_type = held(device.entry(cia301::DEVICE_TYPE, 0)?)?.as_integer()?;
+    Some(device_type as u16).filter(|_| device_type != 0)
+}
+
+fn profile(reader: &mut Reader<'_>) {
+    if let Some(other) = reader.device.profile.filter(|&profile| profile != 402) {
+        let span = reader.nearest(cia301::DEVICE_TYPE);
+        let help = "if the device obeys CiA 402 all the same, an overlay says so: `[overlay]`, `profile = 402`";
+        reader.report("drive::profile", format!("1000h has device profile {other}, not 402"), span, help);
+    }
+}
+
+/// 0 stands for "not given" in either place.
+fn vendor_id(reader: &mut Reader<'_>) -> Option<u32> {
+    let device = reader.device;
+    let in_object = || u32::try_from(held(device.entry(cia301::IDENTITY, 1)?)?.as_integer()?).ok();
+    let known = in_object().filter(|&id| id != 0).or(device.info.vendor_number).filter(|&id| id != 0);
+    if known.is_none() {
+        let span = reader.nearest(cia301::IDENTITY);
+        let message = "neither 1018h:01 nor `VendorNumber` has a vendor-ID, by which the drive is recognised";
+        let help = "an overlay gives it: `[object.\"1018:01\"]`, `default = 0x…`";
+        reader.report("drive::vendor", message, span, help);
+    }
+    known
+}
+
+fn name(device: &Device) -> String {
+    let product = device.info.product_name.as_deref().map(str::trim).filter(|name| !name.is_empty());
+    product.map(str::to_owned).or_else(|| device_name(device).filter(|name| !name.is_empty())).unwrap_or("drive".into())
+}
+
+/// What 1008h holds, without what pads it; `None` without the object.
+fn device_name(device: &Device) -> Option<String> {
+    Some(match held(device.entry(cia301::MANUFACTURER_DEVICE_NAME, 0)?) {
+        Some(Value::Text(name)) => name.trim_matches(|c: char| c.is_whitespace() || c == '\0').to_owned(),
+        _ => String::new(),
+    })
+}
+
+/// The unit of 606Ch, where it has one and only one.
+fn velocity_unit(device: &Device) -> Option<String> {
+    let Meaning::Quantity(name) = &device.entry(0x606C, 0)?.meaning else { return None };
+    let [unit] = device.quantities.get(name)?.units.as_slice() else { return None };
+    Some(match (unit.num, unit.den) {
+        (num, den) if num == den => unit.symbol.clone(),
+        (num, 1) => format!("{num} {}", unit.symbol),
+        (num, den) => format!("{num}/{den} {}", unit.symbol),
+    })
+}
+
+/// The emergency codes that the overlay names, of 1003h or 603Fh.
+fn codes(device: &Device) -> Vec<Code> {
+    let of = |index, sub| match &device.entry(index, sub)?.meaning {
+        Meaning::Enumeration(name) => device.enumerations.get(name),
+        _ => None,
+    };
+    let values = of(cia301::PREDEFINED_ERROR_FIELD, 1).or_else(|| of(0x603F, 0)).map(|known| &*known.values);
+    let code = |named: &Named<i128>| {
+        Some(Code { number: u16::try_from(named.value).ok().filter(|&number| number != 0)?, text: named.name.clone() })
+    };
+    values.unwrap_or_default().iter().filter_map(code).collect()
+}

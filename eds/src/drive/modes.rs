@@ -1,0 +1,111 @@
+//! Which modes and homing methods a drive has.
+
+use super::data::Homing;
+use super::objects::{Need, Reader};
+use crate::model::pdo::held;
+use crate::model::{Device, Entry, Meaning, Value};
+
+/// The modes of CiA 402, each with an object that it needs, and the name of the mode.
+const MODES: &[(i8, u16, &str)] = &[
+    (1, 0x607A, "profile position mode"),
+    (2, 0x6042, "velocity mode"),
+    (3, 0x60FF, "profile velocity mode"),
+    (4, 0x6071, "torque profile mode"),
+    (6, 0x6098, "homing mode"),
+    (7, 0x60C1, "interpolated position mode"),
+    (8, 0x607A, "cyclic synchronous position mode"),
+    (9, 0x60FF, "cyclic synchronous velocity mode"),
+    (10, 0x6071, "cyclic synchronous torque mode"),
+];
+
+/// The homing methods that CiA 402-2 reserves, up to its last one, and 0, which is none.
+const RESERVED: &[i8] = &[0, 15, 16, 31, 32, 36];
+
+/// The modes of the drive, ascending: those of 6502h, of the overlay's enumeration of 6060h, or within its limits, as far as
+/// the objects are there. Neither profile position nor profile velocity mode is an error.
+/// `unusable` are those of which an object is missing, or contradicts CiA 402.
+pub(super) fn modes(reader: &mut Reader<'_>, unusable: &[i8]) -> Option<Vec<i8>> {
+    let device = reader.device;
+    let stated = stated(device);
+    let has = |index: u16| device.object(index).is_some();
+    let modes: Vec<i8> = MODES
+        .iter()
+        .filter(|(mode, index, _)| has(*index) && !unusable.contains(mode))
+        .filter(|(mode, ..)| stated.as_ref().is_none_or(|stated| stated.modes.contains(mode)))
+        .map(|(mode, ..)| *mode)
+        .collect();
+    if let Some(stated) = stated.as_ref().filter(|stated| stated.one_by_one) {
+        for (mode, index, name) in MODES {
+            if stated.modes.contains(mode) && !has(*index) {
+                let message = format!("the drive has {name} by {:04X}h, but no {index:04X}h", stated.entry.index);
+                let help = "if the drive has the object, add it to the data sheet; the driver does without the mode";
+                reader.report("drive::left-out", message, stated.entry.span, help);
+            }
+        }
+    }
+    if modes.contains(&1) || modes.contains(&3) {
+        return Some(modes);
+    }
+    let span = stated.map_or_else(|| reader.nearest(0x607A), |stated| stated.entry.span);
+    let message = "the drive has neither profile position mode (607Ah, 6064h) nor profile velocity mode (60FFh)";
+    let help = "if it has, correct 6502h by an overlay (bit 0, bit 2), or add the objects to the data sheet";
+    reader.report("drive::no-mode", message, span, help);
+    None
+}
+
+/// What says which modes there are.
+struct Stated<'a> {
+    modes: Vec<i8>,
+    entry: &'a Entry,
+    /// Each mode is named, and does not merely lie between limits.
+    one_by_one: bool,
+}
+
+fn stated(device: &Device) -> Option<Stated<'_>> {
+    let supported = device.entry(0x6502, 0).and_then(|entry| {
+        // Bit 0 is mode 1.
+        let word = held(entry)?.as_integer().filter(|word| word & 0x3FF != 0)?;
+        let modes = (0..10).filter(|bit| word >> bit & 1 != 0).map(|bit| bit + 1).collect();
+        Some(Stated { modes, entry, one_by_one: true })
+    });
+    let chosen = device.entry(0x6060, 0)?;
+    let named = || Some(Stated { modes: enumerated(device, chosen)?, entry: chosen, one_by_one: true });
+    let limited = || Some(Stated { modes: between_limits(chosen)?, entry: chosen, one_by_one: false });
+    supported.or_else(named).or_else(limited)
+}
+
+/// Homing, if it is among the modes.
+pub(super) fn homing(reader: &mut Reader<'_>, modes: &[i8]) -> Option<Homing> {
+    if !modes.contains(&6) {
+        return None;
+    }
+    let method = reader.optional((0x6098, 0), "homing method", Need::Written)?;
+    let offset = reader.optional((0x607C, 0), "home offset", Need::Target)?;
+    let device = reader.device;
+    let listed = || {
+        let entries = device.object(0x60E3)?.entries.iter().filter(|entry| entry.sub > 0);
+        let methods = entries.filter_map(|entry| i8::try_from(held(entry)?.as_integer()?).ok());
+        Some(methods.filter(|&method| method != 0).collect::<Vec<_>>()).filter(|methods| !methods.is_empty())
+    };
+    let entry = device.entry(0x6098, 0)?;
+    let methods = listed().or_else(|| enumerated(device, entry)).or_else(|| {
+        // Between limits there are reserved ones.
+        Some(between_limits(entry)?.into_iter().filter(|method| !RESERVED.contains(method)).collect())
+    });
+    Some(Homing { method, offset, methods: methods.unwrap_or_default() })
+}
+
+/// The values that an overlay names.
+fn enumerated(device: &Device, entry: &Entry) -> Option<Vec<i8>> {
+    let Meaning::Enumeration(name) = &entry.meaning else { return None };
+    let values = device.enumerations.get(name)?.values.iter();
+    Some(values.filter_map(|named| i8::try_from(named.value).ok()).collect())
+}
+
+/// The values between both limits; `None` where the limits say no more than the data type. Two equal ones say nothing.
+fn between_limits(entry: &Entry) -> Option<Vec<i8>> {
+    let limit = |value: &Option<Value>| entry.data_type.fit(value.as_ref()?.as_integer()?);
+    let (low, high) = (limit(&entry.low)?, limit(&entry.high)?);
+    let (low, high) = (i8::try_from(low).ok()?, i8::try_from(high).ok()?);
+    (low < high && (low, high) != (i8::MIN, i8::MAX)).then(|| (low..=high).collect())
+}
