@@ -79,7 +79,7 @@ impl DriveContext {
     pub(super) fn replacing_frame(&self, word: u16) -> Option<Frame> {
         let target = self.lock().held?;
         let values = [(Signal::ControlWord, word.into()), (Signal::TargetPosition, target.into())];
-        Some(self.description.outputs.position?.frame(self.node, self.description, &values))
+        Some(self.description.outputs.start_by_sync()?.frame(self.node, self.description, &values))
     }
 
     /// The frame that gives the drive a control word, without waiting for an answer.

@@ -51,6 +51,12 @@ impl Outputs {
     /// Nothing by PDO.
     pub const BY_SDO: Outputs = Outputs { control: None, position: None, velocity: None };
 
+    /// The PDO that carries a target position and the control word that starts the travel: it can wait for SYNC.
+    #[must_use]
+    pub fn start_by_sync(&self) -> Option<Pdo> {
+        self.position.filter(|pdo| pdo.carries(Signal::ControlWord))
+    }
+
     /// Whether anything goes by PDO.
     #[must_use]
     pub const fn any(&self) -> bool {

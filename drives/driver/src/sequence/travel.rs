@@ -10,7 +10,7 @@ use super::power::reach;
 use super::refusal::{Order, refuse};
 use super::standstill::{at_rest, come_to_rest, come_to_stand, stand_still, stuck};
 use crate::context::{Awaited, DriveContext, Motion, Pause, Travel};
-use crate::description::{Number, Release, Signal};
+use crate::description::{Number, Release};
 use crate::error::{Capability, Error, Missing, Outcome, Refusal};
 
 /// The last transmission type of a receive PDO that waits for SYNC (CiA 301, 7.5.2.36).
@@ -308,8 +308,7 @@ pub(super) async fn waits_for_sync(drive: &DriveContext) -> Result<bool, Error> 
 
 /// The transmission type of the PDO that carries a target and a control word.
 pub(super) fn target_transmission(drive: &DriveContext) -> Result<Number, Error> {
-    let position = drive.description().outputs.position.filter(|pdo| pdo.carries(Signal::ControlWord));
-    let base = drive.need(position, Capability::StartBySync)?.base;
+    let base = drive.need(drive.description().outputs.start_by_sync(), Capability::StartBySync)?.base;
     Ok(pdo_parameter(0x1400, 0x200, base, 0x02, DataType::Unsigned8))
 }
 
