@@ -18,6 +18,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-siko-ag02", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-ag03-1", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag02", "lexican-siko-ag03-1"]),
+    ("changeover", &["lexican-driver", "lexican-runtime", "lexican-siko-ag02", "lexican-siko-ag03-1"]),
     ("lexican-tests", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1", "lexican"]),
     ("lexican-verify", &["lexican-eds", "lexican-runtime", "lexican-siko-ag03-1"]),
     ("lexican-mutated-siko-ag03-1", &["lexican-driver", "lexican-runtime", "lexican-siko", "lexican-siko-ag03-1"]),
@@ -127,7 +128,7 @@ fn contains_word(text: &str, word: &str) -> bool {
 
 fn rust_files(root: &Path) -> Result<Vec<Source>, String> {
     let mut sources = Vec::new();
-    for room in ["eds", "codegen", "runtime", "profibus", "drives", "cli", "tests", "xtask", "fuzz"] {
+    for room in ["eds", "codegen", "runtime", "profibus", "drives", "cli", "examples", "tests", "xtask", "fuzz"] {
         collect(root, &root.join(room), &mut sources)?;
     }
     Ok(sources)

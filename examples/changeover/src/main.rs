@@ -1,0 +1,105 @@
+//! A format change-over: the drives of a machine move to the positions of a recipe, together.
+//!
+//! ```text
+//! recipe      which drive goes where, in mm and degrees; kinds: what drives there are
+//!   bus       a real bus, or a simulated one
+//!   run       connect, check, enable, release by SYNC, travel; stop all when one fails
+//!   progress  while it runs
+//!   report    what came of it; plot: the same as a picture
+//! ```
+
+mod bus;
+mod kinds;
+mod plot;
+mod progress;
+mod recipe;
+mod report;
+mod run;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use lexican_runtime::host::BusUrl;
+use lexican_runtime::host::tokio::Network;
+
+use bus::{Fault, Pace};
+use recipe::Recipe;
+use report::{Format, Report};
+use run::{Reason, Run, Stop};
+
+/// Move the drives of a machine to the positions of a recipe, together
+///
+/// Exits with 0 if every drive is where the recipe has it, with 1 if one is not, and with 2 if nothing has moved because
+/// something was wrong before.
+#[derive(Parser)]
+#[command(version)]
+struct Args {
+    /// The recipe
+    recipe: PathBuf,
+
+    /// The bus: can0, or slcan:/dev/ttyACM0?bitrate=500000. Without it, all drives are simulated
+    #[arg(long, value_name = "URL")]
+    bus: Option<BusUrl>,
+
+    /// Check the recipe against the drives, print what would be done, and move nothing
+    #[arg(long)]
+    dry_run: bool,
+
+    /// How to print the report
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+
+    /// Draw the positions of all drives over time into this file, as SVG
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+
+    /// How fast the time of simulated drives passes
+    #[arg(long, value_enum, default_value_t, conflicts_with = "bus")]
+    pace: Pace,
+
+    /// Let a simulated drive fail, so many seconds after the program has begun: 7@2.5
+    #[arg(long, value_name = "NODE@SECONDS", conflicts_with = "bus")]
+    fault: Option<Fault>,
+}
+
+fn main() -> ExitCode {
+    match changeover(&Args::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Whether all drives are where the recipe has them; else why nothing has moved.
+fn changeover(args: &Args) -> Result<bool, String> {
+    let recipe = Recipe::read(&args.recipe)?;
+    let link = match &args.bus {
+        Some(url) => url.open().map_err(|error| format!("cannot open {url}: {error}"))?,
+        None => bus::simulated(&recipe, args.pace, args.fault)?,
+    };
+    let stop = Stop::default();
+    let signal = stop.clone();
+    // SIGINT and SIGTERM.
+    ctrlc::set_handler(move || signal.order(Reason::Signal)).map_err(|error| error.to_string())?;
+    // One thread: simulated time passes when all tasks wait.
+    let runtime =
+        tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(|error| error.to_string())?;
+    let report = runtime.block_on(async {
+        let network = Network::spawn(link).map_err(|error| error.to_string())?;
+        let mut run = Run::connect(network, &recipe, args.bus.is_none(), stop).await?;
+        if !args.dry_run {
+            run.change_over().await;
+        }
+        Ok::<Report, String>(Report::of(&run))
+    })?;
+    print!("{}", report.print(args.format));
+    if let Some(path) = &args.plot {
+        let picture = plot::svg(&report).map_err(|error| format!("cannot draw the picture: {error}"))?;
+        std::fs::write(path, picture).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    }
+    Ok(report.is_done())
+}

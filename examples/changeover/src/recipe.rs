@@ -1,0 +1,212 @@
+//! A recipe: which drive goes where.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use annotate_snippets::renderer::DecorStyle;
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use lexican_driver::Units;
+use lexican_runtime::NodeId;
+use serde::{Deserialize, Serialize};
+use toml::Spanned;
+
+use crate::kinds::{DriveKind, KINDS};
+
+/// A recipe that has been read and makes sense by itself.
+pub(crate) struct Recipe {
+    pub(crate) source: Source,
+    pub(crate) name: String,
+    pub(crate) drives: Vec<Entry>,
+}
+
+/// A drive of a recipe.
+#[derive(Clone)]
+pub(crate) struct Entry {
+    pub(crate) name: String,
+    pub(crate) node: NodeId,
+    pub(crate) kind: &'static DriveKind,
+    pub(crate) position: Position,
+    pub(crate) simulated: Simulated,
+    /// Where the node and the position stand in the file.
+    pub(crate) node_span: Range<usize>,
+    pub(crate) position_span: Range<usize>,
+}
+
+/// Where a drive goes.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Position {
+    Mm(f64),
+    Degrees(f64),
+    Increments(i32),
+}
+
+/// What positions are counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Unit {
+    Mm,
+    Degrees,
+    Increments,
+}
+
+/// How a simulated drive is set up; a real one has been commissioned.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Simulated {
+    pub(crate) spindle_pitch_mm: Option<f64>,
+    /// The lowest and the highest position, in increments.
+    pub(crate) limits: Option<[i32; 2]>,
+}
+
+/// What is wrong, where in the recipe, and what to do about it.
+pub(crate) struct Problem {
+    pub(crate) what: String,
+    pub(crate) span: Range<usize>,
+    pub(crate) remedy: String,
+}
+
+/// The text of a recipe, for problems to point into.
+pub(crate) struct Source {
+    path: PathBuf,
+    text: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    #[serde(rename = "drive")]
+    drives: Vec<Row>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    name: String,
+    node: Spanned<u8>,
+    kind: Spanned<String>,
+    position: Spanned<Position>,
+    #[serde(default)]
+    simulated: Simulated,
+}
+
+impl Recipe {
+    /// Reads a recipe; else what to print.
+    pub(crate) fn read(path: &Path) -> Result<Recipe, String> {
+        let text = std::fs::read_to_string(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+        let source = Source { path: path.to_owned(), text };
+        let file: File = toml::from_str(&source.text).map_err(|error| {
+            let span = error.span().unwrap_or_default();
+            let remedy = "examples/changeover/README.md has the keys of a recipe".to_owned();
+            source.report(&[Problem { what: error.message().to_owned(), span, remedy }])
+        })?;
+        let (mut drives, mut problems) = (Vec::<Entry>::new(), Vec::new());
+        for row in file.drives {
+            match Entry::of(row, &drives) {
+                Ok(entry) => drives.push(entry),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        if problems.is_empty() { Ok(Recipe { name: file.name, drives, source }) } else { Err(source.report(&problems)) }
+    }
+}
+
+impl Entry {
+    fn of(row: Row, before: &[Entry]) -> Result<Entry, Problem> {
+        let (name, node_span) = (row.name, row.node.span());
+        let number = row.node.into_inner();
+        let node = NodeId::new(number).ok_or_else(|| Problem {
+            what: format!("{name}: {number} is no node-ID"),
+            span: node_span.clone(),
+            remedy: "a node-ID is 1 to 127".to_owned(),
+        })?;
+        if let Some(other) = before.iter().find(|other| other.node == node) {
+            let what = format!("{name}: node {node} is {} already", other.name);
+            return Err(Problem { what, span: node_span, remedy: "each drive has a node-ID of its own".to_owned() });
+        }
+        let kind = KINDS.iter().find(|kind| kind.name == row.kind.get_ref()).ok_or_else(|| {
+            let names: Vec<_> = KINDS.iter().map(|kind| kind.name).collect();
+            Problem {
+                what: format!("{name}: {:?} is no kind of drive", row.kind.get_ref()),
+                span: row.kind.span(),
+                remedy: format!("name one of these: {}", names.join(", ")),
+            }
+        })?;
+        let position_span = row.position.span();
+        let (position, simulated) = (row.position.into_inner(), row.simulated);
+        Ok(Entry { name, node, kind, position, simulated, node_span, position_span })
+    }
+}
+
+impl Position {
+    pub(crate) fn unit(self) -> Unit {
+        match self {
+            Position::Mm(_) => Unit::Mm,
+            Position::Degrees(_) => Unit::Degrees,
+            Position::Increments(_) => Unit::Increments,
+        }
+    }
+
+    /// The position as the drive counts it; `None` if the drive cannot.
+    pub(crate) fn counts(self, units: Option<Units>) -> Option<i32> {
+        match self {
+            Position::Mm(mm) => units?.position_of_millimetres(mm),
+            Position::Degrees(degrees) => units?.position_of_revolutions(degrees / 360.0),
+            Position::Increments(increments) => Some(increments),
+        }
+    }
+}
+
+impl Unit {
+    /// What a drive counts, in this unit.
+    pub(crate) fn of(self, counts: i32, units: Option<Units>) -> f64 {
+        let value = match self {
+            Unit::Mm => units.and_then(|units| units.millimetres(counts)),
+            Unit::Degrees => units.map(|units| units.revolutions(counts) * 360.0),
+            Unit::Increments => None,
+        };
+        value.unwrap_or_else(|| counts.into())
+    }
+
+    pub(crate) fn symbol(self) -> &'static str {
+        match self {
+            Unit::Mm => "mm",
+            Unit::Degrees => "°",
+            Unit::Increments => "increments",
+        }
+    }
+
+    /// A value with as many decimals as the unit is worth.
+    pub(crate) fn show(self, value: f64) -> String {
+        let decimals = if self == Unit::Increments { 0 } else { 2 };
+        format!("{value:.decimals$} {}", self.symbol())
+    }
+}
+
+impl fmt::Display for Position {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&match *self {
+            Position::Mm(value) | Position::Degrees(value) => self.unit().show(value),
+            Position::Increments(value) => self.unit().show(value.into()),
+        })
+    }
+}
+
+impl Source {
+    /// The problems with their lines, as a compiler shows them.
+    pub(crate) fn report(&self, problems: &[Problem]) -> String {
+        let path = self.path.to_string_lossy();
+        let renderer = Renderer::plain().decor_style(DecorStyle::Ascii);
+        let render = |problem: &Problem| {
+            let place = AnnotationKind::Primary.span(problem.span.clone());
+            let group = Level::ERROR
+                .primary_title(&problem.what)
+                .element(Snippet::source(&self.text).path(&*path).annotation(place))
+                .element(Level::HELP.message(&problem.remedy));
+            renderer.render(&[group]).to_string()
+        };
+        problems.iter().map(render).collect::<Vec<_>>().join("\n\n")
+    }
+}

@@ -1,0 +1,208 @@
+//! What came of a change-over: as text, as a table in Markdown, as JSON.
+
+use std::fmt::Write as _;
+
+use clap::ValueEnum;
+use lexican_runtime::Instant;
+use serde::Serialize;
+
+use crate::recipe::Unit;
+use crate::run::{Axis, Reason, Run};
+
+/// How to print a report.
+#[derive(Clone, Copy, Default, ValueEnum)]
+pub(crate) enum Format {
+    #[default]
+    Text,
+    Json,
+    Markdown,
+}
+
+/// What came of a change-over, or what would be done.
+#[derive(Serialize)]
+pub(crate) struct Report {
+    pub(crate) recipe: String,
+    /// In one sentence.
+    pub(crate) summary: String,
+    done: bool,
+    /// `null` if nothing was stopped.
+    pub(crate) stop: Option<Stop>,
+    pub(crate) drives: Vec<Row>,
+}
+
+/// How all drives were stopped. Times are seconds from the release.
+#[derive(Serialize)]
+pub(crate) struct Stop {
+    pub(crate) because: String,
+    /// When the reason was noticed.
+    pub(crate) at_s: f64,
+    /// After this, each of the others had been sent its stop.
+    ordered_within_s: f64,
+    /// After this, each of them was seen to stand.
+    stood_within_s: f64,
+}
+
+/// One drive.
+#[derive(Serialize)]
+pub(crate) struct Row {
+    pub(crate) name: String,
+    node: u8,
+    kind: &'static str,
+    pub(crate) unit: Unit,
+    from: f64,
+    pub(crate) to: f64,
+    low: Option<f64>,
+    high: Option<f64>,
+    /// Where it was seen last.
+    reached: Option<f64>,
+    /// Seconds from the release to the end of its way.
+    time_s: Option<f64>,
+    /// What starts it.
+    start: &'static str,
+    outcome: &'static str,
+    /// A fault in the words of the manual, or an error.
+    why: Option<String>,
+    /// Seconds from the release, and positions.
+    #[serde(skip)]
+    pub(crate) course: Vec<(f64, f64)>,
+}
+
+impl Report {
+    /// Of a run that has ended, or of one that has only been checked.
+    pub(crate) fn of(run: &Run<'_>) -> Report {
+        let axes = &run.axes;
+        let is_plan = axes.iter().all(|axis| axis.end.is_none());
+        let reached = axes.iter().filter(|axis| axis.end.as_ref().is_some_and(|end| end.outcome == "reached")).count();
+        let by_sync = axes.iter().filter(|axis| axis.by_sync).count();
+        let released = run.released.unwrap_or(Instant::ZERO);
+        let stop = run.reason().map(|reason| Stop::of(axes, &reason, released));
+        let starts = match axes.len() - by_sync {
+            0 => format!("SYNC starts all {by_sync} drives"),
+            others => {
+                format!("SYNC starts {by_sync} drives, and {others} that do not wait for it start one after the other")
+            }
+        };
+        let summary = match &stop {
+            _ if is_plan => format!("the recipe fits the machine; {starts}"),
+            Some(stop) => format!("{reached} of {} drives are in position: {}", axes.len(), stop.because),
+            None => format!("all {reached} drives are in position; {starts}"),
+        };
+        let done = is_plan || (stop.is_none() && reached == axes.len());
+        let drives = axes.iter().map(|axis| Row::of(axis, released)).collect();
+        Report { recipe: run.recipe.name.clone(), summary, done, stop, drives }
+    }
+
+    /// Whether every drive is where the recipe has it, or nothing was to be moved.
+    pub(crate) fn is_done(&self) -> bool {
+        self.done
+    }
+
+    pub(crate) fn print(&self, format: Format) -> String {
+        match format {
+            Format::Json => serde_json::to_string_pretty(self).expect("all keys are text") + "\n",
+            Format::Text => self.table(&format!("{}: {}", self.recipe, self.summary), ["", "  ", ""]),
+            Format::Markdown => self.table(&format!("# {}\n\n{}.", self.recipe, self.summary), ["| ", " | ", " |"]),
+        }
+    }
+
+    /// The head, and a table with `edges` to the left of, between and to the right of its cells.
+    fn table(&self, head: &str, edges: [&str; 3]) -> String {
+        const HEAD: [&str; 10] =
+            ["drive", "node", "kind", "from", "to", "limits", "reached", "time", "start", "outcome"];
+        let rows = [HEAD.map(str::to_owned)].into_iter().chain(self.drives.iter().map(Row::cells));
+        let mut rows: Vec<Vec<String>> = rows.map(Vec::from).collect();
+        // A plan has no times; a report does not repeat limits.
+        for column in (0..HEAD.len()).rev() {
+            if rows.iter().skip(1).all(|row| row[column].is_empty()) {
+                rows.iter_mut().for_each(|row| drop(row.remove(column)));
+            }
+        }
+        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default();
+        let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
+        if edges[0].starts_with('|') {
+            rows.insert(1, widths.iter().map(|width| "-".repeat(*width)).collect());
+        }
+        let mut text = format!("{head}\n\n");
+        for row in &rows {
+            let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:width$}")).collect();
+            let line = format!("{}{}{}", edges[0], cells.join(edges[1]), edges[2]);
+            let _ = writeln!(text, "{}", line.trim_end());
+        }
+        if let Some(stop) = &self.stop {
+            let Stop { because, at_s, ordered_within_s, stood_within_s } = stop;
+            let [ordered, stood] = [ordered_within_s, stood_within_s].map(|seconds| seconds * 1e3);
+            let _ = writeln!(
+                text,
+                "\n{because}, noticed {at_s:.2} s after the release: all drives that moved were ordered to stop within \
+                 {ordered:.0} ms, and stood within {stood:.0} ms."
+            );
+        }
+        text
+    }
+}
+
+impl Stop {
+    fn of(axes: &[Axis], reason: &Reason, released: Instant) -> Stop {
+        let halted = || axes.iter().filter_map(|axis| axis.halted);
+        let (because, at) = match reason {
+            Reason::Signal => ("the operator has stopped it".to_owned(), halted().min().unwrap_or(released)),
+            Reason::Drive { name, outcome, why, at } => (format!("{name}: {outcome}: {why}"), *at),
+        };
+        let ended = axes.iter().filter(|axis| axis.halted.is_some()).filter_map(|axis| axis.end.as_ref());
+        let stood = ended.map(|end| end.at).max().unwrap_or(at);
+        Stop {
+            because,
+            at_s: at.since(released).as_secs_f64(),
+            ordered_within_s: halted().max().unwrap_or(at).since(at).as_secs_f64(),
+            stood_within_s: stood.since(at).as_secs_f64(),
+        }
+    }
+}
+
+impl Row {
+    fn of(axis: &Axis, released: Instant) -> Row {
+        let entry = &axis.entry;
+        Row {
+            name: entry.name.clone(),
+            node: entry.node.get(),
+            kind: entry.kind.name,
+            unit: entry.position.unit(),
+            from: axis.value(axis.from),
+            to: axis.value(axis.to),
+            low: axis.limits.map(|(low, _)| axis.value(low)),
+            high: axis.limits.map(|(_, high)| axis.value(high)),
+            reached: axis.course.last().map(|(_, position)| axis.value(*position)),
+            time_s: axis.end.as_ref().map(|end| end.at.since(released).as_secs_f64()),
+            start: if axis.by_sync { "SYNC" } else { "by itself" },
+            outcome: axis.end.as_ref().map_or("planned", |end| end.outcome),
+            why: axis.end.as_ref().and_then(|end| end.why.clone()),
+            course: axis
+                .course
+                .iter()
+                .map(|(at, place)| (at.since(released).as_secs_f64(), axis.value(*place)))
+                .collect(),
+        }
+    }
+
+    fn cells(&self) -> [String; 10] {
+        let show = |value: f64| self.unit.show(value);
+        let outcome = match &self.why {
+            Some(why) => format!("{}: {why}", self.outcome),
+            None => self.outcome.to_owned(),
+        };
+        let is_planned = self.outcome == "planned";
+        let limits = self.low.zip(self.high).filter(|_| is_planned);
+        [
+            self.name.clone(),
+            self.node.to_string(),
+            self.kind.to_owned(),
+            show(self.from),
+            show(self.to),
+            limits.map(|(low, high)| format!("{} to {}", show(low), show(high))).unwrap_or_default(),
+            self.reached.map(show).unwrap_or_default(),
+            self.time_s.map(|time| format!("{time:.2} s")).unwrap_or_default(),
+            self.start.to_owned(),
+            if is_planned { String::new() } else { outcome },
+        ]
+    }
+}

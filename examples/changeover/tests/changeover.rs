@@ -1,0 +1,251 @@
+//! The program, as its user runs it. `LEXICAN_BLESS=1` takes over the pictures in `docs/` and the reports in the README.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value as Json;
+
+const RECIPE: &str = "recipes/bottle-0.5l.toml";
+
+fn program() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_changeover"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(Stdio::null());
+    command
+}
+
+/// Exit code, stdout and stderr.
+fn run(args: &[&str]) -> (i32, String, String) {
+    texts(program().args(args).output().expect("the program was built for this test"))
+}
+
+fn texts(output: Output) -> (i32, String, String) {
+    let text = |bytes| String::from_utf8(bytes).expect("the program prints UTF-8");
+    let (code, stdout, stderr) = (output.status.code(), text(output.stdout), text(output.stderr));
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    (code.unwrap_or_else(|| panic!("it ends by itself: {stderr}")), stdout, stderr)
+}
+
+/// The report, and the exit code with it.
+fn report(args: &[&str]) -> (i32, Json) {
+    let (code, stdout, stderr) = run(&[args, &["--format", "json"]].concat());
+    (code, serde_json::from_str(&stdout).unwrap_or_else(|error| panic!("{error}: {stdout}{stderr}")))
+}
+
+fn drives(report: &Json) -> &[Json] {
+    report["drives"].as_array().expect("a report has drives")
+}
+
+fn number(of: &Json, key: &str) -> f64 {
+    of[key].as_f64().unwrap_or_else(|| panic!("{key} is a number: {of}"))
+}
+
+/// A file with a recipe of one drive, in which something is different.
+fn recipe(name: &str, from: &str, to: &str) -> PathBuf {
+    const SOUND: &str = r#"name = "Test"
+
+[[drive]]
+name = "rail"
+node = 1
+kind = "siko/ag03-1"
+position.mm = 42.5
+simulated.spindle_pitch_mm = 4
+simulated.limits = [-500, 12000]
+"#;
+    assert!(SOUND.contains(from), "{name}");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("toml");
+    std::fs::write(&path, SOUND.replacen(from, to, 1)).expect("the folder for tests is writable");
+    path
+}
+
+#[test]
+fn every_drive_reaches_its_position_and_all_start_with_sync() {
+    let (code, report) = report(&[RECIPE]);
+    assert_eq!(code, 0, "{report}");
+    assert_eq!((report["done"].as_bool(), &report["stop"]), (Some(true), &Json::Null));
+    assert_eq!(drives(&report).len(), 12);
+    for drive in drives(&report) {
+        assert_eq!((drive["outcome"].as_str(), drive["start"].as_str()), (Some("reached"), Some("SYNC")), "{drive}");
+        // Increments of the drive: 1/100 mm, or 360°/1600.
+        let increment = if drive["unit"] == "mm" { 0.01 } else { 0.225 };
+        assert!((number(drive, "reached") - number(drive, "to")).abs() <= 1.01 * increment, "{drive}");
+        assert!(number(drive, "time_s") > 0.0, "{drive}");
+    }
+}
+
+#[test]
+fn a_drive_that_fails_stops_all_others() {
+    let (code, report) = report(&[RECIPE, "--fault", "6@2"]);
+    assert_eq!(code, 1, "{report}");
+    let stop = &report["stop"];
+    assert_eq!(stop["because"], "capper height: fault: B (7121): drive shaft blocked");
+    // Each at once, and all on one bus of 500 kbit/s; then they brake.
+    assert!(number(stop, "ordered_within_s") < 0.05, "{stop}");
+    assert!(number(stop, "stood_within_s") < 1.0, "{stop}");
+    for drive in drives(&report) {
+        let (way, gone) =
+            (number(drive, "to") - number(drive, "from"), number(drive, "reached") - number(drive, "from"));
+        match (drive["node"].as_u64(), drive["outcome"].as_str()) {
+            (Some(6), outcome) => assert_eq!(outcome, Some("fault")),
+            // This one was there already.
+            (Some(10), outcome) => assert_eq!(outcome, Some("reached")),
+            (_, outcome) => {
+                assert_eq!((outcome, &drive["why"]), (Some("stopped"), &Json::Null), "{drive}");
+                assert!((0.01..0.99).contains(&(gone / way)), "it had begun, and was not there yet: {drive}");
+            }
+        }
+    }
+}
+
+/// The signals, against a run that takes half a minute on the wall.
+#[cfg(unix)]
+#[test]
+fn the_operator_stops_all_drives() {
+    use nix::sys::signal::{Signal, kill};
+    use std::io::{BufRead, BufReader, Read};
+
+    for signal in [Signal::SIGINT, Signal::SIGTERM] {
+        let mut command = program();
+        command.args([RECIPE, "--pace", "real", "--format", "json"]).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("the program was built for this test");
+        let mut stderr = BufReader::new(child.stderr.take().expect("it is piped"));
+        let mut line = String::new();
+        while !line.contains("discharge gate crank:") {
+            line.clear();
+            assert_ne!(stderr.read_line(&mut line).expect("UTF-8"), 0, "all drives set off");
+        }
+        kill(nix::unistd::Pid::from_raw(child.id().cast_signed()), signal).expect("it runs");
+        let mut rest = String::new();
+        stderr.read_to_string(&mut rest).expect("UTF-8");
+        let (code, stdout, _) = texts(child.wait_with_output().expect("it ends"));
+        let report: Json = serde_json::from_str(&stdout).unwrap_or_else(|error| panic!("{error}: {stdout}{rest}"));
+        assert_eq!((code, &report["stop"]["because"]), (1, &Json::from("the operator has stopped it")), "{signal}");
+        for drive in drives(&report) {
+            assert_eq!((&drive["outcome"], &drive["why"]), (&Json::from("stopped"), &Json::Null), "{signal}: {drive}");
+        }
+    }
+}
+
+/// What differs from a sound recipe, in which line that is noticed, what is said, and what to do about it.
+#[test]
+fn a_recipe_that_does_not_fit_is_refused_before_anything_moves() {
+    for (name, from, to, line, said, remedy) in [
+        ("limit", "42.5", "142.5", 7, "rail: 142.50 mm is beyond its limits, -5.00 mm to 120.00 mm", "between them"),
+        ("far", "42.5", "1e9", 7, "rail: no position is so far away", "that the drive can count"),
+        (
+            "increments",
+            "position.mm = 42.5\nsimulated.spindle_pitch_mm = 4\nsimulated.limits = [-500, 12000]",
+            "position.increments = 10000000",
+            7,
+            "rail: 10000000 increments is beyond its limits",
+            "between them",
+        ),
+        ("pitch", "simulated.spindle_pitch_mm = 4", "", 7, "rail: the drive has no spindle pitch", "in degrees"),
+        ("kind", "ag03-1", "ag04", 6, "rail: \"siko/ag04\" is no kind of drive", "siko/ag02, siko/ag03-1"),
+        ("node", "node = 1", "node = 128", 5, "rail: 128 is no node-ID", "1 to 127"),
+        ("key", "name = \"rail\"", "nmae = \"rail\"", 4, "unknown field `nmae`", "README.md"),
+        ("unit", "position.mm", "position.inch", 7, "unknown variant `inch`", "README.md"),
+        ("text", "= 42.5", "= ", 7, "string values must be quoted", "README.md"),
+        (
+            "twice",
+            "simulated.limits = [-500, 12000]",
+            "[[drive]]\nname = \"other\"\nnode = 1\nkind = \"siko/ag02\"\nposition.mm = 1",
+            11,
+            "other: node 1 is rail already",
+            "of its own",
+        ),
+    ] {
+        let path = recipe(name, from, to);
+        let (code, stdout, stderr) = run(&[path.to_str().expect("UTF-8")]);
+        assert_eq!((code, stdout.as_str()), (2, ""), "{name}: {stderr}");
+        let place = format!("{}:{line}:", path.display());
+        for text in [said, &place, remedy] {
+            assert!(stderr.contains(text), "{name}: no {text:?} in {stderr}");
+        }
+        assert!(!stderr.contains("rail: 0.00"), "{name}: nothing sets off");
+    }
+}
+
+#[test]
+fn what_cannot_begin_is_said_with_exit_code_2() {
+    for (args, said) in [
+        (&["nowhere.toml"][..], "cannot read nowhere.toml"),
+        (&[RECIPE, "--bus", "slcan:/dev/nothing"], "there is no serial port /dev/nothing"),
+        (&[RECIPE, "--bus", "slcan:/dev/nothing", "--fault", "6@2"], "cannot be used with"),
+        (&[RECIPE, "--fault", "99@2"], "no drive at node 99"),
+        (&[RECIPE, "--fault", "6"], "say which node, and when"),
+    ] {
+        let (code, stdout, stderr) = run(args);
+        assert_eq!((code, stdout.as_str()), (2, ""), "{args:?}: {stderr}");
+        assert!(stderr.contains(said), "{args:?}: {stderr}");
+    }
+}
+
+#[test]
+fn a_dry_run_moves_nothing() {
+    let (code, report) = report(&[RECIPE, "--dry-run"]);
+    assert_eq!(code, 0, "{report}");
+    for drive in drives(&report) {
+        assert_eq!((&drive["outcome"], &drive["reached"]), (&Json::from("planned"), &Json::Null), "{drive}");
+    }
+    assert_eq!((number(&drives(&report)[0], "low"), number(&drives(&report)[0], "high")), (-5.0, 120.0));
+}
+
+/// The commands of the README print what it shows, and draw its pictures, to the byte.
+#[test]
+fn the_readme_shows_what_the_program_does() {
+    let bless = std::env::var_os("LEXICAN_BLESS").is_some();
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut readme = std::fs::read_to_string(here.join("README.md")).expect("there is a README");
+    let commands: Vec<String> = readme
+        .lines()
+        .filter_map(|line| line.strip_prefix("$ cargo run -p changeover -- "))
+        .map(str::to_owned)
+        .collect();
+    assert!(commands.len() >= 3, "{commands:?}");
+    let mut stale = Vec::new();
+    for command in commands {
+        let mut args: Vec<String> =
+            command.split_whitespace().map(|arg| arg.replace("examples/changeover/", "")).collect();
+        let picture = args.iter().position(|arg| arg == "--plot").map(|at| {
+            let golden = here.join(&args[at + 1]);
+            let drawn = Path::new(env!("CARGO_TARGET_TMPDIR")).join(golden.file_name().expect("it is a file"));
+            args[at + 1] = drawn.to_str().expect("UTF-8").to_owned();
+            (drawn, golden)
+        });
+        let (_, stdout, _) = run(&args.iter().map(String::as_str).collect::<Vec<_>>());
+        let begin = readme.find(&command).expect("it was found there") + command.len() + 1;
+        let end = begin + readme[begin..].find("```").expect("the block ends");
+        let is_stale = readme[begin..end] != stdout;
+        let drawn = picture.map(|(drawn, golden)| (std::fs::read_to_string(drawn).expect("it was drawn"), golden));
+        if bless {
+            readme.replace_range(begin..end, &stdout);
+            drawn.iter().for_each(|(text, golden)| std::fs::write(golden, text).expect("the folder is writable"));
+        } else if is_stale || drawn.is_some_and(|(text, golden)| std::fs::read_to_string(golden).ok() != Some(text)) {
+            stale.push(command);
+        }
+    }
+    if bless {
+        std::fs::write(here.join("README.md"), readme).expect("the folder is writable");
+    }
+    assert!(stale.is_empty(), "{stale:?}: LEXICAN_BLESS=1 cargo test -p changeover takes over what they do now");
+}
+
+#[test]
+fn the_picture_has_every_drive_and_the_stop() {
+    let pictures = ["docs/changeover.svg", "docs/stopped.svg"];
+    let texts = pictures.map(|path| {
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path))
+            .expect("the README's commands draw it")
+    });
+    let (_, report) = report(&[RECIPE, "--dry-run"]);
+    for (text, stops) in texts.iter().zip([0, 2]) {
+        assert!(text.starts_with("<svg ") && text.trim_end().ends_with("</svg>"));
+        for drive in drives(&report) {
+            assert!(text.contains(drive["name"].as_str().expect("a name")), "{drive}");
+        }
+        for axis in ["position [mm]", "position [°]", "time since the release [s]"] {
+            assert!(text.contains(axis), "{axis}");
+        }
+        assert_eq!(text.matches("all are stopped").count(), stops);
+    }
+}
