@@ -1,0 +1,103 @@
+//! A line with a simulated drive at its end, in virtual time: bytes take as long as they do at their baud rate.
+
+use std::collections::VecDeque;
+use std::io;
+
+use lexican_runtime::Instant;
+
+use super::SerialDrive;
+use crate::client::Settings;
+use crate::line::Line;
+
+/// A line with a simulated drive at its end.
+#[derive(Clone, Debug)]
+pub struct VirtualLine {
+    drive: SerialDrive,
+    settings: Settings,
+    now: Instant,
+    to_drive: VecDeque<(Instant, u8)>,
+    to_client: VecDeque<(Instant, u8)>,
+}
+
+impl VirtualLine {
+    /// A line of 9600 baud without an echo.
+    #[must_use]
+    pub fn new(drive: SerialDrive) -> Self {
+        VirtualLine::with_settings(drive, Settings::default())
+    }
+
+    /// A line of another baud rate, or one that returns what is sent.
+    #[must_use]
+    pub fn with_settings(drive: SerialDrive, settings: Settings) -> Self {
+        VirtualLine { drive, settings, now: Instant::ZERO, to_drive: VecDeque::new(), to_client: VecDeque::new() }
+    }
+
+    /// The drive.
+    #[must_use]
+    pub fn drive(&self) -> &SerialDrive {
+        &self.drive
+    }
+
+    /// Lets something happen to the drive, now.
+    pub fn with_drive<T>(&mut self, call: impl FnOnce(&mut SerialDrive, Instant) -> T) -> T {
+        let result = call(&mut self.drive, self.now);
+        self.answer();
+        result
+    }
+
+    /// Bytes on the line that the drive has not sent: noise, or another device's.
+    pub fn disturb(&mut self, bytes: &[u8]) {
+        put(&mut self.to_client, self.now, &self.settings, bytes);
+    }
+
+    fn answer(&mut self) {
+        while let Some(telegram) = self.drive.poll_transmit() {
+            put(&mut self.to_client, self.now, &self.settings, telegram.as_bytes());
+        }
+    }
+}
+
+/// Puts bytes behind each other on a line.
+fn put(line: &mut VecDeque<(Instant, u8)>, now: Instant, settings: &Settings, bytes: &[u8]) {
+    let begin = line.back().map_or(now, |(last, _)| now.max(*last));
+    line.extend(bytes.iter().enumerate().map(|(at, byte)| (begin + settings.on_line(at + 1), *byte)));
+}
+
+impl Line for VirtualLine {
+    fn now(&self) -> Instant {
+        self.now
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        put(&mut self.to_drive, self.now, &self.settings, bytes);
+        if self.settings.echo {
+            put(&mut self.to_client, self.now, &self.settings, bytes);
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, until: Instant, buffer: &mut [u8]) -> io::Result<usize> {
+        loop {
+            let came = self.to_client.iter().take_while(|(at, _)| *at <= self.now).count().min(buffer.len());
+            if came > 0 {
+                buffer.iter_mut().zip(self.to_client.drain(..came)).for_each(|(place, (_, byte))| *place = byte);
+                return Ok(came);
+            }
+            let first = |line: &VecDeque<(Instant, u8)>| line.front().map(|(at, _)| *at);
+            let (byte, deadline) = (first(&self.to_drive), self.drive.poll_timeout());
+            let next = [byte, deadline, first(&self.to_client)].into_iter().flatten().min();
+            let Some(next) = next.filter(|at| *at <= until) else {
+                self.now = self.now.max(until);
+                return Ok(0);
+            };
+            self.now = self.now.max(next);
+            if deadline == Some(next) {
+                self.drive.handle_timeout(self.now);
+            } else if byte == Some(next) {
+                let arrived = self.to_drive.pop_front().map(|(_, byte)| byte);
+                self.drive.handle_bytes(self.now, arrived.as_slice());
+            }
+            self.answer();
+        }
+    }
+}
