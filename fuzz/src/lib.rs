@@ -9,7 +9,9 @@ mod exercise;
 mod sdo_support;
 
 mod bus;
+mod port;
 mod text;
 
 pub use bus::{device, manager, sdo};
+pub use port::siko_serial;
 pub use text::{bus_url, codegen, eds, log, parameters, script, slcan};

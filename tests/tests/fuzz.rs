@@ -72,3 +72,8 @@ fn any_script_is_read() {
 fn any_kept_parameters_are_read() {
     check(fuzz::parameters, "fuzz/corpus/parameters");
 }
+
+#[test]
+fn any_bytes_on_a_serial_port_are_survived() {
+    check(fuzz::siko_serial, "fuzz/corpus/siko_serial");
+}
