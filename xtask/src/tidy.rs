@@ -13,7 +13,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-codegen", &["lexican-eds"]),
     ("lexican-runtime", &[]),
     ("lexican-profibus", &["lexican-runtime"]),
-    ("lexican-driver", &["lexican-runtime"]),
+    ("lexican-driver", &["lexican-eds", "lexican-runtime"]),
     ("lexican-siko", &["lexican-driver", "lexican-runtime"]),
     ("lexican-siko-ag02", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-ag03-1", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
@@ -202,10 +202,10 @@ mod tests {
         };
         assert_eq!(found("[dependencies]\nlexican-runtime = \"1\"\nthiserror = \"2\"\n"), [""; 0]);
         assert_eq!(found("[dev-dependencies]\nlexican-siko-ag03-1 = \"1\"\n"), [""; 0]);
-        let wrong = ["drives/driver/Cargo.toml: lexican-driver must not use lexican-eds"];
-        assert_eq!(found("[dependencies]\nlexican-eds = \"1\"\n"), wrong);
-        assert_eq!(found("[build-dependencies]\nlexican-eds = \"1\"\n"), wrong);
-        assert_eq!(found("[target.'cfg(unix)'.dependencies]\nlexican-eds = \"1\"\n"), wrong);
+        let wrong = ["drives/driver/Cargo.toml: lexican-driver must not use lexican-codegen"];
+        assert_eq!(found("[dependencies]\nlexican-codegen = \"1\"\n"), wrong);
+        assert_eq!(found("[build-dependencies]\nlexican-codegen = \"1\"\n"), wrong);
+        assert_eq!(found("[target.'cfg(unix)'.dependencies]\nlexican-codegen = \"1\"\n"), wrong);
         let unknown: toml::Table = "package.name = \"lexican-new\"\n".parse().unwrap();
         assert_eq!(arrows_of("new/Cargo.toml", &unknown).len(), 1);
     }

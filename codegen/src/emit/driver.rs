@@ -122,8 +122,10 @@ fn fields(context: &Context<'_>, drive: &Drive) -> Vec<String> {
         let faults = list("faults: &[", drive.codes.iter().map(self::code).collect(), "]", "            ");
         fields.push(record("codes: ::lexican_driver::Codes", vec![faults], Some("Description::CIA_402.codes")));
     }
-    let velocity = drive.target_velocity.as_ref().filter(|_| drive.modes.contains(&3) || drive.modes.contains(&9));
-    let velocity = velocity.map(|target| format!("Velocities {{ target: {}, ..Velocities::CIA_402 }}", number(target)));
+    let velocity = drive
+        .target_velocity
+        .as_ref()
+        .map(|target| format!("Velocities {{ target: {}, ..Velocities::CIA_402 }}", number(target)));
     fields.push(format!("velocity: {}", option(velocity)));
     let torques = drive
         .torque

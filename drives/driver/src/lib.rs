@@ -83,6 +83,8 @@ mod blocking;
 mod cancel;
 mod context;
 pub mod cyclic;
+#[cfg(feature = "eds")]
+mod data_sheet;
 pub mod description;
 mod direction;
 mod error;
@@ -102,6 +104,8 @@ mod units;
 pub use blocking::Drive;
 pub use cancel::CancelHandle;
 pub use context::{Awaited, DriveContext};
+#[cfg(feature = "eds")]
+pub use data_sheet::NotADrive;
 pub use description::Description;
 pub use direction::Direction;
 pub use error::{Capability, Error, HomingOutcome, Missing, Outcome, Refusal, VelocityOutcome};

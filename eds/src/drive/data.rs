@@ -23,11 +23,11 @@ pub struct Drive {
     pub actual_velocity: Number,
     /// 607Ah. A drive that has profile position mode has it.
     pub target_position: Option<Number>,
-    /// 60FFh. A drive that has profile velocity mode has it.
+    /// 60FFh, of a drive with profile velocity mode or the cyclic one.
     pub target_velocity: Option<Number>,
-    /// 6071h and 6077h. A drive that has torque profile mode, or the cyclic one, has them.
+    /// 6071h and 6077h, of a drive with torque profile mode or the cyclic one.
     pub torque: Option<Torque>,
-    /// 60C1h:01. A drive that has interpolated position mode has it.
+    /// 60C1h:01, of a drive with interpolated position mode.
     pub interpolated_position: Option<Number>,
     /// 6067h.
     pub position_window: Option<Number>,

@@ -55,6 +55,7 @@ fn drive(reader: &mut Reader<'_>) -> Option<Drive> {
     let unusable: Vec<i8> =
         usable.iter().filter(|(usable, _)| !usable).flat_map(|(_, modes)| *modes).copied().collect();
     let modes = modes::modes(reader, &unusable);
+    let has = |either: [i8; 2]| modes.iter().flatten().any(|mode| either.contains(mode));
     let mut drive = Drive {
         name: name(reader.device),
         identity: Identity {
@@ -69,9 +70,9 @@ fn drive(reader: &mut Reader<'_>) -> Option<Drive> {
         actual_position,
         actual_velocity: actual_velocity?,
         target_position,
-        target_velocity,
-        torque,
-        interpolated_position,
+        target_velocity: target_velocity.filter(|_| has([3, 9])),
+        torque: torque.filter(|_| has([4, 10])),
+        interpolated_position: interpolated_position.filter(|_| has([7, 7])),
         position_window: reader.optional((0x6067, 0), "position window", Need::Read),
         position_limits: None,
         latest_fault: reader.optional((cia301::PREDEFINED_ERROR_FIELD, 1), "error history", Need::Read),

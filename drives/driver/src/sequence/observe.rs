@@ -141,7 +141,7 @@ pub(super) async fn is_halted(drive: &DriveContext) -> Result<bool, Error> {
 /// How far from its target the drive may settle; `None` if it does not say, or has switched the window off (FFFF FFFFh).
 pub(super) async fn window(drive: &DriveContext) -> Result<Option<i64>, Error> {
     let Some(object) = drive.description().objects.position_window else { return Ok(None) };
-    Ok(known(drive.get(object).await)?.filter(|window| *window != u32::MAX.into()))
+    Ok(known(drive.get(object).await)?.filter(|window| *window != i64::from(u32::MAX)))
 }
 
 /// A value, if the drive has the object.

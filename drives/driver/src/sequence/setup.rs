@@ -31,7 +31,7 @@ pub async fn firmware(drive: &DriveContext) -> Result<String, Error> {
 /// [`Error::ModeNotTaken`].
 pub async fn set_mode(drive: &DriveContext, mode: Mode) -> Result<(), Error> {
     let code = drive.need(drive.description().code_of(mode), Capability::Mode(mode))?;
-    if shown_mode(drive).await? == code.into() {
+    if shown_mode(drive).await? == i64::from(code) {
         return Ok(());
     }
     require_rest(drive).await?;
@@ -49,7 +49,7 @@ pub(super) async fn choose(drive: &DriveContext, code: i8) -> Result<(), Error> 
     // Where 6060h itself shows it, the answer to the write has said so.
     while let Some(shown) = modes.shown {
         match drive.get(shown).await? {
-            number if number == code.into() => break,
+            number if number == i64::from(code) => break,
             shown if drive.now() >= until => return Err(Error::ModeNotTaken { ordered: code, shown }),
             _ => drive.pass(times.status_period).await?,
         }

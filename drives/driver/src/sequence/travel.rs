@@ -193,7 +193,7 @@ async fn is_overridden(drive: &DriveContext, motion: Motion, position: i32) -> R
         Some(tolerance) => Ok((i64::from(position) - i64::from(ordered)).abs() > tolerance),
         None if matches!(motion, Motion::Travelling(_)) && position != ordered => {
             let target = known(drive.get(drive.description().objects.target_position).await)?;
-            Ok(target.is_some_and(|target| target != ordered.into()))
+            Ok(target.is_some_and(|target| target != i64::from(ordered)))
         }
         None => Ok(false),
     }

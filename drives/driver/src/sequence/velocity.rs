@@ -69,7 +69,7 @@ async fn give(drive: &DriveContext, target: Number, velocity: i32) -> Result<boo
         drive.unsettle();
         drive.control_velocity(drive.description().moving(), velocity).await?;
         match known(drive.get(target).await)? {
-            Some(shown) if shown == velocity.into() => return Ok(true),
+            Some(shown) if shown == i64::from(velocity) => return Ok(true),
             None => return Ok(true),
             shown if shown != before => return Ok(false),
             Some(_) => {}
@@ -88,5 +88,5 @@ async fn give(drive: &DriveContext, target: Number, velocity: i32) -> Result<boo
 /// Whether another manager has stopped the drive, or has ordered another velocity.
 async fn is_overridden(drive: &DriveContext, target: Number, ordered: i32) -> Result<bool, Error> {
     let target = known(drive.get(target).await)?;
-    Ok(target.is_some_and(|target| target != ordered.into()) || is_halted(drive).await?)
+    Ok(target.is_some_and(|target| target != i64::from(ordered)) || is_halted(drive).await?)
 }
