@@ -10,6 +10,7 @@ mod address;
 mod dictionary;
 mod generated;
 mod handle;
+mod mapping;
 mod meaning;
 mod pdo;
 mod rule;
@@ -20,6 +21,7 @@ pub use access::{Const, Mappable, Readable, Ro, Rpdo, RpdoMappable, Rw, Tpdo, Tp
 pub use address::Address;
 pub use dictionary::{Access, Dictionary, Entry, Limit, NodeRelative, ObjectDictionary, PdoMapping, Table};
 pub use handle::{Array, DefaultValue, Limits, Object, OutOfRange};
+pub use mapping::{Append, Mapping, PdoDirection, Values};
 pub use meaning::{
     BitField, BitName, Enumeration, Meaning, Name, Quantity, Unit, ValueName, debug_bits, debug_enumeration,
     display_quantity, name_of, nearest, wire_form,

@@ -2,7 +2,7 @@
 
 use super::step::Step;
 use crate::cia301;
-use crate::object::{Address, Direction, Mapped};
+use crate::object::{Address, Direction, Mapped, Mapping, PdoDirection, Values};
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// What a PDO is to be like.
@@ -22,6 +22,20 @@ pub struct PdoSettings<'a> {
     pub event_timer_ms: Option<u16>,
     /// The objects; `None` to leave a static mapping as it is.
     pub mapping: Option<&'a [Mapped]>,
+}
+
+impl<'a> PdoSettings<'a> {
+    /// A PDO with a mapping of typed handles; times are left as they are.
+    #[must_use]
+    pub fn of<D: PdoDirection, V: Values>(
+        number: u16,
+        cob_id: PdoCobId,
+        transmission: TransmissionType,
+        mapping: &'a Mapping<D, V>,
+    ) -> Self {
+        let (direction, mapping) = (D::DIRECTION, Some(mapping.entries()));
+        PdoSettings { direction, number, cob_id, transmission, inhibit_100us: None, event_timer_ms: None, mapping }
+    }
 }
 
 /// The steps that configure a PDO. The device must be in PRE-OPERATIONAL, unless it does not mind.
