@@ -8,7 +8,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::task::Poll;
 
 use lexican_runtime::host::{Link, LinkError, Pump, Turn};
-use lexican_runtime::object::{Object, Readable, Value, Writable};
+use lexican_runtime::object::{Mapping, Object, Readable, Rpdo, Tpdo, Value, Values, Writable};
+use lexican_runtime::procedure::PdoSettings;
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, NodeId};
 

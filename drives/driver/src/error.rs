@@ -3,7 +3,7 @@
 use std::fmt;
 
 use lexican_runtime::host::LinkError;
-use lexican_runtime::object::{Address, LengthMismatch, OutOfRange};
+use lexican_runtime::object::{Address, Direction as PdoDirection, LengthMismatch, MappedLengthMismatch, OutOfRange};
 use lexican_runtime::profile::cia402::{Command, State};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{CobId, NodeId};
@@ -224,6 +224,28 @@ pub enum Error {
         /// What the object holds; its bit 31 says that there is none.
         found: u32,
     },
+    /// The driver itself talks to the drive by this PDO, or there is none of this number; nothing was sent.
+    #[error("{direction:?} PDO {number} is not free")]
+    PdoInUse {
+        /// The direction, as the drive sees it.
+        direction: PdoDirection,
+        /// 1 to 4.
+        number: u16,
+    },
+    /// The drive does not send a PDO that was waited for.
+    #[error("transmit PDO {number} does not come")]
+    NoPdo {
+        /// 1 to 4.
+        number: u16,
+    },
+    /// The drive sends a PDO with fewer bytes than are mapped.
+    #[error("transmit PDO {number}: {error}")]
+    ShortPdo {
+        /// 1 to 4.
+        number: u16,
+        /// The lengths.
+        error: MappedLengthMismatch,
+    },
     /// The drive sends heartbeats, which exclude life guarding (CiA 301, 7.2.8.2.1), and consumes none.
     #[error(
         "the drive sends heartbeats (1017h is {heartbeat_ms} ms), which exclude life guarding: write 0 there first"
@@ -270,6 +292,7 @@ impl Error {
             Error::OutOfRange(_)
                 | Error::Unsupported { .. }
                 | Error::NoParameter { .. }
+                | Error::PdoInUse { .. }
                 | Error::Refused(_)
                 | Error::Fault(_)
                 | Error::Cancelled { .. }

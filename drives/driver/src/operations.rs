@@ -415,6 +415,32 @@ macro_rules! operations {
             /// [`Error::Unsupported`]; [`Error::Sdo`] by a drive that allows it in NMT PRE-OPERATIONAL only.
             fn set_emergencies(drive, on: bool) -> () = sequence::set_emergencies(drive, on);
 
+            /// Configures PDOs that are the application's: each is switched off, mapped, and switched on in NMT
+            /// PRE-OPERATIONAL; the node is in OPERATIONAL afterwards.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::PdoInUse`] for a PDO by which the driver itself talks to the drive; [`Error::Refused`] while the
+            /// drive is enabled; [`Error::Sdo`] when the drive does not allow it.
+            fn configure_pdos(drive, pdos: &[PdoSettings<'_>]) -> () = sequence::configure_pdos(drive, pdos);
+
+            /// Sends receive PDO `number` (1 to 4), which the application has mapped.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::PdoInUse`] for one by which the driver itself talks to the drive.
+            fn send_pdo [V: Values](drive, number: u16, mapping: &Mapping<Rpdo, V>, values: V) -> () =
+                sequence::send_pdo(drive, number, mapping, values);
+
+            /// The values of transmit PDO `number` (1 to 4), which the application has mapped: of the last one that has
+            /// come, or the next one if none has since it was asked for before.
+            ///
+            /// # Errors
+            ///
+            /// [`Error::NoPdo`], [`Error::ShortPdo`].
+            fn receive_pdo [V: Values](drive, number: u16, mapping: &Mapping<Tpdo, V>) -> V =
+                sequence::receive_pdo(drive, number, mapping);
+
             /// Reads an object.
             ///
             /// # Errors

@@ -51,6 +51,8 @@ pub(crate) struct Shared {
     pub(crate) emergency: Option<u16>,
     /// The last notice that is no fault.
     pub(crate) warning: Option<u16>,
+    /// The last one of each TPDO that the description does not name, until it is asked for.
+    pub(crate) pdos: [Option<Frame>; 4],
     pub(crate) restarted: bool,
     pub(crate) motion: Motion,
     /// The target of a PDO that has been sent with a control word in it, until the drive has been seen to take it: one
@@ -108,6 +110,7 @@ impl DriveContext {
             status: Reports::default(),
             emergency: None,
             warning: None,
+            pdos: [None; 4],
             restarted: false,
             motion: Motion::Resting,
             held: None,
@@ -187,6 +190,10 @@ impl DriveContext {
         } else if of(0x700) {
             if ErrorControl::parse(frame.data()).is_some_and(|control| control.state == NmtState::Initialising) {
                 self.heard_boot_up();
+            }
+        } else if let Some(place) = (0..4_u16).find(|place| of(0x180 + 0x100 * place)) {
+            if let Some(last) = self.lock().pdos.get_mut(usize::from(place)) {
+                *last = Some(*frame);
             }
         } else {
             return false;
@@ -380,6 +387,14 @@ impl DriveContext {
     pub async fn pass(&self, span: Duration) -> Result<(), Error> {
         let until = self.now() + span;
         self.wait(until, |_| None::<()>).await.map(|_| ())
+    }
+
+    /// The last TPDO of this number (1 to 4) since it was asked for before, or the next one; `None` if none comes within a
+    /// reaction.
+    pub(crate) async fn next_pdo(&self, number: u16) -> Result<Option<Frame>, Error> {
+        let until = self.now() + self.description.times.reaction;
+        let place = usize::from(number).wrapping_sub(1);
+        self.wait(until, |shared| shared.pdos.get_mut(place).and_then(Option::take)).await
     }
 
     /// Waits until `look` finds something, no longer than `until`.

@@ -1,7 +1,7 @@
 //! What a sequence asks the drive, and writes: objects, by SDO.
 
 use lexican_runtime::Instant;
-use lexican_runtime::object::{LengthMismatch, Object, Readable, Value, Writable};
+use lexican_runtime::object::{Address, LengthMismatch, Object, Readable, Value, Writable};
 use lexican_runtime::service::sdo_client::{Scalar, SdoError};
 
 use super::{Access, DriveContext};
@@ -67,6 +67,17 @@ impl DriveContext {
         object.check(value)?;
         let payload = self.payload(object, value);
         self.transfer(Access { address: object.address(), payload, writes: true }).await?;
+        Ok(())
+    }
+
+    /// Writes an object, as its bytes are.
+    pub(crate) async fn download(&self, address: Address, value: Scalar) -> Result<(), Error> {
+        let payload = match (self.description.always_four_bytes, value.bytes()) {
+            (true, &[a]) => Scalar::of(u32::from(a)),
+            (true, &[a, b]) => Scalar::of(u32::from(u16::from_le_bytes([a, b]))),
+            _ => value,
+        };
+        self.transfer(Access { address, payload, writes: true }).await?;
         Ok(())
     }
 

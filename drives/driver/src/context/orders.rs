@@ -97,7 +97,7 @@ impl DriveContext {
         }
     }
 
-    fn send(&self, frame: Frame) {
+    pub(crate) fn send(&self, frame: Frame) {
         self.lock().outbox.push_back(frame);
     }
 }

@@ -4,7 +4,7 @@
 //! ```text
 //! start_by_sync                                                                           travels that begin together
 //!   travel  set_points  inching  velocity  torque  homing  latch  pass  cyclic            the operations of a drive
-//!   setup  protect  parameters  identify  measure  history
+//!   setup  protect  parameters  process_data  identify  measure  history
 //!     power                                                                               the way from state to state
 //!       standstill                                                                        the way to a standstill
 //!       refusal                                                                           what would be refused
@@ -24,6 +24,7 @@ mod observe;
 mod parameters;
 mod pass;
 mod power;
+mod process_data;
 mod protect;
 mod refusal;
 mod set_points;
@@ -45,6 +46,7 @@ pub use observe::{cause, fault_history, mode, state};
 pub use parameters::{Difference, Setting, compare_parameters, read_parameters, restore, store, write_parameters};
 pub use pass::pass;
 pub use power::{disable, enable, reset_fault};
+pub use process_data::{configure_pdos, receive_pdo, send_pdo};
 pub use protect::{protect, unprotect};
 pub use refusal::{Order, limits, refuse};
 pub use set_points::add_set_point;

@@ -1,10 +1,9 @@
 //! Travels of several drives that begin together: each drive holds its target, and SYNC releases all of them (CiA 301,
 //! 7.2.2.2).
 
-use lexican_runtime::profile::cia402::State;
 use lexican_runtime::wire::nmt::NmtCommand;
 
-use super::observe::state;
+use super::process_data::enter_pre_operational;
 use super::travel::{order_travel, target_transmission, waits_for_sync};
 use crate::context::DriveContext;
 use crate::error::{Error, Missing, Refusal};
@@ -23,12 +22,7 @@ const EVENT_DRIVEN: i64 = 255;
 pub async fn set_start_by_sync(drive: &DriveContext, on: bool) -> Result<(), Error> {
     let transmission = target_transmission(drive)?;
     if waits_for_sync(drive).await? != on {
-        match state(drive).await? {
-            State::OperationEnabled | State::QuickStopActive | State::FaultReactionActive => {
-                return Err(Error::Refused(Refusal(vec![Missing::Disabled])));
-            }
-            _ => drive.command(NmtCommand::EnterPreOperational),
-        }
+        enter_pre_operational(drive).await?;
         let written = drive.set(transmission, if on { SYNCHRONOUS } else { EVENT_DRIVEN }).await;
         drive.command(NmtCommand::Start);
         written?;

@@ -6,6 +6,7 @@ mod cyclic;
 mod homing;
 mod latch;
 mod nothing_starts_unasked;
+mod process_data;
 mod protection;
 mod script;
 mod servo;
