@@ -18,6 +18,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-siko-ag02", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-ag03-1", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-serial", &["lexican-siko", "lexican-siko-ag02", "lexican-driver", "lexican-runtime"]),
+    ("lexican-kollmorgen-akd", &["lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag02", "lexican-siko-ag03-1"]),
     ("changeover", &["lexican-driver", "lexican-runtime", "lexican-siko-ag02", "lexican-siko-ag03-1"]),
     (

@@ -83,7 +83,8 @@ impl fmt::Display for Cause {
         match self {
             Cause::NoError => f.write_str("no error"),
             Cause::Fault(code) => fmt::Display::fmt(code, f),
-            Cause::Notice(code) => f.write_str(code.text),
+            Cause::Notice(Code { label: "", text, .. }) => f.write_str(text),
+            Cause::Notice(code) => fmt::Display::fmt(code, f),
             Cause::Unknown(code) => write!(f, "code {code:04X}, unknown to the manual"),
         }
     }
@@ -119,6 +120,7 @@ mod tests {
         assert_eq!(Cause::Fault(HOT).to_string(), "D (4310): too hot");
         assert_eq!(Cause::Fault(Code { label: "", ..HOT }).to_string(), "4310: too hot");
         assert_eq!(Cause::Notice(PASSIVE).to_string(), "error passive");
+        assert_eq!(Cause::Notice(Code { label: "n7", ..PASSIVE }).to_string(), "n7 (8120): error passive");
         assert_eq!(Cause::Unknown(0x12).to_string(), "code 0012, unknown to the manual");
     }
 }

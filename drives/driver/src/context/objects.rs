@@ -2,7 +2,7 @@
 
 use lexican_runtime::Instant;
 use lexican_runtime::object::{Address, LengthMismatch, Object, Readable, Value, Writable};
-use lexican_runtime::service::sdo_client::{Scalar, SdoError};
+use lexican_runtime::service::sdo_client::{Payload, Scalar, SdoError};
 
 use super::{Access, DriveContext};
 use crate::description::{Number, Test, Word};
@@ -32,6 +32,28 @@ impl DriveContext {
             _ => Scalar::of(value),
         };
         self.transfer(Access { address: object.address(), payload, writes: true }).await?;
+        Ok(())
+    }
+
+    /// Reads the bytes of an object, eight at most: of a text, say, which has no fixed size.
+    ///
+    /// # Errors
+    ///
+    /// As [`DriveContext::read`], except for [`Error::DataSheet`].
+    pub async fn read_bytes(&self, address: Address) -> Result<Vec<u8>, Error> {
+        let answer = self.transfer(Access { address, payload: Scalar::room_for::<u64>(), writes: false }).await?;
+        Ok(answer.bytes().to_vec())
+    }
+
+    /// Writes the bytes of an object, eight at most; the rest is left out.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Sdo`], or [`Error::Restarted`].
+    pub async fn write_bytes(&self, address: Address, bytes: &[u8]) -> Result<(), Error> {
+        let mut payload = Scalar::room_for::<u64>();
+        payload.store(0, bytes);
+        self.transfer(Access { address, payload, writes: true }).await?;
         Ok(())
     }
 

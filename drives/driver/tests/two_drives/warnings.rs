@@ -7,7 +7,7 @@ use lexican_runtime::Duration;
 use crate::servo::{Drive, check};
 
 const HOT: &str = "F235 (4310): excess temperature, heat sink";
-const WARM: &str = "control temperature sensor 1 high";
+const WARM: &str = "n234 (4390): control temperature sensor 1 high";
 
 #[test]
 fn a_warning_does_not_hide_a_fault() {

@@ -1,0 +1,55 @@
+//! The drive's own commands, such as `DRV.FAULTS`: text through object 2026h, four characters at a time (6.2.2.3, 7.2.1.9).
+//!
+//! [`ask`] is a sequence, and runs in either shell:
+//!
+//! ```no_run
+//! # use kollmorgen_akd::ascii;
+//! # use kollmorgen_akd::driver::{Drive, DriveContext, Error};
+//! # use lexican_runtime::host::VirtualLink;
+//! # fn show(drive: &mut Drive<VirtualLink>) -> Result<(), Error> {
+//! let faults = drive.run(async |context: DriveContext| ascii::ask(&context, "DRV.FAULTS").await)?;
+//! println!("{faults}");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! A drive that is operated by its control word is not to be ordered to move by commands (6.4.1.2).
+
+use lexican_driver::{DriveContext, Error};
+use lexican_runtime::object::Address;
+
+use crate::od;
+
+/// How much of an answer is read at most.
+const MOST: usize = 4096;
+
+/// What ends an answer: an empty line.
+const END: [&str; 2] = ["\r\n\r\n", "\n\r\n"];
+
+/// Sends a command, and reads the answer: its lines, without the prompt and the end.
+///
+/// # Errors
+///
+/// As [`DriveContext::read_bytes`].
+pub async fn ask(drive: &DriveContext, command: &str) -> Result<String, Error> {
+    let (to, from) = (od::ASCII_CHANNEL.command().address(), od::ASCII_CHANNEL.response().address());
+    let line = format!("{command}\r\n");
+    for characters in line.as_bytes().chunks(4) {
+        drive.write_bytes(to, characters).await?;
+    }
+    let mut answer = String::new();
+    while answer.len() < MOST {
+        let more = text(drive, from).await?;
+        answer.push_str(&more);
+        if more.is_empty() || END.iter().any(|end| answer.ends_with(end)) {
+            break;
+        }
+    }
+    Ok(answer.trim_start_matches(['-', '>']).trim().to_owned())
+}
+
+/// What the drive has to say next; nothing when it has nothing to say.
+async fn text(drive: &DriveContext, from: Address) -> Result<String, Error> {
+    let characters = drive.read_bytes(from).await?;
+    Ok(characters.into_iter().filter(|character| *character != 0).map(char::from).collect())
+}
