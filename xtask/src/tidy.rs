@@ -14,19 +14,34 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-runtime", &[]),
     ("lexican-profibus", &["lexican-runtime"]),
     ("lexican-driver", &["lexican-eds", "lexican-runtime"]),
-    ("lexican-siko", &["lexican-driver", "lexican-runtime"]),
+    ("lexican-simulator", &["lexican-runtime"]),
+    ("lexican-siko", &["lexican-driver", "lexican-runtime", "lexican-simulator"]),
     ("lexican-siko-ag02", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-ag03-1", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-serial", &["lexican-siko", "lexican-siko-ag02", "lexican-driver", "lexican-runtime"]),
-    ("lexican-kollmorgen-akd", &["lexican-driver", "lexican-runtime", "lexican-codegen"]),
-    ("lexican", &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag02", "lexican-siko-ag03-1"]),
+    ("lexican-kollmorgen-akd", &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-codegen"]),
+    (
+        "lexican",
+        &[
+            "lexican-eds",
+            "lexican-codegen",
+            "lexican-runtime",
+            "lexican-simulator",
+            "lexican-kollmorgen-akd",
+            "lexican-siko-ag02",
+            "lexican-siko-ag03-1",
+        ],
+    ),
     ("changeover", &["lexican-driver", "lexican-runtime", "lexican-siko-ag02", "lexican-siko-ag03-1"]),
     (
         "lexican-tests",
         &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1", "lexican-siko-serial", "lexican"],
     ),
     ("lexican-verify", &["lexican-eds", "lexican-runtime", "lexican-siko-ag03-1"]),
-    ("lexican-mutated-siko-ag03-1", &["lexican-driver", "lexican-runtime", "lexican-siko", "lexican-siko-ag03-1"]),
+    (
+        "lexican-mutated-siko-ag03-1",
+        &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-siko", "lexican-siko-ag03-1"],
+    ),
     ("lexican-mutants", &["lexican-driver", "lexican-eds", "lexican-runtime", "lexican-mutated-siko-ag03-1"]),
     ("xtask", &[]),
 ];
@@ -117,7 +132,7 @@ impl Source {
     }
 
     fn is_generic(&self) -> bool {
-        ["eds/src/", "codegen/src/", "runtime/src/", "profibus/src/", "drives/driver/src/"]
+        ["eds/src/", "codegen/src/", "runtime/src/", "profibus/src/", "drives/driver/src/", "drives/simulator/src/"]
             .iter()
             .any(|room| self.path.starts_with(room))
     }

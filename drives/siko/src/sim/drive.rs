@@ -7,12 +7,13 @@ use lexican_runtime::object::{Object, ObjectDictionary, Value};
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Instant, NodeId};
+use simulator::Storage;
 
 use super::controller::{Controller, Network};
 use super::eeprom::{EepromError, EepromFile, NonVolatile};
 use super::inputs::{BusState, Inputs};
 use super::leds::{BusLed, Lights, StatusLed};
-use super::model::{Model, Storage};
+use super::model::Model;
 use super::objects::{Effect, Objects};
 use super::order::{Order, Refused};
 use super::parameters::Parameters;

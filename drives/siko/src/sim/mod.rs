@@ -23,14 +23,14 @@ pub mod script;
 mod setup;
 mod status;
 mod switches;
-pub mod trajectory;
 mod watch;
 
 pub use drive::SimulatedDrive;
 pub use eeprom::{EepromError, NonVolatile};
 pub use leds::{BusLed, FLASH, Lights, PAUSE, StatusLed};
-pub use model::{Addressing, Model, Storage};
+pub use model::{Addressing, Model};
 pub use order::{Braking, Order, Refused};
 pub use script::Script;
 pub use setup::{BIT_RATES, Setup};
+pub use simulator::{Storage, trajectory};
 pub use switches::{DipSwitches, NotSwitches, Restore, Termination};

@@ -1,15 +1,12 @@
 //! A SIKO drive as data: what the simulator has to know of it.
 
-use std::fmt;
-
 use lexican_driver::description::EmergencySwitch;
 use lexican_driver::{Code, Parameter};
 use lexican_runtime::device::Behaviour;
 use lexican_runtime::host::kept::KeptFormat;
-use lexican_runtime::object::{
-    Address, ConditionalLimit, DataType, Dictionary, Object, ObjectDictionary, Rw, Value, WritableIn,
-};
+use lexican_runtime::object::{Address, ConditionalLimit, WritableIn};
 use lexican_runtime::{Duration, NodeId};
+use simulator::Storage;
 
 use crate::fault::{Fault, FaultKind};
 
@@ -75,75 +72,4 @@ impl Model {
     pub fn fault(&self, kind: FaultKind) -> Option<Fault> {
         self.faults.iter().find(|fault| fault.kind == kind).copied()
     }
-}
-
-/// Where the values of a drive's objects are: a generated dictionary of any size.
-pub trait Storage: ObjectDictionary + fmt::Debug + Send {
-    /// The number at `address` in wire form; none where there is no number.
-    fn raw(&self, address: Address) -> Option<u64>;
-
-    /// Sets a number in wire form, unheld by access and limits; does nothing where there is none.
-    fn set_raw(&mut self, address: Address, raw: u64);
-
-    /// The same values once more.
-    fn duplicate(&self) -> Box<dyn Storage>;
-}
-
-impl<const N: usize> Storage for Dictionary<N> {
-    fn raw(&self, address: Address) -> Option<u64> {
-        fn get<T: Value, const N: usize>(from: &Dictionary<N>, address: Address) -> u64 {
-            from.get(Object::<T, Rw>::new(address.index(), address.sub())).to_raw()
-        }
-        match self.table().entry(address).ok()?.data_type.size()? {
-            1 => Some(get::<u8, N>(self, address)),
-            2 => Some(get::<u16, N>(self, address)),
-            4 => Some(get::<u32, N>(self, address)),
-            8 => Some(get::<u64, N>(self, address)),
-            _ => None,
-        }
-    }
-
-    fn set_raw(&mut self, address: Address, raw: u64) {
-        fn set<T: Value, const N: usize>(to: &mut Dictionary<N>, address: Address, raw: u64) {
-            to.set(Object::<T, Rw>::new(address.index(), address.sub()), T::from_raw(raw));
-        }
-        match self.table().entry(address).ok().and_then(|entry| entry.data_type.size()) {
-            Some(1) => set::<u8, N>(self, address, raw),
-            Some(2) => set::<u16, N>(self, address, raw),
-            Some(4) => set::<u32, N>(self, address, raw),
-            Some(8) => set::<u64, N>(self, address, raw),
-            _ => {}
-        }
-    }
-
-    fn duplicate(&self) -> Box<dyn Storage> {
-        Box::new(self.clone())
-    }
-}
-
-impl Clone for Box<dyn Storage> {
-    fn clone(&self) -> Self {
-        self.duplicate()
-    }
-}
-
-impl dyn Storage + '_ {
-    /// The number at `address`; none where there is none.
-    #[must_use]
-    pub fn number(&self, address: Address) -> Option<i64> {
-        signed(self.entry(address).ok()?.data_type, self.raw(address)?)
-    }
-
-    /// The value of an object; zero where there is none.
-    #[must_use]
-    pub fn get<T: Value, A, M>(&self, object: Object<T, A, M>) -> T {
-        T::from_raw(self.raw(object.address()).unwrap_or_default())
-    }
-}
-
-/// What a number in wire form means; none where the type has no fixed size.
-pub(super) fn signed(data_type: DataType, raw: u64) -> Option<i64> {
-    let unused_bits = 64 - u32::from(data_type.bits()?);
-    let high = raw << unused_bits;
-    Some(if data_type.is_signed() { (high as i64) >> unused_bits } else { (high >> unused_bits) as i64 })
 }

@@ -7,10 +7,11 @@ use lexican_runtime::cia301;
 use lexican_runtime::object::{Address, Entry, ObjectDictionary};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Instant, NodeId};
+use simulator::{Storage, signed};
 
 use super::address;
 use super::controller::Controller;
-use super::model::{Model, Storage, signed};
+use super::model::Model;
 use super::switches::Restore;
 
 /// Storage and controller, lent to the device for one call.

@@ -1,10 +1,11 @@
 //! The parameters of chapter 6 as numbers, and what they mean for the motion.
 
 use super::address;
-use super::model::{Model, Storage};
+use super::model::Model;
 use super::motion::{FULL_ACCELERATION, INCREMENTS_PER_REVOLUTION, Limits, Loop, REVOLUTION_PER_MINUTE};
 use super::trajectory::Profile;
 use lexican_driver::Direction;
+use simulator::Storage;
 
 /// An operating mode (6060h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,11 +2,12 @@
 
 use lexican_runtime::NodeId;
 use lexican_runtime::device::Behaviour;
+use simulator::Storage;
 
 use super::address;
 use super::eeprom::NonVolatile;
 use super::inputs::Inputs;
-use super::model::{Addressing, Model, Storage};
+use super::model::{Addressing, Model};
 use super::objects::fit;
 use super::switches::DipSwitches;
 

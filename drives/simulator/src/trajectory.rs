@@ -52,10 +52,35 @@ impl Trajectory {
     /// From `state` to a standstill at the last of `stops`, standing still for a moment at each of the others.
     #[must_use]
     pub fn through(start: Instant, state: State, stops: &[f64], profile: Profile) -> Self {
+        let legs: Vec<_> = stops.iter().map(|stop| (*stop, profile)).collect();
+        Trajectory::legs(start, state, &legs)
+    }
+
+    /// The same with a profile of its own for the way to each stop.
+    #[must_use]
+    pub fn legs(start: Instant, state: State, legs: &[(f64, Profile)]) -> Self {
         let mut plan = Plan::new(start, state);
-        for &stop in stops {
+        for &(stop, profile) in legs {
             plan.travel_to(stop, profile);
         }
+        plan.finish()
+    }
+
+    /// On and on with the velocity of `state`.
+    #[must_use]
+    pub fn steady(start: Instant, state: State) -> Self {
+        Plan::new(start, state).finish()
+    }
+
+    /// From `state` to the velocity of `profile` in the direction of `sign`, each change with its own acceleration.
+    #[must_use]
+    pub fn run(start: Instant, state: State, sign: f64, profile: Profile) -> Self {
+        let mut plan = Plan::new(start, state);
+        if state.velocity * sign < 0.0 {
+            plan.change_velocity(0.0, profile.deceleration);
+        }
+        let slower = plan.state.velocity.abs() > profile.speed;
+        plan.change_velocity(sign * profile.speed, if slower { profile.deceleration } else { profile.acceleration });
         plan.finish()
     }
 
@@ -106,6 +131,12 @@ impl Trajectory {
     pub fn arrival_at(&self, position: f64) -> Option<Instant> {
         let stop = self.pieces.iter().find(|piece| piece.state == State { position, velocity: 0.0 })?;
         Some(self.instant(stop.from_s))
+    }
+
+    /// When the way first passes `position` in the direction of `sign`, or starts beyond it.
+    #[must_use]
+    pub fn passes(&self, position: f64, sign: f64) -> Option<Instant> {
+        self.passing(position, sign).map(|(from_s, _)| self.instant(from_s))
     }
 
     /// The first time after `now` at which `key` of the state is another than now. Every part of `key` must
