@@ -42,6 +42,18 @@ impl<'a> Storing<'a> {
     }
 }
 
+/// Whether an entry is of a group of parameters (CiA 301, 7.5.2.13): all, communication, profile, and from 4 on those
+/// of the manufacturer.
+#[must_use]
+pub const fn is_of_group(group: u8, address: Address) -> bool {
+    match (group, address.index()) {
+        (1, _) => true,
+        (2, index) => matches!(index, 0x1000..=0x1FFF),
+        (3, index) => matches!(index, 0x6000..=0x9FFF),
+        (_, index) => matches!(index, 0x2000..=0x5FFF),
+    }
+}
+
 /// Whether the entry is one of 1010h or 1011h that stands for a group.
 fn is_group(address: Address) -> bool {
     matches!(address.index(), cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS) && address.sub() > 0

@@ -8,8 +8,8 @@ use lexican_eds::model;
 use lexican_runtime::host::kept::{KeptError, KeptFile, KeptFormat};
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::service::lss_device::{LssHost, StoreError};
-use lexican_runtime::service::storage::Storage;
-use lexican_runtime::{AbortCode, NodeId, cia301};
+use lexican_runtime::service::storage::{Storage, is_of_group};
+use lexican_runtime::{AbortCode, NodeId};
 
 use super::dictionary::NO_NODE;
 use super::dictionary::SheetDictionary;
@@ -94,19 +94,9 @@ impl Memory {
     }
 }
 
-/// CiA 301, 7.5.2.13: all, communication, profile, and manufacturer-specific parameters.
-fn is_in_group(group: u8, address: Address) -> bool {
-    match (group, address.index()) {
-        (1, _) => true,
-        (2, index) => cia301::COMMUNICATION.contains(&index),
-        (3, index) => (0x6000..=0x9FFF).contains(&index),
-        (_, index) => (0x2000..=0x5FFF).contains(&index),
-    }
-}
-
 impl Storage for Memory {
     fn store(&mut self, group: u8, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
-        for &address in self.writable.iter().filter(|address| is_in_group(group, **address)) {
+        for &address in self.writable.iter().filter(|address| is_of_group(group, **address)) {
             let entry = od.entry(address)?;
             let mut value = vec![0; od.len(&entry).unwrap_or(0) as usize];
             let len = od.read(&entry, 0, &mut value)?;
@@ -117,7 +107,7 @@ impl Storage for Memory {
     }
 
     fn restore(&mut self, group: u8) -> Result<(), AbortCode> {
-        self.kept.retain(|address, _| !is_in_group(group, *address));
+        self.kept.retain(|address, _| !is_of_group(group, *address));
         self.save().map_err(|_| AbortCode::HARDWARE_ERROR)
     }
 }

@@ -1,0 +1,272 @@
+//! A simulated servo as a node of a bus.
+
+use std::collections::BTreeMap;
+
+use lexican_runtime::device::{Device, Event};
+use lexican_runtime::host::Node;
+use lexican_runtime::object::{Address, Entry, ObjectDictionary};
+use lexican_runtime::service::nmt::Reset;
+use lexican_runtime::service::storage::{self, Storing, is_of_group};
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
+
+use crate::servo::{Inputs, Servo, ServoModel, follow, report};
+use crate::storage::{Storage, signed};
+
+/// A servo with its device and its dictionary: a [`Node`], to be attached to a bus.
+///
+/// Entries that 1010h has stored, and those that [`ServoModel::persistent`] names, survive a power cut and a reset.
+#[derive(Clone, Debug)]
+pub struct SimulatedServo {
+    model: &'static ServoModel,
+    device: Device<16, 16, 1, 4>,
+    storage: Box<dyn Storage>,
+    servo: Servo,
+    kept: Kept,
+    on: bool,
+}
+
+/// What survives without power.
+#[derive(Clone, Debug, Default)]
+struct Kept {
+    values: BTreeMap<Address, Vec<u8>>,
+    /// What 1010h stores.
+    writable: Vec<Address>,
+}
+
+impl SimulatedServo {
+    /// A servo that is switched on at `now`, with the dictionary of its model.
+    #[must_use]
+    pub fn new(now: Instant, model: &'static ServoModel, node: NodeId) -> Self {
+        let mut servo = SimulatedServo {
+            model,
+            device: Device::new(node, model.behaviour),
+            storage: (model.storage)(node),
+            servo: Servo::new(now, model),
+            kept: Kept::default(),
+            on: true,
+        };
+        servo.kept.writable = servo.storage.addresses();
+        servo.kept.writable.retain(|address| {
+            let commands =
+                [cia301::STORE_PARAMETERS, cia301::RESTORE_DEFAULT_PARAMETERS, cia301::PREDEFINED_ERROR_FIELD];
+            let entry = servo.storage.entry(*address);
+            !commands.contains(&address.index())
+                && entry.is_ok_and(|entry| entry.access.is_readable() && entry.access.is_writable())
+        });
+        servo.boot(now, 0..=0xFFFF);
+        servo
+    }
+
+    /// Which servo it is.
+    #[must_use]
+    pub fn model(&self) -> &'static ServoModel {
+        self.model
+    }
+
+    /// The node-ID.
+    #[must_use]
+    pub fn node(&self) -> NodeId {
+        self.device.node()
+    }
+
+    /// The NMT state.
+    #[must_use]
+    pub fn nmt_state(&self) -> NmtState {
+        self.device.nmt_state()
+    }
+
+    /// The servo: state, faults, shaft.
+    #[must_use]
+    pub fn servo(&self) -> &Servo {
+        &self.servo
+    }
+
+    /// The values of its objects as they were last measured or written.
+    #[must_use]
+    pub fn storage(&self) -> &dyn Storage {
+        &*self.storage
+    }
+
+    /// Whether it has power.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        self.on
+    }
+
+    /// Switches it off or on. An axis that moves runs out.
+    pub fn set_power(&mut self, now: Instant, on: bool) {
+        if on == self.on {
+            return;
+        }
+        self.on = on;
+        self.servo.update(now, &mut *self.storage);
+        self.servo.restart(now);
+        if on {
+            self.boot(now, 0..=0xFFFF);
+        }
+    }
+
+    /// Lets the world change.
+    pub fn set_inputs(&mut self, now: Instant, change: impl FnOnce(&mut Inputs)) {
+        self.servo.set_inputs(now, &mut *self.storage, change);
+        self.report(now);
+    }
+
+    /// Lends `call` the servo and its dictionary, beside the bus.
+    pub fn with_servo<T>(&mut self, now: Instant, call: impl FnOnce(&mut Servo, &mut dyn Storage) -> T) -> T {
+        self.servo.update(now, &mut *self.storage);
+        let result = call(&mut self.servo, &mut *self.storage);
+        self.servo.update(now, &mut *self.storage);
+        self.report(now);
+        result
+    }
+
+    /// Stores a group of parameters as 1010h does; 1 is everything.
+    ///
+    /// # Errors
+    ///
+    /// Why an entry cannot be read.
+    pub fn store(&mut self, group: u8) -> Result<(), AbortCode> {
+        storage::Storage::store(&mut self.kept, group, &mut *self.storage)
+    }
+
+    /// Gives these indices the values of power-on, and starts the device.
+    fn boot(&mut self, now: Instant, indices: std::ops::RangeInclusive<u16>) {
+        let node = self.node();
+        let before = std::mem::replace(&mut self.storage, (self.model.storage)(node));
+        for (address, value) in &self.kept.values {
+            if let Ok(entry) = self.storage.entry(*address) {
+                // What does not fit into another version of the data sheet stays at its default.
+                let _ = self.storage.write(&entry, 0, value, true);
+            }
+        }
+        for address in before.addresses().into_iter().filter(|address| !indices.contains(&address.index())) {
+            if let Some(raw) = before.raw(address) {
+                self.storage.set_raw(address, raw);
+            }
+        }
+        self.servo.update(now, &mut *self.storage);
+        self.with_device(|device, od| device.restart(now, od));
+        self.report(now);
+    }
+
+    fn with_device<T>(&mut self, call: impl FnOnce(&mut Device<16, 16, 1, 4>, &mut dyn ObjectDictionary) -> T) -> T {
+        let mut od = Checked { servo: &self.servo, storage: &mut *self.storage };
+        call(&mut self.device, &mut Storing::new(&mut od, &mut self.kept))
+    }
+
+    fn take(&mut self, now: Instant, event: Option<Event>) {
+        follow(&mut self.servo, now, &self.device, &mut *self.storage, event);
+        match event {
+            Some(Event::Reset(Reset::Node)) => {
+                self.servo.restart(now);
+                self.boot(now, 0..=0xFFFF);
+            }
+            Some(Event::Reset(Reset::Communication)) => self.boot(now, 0x1000..=0x1FFF),
+            Some(Event::Written(address)) if self.model.persistent.contains(&address) => {
+                if let Some(value) = read(&mut *self.storage, address) {
+                    self.kept.values.insert(address, value);
+                }
+            }
+            _ => {}
+        }
+        self.report(now);
+    }
+
+    fn report(&mut self, now: Instant) {
+        report(&mut self.servo, now, &mut self.device, &mut *self.storage);
+    }
+}
+
+impl Node for SimulatedServo {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        if self.on {
+            self.servo.update(now, &mut *self.storage);
+            let event = self.with_device(|device, od| device.handle_frame(now, frame, od));
+            self.take(now, event);
+        }
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        if self.on {
+            self.servo.update(now, &mut *self.storage);
+            let event = self.with_device(|device, od| device.handle_timeout(now, od));
+            self.take(now, event);
+        }
+    }
+
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.on.then(|| self.with_device(|device, od| device.poll_transmit(now, od)))?
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        let own = [self.device.poll_timeout(), self.servo.next_event()];
+        own.into_iter().flatten().min().filter(|_| self.on)
+    }
+
+    fn concerns(&self) -> Vec<CobId> {
+        self.device.cob_ids().collect()
+    }
+
+    fn generation(&self) -> u32 {
+        self.device.generation()
+    }
+}
+
+/// The dictionary as clients see it: the model may refuse what they write.
+struct Checked<'a> {
+    servo: &'a Servo,
+    storage: &'a mut dyn Storage,
+}
+
+impl ObjectDictionary for Checked<'_> {
+    fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
+        self.storage.entry(address)
+    }
+
+    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
+        self.storage.entry_again(address, row)
+    }
+
+    fn len(&self, entry: &Entry) -> Option<u32> {
+        self.storage.len(entry)
+    }
+
+    fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
+        self.storage.read(entry, offset, buffer)
+    }
+
+    fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
+        let mut raw = [0; 8];
+        raw.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+        if let Some(value) = signed(entry.data_type, u64::from_le_bytes(raw)) {
+            (self.servo.model().check)(self.servo, self.storage, entry.address, value)?;
+        }
+        self.storage.write(entry, offset, data, last)
+    }
+}
+
+impl storage::Storage for Kept {
+    fn store(&mut self, group: u8, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
+        for &address in self.writable.iter().filter(|address| is_of_group(group, **address)) {
+            if let Some(value) = read(od, address) {
+                self.values.insert(address, value);
+            }
+        }
+        Ok(())
+    }
+
+    fn restore(&mut self, group: u8) -> Result<(), AbortCode> {
+        self.values.retain(|address, _| !is_of_group(group, *address));
+        Ok(())
+    }
+}
+
+fn read(od: &mut dyn ObjectDictionary, address: Address) -> Option<Vec<u8>> {
+    let entry = od.entry(address).ok()?;
+    let mut value = vec![0; od.len(&entry).unwrap_or(entry.capacity.into()) as usize];
+    let len = od.read(&entry, 0, &mut value).ok()?;
+    value.truncate(len);
+    Some(value)
+}

@@ -1,0 +1,136 @@
+//! Interpolated position mode and the cyclic synchronous modes: a set-point with each SYNC.
+
+use lexican_runtime::profile::cia402::{Mode, control};
+use lexican_runtime::{Duration, Instant};
+
+use super::model::Servo;
+use super::objects::*;
+use super::parameters::Parameters;
+use super::parts::{Cyclic, Limit, MICROSECOND, TINY};
+use crate::storage::Storage;
+use crate::trajectory::{State, Trajectory};
+
+impl Servo {
+    /// An RPDO with a set-point of a cyclic mode came. From then on, each SYNC is expected to have one.
+    pub fn set_point(&mut self) {
+        self.cyclic.fresh = Some(true);
+    }
+
+    /// SYNC came, and the RPDOs that took effect with it are in the dictionary. [`Servo::update`] has been called before.
+    pub fn sync(&mut self, now: Instant, od: &mut dyn Storage) {
+        self.update(now, od);
+        if self.inputs.ignores_sync || !self.is_cyclic() {
+            return;
+        }
+        let parameters = self.parameters(od);
+        let measured = self.cyclic.last_sync.map(|last| now - last).filter(|span| *span >= MICROSECOND);
+        let Some(period) = parameters.cycle().or(measured) else {
+            self.cyclic.last_sync = Some(now);
+            return;
+        };
+        let late = self.cyclic.fresh == Some(false);
+        self.cyclic.fresh = self.cyclic.fresh.map(|_| false);
+        self.cyclic.missed = if late { self.cyclic.missed + 1 } else { 0 };
+        (self.cyclic.last_sync, self.cyclic.period) = (Some(now), period);
+        if self.cyclic.missed > self.model.missed_cycles {
+            self.raise(self.model.codes.cycle_missed, od);
+        } else if !late {
+            self.take_cycle(period, od);
+        }
+        self.update(now, od);
+    }
+
+    /// Whether set-points count that come with SYNC.
+    fn is_cyclic(&self) -> bool {
+        let mode = match self.mode {
+            Some(Mode::InterpolatedPosition) => self.cyclic.interpolates,
+            Some(Mode::CyclicPosition | Mode::CyclicVelocity | Mode::CyclicTorque) => true,
+            _ => false,
+        };
+        mode && self.is_obeying() && !self.is_halted()
+    }
+
+    /// Status word, bit 12: the axis follows what is ordered.
+    pub(super) fn follows_cycle(&self) -> bool {
+        self.is_cyclic()
+    }
+
+    /// While set-points do not count, no SYNC is missed.
+    pub(super) fn rest_cycle(&mut self) {
+        if !self.is_cyclic() {
+            (self.cyclic.last_sync, self.cyclic.missed) = (None, 0);
+        }
+    }
+
+    /// When the next SYNC is too late.
+    pub(super) fn cycle_deadline(&self) -> Option<Instant> {
+        let last = self.cyclic.last_sync.filter(|_| self.is_cyclic() && !self.cyclic.period.is_zero())?;
+        // Half a cycle more: SYNC may come a bit late.
+        let cycles = 2 * self.model.missed_cycles + 3;
+        Some(last + Duration::from_micros(self.cyclic.period.times(cycles).as_micros() / 2))
+    }
+
+    fn take_cycle(&mut self, period: Duration, od: &dyn Storage) {
+        let parameters = self.parameters(od);
+        let state = self.shaft(self.now);
+        let seconds = period.as_secs_f64();
+        match self.mode {
+            Some(Mode::CyclicVelocity) => {
+                let ordered = parameters.float(TARGET_VELOCITY) + parameters.float(VELOCITY_OFFSET);
+                let velocity = ordered * parameters.velocity_sign() * parameters.velocity_scale();
+                self.change_speed(velocity, seconds, &parameters, od);
+            }
+            Some(Mode::CyclicTorque) => {
+                let ordered = parameters.float(TARGET_TORQUE) + parameters.float(TORQUE_OFFSET);
+                let torque = self.limited_torque(ordered, &parameters);
+                self.change_speed(torque * self.model.speed_per_torque, seconds, &parameters, od);
+                if torque != ordered {
+                    self.limit = Limit::Now;
+                }
+            }
+            _ => {
+                let address = if self.mode == Some(Mode::InterpolatedPosition) { SET_POINT_1 } else { TARGET_POSITION };
+                let ordered = (parameters.float(address) + self.position_offset(&parameters))
+                    * parameters.position_sign()
+                    + self.zero;
+                let target = self.within_limits(ordered, &parameters);
+                let step = target - state.position;
+                if parameters.following_window().is_some_and(|window| step.abs() > window) {
+                    return self.raise(self.model.codes.following_error, od);
+                }
+                let velocity = (step / seconds).clamp(-parameters.top_speed(), parameters.top_speed());
+                self.limit = if target == ordered { Limit::None } else { Limit::Now };
+                let way = if velocity.abs() < TINY {
+                    Trajectory::rest(self.now, state.position)
+                } else {
+                    Trajectory::steady(self.now, State { velocity, ..state })
+                };
+                self.begin(way, velocity.signum(), od);
+            }
+        }
+    }
+
+    fn position_offset(&self, parameters: &Parameters<'_>) -> f64 {
+        if self.mode == Some(Mode::CyclicPosition) { parameters.float(POSITION_OFFSET) } else { 0.0 }
+    }
+
+    /// Another velocity by the next SYNC.
+    fn change_speed(&mut self, ordered: f64, seconds: f64, parameters: &Parameters<'_>, od: &dyn Storage) {
+        let velocity = ordered.clamp(-parameters.top_speed(), parameters.top_speed());
+        let state = self.shaft(self.now);
+        self.limit = if velocity == ordered { Limit::None } else { Limit::Now };
+        let acceleration = ((velocity - state.velocity).abs() / seconds).max(TINY);
+        self.begin(Trajectory::ramp(self.now, state, velocity, acceleration), velocity.signum(), od);
+    }
+
+    /// Bit 4 of the control word enables interpolation.
+    pub(super) fn follow_interpolation(&mut self, od: &dyn Storage) {
+        let enabled = self.control & control::NEW_SET_POINT != 0;
+        if self.cyclic.interpolates && !enabled {
+            self.brake(self.parameters(od).slow_down());
+        }
+        if self.cyclic.interpolates != enabled {
+            self.cyclic = Cyclic { interpolates: enabled, ..Cyclic::default() };
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! The world around a servo: its supply, its shaft, its switches.
+
+use crate::trajectory::State;
+
+/// What a test or a user lets happen to a servo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inputs {
+    /// Whether the motor is supplied (status word, bit 4).
+    pub supply: bool,
+    /// The input without which the motor gets no torque.
+    pub enable: bool,
+    /// Something holds the shaft.
+    pub blocked: bool,
+    /// SYNC does not get through to the cyclic modes.
+    pub ignores_sync: bool,
+    /// The cause of a fault, by its EMCY code. While it lasts, the fault cannot be reset.
+    pub fault: Option<u16>,
+    /// A warning (status word, bit 7), by its EMCY code.
+    pub warning: Option<u16>,
+    /// Further bits of 60FDh: the interlock in bit 3, those of the manufacturer from bit 16 on.
+    pub digital: u32,
+    /// The levels of touch probes 1 and 2.
+    pub probes: [bool; 2],
+    /// Where the switches of the machine are.
+    pub machine: Machine,
+}
+
+/// Where switches change and index pulses are: in position units from where the axis stood when it was first switched
+/// on, regardless of polarity and homing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Machine {
+    /// The negative limit switch is active here and below.
+    pub negative_limit: Option<f64>,
+    /// The positive limit switch is active here and above.
+    pub positive_limit: Option<f64>,
+    /// The home switch is active from the first to the second of these; either may be infinite.
+    pub home_switch: Option<(f64, f64)>,
+    /// An index pulse, and the distance to the next one.
+    pub index: Option<(f64, f64)>,
+}
+
+impl Default for Inputs {
+    fn default() -> Self {
+        Inputs {
+            supply: true,
+            enable: true,
+            blocked: false,
+            ignores_sync: false,
+            fault: None,
+            warning: None,
+            digital: 0,
+            probes: [false; 2],
+            machine: Machine::default(),
+        }
+    }
+}
+
+/// Without switches, an index pulse every 1000 position units.
+impl Default for Machine {
+    fn default() -> Self {
+        Machine { negative_limit: None, positive_limit: None, home_switch: None, index: Some((500.0, 1000.0)) }
+    }
+}
+
+impl Machine {
+    /// Bits 0 to 2 of 60FDh at a position: negative limit switch, positive limit switch, home switch.
+    pub(super) fn bits(&self, state: State) -> u32 {
+        let [negative, positive, before, behind] = self.passed(state);
+        let home = self.home_switch.is_some() && !before && !behind;
+        u32::from(negative) | u32::from(positive) << 1 | u32::from(home) << 2
+    }
+
+    /// Which of its thresholds are passed: each changes once while the axis moves in one direction.
+    pub(super) fn passed(&self, state: State) -> [bool; 4] {
+        let (low, high) = self.home_switch.unwrap_or_default();
+        [
+            self.negative_limit.is_some_and(|limit| state.position <= limit),
+            self.positive_limit.is_some_and(|limit| state.position >= limit),
+            state.position < low,
+            state.position > high,
+        ]
+    }
+
+    /// The limit switch in a direction.
+    pub(super) fn limit(&self, sign: f64) -> Option<f64> {
+        if sign < 0.0 { self.negative_limit } else { self.positive_limit }
+    }
+
+    /// The first index pulse beyond a position in a direction.
+    pub(super) fn index_beyond(&self, position: f64, sign: f64) -> Option<f64> {
+        let (first, distance) = self.index.filter(|(_, distance)| *distance > 0.0)?;
+        let turns = (position - first) / distance;
+        let turn = if sign < 0.0 { turns.ceil() - 1.0 } else { turns.floor() + 1.0 };
+        Some(first + turn * distance)
+    }
+}

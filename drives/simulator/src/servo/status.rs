@@ -1,0 +1,118 @@
+//! What the servo shows: status word and measured values.
+
+use lexican_runtime::profile::cia402::{Mode, State, status};
+
+use super::model::Servo;
+use super::objects::*;
+use super::parts::{Limit, TINY};
+use super::power::register_of;
+use crate::storage::Storage;
+
+impl Servo {
+    /// The status word (6041h).
+    fn status_word(&self, od: &dyn Storage) -> u16 {
+        let flag = |set: bool, bit: u16| if set { bit } else { 0 };
+        self.state.status_bits()
+            | flag(self.inputs.supply, status::VOLTAGE_ENABLED)
+            | flag(self.warning.is_some(), status::WARNING)
+            | status::REMOTE
+            | flag(self.is_limited(), status::INTERNAL_LIMIT)
+            | self.mode_bits(od)
+            | (self.model.status_bits)(self, od)
+    }
+
+    fn is_limited(&self) -> bool {
+        match self.limit {
+            Limit::None => false,
+            Limit::Now => true,
+            Limit::AtEnd => !self.is_moving(self.now),
+        }
+    }
+
+    /// Bits 10, 12 and 13.
+    fn mode_bits(&self, od: &dyn Storage) -> u16 {
+        let stands = !self.is_moving(self.now);
+        let bits = |reached: bool, bit_12: bool, bit_13: bool| {
+            u16::from(reached) << 10 | u16::from(bit_12) << 12 | u16::from(bit_13) << 13
+        };
+        if self.state == State::QuickStopActive {
+            return bits(stands, false, false);
+        }
+        if !self.is_obeying() {
+            return bits(false, self.mode == Some(Mode::Homing) && self.homing.attained, false);
+        }
+        let halted = self.is_halted();
+        match self.mode {
+            Some(Mode::ProfilePosition) => {
+                let shaft = self.shaft(self.now).position;
+                let at_target = self.points.active.is_none_or(|point| (point.target - shaft).abs() < 0.5);
+                let reached = if halted { stands } else { self.points.are_done() && at_target && self.has_arrived() };
+                bits(reached, self.points.acknowledged, self.lags())
+            }
+            Some(Mode::ProfileVelocity) => {
+                let parameters = self.parameters(od);
+                let most = parameters.float(MAX_SLIPPAGE) * parameters.velocity_scale();
+                let slips = self.held.is_some() && self.demanded().velocity.abs() > most;
+                bits(if halted { stands } else { self.is_at_speed() }, self.is_slow(), slips)
+            }
+            Some(Mode::ProfileTorque) => {
+                let target = self.running.map_or(0.0, |running| running[0]);
+                let reached = (self.torque() - target).abs() < TINY;
+                bits(if halted { stands } else { reached }, false, false)
+            }
+            Some(Mode::Homing) => bits(stands && !self.homing.running, self.homing.attained, self.homing.failed),
+            Some(Mode::InterpolatedPosition) => bits(stands, self.cyclic.interpolates, self.lags()),
+            Some(Mode::CyclicPosition) => bits(halted && stands, self.follows_cycle(), self.lags()),
+            Some(Mode::CyclicVelocity | Mode::CyclicTorque) => bits(halted && stands, self.follows_cycle(), false),
+            Some(Mode::Velocity) | None => bits(false, false, false),
+        }
+    }
+
+    /// What the motor gives, in 0.1 % of its rated torque.
+    fn torque(&self) -> f64 {
+        match self.mode {
+            Some(Mode::ProfileTorque | Mode::CyclicTorque) if self.is_obeying() => {
+                self.demanded().velocity / self.model.speed_per_torque
+            }
+            _ if self.held.is_some() && self.has_torque() => 1000.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Puts everything that is measured into the dictionary.
+    pub(super) fn publish(&self, od: &mut dyn Storage) {
+        let parameters = self.parameters(od);
+        let (shaft, demand) = (self.shaft(self.now), self.demanded());
+        let velocity = |velocity: f64| velocity / parameters.velocity_scale() * parameters.velocity_sign();
+        let [position, wanted] = [shaft, demand].map(|state| self.shown(state.position, &parameters));
+        let [speed, wanted_speed] = [shaft, demand].map(|state| velocity(state.velocity).round());
+        let torque = self.torque().round();
+        let measured = [
+            (STATUS_WORD, f64::from(self.status_word(od))),
+            (SHOWN_MODE, f64::from(self.mode_code)),
+            (ERROR_CODE, f64::from(self.faults.last().copied().unwrap_or_default())),
+            (POSITION, position),
+            (POSITION_INTERNAL, position),
+            (POSITION_DEMAND, wanted),
+            (POSITION_DEMAND_INTERNAL, wanted),
+            (FOLLOWING_ERROR, wanted - position),
+            (VELOCITY, speed),
+            (VELOCITY_SENSOR, speed),
+            (VELOCITY_DEMAND, wanted_speed),
+            (TORQUE, torque),
+            (TORQUE_DEMAND, torque),
+            (CURRENT, torque),
+            (INPUTS, f64::from(self.inputs.machine.bits(shaft) | self.inputs.digital)),
+        ];
+        for (address, value) in measured {
+            od.set_raw(address, value as i64 as u64);
+        }
+        (self.model.publish)(self, self.now, od);
+    }
+
+    /// The error register (1001h) as the faults of the servo make it.
+    #[must_use]
+    pub fn error_register(&self) -> u8 {
+        self.faults.iter().fold(0, |bits, code| bits | register_of(*code).0)
+    }
+}

@@ -1,0 +1,203 @@
+//! Interpolated position mode and the cyclic synchronous modes.
+
+use lexican_runtime::profile::cia402::State;
+
+use crate::support::Rig;
+
+const INTERPOLATED: i64 = 7;
+const POSITION: i64 = 8;
+const VELOCITY: i64 = 9;
+const TORQUE: i64 = 10;
+const LIMITED: u16 = 1 << 11;
+const FOLLOWS: u16 = 1 << 12;
+
+/// A set-point with its SYNC, and the cycle of 2 ms after it. As an RPDO brings it, if `by_rpdo`.
+fn cycle(rig: &mut Rig, index: u16, sub: u8, value: i64, by_rpdo: bool) {
+    rig.set(index, sub, value);
+    if by_rpdo {
+        rig.servo.set_point();
+    }
+    rig.sync().pass(2);
+}
+
+fn positions(rig: &mut Rig, targets: impl IntoIterator<Item = i64>) {
+    for target in targets {
+        cycle(rig, 0x607A, 0, target, true);
+    }
+}
+
+#[test]
+fn the_axis_is_at_each_set_point_one_cycle_after_its_sync() {
+    let mut rig = Rig::enabled(POSITION);
+    assert!(rig.status(FOLLOWS));
+    for target in [2, 6, 12, 20, 20, 15] {
+        let before = rig.position();
+        rig.set(0x607A, 0, target);
+        rig.servo.set_point();
+        rig.pass(0);
+        assert_eq!(rig.position(), before, "nothing moves before SYNC");
+        rig.sync().pass(1);
+        assert_eq!(rig.servo.shaft(rig.now).position, (before + target) as f64 / 2.0);
+        rig.pass(1);
+        assert_eq!(rig.position(), target);
+    }
+    assert_eq!(rig.velocity(), -2500);
+}
+
+#[test]
+fn interpolation_is_enabled_by_bit_4() {
+    let mut rig = Rig::enabled(INTERPOLATED);
+    cycle(&mut rig, 0x60C1, 1, 5, true);
+    assert_eq!((rig.position(), rig.status(FOLLOWS)), (0, false));
+    rig.control(0x1F);
+    assert!(rig.status(FOLLOWS));
+    for target in [5, 10, 15] {
+        cycle(&mut rig, 0x60C1, 1, target, true);
+        assert_eq!(rig.position(), target);
+    }
+    // From 2500 units/s to a standstill with 6084h.
+    rig.control(0x0F).pass(250);
+    assert_eq!((rig.velocity(), rig.status(FOLLOWS), rig.state()), (0, false, State::OperationEnabled));
+}
+
+#[test]
+fn a_missed_set_point_is_bridged_by_the_velocity() {
+    for lost in [&[5][..], &[5, 6], &[5, 6, 7]] {
+        let mut rig = Rig::enabled(POSITION);
+        for step in 1..20 {
+            rig.set(0x607A, 0, step * 4);
+            if !lost.contains(&step) {
+                rig.servo.set_point();
+            }
+            rig.sync().pass(2);
+            assert_eq!((rig.position(), rig.velocity()), (step * 4, 2000), "{step} without {lost:?}");
+        }
+    }
+}
+
+#[test]
+fn a_missed_sync_is_bridged_by_the_velocity() {
+    let mut rig = Rig::enabled(POSITION);
+    positions(&mut rig, [4, 8]);
+    rig.pass(4);
+    assert_eq!(rig.position(), 16);
+    positions(&mut rig, [20, 24]);
+    assert_eq!((rig.position(), rig.state()), (24, State::OperationEnabled));
+}
+
+#[test]
+fn too_many_missed_set_points_are_a_fault() {
+    let mut rig = Rig::enabled(POSITION);
+    positions(&mut rig, [4, 8]);
+    for _ in 0..3 {
+        rig.sync().pass(2);
+        assert_eq!(rig.state(), State::OperationEnabled);
+    }
+    rig.sync().pass(100);
+    assert_eq!((rig.state(), rig.emergencies()), (State::Fault, vec![0x8700]));
+}
+
+#[test]
+fn too_long_without_sync_is_a_fault() {
+    let mut rig = Rig::enabled(POSITION);
+    // Until there is a first SYNC, there is nothing to miss.
+    rig.pass(1000);
+    assert_eq!(rig.state(), State::OperationEnabled);
+    positions(&mut rig, [4, 8]);
+    // Three SYNCs are missed, the fourth is half a cycle late.
+    rig.pass(6);
+    assert_eq!(rig.state(), State::OperationEnabled);
+    rig.pass(1);
+    assert_eq!(rig.state(), State::FaultReactionActive);
+    rig.pass(100);
+    assert_eq!((rig.state(), rig.velocity(), rig.emergencies()), (State::Fault, 0, vec![0x8700]));
+}
+
+#[test]
+fn sync_that_is_ignored_is_missed() {
+    let mut rig = Rig::enabled(POSITION);
+    positions(&mut rig, [4, 8]);
+    rig.inputs(|inputs| inputs.ignores_sync = true);
+    positions(&mut rig, [12, 16, 20, 24, 28]);
+    assert_eq!(rig.emergencies(), [0x8700]);
+}
+
+#[test]
+fn set_points_that_come_otherwise_than_by_rpdo_are_not_missed() {
+    let mut rig = Rig::enabled(POSITION);
+    cycle(&mut rig, 0x607A, 0, 4, false);
+    for _ in 0..20 {
+        rig.sync().pass(2);
+    }
+    assert_eq!((rig.position(), rig.state()), (4, State::OperationEnabled));
+}
+
+#[test]
+fn a_jump_is_a_following_error_and_moves_nothing() {
+    let mut rig = Rig::enabled(POSITION);
+    positions(&mut rig, [101]);
+    assert_eq!((rig.state(), rig.position(), rig.emergencies()), (State::Fault, 0, vec![0x8611]));
+}
+
+#[test]
+fn software_limits_hold() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.set(0x607D, 1, -5).set(0x607D, 2, 10);
+    positions(&mut rig, [4, 8, 12, 16]);
+    assert_eq!((rig.position(), rig.status(LIMITED)), (10, true));
+    positions(&mut rig, [8]);
+    assert_eq!((rig.position(), rig.status(LIMITED)), (8, false));
+}
+
+#[test]
+fn a_position_offset_is_added() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.set(0x60B0, 0, 10);
+    positions(&mut rig, [4, 8]);
+    assert_eq!(rig.position(), 18);
+}
+
+#[test]
+fn halt_stops_and_the_cycle_goes_on_after_it() {
+    let mut rig = Rig::enabled(POSITION);
+    positions(&mut rig, [4, 8]);
+    rig.control(0x10F).pass(200);
+    assert_eq!((rig.velocity(), rig.mode_bits(), rig.state()), (0, [true, false, false], State::OperationEnabled));
+    let stands = rig.position();
+    rig.control(0x0F);
+    positions(&mut rig, [stands + 4]);
+    assert_eq!(rig.position(), stands + 4);
+}
+
+#[test]
+fn velocities_are_reached_by_the_next_sync() {
+    let mut rig = Rig::enabled(VELOCITY);
+    for target in [500, 1000, 1000, -200, 0] {
+        cycle(&mut rig, 0x60FF, 0, target, true);
+        assert_eq!(rig.velocity(), target);
+    }
+}
+
+#[test]
+fn torques_are_reached_by_the_next_sync() {
+    let mut rig = Rig::enabled(TORQUE);
+    for (target, torque) in [(50, 50), (-20, -20), (1200, 1000)] {
+        cycle(&mut rig, 0x6071, 0, target, true);
+        assert_eq!((rig.get(0x6077, 0), rig.velocity()), (torque, torque * 10));
+    }
+    assert!(rig.status(LIMITED));
+}
+
+#[test]
+fn without_60c2h_the_period_is_that_of_1006h_or_of_sync_itself() {
+    use crate::support::SERVO;
+    use lexican_runtime::object::DataType::Unsigned32;
+    let bare: Vec<_> = SERVO.iter().filter(|row| row.0 != 0x60C2).copied().collect();
+    let communication = [bare.clone(), vec![(0x1006, 0, Unsigned32, 2000)]].concat();
+    for rows in [bare, communication] {
+        let mut rig = Rig::of(&simulator::servo::ServoModel::CIA_402, &rows);
+        rig.set(0x6060, 0, POSITION).enable();
+        positions(&mut rig, [0, 4, 8]);
+        assert_eq!((rig.position(), rig.velocity()), (8, 2000));
+    }
+}

@@ -1,0 +1,235 @@
+//! Profile position mode: set-points, ramps, limits, following error.
+
+use lexican_runtime::profile::cia402::State;
+
+use crate::support::{Rig, SERVO};
+use simulator::servo::ServoModel;
+
+const POSITION: i64 = 1;
+const IMMEDIATELY: u16 = 1 << 5;
+const RELATIVE: u16 = 1 << 6;
+const ON_SET_POINT: u16 = 1 << 9;
+const HALT: u16 = 1 << 8;
+const REACHED: u16 = 1 << 10;
+const LIMITED: u16 = 1 << 11;
+const ACKNOWLEDGED: u16 = 1 << 12;
+const FOLLOWING_ERROR: u16 = 1 << 13;
+
+#[test]
+fn a_travel_has_its_ramps() {
+    let mut rig = Rig::enabled(POSITION);
+    assert!(rig.status(REACHED), "nothing is ordered");
+    rig.set(0x607A, 0, 1000).control(0x1F);
+    assert!(rig.status(ACKNOWLEDGED) && !rig.status(REACHED));
+    // 100 ms to 1000 units/s, 50 units each way.
+    for (ms, position, velocity) in [(50, 12, 500), (50, 50, 1000), (900, 950, 1000), (50, 987, 500), (50, 1000, 0)] {
+        rig.pass(ms);
+        assert!((rig.position() - position).abs() <= 1, "{} instead of {position}", rig.position());
+        assert_eq!(rig.velocity(), velocity);
+    }
+    assert!(rig.status(REACHED | ACKNOWLEDGED), "bit 4 is still set");
+    rig.control(0x0F);
+    assert!(rig.status(REACHED) && !rig.status(ACKNOWLEDGED));
+}
+
+#[test]
+fn set_points_are_absolute_or_relative() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(300, 0).pass(2000).travel(-100, RELATIVE).pass(2000);
+    assert_eq!(rig.position(), 200);
+    rig.travel(-100, 0).pass(2000);
+    assert_eq!(rig.position(), -100);
+    // Relative to the last target, though the axis is still on its way.
+    rig.travel(1000, 0).pass(200).travel(100, RELATIVE | IMMEDIATELY).pass(3000);
+    assert_eq!(rig.position(), 1100);
+    // 60F2h = 1: relative to where it is then.
+    rig.set(0x60F2, 0, 1).travel(1000, RELATIVE).pass(100).travel(100, RELATIVE | IMMEDIATELY).pass(3000);
+    assert_eq!(rig.position(), 1250);
+}
+
+#[test]
+fn a_set_point_waits_for_the_one_under_way() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(1000, 0).pass(500).travel(0, 0);
+    assert!(rig.status(ACKNOWLEDGED), "the buffer is full");
+    rig.travel(5000, 0);
+    rig.pass(600);
+    assert_eq!((rig.position(), rig.velocity()), (1000, 0));
+    assert!(!rig.status(REACHED) && !rig.status(ACKNOWLEDGED), "the next one begins");
+    rig.pass(1100);
+    assert_eq!(rig.position(), 0, "the third one was not taken");
+    assert!(rig.status(REACHED));
+}
+
+#[test]
+fn a_set_point_is_changed_immediately() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(1000, 0).pass(500).travel(0, IMMEDIATELY);
+    assert!(!rig.status(ACKNOWLEDGED));
+    rig.pass(100);
+    // It brakes first: 50 more units.
+    assert_eq!((rig.position(), rig.velocity()), (500, 0));
+    rig.pass(1000);
+    assert!(rig.status(REACHED) && rig.position() == 0);
+}
+
+#[test]
+fn a_change_on_set_point_passes_it_without_a_stop() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(1000, 0).pass(500).travel(2000, ON_SET_POINT).pass(550);
+    assert_eq!((rig.position(), rig.velocity()), (1000, 1000));
+    rig.pass(10);
+    assert!(!rig.status(ACKNOWLEDGED) && !rig.status(REACHED));
+    rig.pass(1040);
+    assert_eq!((rig.position(), rig.status(REACHED)), (2000, true));
+}
+
+#[test]
+fn halt_interrupts_and_the_travel_goes_on() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(1000, 0).pass(500).control(0x0F | HALT);
+    assert!(!rig.status(REACHED));
+    rig.pass(100);
+    assert!(rig.status(REACHED), "with halt, the bit says that it stands");
+    assert_eq!(rig.position(), 500);
+    rig.pass(1000).control(0x0F);
+    assert!(!rig.status(REACHED));
+    rig.pass(700);
+    assert_eq!((rig.position(), rig.status(REACHED)), (1000, true));
+}
+
+#[test]
+fn a_set_point_during_halt_waits_for_its_end() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.control(0x0F | HALT).travel(1000, HALT).pass(1000);
+    assert_eq!(rig.position(), 0);
+    rig.control(0x0F).pass(2000);
+    assert_eq!(rig.position(), 1000);
+}
+
+#[test]
+fn the_target_counts_as_reached_after_its_time() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.set(0x6068, 0, 50).travel(1000, 0).pass(1149);
+    assert!(!rig.status(REACHED));
+    rig.pass(1);
+    assert!(rig.status(REACHED));
+}
+
+#[test]
+fn software_limits_end_a_travel() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.set(0x607D, 1, -100).set(0x607D, 2, 200);
+    for (target, end, limited) in [(500, 200, true), (100, 100, false), (-500, -100, true), (0, 0, false)] {
+        rig.travel(target, 0).pass(2000);
+        assert_eq!((rig.position(), rig.status(LIMITED)), (end, limited));
+    }
+}
+
+#[test]
+fn polarity_turns_positions_round() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.set(0x607E, 0, 0x80).travel(1000, 0).pass(3000);
+    assert_eq!(rig.position(), 1000);
+    assert_eq!(rig.servo.shaft(rig.now).position, -1000.0);
+}
+
+#[test]
+fn a_range_begins_again_at_its_end() {
+    let rows = [
+        SERVO,
+        &[
+            (0x607B, 1, lexican_runtime::object::DataType::Integer32, 0),
+            (0x607B, 2, lexican_runtime::object::DataType::Integer32, 359),
+        ],
+    ]
+    .concat();
+    let mut rig = Rig::of(&ServoModel::CIA_402, &rows);
+    rig.enable();
+    rig.travel(300, 0).pass(2000).travel(100, RELATIVE).pass(2000);
+    assert_eq!((rig.position(), rig.servo.shaft(rig.now).position), (40, 400.0));
+    rig.travel(350, 0).pass(2000);
+    assert_eq!((rig.position(), rig.servo.shaft(rig.now).position), (350, 710.0));
+}
+
+#[test]
+fn a_blocked_shaft_is_a_following_error() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(1000, 0).pass(500).inputs(|inputs| inputs.blocked = true);
+    let held = rig.position();
+    rig.pass(99);
+    assert_eq!((rig.position(), rig.get(0x60F4, 0), rig.status(FOLLOWING_ERROR)), (held, 99, false));
+    // 6065h is 100 units, 6066h 10 ms.
+    rig.pass(11);
+    assert!(rig.state() == State::OperationEnabled);
+    rig.pass(2);
+    assert_eq!((rig.state(), rig.position(), rig.emergencies()), (State::Fault, held, vec![0x8611]));
+}
+
+#[test]
+fn a_blocked_shaft_without_a_following_error_window_is_a_fault_of_its_own() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.set(0x6065, 0, 0xFFFF_FFFF).travel(1000, 0).inputs(|inputs| inputs.blocked = true).pass(499);
+    assert_eq!((rig.state(), rig.position()), (State::OperationEnabled, 0));
+    rig.pass(2);
+    assert_eq!((rig.state(), rig.emergencies()), (State::Fault, vec![0x7121]));
+}
+
+#[test]
+fn a_shaft_that_is_free_again_travels_on() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(1000, 0).pass(500).inputs(|inputs| inputs.blocked = true).pass(50);
+    rig.inputs(|inputs| inputs.blocked = false).pass(1);
+    assert!(rig.position() <= 451);
+    rig.pass(1000);
+    assert_eq!((rig.position(), rig.status(REACHED)), (1000, true));
+}
+
+#[test]
+fn a_limit_switch_stops_a_travel_and_lets_it_leave() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.inputs(|inputs| inputs.machine.positive_limit = Some(500.0));
+    rig.travel(1000, 0).pass(2000);
+    // 5 units with 6085h.
+    assert_eq!((rig.position(), rig.get(0x60FD, 0)), (505, 0b010));
+    assert!(rig.status(LIMITED) && !rig.status(REACHED));
+    rig.travel(1000, 0).pass(1000);
+    assert_eq!(rig.position(), 505);
+    rig.travel(0, 0).pass(2000);
+    assert_eq!((rig.position(), rig.get(0x60FD, 0), rig.status(REACHED)), (0, 0, true));
+}
+
+#[test]
+fn a_profile_velocity_of_0_does_not_move() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.set(0x6081, 0, 0).travel(1000, 0).pass(5000);
+    assert!(rig.position() == 0 && !rig.status(REACHED));
+    rig.set(0x6081, 0, 1000).travel(1000, IMMEDIATELY).pass(2000);
+    assert!(rig.position() == 1000 && rig.status(REACHED));
+}
+
+#[test]
+fn what_the_data_sheet_lacks_behaves_as_the_standard_says() {
+    const FEW: [u16; 6] = [0x6040, 0x6041, 0x6060, 0x6061, 0x6064, 0x607A];
+    let rows: Vec<_> = SERVO.iter().filter(|row| FEW.contains(&row.0)).copied().collect();
+    let mut rig = Rig::of(&ServoModel::CIA_402, &rows);
+    rig.enable().travel(1000, 0).pass(2000);
+    assert_eq!((rig.position(), rig.status(REACHED)), (1000, true));
+}
+
+#[test]
+fn the_answer_does_not_depend_on_when_it_is_asked() {
+    let run = |steps: &[u64]| {
+        let mut rig = Rig::enabled(POSITION);
+        rig.set(0x6068, 0, 20).travel(1000, 0).travel(2000, ON_SET_POINT);
+        for ms in steps {
+            rig.pass(*ms);
+        }
+        (rig.position(), rig.velocity(), rig.get(0x6041, 0))
+    };
+    for ms in [700, 1100, 1300, 2090, 2110, 2200] {
+        let all = run(&[ms]);
+        assert_eq!(run(&vec![1; ms as usize]), all);
+        assert_eq!(run(&[ms / 3, ms / 3, ms - ms / 3 * 2]), all);
+    }
+}

@@ -1,0 +1,208 @@
+//! The state machine with its option codes, halt, faults and the loss of power.
+
+use lexican_runtime::profile::cia402::State::{self, *};
+
+use crate::support::Rig;
+
+/// Brings a servo into a state.
+fn servo_in(state: State) -> Rig {
+    let mut rig = Rig::new();
+    match state {
+        SwitchOnDisabled => {}
+        ReadyToSwitchOn => drop(rig.control(0x06)),
+        SwitchedOn => drop(rig.control(0x06).control(0x07)),
+        OperationEnabled => drop(rig.enable()),
+        QuickStopActive => drop(rig.set(0x605A, 0, 6).enable().control(0x02)),
+        Fault => {
+            rig.inputs(|inputs| inputs.fault = Some(0x4310)).inputs(|inputs| inputs.fault = None);
+        }
+        _ => unreachable!("not commanded"),
+    }
+    assert_eq!(rig.state(), state);
+    rig
+}
+
+#[test]
+fn every_command_leads_where_figure_8_has_it() {
+    // Shutdown, switch on, disable voltage, quick stop, enable operation, fault reset.
+    let words = [0x06, 0x07, 0x00, 0x02, 0x0F, 0x80];
+    let [off, ready, on, enabled] = [SwitchOnDisabled, ReadyToSwitchOn, SwitchedOn, OperationEnabled];
+    let [stopped, fault] = [QuickStopActive, Fault];
+    for (from, to) in [
+        (off, [ready, off, off, off, off, off]),
+        (ready, [ready, on, off, off, ready, ready]),
+        (on, [ready, on, off, off, enabled, on]),
+        (enabled, [ready, on, off, stopped, enabled, enabled]),
+        (stopped, [stopped, stopped, off, stopped, enabled, stopped]),
+        (fault, [fault, fault, fault, fault, fault, off]),
+    ] {
+        for (word, to) in words.into_iter().zip(to) {
+            let mut rig = servo_in(from);
+            rig.set(0x605A, 0, 6).control(word).pass(1);
+            assert_eq!(rig.state(), to, "{word:#04X} in {from}");
+        }
+    }
+}
+
+/// A servo that moves with 1000 units/s in velocity mode, where ramps are shortest to write.
+fn running() -> Rig {
+    let mut rig = Rig::enabled(3);
+    rig.set(0x60FF, 0, 1000).pass(1000);
+    assert_eq!(rig.velocity(), 1000);
+    rig
+}
+
+/// How an option code stops a running axis: after how many ms it stands, in which state it is meanwhile and at last.
+#[track_caller]
+fn check_stop(rig: &mut Rig, stands_after_ms: u64, meanwhile: State, at_last: State) {
+    if stands_after_ms > 0 {
+        rig.pass(stands_after_ms - 1);
+        assert_ne!(rig.velocity(), 0);
+        assert_eq!(rig.state(), meanwhile);
+        rig.pass(1);
+    }
+    assert_eq!(rig.velocity(), 0);
+    assert_eq!(rig.state(), at_last);
+}
+
+/// 6084h takes 100 ms, 6085h 10 ms, the strongest ramp 1 ms, and an axis without torque 100 ms.
+#[test]
+fn option_codes_stop_as_they_say() {
+    let [off, ready, on] = [SwitchOnDisabled, ReadyToSwitchOn, SwitchedOn];
+    let [enabled, stopped, reacts] = [OperationEnabled, QuickStopActive, FaultReactionActive];
+    for (object, option, word, ms, meanwhile, at_last) in [
+        (0x605A, 0, 0x02, 100, off, off),
+        (0x605A, 1, 0x02, 100, stopped, off),
+        (0x605A, 2, 0x02, 10, stopped, off),
+        (0x605A, 3, 0x02, 1, stopped, off),
+        (0x605A, 4, 0x02, 1, stopped, off),
+        (0x605A, 5, 0x02, 100, stopped, stopped),
+        (0x605A, 6, 0x02, 10, stopped, stopped),
+        (0x605A, 7, 0x02, 1, stopped, stopped),
+        (0x605A, 8, 0x02, 1, stopped, stopped),
+        (0x605B, 0, 0x06, 100, ready, ready),
+        (0x605B, 1, 0x06, 100, enabled, ready),
+        (0x605C, 0, 0x07, 100, on, on),
+        (0x605C, 1, 0x07, 100, enabled, on),
+        (0x605D, 1, 0x10F, 100, enabled, enabled),
+        (0x605D, 2, 0x10F, 10, enabled, enabled),
+        (0x605D, 3, 0x10F, 1, enabled, enabled),
+        // There is no option: the axis runs out.
+        (0x6060, 3, 0x00, 100, off, off),
+    ] {
+        let mut rig = running();
+        rig.set(object, 0, option).control(word);
+        check_stop(&mut rig, ms, meanwhile, at_last);
+    }
+    for (option, ms, meanwhile) in [(0, 100, Fault), (1, 100, reacts), (2, 10, reacts), (3, 1, reacts), (4, 1, reacts)]
+    {
+        let mut rig = running();
+        rig.set(0x605E, 0, option).inputs(|inputs| inputs.fault = Some(0x7500));
+        check_stop(&mut rig, ms, meanwhile, Fault);
+    }
+    for (option, ms, meanwhile, at_last) in [(1, 10, reacts, Fault), (2, 100, off, off), (3, 10, stopped, off)] {
+        let mut rig = running();
+        rig.set(0x6007, 0, option);
+        rig.servo.lose_connection(rig.now, &mut rig.od);
+        check_stop(&mut rig, ms, meanwhile, at_last);
+    }
+}
+
+#[test]
+fn a_lost_connection_without_action_changes_nothing() {
+    let mut rig = running();
+    rig.set(0x6007, 0, 0);
+    rig.servo.lose_connection(rig.now, &mut rig.od);
+    rig.pass(100);
+    assert_eq!((rig.velocity(), rig.state()), (1000, OperationEnabled));
+}
+
+#[test]
+fn disable_operation_is_taken_back_while_the_axis_brakes() {
+    let mut rig = running();
+    rig.control(0x07).pass(50).control(0x0F).pass(1000);
+    assert_eq!((rig.velocity(), rig.state()), (1000, OperationEnabled));
+}
+
+#[test]
+fn quick_stop_is_left_to_go_on_only_with_options_5_to_8() {
+    let mut rig = running();
+    rig.control(0x02).pass(1).control(0x0F);
+    assert_eq!(rig.state(), QuickStopActive);
+    let mut rig = running();
+    rig.set(0x605A, 0, 6).control(0x02).pass(100);
+    assert!(rig.status(1 << 10), "it stands");
+    rig.set(0x60FF, 0, 0).control(0x0F).pass(10);
+    assert_eq!((rig.velocity(), rig.state()), (0, OperationEnabled));
+}
+
+#[test]
+fn a_fault_is_reported_once_and_reset_when_its_cause_is_gone() {
+    let mut rig = running();
+    rig.inputs(|inputs| inputs.fault = Some(0x4310)).pass(100);
+    assert_eq!((rig.state(), rig.get(0x603F, 0), rig.emergencies()), (Fault, 0x4310, vec![0x4310]));
+    rig.control(0x80);
+    assert_eq!(rig.state(), Fault, "the cause lasts");
+    rig.inputs(|inputs| inputs.fault = None).control(0x00).control(0x80);
+    assert_eq!((rig.state(), rig.get(0x603F, 0), rig.emergencies()), (SwitchOnDisabled, 0, vec![0]));
+}
+
+#[test]
+fn a_warning_changes_nothing_but_bit_7() {
+    let mut rig = running();
+    rig.inputs(|inputs| inputs.warning = Some(0x4300)).pass(1);
+    assert!(rig.status(1 << 7));
+    assert_eq!((rig.state(), rig.velocity(), rig.emergencies()), (OperationEnabled, 1000, vec![0x4300]));
+    rig.inputs(|inputs| inputs.warning = None);
+    assert!(!rig.status(1 << 7));
+    assert_eq!(rig.emergencies(), [0]);
+}
+
+#[test]
+fn without_supply_or_enable_input_the_motor_gets_no_torque() {
+    for (without, state, voltage) in [("supply", Fault, false), ("enable", SwitchOnDisabled, true)] {
+        let change = |missing: bool| {
+            move |inputs: &mut simulator::servo::Inputs| {
+                *(if without == "supply" { &mut inputs.supply } else { &mut inputs.enable }) = !missing;
+            }
+        };
+        let mut rig = running();
+        rig.inputs(change(true));
+        check_stop(&mut rig, 100, state, state);
+        assert_eq!(rig.status(1 << 4), voltage);
+        let mut rig = Rig::new();
+        rig.inputs(change(true)).control(0x06).control(0x07);
+        assert_eq!(rig.state(), ReadyToSwitchOn, "{without}");
+        rig.inputs(change(false)).control(0x06).control(0x07);
+        assert_eq!(rig.state(), SwitchedOn, "{without}");
+    }
+}
+
+#[test]
+fn an_edge_that_comes_with_the_command_to_enable_starts_nothing() {
+    let mut rig = Rig::new();
+    rig.set(0x607A, 0, 500).control(0x06).control(0x07).control(0x1F).pass(2000);
+    assert_eq!((rig.state(), rig.position()), (OperationEnabled, 0));
+}
+
+#[test]
+fn a_mode_that_the_data_sheet_does_not_list_is_not_taken() {
+    let mut rig = Rig::new();
+    assert_eq!(rig.get(0x6061, 0), 1);
+    for (mode, shown) in [(3, 3), (2, 3), (77, 3), (6, 6), (0, 6), (-1, 6), (10, 10)] {
+        rig.set(0x6060, 0, mode);
+        assert_eq!(rig.get(0x6061, 0), shown, "{mode}");
+    }
+}
+
+#[test]
+fn a_restart_forgets_everything_but_the_world() {
+    let mut rig = running();
+    rig.inputs(|inputs| inputs.digital = 1 << 16);
+    rig.servo.restart(rig.now);
+    rig.control(0).pass(50);
+    assert_eq!((rig.state(), rig.velocity()), (SwitchOnDisabled, 500), "it runs out");
+    rig.pass(50);
+    assert_eq!((rig.velocity(), rig.position()), (0, 50), "it counts from where it was switched on");
+    assert_eq!(rig.get(0x60FD, 0), 1 << 16);
+}
