@@ -25,7 +25,7 @@ use crate::mode::Mode;
 use crate::operations::operations;
 use crate::parameter::ParameterSet;
 use crate::protection::{Protection, Supervision};
-use crate::sequence::{self, Difference, Progress, Setting};
+use crate::sequence::{self, Difference, Progress, Recovered, Recovery, Setting};
 use crate::session::Session;
 use crate::set_point::SetPoint;
 use crate::units::Units;
@@ -65,13 +65,28 @@ impl<L: Link, K: Kind> Drive<L, K> {
         Self::connect_as(link, node, K::DESCRIPTION)
     }
 
-    fn connect_as(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
+    /// Connects to a drive that may be without power yet, or hung up: as [`Drive::recover`], and the drive is stopped.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::recover`].
+    pub fn connect_and_recover(link: L, node: NodeId, recovery: &Recovery) -> Result<(Self, Recovered), Error> {
+        let mut drive = Self::new(link, node, K::DESCRIPTION);
+        let recovered = drive.recover(recovery)?;
+        Ok((drive, recovered))
+    }
+
+    fn new(link: L, node: NodeId, description: &'static Description) -> Self {
         let session = Session::new(node, description);
         let context = session.context();
         let machine = Machine { link, session, pump: Pump::new() };
         let shared = Arc::new(Shared { machine: Mutex::new(Some(machine)), changed: Condvar::new() });
         let (supervision, cancel) = (None, CancelHandle::default());
-        let mut drive = Drive { shared, node, context, supervision, cancel, kind: PhantomData };
+        Drive { shared, node, context, supervision, cancel, kind: PhantomData }
+    }
+
+    fn connect_as(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
+        let mut drive = Self::new(link, node, description);
         match drive.identify() {
             // Its power has only just come on: now it is there.
             Err(Error::Restarted) => drive.identify()?,
@@ -122,6 +137,29 @@ impl<L: Link, K: Kind> Drive<L, K> {
     /// How long travels may take until they count as timed out; ten minutes unless set.
     pub fn set_patience(&mut self, patience: Duration) {
         self.context.lock().patience = patience;
+    }
+
+    /// Brings the drive back after a power cut, an emergency stop, a fault, bus-off or a reset: waits until it answers,
+    /// makes sure that it is of this kind, writes again what `recovery` has and its operating mode, and arms its protection.
+    /// It may be called as well when the drive has only been silent, and has gone on with its order: then it is stopped.
+    ///
+    /// It is not enabled afterwards, and nothing moves that is not ordered again: [`Recovered`] has what was
+    /// before, and what is now. A drive in fault that is not to be reset is left alone, in fault.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Sdo`] or [`Error::Link`] if it does not answer in time; [`Error::NotThisDrive`]; [`Error::Fault`] when a
+    /// fault cannot be reset; those of what is written.
+    pub fn recover(&mut self, recovery: &Recovery) -> Result<Recovered, Error> {
+        self.shared.with(|machine| {
+            let recovered = machine.recover(&self.cancel, recovery);
+            let recovered = machine.session.conclude(recovered)?;
+            if let Some(supervision) = self.supervision {
+                machine.session.protected(Protection::None);
+                machine.protect(supervision)?;
+            }
+            Ok(recovered)
+        })
     }
 
     /// Leaves the drive as it is, moving or not, and gives the link back. Its protection is disarmed; if that fails, the
@@ -257,6 +295,32 @@ impl<L: Link> Machine<L> {
         let until = self.link.now() + LOOK;
         if let Turn::Gap(_) = self.pump.turn(&mut self.link, &mut self.session, until)? {
             self.session.context().missed();
+        }
+        Ok(())
+    }
+
+    fn recover(&mut self, cancel: &CancelHandle, recovery: &Recovery) -> Result<Recovered, Error> {
+        let until = self.link.now() + recovery.within;
+        let before = self.session.context().seen();
+        loop {
+            let recovered = self
+                .run(Some(cancel), async |context: DriveContext| sequence::recover(&context, recovery, before).await);
+            match recovered {
+                Err(error) if error.is_passing() && self.link.now() < until => self.pause()?,
+                recovered => return recovered,
+            }
+        }
+    }
+
+    /// Lets a moment pass, in which the bus may come back.
+    fn pause(&mut self) -> Result<(), LinkError> {
+        let until = self.link.now() + LOOK;
+        while self.link.now() < until {
+            match self.pump.turn(&mut self.link, &mut self.session, until) {
+                Err(error) if error.is_final() => return Err(error),
+                Ok(Turn::Over) => break,
+                Ok(_) | Err(_) => {}
+            }
         }
         Ok(())
     }

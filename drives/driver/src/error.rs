@@ -285,6 +285,16 @@ impl Error {
         }
     }
 
+    /// Whether it may pass by itself: the drive does not answer yet, or the bus carries no frames.
+    pub(crate) fn is_passing(&self) -> bool {
+        match self {
+            Error::Restarted | Error::Sdo(SdoError::TimedOut { .. }) => true,
+            Error::Link(error) => !error.is_final(),
+            Error::MayBeMoving { error, .. } => error.is_passing(),
+            _ => false,
+        }
+    }
+
     /// Whether the operation has ended before it has changed anything, or with a drive that does not move.
     pub(crate) const fn leaves_at_rest(&self) -> bool {
         matches!(

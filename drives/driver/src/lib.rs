@@ -55,6 +55,11 @@
 //!   [`Error::Refused`], and what the drive does not have as [`Error::Unsupported`], before anything is sent.
 //! - No sequence does I/O or reads a clock.
 //!
+//! # Many axes, and drives that come back
+//!
+//! [`cyclic`] leads several drives along a path by SYNC, in every cycle of 1 to 10 ms. [`Drive::recover`] brings a drive back
+//! that has lost its power, its bus or its state, and moves nothing that is not ordered again.
+//!
 //! # How a program ends, and what the drive does then
 //!
 //! An operation that ends in an error after its order was sent, that is not over in time, or whose call is dropped,
@@ -103,7 +108,7 @@ mod units;
 
 pub use blocking::Drive;
 pub use cancel::CancelHandle;
-pub use context::{Awaited, DriveContext};
+pub use context::{Awaited, DriveContext, Seen};
 #[cfg(feature = "eds")]
 pub use data_sheet::NotADrive;
 pub use description::Description;

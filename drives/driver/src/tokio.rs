@@ -28,10 +28,13 @@ use crate::mode::Mode;
 use crate::operations::operations;
 use crate::parameter::ParameterSet;
 use crate::protection::{Protection, Supervision};
-use crate::sequence::{self, Difference, Progress, Setting};
+use crate::sequence::{self, Difference, Progress, Recovered, Recovery, Setting};
 use crate::session::Session;
 use crate::set_point::SetPoint;
 use crate::units::Units;
+
+/// How long to wait before it is tried again to reach a drive.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// A drive of the kind `K` on a network. It does one thing at a time; a call that is dropped leaves the drive doing it.
 ///
@@ -61,9 +64,28 @@ impl<K: Kind> Drive<K> {
         Self::connect_as(network, node, K::DESCRIPTION).await
     }
 
-    async fn connect_as(network: Network, node: NodeId, description: &'static Description) -> Result<Self, Error> {
+    /// Connects to a drive that may be without power yet, or hung up: as [`Drive::recover`], and the drive is stopped.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::recover`].
+    pub async fn connect_and_recover(
+        network: Network,
+        node: NodeId,
+        recovery: &Recovery,
+    ) -> Result<(Self, Recovered), Error> {
+        let mut drive = Self::new(network, node, K::DESCRIPTION);
+        let recovered = drive.recover(recovery).await?;
+        Ok((drive, recovered))
+    }
+
+    fn new(network: Network, node: NodeId, description: &'static Description) -> Self {
         let (events, session) = (network.events(), Session::new(node, description));
-        let mut drive = Drive { network, events, node, session, supervision: None, kind: PhantomData };
+        Drive { network, events, node, session, supervision: None, kind: PhantomData }
+    }
+
+    async fn connect_as(network: Network, node: NodeId, description: &'static Description) -> Result<Self, Error> {
+        let mut drive = Self::new(network, node, description);
         match drive.identify().await {
             // Its power has only just come on: now it is there.
             Err(Error::Restarted) => drive.identify().await?,
@@ -103,6 +125,36 @@ impl<K: Kind> Drive<K> {
     /// How long travels may take until they count as timed out; ten minutes unless set.
     pub fn set_patience(&mut self, patience: Duration) {
         self.session.context().lock().patience = patience;
+    }
+
+    /// Brings the drive back after a power cut, an emergency stop, a fault, bus-off or a reset: waits until it answers,
+    /// makes sure that it is of this kind, writes again what `recovery` has and its operating mode, and arms its protection.
+    /// It may be called as well when the drive has only been silent, and has gone on with its order: then it is stopped.
+    ///
+    /// It is not enabled afterwards, and nothing moves that is not ordered again: [`Recovered`] has what was
+    /// before, and what is now. A drive in fault that is not to be reset is left alone, in fault.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Sdo`] or [`Error::Link`] if it does not answer in time; [`Error::NotThisDrive`]; [`Error::Fault`] when a
+    /// fault cannot be reset; those of what is written.
+    pub async fn recover(&mut self, recovery: &Recovery) -> Result<Recovered, Error> {
+        let until = self.network.now().await? + recovery.within;
+        let before = self.session.context().seen();
+        let recovered = loop {
+            let attempt = async |context: DriveContext| sequence::recover(&context, recovery, before).await;
+            let now = match self.run_to_its_end(attempt).await {
+                Err(error) if error.is_passing() => self.network.sleep_until(self.network.now().await? + LOOK).await?,
+                recovered => break recovered,
+            };
+            if now >= until {
+                break self.run_to_its_end(attempt).await;
+            }
+        };
+        let recovered = self.session.conclude(recovered)?;
+        self.session.protected(Protection::None);
+        self.protect().await?;
+        Ok(recovered)
     }
 
     /// Leaves the drive as it is, moving or not. One that is protected is kept going by its network.

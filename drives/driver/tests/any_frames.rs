@@ -4,7 +4,9 @@ use std::future::Future;
 use std::pin::{Pin, pin};
 use std::task::Poll;
 
+use lexican_driver::cyclic::AxisSettings;
 use lexican_driver::description::{Calibration, Inching, Number, Outputs, Test, Trigger};
+use lexican_driver::sequence::Recovery;
 use lexican_driver::{Description, Direction, DriveContext, Error, Mode, Session, SetPoint, Supervision, sequence};
 use lexican_runtime::object::DataType;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
@@ -57,6 +59,9 @@ async fn everything(context: &DriveContext) {
     let _ = sequence::quick_stop(context).await;
     let _ = sequence::reset_fault(context).await;
     let _ = sequence::disable(context).await;
+    let settings = AxisSettings::new(Mode::CyclicPosition, Duration::from_millis(1), 100);
+    let _ = sequence::prepare_cyclic(context, settings).await;
+    let _ = sequence::recover(context, &Recovery::within(within), context.seen()).await;
 }
 
 /// Runs a sequence on these frames, as fast as they come, and then in silence; whether it ends.

@@ -102,6 +102,7 @@ pub const SIKO: Description = Description {
         numerator: Number::new(0x6091, 0x01, U16),
         denominator: Number::new(0x6091, 0x02, U16),
     }),
+    referenced: None,
     emergencies: Some(EmergencySwitch::CIA_301),
 };
 

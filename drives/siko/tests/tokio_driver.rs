@@ -9,6 +9,7 @@ use lexican_runtime::host::tokio::Network;
 use lexican_runtime::host::{Incoming, Link, LinkError, VirtualBus, VirtualLink};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 use siko_ag03_1::Direction;
+use siko_ag03_1::driver::sequence::Recovery;
 use siko_ag03_1::driver::tokio::Drive;
 use siko_ag03_1::driver::{DriveContext, Error, Missing, Mode, Outcome, Protection, Supervision, VelocityOutcome};
 use siko_ag03_1::fault::{self, Cause};
@@ -130,6 +131,27 @@ async fn life_guarding_is_armed_and_kept_going() {
     // The network has ended with its last handle.
     bus.advance(Duration::from_secs(2));
     assert_eq!(simulated[0].lock().unwrap().state(), State::SwitchOnDisabled);
+}
+
+#[tokio::test]
+async fn a_drive_that_has_lost_its_power_is_brought_back_and_does_not_move() {
+    let (bus, network, simulated) = network(&[5]);
+    let mut drive = Drive::connect_protected(network, NODE, Supervision::within(Duration::from_secs(1))).await.unwrap();
+    drive.set_mode(Mode::Velocity).await.unwrap();
+    drive.enable().await.unwrap();
+    drive.run_at(30).await.unwrap();
+    simulated[0].lock().unwrap().switch_off(bus.now());
+    let error = drive.pass(Duration::from_secs(1)).await.unwrap_err();
+    assert!(matches!(error.into_cause(), Error::Sdo(_)));
+    let absent = drive.recover(&Recovery::within(Duration::from_millis(100))).await.unwrap_err();
+    assert!(matches!(absent.into_cause(), Error::Sdo(_)));
+    simulated[0].lock().unwrap().switch_on(bus.now());
+    let recovered = drive.recover(&Recovery::within(Duration::from_secs(5))).await.unwrap();
+    assert_eq!((recovered.now.state, recovered.now.mode), (Some(State::SwitchOnDisabled), Some(2)));
+    assert!(matches!(drive.protection(), Protection::LifeGuarding { .. }));
+    drive.enable().await.unwrap();
+    drive.pass(Duration::from_secs(1)).await.unwrap();
+    assert_eq!(simulated[0].lock().unwrap().velocity(bus.now()), 0);
 }
 
 #[tokio::test]

@@ -8,9 +8,11 @@
 mod motion;
 mod objects;
 mod orders;
+mod seen;
 
 pub(crate) use motion::{Motion, Pause, Travel};
 pub(crate) use objects::narrow;
+pub use seen::Seen;
 
 use std::collections::VecDeque;
 use std::future::{Future, poll_fn};
@@ -54,6 +56,10 @@ pub(crate) struct Shared {
     /// The last one of each TPDO that the description does not name, until it is asked for.
     pub(crate) pdos: [Option<Frame>; 4],
     pub(crate) restarted: bool,
+    /// It has been heard to boot since it was last recovered.
+    pub(crate) booted: bool,
+    /// What was last seen of it, however long ago.
+    pub(crate) seen: Seen,
     pub(crate) motion: Motion,
     /// The target of a PDO that has been sent with a control word in it, until the drive has been seen to take it: one
     /// whose PDO waits for SYNC obeys that word with the next one, and so each later word replaces it.
@@ -112,6 +118,8 @@ impl DriveContext {
             warning: None,
             pdos: [None; 4],
             restarted: false,
+            booted: false,
+            seen: Seen::default(),
             motion: Motion::Resting,
             held: None,
             stop: None,
@@ -212,6 +220,7 @@ impl DriveContext {
     pub(crate) fn heard_boot_up(&self) {
         let mut shared = self.lock();
         shared.restarted = true;
+        shared.booted = true;
         // Neither its state nor its fault has outlived that.
         shared.status.known = None;
         shared.emergency = None;
@@ -263,6 +272,12 @@ impl DriveContext {
         capability.ok_or(Error::Unsupported { drive: self.description.name, what })
     }
 
+    /// What was last seen of the drive.
+    #[must_use]
+    pub fn seen(&self) -> Seen {
+        self.lock().seen
+    }
+
     /// How long travels may take until they count as timed out.
     #[must_use]
     pub fn patience(&self) -> Duration {
@@ -279,6 +294,7 @@ impl DriveContext {
         // What the drive sends by itself may be late, by the inhibit time of its PDO.
         let mut shared = self.lock();
         shared.status.known = shared.status.known.map(|_| word);
+        shared.seen.state = State::from_status_word(word);
         Ok(word)
     }
 
@@ -425,6 +441,7 @@ impl Shared {
     pub(crate) fn saw_status(&mut self, word: u16) {
         self.status.last = word;
         self.status.known = Some(word);
+        self.seen.state = State::from_status_word(word);
         self.status.count += 1;
     }
 

@@ -120,7 +120,9 @@ impl DriveContext {
     ///
     /// As [`DriveContext::read`].
     pub async fn position(&self) -> Result<i32, Error> {
-        Ok(narrow(self.get(self.description.objects.actual_position).await?))
+        let position = narrow(self.get(self.description.objects.actual_position).await?);
+        self.lock().seen.position = Some(position);
+        Ok(position)
     }
 
     /// How fast it is (606Ch); 0 when it counts as standing still.

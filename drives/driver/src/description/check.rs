@@ -72,7 +72,7 @@ impl Description {
 
     fn tests(&self) -> impl Iterator<Item = Test> {
         let conditions = self.conditions.iter().map(|row| row.when);
-        let status = [self.status.positioning, self.status.moving];
+        let status = [self.status.positioning, self.status.moving, self.referenced];
         let modes = [self.velocity.map(|velocity| velocity.reached), self.inching.and_then(|inching| inching.busy)];
         conditions.chain(status.into_iter().chain(modes).flatten())
     }

@@ -97,6 +97,9 @@ pub struct Description {
     pub battery: Option<Measured>,
     /// What one count of a position is worth.
     pub units: Option<UnitObjects>,
+    /// Whether its position is referenced. `None` for a drive that does not say, since its encoder keeps its position
+    /// without power, say.
+    pub referenced: Option<Test>,
     /// Switching emergency messages on and off (1014h).
     pub emergencies: Option<EmergencySwitch>,
 }
@@ -270,6 +273,7 @@ impl Description {
         temperature: None,
         battery: None,
         units: None,
+        referenced: None,
         emergencies: None,
     };
 

@@ -82,7 +82,9 @@ pub async fn mode(drive: &DriveContext) -> Result<Option<Mode>, Error> {
 /// The number of the operating mode, where the drive shows it.
 pub(super) async fn shown_mode(drive: &DriveContext) -> Result<i64, Error> {
     let modes = drive.description().modes;
-    drive.get(modes.shown.unwrap_or(modes.chosen)).await
+    let number = drive.get(modes.shown.unwrap_or(modes.chosen)).await?;
+    drive.lock().seen.mode = i8::try_from(number).ok();
+    Ok(number)
 }
 
 /// Whether the drive moves. Its bit may say so in one mode only, or from some velocity on; and not every drive has a

@@ -20,6 +20,7 @@ mod cancel;
 mod floods;
 mod foreign_orders;
 mod protection;
+mod recovery;
 mod silence;
 
 use bench::{Bench, NODE, refused};

@@ -1,0 +1,100 @@
+//! Bringing a drive back, without moving it: after a power cut, an emergency stop, a fault, bus-off or a reset.
+
+use lexican_runtime::Duration;
+
+use super::cyclic::prepare_cyclic;
+use super::identify::identify;
+use super::observe::{cause, is_fault, shown_mode, state};
+use super::parameters::{Setting, write_parameters};
+use super::power::{disable, reset_fault, start};
+use super::setup::set_mode;
+use super::standstill::at_rest;
+use crate::context::{DriveContext, Seen};
+use crate::cyclic::{Axis, AxisSettings};
+use crate::error::Error;
+use crate::fault::Cause;
+
+/// What `Drive::recover` is to do.
+#[derive(Clone, Debug)]
+pub struct Recovery {
+    /// How long to wait until the drive answers, and the bus carries frames.
+    pub within: Duration,
+    /// Whether to reset a fault.
+    pub reset_fault: bool,
+    /// Parameters that the drive does not keep by itself.
+    pub settings: Vec<Setting>,
+    /// Whether to set it up again for a cyclic mode.
+    pub cyclic: Option<AxisSettings>,
+}
+
+impl Recovery {
+    /// No parameters, no cyclic mode, and a fault stays.
+    #[must_use]
+    pub const fn within(within: Duration) -> Self {
+        Recovery { within, reset_fault: false, settings: Vec::new(), cyclic: None }
+    }
+}
+
+/// A drive that is back. It is not enabled, and nothing has been ordered: all that was under way is forgotten.
+#[derive(Clone, Copy, Debug)]
+pub struct Recovered {
+    /// What the driver had seen last.
+    pub before: Seen,
+    /// What there is now.
+    pub now: Seen,
+    /// It has been heard to boot since the last recovery. Its boot-up message may have been lost.
+    pub restarted: bool,
+    /// Whether its position is referenced; `None` for a drive that does not say
+    /// ([`Description::referenced`](crate::Description::referenced)).
+    pub referenced: Option<bool>,
+    /// Its fault: one that has been reset, or the one that it is in, if its state is FAULT.
+    pub fault: Option<Cause>,
+    /// The axis, if it has been set up for a cyclic mode.
+    pub axis: Option<Axis>,
+}
+
+/// Brings a drive back that answers: checks that it is the same kind of drive, resets its fault if asked to, stops and
+/// disables it if it was not off, writes parameters, and its mode or all that a cyclic mode takes. It never enables or
+/// moves the drive. One whose fault stays is left alone.
+///
+/// The shells wait until the drive answers, and protect it again afterwards.
+///
+/// # Errors
+///
+/// [`Error::NotThisDrive`]; [`Error::Fault`] when a fault cannot be reset; those of what is written.
+pub async fn recover(drive: &DriveContext, recovery: &Recovery, before: Seen) -> Result<Recovered, Error> {
+    identify(drive).await?;
+    start(drive);
+    let mut fault = None;
+    if is_fault(state(drive).await?) {
+        at_rest(drive);
+        fault = Some(cause(drive).await?);
+        if recovery.reset_fault {
+            reset_fault(drive).await?;
+        }
+    }
+    let mut axis = None;
+    if !is_fault(state(drive).await?) {
+        disable(drive).await?;
+        at_rest(drive);
+        if !recovery.settings.is_empty() {
+            write_parameters(drive, &recovery.settings).await?;
+        }
+        let mode = before.mode.and_then(|code| drive.description().mode_of(code.into()));
+        match (recovery.cyclic, mode) {
+            (Some(settings), _) => axis = Some(prepare_cyclic(drive, settings).await?),
+            (None, Some(mode)) => set_mode(drive, mode).await?,
+            (None, None) => {}
+        }
+    }
+    let status_word = drive.status().await?;
+    let referenced = match drive.description().referenced {
+        Some(test) => Some(drive.holds(test, status_word).await?),
+        None => None,
+    };
+    shown_mode(drive).await?;
+    drive.position().await?;
+    let mut shared = drive.lock();
+    let restarted = std::mem::take(&mut shared.booted);
+    Ok(Recovered { before, now: shared.seen, restarted, referenced, fault, axis })
+}
