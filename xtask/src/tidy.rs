@@ -19,6 +19,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-siko-ag02", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-ag03-1", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-serial", &["lexican-siko", "lexican-siko-ag02", "lexican-driver", "lexican-runtime"]),
+    (
+        "lexican-siko-profibus",
+        &["lexican-profibus", "lexican-siko", "lexican-siko-ag02", "lexican-siko-ag03-1", "lexican-runtime"],
+    ),
     ("lexican-kollmorgen-akd", &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-codegen"]),
     (
         "lexican",

@@ -48,7 +48,9 @@ impl Controller {
             },
             Order::Interrupt(braking) | Order::Abort(braking) => {
                 self.running = false;
-                if self.motion.is_active(now) {
+                if matches!(self.motion.job(), Job::Velocity(_)) {
+                    self.motion.run_at(now, 0.0, self.deceleration(braking));
+                } else if self.motion.is_active(now) {
                     self.motion.cancel(now, self.deceleration(braking));
                 }
             }

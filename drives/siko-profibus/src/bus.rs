@@ -1,0 +1,48 @@
+//! Simulated drives with the master of `profirust`, in virtual time (feature `master`).
+
+use lexican_profibus::Slave;
+use lexican_profibus::virtual_bus::{SlaveId, VirtualBus};
+use profirust::dp::PeripheralOptions;
+
+use crate::door::Door;
+use crate::model::{Model, PPO};
+
+/// A bus with one drive.
+#[must_use]
+pub fn with(model: &'static Model, address: u8) -> (VirtualBus<Door>, SlaveId) {
+    let mut bus = VirtualBus::new();
+    let drive = attach(&mut bus, model, address);
+    (bus, drive)
+}
+
+/// Attaches a drive.
+pub fn attach(bus: &mut VirtualBus<Door>, model: &'static Model, address: u8) -> SlaveId {
+    let slave = Slave::new(address, model.identity, bus.bit_rate(), Door::new(bus.now(), model, address));
+    bus.attach(slave, options(model), (PPO.len(), PPO.len()))
+}
+
+/// What a master has to know of a drive.
+#[must_use]
+pub fn options(model: &'static Model) -> PeripheralOptions<'static> {
+    PeripheralOptions {
+        ident_number: model.identity.ident,
+        max_tsdr: 100,
+        user_parameters: Some(&[]),
+        config: Some(model.identity.configuration),
+        ..PeripheralOptions::default()
+    }
+}
+
+/// Sets what goes to a drive besides the PKW.
+pub fn set(bus: &mut VirtualBus<Door>, drive: SlaveId, control: u16, target: i32) {
+    if let Some(peripheral) = bus.peripheral(drive) {
+        PPO.set_word(peripheral.pi_q_mut(), 0, control);
+        PPO.set_double_word(peripheral.pi_q_mut(), 1, target);
+    }
+}
+
+/// The status word that came last, with the position in positioning mode, or the velocity in rev/min.
+pub fn get(bus: &mut VirtualBus<Door>, drive: SlaveId) -> Option<(u16, i32)> {
+    let inputs = bus.peripheral(drive)?.pi_i();
+    Some((PPO.word(inputs, 0)?, PPO.double_word(inputs, 1)?))
+}

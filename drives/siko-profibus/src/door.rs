@@ -1,0 +1,394 @@
+//! A simulated drive with PROFIBUS as its door.
+
+use lexican_profibus::pkw::{Parameter, ParameterTable, Pkw, PkwServer, Refusal};
+use lexican_profibus::{Application, State};
+use lexican_runtime::Instant;
+use lexican_runtime::abort::AbortCode;
+use lexican_runtime::host::Node;
+use lexican_runtime::object::Address;
+use siko::sim::controller::Network;
+use siko::sim::parameters::Mode;
+use siko::sim::{Braking, Order, Setup, SimulatedDrive};
+use siko::state;
+use siko::words::{status as can_status, system};
+
+use crate::model::{Model, NODE, PPO};
+use crate::table::{self, Content};
+use crate::words::{BEYOND_LIMIT, INCHING_NEGATIVE, READY_TO_TRAVEL, control, status};
+
+/// A simulated drive that is ordered by control words of PROFIDRIVE, and whose parameters have PROFIBUS numbers. The
+/// motion, its parameters, faults and conditions are those behind CANopen.
+///
+/// # What the manuals leave open
+///
+/// | Question | Here |
+/// |---|---|
+/// | the order of bytes in a word | the high one first |
+/// | a control word that enables and starts a travel at once | only enables |
+/// | enabling without supply (ZSW.0 is 0) | is not possible |
+/// | switching on when the data exchange begins with STW.0 set | as any other: no interlock |
+/// | acknowledging a fault while STW.0 is 0 | the interlock shows once and is over with the next telegram |
+/// | ZSW.12 | changes whenever a travel is taken |
+/// | bit 15 of STW changes while inching 2 is on | counts from the next inching on |
+/// | STW.8 is cleared while a step is under way | the step goes on |
+/// | a target out of range | no travel is started |
+/// | PNU 945: empty places, and which is the newest | 0, and index 0 |
+/// | a write of 1016 or 1017 that makes limit 1 the lower one | error 2 |
+/// | a write that travelling does not allow | error 17 |
+/// | reading PNU 970 | error 18 |
+/// | the outputs when data exchange ends | zero, which is OFF 1 |
+/// | the drive between two telegrams | is looked at when the next one comes |
+#[derive(Clone, Debug)]
+pub struct Door {
+    model: &'static Model,
+    address: u8,
+    drive: SimulatedDrive,
+    tasks: PkwServer,
+    reply: Pkw,
+    control: u16,
+    target: i32,
+    /// Whether the drive has taken the target.
+    target_is_valid: bool,
+    /// A fault has been acknowledged, and OFF 1 has not been given since.
+    inhibited: bool,
+    /// ZSW.12.
+    acknowledged: bool,
+    /// Velocity mode: the setpoint is enabled.
+    turns: bool,
+    /// Parameter 25, where no object holds it.
+    inching_stop: u16,
+}
+
+impl Door {
+    /// A drive that is switched on at `now`, whose switches, or parameter 22, set `address`.
+    #[must_use]
+    pub fn new(now: Instant, model: &'static Model, address: u8) -> Self {
+        Door::power_on(now, model, Setup::new(model.drive, NODE), address)
+    }
+
+    /// The same with a setup, which says what is in the EEPROM, which gear there is, and so on.
+    #[must_use]
+    pub fn power_on(now: Instant, model: &'static Model, setup: Setup, address: u8) -> Self {
+        let mut door = Door {
+            model,
+            address: Model::address(address),
+            drive: SimulatedDrive::power_on(now, setup),
+            tasks: PkwServer::new(),
+            reply: Pkw::default(),
+            control: 0,
+            target: 0,
+            target_is_valid: true,
+            inhibited: false,
+            acknowledged: false,
+            turns: false,
+            inching_stop: 0,
+        };
+        door.advance(now);
+        door
+    }
+
+    /// The address that it was switched on with.
+    #[must_use]
+    pub fn address(&self) -> u8 {
+        self.address
+    }
+
+    /// The drive.
+    #[must_use]
+    pub fn drive(&self) -> &SimulatedDrive {
+        &self.drive
+    }
+
+    /// The drive, to let the world around it change.
+    pub fn drive_mut(&mut self) -> &mut SimulatedDrive {
+        &mut self.drive
+    }
+
+    /// The status word (tables 12 and 14).
+    #[must_use]
+    pub fn status_word(&self, now: Instant) -> u16 {
+        let controller = self.drive.controller();
+        let (seen, systems) = (controller.status_word(now), controller.system_status(now));
+        let (motion, mode) = (controller.motion(), self.drive.parameters().mode);
+        let moves = systems & system::MOVING != 0 || motion.is_active(now) && !motion.is_interrupted();
+        let is_ready = self.is_ready();
+        let fixed = status::NO_OFF_3 | status::CONTROL_REQUESTED | status::REFERENCED;
+        let of_mode = match mode {
+            Mode::Positioning => bits(&[
+                (status::NO_LAG, systems & system::LAG_ERROR == 0),
+                (status::TARGET_REACHED, seen & can_status::TARGET_REACHED != 0),
+                (status::ORDER_ACKNOWLEDGED, self.acknowledged),
+                (BEYOND_LIMIT, seen & can_status::INTERNAL_LIMIT != 0),
+                (READY_TO_TRAVEL, seen & can_status::READY != 0),
+            ]),
+            Mode::Velocity => bits(&[
+                (status::VELOCITY_IN_WINDOW, seen & can_status::TARGET_REACHED != 0),
+                (status::TARGET_REACHED | status::ORDER_ACKNOWLEDGED, true),
+                (BEYOND_LIMIT, self.model.velocity_bit_14),
+                (READY_TO_TRAVEL, seen & can_status::READY != 0 && !self.turns),
+            ]),
+        };
+        fixed
+            | of_mode
+            | bits(&[
+                (status::READY_TO_SWITCH_ON | status::READY, is_ready),
+                (status::OPERATION_ENABLED, self.drive.state() == state::State::OperationEnabled),
+                (status::FAULT, self.drive.state() == state::State::Fault),
+                (status::NO_OFF_2, self.control & control::NO_OFF_2 != 0),
+                (status::SWITCH_ON_INHIBITED, self.inhibited),
+                (status::WARNING, seen & can_status::WARNING != 0),
+                (status::STANDSTILL, !moves),
+            ])
+    }
+
+    /// The actual value: the position, or the velocity in rev/min.
+    #[must_use]
+    pub fn actual_value(&self, now: Instant) -> i32 {
+        match self.drive.parameters().mode {
+            Mode::Positioning => self.drive.position(now),
+            Mode::Velocity => self.drive.velocity(now),
+        }
+    }
+
+    /// Supply is applied (ZSW.0).
+    fn is_ready(&self) -> bool {
+        self.drive.is_on() && self.drive.inputs().supply_is_present()
+    }
+
+    /// What has happened in the drive by itself. Its CAN side is not connected: what it sends is lost.
+    fn advance(&mut self, now: Instant) {
+        self.drive.handle_timeout(now);
+        while self.drive.poll_transmit(now).is_some() {}
+    }
+
+    fn take_target(&mut self, now: Instant, target: i32) {
+        let object = match self.drive.parameters().mode {
+            Mode::Positioning => TARGET_POSITION,
+            Mode::Velocity => TARGET_VELOCITY,
+        };
+        let held = read_object(&mut self.drive, now, object).map(u32::cast_signed);
+        self.target_is_valid = held == Ok(target) || write_object(&mut self.drive, now, object, target).is_ok();
+        self.target = target;
+    }
+
+    fn take_control(&mut self, now: Instant, word: u16) {
+        let before = core::mem::replace(&mut self.control, word);
+        let (rising, falling) = (word & !before, before & !word);
+        if word & control::ON == 0 {
+            self.inhibited = false;
+        }
+        if self.drive.state() == state::State::Fault {
+            self.turns = false;
+            if rising & control::ACKNOWLEDGE != 0 {
+                self.inhibited = self.order(now, Order::ResetFault);
+            }
+            return;
+        }
+        let was_enabled = self.drive.state() == state::State::OperationEnabled;
+        let is_on = word & control::ON != 0 && word & control::NO_OFF_2 != 0 && !self.inhibited;
+        let enables = word & control::ENABLE_OPERATION != 0;
+        match self.drive.state() {
+            state::State::OperationEnabled | state::State::QuickStopActive if !is_on => {
+                self.order(now, Order::Release);
+            }
+            state::State::OperationEnabled if !enables => {
+                self.order(now, Order::Hold);
+            }
+            state::State::OperationEnabled => {}
+            _ if is_on && enables && self.is_ready() => {
+                self.order(now, Order::Enable);
+            }
+            _ => {}
+        }
+        if self.drive.state() != state::State::OperationEnabled {
+            self.turns = false;
+        } else if was_enabled {
+            match self.drive.parameters().mode {
+                Mode::Positioning => self.control_positioning(now, word, (rising, falling)),
+                Mode::Velocity => self.control_velocity(now, word),
+            }
+        }
+    }
+
+    /// Table 11.
+    fn control_positioning(&mut self, now: Instant, word: u16, (rising, falling): (u16, u16)) {
+        let motion = self.drive.controller().motion();
+        let (is_positioning, is_interrupted) = (motion.is_positioning(now), motion.is_interrupted());
+        if word & control::NO_STOP == 0 {
+            if is_positioning {
+                self.order(now, Order::Abort(Braking::Full));
+            }
+        } else if word & control::NO_INTERMEDIATE_STOP == 0 {
+            if is_positioning && !is_interrupted {
+                self.order(now, Order::Interrupt(Braking::Programmed));
+            }
+        } else if rising & control::NO_INTERMEDIATE_STOP != 0 && is_interrupted {
+            self.order(now, Order::Resume);
+        } else if (rising | falling) & control::START != 0 && self.target_is_valid && self.order(now, Order::Start) {
+            self.acknowledged = !self.acknowledged;
+        }
+        if falling & control::INCHING_2 != 0 {
+            // Parameter 25; what no object holds, the motion does not know.
+            let programmed = self.inching_stop == 1;
+            self.order(now, if programmed { Order::Interrupt(Braking::Programmed) } else { Order::StopInching });
+        }
+        if rising & control::INCHING_1 != 0 {
+            self.order(now, Order::Step);
+        } else if rising & control::INCHING_2 != 0 {
+            let negative = word & INCHING_NEGATIVE != 0;
+            let direction = if negative { siko_ag03_1::Direction::Negative } else { siko_ag03_1::Direction::Positive };
+            self.order(now, Order::Inch(direction));
+        }
+    }
+
+    /// Table 13.
+    fn control_velocity(&mut self, now: Instant, word: u16) {
+        let enabled = word & control::ENABLE_SETPOINT != 0;
+        if enabled && !self.turns && self.target_is_valid {
+            self.turns = self.order(now, Order::Start);
+        } else if !enabled && self.turns {
+            self.order(now, Order::Interrupt(Braking::Programmed));
+            self.turns = false;
+        }
+    }
+
+    /// Whether the drive follows. What it does not follow shows in the status word, and nowhere else.
+    fn order(&mut self, now: Instant, order: Order) -> bool {
+        self.drive.order(now, order).is_ok()
+    }
+}
+
+impl Application for Door {
+    fn take_outputs(&mut self, now: Instant, outputs: &[u8]) {
+        self.advance(now);
+        let task = PPO.pkw(outputs).unwrap_or_default();
+        let mut tasks = core::mem::take(&mut self.tasks);
+        self.reply = tasks.handle(task, &mut Lent { door: self, now });
+        self.tasks = tasks;
+        if let Some(target) = PPO.double_word(outputs, 1) {
+            self.take_target(now, target);
+        }
+        self.take_control(now, PPO.word(outputs, 0).unwrap_or(0));
+    }
+
+    fn write_inputs(&mut self, now: Instant, inputs: &mut [u8]) {
+        self.advance(now);
+        PPO.set_pkw(inputs, self.reply);
+        PPO.set_word(inputs, 0, self.status_word(now));
+        PPO.set_double_word(inputs, 1, self.actual_value(now));
+    }
+
+    /// The operator keys are locked while data is exchanged (2.2.1.2).
+    fn enter(&mut self, now: Instant, state: State) {
+        let exchanges = state == State::DataExchange;
+        self.drive.set_network(now, if exchanges { Network::Operational } else { Network::PreOperational });
+        self.tasks.reset();
+    }
+}
+
+/// The parameters of a drive at one time.
+struct Lent<'a> {
+    door: &'a mut Door,
+    now: Instant,
+}
+
+impl ParameterTable for Lent<'_> {
+    fn parameter(&self, number: u16) -> Option<Parameter> {
+        table::find(self.door.model.table, number).map(|row| row.wire)
+    }
+
+    fn read(&mut self, number: u16, index: u16) -> Result<u32, Refusal> {
+        let row = table::find(self.door.model.table, number).ok_or(Refusal::NO_SUCH_PARAMETER)?;
+        let drive = &mut self.door.drive;
+        match row.content {
+            Content::Object(object) => read_object(drive, self.now, object),
+            Content::Mode => read_object(drive, self.now, MODE).map(swapped),
+            Content::Faults => {
+                let code = read_object(drive, self.now, Address::new(0x1003, index as u8 + 1))?;
+                let fault = drive.model().faults.iter().find(|fault| u32::from(fault.code.number) == code);
+                Ok(fault.map_or(0, |fault| fault.letter().into()))
+            }
+            Content::Address => Ok(self.door.address.into()),
+            Content::Version => Ok(self.door.model.version.into()),
+            Content::InchingStop => Ok(self.door.inching_stop.into()),
+            Content::Load => Err(Refusal::OTHER),
+        }
+    }
+
+    fn write(&mut self, number: u16, _: u16, value: u32) -> Result<u32, Refusal> {
+        let row = table::find(self.door.model.table, number).ok_or(Refusal::NO_SUCH_PARAMETER)?;
+        let drive = &mut self.door.drive;
+        match row.content {
+            Content::Object(object) => write_object(drive, self.now, object, value.cast_signed())?,
+            Content::Mode => write_object(drive, self.now, MODE, swapped(value).cast_signed())?,
+            Content::InchingStop => self.door.inching_stop = value as u16,
+            Content::Load => {
+                load(drive, self.now, value)?;
+                // A standard parameter.
+                if matches!(value, 1 | 2) {
+                    self.door.inching_stop = 0;
+                }
+                return Ok(0);
+            }
+            Content::Faults | Content::Address | Content::Version => return Err(Refusal::READ_ONLY),
+        }
+        Ok(value)
+    }
+}
+
+/// PNU 970.
+fn load(drive: &mut SimulatedDrive, now: Instant, what: u32) -> Result<(), Refusal> {
+    let signature = i32::from_le_bytes(*b"load");
+    let sub = match what {
+        1..=3 => what as u8,
+        4 => {
+            return (0..=10).try_for_each(|sub| write_object(drive, now, Address::new(0x1003, sub), 0));
+        }
+        _ => 4,
+    };
+    write_object(drive, now, Address::new(0x1011, sub), signature)
+}
+
+/// PNU 930 has 1 for velocity mode and 2 for positioning mode, 6060h the other way round.
+const fn swapped(mode: u32) -> u32 {
+    3 - if mode > 3 { 3 } else { mode }
+}
+
+const MODE: Address = Address::new(0x6060, 0);
+const TARGET_POSITION: Address = Address::new(0x607A, 0);
+const TARGET_VELOCITY: Address = Address::new(0x60FF, 0);
+
+fn read_object(drive: &mut SimulatedDrive, now: Instant, address: Address) -> Result<u32, Refusal> {
+    drive.with_dictionary(now, |od| {
+        let entry = od.entry(address).map_err(refusal)?;
+        let mut bytes = [0; 4];
+        od.read(&entry, 0, &mut bytes).map_err(refusal)?;
+        Ok(u32::from_le_bytes(bytes))
+    })
+}
+
+fn write_object(drive: &mut SimulatedDrive, now: Instant, address: Address, value: i32) -> Result<(), Refusal> {
+    drive.with_dictionary(now, |od| {
+        let entry = od.entry(address).map_err(refusal)?;
+        let size = entry.data_type.size().unwrap_or(0);
+        let bytes = value.to_le_bytes();
+        let data = bytes.get(..size).ok_or(Refusal::WRONG_TYPE)?;
+        od.write(&entry, 0, data, true).map_err(refusal)
+    })
+}
+
+/// What a refusal of the dictionary is here.
+fn refusal(code: AbortCode) -> Refusal {
+    match code {
+        AbortCode::INVALID_VALUE
+        | AbortCode::VALUE_TOO_HIGH
+        | AbortCode::VALUE_TOO_LOW
+        | AbortCode::MAXIMUM_BELOW_MINIMUM => Refusal::OUT_OF_RANGE,
+        AbortCode::DEVICE_STATE => Refusal::WRONG_STATE,
+        _ => Refusal::OTHER,
+    }
+}
+
+fn bits(bits: &[(u16, bool)]) -> u16 {
+    bits.iter().filter(|(_, set)| *set).fold(0, |word, (bit, _)| word | bit)
+}

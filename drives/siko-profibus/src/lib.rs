@@ -1,0 +1,31 @@
+//! SIKO's positioning drives on PROFIBUS-DP.
+//!
+//! - [`table`]: the parameters of the AG03/1 (41) and the AG02 (27), each with the CANopen object that it equals;
+//! - [`words`]: what the bits of control and status word mean in which operating mode;
+//! - [`Door`]: a simulated drive behind a simulated slave: the same motion as behind CANopen;
+//! - [`Model`]: what differs between the drives, as data.
+//!
+//! ```
+//! use lexican_profibus::pkw::{Reply, Task, Value};
+//! use siko_profibus::{AG03_1, bus};
+//!
+//! let (mut bus, drive) = bus::with(&AG03_1, 7);
+//! assert_eq!(bus.ask(drive, Task::Read { number: 1004 }), Some(Reply::Value(Value::Word(30))));
+//! ```
+//!
+//! Chapters and tables are those of the manual *AG03/1 PROFIBUS-DP* unless the AG02 is named.
+
+#[cfg(feature = "master")]
+pub mod bus;
+mod door;
+mod model;
+pub mod table;
+pub mod words;
+
+pub use door::Door;
+pub use model::{AG02, AG03_1, Model, PPO};
+
+/// The README, so that what it shows compiles.
+#[cfg(all(doctest, feature = "master"))]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -1,0 +1,66 @@
+//! What differs between the drives on PROFIBUS.
+
+use lexican_profibus::Identity;
+use lexican_profibus::profidrive::Ppo;
+use lexican_runtime::NodeId;
+
+use crate::table::{self, Row};
+
+/// A PPO type of their own: PKW, and three words of process data (figure 8).
+pub const PPO: Ppo = Ppo { parameters: true, process_words: 3 };
+
+/// A drive on PROFIBUS.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    /// Its name.
+    pub name: &'static str,
+    /// The drive behind the slave.
+    pub drive: &'static siko::sim::Model,
+    /// The slave.
+    pub identity: Identity,
+    /// Its parameters.
+    pub table: &'static [Row],
+    /// The version of the firmware, in BCD (PNU 965).
+    pub version: u16,
+    /// Bit 14 of the status word in velocity mode, which says nothing: the manuals differ.
+    pub velocity_bit_14: bool,
+}
+
+/// What both have. The ident number is that of the name of the vendor's GSD file. The configuration bytes are an
+/// assumption, since the file was not at hand: four words and three words, each consistent and in both directions. So is
+/// that it synchronises and freezes, for which the diagnosis has bits.
+const fn identity(ident: u16) -> Identity {
+    let len = PPO.len() as u8;
+    Identity { ident, configuration: &[0xF3, 0xF2], inputs: len, outputs: len, sync: true, freeze: true }
+}
+
+/// The AG03/1, firmware 1.00 or higher.
+pub static AG03_1: Model = Model {
+    name: "AG03/1",
+    drive: &siko_ag03_1::sim::MODEL,
+    identity: identity(0x0AC5),
+    table: table::AG03_1,
+    version: 0x0100,
+    velocity_bit_14: true,
+};
+
+/// The AG02, firmware 2.00 or higher.
+pub static AG02: Model = Model {
+    name: "AG02",
+    drive: &siko_ag02::sim::MODEL,
+    identity: identity(0x08C9),
+    table: table::AG02,
+    version: 0x0200,
+    velocity_bit_14: false,
+};
+
+impl Model {
+    /// The address that a drive takes when its switches, or its parameter 22, say `set`: there are addresses up to 126.
+    #[must_use]
+    pub fn address(set: u8) -> u8 {
+        set.min(126)
+    }
+}
+
+/// The node-ID of the drive's CAN side, which is not connected.
+pub(crate) const NODE: NodeId = NodeId::literal(1);

@@ -1,0 +1,41 @@
+//! Control word (STW) and status word (ZSW) as these drives have them (tables 11 to 14): the bits of PROFIDRIVE, less
+//! those that are not there, and more of their own.
+
+pub use lexican_profibus::profidrive::{control, status};
+
+/// Control word, positioning mode: inching 2 goes in negative direction.
+pub const INCHING_NEGATIVE: u16 = 1 << 15;
+/// Status word, positioning mode: the position is beyond a limit.
+pub const BEYOND_LIMIT: u16 = 1 << 14;
+/// Status word: ready to travel.
+pub const READY_TO_TRAVEL: u16 = 1 << 15;
+
+/// Bits of the control word that do nothing, in positioning mode: OFF 3 has to be 0 and is not there, which is why a
+/// master that keeps it at 1, as PROFIDRIVE has it, does no harm either.
+pub const UNUSED_IN_POSITIONING: u16 = control::NO_OFF_3 | 0x7C00;
+/// The same in velocity mode.
+pub const UNUSED_IN_VELOCITY: u16 = control::NO_OFF_3 | control::ENABLE_RAMP | control::UNFREEZE_RAMP | 0xFF00;
+
+/// Control words of figures 13 and 14 (AG02), by what they do.
+pub mod order {
+    /// OFF 1: the motor is released.
+    pub const OFF: u16 = 0x0000;
+    /// Enables operation. In velocity mode it stops, in positioning mode it discards a travel.
+    pub const ENABLE: u16 = 0x000B;
+    /// Ready to travel: an edge of bit 6 starts.
+    pub const READY: u16 = 0x003B;
+    /// The bit whose edges start a travel.
+    pub const START: u16 = super::control::START;
+    /// An intermediate stop, to be followed by [`READY`].
+    pub const INTERMEDIATE_STOP: u16 = 0x001B;
+    /// Inching 1.
+    pub const INCHING_1: u16 = 0x010B;
+    /// Inching 2 in positive direction.
+    pub const INCHING_2_POSITIVE: u16 = 0x020B;
+    /// Inching 2 in negative direction.
+    pub const INCHING_2_NEGATIVE: u16 = 0x820B;
+    /// Velocity mode: turns with the target velocity.
+    pub const TURN: u16 = 0x004B;
+    /// Acknowledges a fault.
+    pub const ACKNOWLEDGE: u16 = super::control::ACKNOWLEDGE;
+}
