@@ -1,4 +1,5 @@
-//! `cargo xtask interop`: lexican against python-canopen, both ways, over slcan and over vcan.
+//! `cargo xtask interop`: lexican against python-canopen, both ways, over slcan and over vcan; and the simulated AG02
+//! behind its serial port, driven by pyserial alone.
 //!
 //! slcan goes over a pair of pseudo-terminals and needs nothing of the kernel; vcan goes through
 //! `cargo xtask vcan`. The runs themselves are `tests/interop/run.py` and `tests/interop/peer/`.
@@ -55,6 +56,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
         }
     }
     command::run_cargo(root, &["build", "--release", "-p", "lexican", "-p", "lexican-tests", "--bins"], &[])?;
+    serial_port(root, &python)?;
     let run = Run { root, folder, python };
     let tables = [run.table(&SERVICES)?, run.table(&DRIVE)?];
     let page = table::page(&tables);
@@ -72,6 +74,17 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Drives a simulated serial port: an error when a step of the manual's flow charts fails.
+fn serial_port(root: &Path, python: &Path) -> Result<(), String> {
+    let build =
+        ["build", "--release", "-p", "lexican-siko-serial", "--features", "serialport", "--example", "simulate"];
+    command::run_cargo(root, &build, &[])?;
+    let script = root.join("tests/interop/serial_port.py");
+    let program = workspace::target_folder(root).join("release/examples/simulate");
+    let [python, script, program] = [python, &script, &program].map(|path| path.to_string_lossy().into_owned());
+    command::run(&[&*python, "-B", &script, &program])
 }
 
 /// The text with another summary between the markers.

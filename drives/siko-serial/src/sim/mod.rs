@@ -96,8 +96,11 @@ impl SerialDrive {
 
     /// Takes bytes of the line. A drive that is off takes none.
     pub fn handle_bytes(&mut self, now: Instant, bytes: &[u8]) {
-        for byte in bytes.iter().filter(|_| self.drive.is_on()).copied().collect::<Vec<u8>>() {
-            let answer = match self.decoder.take(byte) {
+        for byte in bytes {
+            if !self.drive.is_on() {
+                return;
+            }
+            let answer = match self.decoder.take(*byte) {
                 None => continue,
                 Some(Ok(command)) => self.carry_out(now, command),
                 Some(Err(number)) => Some(Answer::Refused(number)),
