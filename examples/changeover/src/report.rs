@@ -77,15 +77,13 @@ impl Report {
         let released = run.released.unwrap_or(Instant::ZERO);
         let stop = run.reason().map(|reason| Stop::of(axes, &reason, released));
         let starts = match axes.len() - by_sync {
-            0 => format!("SYNC starts all {by_sync} drives"),
-            others => {
-                format!("SYNC starts {by_sync} drives, and {others} that do not wait for it start one after the other")
-            }
+            0 => "all start with SYNC".to_owned(),
+            others => format!("{by_sync} start with SYNC, and {others} that do not wait for it one after the other"),
         };
         let summary = match &stop {
             _ if is_plan => format!("the recipe fits the machine; {starts}"),
-            Some(stop) => format!("{reached} of {} drives are in position: {}", axes.len(), stop.because),
-            None => format!("all {reached} drives are in position; {starts}"),
+            Some(Stop { because, .. }) => format!("{reached} of {} drives are in position; {because}", axes.len()),
+            None => format!("{reached} of {} drives are in position; {starts}", axes.len()),
         };
         let done = is_plan || (stop.is_none() && reached == axes.len());
         let drives = axes.iter().map(|axis| Row::of(axis, released)).collect();

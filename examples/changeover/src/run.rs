@@ -14,8 +14,8 @@ use tokio::sync::Notify;
 use crate::progress::{Bar, Progress};
 use crate::recipe::{Entry, Problem, Recipe, Simulated, Unit};
 
-/// How long drives may take to stand once they have been ordered to stop.
-const STOP_WITHIN: Duration = Duration::from_secs(5);
+/// How long a drive may take to stand once it has been ordered to, and to be disabled then.
+const WITHIN: Duration = Duration::from_secs(5);
 
 /// The drives of a recipe, connected and checked.
 pub(crate) struct Run<'a> {
@@ -287,13 +287,15 @@ impl Axis {
         if self.end.is_none() {
             self.halt("not started").await;
         }
-        let disabled = match self.drive.disable().await {
-            // It has no torque then.
-            Ok(()) | Err(Error::Fault(_)) => Ok(()),
-            Err(error) => Err(error),
+        let released = async {
+            match self.drive.disable().await {
+                // It has no torque then.
+                Ok(()) | Err(Error::Fault(_)) => {}
+                Err(error) => return Err(error),
+            }
+            if self.by_sync { self.drive.set_start_by_sync(false).await } else { Ok(()) }
         };
-        let asynchronous = if self.by_sync { self.drive.set_start_by_sync(false).await } else { Ok(()) };
-        if let (Err(error), Some(end)) = (disabled.and(asynchronous), &mut self.end) {
+        if let (Err(error), Some(end)) = (in_time(&self.network, released).await, &mut self.end) {
             let before = end.why.take().map(|why| why + "; ").unwrap_or_default();
             end.why = Some(format!("{before}not disabled: {error}"));
         }
@@ -312,14 +314,9 @@ impl Axis {
 
     /// Stops the drive.
     async fn halt(&mut self, outcome: &'static str) {
-        let ordered = self.now().await;
-        let stopped = tokio::select! {
-            biased;
-            stopped = self.drive.stop() => stopped.map_err(|error| error.to_string()),
-            _ = self.network.sleep_until(ordered + STOP_WITHIN) => Err(format!("still moving {STOP_WITHIN} s later")),
-        };
-        self.halted = Some(ordered);
-        self.end(outcome, stopped.err()).await;
+        self.halted = Some(self.now().await);
+        let stopped = in_time(&self.network, self.drive.stop()).await;
+        self.end(outcome, stopped.err().map(|error| format!("not stopped: {error}"))).await;
     }
 
     async fn end(&mut self, outcome: &'static str, why: Option<String>) {
@@ -340,6 +337,16 @@ impl Axis {
     async fn now(&self) -> Instant {
         let last = self.course.last().map_or(Instant::ZERO, |(at, _)| *at);
         self.network.now().await.unwrap_or(last)
+    }
+}
+
+/// What a call has led to, or why it has not ended in time.
+async fn in_time(network: &Network, call: impl Future<Output = Result<(), Error>>) -> Result<(), String> {
+    let until = network.now().await.map_err(|error| error.to_string())? + WITHIN;
+    tokio::select! {
+        biased;
+        done = call => done.map_err(|error| error.to_string()),
+        _ = network.sleep_until(until) => Err(format!("it takes longer than {WITHIN} s")),
     }
 }
 
