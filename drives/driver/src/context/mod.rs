@@ -215,6 +215,8 @@ impl DriveContext {
         let is_notice = matches!(self.description.codes.cause(code), Cause::Notice(_));
         let mut shared = self.lock();
         *(if is_notice { &mut shared.warning } else { &mut shared.emergency }) = Some(code);
+        // The status word that goes with a fault may come later, by the cycle or the inhibit time of its PDO.
+        shared.status.missed |= !is_notice;
     }
 
     pub(crate) fn heard_boot_up(&self) {

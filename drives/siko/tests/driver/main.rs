@@ -1,5 +1,7 @@
 //! The typed driver against the simulated drive: every operation, every refusal, faults in between.
 
+use std::sync::{Arc, Mutex};
+
 use lexican_runtime::host::{Fate, VirtualBus, VirtualLink};
 use lexican_runtime::object::{Address, Object, Rw};
 use lexican_runtime::service::sdo_client::SdoError;
@@ -172,7 +174,17 @@ fn a_blocked_shaft_is_a_fault_after_a_while() {
     bench.drive.start_moving_to(100_000).unwrap();
     bench.pass_ms(1000);
     bench.world(|inputs| inputs.shaft = Shaft::Blocked);
+    let emergency = Arc::new(Mutex::new(None));
+    let seen = Arc::clone(&emergency);
+    bench.bus.observe(move |at, frame| {
+        if frame.id() == CobId::of_node(0x080, NODE) {
+            *seen.lock().unwrap() = Some(at);
+        }
+    });
     assert_eq!(bench.drive.finish().unwrap(), Outcome::Fault(Cause::from(fault::SHAFT_BLOCKED)));
+    let emergency = emergency.lock().unwrap().expect("it sends an emergency");
+    let later = bench.bus.now().since(emergency);
+    assert!(later < Duration::from_millis(10), "the next status word is not waited for: {later} s");
 }
 
 #[test]
