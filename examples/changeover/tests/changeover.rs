@@ -1,4 +1,4 @@
-//! The program, as its user runs it. `LEXICAN_BLESS=1` takes over the pictures in `docs/` and the reports in the README.
+//! The program, as its user runs it. `cargo xtask bless` takes over the pictures in `docs/` and the reports in the README.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -192,7 +192,7 @@ fn a_dry_run_moves_nothing() {
 
 /// The commands of the README print what it shows, and draw its pictures, to the byte.
 #[test]
-fn the_readme_shows_what_the_program_does() {
+fn the_golden_reports_and_pictures_are_those_of_the_program() {
     let bless = std::env::var_os("LEXICAN_BLESS").is_some();
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut readme = std::fs::read_to_string(here.join("README.md")).expect("there is a README");
@@ -227,7 +227,7 @@ fn the_readme_shows_what_the_program_does() {
     if bless {
         std::fs::write(here.join("README.md"), readme).expect("the folder is writable");
     }
-    assert!(stale.is_empty(), "{stale:?}: LEXICAN_BLESS=1 cargo test -p changeover takes over what they do now");
+    assert!(stale.is_empty(), "{stale:?}: `cargo xtask bless` takes over what they do now");
 }
 
 #[test]
