@@ -397,7 +397,7 @@ fn what_cannot_be_simulated_says_why() {
     check(&["siko/ag03-1", "--node", "0"], "0 is not a node-ID");
     let folder = sensor("sim-refusals");
     let run = lexican_in(&folder, &["simulate", "sensor.eds", "--script", "x.toml"]);
-    assert!(run.stderr.contains("only devices with a simulator of their own"), "{run}");
+    assert!(run.stderr.contains("this device does not follow a script"), "{run}");
 }
 
 #[test]

@@ -3,6 +3,8 @@
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{Link, Pace, VirtualBus};
 use siko_ag03_1::sim::{Model, SimulatedDrive};
+use simulator::SimulatedServo;
+use simulator::servo::ServoModel;
 
 use super::node_id;
 use super::virtual_device::VirtualDevice;
@@ -13,9 +15,21 @@ use crate::output::Failure;
 const NODE: NodeId = NodeId::literal(1);
 const BIT_RATE_KBIT: u32 = 500;
 
-/// The devices of the library that have a simulator of their own, which knows more than their data sheets do.
-pub(crate) const SIMULATORS: &[(&str, &Model)] =
-    &[("siko/ag02", &siko_ag02::sim::MODEL), ("siko/ag03-1", &siko_ag03_1::sim::MODEL)];
+/// A simulator that knows more than a data sheet says.
+#[derive(Clone, Copy)]
+pub(crate) enum Simulator {
+    /// A positioning drive of SIKO.
+    Siko(&'static Model),
+    /// A servo with a model of its own.
+    #[allow(dead_code, reason = "until the first drive has one")]
+    Servo(&'static ServoModel),
+}
+
+/// The devices of the library that have a simulator of their own.
+pub(crate) const SIMULATORS: &[(&str, Simulator)] = &[
+    ("siko/ag02", Simulator::Siko(&siko_ag02::sim::MODEL)),
+    ("siko/ag03-1", Simulator::Siko(&siko_ag03_1::sim::MODEL)),
+];
 
 /// Opens a simulation by the parameters of its URL: the bus, and the node that is on it.
 pub(super) fn open(
@@ -36,7 +50,8 @@ pub(super) fn open(
     let loaded = Loaded::named(device)?;
     let bus = VirtualBus::with_bit_rate(BIT_RATE_KBIT);
     match simulator(device) {
-        Some(model) => bus.attach(SimulatedDrive::new(model, node)),
+        Some(Simulator::Siko(model)) => bus.attach(SimulatedDrive::new(model, node)),
+        Some(Simulator::Servo(model)) => bus.attach(SimulatedServo::new(bus.now(), model, node)),
         None => bus.attach(VirtualDevice::power_on(bus.now(), node, &loaded.device)),
     }
     let link = bus.link();
@@ -45,7 +60,7 @@ pub(super) fn open(
 }
 
 /// The simulator of a device of the library; none for a file.
-pub(crate) fn simulator(name: &str) -> Option<&'static Model> {
+pub(crate) fn simulator(name: &str) -> Option<Simulator> {
     let shipped = lexican_eds::library::find(name).filter(|_| !std::path::Path::new(name).is_file())?;
-    SIMULATORS.iter().find(|(id, _)| *id == shipped.id).map(|(_, model)| *model)
+    SIMULATORS.iter().find(|(id, _)| *id == shipped.id).map(|(_, simulator)| *simulator)
 }

@@ -13,13 +13,14 @@ use crate::duration::seconds;
 /// Simulate a device on a bus
 ///
 /// Makes a node of any data sheet: it has the default values, enforces access and limits, and serves PDOs, heartbeat
-/// and EMCY. The SIKO AG03/1 also moves. Runs until it is interrupted.
+/// and EMCY. A drive of CiA 402 also moves: any data sheet with 6040h, 6041h and 6060h. SIKO's drives do as their
+/// manuals say. Runs until it is interrupted.
 ///
 /// By default it makes pseudo-terminals that act as serial adapters, so that all other commands can be tried without
 /// CAN hardware; it prints their --bus.
 ///
 /// Lines on stdin control the device; help lists them: get, set, emcy, power, status, and for a drive every key of
-/// its scripts, such as battery_v = 2.5.
+/// its scripts, such as battery_v = 2.5, or of a CiA 402 drive, such as blocked = true.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {

@@ -33,7 +33,8 @@ set OBJECT VALUE             sets an object, regardless of its access: set 6064 
 emcy CODE [REGISTER [BYTES]] sends an EMCY: emcy 3120 04; emcy clear clears all errors
 power on|off|cycle           switches the device
 status                       prints state and counts
-KEY = VALUE                  sets an input of a simulated drive: battery_v = 2.5, fault = \"D\"
+KEY = VALUE                  sets an input of a simulated drive: battery_v = 2.5, fault = \"D\";
+                             of a CiA 402 drive: fault = 0x4310, blocked = true, positive_limit = 20000
 quit                         ends, as Ctrl-C does";
 
 /// Parses a line; `None` if it is empty or a comment.
@@ -65,7 +66,8 @@ pub(super) fn parse(line: &str) -> Result<Option<Command>, String> {
 }
 
 fn is_key(text: &str) -> bool {
-    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'_')
+    text.starts_with(|first: char| first.is_ascii_lowercase())
+        && text.bytes().all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_')
 }
 
 fn emcy(code: &str, register: &str, msef: &[&str]) -> Result<Command, String> {
@@ -131,6 +133,7 @@ mod tests {
         check("emcy clear", Command::EmcyClear);
         check("power off", Command::Power(Power::Off));
         check("battery_v = 2.5", Command::Input("battery_v = 2.5".to_owned()));
+        check("probe_1 = true", Command::Input("probe_1 = true".to_owned()));
         check("fault=\"D\"", Command::Input("fault=\"D\"".to_owned()));
         assert_eq!(parse(""), Ok(None));
         assert_eq!(parse("# a note"), Ok(None));

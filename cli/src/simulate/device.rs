@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use lexican_runtime::device::Misconfigured;
 use lexican_runtime::host::Node;
-use lexican_runtime::object::Address;
+use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
 use siko_ag03_1::sim::script::Script;
 use siko_ag03_1::sim::{Model, Setup, SimulatedDrive};
+use simulator::SimulatedServo;
+use simulator::servo::{Servo, ServoModel};
 
 use super::control::Power;
 use crate::bus::virtual_device::{Memory, VirtualDevice};
@@ -21,6 +23,7 @@ use crate::output::Failure;
 pub(super) enum Simulated {
     Sheet(Box<VirtualDevice>),
     Drive(Box<SimulatedDrive>),
+    Servo(Box<SimulatedServo>),
 }
 
 impl Simulated {
@@ -58,11 +61,16 @@ impl Simulated {
         Ok(Simulated::Drive(Box::new(drive)))
     }
 
+    pub(super) fn servo(now: Instant, model: &'static ServoModel, node: NodeId) -> Self {
+        Simulated::Servo(Box::new(SimulatedServo::new(now, model, node)))
+    }
+
     /// The node-ID; none while it is off, or has none.
     pub(super) fn node_id(&self) -> Option<NodeId> {
         match self {
             Simulated::Sheet(device) => device.node(),
             Simulated::Drive(drive) => drive.is_on().then(|| drive.node()),
+            Simulated::Servo(servo) => servo.is_on().then(|| servo.node()),
         }
     }
 
@@ -71,50 +79,46 @@ impl Simulated {
         match self {
             Simulated::Sheet(device) => device.nmt_state(),
             Simulated::Drive(drive) => drive.is_on().then(|| drive.nmt_state()),
+            Simulated::Servo(servo) => servo.is_on().then(|| servo.nmt_state()),
         }
     }
 
     pub(super) fn state(&self, now: Instant) -> String {
         match self {
-            Simulated::Sheet(_) => String::new(),
+            Simulated::Sheet(device) => device.servo().map_or_else(String::new, |servo| axis(servo, now)),
+            Simulated::Servo(servo) if servo.is_on() => axis(servo.servo(), now),
             Simulated::Drive(drive) if drive.is_on() => {
                 format!(", {}, position {}, {} rev/min", drive.state(), drive.position(now), drive.velocity(now))
             }
-            Simulated::Drive(_) => String::new(),
+            Simulated::Drive(_) | Simulated::Servo(_) => String::new(),
         }
     }
 
     /// What it simulates, for the user.
     pub(super) fn abilities(&self) -> &'static str {
         match self {
+            Simulated::Sheet(device) if device.servo().is_some() => "a CiA 402 drive that moves",
             Simulated::Sheet(device) if device.serves_lss() => "every object of its data sheet, and LSS",
             Simulated::Sheet(_) => "every object of its data sheet",
-            Simulated::Drive(_) => "a drive that moves",
+            Simulated::Drive(_) | Simulated::Servo(_) => "a drive that moves",
         }
     }
 
     /// The bytes of an entry, as the bus would read them.
     pub(super) fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
         match self {
-            Simulated::Sheet(device) => device.value(address),
-            Simulated::Drive(drive) => drive.with_dictionary(now, |od| {
-                let entry = od.entry(address)?;
-                let mut value = vec![0; od.len(&entry).unwrap_or(entry.capacity.into()) as usize];
-                let len = od.read(&entry, 0, &mut value)?;
-                value.truncate(len);
-                Ok(value)
-            }),
+            Simulated::Sheet(device) => device.value(now, address),
+            Simulated::Drive(drive) => drive.with_dictionary(now, |od| read_entry(od, address)),
+            Simulated::Servo(servo) => servo.with_servo(now, |_, od| read_entry(od, address)),
         }
     }
 
     /// Changes an entry, regardless of its access.
     pub(super) fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         match self {
-            Simulated::Sheet(device) => device.set_value(address, data),
-            Simulated::Drive(drive) => drive.with_dictionary(now, |od| {
-                let entry = od.entry(address)?;
-                od.write(&entry, 0, data, true)
-            }),
+            Simulated::Sheet(device) => device.set_value(now, address, data),
+            Simulated::Drive(drive) => drive.with_dictionary(now, |od| write_entry(od, address, data)),
+            Simulated::Servo(servo) => servo.with_servo(now, |_, od| write_entry(od, address, data)),
         }
     }
 
@@ -124,6 +128,7 @@ impl Simulated {
                 device.emergency(ErrorCode(code), ErrorRegister(register), msef);
                 Ok(())
             }
+            Simulated::Servo(_) => Err("this drive sends an EMCY when it has a fault: fault = 0x4310".to_owned()),
             Simulated::Drive(_) => Err("this drive sends an EMCY when it has a fault: fault = \"D\"".to_owned()),
         }
     }
@@ -134,6 +139,7 @@ impl Simulated {
                 device.clear_errors();
                 Ok(())
             }
+            Simulated::Servo(_) => Err("the cause of this drive's fault goes with: fault = none".to_owned()),
             Simulated::Drive(_) => Err("the causes of this drive's faults go with: clear = \"all\"".to_owned()),
         }
     }
@@ -146,6 +152,12 @@ impl Simulated {
                 device.set_power(now, false);
                 device.set_power(now, true);
             }
+            (Simulated::Servo(servo), Power::On) => servo.set_power(now, true),
+            (Simulated::Servo(servo), Power::Off) => servo.set_power(now, false),
+            (Simulated::Servo(servo), Power::Cycle) => {
+                servo.set_power(now, false);
+                servo.set_power(now, true);
+            }
             (Simulated::Drive(drive), Power::On) => drive.switch_on(now),
             (Simulated::Drive(drive), Power::Off) => drive.switch_off(now),
             (Simulated::Drive(drive), Power::Cycle) => drive.power_cycle(now),
@@ -154,8 +166,17 @@ impl Simulated {
 
     /// Sets an input of the drive, in the syntax of its scripts.
     pub(super) fn input(&mut self, now: Instant, line: &str) -> Result<(), String> {
-        let Simulated::Drive(drive) = self else {
-            return Err("a device made of its data sheet has no inputs but its objects: set OBJECT VALUE".to_owned());
+        let (key, value) = line.split_once('=').unwrap_or((line, ""));
+        let (key, value) = (key.trim(), value.trim());
+        let drive = match self {
+            Simulated::Drive(drive) => drive,
+            Simulated::Sheet(device) => return device.input(now, key, value),
+            Simulated::Servo(servo) => {
+                let mut inputs = *servo.servo().inputs();
+                inputs.set(key, value)?;
+                servo.set_inputs(now, |now| *now = inputs);
+                return Ok(());
+            }
         };
         let script = Script::from_toml(drive.model(), &format!("[[step]]\n{line}\n"));
         let script = script.map_err(|error| format!("{}; {}", error.problem, error.remedy))?;
@@ -168,7 +189,7 @@ impl Simulated {
     pub(super) fn take_misconfigured(&mut self) -> Vec<Misconfigured> {
         match self {
             Simulated::Sheet(device) => device.take_misconfigured(),
-            Simulated::Drive(_) => Vec::new(),
+            Simulated::Drive(_) | Simulated::Servo(_) => Vec::new(),
         }
     }
 
@@ -177,6 +198,7 @@ impl Simulated {
         match self {
             Simulated::Sheet(device) => device.trouble(),
             Simulated::Drive(drive) => drive.eeprom_trouble().map(ToString::to_string),
+            Simulated::Servo(_) => None,
         }
     }
 
@@ -184,6 +206,7 @@ impl Simulated {
         match self {
             Simulated::Sheet(device) => &**device,
             Simulated::Drive(drive) => &**drive,
+            Simulated::Servo(servo) => &**servo,
         }
     }
 
@@ -191,8 +214,28 @@ impl Simulated {
         match self {
             Simulated::Sheet(device) => &mut **device,
             Simulated::Drive(drive) => &mut **drive,
+            Simulated::Servo(servo) => &mut **servo,
         }
     }
+}
+
+/// State and motion of an axis.
+fn axis(servo: &Servo, now: Instant) -> String {
+    let shaft = servo.shaft(now);
+    format!(", {}, shaft at {:.0}, {:.0}/s", servo.state(), shaft.position, shaft.velocity)
+}
+
+fn read_entry(od: &mut dyn ObjectDictionary, address: Address) -> Result<Vec<u8>, AbortCode> {
+    let entry = od.entry(address)?;
+    let mut value = vec![0; od.len(&entry).unwrap_or(entry.capacity.into()) as usize];
+    let len = od.read(&entry, 0, &mut value)?;
+    value.truncate(len);
+    Ok(value)
+}
+
+fn write_entry(od: &mut dyn ObjectDictionary, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+    let entry = od.entry(address)?;
+    od.write(&entry, 0, data, true)
 }
 
 impl Node for Simulated {

@@ -10,7 +10,7 @@ mod session;
 use lexican_runtime::host::{BusUrl, Link, Pace};
 
 use crate::bus::BusArgs;
-use crate::bus::simulation::{SIMULATORS, simulator};
+use crate::bus::simulation::{SIMULATORS, Simulator, simulator};
 use crate::output::{Failure, Outcome, ctrl_c};
 pub(crate) use args::Args;
 use args::Place;
@@ -22,17 +22,22 @@ use session::Session;
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let loaded = args.device.load()?;
     let model = simulator(args.device.name());
-    if args.script.is_some() && model.is_none() {
-        let known: Vec<&str> = SIMULATORS.iter().map(|(id, _)| *id).collect();
-        return Err(Failure::new("only devices with a simulator of their own follow a script")
-            .help(format!("these have one: {}; lines on stdin control any device", known.join(", "))));
+    if args.script.is_some() && !matches!(model, Some(Simulator::Siko(_))) {
+        let known = SIMULATORS.iter().filter(|(_, simulator)| matches!(simulator, Simulator::Siko(_)));
+        let known: Vec<&str> = known.map(|(id, _)| *id).collect();
+        return Err(Failure::new("this device does not follow a script")
+            .help(format!("these do: {}; lines on stdin control any device", known.join(", "))));
     }
     let (link, urls) = open(&args.bus)?;
     let now = link.now();
     let device = match (model, args.node.0) {
-        (Some(model), Some(node)) => {
+        (Some(Simulator::Siko(model)), Some(node)) => {
             Simulated::drive(now, model, node, args.eeprom.as_deref(), args.script.as_deref())?
         }
+        (Some(Simulator::Servo(_)), Some(_)) if args.eeprom.is_some() => {
+            return Err(Failure::new("this simulator keeps its parameters in memory only").help("leave out --eeprom"));
+        }
+        (Some(Simulator::Servo(model)), Some(node)) => Simulated::servo(now, model, node),
         (Some(_), None) => {
             return Err(Failure::new("this drive has no LSS, by which it could get a node-ID").help("--node 5"));
         }

@@ -7,6 +7,7 @@ use lexican_eds::model::{self, AccessType, Condition};
 use lexican_runtime::object::{Access, Address, DataType, Entry, ObjectDictionary, PdoMapping};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, NodeId, cia301};
+use simulator::Storage;
 
 use crate::values::wire::parse;
 use crate::values::{Limits, address};
@@ -17,6 +18,7 @@ pub(super) const NO_NODE: NodeId = NodeId::literal(127);
 /// The most bytes of an entry.
 const MAX_BYTES: usize = 1024 * 1024;
 
+#[derive(Clone, Debug)]
 pub(super) struct SheetDictionary {
     slots: BTreeMap<Address, Slot>,
     node: NodeId,
@@ -24,11 +26,14 @@ pub(super) struct SheetDictionary {
     pub(super) state: NmtState,
 }
 
+#[derive(Clone, Debug)]
 struct Slot {
     entry: Entry,
     /// The same by the data sheet.
     sheet: model::Entry,
     default: Vec<u8>,
+    /// Whether the data sheet has the default.
+    is_given: bool,
     value: Vec<u8>,
     /// The first part of a value whose transfer goes on.
     partial: Vec<u8>,
@@ -101,6 +106,20 @@ impl SheetDictionary {
         }
     }
 
+    /// Makes numbers the defaults of entries for which the data sheet has none. Those out of their limits are left out.
+    pub(super) fn supply_defaults(&mut self, defaults: &[(Address, i64)]) {
+        for &(address, value) in defaults {
+            let Some(slot) = self.slots.get(&address).filter(|slot| !slot.is_given) else { continue };
+            let bytes = value.to_le_bytes();
+            let Some(data) = slot.entry.data_type.size().and_then(|size| bytes.get(..size)) else { continue };
+            if self.set(address, data).is_ok()
+                && let Some(slot) = self.slots.get_mut(&address)
+            {
+                slot.default = data.to_vec();
+            }
+        }
+    }
+
     /// Sets the values of power-on: the stored ones, else the defaults.
     pub(super) fn reset(&mut self, kept: &BTreeMap<Address, Vec<u8>>) {
         for (address, slot) in &mut self.slots {
@@ -114,7 +133,8 @@ impl Slot {
     fn new(node: NodeId, sheet: &model::Device, entry: &model::Entry) -> Self {
         // A type that CiA 301 does not define is transferred as bytes.
         let data_type = DataType::from_code(entry.data_type.code()).unwrap_or(DataType::Domain);
-        let default = lexican_codegen::initial(sheet, entry).of_node(node.get());
+        let initial = lexican_codegen::initial(sheet, entry);
+        let default = initial.of_node(node.get());
         Slot {
             entry: Entry {
                 address: address(entry),
@@ -128,6 +148,7 @@ impl Slot {
             sheet: entry.clone(),
             value: default.clone(),
             default,
+            is_given: initial.is_given,
             partial: Vec::new(),
         }
     }
@@ -149,6 +170,33 @@ impl Slot {
 
     fn number(&self) -> Option<i128> {
         parse(self.sheet.data_type, &self.value)?.as_integer()
+    }
+}
+
+impl Storage for SheetDictionary {
+    fn raw(&self, address: Address) -> Option<u64> {
+        let slot = self.slots.get(&address)?;
+        slot.entry.data_type.size()?;
+        let mut bytes = [0; 8];
+        bytes.iter_mut().zip(&slot.value).for_each(|(to, from)| *to = *from);
+        Some(u64::from_le_bytes(bytes))
+    }
+
+    fn set_raw(&mut self, address: Address, raw: u64) {
+        if let Some(slot) = self.slots.get_mut(&address)
+            && let Some(bytes) =
+                slot.entry.data_type.size().and_then(|size| raw.to_le_bytes().get(..size).map(<[u8]>::to_vec))
+        {
+            slot.value = bytes;
+        }
+    }
+
+    fn addresses(&self) -> Vec<Address> {
+        self.slots.keys().copied().collect()
+    }
+
+    fn duplicate(&self) -> Box<dyn Storage> {
+        Box::new(self.clone())
     }
 }
 

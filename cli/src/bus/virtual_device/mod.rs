@@ -1,4 +1,4 @@
-//! A device made of its data sheet: its values are the defaults, and can be written.
+//! A device made of its data sheet: its values are the defaults, and can be written. A drive of CiA 402 moves.
 
 mod dictionary;
 mod memory;
@@ -10,14 +10,21 @@ use lexican_runtime::device::{Behaviour, Device, Event, Misconfigured};
 use lexican_runtime::host::Node;
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::service::lss_device::{self, LssDevice};
+use lexican_runtime::service::nmt::Reset;
 use lexican_runtime::service::storage::Storing;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::lss::{self, Identity};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
 
+use simulator::Storage;
+use simulator::servo::{self, Servo, ServoModel};
+
 use dictionary::SheetDictionary;
 pub(crate) use memory::Memory;
+
+/// What makes a device a drive that moves: 6040h, 6041h, 6060h.
+const DRIVE: [Address; 3] = [Address::new(0x6040, 0), Address::new(0x6041, 0), Address::new(0x6060, 0)];
 
 pub(crate) struct VirtualDevice {
     sheet: Arc<model::Device>,
@@ -31,6 +38,8 @@ pub(crate) struct VirtualDevice {
     device: Option<Box<Device<64, 64, 4, 32>>>,
     dictionary: SheetDictionary,
     memory: Memory,
+    /// The axis of a drive with control word, status word and modes.
+    servo: Option<Servo>,
     /// What of the dictionary was inconsistent at the last boot.
     misconfigured: Vec<Misconfigured>,
 }
@@ -63,15 +72,21 @@ impl VirtualDevice {
             device: None,
             dictionary,
             memory,
+            servo: None,
             misconfigured: Vec::new(),
             sheet,
         };
+        let is_drive = DRIVE.iter().all(|object| virtual_device.dictionary.raw(*object).is_some());
+        virtual_device.servo = is_drive.then(|| Servo::new(now, &ServoModel::CIA_402));
         virtual_device.set_power(now, true);
         virtual_device
     }
 
     fn boot(&mut self, now: Instant, node: Option<NodeId>) {
         self.dictionary = SheetDictionary::new(node.unwrap_or(dictionary::NO_NODE), &self.sheet);
+        if self.servo.is_some() {
+            self.dictionary.supply_defaults(servo::DEFAULTS);
+        }
         self.dictionary.reset(&self.memory.kept);
         self.memory.writable = self.dictionary.writable();
         let Some(node) = node else {
@@ -81,6 +96,7 @@ impl VirtualDevice {
         let dummies = self.sheet.dummies.iter().filter(|dummy| dummy.code() < 32);
         let dummies = dummies.fold(0, |set, dummy| set | 1 << dummy.code());
         let behaviour = Behaviour { dummies, ..Behaviour::CIA_301 };
+        self.measure(now);
         self.device.get_or_insert_with(|| Box::new(Device::new(node, behaviour)));
         let misconfigured = self.with_device(|device, od| {
             device.restart_as(node, now, od);
@@ -104,6 +120,11 @@ impl VirtualDevice {
 
     pub(crate) fn set_power(&mut self, now: Instant, on: bool) {
         let boots = on && !self.on;
+        if on != self.on
+            && let Some(servo) = &mut self.servo
+        {
+            servo.restart(now);
+        }
         self.on = on;
         if boots {
             let node = self.given.or(self.memory.node);
@@ -112,18 +133,51 @@ impl VirtualDevice {
         }
     }
 
-    pub(crate) fn value(&self, address: Address) -> Result<Vec<u8>, AbortCode> {
+    /// Whether it is a drive that moves.
+    pub(crate) fn servo(&self) -> Option<&Servo> {
+        self.servo.as_ref().filter(|_| self.on)
+    }
+
+    /// Lets the world around the drive change.
+    pub(crate) fn input(&mut self, now: Instant, key: &str, value: &str) -> Result<(), String> {
+        let servo = self.servo.as_mut().ok_or("this device has no inputs but its objects: set OBJECT VALUE")?;
+        let mut inputs = *servo.inputs();
+        inputs.set(key, value)?;
+        servo.set_inputs(now, &mut self.dictionary, |now| *now = inputs);
+        self.report(now);
+        Ok(())
+    }
+
+    /// Puts what the drive measures into the dictionary.
+    fn measure(&mut self, now: Instant) {
+        if let Some(servo) = self.servo.as_mut().filter(|_| self.on) {
+            servo.update(now, &mut self.dictionary);
+        }
+    }
+
+    /// Sends what the drive reports, and TPDOs whose objects have changed.
+    fn report(&mut self, now: Instant) {
+        let Some(device) = self.device.as_mut().filter(|_| self.on) else { return };
+        self.dictionary.state = device.nmt_state();
+        match &mut self.servo {
+            Some(servo) => servo::report(servo, now, device, &mut self.dictionary),
+            None => device.compare(&mut self.dictionary),
+        }
+    }
+
+    pub(crate) fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
+        self.measure(now);
         self.dictionary.value(address).map(<[u8]>::to_vec)
     }
 
     /// Changes a value from inside the device: regardless of its access, but within its size and limits.
-    pub(crate) fn set_value(&mut self, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+    pub(crate) fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+        self.measure(now);
         self.dictionary.set(address, data)?;
         self.keep(address);
-        self.with_device(|device, od| {
-            device.changed(address);
-            device.compare(od);
-        });
+        self.measure(now);
+        self.with_device(|device, _| device.changed(address));
+        self.report(now);
         Ok(())
     }
 
@@ -155,15 +209,21 @@ impl VirtualDevice {
     }
 
     fn follow(&mut self, now: Instant, event: Option<Event>) {
+        if let (Some(servo), Some(device)) = (&mut self.servo, &self.device) {
+            servo::follow(servo, now, device, &mut self.dictionary, event);
+        }
         match event {
-            Some(Event::Reset(_)) => {
+            Some(Event::Reset(reset)) => {
+                if let Some(servo) = self.servo.as_mut().filter(|_| reset == Reset::Node) {
+                    servo.restart(now);
+                }
                 let node = self.lss.reset();
                 self.boot(now, node);
             }
             Some(Event::Written(address)) => self.keep(address),
             _ => {}
         }
-        self.with_device(|device, od| device.compare(od));
+        self.report(now);
     }
 
     /// Stores an entry that is kept without a store command.
@@ -185,11 +245,13 @@ impl Node for VirtualDevice {
             }
             return;
         }
+        self.measure(now);
         let event = self.with_device(|device, od| device.handle_frame(now, frame, od)).flatten();
         self.follow(now, event);
     }
 
     fn handle_timeout(&mut self, now: Instant) {
+        self.measure(now);
         let event = self.with_device(|device, od| device.handle_timeout(now, od)).flatten();
         self.follow(now, event);
     }
@@ -200,7 +262,9 @@ impl Node for VirtualDevice {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        self.device.as_ref().filter(|_| self.on)?.poll_timeout()
+        let device = self.device.as_ref().filter(|_| self.on)?;
+        let servo = self.servo.as_ref().and_then(Servo::next_event);
+        [device.poll_timeout(), servo].into_iter().flatten().min()
     }
 
     fn concerns(&self) -> Vec<CobId> {
@@ -294,5 +358,43 @@ mod tests {
         while network.next_event(until).unwrap().is_some() {}
         assert_eq!(network.read_bytes(NODE, target).unwrap(), [0; 4]);
         assert_eq!(network.read_bytes(NODE, mode).unwrap(), [2]);
+    }
+
+    #[test]
+    fn a_drive_of_cia_402_moves() {
+        let sheet = crate::device::Loaded::named("kollmorgen/akd").unwrap().device;
+        let bus = VirtualBus::new();
+        let mut device = VirtualDevice::power_on(Instant::ZERO, NODE, &sheet);
+        assert!(device.servo().is_some());
+        assert!(device.input(Instant::ZERO, "blocked", "yes").unwrap_err().contains("true or false"));
+        device.input(Instant::ZERO, "positive_limit", "3000").unwrap();
+        bus.attach(device);
+        let link = bus.link();
+        bus.advance(Duration::from_millis(1));
+        let mut network = Network::new(link);
+        let mut write = |index, sub, data: &[u8]| network.write_bytes(NODE, Address::new(index, sub), data).unwrap();
+        write(0x6060, 0, &[1]);
+        write(0x6081, 0, &1000_u32.to_le_bytes());
+        for word in [0x06_u16, 0x07, 0x0F] {
+            write(0x6040, 0, &word.to_le_bytes());
+        }
+        write(0x607A, 0, &2000_i32.to_le_bytes());
+        write(0x6040, 0, &0x1F_u16.to_le_bytes());
+        bus.advance(Duration::from_secs(60));
+        let mut read = |index| network.read_bytes(NODE, Address::new(index, 0)).unwrap();
+        assert_eq!(read(0x6064), 2000_i32.to_le_bytes());
+        assert_eq!(u16::from_le_bytes(read(0x6041).try_into().unwrap()), 0x1637);
+        // A power cut forgets the position; the limit switch stays where it is.
+        network.command(lexican_runtime::wire::nmt::NmtCommand::ResetNode, Some(NODE)).unwrap();
+        bus.advance(Duration::from_millis(10));
+        assert_eq!(network.read_bytes(NODE, Address::new(0x6064, 0)).unwrap(), [0; 4]);
+        assert_eq!(network.read_bytes(NODE, Address::new(0x6041, 0)).unwrap(), 0x0270_u16.to_le_bytes());
+    }
+
+    #[test]
+    fn another_device_has_no_axis() {
+        let mut device = VirtualDevice::power_on(Instant::ZERO, NODE, &samples::sensor());
+        assert!(device.servo().is_none());
+        assert!(device.input(Instant::ZERO, "blocked", "true").unwrap_err().contains("no inputs"));
     }
 }

@@ -98,6 +98,6 @@ fn sends_measured<const R: usize, const T: usize, const S: usize, const M: usize
     use TransmissionType::{EventManufacturer, EventProfile};
     (1..=512).filter_map(|number| device.tpdo(number)).any(|tpdo| {
         let on_change = matches!(tpdo.parameters().transmission, EventManufacturer | EventProfile);
-        tpdo.is_active() && on_change && MEASURED.iter().any(|object| tpdo.mapping().maps(*object))
+        tpdo.is_active() && on_change && MEASURED[FIRST_MOVING..].iter().any(|object| tpdo.mapping().maps(*object))
     })
 }

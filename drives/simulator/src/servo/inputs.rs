@@ -39,6 +39,65 @@ pub struct Machine {
     pub index: Option<(f64, f64)>,
 }
 
+/// What [`Inputs::set`] takes.
+const KEYS: &str = "supply, enable, blocked, ignores_sync, fault, warning, digital, probe_1, probe_2, negative_limit, \
+                    positive_limit, home_low, home_high, index, index_distance";
+
+impl Inputs {
+    /// Sets an input by its name: `blocked` to `true`, `fault` to `0x4310` or `none`, `negative_limit` to `-20000`.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the name or the value, for the user.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        let flag = || value.parse::<bool>().map_err(|_| format!("{key} is true or false, not {value:?}"));
+        let bits = || {
+            let hex = value.strip_prefix("0x").and_then(|digits| u32::from_str_radix(digits, 16).ok());
+            hex.or_else(|| value.parse().ok()).ok_or_else(|| format!("{key} is a number such as 0x4310, not {value:?}"))
+        };
+        let code = || match value {
+            "none" => Ok(None),
+            _ => bits().and_then(|code| u16::try_from(code).map(Some).map_err(|_| format!("{key} has 16 bits"))),
+        };
+        let position = || match value {
+            "none" => Ok(None),
+            _ => value.parse().map(Some).map_err(|_| format!("{key} is a position or none, not {value:?}")),
+        };
+        let machine = &mut self.machine;
+        match key {
+            "supply" => self.supply = flag()?,
+            "enable" => self.enable = flag()?,
+            "blocked" => self.blocked = flag()?,
+            "ignores_sync" => self.ignores_sync = flag()?,
+            "fault" => self.fault = code()?,
+            "warning" => self.warning = code()?,
+            "digital" => self.digital = bits()?,
+            "probe_1" => self.probes[0] = flag()?,
+            "probe_2" => self.probes[1] = flag()?,
+            "negative_limit" => machine.negative_limit = position()?,
+            "positive_limit" => machine.positive_limit = position()?,
+            "home_low" => {
+                let high = machine.home_switch.map_or(f64::INFINITY, |(_, high)| high);
+                machine.home_switch = position()?.map(|low| (low, high));
+            }
+            "home_high" => {
+                let low = machine.home_switch.map_or(f64::NEG_INFINITY, |(low, _)| low);
+                machine.home_switch = position()?.map(|high| (low, high));
+            }
+            "index" => {
+                let distance = machine.index.map_or(1000.0, |(_, distance)| distance);
+                machine.index = position()?.map(|first| (first, distance));
+            }
+            "index_distance" => {
+                let first = machine.index.map_or(0.0, |(first, _)| first);
+                machine.index = position()?.filter(|distance| *distance > 0.0).map(|distance| (first, distance));
+            }
+            _ => return Err(format!("there is no input {key:?}; there are {KEYS}")),
+        }
+        Ok(())
+    }
+}
+
 impl Default for Inputs {
     fn default() -> Self {
         Inputs {

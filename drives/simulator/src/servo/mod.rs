@@ -51,3 +51,4 @@ pub use inputs::{Inputs, Machine};
 pub use model::{FaultCodes, Scales, Servo, ServoModel};
 pub use parameters::DEFAULTS;
 pub use parts::Emergency;
+pub use status::measures;

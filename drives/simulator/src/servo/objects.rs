@@ -89,13 +89,24 @@ objects! {
 pub(super) const PROBED: [Address; 4] =
     [Address::new(0x60BA, 0), Address::new(0x60BB, 0), Address::new(0x60BC, 0), Address::new(0x60BD, 0)];
 
-/// What changes while the axis moves.
-pub(super) const MEASURED: [Address; 7] = [
+/// The first of [`MEASURED`] that changes while the axis moves; those before change by events.
+pub(super) const FIRST_MOVING: usize = 3;
+
+/// What the servo measures, in the order of its values.
+pub(super) const MEASURED: [Address; 15] = [
+    STATUS_WORD,
+    SHOWN_MODE,
+    ERROR_CODE,
     POSITION,
     POSITION_INTERNAL,
     POSITION_DEMAND,
     POSITION_DEMAND_INTERNAL,
+    FOLLOWING_ERROR,
     VELOCITY,
     VELOCITY_SENSOR,
     VELOCITY_DEMAND,
+    TORQUE,
+    TORQUE_DEMAND,
+    CURRENT,
+    INPUTS,
 ];

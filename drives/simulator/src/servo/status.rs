@@ -1,5 +1,6 @@
 //! What the servo shows: status word and measured values.
 
+use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::{Mode, State, status};
 
 use super::model::Servo;
@@ -87,24 +88,24 @@ impl Servo {
         let [position, wanted] = [shaft, demand].map(|state| self.shown(state.position, &parameters));
         let [speed, wanted_speed] = [shaft, demand].map(|state| velocity(state.velocity).round());
         let torque = self.torque().round();
-        let measured = [
-            (STATUS_WORD, f64::from(self.status_word(od))),
-            (SHOWN_MODE, f64::from(self.mode_code)),
-            (ERROR_CODE, f64::from(self.faults.last().copied().unwrap_or_default())),
-            (POSITION, position),
-            (POSITION_INTERNAL, position),
-            (POSITION_DEMAND, wanted),
-            (POSITION_DEMAND_INTERNAL, wanted),
-            (FOLLOWING_ERROR, wanted - position),
-            (VELOCITY, speed),
-            (VELOCITY_SENSOR, speed),
-            (VELOCITY_DEMAND, wanted_speed),
-            (TORQUE, torque),
-            (TORQUE_DEMAND, torque),
-            (CURRENT, torque),
-            (INPUTS, f64::from(self.inputs.machine.bits(shaft) | self.inputs.digital)),
+        let values = [
+            f64::from(self.status_word(od)),
+            f64::from(self.mode_code),
+            f64::from(self.faults.last().copied().unwrap_or_default()),
+            position,
+            position,
+            wanted,
+            wanted,
+            wanted - position,
+            speed,
+            speed,
+            wanted_speed,
+            torque,
+            torque,
+            torque,
+            f64::from(self.inputs.machine.bits(shaft) | self.inputs.digital),
         ];
-        for (address, value) in measured {
+        for (address, value) in MEASURED.into_iter().zip(values) {
             od.set_raw(address, value as i64 as u64);
         }
         (self.model.publish)(self, self.now, od);
@@ -115,4 +116,10 @@ impl Servo {
     pub fn error_register(&self) -> u8 {
         self.faults.iter().fold(0, |bits, code| bits | register_of(*code).0)
     }
+}
+
+/// Whether an object shows what a servo measures, and not what was written.
+#[must_use]
+pub fn measures(object: Address) -> bool {
+    MEASURED.contains(&object) || PROBED.contains(&object) || object == PROBE_STATUS
 }

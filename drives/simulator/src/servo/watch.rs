@@ -101,7 +101,7 @@ impl Servo {
         let change = self.way.next_change(self.now, |demand| {
             let shaft = if self.held.is_some() { self.shaft(self.now) } else { demand };
             let passed = self.inputs.machine.passed(shaft);
-            (self.conditions(demand, od), passed, self.count_pulses(shaft.position))
+            (self.conditions(demand, od), passed, self.awaited_pulse(shaft.position))
         });
         let torque = matches!(self.mode, Some(Mode::ProfileTorque)).then(|| self.way.end()).flatten();
         let own = [self.way.end(), change, self.cycle_deadline(), self.points.change, torque];

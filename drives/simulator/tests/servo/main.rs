@@ -1,6 +1,8 @@
 //! A simulated CiA 402 servo, in virtual time.
 
+mod any_orders;
 mod cyclic;
+mod homing;
 mod positions;
 mod states;
 mod support;
