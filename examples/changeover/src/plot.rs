@@ -73,7 +73,8 @@ fn draw(area: &Area<'_>, report: &Report, unit: Unit) -> Result<(), Error> {
     let stop = report
         .stop
         .iter()
-        .map(|stop| ("all are stopped", BLACK.mix(0.6), vec![(stop.at_s, low - air), (stop.at_s, high + air)]));
+        .filter_map(|stop| stop.at_s)
+        .map(|at_s| ("all are stopped", BLACK.mix(0.6), vec![(at_s, low - air), (at_s, high + air)]));
     for (number, (name, color, points)) in curves.chain(stop).enumerate() {
         let (style, y) = (color.stroke_width(2 * SCALE), LINE * (number as i32 + 1));
         chart.draw_series(LineSeries::new(points, style))?;

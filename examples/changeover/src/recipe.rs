@@ -27,6 +27,8 @@ pub(crate) struct Entry {
     pub(crate) node: NodeId,
     pub(crate) kind: &'static DriveKind,
     pub(crate) position: Position,
+    /// Whether it is to wait for SYNC, if it can.
+    pub(crate) sync: bool,
     pub(crate) simulated: Simulated,
     /// Where the node and the position stand in the file.
     pub(crate) node_span: Range<usize>,
@@ -88,6 +90,7 @@ struct Row {
     node: Spanned<u8>,
     kind: Spanned<String>,
     position: Spanned<Position>,
+    sync: Option<bool>,
     #[serde(default)]
     simulated: Simulated,
 }
@@ -135,8 +138,8 @@ impl Entry {
             }
         })?;
         let position_span = row.position.span();
-        let (position, simulated) = (row.position.into_inner(), row.simulated);
-        Ok(Entry { name, node, kind, position, simulated, node_span, position_span })
+        let (position, sync) = (row.position.into_inner(), row.sync.unwrap_or(true));
+        Ok(Entry { name, node, kind, position, sync, simulated: row.simulated, node_span, position_span })
     }
 }
 

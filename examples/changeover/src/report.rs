@@ -34,8 +34,8 @@ pub(crate) struct Report {
 #[derive(Serialize)]
 pub(crate) struct Stop {
     pub(crate) because: String,
-    /// When the reason was noticed.
-    pub(crate) at_s: f64,
+    /// When the reason was noticed; `null` before the release.
+    pub(crate) at_s: Option<f64>,
     /// After this, each of the others had been sent its stop.
     ordered_within_s: f64,
     /// After this, each of them was seen to stand.
@@ -60,8 +60,8 @@ pub(crate) struct Row {
     /// What starts it.
     start: &'static str,
     outcome: &'static str,
-    /// A fault in the words of the manual, or an error.
-    why: Option<String>,
+    /// A fault in the words of the manual, or errors.
+    why: Vec<String>,
     /// Seconds from the release, and positions.
     #[serde(skip)]
     pub(crate) course: Vec<(f64, f64)>,
@@ -75,17 +75,18 @@ impl Report {
         let reached = axes.iter().filter(|axis| axis.end.as_ref().is_some_and(|end| end.outcome == "reached")).count();
         let by_sync = axes.iter().filter(|axis| axis.by_sync).count();
         let released = run.released.unwrap_or(Instant::ZERO);
-        let stop = run.reason().map(|reason| Stop::of(axes, &reason, released));
-        let starts = match axes.len() - by_sync {
-            0 => "all start with SYNC".to_owned(),
-            others => format!("{by_sync} start with SYNC, and {others} that do not wait for it one after the other"),
+        let stop = run.reason().map(|reason| Stop::of(axes, &reason, run.released));
+        let starts = match by_sync {
+            0 => "they start one after the other".to_owned(),
+            all if all == axes.len() => "SYNC starts all of them".to_owned(),
+            some => format!("SYNC starts {some} of them, the others start one after the other"),
         };
         let summary = match &stop {
             _ if is_plan => format!("the recipe fits the machine; {starts}"),
             Some(Stop { because, .. }) => format!("{reached} of {} drives are in position; {because}", axes.len()),
             None => format!("{reached} of {} drives are in position; {starts}", axes.len()),
         };
-        let done = is_plan || (stop.is_none() && reached == axes.len());
+        let done = is_plan || reached == axes.len();
         let drives = axes.iter().map(|axis| Row::of(axis, released)).collect();
         Report { recipe: run.recipe.name.clone(), summary, done, stop, drives }
     }
@@ -129,28 +130,31 @@ impl Report {
         if let Some(stop) = &self.stop {
             let Stop { because, at_s, ordered_within_s, stood_within_s } = stop;
             let [ordered, stood] = [ordered_within_s, stood_within_s].map(|seconds| seconds * 1e3);
-            let _ = writeln!(
-                text,
-                "\n{because}, noticed {at_s:.2} s after the release: all drives that moved were ordered to stop within \
-                 {ordered:.0} ms, and stood within {stood:.0} ms."
-            );
+            let _ = match at_s {
+                Some(at_s) => writeln!(
+                    text,
+                    "\n{because}, noticed {at_s:.2} s after the release: all drives that moved were ordered to stop \
+                     within {ordered:.0} ms, and stood within {stood:.0} ms."
+                ),
+                None => writeln!(text, "\n{because}, noticed before the release: nothing has moved."),
+            };
         }
         text
     }
 }
 
 impl Stop {
-    fn of(axes: &[Axis], reason: &Reason, released: Instant) -> Stop {
+    fn of(axes: &[Axis], reason: &Reason, released: Option<Instant>) -> Stop {
         let halted = || axes.iter().filter_map(|axis| axis.halted);
         let (because, at) = match reason {
-            Reason::Signal => ("the operator has stopped it".to_owned(), halted().min().unwrap_or(released)),
+            Reason::Signal => ("the operator has stopped it".to_owned(), halted().min().unwrap_or(Instant::ZERO)),
             Reason::Drive { name, outcome, why, at } => (format!("{name}: {outcome}: {why}"), *at),
         };
         let ended = axes.iter().filter(|axis| axis.halted.is_some()).filter_map(|axis| axis.end.as_ref());
         let stood = ended.map(|end| end.at).max().unwrap_or(at);
         Stop {
             because,
-            at_s: at.since(released).as_secs_f64(),
+            at_s: released.map(|released| at.since(released).as_secs_f64()),
             ordered_within_s: halted().max().unwrap_or(at).since(at).as_secs_f64(),
             stood_within_s: stood.since(at).as_secs_f64(),
         }
@@ -173,7 +177,7 @@ impl Row {
             time_s: axis.end.as_ref().map(|end| end.at.since(released).as_secs_f64()),
             start: if axis.by_sync { "SYNC" } else { "by itself" },
             outcome: axis.end.as_ref().map_or("planned", |end| end.outcome),
-            why: axis.end.as_ref().and_then(|end| end.why.clone()),
+            why: axis.end.as_ref().map(|end| end.why.clone()).unwrap_or_default(),
             course: axis
                 .course
                 .iter()
@@ -184,10 +188,7 @@ impl Row {
 
     fn cells(&self) -> [String; 10] {
         let show = |value: f64| self.unit.show(value);
-        let outcome = match &self.why {
-            Some(why) => format!("{}: {why}", self.outcome),
-            None => self.outcome.to_owned(),
-        };
+        let outcome = [&[self.outcome.to_owned()], &self.why[..]].concat().join(": ");
         let is_planned = self.outcome == "planned";
         let limits = self.low.zip(self.high).filter(|_| is_planned);
         [

@@ -49,8 +49,8 @@ pub(crate) struct Axis {
 /// How the way of a drive has ended.
 pub(crate) struct End {
     pub(crate) outcome: &'static str,
-    /// A fault in the words of the manual, or an error.
-    pub(crate) why: Option<String>,
+    /// A fault in the words of the manual, or errors.
+    pub(crate) why: Vec<String>,
     pub(crate) at: Instant,
 }
 
@@ -158,6 +158,10 @@ impl<'a> Run<'a> {
         axes.sort_by_key(|axis| !axis.by_sync);
         let mut tasks = Vec::with_capacity(axes.len());
         for mut axis in axes {
+            if !axis.by_sync && self.stop.reason().is_some() {
+                self.axes.push(axis);
+                continue;
+            }
             let bar = progress.begin(&axis.entry.name, axis.from, axis.to);
             bar.say(&format!("{} to {}", axis.show(axis.from), axis.show(axis.to)));
             let started = if axis.by_sync { Ok(()) } else { axis.drive.start_moving_to(axis.to).await };
@@ -192,7 +196,7 @@ impl Axis {
         let limits = drive.limits().await.map_err(|error| problem(&error))?;
         let from = drive.position().await.map_err(|error| problem(&error))?;
         let to = target(&entry, units, limits)?;
-        let by_sync = description.outputs.start_by_sync().is_some();
+        let by_sync = entry.sync && description.outputs.start_by_sync().is_some();
         Ok(Axis {
             entry,
             drive,
@@ -257,7 +261,7 @@ impl Axis {
             outcome = self.finish(started, &bar) => Some(outcome),
         };
         match travelled {
-            Some(Ok(Outcome::Reached { .. })) => self.end("reached", None).await,
+            Some(Ok(Outcome::Reached { .. })) => self.end("reached").await,
             Some(Ok(outcome)) => {
                 let (outcome, why) = words(outcome);
                 self.fail(outcome, why, &stop).await;
@@ -295,9 +299,8 @@ impl Axis {
             }
             if self.by_sync { self.drive.set_start_by_sync(false).await } else { Ok(()) }
         };
-        if let (Err(error), Some(end)) = (in_time(&self.network, released).await, &mut self.end) {
-            let before = end.why.take().map(|why| why + "; ").unwrap_or_default();
-            end.why = Some(format!("{before}not disabled: {error}"));
+        if let Err(error) = in_time(&self.network, released).await {
+            self.add(format!("not disabled: {error}"));
         }
         self
     }
@@ -307,29 +310,35 @@ impl Axis {
         let at = self.now().await;
         stop.order(Reason::Drive { name: self.entry.name.clone(), outcome, why: why.clone(), at });
         self.halt(outcome).await;
-        if let Some(end) = &mut self.end {
-            end.why = Some(why);
-        }
+        self.add(why);
     }
 
     /// Stops the drive.
     async fn halt(&mut self, outcome: &'static str) {
         self.halted = Some(self.now().await);
         let stopped = in_time(&self.network, self.drive.stop()).await;
-        self.end(outcome, stopped.err().map(|error| format!("not stopped: {error}"))).await;
+        self.end(outcome).await;
+        if let Err(error) = stopped {
+            self.add(format!("not stopped: {error}"));
+        }
     }
 
-    async fn end(&mut self, outcome: &'static str, why: Option<String>) {
+    async fn end(&mut self, outcome: &'static str) {
         let position = self.drive.position().await;
         let at = self.now().await;
         self.course.extend(position.ok().map(|position| (at, position)));
-        self.end = Some(End { outcome, why, at });
+        self.end = Some(End { outcome, why: Vec::new(), at });
+    }
+
+    /// One more thing to know of its end.
+    fn add(&mut self, why: String) {
+        self.end.iter_mut().for_each(|end| end.why.push(why.clone()));
     }
 
     pub(crate) fn outcome(&self) -> String {
         let Some(end) = &self.end else { return "not moved".to_owned() };
         let place = self.course.last().map(|(_, position)| format!(" at {}", self.show(*position))).unwrap_or_default();
-        let why = end.why.as_ref().map(|why| format!(": {why}")).unwrap_or_default();
+        let why = if end.why.is_empty() { String::new() } else { format!(": {}", end.why.join("; ")) };
         format!("{}{place}{why}", end.outcome)
     }
 

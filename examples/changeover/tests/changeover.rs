@@ -73,6 +73,21 @@ fn every_drive_reaches_its_position_and_all_start_with_sync() {
 }
 
 #[test]
+fn a_drive_that_does_not_wait_for_sync_is_started_by_itself() {
+    let gate = "[[drive]]\nname = \"gate\"\nnode = 2\nkind = \"siko/ag02\"\nposition.degrees = 90\nsync = false";
+    let path = recipe("by_itself", "simulated.limits = [-500, 12000]", gate);
+    let (code, report) = report(&[path.to_str().expect("UTF-8")]);
+    assert_eq!(code, 0, "{report}");
+    let summary = "2 of 2 drives are in position; SYNC starts 1 of them, the others start one after the other";
+    assert_eq!(report["summary"], summary);
+    let starts: Vec<_> = drives(&report).iter().map(|drive| (&drive["start"], &drive["outcome"])).collect();
+    assert_eq!(
+        format!("{starts:?}"),
+        r#"[(String("SYNC"), String("reached")), (String("by itself"), String("reached"))]"#
+    );
+}
+
+#[test]
 fn a_drive_that_fails_stops_all_others() {
     let (code, report) = report(&[RECIPE, "--fault", "6@2"]);
     assert_eq!(code, 1, "{report}");
@@ -81,6 +96,7 @@ fn a_drive_that_fails_stops_all_others() {
     // Each at once, and all on one bus of 500 kbit/s; then they brake.
     assert!(number(stop, "ordered_within_s") < 0.05, "{stop}");
     assert!(number(stop, "stood_within_s") < 1.0, "{stop}");
+    let none = Json::Array(Vec::new());
     for drive in drives(&report) {
         let (way, gone) =
             (number(drive, "to") - number(drive, "from"), number(drive, "reached") - number(drive, "from"));
@@ -89,7 +105,7 @@ fn a_drive_that_fails_stops_all_others() {
             // This one was there already.
             (Some(10), outcome) => assert_eq!(outcome, Some("reached")),
             (_, outcome) => {
-                assert_eq!((outcome, &drive["why"]), (Some("stopped"), &Json::Null), "{drive}");
+                assert_eq!((outcome, &drive["why"]), (Some("stopped"), &none), "{drive}");
                 assert!((0.01..0.99).contains(&(gone / way)), "it had begun, and was not there yet: {drive}");
             }
         }
@@ -120,7 +136,11 @@ fn the_operator_stops_all_drives() {
         let report: Json = serde_json::from_str(&stdout).unwrap_or_else(|error| panic!("{error}: {stdout}{rest}"));
         assert_eq!((code, &report["stop"]["because"]), (1, &Json::from("the operator has stopped it")), "{signal}");
         for drive in drives(&report) {
-            assert_eq!((&drive["outcome"], &drive["why"]), (&Json::from("stopped"), &Json::Null), "{signal}: {drive}");
+            assert_eq!(
+                (&drive["outcome"], &drive["why"]),
+                (&Json::from("stopped"), &Json::Array(Vec::new())),
+                "{signal}: {drive}"
+            );
         }
     }
 }
