@@ -8,12 +8,12 @@ use std::task::Poll;
 use lexican_runtime::host::StateMachine;
 #[cfg(feature = "tokio")]
 use lexican_runtime::service::sdo_client::SdoError;
-use lexican_runtime::service::sdo_client::{Event, Scalar, SdoClient};
+use lexican_runtime::service::sdo_client::{Event, SdoClient};
 use lexican_runtime::{AbortCode, Frame, Instant, NodeId};
 
 #[cfg(feature = "tokio")]
 use crate::context::Access;
-use crate::context::DriveContext;
+use crate::context::{Bytes, DriveContext};
 use crate::description::Description;
 use crate::error::Error;
 use crate::protection::{KeepAlive, Protection};
@@ -24,7 +24,7 @@ pub struct Session {
     node: NodeId,
     context: DriveContext,
     sdo: SdoClient,
-    payload: Scalar,
+    payload: Bytes,
     protection: Protection,
     keep_alive: KeepAlive,
 }
@@ -36,7 +36,7 @@ impl Session {
         let context = DriveContext::new(node, description);
         let sdo = SdoClient::of_node(node);
         let (protection, keep_alive) = (Protection::None, KeepAlive::None);
-        Session { node, context, sdo, payload: Scalar::default(), protection, keep_alive }
+        Session { node, context, sdo, payload: Bytes::of_text(), protection, keep_alive }
     }
 
     /// The node-ID.
@@ -144,7 +144,7 @@ impl Session {
 
     /// Takes the result of the access.
     #[cfg(feature = "tokio")]
-    pub(crate) fn handle_answer(&mut self, answer: Result<Scalar, SdoError>) {
+    pub(crate) fn handle_answer(&mut self, answer: Result<Bytes, SdoError>) {
         self.context.lock().answer = Some(answer);
     }
 

@@ -13,11 +13,11 @@ use lexican_runtime::manager::{self, Manager, Remote};
 use lexican_runtime::object::{Mapping, Object, Readable, Rpdo, Tpdo, Value, Values, Writable};
 use lexican_runtime::procedure::PdoSettings;
 use lexican_runtime::profile::cia402::State;
-use lexican_runtime::service::sdo_client::{Payload, Scalar, SdoError};
+use lexican_runtime::service::sdo_client::{Payload, SdoError};
 use lexican_runtime::{Duration, Instant, NodeId};
 use tokio::sync::broadcast;
 
-use crate::context::{Access, DriveContext};
+use crate::context::{Access, Bytes, DriveContext};
 use crate::cyclic::{Axis, AxisSettings};
 use crate::description::{Approach, Description, Reaction, Trigger};
 use crate::direction::Direction;
@@ -258,7 +258,7 @@ impl<K: Kind> Drive<K> {
         }
     }
 
-    async fn transfer(&self, access: Access) -> Result<Result<Scalar, SdoError>, Error> {
+    async fn transfer(&self, access: Access) -> Result<Result<Bytes, SdoError>, Error> {
         let Access { address, mut payload, writes } = access;
         let done = if writes {
             self.network.write_bytes(self.node, address, payload.bytes()).await

@@ -8,10 +8,12 @@
 mod motion;
 mod objects;
 mod orders;
+mod payload;
 mod seen;
 
 pub(crate) use motion::{Motion, Pause, Travel};
 pub(crate) use objects::narrow;
+pub(crate) use payload::Bytes;
 pub use seen::Seen;
 
 use std::collections::VecDeque;
@@ -22,7 +24,7 @@ use std::task::{Context, Poll, Waker};
 
 use lexican_runtime::object::Address;
 use lexican_runtime::profile::cia402::{Command, State};
-use lexican_runtime::service::sdo_client::{Scalar, SdoError};
+use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::emcy::{CodeOrder, Emergency};
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::NmtState;
@@ -45,7 +47,7 @@ pub(crate) struct Shared {
     pub(crate) now: Instant,
     pub(crate) outbox: VecDeque<Frame>,
     pub(crate) access: Option<Access>,
-    pub(crate) answer: Option<Result<Scalar, SdoError>>,
+    pub(crate) answer: Option<Result<Bytes, SdoError>>,
     /// When the sequence wants to be polled even though nothing came.
     pub(crate) wake: Option<Instant>,
     pub(crate) status: Reports,
@@ -101,7 +103,7 @@ pub struct Awaited {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Access {
     pub(crate) address: Address,
-    pub(crate) payload: Scalar,
+    pub(crate) payload: Bytes,
     pub(crate) writes: bool,
 }
 

@@ -4,7 +4,7 @@ use lexican_runtime::Instant;
 use lexican_runtime::object::{Address, LengthMismatch, Object, Readable, Value, Writable};
 use lexican_runtime::service::sdo_client::{Payload, Scalar, SdoError};
 
-use super::{Access, DriveContext};
+use super::{Access, Bytes, DriveContext};
 use crate::description::{Number, Test, Word};
 use crate::error::Error;
 
@@ -16,8 +16,9 @@ impl DriveContext {
     /// [`Error::Sdo`], [`Error::DataSheet`], or [`Error::Restarted`].
     pub async fn read<T: Value, A: Readable, M>(&self, object: Object<T, A, M>) -> Result<T, Error> {
         let address = object.address();
-        let payload = self.transfer(Access { address, payload: Scalar::room_for::<T>(), writes: false }).await?;
-        payload.get().map_err(|error| Error::DataSheet { address, error })
+        let payload = Scalar::room_for::<T>().into();
+        let answer = self.transfer(Access { address, payload, writes: false }).await?;
+        T::from_bytes(answer.bytes()).map_err(|error| Error::DataSheet { address, error })
     }
 
     /// Writes an object.
@@ -31,7 +32,7 @@ impl DriveContext {
             ..4 if self.description.always_four_bytes => Scalar::of(value.to_raw() as u32),
             _ => Scalar::of(value),
         };
-        self.transfer(Access { address: object.address(), payload, writes: true }).await?;
+        self.transfer(Access { address: object.address(), payload: payload.into(), writes: true }).await?;
         Ok(())
     }
 
@@ -41,7 +42,8 @@ impl DriveContext {
     ///
     /// As [`DriveContext::read`], except for [`Error::DataSheet`].
     pub async fn read_bytes(&self, address: Address) -> Result<Vec<u8>, Error> {
-        let answer = self.transfer(Access { address, payload: Scalar::room_for::<u64>(), writes: false }).await?;
+        let answer =
+            self.transfer(Access { address, payload: Scalar::room_for::<u64>().into(), writes: false }).await?;
         Ok(answer.bytes().to_vec())
     }
 
@@ -53,7 +55,7 @@ impl DriveContext {
     pub async fn write_bytes(&self, address: Address, bytes: &[u8]) -> Result<(), Error> {
         let mut payload = Scalar::room_for::<u64>();
         payload.store(0, bytes);
-        self.transfer(Access { address, payload, writes: true }).await?;
+        self.transfer(Access { address, payload: payload.into(), writes: true }).await?;
         Ok(())
     }
 
@@ -69,6 +71,7 @@ impl DriveContext {
             4 => Scalar::room_for::<u32>(),
             _ => Scalar::room_for::<u64>(),
         };
+        let payload = payload.into();
         let answer = self.transfer(Access { address: object.address(), payload, writes: false }).await?;
         let mut raw = [0; 8];
         let bytes = answer.bytes();
@@ -80,6 +83,12 @@ impl DriveContext {
         Ok(object.decode(u64::from_le_bytes(raw)))
     }
 
+    /// Reads a text, up to its 64th byte.
+    pub(crate) async fn text(&self, address: Address) -> Result<Vec<u8>, Error> {
+        let answer = self.transfer(Access { address, payload: Bytes::of_text(), writes: false }).await?;
+        Ok(answer.bytes().to_vec())
+    }
+
     /// Writes an object of the description.
     ///
     /// # Errors
@@ -88,7 +97,7 @@ impl DriveContext {
     pub async fn set(&self, object: Number, value: i64) -> Result<(), Error> {
         object.check(value)?;
         let payload = self.payload(object, value);
-        self.transfer(Access { address: object.address(), payload, writes: true }).await?;
+        self.transfer(Access { address: object.address(), payload: payload.into(), writes: true }).await?;
         Ok(())
     }
 
@@ -99,7 +108,7 @@ impl DriveContext {
             (true, &[a, b]) => Scalar::of(u32::from(u16::from_le_bytes([a, b]))),
             _ => value,
         };
-        self.transfer(Access { address, payload, writes: true }).await?;
+        self.transfer(Access { address, payload: payload.into(), writes: true }).await?;
         Ok(())
     }
 
@@ -159,7 +168,7 @@ impl DriveContext {
         }
     }
 
-    pub(crate) async fn transfer(&self, access: Access) -> Result<Scalar, Error> {
+    pub(crate) async fn transfer(&self, access: Access) -> Result<Bytes, Error> {
         {
             let mut shared = self.lock();
             shared.answer = None;

@@ -112,9 +112,10 @@ pub struct Identity {
     /// The profile in the low half of 1000h.
     pub profile: u16,
     /// What 1008h begins with: one of these. `None` for a drive that does not have the object, which then distinguishes it
-    /// from one of the same vendor and profile that has.
+    /// from one of the same vendor and profile that has. An empty one fits every
+    /// name.
     pub names: Option<&'static [&'static str]>,
-    /// In which order the four characters of 100Ah come, and those of 1008h if the drive has it.
+    /// In which order the characters of 100Ah come, and those of 1008h if the drive has it.
     pub characters: ByteOrder,
 }
 

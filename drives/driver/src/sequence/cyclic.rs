@@ -78,7 +78,7 @@ pub async fn prepare_cyclic(drive: &DriveContext, settings: AxisSettings) -> Res
     let transmit = pdo(Direction::Transmit, settings.tpdo, axis.tpdo(), &reports);
     for step in configure_pdo(receive).chain(configure_pdo(transmit)) {
         if let Step::Write { address, data: Data::Value(payload) } = step {
-            drive.transfer(Access { address, payload, writes: true }).await?;
+            drive.transfer(Access { address, payload: payload.into(), writes: true }).await?;
         }
     }
     drive.set(PERIOD, period).await?;

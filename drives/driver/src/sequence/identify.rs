@@ -1,7 +1,7 @@
 //! Whether the node is the drive that is described, and is set up as the driver talks to it.
 
 use lexican_runtime::CobId;
-use lexican_runtime::object::DataType;
+use lexican_runtime::object::{Address, DataType};
 use lexican_runtime::service::sdo_client::SdoError;
 
 use crate::context::DriveContext;
@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::fault::ByteOrder;
 
 const DEVICE_TYPE: Number = Number::new(0x1000, 0x00, DataType::Unsigned32);
-const DEVICE_NAME: Number = Number::new(0x1008, 0x00, DataType::Unsigned32);
+const DEVICE_NAME: Address = Address::new(0x1008, 0x00);
 const EMERGENCIES: Number = Number::new(0x1014, 0x00, DataType::Unsigned32);
 const VENDOR_ID: Number = Number::new(0x1018, 0x01, DataType::Unsigned32);
 
@@ -81,12 +81,12 @@ async fn check_cob_id(drive: &DriveContext, object: Number, base: u16, needed: b
     if right { Ok(()) } else { Err(Error::OtherCobId { address: object.address(), expected, found }) }
 }
 
-/// Four characters.
-pub(super) async fn characters(drive: &DriveContext, object: Number, order: ByteOrder) -> Result<String, Error> {
-    let number = drive.get(object).await? as u32;
-    let bytes = match order {
-        ByteOrder::HighFirst => number.to_be_bytes(),
-        ByteOrder::LowFirst | ByteOrder::Either => number.to_le_bytes(),
-    };
-    Ok(bytes.iter().map(|&byte| char::from(byte)).filter(|&character| character != '\0').collect())
+/// A text: its characters without what pads it.
+pub(super) async fn characters(drive: &DriveContext, object: Address, order: ByteOrder) -> Result<String, Error> {
+    let mut bytes = drive.text(object).await?;
+    if order == ByteOrder::HighFirst {
+        bytes.reverse();
+    }
+    let text: String = bytes.iter().map(|&byte| char::from(byte)).filter(|&character| character != '\0').collect();
+    Ok(text.trim_end().to_owned())
 }

@@ -1,6 +1,6 @@
 //! What is set up once: operating mode, approach, emergencies, units.
 
-use lexican_runtime::object::DataType;
+use lexican_runtime::object::Address;
 
 use super::identify::characters;
 use super::observe::shown_mode;
@@ -12,9 +12,9 @@ use crate::error::{Capability, Error};
 use crate::mode::Mode;
 use crate::units::Units;
 
-const SOFTWARE_VERSION: Number = Number::new(0x100A, 0x00, DataType::Unsigned32);
+const SOFTWARE_VERSION: Address = Address::new(0x100A, 0x00);
 
-/// The version of the drive's firmware (100Ah): four characters, such as "1.00".
+/// The version of the drive's firmware (100Ah), such as "1.00".
 ///
 /// # Errors
 ///
