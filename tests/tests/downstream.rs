@@ -28,6 +28,11 @@ fn a_program_may_deny_every_lint() {
 }
 
 #[test]
+fn a_drive_takes_no_line_beyond_its_data_sheet() {
+    check("downstream/servo", &["test"]);
+}
+
+#[test]
 fn every_type_goes_through_a_pdo_at_every_bit() {
     check("downstream/bits", &["test"]);
 }

@@ -1,0 +1,7 @@
+//! The driver of a servo that does what CiA 402 says.
+
+pub use od::driver::{Drive, Kind};
+
+pub mod od {
+    lexican_runtime::include_od!("servo");
+}
