@@ -11,7 +11,7 @@ use profirust::fdl::{FdlActiveStation, Parameters, ParametersBuilder};
 use profirust::phy::{ProfibusPhy, SimulatorPhy};
 use profirust::{Baudrate, time};
 
-use crate::fdl::CHARACTER_BITS;
+use crate::fdl::IDLE_BITS;
 use crate::pkw::{Event, Pkw, PkwMaster, Reply, Task};
 use crate::slave::{Application, BitRate, Slave};
 
@@ -74,7 +74,7 @@ impl<A: Application> VirtualBus<A> {
     pub fn with_parameters(parameters: Parameters) -> Self {
         let line = SimulatorPhy::new(parameters.baudrate, "master");
         let bit_rate = BitRate(parameters.baudrate.to_rate() as u32);
-        let step = parameters.bits_to_time(CHARACTER_BITS);
+        let step = parameters.bits_to_time(IDLE_BITS);
         let mut fdl = FdlActiveStation::new(parameters);
         fdl.set_online();
         let mut master = DpMaster::new(Vec::new());
@@ -220,7 +220,7 @@ impl<A: Application> VirtualBus<A> {
         }
     }
 
-    /// One character on the line.
+    /// Three characters on the line: as long as the silence before a request.
     fn turn(&mut self) {
         self.line.advance_bus_time(self.step);
         let at = self.line.bus_time();
