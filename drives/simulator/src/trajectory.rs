@@ -323,5 +323,30 @@ mod tests {
                 prop_assert!((whole.at(later).position - again.at(later).position).abs() < 0.5);
             }
         }
+
+        /// A limit in the middle of a travel: the same way up to it, and then a stop.
+        #[test]
+        fn a_way_that_passes_a_limit_comes_to_rest_behind_it(
+            velocity in -3000.0..3000.0, stops in proptest::collection::vec(-1e5..1e5, 1..3), limit in -1e5..1e5,
+            sign in prop::sample::select(vec![-1.0, 1.0]), profile in profiles(),
+        ) {
+            let whole = Trajectory::through(Instant::ZERO, State { position: 0.0, velocity }, &stops, profile);
+            let way = whole.clone().stopping_behind(limit, sign, profile.deceleration);
+            let Some(passed) = whole.passes(limit, sign) else {
+                prop_assert_eq!(way, whole);
+                return Ok(());
+            };
+            for part in 0..=10 {
+                let before = Instant::from_micros(passed.as_micros().saturating_sub(1) * part / 10);
+                prop_assert!((way.at(before).position - whole.at(before).position).abs() < 1e-3);
+            }
+            let there = whole.at(passed);
+            let braking = there.velocity * there.velocity.abs() / (2.0 * profile.deceleration);
+            let end = way.rest_position().expect("it stops");
+            prop_assert!((end - there.position - braking).abs() < 1.0, "{} instead of {}", end, there.position + braking);
+            if limit * sign > 0.0 {
+                prop_assert!((there.position - limit).abs() < 0.1, "{} at {}", there.position, limit);
+            }
+        }
     }
 }

@@ -3,6 +3,7 @@
 mod any_orders;
 mod cyclic;
 mod homing;
+mod node;
 mod positions;
 mod states;
 mod support;
