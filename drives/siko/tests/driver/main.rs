@@ -21,6 +21,8 @@ mod bench;
 mod cancel;
 mod floods;
 mod foreign_orders;
+mod inching;
+mod nothing_starts_unasked;
 mod protection;
 mod recovery;
 mod silence;
@@ -120,29 +122,22 @@ fn every_missing_condition_is_named_before_anything_moves() {
 
 #[test]
 fn outside_the_limits_only_inching_back_is_offered() {
-    let mut bench = Bench::enabled();
-    bench.drive.move_to(2000).unwrap();
-    bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_1(), od::Position(1000)).unwrap();
-    refused(bench.drive.move_to(0), &[Missing::BelowUpperLimit]);
-    refused(bench.drive.inch(Direction::Positive), &[Missing::BelowUpperLimit]);
-    bench.drive.inch(Direction::Negative).unwrap();
-    bench.pass_ms(2000);
-    let position = bench.drive.stop_inching().unwrap();
-    assert!(position < 1000);
-    assert_eq!(bench.drive.move_to(0).unwrap(), Outcome::Reached { position: 0 });
-}
-
-#[test]
-fn below_the_lower_limit_the_way_back_is_up() {
-    let mut bench = Bench::enabled();
-    bench.drive.move_to(-2000).unwrap();
-    bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_2(), od::Position(-1000)).unwrap();
-    refused(bench.drive.move_to(0), &[Missing::AboveLowerLimit]);
-    refused(bench.drive.inch(Direction::Negative), &[Missing::AboveLowerLimit]);
-    bench.drive.inch(Direction::Positive).unwrap();
-    bench.pass_ms(2000);
-    assert!(bench.drive.stop_inching().unwrap() > -1000);
-    assert_eq!(bench.drive.move_to(0).unwrap(), Outcome::Reached { position: 0 });
+    let limits = od::SOFTWARE_POSITION_LIMIT;
+    for (limit, limit_of, missing, on, back) in [
+        (1000, limits.limit_1(), Missing::BelowUpperLimit, Direction::Positive, Direction::Negative),
+        (-1000, limits.limit_2(), Missing::AboveLowerLimit, Direction::Negative, Direction::Positive),
+    ] {
+        let mut bench = Bench::enabled();
+        bench.drive.move_to(2 * limit).unwrap();
+        bench.drive.write(limit_of, od::Position(limit)).unwrap();
+        refused(bench.drive.move_to(0), &[missing]);
+        refused(bench.drive.inch(on), &[missing]);
+        bench.drive.inch(back).unwrap();
+        bench.pass_ms(2000);
+        let position = bench.drive.stop_inching().unwrap();
+        assert!(position.abs() < 1000, "{position}");
+        assert_eq!(bench.drive.move_to(0).unwrap(), Outcome::Reached { position: 0 });
+    }
 }
 
 #[test]
@@ -184,7 +179,7 @@ fn a_blocked_shaft_is_a_fault_after_a_while() {
     assert_eq!(bench.drive.finish().unwrap(), Outcome::Fault(Cause::from(fault::SHAFT_BLOCKED)));
     let emergency = emergency.lock().unwrap().expect("it sends an emergency");
     let later = bench.bus.now().since(emergency);
-    assert!(later < Duration::from_millis(10), "the next status word is not waited for: {later} s");
+    assert!(later < Duration::from_millis(10), "the next status word is not waited for: {later}");
 }
 
 #[test]

@@ -1,36 +1,25 @@
 //! Inching of the simulated drive, where velocities and bits show little: slowly, in short steps, and with a shaft that
 //! somebody turns by hand.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
-use lexican_runtime::host::{Fate, VirtualBus, VirtualLink};
-use lexican_runtime::{CobId, Duration, NodeId};
+use lexican_runtime::host::{Fate, VirtualLink};
+use lexican_runtime::{CobId, Duration};
 use siko_ag03_1::Direction;
 use siko_ag03_1::driver::{Drive, Error, Missing, Outcome};
 use siko_ag03_1::od;
-use siko_ag03_1::sim::MODEL;
-use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::state::State;
 
-const NODE: NodeId = NodeId::literal(5);
-
-struct Bench {
-    bus: VirtualBus,
-    simulated: Arc<Mutex<SimulatedDrive>>,
-    drive: Drive<VirtualLink>,
-}
+use super::bench::{Bench, NODE};
 
 impl Bench {
     /// A drive that is enabled, and inches with this velocity in rev/min and this acceleration in percent.
     fn inching(speed: u8, acceleration: u8) -> Self {
-        let bus = VirtualBus::with_bit_rate(500);
-        let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
-        bus.attach(Arc::clone(&simulated));
-        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
-        drive.write(od::MOTOR_PARAMETER_SET.v_inch(), od::Speed(speed)).unwrap();
-        drive.write(od::MOTOR_PARAMETER_SET.a_inch(), od::Acceleration(acceleration)).unwrap();
-        drive.enable().unwrap();
-        Bench { bus, simulated, drive }
+        let mut bench = Bench::new();
+        bench.drive.write(od::MOTOR_PARAMETER_SET.v_inch(), od::Speed(speed)).unwrap();
+        bench.drive.write(od::MOTOR_PARAMETER_SET.a_inch(), od::Acceleration(acceleration)).unwrap();
+        bench.drive.enable().unwrap();
+        bench
     }
 
     fn width(&mut self, increments: i32) {
@@ -38,7 +27,7 @@ impl Bench {
     }
 
     /// In increments/s, however slow.
-    fn velocity(&self) -> f64 {
+    fn shaft_velocity(&self) -> f64 {
         self.simulated.lock().unwrap().shaft(self.bus.now()).velocity
     }
 }
@@ -51,7 +40,7 @@ fn a_slow_step_is_followed_to_its_end() {
         bench.width(width);
         let outcome = bench.drive.step().unwrap();
         assert_eq!(outcome, Outcome::Reached { position: width }, "{speed} rev/min, {acceleration} %");
-        assert_eq!(bench.velocity(), 0.0);
+        assert_eq!(bench.shaft_velocity(), 0.0);
     }
 }
 
@@ -62,7 +51,7 @@ fn slow_inching_is_seen_to_begin_and_is_under_way_until_it_is_stopped() {
         bench.drive.write(od::INCHING_2_OFFSET, od::SpeedShare(offset)).unwrap();
         bench.drive.write(od::SPINDLE_PITCH, od::SpindlePitch(pitch)).unwrap();
         bench.drive.inch(Direction::Positive).unwrap();
-        assert!(bench.velocity() > 0.0);
+        assert!(bench.shaft_velocity() > 0.0);
         for result in
             [bench.drive.start_moving_to(-100), bench.drive.calibrate(0), bench.drive.inch(Direction::Negative)]
         {
@@ -70,7 +59,7 @@ fn slow_inching_is_seen_to_begin_and_is_under_way_until_it_is_stopped() {
             assert_eq!(refusal.0, [Missing::NoTravel]);
         }
         bench.drive.stop_inching().unwrap();
-        assert_eq!(bench.velocity(), 0.0);
+        assert_eq!(bench.shaft_velocity(), 0.0);
         bench.drive.move_to(-100).unwrap();
     }
 }
@@ -82,7 +71,7 @@ fn from_beyond_a_limit_it_inches_back_at_once() {
     bench.drive.write(od::SOFTWARE_POSITION_LIMIT.limit_1(), od::Position(500)).unwrap();
     bench.drive.inch(Direction::Positive).unwrap();
     bench.drive.pass(Duration::from_secs(3)).unwrap();
-    assert!(bench.drive.position().unwrap() > 500 && bench.velocity() == 0.0);
+    assert!(bench.drive.position().unwrap() > 500 && bench.shaft_velocity() == 0.0);
     bench.drive.inch(Direction::Negative).unwrap();
     bench.drive.pass(Duration::from_secs(2)).unwrap();
     assert!(bench.drive.stop_inching().unwrap() < 500);
@@ -121,7 +110,7 @@ fn what_stops_a_drive_stops_a_step() {
         bench.drive.set_patience(Duration::from_secs(1));
         assert!(matches!(bench.drive.step(), Ok(Outcome::TimedOut { .. })), "{name}");
         stop(&mut bench.drive).unwrap();
-        assert_eq!((bench.velocity(), bench.drive.state().unwrap()), (0.0, state), "{name}");
+        assert_eq!((bench.shaft_velocity(), bench.drive.state().unwrap()), (0.0, state), "{name}");
         bench.drive.enable().unwrap();
         bench.width(10);
         assert!(matches!(bench.drive.step(), Ok(Outcome::Reached { .. })), "{name}");

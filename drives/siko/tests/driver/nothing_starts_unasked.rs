@@ -2,42 +2,22 @@
 
 use std::sync::{Arc, Mutex};
 
-use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
-use lexican_runtime::{CobId, Duration, Frame, NodeId};
+use lexican_runtime::Duration;
+use lexican_runtime::host::VirtualLink;
 use siko_ag03_1::Direction;
 use siko_ag03_1::driver::sequence::Setting;
 use siko_ag03_1::driver::{Drive, Error, Mode};
 use siko_ag03_1::od;
-use siko_ag03_1::sim::MODEL;
-use siko_ag03_1::sim::SimulatedDrive;
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::control;
 
-const NODE: NodeId = NodeId::literal(5);
-
-struct Bench {
-    bus: VirtualBus,
-    simulated: Arc<Mutex<SimulatedDrive>>,
-    drive: Drive<VirtualLink>,
-}
+use super::bench::{Bench, NODE};
 
 impl Bench {
-    fn enabled(mode: Mode) -> Self {
-        let bus = VirtualBus::with_bit_rate(500);
-        let simulated = Arc::new(Mutex::new(SimulatedDrive::new(&MODEL, NODE)));
-        bus.attach(Arc::clone(&simulated));
-        let mut drive = Drive::connect(bus.link(), NODE).unwrap();
-        drive.set_mode(mode).unwrap();
-        drive.enable().unwrap();
-        Bench { bus, simulated, drive }
-    }
-
-    /// Another manager sends a control word.
-    fn control(&mut self, word: u16) {
-        let frame = Frame::from_array(CobId::of_node(0x200, NODE), word.to_le_bytes());
-        self.bus.link().send(&frame).unwrap();
-        // TPDO1 has an inhibit time.
-        self.drive.pass(Duration::from_millis(300)).unwrap();
+    /// Another manager sends a control word, and the drive reports what it leads to: TPDO1 has an inhibit time.
+    fn control_and_wait(&mut self, word: u16) {
+        self.control(word);
+        self.pass_ms(300);
     }
 
     #[track_caller]
@@ -62,12 +42,12 @@ impl Bench {
 /// long as it takes to see that the drive stands.
 #[test]
 fn to_end_inching_does_not_take_back_stop() {
-    let mut bench = Bench::enabled(Mode::Velocity);
+    let mut bench = Bench::running();
     bench.drive.run_at(60).unwrap();
     bench.drive.stop().unwrap();
     bench.check_stop_stays(|drive| drive.stop_inching().map(drop));
 
-    let mut bench = Bench::enabled(Mode::Positioning);
+    let mut bench = Bench::enabled();
     bench.drive.start_moving_to(100_000).unwrap();
     bench.drive.pass(Duration::from_millis(500)).unwrap();
     bench.drive.interrupt().unwrap();
@@ -89,11 +69,11 @@ fn what_stops_does_not_enable_a_drive_that_another_manager_has_disabled() {
     ];
     for (name, operation) in operations {
         for inching in [false, true] {
-            let mut bench = Bench::enabled(Mode::Positioning);
+            let mut bench = Bench::enabled();
             if inching {
                 bench.drive.inch(Direction::Positive).unwrap();
             }
-            bench.control(0x0107);
+            bench.control_and_wait(0x0107);
             let result = operation(&mut bench.drive);
             bench.bus.advance(Duration::from_millis(10));
             assert_eq!(bench.drive.state().unwrap(), State::SwitchedOn, "{name}: {result:?}");
@@ -103,9 +83,9 @@ fn what_stops_does_not_enable_a_drive_that_another_manager_has_disabled() {
 
 #[test]
 fn a_driver_that_is_dropped_does_not_enable_a_drive_that_another_manager_has_disabled() {
-    let mut bench = Bench::enabled(Mode::Positioning);
+    let mut bench = Bench::enabled();
     bench.drive.inch(Direction::Positive).unwrap();
-    bench.control(0x0107);
+    bench.control_and_wait(0x0107);
     let Bench { bus, drive, .. } = bench;
     drop(drive);
     bus.advance(Duration::from_millis(10));
@@ -117,7 +97,7 @@ fn a_driver_that_is_dropped_does_not_enable_a_drive_that_another_manager_has_dis
 #[test]
 fn a_drive_in_velocity_mode_is_stopped_before_it_is_set_up() {
     for velocity in [0, 1] {
-        let mut bench = Bench::enabled(Mode::Velocity);
+        let mut bench = Bench::running();
         bench.drive.run_at(velocity).unwrap();
         let faster = Setting { address: od::TARGET_VELOCITY.address(), value: 100 };
         for result in [
