@@ -355,7 +355,7 @@ async fn in_time(network: &Network, call: impl Future<Output = Result<(), Error>
     tokio::select! {
         biased;
         done = call => done.map_err(|error| error.to_string()),
-        _ = network.sleep_until(until) => Err(format!("it takes longer than {WITHIN} s")),
+        _ = network.sleep_until(until) => Err(format!("it takes longer than {WITHIN}")),
     }
 }
 
