@@ -108,8 +108,8 @@ enum State {
         left: u8,
         until: Option<Instant>,
     },
-    /// An answer came while its command was still on the line: it may be that to a part of the command, and then others
-    /// follow it. On a line that takes no time, such as a pseudo-terminal, none do.
+    /// A refusal came, or another answer while its command was still on the line: it may be that to a part of the
+    /// command, whose other parts then have answers, too.
     Holding {
         answer: Answer,
         until: Instant,
@@ -132,10 +132,8 @@ pub struct Client {
     telegram: Telegram,
     /// How many bytes of what was sent are still to come back.
     echo: usize,
-    /// What has come of the answer.
+    /// What has come of the answer, or more than any answer has.
     input: Telegram,
-    /// More has come than there is room for.
-    overrun: bool,
     /// Until when the command itself is on the line: nothing can answer it before.
     sending: Instant,
     synchronised: bool,
@@ -156,7 +154,6 @@ impl Client {
             telegram: Telegram::default(),
             echo: 0,
             input: Telegram::default(),
-            overrun: false,
             sending: Instant::ZERO,
             synchronised: false,
             inching: None,
@@ -251,7 +248,7 @@ impl Client {
             State::Holding { until, .. } | State::Discarding { until, .. } => self.discard(now, until),
             State::Probing { .. } => {
                 if !self.is_echo(byte) {
-                    self.collect(byte);
+                    self.input = self.input.push(&[byte]);
                 }
             }
             State::Asking { until: Some(until) } => {
@@ -259,12 +256,12 @@ impl Client {
                     return None;
                 }
                 let begins = self.input.as_bytes().is_empty();
-                self.collect(byte);
+                self.input = self.input.push(&[byte]);
                 let reply = self.command.reply();
-                match if self.overrun { Reading::Foreign } else { reply.read(self.input.as_bytes()) } {
+                match reply.read(self.input.as_bytes()) {
                     Reading::Begun => {}
-                    Reading::Whole(answer) if now < self.sending => {
-                        self.state = State::Holding { answer, until: self.sending + self.settings.on_line(2) };
+                    Reading::Whole(answer) if now < self.sending || matches!(answer, Answer::Refused(_)) => {
+                        self.state = State::Holding { answer, until: now.max(self.sending) + self.settings.on_line(2) };
                     }
                     Reading::Whole(answer) => return self.end(Event::Answered(answer)),
                     Reading::Foreign if begins && byte == b'\r' => self.input.clear(),
@@ -288,7 +285,7 @@ impl Client {
             }
             State::Probing { left, until: Some(until) } if until <= now => {
                 let reading = Reply::Status.read(self.input.as_bytes());
-                self.synchronised = !self.overrun && matches!(reading, Reading::Whole(Answer::Status(_)));
+                self.synchronised = matches!(reading, Reading::Whole(Answer::Status(_)));
                 self.state = match left {
                     _ if self.synchronised => State::Asking { until: None },
                     0 => return self.end(Event::Failed(Trouble::Silent)),
@@ -325,7 +322,6 @@ impl Client {
         self.input.clear();
         // Less the last byte, for the tolerance of clocks.
         self.sending = now + self.settings.on_line(telegram.as_bytes().len().saturating_sub(1));
-        self.overrun = false;
         self.echo = if self.settings.echo { telegram.as_bytes().len() } else { 0 };
         telegram
     }
@@ -337,11 +333,6 @@ impl Client {
         let returns = sent.len().checked_sub(self.echo).and_then(|at| sent.get(at)) == Some(&byte);
         self.echo -= usize::from(returns);
         returns
-    }
-
-    fn collect(&mut self, byte: u8) {
-        self.overrun |= self.input.as_bytes().len() == Telegram::MOST;
-        self.input = self.input.push(&[byte]);
     }
 
     /// Something else than the answer has come.

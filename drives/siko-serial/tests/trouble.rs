@@ -9,7 +9,7 @@ use lexican_driver::Direction;
 use lexican_runtime::{Duration, Instant};
 use siko_serial::answer::{Answer, Reply};
 use siko_serial::client::{Client, Event, PROBES, Trouble};
-use siko_serial::command::{Command, Long};
+use siko_serial::command::{Command, Long, Setting, Short};
 use siko_serial::sim::{SerialDrive, VirtualLine};
 use siko_serial::{Connection, Error, Line, Settings};
 
@@ -100,6 +100,18 @@ fn each_byte_of_a_command_may_be_lost_and_nothing_moves_by_what_is_left() {
         assert_eq!(cut.number(Command::ReadLong(Long::Setpoint)).unwrap(), 0, "{at}");
         assert_eq!(cut.request(command).unwrap(), Answer::Done);
         assert_eq!(cut.number(Command::ReadLong(Long::Setpoint)).unwrap(), 5000);
+    }
+}
+
+/// The digits of a command without its letter are refused one by one, and none of that answers the next command.
+#[test]
+fn what_answers_a_part_of_a_command_answers_no_other_one() {
+    let commands =
+        [Command::ReadShort(Short::VPos), Command::WriteShort(Short::VPos, 7), Command::Set(Setting::Calibrate)];
+    for command in commands {
+        let mut lost = connection(|number, byte| (number != PROBE[0]).then_some(byte), |_, byte| Some(byte));
+        check(lost.request(command), Trouble::Garbled);
+        assert_eq!(lost.number(Command::ReadShort(Short::Window)).unwrap(), 10);
     }
 }
 
@@ -237,6 +249,15 @@ fn a_drive_that_restarts_is_asked_for_its_status_first() {
     bench.done(Command::WriteLong(Long::Setpoint, 5000));
     bench.done(Command::Restart);
     assert_eq!(bench.number(Command::ReadLong(Long::Setpoint)), 0);
+    let (mut client, now) = (Client::new(Settings::default()), Instant::from_micros(1_000_000));
+    for (command, sent) in [(Command::Restart, [&b"R"[..], b"K"]), (Command::Flags, [b"R", b"Q"])] {
+        client.request(command).unwrap();
+        assert_eq!(client.poll_transmit(now).unwrap().as_bytes(), sent[0], "{command:?}");
+        client.handle_bytes(now, b"0080>\r");
+        client.handle_timeout(Instant::MAX);
+        assert_eq!(client.poll_transmit(now).unwrap().as_bytes(), sent[1], "{command:?}");
+        client.handle_timeout(Instant::MAX);
+    }
 }
 
 #[test]
