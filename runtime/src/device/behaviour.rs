@@ -32,6 +32,9 @@ pub enum ErrorControlRule {
 pub struct Behaviour {
     /// In which order EMCY carries the bytes of the error code.
     pub emcy_code_order: CodeOrder,
+    /// Whether the generic bit of the error register is set with every other one. An error that has no bit of its own sets
+    /// it anyway.
+    pub generic_error: bool,
     /// What makes the device send TPDOs of type 254.
     pub triggers_254: Triggers,
     /// What makes the device send TPDOs of type 255.
@@ -72,6 +75,7 @@ impl Behaviour {
     /// As CiA 301 has it; everything that can be an event is one.
     pub const CIA_301: Behaviour = Behaviour {
         emcy_code_order: CodeOrder::LowByteFirst,
+        generic_error: true,
         triggers_254: Triggers::ALL,
         triggers_255: Triggers::ALL,
         type_0_at_every_sync: false,

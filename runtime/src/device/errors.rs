@@ -90,10 +90,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
     }
 
     /// What the error register has to show: the errors of the application and those that the device has
-    /// noticed itself. The generic bit is set with any of them.
+    /// noticed itself. The generic bit is set with any of them, unless the device deviates.
     fn errors(&self) -> ErrorRegister {
         let errors = self.application_errors | self.own_errors();
-        if errors.is_empty() { errors } else { errors | ErrorRegister::GENERIC }
+        let alone = errors.is_empty() || !self.behaviour.generic_error;
+        if alone { errors } else { errors | ErrorRegister::GENERIC }
     }
 
     fn own_errors(&self) -> ErrorRegister {

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use lexican_runtime::device::{Behaviour, ChangeRule, Device};
 use lexican_runtime::object::{Address, Mapped, ObjectDictionary};
+use lexican_runtime::wire::emcy::{Emergency, ErrorCode, ErrorRegister};
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
 use lexican_runtime::{CobId, Frame, Instant, NodeId};
@@ -24,12 +25,18 @@ const INSTEAD: [(&str, [u8; 8]); 2] = [
 ];
 
 /// Golden frames that a dictionary alone does not bring about: a speed that the drive refuses although its range
-/// allows it, and emergencies without the generic bit, which CiA 301 sets. frames.rs reads and makes them.
-const ELSEWHERE: [&str; 4] = ["F195", "F196", "F331", "F332"];
+/// allows it. frames.rs reads and makes them.
+const ELSEWHERE: [&str; 2] = ["F195", "F196"];
 
-/// PDOs are remapped in PRE-OPERATIONAL without being switched off; bit 30 of a COB-ID is not supported.
-const BEHAVIOUR: Behaviour =
-    Behaviour { changes: ChangeRule::InPreOperational, pdo_bit_30: false, dummies: 1 << 7, ..Behaviour::CIA_301 };
+/// PDOs are remapped in PRE-OPERATIONAL without being switched off; bit 30 of a COB-ID is not supported; emergencies have
+/// no generic bit.
+const BEHAVIOUR: Behaviour = Behaviour {
+    changes: ChangeRule::InPreOperational,
+    pdo_bit_30: false,
+    generic_error: false,
+    dummies: 1 << 7,
+    ..Behaviour::CIA_301
+};
 
 struct Drive {
     device: Device,
@@ -97,6 +104,18 @@ impl Drive {
     fn rpdo(&mut self, number: u16) -> CobId {
         let word = self.value(Address::new(0x13FF + number, 1));
         CobId::from_parameter(u32::from_le_bytes(word.try_into().unwrap()))
+    }
+
+    /// The application has this error, or one less: another one has come and gone.
+    fn report(&mut self, emergency: Emergency) {
+        let Emergency { code, register, vendor } = emergency;
+        if code == ErrorCode::NO_ERROR {
+            self.device.emergency(ErrorCode::CURRENT, ErrorRegister::CURRENT, [0; 5], &mut self.od);
+            self.send();
+            self.device.clear(ErrorRegister::CURRENT, &mut self.od);
+        } else {
+            self.device.emergency(code, register, vendor, &mut self.od);
+        }
     }
 
     /// The application has the values that this TPDO carries.
@@ -196,6 +215,10 @@ impl<'p> Replay<'p> {
             drive.have(number, printed.frame.data());
             drive.send();
         }
+        if let Some(Kind::Emergency(emergency)) = printed.kind {
+            drive.report(emergency);
+            drive.send();
+        }
         let at = was_sent(drive).unwrap_or_else(|| panic!("{} was not sent, but {:?}", printed.place(), drive.sent));
         drive.sent.drain(..=at);
     }
@@ -286,7 +309,7 @@ fn chapter_7_2_1_10_sync_telegrams() {
 
 #[test]
 fn chapter_7_2_2_1_interpolated_position_mode() {
-    assert_eq!(replay("7.2.2.1"), (25, 24));
+    assert_eq!(replay("7.2.2.1"), (25, 26));
 }
 
 /// The chapters together leave out nothing but what is named above.
