@@ -39,7 +39,16 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("changeover", &["lexican-driver", "lexican-runtime", "lexican-siko-ag02", "lexican-siko-ag03-1"]),
     (
         "lexican-tests",
-        &["lexican-eds", "lexican-codegen", "lexican-runtime", "lexican-siko-ag03-1", "lexican-siko-serial", "lexican"],
+        &[
+            "lexican-eds",
+            "lexican-codegen",
+            "lexican-runtime",
+            "lexican-driver",
+            "lexican-kollmorgen-akd",
+            "lexican-siko-ag03-1",
+            "lexican-siko-serial",
+            "lexican",
+        ],
     ),
     ("lexican-verify", &["lexican-eds", "lexican-runtime", "lexican-siko-ag03-1"]),
     (

@@ -1,6 +1,7 @@
 //! The Kollmorgen AKD: its data sheet against the tables of its manual, and the frames that the manual prints against
 //! the runtime and the generated dictionary.
 
+mod driver;
 mod frames;
 mod meanings;
 mod network;
