@@ -80,7 +80,7 @@ pub struct Follower<P> {
 
 #[derive(Debug)]
 enum Phase {
-    /// It begins with the first deadline.
+    /// It begins when it is first asked what to send.
     New,
     Enabling,
     Following,
@@ -451,10 +451,6 @@ impl<P: Path> StateMachine for Follower<P> {
     }
 
     fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
-        if matches!(self.phase, Phase::New) {
-            self.begin(now);
-            return None;
-        }
         self.keep_alive.iter_mut().for_each(|it| it.handle_timeout(now));
         if let Some(due) = self.sync.poll_timeout().filter(|due| *due <= now) {
             self.sync.handle_timeout(now);
@@ -469,6 +465,10 @@ impl<P: Path> StateMachine for Follower<P> {
 
     /// SYNC, then the set-points that the next one releases, then what keeps the drives going.
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        // Not by a deadline: that may come at the time when the link was read last, long ago.
+        if matches!(self.phase, Phase::New) {
+            self.begin(now);
+        }
         if let Some((_, sync)) = self.sync.poll_transmit(now) {
             return Some(sync);
         }
@@ -484,8 +484,7 @@ impl<P: Path> StateMachine for Follower<P> {
 
     fn poll_timeout(&self) -> Option<Instant> {
         match self.phase {
-            Phase::New => Some(Instant::ZERO),
-            Phase::Over => None,
+            Phase::New | Phase::Over => None,
             _ => {
                 let keep_alive = self.keep_alive.iter().filter_map(KeepAlive::poll_timeout);
                 keep_alive.chain(self.sync.poll_timeout()).chain(self.expects).min()

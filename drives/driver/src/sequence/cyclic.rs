@@ -1,17 +1,18 @@
 //! Setting up a drive for a cyclic mode.
 
 use lexican_runtime::object::{DataType, Direction, Mapped, OutOfRange};
-use lexican_runtime::procedure::{Data, PdoSettings, Step, configure_pdo};
+use lexican_runtime::procedure::{PdoSettings, configure_pdo};
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::pdo::{PdoCobId, TransmissionType};
 use lexican_runtime::{CobId, Duration};
 
 use super::observe::known;
 use super::power::{disable, start};
+use super::process_data::write;
 use super::refusal::{limits, require};
 use super::setup::set_mode;
 use super::standstill::hold_still;
-use crate::context::{Access, DriveContext};
+use crate::context::DriveContext;
 use crate::cyclic::{Axis, AxisSettings};
 use crate::description::{Number, Orders};
 use crate::error::{Capability, Error};
@@ -77,9 +78,7 @@ pub async fn prepare_cyclic(drive: &DriveContext, settings: AxisSettings) -> Res
     let receive = pdo(Direction::Receive, settings.rpdo, axis.rpdo(), &set_points);
     let transmit = pdo(Direction::Transmit, settings.tpdo, axis.tpdo(), &reports);
     for step in configure_pdo(receive).chain(configure_pdo(transmit)) {
-        if let Step::Write { address, data: Data::Value(payload) } = step {
-            drive.transfer(Access { address, payload: payload.into(), writes: true }).await?;
-        }
+        write(drive, step).await?;
     }
     drive.set(PERIOD, period).await?;
     drive.set(PERIOD_INDEX, index).await?;

@@ -82,7 +82,7 @@ pub(super) async fn enter_pre_operational(drive: &DriveContext) -> Result<(), Er
     }
 }
 
-async fn write(drive: &DriveContext, step: Step<'_>) -> Result<(), Error> {
+pub(super) async fn write(drive: &DriveContext, step: Step<'_>) -> Result<(), Error> {
     match step {
         Step::Write { address, data: Data::Value(value) } => drive.download(address, value).await,
         // The settings of a PDO are values.

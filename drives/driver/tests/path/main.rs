@@ -4,3 +4,5 @@ mod axis;
 mod lost_frames;
 mod outcomes;
 mod rig;
+mod servo;
+mod servos;

@@ -268,6 +268,7 @@ fn frames_that_do_not_leave_in_time_are_named() {
     let rig = Rig::new(2);
     let mut follower = rig.follower(figure(1000), Settings::default());
     let mut now = Instant::ZERO;
+    assert_eq!(follower.poll_transmit(now), None, "the first SYNC comes a period from now");
     // The link takes nothing.
     let reason = loop {
         now = follower.poll_timeout().unwrap().max(now);
