@@ -61,7 +61,7 @@ pub(crate) fn simulated(recipe: &Recipe, pace: Pace, fault: Option<Fault>) -> Re
     Ok(Box::new(link))
 }
 
-/// Has a drive fail when its time has come. It is a node of the bus, since that is who is called on time.
+/// Has a drive fail when its time has come. It is a node of the bus, which calls its nodes in virtual time.
 struct Alarm {
     at: Instant,
     fail: Option<Fail>,

@@ -3,11 +3,13 @@
 //! ```text
 //! recipe      which drive goes where, in mm and degrees; kinds: what drives there are
 //!   bus       a real bus, or a simulated one
-//!   run       connect, check, enable, release by SYNC, travel; stop all when one fails
+//!   run       all drives: connect, check, enable, release by SYNC, travel, disable
+//!     axis    one of them; stop: what ends all of them
 //!   progress  while it runs
-//!   report    what came of it; plot: the same as a picture
+//!   report    the result; plot: the same as a picture
 //! ```
 
+mod axis;
 mod bus;
 mod kinds;
 mod plot;
@@ -15,6 +17,7 @@ mod progress;
 mod recipe;
 mod report;
 mod run;
+mod stop;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -26,7 +29,8 @@ use lexican_runtime::host::tokio::Network;
 use bus::{Fault, Pace};
 use recipe::Recipe;
 use report::{Format, Report};
-use run::{Reason, Run, Stop};
+use run::Run;
+use stop::{Reason, Stop};
 
 /// Move the drives of a machine to the positions of a recipe, together
 ///

@@ -1,4 +1,4 @@
-//! What came of a change-over: as text, as a table in Markdown, as JSON.
+//! The result of a change-over: as text, as a table in Markdown, as JSON.
 
 use std::fmt::Write as _;
 
@@ -6,8 +6,10 @@ use clap::ValueEnum;
 use lexican_runtime::Instant;
 use serde::Serialize;
 
+use crate::axis::Axis;
 use crate::recipe::Unit;
-use crate::run::{Axis, Reason, Run};
+use crate::run::Run;
+use crate::stop::Reason;
 
 /// How to print a report.
 #[derive(Clone, Copy, Default, ValueEnum)]
@@ -18,7 +20,7 @@ pub(crate) enum Format {
     Markdown,
 }
 
-/// What came of a change-over, or what would be done.
+/// The result of a change-over, or what would be done.
 #[derive(Serialize)]
 pub(crate) struct Report {
     pub(crate) recipe: String,

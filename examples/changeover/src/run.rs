@@ -1,21 +1,14 @@
 //! The change-over itself: all drives of one network, each a task.
 
 use std::future::Future;
-use std::sync::{Arc, Mutex, MutexGuard};
 
-use lexican_driver::sequence::Progress as Seen;
-use lexican_driver::tokio::Drive;
-use lexican_driver::{Any, DriveContext, Error, Mode, Outcome, Units};
 use lexican_runtime::host::tokio::Network;
-use lexican_runtime::service::sdo_client::SdoError;
-use lexican_runtime::{CobId, Duration, Frame, Instant};
-use tokio::sync::Notify;
+use lexican_runtime::{CobId, Frame, Instant};
 
-use crate::progress::{Bar, Progress};
-use crate::recipe::{Entry, Problem, Recipe, Simulated, Unit};
-
-/// How long a drive may take to stand once it has been ordered to, and to be disabled then.
-const WITHIN: Duration = Duration::from_secs(5);
+use crate::axis::Axis;
+use crate::progress::Progress;
+use crate::recipe::Recipe;
+use crate::stop::{Reason, Stop};
 
 /// The drives of a recipe, connected and checked.
 pub(crate) struct Run<'a> {
@@ -25,83 +18,6 @@ pub(crate) struct Run<'a> {
     stop: Stop,
     /// When SYNC has released the drives.
     pub(crate) released: Option<Instant>,
-}
-
-/// A drive and its way.
-pub(crate) struct Axis {
-    pub(crate) entry: Entry,
-    drive: Drive<Any>,
-    network: Network,
-    units: Option<Units>,
-    pub(crate) limits: Option<(i32, i32)>,
-    /// Where it was, and where it goes, as it counts.
-    pub(crate) from: i32,
-    pub(crate) to: i32,
-    /// It holds its target until SYNC.
-    pub(crate) by_sync: bool,
-    /// Where it has been seen.
-    pub(crate) course: Vec<(Instant, i32)>,
-    /// When it has been ordered to stop.
-    pub(crate) halted: Option<Instant>,
-    pub(crate) end: Option<End>,
-}
-
-/// How the way of a drive has ended.
-pub(crate) struct End {
-    pub(crate) outcome: &'static str,
-    /// A fault in the words of the manual, or errors.
-    pub(crate) why: Vec<String>,
-    pub(crate) at: Instant,
-}
-
-/// Ends the change-over: the first reason counts. Clones belong to the same change-over.
-#[derive(Clone, Default)]
-pub(crate) struct Stop(Arc<(Mutex<Option<Reason>>, Notify)>);
-
-/// Why all drives are stopped.
-#[derive(Clone, Debug)]
-pub(crate) enum Reason {
-    /// SIGINT or SIGTERM.
-    Signal,
-    /// This drive has not reached its target.
-    Drive { name: String, outcome: &'static str, why: String, at: Instant },
-}
-
-impl Stop {
-    pub(crate) fn order(&self, reason: Reason) {
-        self.first().get_or_insert(reason);
-        self.0.1.notify_waiters();
-    }
-
-    pub(crate) fn reason(&self) -> Option<Reason> {
-        self.first().clone()
-    }
-
-    async fn ordered(&self) {
-        // It notices an order from here on.
-        let notified = self.0.1.notified();
-        if self.reason().is_none() {
-            notified.await;
-        }
-    }
-
-    fn first(&self) -> MutexGuard<'_, Option<Reason>> {
-        self.0.0.lock().expect("nothing panics with it")
-    }
-}
-
-/// Does the same for all at once. The results are in the order of the items.
-async fn at_once<T, R, F>(items: impl IntoIterator<Item = T>, work: impl Fn(T) -> F) -> Vec<R>
-where
-    F: Future<Output = R> + Send + 'static,
-    R: Send + 'static,
-{
-    let tasks: Vec<_> = items.into_iter().map(|item| tokio::spawn(work(item))).collect();
-    let mut results = Vec::with_capacity(tasks.len());
-    for task in tasks {
-        results.push(task.await.expect("no task panics or is aborted"));
-    }
-    results
 }
 
 impl<'a> Run<'a> {
@@ -164,7 +80,7 @@ impl<'a> Run<'a> {
             }
             let bar = progress.begin(&axis.entry.name, axis.from, axis.to);
             bar.say(&format!("{} to {}", axis.show(axis.from), axis.show(axis.to)));
-            let started = if axis.by_sync { Ok(()) } else { axis.drive.start_moving_to(axis.to).await };
+            let started = if axis.by_sync { Ok(()) } else { axis.start().await };
             tasks.push(tokio::spawn(axis.travel(started, bar, self.stop.clone())));
         }
         for task in tasks {
@@ -175,257 +91,16 @@ impl<'a> Run<'a> {
     }
 }
 
-impl Axis {
-    async fn connect(network: Network, entry: Entry, is_simulated: bool) -> Result<Axis, Problem> {
-        let problem = |error: &Error| Problem {
-            what: format!("{}: {error}", entry.name),
-            span: entry.node_span.clone(),
-            remedy: remedy(error).to_owned(),
-        };
-        let description = entry.kind.description;
-        let connected = Drive::connect_described(network.clone(), entry.node, description).await;
-        let mut drive = connected.map_err(|error| problem(&error))?;
-        if is_simulated {
-            commission(&mut drive, &entry).await.map_err(|error| problem(&error))?;
-        }
-        let units = match drive.units().await {
-            Ok(units) => Some(units),
-            Err(Error::Unsupported { .. }) => None,
-            Err(error) => return Err(problem(&error)),
-        };
-        let limits = drive.limits().await.map_err(|error| problem(&error))?;
-        let from = drive.position().await.map_err(|error| problem(&error))?;
-        let to = target(&entry, units, limits)?;
-        let by_sync = entry.sync && description.outputs.start_by_sync().is_some();
-        Ok(Axis {
-            entry,
-            drive,
-            network,
-            units,
-            limits,
-            from,
-            to,
-            by_sync,
-            course: Vec::new(),
-            halted: None,
-            end: None,
-        })
+/// Does the same for all at once. The results are in the order of the items.
+async fn at_once<T, R, F>(items: impl IntoIterator<Item = T>, work: impl Fn(T) -> F) -> Vec<R>
+where
+    F: Future<Output = R> + Send + 'static,
+    R: Send + 'static,
+{
+    let tasks: Vec<_> = items.into_iter().map(|item| tokio::spawn(work(item))).collect();
+    let mut results = Vec::with_capacity(tasks.len());
+    for task in tasks {
+        results.push(task.await.expect("no task panics or is aborted"));
     }
-
-    /// A position in the unit of the recipe.
-    pub(crate) fn value(&self, position: i32) -> f64 {
-        self.entry.position.unit().of(position, self.units)
-    }
-
-    pub(crate) fn show(&self, position: i32) -> String {
-        self.entry.position.unit().show(self.value(position))
-    }
-
-    async fn enable(mut self, stop: Stop) -> Axis {
-        if stop.reason().is_none()
-            && let Err(error) = self.try_to_enable().await
-        {
-            self.fail("not enabled", error.to_string(), &stop).await;
-        }
-        self
-    }
-
-    async fn try_to_enable(&mut self) -> Result<(), Error> {
-        self.drive.set_mode(Mode::Positioning).await?;
-        if self.by_sync {
-            match self.drive.set_start_by_sync(true).await {
-                // The drive does not allow it: it starts by itself.
-                Err(Error::Sdo(SdoError::Aborted { .. })) => self.by_sync = false,
-                other => other?,
-            }
-        }
-        self.drive.enable().await
-    }
-
-    /// Hands the drive its target, if it waits for SYNC.
-    async fn prepare(mut self, stop: Stop) -> Axis {
-        if stop.reason().is_none()
-            && self.by_sync
-            && let Err(error) = self.drive.prepare_moving_to(self.to).await
-        {
-            self.fail("not started", error.to_string(), &stop).await;
-        }
-        self
-    }
-
-    /// Travels to the end, or until all are stopped.
-    async fn travel(mut self, started: Result<(), Error>, bar: Bar, stop: Stop) -> Axis {
-        let travelled = tokio::select! {
-            biased;
-            () = stop.ordered() => None,
-            outcome = self.finish(started, &bar) => Some(outcome),
-        };
-        match travelled {
-            Some(Ok(Outcome::Reached { .. })) => self.end("reached").await,
-            Some(Ok(outcome)) => {
-                let (outcome, why) = words(outcome);
-                self.fail(outcome, why, &stop).await;
-            }
-            Some(Err(error)) => self.fail("failed", error.to_string(), &stop).await,
-            None => self.halt("stopped").await,
-        }
-        bar.end(&self.outcome());
-        self
-    }
-
-    async fn finish(&mut self, started: Result<(), Error>, bar: &Bar) -> Result<Outcome, Error> {
-        started?;
-        if self.by_sync {
-            self.drive.confirm_start().await?;
-        }
-        let course = &mut self.course;
-        let watch = |seen: Seen| {
-            course.push((seen.at, seen.position));
-            bar.at(seen.position);
-        };
-        self.drive.finish_watched(watch).await
-    }
-
-    /// Releases the motor, and takes back that the drive waits for SYNC, which it would keep without power.
-    async fn disable(mut self, _: Stop) -> Axis {
-        if self.end.is_none() {
-            self.halt("not started").await;
-        }
-        let released = async {
-            match self.drive.disable().await {
-                // It has no torque then.
-                Ok(()) | Err(Error::Fault(_)) => {}
-                Err(error) => return Err(error),
-            }
-            if self.by_sync { self.drive.set_start_by_sync(false).await } else { Ok(()) }
-        };
-        if let Err(error) = in_time(&self.network, released).await {
-            self.add(format!("not disabled: {error}"));
-        }
-        self
-    }
-
-    /// This drive has failed, and so all others are stopped.
-    async fn fail(&mut self, outcome: &'static str, why: String, stop: &Stop) {
-        let at = self.now().await;
-        stop.order(Reason::Drive { name: self.entry.name.clone(), outcome, why: why.clone(), at });
-        self.halt(outcome).await;
-        self.add(why);
-    }
-
-    /// Stops the drive.
-    async fn halt(&mut self, outcome: &'static str) {
-        self.halted = Some(self.now().await);
-        let stopped = in_time(&self.network, self.drive.stop()).await;
-        self.end(outcome).await;
-        if let Err(error) = stopped {
-            self.add(format!("not stopped: {error}"));
-        }
-    }
-
-    async fn end(&mut self, outcome: &'static str) {
-        let position = self.drive.position().await;
-        let at = self.now().await;
-        self.course.extend(position.ok().map(|position| (at, position)));
-        self.end = Some(End { outcome, why: Vec::new(), at });
-    }
-
-    /// One more thing to know of its end.
-    fn add(&mut self, why: String) {
-        self.end.iter_mut().for_each(|end| end.why.push(why.clone()));
-    }
-
-    pub(crate) fn outcome(&self) -> String {
-        let Some(end) = &self.end else { return "not moved".to_owned() };
-        let place = self.course.last().map(|(_, position)| format!(" at {}", self.show(*position))).unwrap_or_default();
-        let why = if end.why.is_empty() { String::new() } else { format!(": {}", end.why.join("; ")) };
-        format!("{}{place}{why}", end.outcome)
-    }
-
-    /// The time on the bus; that of the last thing seen if the bus is gone.
-    async fn now(&self) -> Instant {
-        let last = self.course.last().map_or(Instant::ZERO, |(at, _)| *at);
-        self.network.now().await.unwrap_or(last)
-    }
-}
-
-/// What a call has led to, or why it has not ended in time.
-async fn in_time(network: &Network, call: impl Future<Output = Result<(), Error>>) -> Result<(), String> {
-    let until = network.now().await.map_err(|error| error.to_string())? + WITHIN;
-    tokio::select! {
-        biased;
-        done = call => done.map_err(|error| error.to_string()),
-        _ = network.sleep_until(until) => Err(format!("it takes longer than {WITHIN}")),
-    }
-}
-
-/// Sets a simulated drive up as the recipe has it.
-async fn commission(drive: &mut Drive<Any>, entry: &Entry) -> Result<(), Error> {
-    let Simulated { spindle_pitch_mm, limits } = entry.simulated;
-    let description = entry.kind.description;
-    let pitch =
-        spindle_pitch_mm.zip(description.units).map(|(mm, units)| (units.spindle_pitch_10um, (mm * 100.0) as i64));
-    let limits = limits.zip(description.objects.position_limits);
-    let limits = limits.into_iter().flat_map(|(values, objects)| objects.into_iter().zip(values.map(i64::from)));
-    let settings: Vec<_> = pitch.into_iter().chain(limits).collect();
-    drive
-        .run(async move |context: DriveContext| {
-            for (object, value) in settings {
-                context.set(object, value).await?;
-            }
-            Ok(())
-        })
-        .await
-}
-
-/// Where the drive is to go, as it counts, if it can go there.
-fn target(entry: &Entry, units: Option<Units>, limits: Option<(i32, i32)>) -> Result<i32, Problem> {
-    let (position, span) = (entry.position, entry.position_span.clone());
-    let unit = position.unit();
-    let Some(target) = position.counts(units) else {
-        let (what, remedy) = match units {
-            Some(Units { spindle_pitch_10um: 0, .. }) if unit == Unit::Mm => (
-                "the drive has no spindle pitch, and cannot count in mm",
-                "set its spindle pitch up, or give the position in degrees or increments",
-            ),
-            Some(_) => ("no position is so far away", "give a position that the drive can count"),
-            None => ("the driver does not know the units of the drive", "give the position in increments"),
-        };
-        return Err(Problem { what: format!("{}: {what}", entry.name), span, remedy: remedy.to_owned() });
-    };
-    if let Some((low, high)) = limits.filter(|(low, high)| !(*low..=*high).contains(&target)) {
-        let [low, high] = [low, high].map(|limit| unit.show(unit.of(limit, units)));
-        let what = format!("{}: {position} is beyond its limits, {low} to {high}", entry.name);
-        let remedy = "give a position between them; or set other limits up (607Dh), if the machine has room";
-        return Err(Problem { what, span, remedy: remedy.to_owned() });
-    }
-    if let Err(error) = entry.kind.description.objects.target_position.check(target.into()) {
-        let remedy = "give a position that the drive can count".to_owned();
-        return Err(Problem { what: format!("{}: {error}", entry.name), span, remedy });
-    }
-    Ok(target)
-}
-
-/// What to do about a drive that does not answer as it should.
-fn remedy(error: &Error) -> &'static str {
-    match error {
-        Error::Sdo(SdoError::TimedOut { .. }) => "has it power, and this node-ID? `lexican scan` shows who is there",
-        Error::NotThisDrive { .. } => "name the kind of drive that is there, or its node-ID",
-        Error::OtherCobId { .. } => "restore the communication parameters of the drive (1011h)",
-        Error::Link(_) => "is the bus up, and the adapter plugged in?",
-        _ => "look the error up in the manual of the drive",
-    }
-}
-
-/// How a travel has ended that has not reached its target.
-fn words(outcome: Outcome) -> (&'static str, String) {
-    match outcome {
-        Outcome::Fault(cause) => ("fault", cause.to_string()),
-        Outcome::Limit { .. } => ("limit", "it has passed one of its limits".to_owned()),
-        Outcome::TorqueDeactivated { .. } => ("overloaded", "its load has stopped it".to_owned()),
-        Outcome::Overridden { .. } => ("overridden", "another manager has ordered something else".to_owned()),
-        Outcome::Interrupted { state, .. } => ("interrupted", format!("it is in {state}")),
-        Outcome::TimedOut { .. } => ("timed out", "it is still under way".to_owned()),
-        Outcome::Reached { .. } => ("reached", String::new()),
-    }
+    results
 }
