@@ -182,7 +182,7 @@ impl SimulatedServo {
 impl Node for SimulatedServo {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         if self.on {
-            self.servo.update(now, &mut *self.storage);
+            self.servo.measure(now, &mut *self.storage);
             let event = self.with_device(|device, od| device.handle_frame(now, frame, od));
             self.take(now, event);
         }
@@ -190,7 +190,7 @@ impl Node for SimulatedServo {
 
     fn handle_timeout(&mut self, now: Instant) {
         if self.on {
-            self.servo.update(now, &mut *self.storage);
+            self.servo.measure(now, &mut *self.storage);
             let event = self.with_device(|device, od| device.handle_timeout(now, od));
             self.take(now, event);
         }

@@ -19,7 +19,7 @@ use crate::storage::Storage;
 const SAMPLING: Duration = Duration::from_millis(10);
 
 /// Lets the servo follow what happened to its device, after each frame and deadline. Before a frame or deadline is
-/// handled, [`Servo::update`] puts into the dictionary what is measured then.
+/// handled, [`Servo::measure`] puts into the dictionary what is measured then.
 ///
 /// A reset is for the application to follow, by [`Servo::restart`].
 pub fn follow<const R: usize, const T: usize, const S: usize, const M: usize>(
@@ -34,7 +34,7 @@ pub fn follow<const R: usize, const T: usize, const S: usize, const M: usize>(
             if device.applied().any(|(number, _)| has_set_point(servo, device, number)) {
                 servo.set_point();
             }
-            servo.sync(now, od);
+            return servo.sync(now, od);
         }
         Some(Event::RpdoReceived { number }) if has_set_point(servo, device, number) => servo.set_point(),
         Some(Event::Written(address)) => {

@@ -1,15 +1,15 @@
 //! A CiA 402 servo, without I/O: it is lent the dictionary of its device.
 //!
 //! ```text
-//! update(now, od)   after each frame or deadline of the device, and before it: the servo takes its orders from the
-//!                   dictionary, and puts there what it measures
+//! measure(now, od)  before each frame or deadline of the device: puts into the dictionary what is measured then
+//! update(now, od)   after it: takes the orders of the dictionary
 //! sync(now, od)     SYNC came, and its RPDOs are in the dictionary
 //! set_point()       an RPDO with a set-point came
 //! next_event()      when to call update
 //! next_emergency()  what to send
 //! ```
 //!
-//! [`follow`] does all of it for a [`Device`]. Positions are those of 6064h; the axis moves in closed form, so nothing
+//! [`follow`] and [`report`] do it for a [`Device`](lexican_runtime::device::Device). Positions are those of 6064h; the axis moves in closed form, so nothing
 //! depends on how often it is asked.
 //!
 //! # What CiA 402 leaves open

@@ -9,6 +9,7 @@ macro_rules! objects {
 }
 
 objects! {
+    DEVICE_TYPE = 0x1000, 0;
     ABORT_CONNECTION = 0x6007, 0;
     ERROR_CODE = 0x603F, 0;
     CONTROL_WORD = 0x6040, 0;

@@ -1,5 +1,7 @@
 //! What the objects of the dictionary say, and what holds where it lacks them.
 
+use std::cell::OnceCell;
+
 use lexican_runtime::Duration;
 use lexican_runtime::object::Address;
 
@@ -10,6 +12,8 @@ use crate::trajectory::Profile;
 
 /// What an object holds in a new servo if its data sheet has the object, but no default: so that it can move.
 pub const DEFAULTS: &[(Address, i64)] = &[
+    // A servo drive.
+    (DEVICE_TYPE, 0x0002_0192),
     (QUICK_STOP_OPTION, 2),
     (SHUTDOWN_OPTION, 0),
     (DISABLE_OPTION, 1),
@@ -30,16 +34,16 @@ pub const DEFAULTS: &[(Address, i64)] = &[
 ];
 
 /// Objects and model, read together.
-#[derive(Clone, Copy)]
 pub(super) struct Parameters<'a> {
     pub(super) od: &'a dyn Storage,
     pub(super) model: &'static ServoModel,
-    scales: Scales,
+    /// Many of them are looked at without any velocity.
+    scales: OnceCell<Scales>,
 }
 
 impl<'a> Parameters<'a> {
     pub(super) fn new(od: &'a dyn Storage, model: &'static ServoModel) -> Self {
-        Parameters { od, model, scales: (model.scales)(od) }
+        Parameters { od, model, scales: OnceCell::new() }
     }
 
     /// The value of an object; without it, that of [`DEFAULTS`], else 0.
@@ -61,8 +65,12 @@ impl<'a> Parameters<'a> {
         addresses.iter().find_map(|address| self.od.number(*address)).map(|value| value as f64)
     }
 
+    fn scales(&self) -> Scales {
+        *self.scales.get_or_init(|| (self.model.scales)(self.od))
+    }
+
     pub(super) fn velocity_scale(&self) -> f64 {
-        self.scales.velocity
+        self.scales().velocity
     }
 
     /// An acceleration in position units/s²: of the first object that exists, no more than its maximum (60C5h, 60C6h).
@@ -71,8 +79,8 @@ impl<'a> Parameters<'a> {
         let last = addresses.last().map_or(0.0, |last| self.float(*last));
         let ramp = Some(self.first(addresses).unwrap_or(last)).filter(positive);
         let maximum = self.od.number(maximum).map(|value| value as f64).filter(positive);
-        let limit = maximum.map_or(f64::INFINITY, |value| value * self.scales.acceleration);
-        ramp.map_or(self.model.strongest, |value| value * self.scales.acceleration).min(limit)
+        let limit = maximum.map_or(f64::INFINITY, |value| value * self.scales().acceleration);
+        ramp.map_or(self.model.strongest, |value| value * self.scales().acceleration).min(limit)
     }
 
     /// The highest velocity (607Fh, 6080h), in position units/s.
@@ -80,13 +88,13 @@ impl<'a> Parameters<'a> {
         // 6080h is in revolutions per minute unless the scales are in units of the user.
         let positive = |address| self.od.number(address).filter(|value| *value > 0);
         let limits = [positive(MAX_PROFILE_VELOCITY), positive(MAX_MOTOR_SPEED)];
-        limits.into_iter().flatten().map(|value| value as f64 * self.scales.velocity).fold(f64::INFINITY, f64::min)
+        limits.into_iter().flatten().map(|value| value as f64 * self.scales().velocity).fold(f64::INFINITY, f64::min)
     }
 
     /// Ramps of the profile modes: 6081h, 6083h and 6084h.
     pub(super) fn profile(&self) -> Profile {
         Profile {
-            speed: (self.float(PROFILE_VELOCITY).abs() * self.scales.velocity).min(self.top_speed()),
+            speed: (self.float(PROFILE_VELOCITY).abs() * self.scales().velocity).min(self.top_speed()),
             acceleration: self.acceleration(&[PROFILE_ACCELERATION], MAX_ACCELERATION),
             deceleration: self.slow_down(),
         }
@@ -104,7 +112,7 @@ impl<'a> Parameters<'a> {
     /// The profile of homing with one of the speeds of 6099h.
     pub(super) fn homing(&self, speed: Address) -> Profile {
         let acceleration = self.acceleration(&[HOMING_ACCELERATION], MAX_ACCELERATION);
-        Profile { speed: self.float(speed).abs() * self.scales.velocity, acceleration, deceleration: acceleration }
+        Profile { speed: self.float(speed).abs() * self.scales().velocity, acceleration, deceleration: acceleration }
     }
 
     /// 1, or -1 if 607Eh inverts positions.

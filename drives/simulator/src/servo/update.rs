@@ -163,6 +163,13 @@ impl Servo {
         self.step(now, od);
     }
 
+    /// The same where nothing was written since the last [`Servo::update`].
+    pub fn measure(&mut self, now: Instant, od: &mut dyn Storage) {
+        if now != self.now {
+            self.update(now, od);
+        }
+    }
+
     fn step(&mut self, now: Instant, od: &mut dyn Storage) {
         self.now = now;
         self.follow_world(od);

@@ -24,7 +24,7 @@ impl Servo {
     pub(super) fn watch(&mut self, od: &mut dyn Storage) {
         self.hold_shaft();
         self.rest_cycle();
-        let holding = self.conditions(self.demanded(), od);
+        let holding = self.bounds(od).conditions(self.demanded());
         let times = self.times(od);
         for (row, holds) in holding.into_iter().enumerate() {
             let since = &mut self.watch.since[row];
@@ -58,23 +58,17 @@ impl Servo {
         self.watch.held[LAGGING]
     }
 
-    /// Which conditions hold when the shaft is to be there. Each is monotone in position or speed, as
-    /// [`crate::trajectory::Trajectory::next_change`] needs.
-    fn conditions(&self, demand: State, od: &dyn Storage) -> [bool; CONDITIONS] {
+    /// What the conditions compare with.
+    fn bounds(&self, od: &dyn Storage) -> Bounds {
         let parameters = self.parameters(od);
-        let scale = parameters.velocity_scale();
-        let velocity = if self.held.is_some() { 0.0 } else { demand.velocity };
-        let target = self.running.map_or(0.0, |running| running[0]);
-        let window = parameters.float(VELOCITY_WINDOW) * scale + TINY;
-        let threshold = parameters.float(VELOCITY_THRESHOLD) * scale + TINY;
-        let lag = self.held.map_or(0.0, |held| (demand.position - held).abs());
-        [
-            demand.velocity == 0.0 && self.held.is_none(),
-            (velocity - target).abs() <= window,
-            velocity.abs() <= threshold,
-            self.is_obeying() && parameters.following_window().is_some_and(|window| lag > window),
-            self.held.is_some(),
-        ]
+        let velocity = |address| parameters.float(address) * parameters.velocity_scale() + TINY;
+        Bounds {
+            held: self.held,
+            target: self.running.map_or(0.0, |running| running[0]),
+            window: velocity(VELOCITY_WINDOW),
+            threshold: velocity(VELOCITY_THRESHOLD),
+            following: parameters.following_window().filter(|_| self.is_obeying()),
+        }
     }
 
     /// For how long each has to hold.
@@ -98,13 +92,39 @@ impl Servo {
         let times = self.times(od);
         let due = self.watch.since.iter().zip(times).zip(self.watch.held);
         let due = due.filter(|(_, held)| !held).filter_map(|((since, time), _)| Some((*since)? + time));
+        let bounds = self.bounds(od);
         let change = self.way.next_change(self.now, |demand| {
             let shaft = if self.held.is_some() { self.shaft(self.now) } else { demand };
             let passed = self.inputs.machine.passed(shaft);
-            (self.conditions(demand, od), passed, self.awaited_pulse(shaft.position))
+            (bounds.conditions(demand), passed, self.awaited_pulse(shaft.position))
         });
         let torque = matches!(self.mode, Some(Mode::ProfileTorque)).then(|| self.way.end()).flatten();
         let own = [self.way.end(), change, self.cycle_deadline(), self.points.change, torque];
         own.into_iter().flatten().chain(due).filter(|at| *at > self.now).min()
+    }
+}
+
+/// What the conditions compare with, in position units and position units/s.
+struct Bounds {
+    held: Option<f64>,
+    target: f64,
+    window: f64,
+    threshold: f64,
+    following: Option<f64>,
+}
+
+impl Bounds {
+    /// Which conditions hold when the shaft is to be there. Each is monotone in position or speed, as
+    /// [`crate::trajectory::Trajectory::next_change`] needs.
+    fn conditions(&self, demand: State) -> [bool; CONDITIONS] {
+        let velocity = if self.held.is_some() { 0.0 } else { demand.velocity };
+        let lag = self.held.map_or(0.0, |held| (demand.position - held).abs());
+        [
+            demand.velocity == 0.0 && self.held.is_none(),
+            (velocity - self.target).abs() <= self.window,
+            velocity.abs() <= self.threshold,
+            self.following.is_some_and(|window| lag > window),
+            self.held.is_some(),
+        ]
     }
 }
