@@ -10,8 +10,10 @@ mod sdo_support;
 
 mod bus;
 mod port;
+mod profibus;
 mod text;
 
 pub use bus::{device, manager, sdo};
 pub use port::siko_serial;
+pub use profibus::profibus;
 pub use text::{bus_url, codegen, eds, log, parameters, script, slcan};

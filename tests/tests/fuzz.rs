@@ -77,3 +77,8 @@ fn any_kept_parameters_are_read() {
 fn any_bytes_on_a_serial_port_are_survived() {
     check(fuzz::siko_serial, "fuzz/corpus/siko_serial");
 }
+
+#[test]
+fn a_drive_on_profibus_goes_on() {
+    check(fuzz::profibus, "fuzz/corpus/profibus");
+}
