@@ -185,7 +185,7 @@ impl Scales {
             0x00B4_0300 => revolution,
             _ => 1.0,
         };
-        // Accelerations: 0300h behind the velocity unit means per second.
+        // Revolutions per minute and second, and revolutions per second squared.
         let acceleration = match od.raw(ACCELERATION_UNIT).unwrap_or_default() as u32 & 0x00FF_FFFF {
             0x00C0_0300 => revolution / 60.0,
             0x00B4_5700 => revolution,

@@ -1,6 +1,9 @@
 //! Profile velocity and profile torque mode.
 
-use crate::support::Rig;
+use lexican_runtime::object::DataType::Unsigned32;
+use simulator::servo::{Inputs, ServoModel};
+
+use crate::support::{Rig, SERVO};
 
 const VELOCITY: i64 = 3;
 const TORQUE: i64 = 4;
@@ -107,4 +110,49 @@ fn another_mode_takes_the_axis_over() {
     assert!(rig.velocity() < 0);
     rig.set(0x6060, 0, 3).pass(200);
     assert_eq!(rig.velocity(), 1000);
+}
+
+/// 60A9h in revolutions per minute, 60AAh in revolutions per minute and second, 4000 units a revolution.
+#[test]
+fn velocities_have_the_unit_that_the_data_sheet_names() {
+    let units = [(0x608F, 1), (0x608F, 2), (0x60A9, 0), (0x60AA, 0)];
+    let values = [4000, 1, 0x00B4_4700, 0x00C0_0300];
+    let units: Vec<_> = units.into_iter().zip(values).map(|(at, value)| (at.0, at.1, Unsigned32, value)).collect();
+    let mut rig = Rig::of(&ServoModel::CIA_402, &[SERVO, &units].concat());
+    rig.set(0x6060, 0, VELOCITY).enable().set(0x6083, 0, 600).set(0x60FF, 0, 60).pass(100);
+    assert_eq!((rig.velocity(), rig.servo.shaft(rig.now).velocity.round()), (60, 4000.0));
+}
+
+#[test]
+fn inputs_are_set_by_name() {
+    let mut inputs = Inputs::default();
+    for (key, value, wrong) in [
+        ("supply", "false", "no"),
+        ("enable", "false", "0"),
+        ("blocked", "true", "yes"),
+        ("ignores_sync", "true", ""),
+        ("fault", "0x4310", "0x14310"),
+        ("warning", "17168", "none of them"),
+        ("digital", "0x10000", "-1"),
+        ("probe_1", "true", "high"),
+        ("probe_2", "true", "low"),
+        ("negative_limit", "-2000", "left"),
+        ("positive_limit", "2000", "right"),
+        ("home_low", "100", "low"),
+        ("home_high", "200", "high"),
+        ("index", "5", "five"),
+        ("index_distance", "50", "fifty"),
+    ] {
+        let before = inputs;
+        assert!(inputs.set(key, wrong).is_err() && inputs == before, "{key} = {wrong}");
+        inputs.set(key, value).unwrap();
+        assert_ne!(inputs, before, "{key}");
+    }
+    assert_eq!((inputs.fault, inputs.warning, inputs.digital), (Some(0x4310), Some(0x4310), 0x10000));
+    assert_eq!((inputs.machine.home_switch, inputs.machine.index), (Some((100.0, 200.0)), Some((5.0, 50.0))));
+    for key in ["fault", "warning", "negative_limit", "positive_limit", "home_low", "index"] {
+        inputs.set(key, "none").unwrap();
+    }
+    assert_eq!((inputs.fault, inputs.machine.home_switch, inputs.machine.index), (None, None, None));
+    assert!(inputs.set("brake", "true").unwrap_err().contains("there are supply"));
 }
