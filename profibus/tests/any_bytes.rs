@@ -1,5 +1,7 @@
 //! No bytes on the line stop a slave or a codec, and the next request is answered.
 
+#[path = "support/random.rs"]
+mod random;
 mod support;
 
 use lexican_profibus::State;
@@ -8,23 +10,8 @@ use lexican_profibus::fdl::{Data, Decoded, FrameCount, Function, MAX_PAYLOAD, Se
 use lexican_profibus::pkw::{Pkw, Reply, Task};
 use lexican_runtime::Duration;
 use proptest::prelude::*;
+use random::Random;
 use support::{Answer, Bench, data};
-
-/// xorshift64*: the same bytes in every run.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_F491_4F6C_DD1D)
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        (self.next() >> 33) as usize % count
-    }
-}
 
 /// After a silence, the slave is there, whatever state it is in.
 #[track_caller]
@@ -40,17 +27,7 @@ fn a_million_random_bytes_leave_a_slave_that_answers() {
     let mut random = Random(0x5EED_1234_5678_9ABC);
     let mut bench = Bench::in_data_exchange();
     for burst in 0..1000 {
-        let bytes: Vec<u8> = (0..1000)
-            .map(|_| {
-                let byte = (random.next() >> 24) as u8;
-                // Beginnings of telegrams more often than by chance.
-                if byte & 0xF0 == 0 {
-                    [0x68, 0x10, 0xA2, 0xDC, 0xE5, 0x16, 0x87, 0x07][usize::from(byte & 7)]
-                } else {
-                    byte
-                }
-            })
-            .collect();
+        let bytes = random.line(1000);
         bench.slave.handle_bytes(bench.now, &bytes);
         bench.pass(Duration::from_micros(random.next() >> 54));
         if burst % 100 == 99 {
@@ -73,16 +50,7 @@ fn a_hundred_thousand_altered_telegrams_leave_a_slave_that_answers() {
     ];
     for number in 0..100_000 {
         let mut telegram = telegrams[random.below(telegrams.len())].clone();
-        for _ in 0..=random.below(3) {
-            let at = random.below(telegram.len());
-            match random.below(4) {
-                0 => telegram[at] ^= 1 << random.below(8),
-                1 => telegram[at] = random.below(256) as u8,
-                2 => telegram.insert(at, random.below(256) as u8),
-                _ if telegram.len() > 1 => drop(telegram.remove(at)),
-                _ => {}
-            }
-        }
+        random.alter(&mut telegram);
         bench.slave.handle_bytes(bench.now, &telegram);
         bench.pass(Duration::from_micros(random.next() >> 56));
         if number % 10_000 == 9_999 {
