@@ -90,6 +90,39 @@ fn inching_follows_figure_4() {
     }
 }
 
+/// A stop is not undone by the characters that are still being sent.
+#[test]
+fn characters_that_go_on_after_a_stop_move_nothing() {
+    for stop in [Command::EmergencyStop, Command::Stop] {
+        let mut bench = Bench::new();
+        bench.drive.start_inching(Direction::Positive);
+        bench.pass(Duration::from_secs(1));
+        bench.done(stop);
+        bench.pass(Duration::from_secs(5));
+        assert_eq!(bench.number(Command::Velocity), 0);
+        bench.drive.stop_inching();
+        bench.pass(Duration::from_millis(200));
+        bench.drive.start_inching(Direction::Positive);
+        bench.pass(Duration::from_secs(1));
+        assert!(bench.number(Command::Velocity) > 0);
+    }
+}
+
+/// "Eine Aenderung der Reglerparameter waehrend eines Positioniervorganges hat keine Auswirkung" (chapter 2.2.1).
+#[test]
+fn a_travel_goes_on_with_the_parameters_with_which_it_began() {
+    let mut bench = Bench::new();
+    bench.done(Command::WriteLong(Long::Setpoint, 5000));
+    bench.done(Command::Start);
+    bench.reaches("x1xx 10x0 0001 0000");
+    bench.done(Command::Stop);
+    bench.reaches("x10x 00x0 0000 0000");
+    bench.done(Command::WriteShort(Short::VPos, 10));
+    bench.done(Command::Start);
+    bench.pass(Duration::from_secs(1));
+    assert!(bench.number(Command::Velocity) > 10);
+}
+
 #[test]
 fn characters_of_the_other_direction_stop_before_they_move() {
     let mut bench = Bench::new();

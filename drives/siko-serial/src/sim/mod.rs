@@ -14,6 +14,7 @@
 //! | `M` in an intermediate stop | goes on; to the new setpoint, if there is one |
 //! | `M` in velocity mode while it turns | is carried out |
 //! | `P` while it moves | the motor runs out |
+//! | `,` and `.` that go on after a stop | move nothing until none has come for 100 ms |
 //! | what happens to a travel when the bus takes command | the motor is released |
 //! | `K` while it moves | as switching the supply off and on |
 //! | what `S11103` says while the cause is still there | 10 |
@@ -255,7 +256,6 @@ impl SerialDrive {
 
     fn stop(&mut self, now: Instant, braking: Braking) -> Result<(), ErrorNumber> {
         let lags = self.drive.controller().system_status(now) & system::LAG_ERROR != 0;
-        self.inching = None;
         self.order(now, if lags { Order::Release } else { Order::Interrupt(braking) })
     }
 
