@@ -109,7 +109,7 @@ macro_rules! operations {
             fn start_moving_to(drive, target: i32) -> () = sequence::start_travel(drive, target);
 
             /// Has the drive hold each target until SYNC, or not any more, so that several drives start together. The
-            /// drive may keep that without power: a program that ends takes it back.
+            /// drive stays so at least until it restarts: a program that ends takes it back.
             ///
             /// # Errors
             ///

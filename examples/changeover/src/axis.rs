@@ -159,7 +159,7 @@ impl Axis {
         self.drive.start_moving_to(self.to).await
     }
 
-    /// Releases the motor, and takes back that the drive waits for SYNC, which it would keep without power.
+    /// Releases the motor, and takes back that the drive waits for SYNC, as it would until it restarts.
     pub(crate) async fn disable(mut self, _: Stop) -> Axis {
         if self.end.is_none() {
             self.halt("not started").await;

@@ -8,7 +8,7 @@ use super::travel::{order_travel, target_transmission, waits_for_sync};
 use crate::context::DriveContext;
 use crate::error::{Error, Missing, Refusal};
 
-/// Transmission types of a receive PDO (CiA 301, 7.5.2.36): it waits for SYNC, or takes effect at once.
+/// Transmission types of a receive PDO (CiA 301, 7.5.2.35): it waits for SYNC, or takes effect at once.
 const SYNCHRONOUS: i64 = 0;
 const EVENT_DRIVEN: i64 = 255;
 

@@ -13,7 +13,7 @@ use crate::context::{Awaited, DriveContext, Motion, Pause, Travel};
 use crate::description::{Number, Release};
 use crate::error::{Capability, Error, Missing, Outcome, Refusal};
 
-/// The last transmission type of a receive PDO that waits for SYNC (CiA 301, 7.5.2.36).
+/// The last transmission type of a receive PDO that waits for SYNC (CiA 301, 7.5.2.35).
 const LAST_SYNCHRONOUS: i64 = 240;
 
 /// How far a travel has come.
