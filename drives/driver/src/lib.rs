@@ -34,7 +34,8 @@
 //!
 //! # Describing a drive
 //!
-//! Begin with [`Description::CIA_402`], and go through the fields with the drive's manual:
+//! Begin with what its data sheet says, which `lexican_codegen::Config::driver` generates, or else with
+//! [`Description::CIA_402`], and go through the fields with the drive's manual:
 //!
 //! 1. which 1000h, 1018h and 1008h distinguish it from its relatives (`identity`);
 //! 2. where its objects are, and how wide (`objects`): from the generated dictionary, by
