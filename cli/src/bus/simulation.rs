@@ -21,12 +21,12 @@ pub(crate) enum Simulator {
     /// A positioning drive of SIKO.
     Siko(&'static Model),
     /// A servo with a model of its own.
-    #[allow(dead_code, reason = "until the first drive has one")]
     Servo(&'static ServoModel),
 }
 
 /// The devices of the library that have a simulator of their own.
 pub(crate) const SIMULATORS: &[(&str, Simulator)] = &[
+    ("kollmorgen/akd", Simulator::Servo(&kollmorgen_akd::sim::MODEL)),
     ("siko/ag02", Simulator::Siko(&siko_ag02::sim::MODEL)),
     ("siko/ag03-1", Simulator::Siko(&siko_ag03_1::sim::MODEL)),
 ];

@@ -70,11 +70,11 @@ pub static AKD: Description = Description {
 pub static AKD_BY_SDO: Description = Description { outputs: Outputs::BY_SDO, inputs: &[], ..AKD };
 
 /// Bits of 1002h (6.2.1.3).
-mod system {
-    pub(super) const MOVEMENT_ACTIVE: u32 = 1 << 0;
-    pub(super) const TARGET_VELOCITY_REACHED: u32 = 1 << 9;
-    pub(super) const SAFETY_SELECTED: u32 = 1 << 13;
-    pub(super) const HARDWARE_ENABLE: u32 = 1 << 29;
+pub(crate) mod system {
+    pub(crate) const MOVEMENT_ACTIVE: u32 = 1 << 0;
+    pub(crate) const TARGET_VELOCITY_REACHED: u32 = 1 << 9;
+    pub(crate) const SAFETY_SELECTED: u32 = 1 << 13;
+    pub(crate) const HARDWARE_ENABLE: u32 = 1 << 29;
 }
 
 const CONDITIONS: &[Condition] = &[
@@ -97,7 +97,7 @@ const CONDITIONS: &[Condition] = &[
 ];
 
 /// 6.4.2.3.
-const MODES: Modes = Modes(&[
+pub(crate) const MODES: Modes = Modes(&[
     (od::OperatingMode::PROFILE_POSITION.0, cia402::Mode::ProfilePosition),
     (od::OperatingMode::PROFILE_VELOCITY.0, cia402::Mode::ProfileVelocity),
     (od::OperatingMode::PROFILE_TORQUE.0, cia402::Mode::ProfileTorque),
@@ -107,7 +107,7 @@ const MODES: Modes = Modes(&[
 ]);
 
 /// Those of the data sheet (6.10.2.2).
-const METHODS: &[i8] = &{
+pub(crate) const METHODS: &[i8] = &{
     const NAMES: &[lexican_runtime::object::ValueName] = od::HomingMethod::NAMES;
     let mut methods = [0; NAMES.len()];
     let mut row = 0;

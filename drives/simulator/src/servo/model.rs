@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use lexican_runtime::device::Behaviour;
 use lexican_runtime::object::{Address, Dictionary, Table};
-use lexican_runtime::profile::cia402::{Mode, Modes, State, Transitions};
+use lexican_runtime::profile::cia402::{Mode, Modes, State, Transitions, control};
 use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
 
 use super::inputs::Inputs;
@@ -30,6 +30,10 @@ pub struct ServoModel {
     pub modes: Modes,
     /// Whether a mode that 6502h does not list is refused.
     pub obeys_supported_modes: bool,
+    /// The bit of the control word by which a set-point replaces the travel under way; 0 for none.
+    pub at_once: u16,
+    /// The bit by which the set-point under way is passed on the way to the next one; 0 for none.
+    pub on_set_point: u16,
     /// Whether 6060h takes effect while the axis moves, and not only when it stands.
     pub changes_mode_while_moving: bool,
     /// Its homing methods, where neither 60E3h nor CiA 402 says it; none for all of CiA 402.
@@ -137,6 +141,8 @@ impl ServoModel {
         transitions: Transitions::CIA_402,
         modes: Modes::CIA_402,
         obeys_supported_modes: true,
+        at_once: control::CHANGE_IMMEDIATELY,
+        on_set_point: control::CHANGE_ON_SET_POINT,
         changes_mode_while_moving: true,
         homing_methods: None,
         codes: FaultCodes::CIA_402,

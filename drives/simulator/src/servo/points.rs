@@ -8,9 +8,6 @@ use super::parts::{Limit, Points, SetPoint, TINY};
 use crate::storage::Storage;
 use crate::trajectory::Trajectory;
 
-/// Change on set-point: bit 9 of the control word.
-pub(super) const CHANGE_ON_SET_POINT: u16 = 1 << 9;
-
 impl Servo {
     /// Bit 4 of the control word rises.
     pub(super) fn take_set_point(&mut self, word: u16, od: &dyn Storage) {
@@ -19,9 +16,9 @@ impl Servo {
         }
         let point = self.read_set_point(word & control::RELATIVE != 0, od);
         self.points.acknowledged = true;
-        if self.points.travels && word & control::CHANGE_IMMEDIATELY == 0 {
+        if self.points.travels && word & self.model.at_once == 0 {
             self.points.buffered = Some(point);
-            if word & CHANGE_ON_SET_POINT != 0 && !self.is_halted() {
+            if word & self.model.on_set_point != 0 && !self.is_halted() {
                 self.travel_past(od);
             }
             return;

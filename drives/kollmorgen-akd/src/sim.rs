@@ -1,0 +1,159 @@
+//! The simulated AKD, as a model of the servo of [`simulator`]: its dictionary, and what differs from CiA 402.
+//!
+//! ```
+//! use kollmorgen_akd::driver::{Drive, Outcome};
+//! use kollmorgen_akd::sim::{MODEL, SimulatedServo};
+//! use lexican_runtime::NodeId;
+//! use lexican_runtime::host::VirtualBus;
+//!
+//! let node = NodeId::literal(3);
+//! let bus = VirtualBus::with_bit_rate(500);
+//! bus.attach(SimulatedServo::new(bus.now(), &MODEL, node));
+//!
+//! let mut drive = Drive::connect(bus.link(), node)?;
+//! drive.enable()?;
+//! assert_eq!(drive.move_to(5000)?, Outcome::Reached { position: 5000 });
+//! drive.disable()?;
+//! # Ok::<(), kollmorgen_akd::driver::Error>(())
+//! ```
+//!
+//! # What the manual leaves open
+//!
+//! | Question | Here |
+//! |---|---|
+//! | 606Ch in PDOs, in rev/min | as by SDO, in 1/1000 position units/s |
+//! | which inputs the capture engines listen to (CAP0.TRIGGER, CAP1.TRIGGER) | digital inputs 1 and 2 |
+//! | what clears the valid bits of 20A5h | taking the enable bit of 20A4h back |
+//! | the latch of the index pulse | none comes |
+//! | STO | the cause of fault F602 or warning n602; 1002h then has bit 13 |
+//! | a shaft that is blocked | a following error (F439), if 6065h is not 0 |
+//! | 1026h, 2026h, DRV.NVSAVE (35EBh) and motion tasks | objects that keep what is written, and do nothing |
+//! | speeds of homing, of which the manual has "equivalent 60 rpm" | 1000, and an eighth of it |
+
+use lexican_runtime::device::{Behaviour, ChangeRule};
+use lexican_runtime::object::{Address, ObjectDictionary};
+use lexican_runtime::profile::cia402::{Mode, State, status};
+use lexican_runtime::{Instant, NodeId};
+use simulator::servo::FaultCodes;
+pub use simulator::servo::{Inputs, Machine, Servo, ServoModel};
+pub use simulator::{SimulatedServo, Storage};
+
+use crate::driver::{METHODS, MODES, system};
+use crate::{fault, od};
+
+/// The simulated AKD.
+pub static MODEL: ServoModel = ServoModel {
+    name: "AKD",
+    storage: |node| Box::new(storage(node)),
+    behaviour: BEHAVIOUR,
+    modes: MODES,
+    // 6502h has neither torque nor cyclic position, which 6060h takes.
+    obeys_supported_modes: false,
+    at_once: 0,
+    on_set_point: lexican_runtime::profile::cia402::control::CHANGE_IMMEDIATELY,
+    // "Never change the mode while the motor is running" (6.4.2.3).
+    changes_mode_while_moving: false,
+    homing_methods: Some(METHODS),
+    codes: FaultCodes {
+        following_error: Some(0x8611),
+        blocked: None,
+        undervoltage: Some(0x3220),
+        cycle_missed: Some(0x8780),
+        connection_lost: Some(0x8130),
+    },
+    publish,
+    ..ServoModel::CIA_402
+};
+
+/// In what the AKD deviates from CiA 301 (6.3, 7.2).
+const BEHAVIOUR: Behaviour = Behaviour {
+    changes: ChangeRule::InPreOperational,
+    pdo_bit_30: false,
+    generic_error: false,
+    rpdo_deadlines: false,
+    ..Behaviour::CIA_301
+};
+
+/// The dictionary with what the data sheet leaves to the drive: the example of the manual, an M006.
+fn storage(node: NodeId) -> od::Storage {
+    let mut storage = od::storage(node);
+    for (index, text) in [(0x1008, "M006"), (0x100A, "1.03")] {
+        if let Ok(entry) = storage.entry(Address::new(index, 0)) {
+            // A text of four characters fits.
+            let _ = storage.write(&entry, 0, text.as_bytes(), true);
+        }
+    }
+    for (index, sub, value) in [
+        (0x1018, 2, u32::from_le_bytes(*b"M006").into()),
+        (0x1018, 3, 0x0014_0000),
+        (0x6060, 0, 1),
+        (0x6081, 0, 20_000),
+        (0x6083, 0, 100_000),
+        (0x6084, 0, 100_000),
+        (0x6099, 1, 1000),
+        (0x6099, 2, 125),
+        (0x609A, 0, 10_000),
+    ] {
+        storage.set_raw(Address::new(index, sub), value);
+    }
+    storage
+}
+
+/// 1002h, 606Ch and the latches.
+fn publish(servo: &Servo, now: Instant, od: &mut dyn Storage) {
+    let velocity = Address::new(0x606C, 0);
+    if let Some(shown) = od.number(velocity) {
+        // 606Ch counts 1/1000.
+        od.set_raw(velocity, (shown * 1000) as u64);
+    }
+    let register = manufacturer_status(servo, now, od);
+    od.set_raw(od::MANUFACTURER_STATUS_REGISTER.address(), register.into());
+    latch(servo, od);
+}
+
+/// 1002h (6.2.1.3).
+fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
+    let word = od.number(od::STATUSWORD.address()).unwrap_or_default() as u16;
+    let (mode, inputs, moves) = (servo.mode(), servo.inputs(), servo.is_moving(now));
+    let homing = mode == Some(Mode::Homing);
+    let is = |cause: Option<u16>, label| cause.is_some() && cause == fault::find(label).map(|code| code.number);
+    let powered = matches!(servo.state(), State::SwitchedOn | State::OperationEnabled | State::QuickStopActive);
+    let [input_1, input_2] = inputs.probes;
+    let bits = [
+        (system::MOVEMENT_ACTIVE, moves && (homing || mode == Some(Mode::ProfilePosition))),
+        (1 << 3, word & status::TARGET_REACHED != 0),
+        (1 << 8, word & status::WARNING != 0),
+        (system::TARGET_VELOCITY_REACHED, mode == Some(Mode::ProfileVelocity) && word & status::TARGET_REACHED != 0),
+        (1 << 11, homing && word & status::HOMING_ERROR != 0),
+        (system::SAFETY_SELECTED, is(inputs.fault, "F602") || is(inputs.warning, "n602")),
+        (1 << 14, powered),
+        (1 << 15, servo.state() == State::Fault),
+        (1 << 16, homing && moves),
+        (1 << 19, servo.state() == State::QuickStopActive),
+        (1 << 23, servo.is_homed()),
+        (1 << 25, input_1),
+        (1 << 26, input_2),
+        (system::HARDWARE_ENABLE, inputs.enable),
+    ];
+    bits.into_iter().filter(|(_, set)| *set).fold(0, |register, (bit, _)| register | bit)
+}
+
+/// The capture engines (6.2.2.8, 6.2.2.9): bits 15 and 14 of 20A5h are the inputs 1 and 2, as they were before.
+fn latch(servo: &Servo, od: &mut dyn Storage) {
+    let address = od::LATCH_STATUS_REGISTER.address();
+    let armed = od.number(od::LATCH_CONTROL_REGISTER.address()).unwrap_or_default();
+    let before = od.number(address).unwrap_or_default();
+    let mut after = before & armed & 0x0F;
+    for (engine, level) in servo.inputs().probes.into_iter().enumerate() {
+        let shown = 1 << (15 - engine);
+        let was = before & shown != 0;
+        after |= if level { shown } else { 0 };
+        let edge = 2 * engine + usize::from(!level);
+        if was != level && armed & !after & 1 << edge != 0 {
+            after |= 1 << edge;
+            let position = od.raw(od::POSITION_ACTUAL_VALUE.address()).unwrap_or_default();
+            od.set_raw(Address::new(0x20A0 + edge as u16, 0), position);
+        }
+    }
+    od.set_raw(address, after as u64);
+}
