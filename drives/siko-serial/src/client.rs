@@ -181,11 +181,12 @@ impl Client {
         Ok(())
     }
 
-    /// Forgets the command that is under way. Its answer may still come, so the status is asked for before the next one.
+    /// Forgets the command that is under way. Its answer may still come, so the status is asked for before the next one;
+    /// not so after a character of inching, which has none.
     pub fn abandon(&mut self) {
         if !matches!(self.state, State::Idle) {
             self.state = State::Idle;
-            self.synchronised = false;
+            self.synchronised &= self.inches;
         }
     }
 

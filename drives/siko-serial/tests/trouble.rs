@@ -260,6 +260,27 @@ fn a_drive_that_restarts_is_asked_for_its_status_first() {
     }
 }
 
+/// A probe would take longer than the 100 ms after which the drive stops.
+#[test]
+fn a_command_right_behind_a_character_of_inching_needs_no_probe() {
+    let (mut client, mut now) = (Client::new(Settings::default()), Instant::ZERO);
+    let sent = |client: &mut Client, now: Instant| client.poll_transmit(now).unwrap().as_bytes().to_vec();
+    client.start_inching(now, Direction::Positive);
+    assert_eq!(sent(&mut client, now), b"R");
+    client.handle_bytes(now, b"0080>\r");
+    now = client.poll_timeout().unwrap();
+    assert_eq!(client.handle_timeout(now), None);
+    assert_eq!(sent(&mut client, now), b",");
+    client.abandon();
+    client.request(Command::Velocity).unwrap();
+    assert_eq!(sent(&mut client, now), b"V");
+    assert_eq!(client.handle_bytes(now, b"+030>\r"), Some(Event::Answered(Answer::Velocity(30))));
+    now = client.poll_timeout().unwrap();
+    assert_eq!(sent(&mut client, now), b",");
+    now = client.poll_timeout().unwrap();
+    assert_eq!(client.handle_timeout(now), None, "a character has no event");
+}
+
 #[test]
 fn trouble_ends_inching() {
     let mut bench = Bench::new();
