@@ -15,7 +15,7 @@ use crate::output::{Failure, Outcome, note, print_result, warn};
 use crate::values::DeviceValues;
 use crate::values::report::ValueReport;
 use crate::values::text::parse_as;
-use crate::values::wire::{encode, parse_padded};
+use crate::values::wire::{encode, parse_padded, written};
 
 /// Read objects of a node by SDO
 ///
@@ -132,7 +132,7 @@ pub(crate) fn write(args: &WriteArgs) -> Result<Outcome, Failure> {
     let value = value.map_err(|error| Failure::new(format_args!("{address}: {error}")))?;
     let data = encode(data_type, &value);
     let data = data.ok_or_else(|| Failure::new(format_args!("{address}: the value is no {data_type}")))?;
-    match network.write_bytes(id, address, &data) {
+    match network.write_bytes(id, address, &written(device, data.clone())) {
         Ok(()) => {}
         Err(AccessError::Sdo { error, .. }) if is_answer(&error) => {
             print_refusal(args.json, id, &ValueReport::without_value(values.as_ref(), address), &error)?;

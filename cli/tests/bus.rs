@@ -45,6 +45,25 @@ fn objects_are_written_by_name_and_unit() {
     check(&["write", "--bus", DRIVE, "6060", "9"], 1, "allows profile position (1) to profile velocity (2)");
 }
 
+/// The AG02 takes 23h only, and has the first character of its version in the highest byte.
+#[test]
+fn the_overlay_says_how_the_ag02_is_written_and_read() {
+    const AG02: &str = "sim:siko/ag02?node=5";
+    check(
+        &["write", "--bus", AG02, "6060", "profile velocity"],
+        0,
+        "6060:00 Modes of Operation = profile velocity (2)",
+    );
+    check(&["write", "--bus", AG02, "2412", "2.5 mm"], 0, "2412:00 Spindle Pitch = 2.50 mm");
+    check(
+        &["write", "--bus", AG02, "--device", "none", "--type", "UNSIGNED8", "6060", "2"],
+        1,
+        "aborts: 0601 0000: unsupported",
+    );
+    check(&["read", "--bus", AG02, "100A"], 0, "(322E3030h \"2.00\")");
+    check(&["check", "--bus", AG02, "--write"], 0, "");
+}
+
 #[test]
 fn a_scan_finds_and_recognises_the_drive() {
     check(&["scan", "--bus", DRIVE], 0, "node   5  siko/ag03-1, CiA 402");

@@ -19,7 +19,7 @@ use serde_json::json;
 use crate::bus::{Node, NodeArgs, network};
 use crate::output::{Failure, Outcome, fields, print_result, progress, styled};
 use crate::values::report::ValueReport;
-use crate::values::wire::{fitting, parse_padded};
+use crate::values::wire::{fitting, parse_padded, written};
 use crate::values::{DeviceValues, address};
 use compare::{Answer, Comparison, Finding, Kind, may_be_written_back, refused_write};
 
@@ -101,7 +101,7 @@ fn inspect<L: Link>(
             && extent.write
             && may_be_written_back(entry)
         {
-            findings.extend(inspection.write_back(entry, data)?);
+            findings.extend(inspection.write_back(device, entry, data)?);
         }
         let report = match answer {
             Answer::Value(data) => ValueReport::of_bytes(Some(&values), address(entry), data),
@@ -167,9 +167,9 @@ impl<L: Link> Inspection<'_, L> {
         }
     }
 
-    fn write_back(&mut self, entry: &Entry, data: &[u8]) -> Result<Option<Finding>, Failure> {
-        let data = fitting(entry.data_type, data);
-        let result = self.network.write_bytes(self.node, address(entry), data).map(|()| Vec::new());
+    fn write_back(&mut self, device: &Device, entry: &Entry, data: &[u8]) -> Result<Option<Finding>, Failure> {
+        let data = written(Some(device), fitting(entry.data_type, data).to_vec());
+        let result = self.network.write_bytes(self.node, address(entry), &data).map(|()| Vec::new());
         Ok(match self.answer(result)? {
             Answer::Refused(code) => Some(refused_write(code)),
             Answer::Failed(text) => Some(Finding { kind: Kind::Failed, text }),

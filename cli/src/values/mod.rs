@@ -72,6 +72,7 @@ impl<'a> DeviceValues<'a> {
     pub(crate) fn describe(&self, entry: &Entry, value: &Value) -> String {
         let Value::Integer(number) = *value else { return plain(entry.data_type, value) };
         let text = self.special(entry, number).or_else(|| match &entry.meaning {
+            Meaning::Plain if entry.first_character_high => Some(unsigned(number, entry.data_type, true)),
             Meaning::Plain => None,
             Meaning::Quantity(_) => {
                 self.unit(entry).map(|unit| format!("{} {}", scaled(number, unit, is_signed(entry)), unit.symbol))
@@ -275,11 +276,7 @@ pub(crate) fn plain(data_type: DataType, value: &Value) -> String {
     match value {
         Value::Integer(number) => match (data_type.class(), data_type.bits()) {
             (Class::Boolean, _) => (*number != 0).to_string(),
-            (Class::Unsigned, Some(bits)) if *number > 9 => {
-                let digits = usize::from(bits / 4);
-                let text = ascii(*number, bits).map(|text| format!(" {text:?}")).unwrap_or_default();
-                format!("{number} ({number:0digits$X}h{text})")
-            }
+            (Class::Unsigned, _) => unsigned(*number, data_type, false),
             _ => number.to_string(),
         },
         Value::Real(number) => real(data_type, *number),
@@ -288,6 +285,14 @@ pub(crate) fn plain(data_type: DataType, value: &Value) -> String {
         Value::Bytes(bytes) => hex(bytes),
         Value::NodeIdPlus(offset) => format!("$NODEID+{offset:X}h"),
     }
+}
+
+/// A number with its hexadecimal digits, and the characters that it may hold.
+fn unsigned(number: i128, data_type: DataType, first_character_high: bool) -> String {
+    let Some(bits) = data_type.bits().filter(|_| number > 9) else { return number.to_string() };
+    let digits = usize::from(bits / 4);
+    let text = ascii(number, bits, first_character_high).map(|text| format!(" {text:?}")).unwrap_or_default();
+    format!("{number} ({number:0digits$X}h{text})")
 }
 
 /// The fewest digits that parse to the same number; very large and very small numbers with an exponent.
@@ -302,9 +307,12 @@ fn real(data_type: DataType, number: f64) -> String {
 }
 
 /// The four letters that some devices keep in a number: `AG03`, `load`, `1.00`.
-fn ascii(number: i128, bits: u8) -> Option<String> {
-    let bytes = (number as u128).to_le_bytes();
-    let text = bytes.get(..usize::from(bits / 8)).filter(|text| text.len() == 4)?;
+fn ascii(number: i128, bits: u8, first_is_high: bool) -> Option<String> {
+    let mut bytes = (number as u128).to_le_bytes();
+    let text = bytes.get_mut(..usize::from(bits / 8)).filter(|text| text.len() == 4)?;
+    if first_is_high {
+        text.reverse();
+    }
     let printable = text.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'.');
     printable.then(|| text.iter().copied().map(char::from).collect())
 }
@@ -359,5 +367,6 @@ mod tests {
         check(DataType::Unsigned32, 0x6461_6F6C, "1684107116 (64616F6Ch \"load\")");
         check(DataType::Integer16, 405, "405");
         check(DataType::Boolean, 1, "true");
+        assert_eq!(unsigned(0x322E_3030, DataType::Unsigned32, true), "841887792 (322E3030h \"2.00\")");
     }
 }

@@ -1,6 +1,6 @@
 //! Values in their wire form.
 
-use lexican_eds::model::Value;
+use lexican_eds::model::{Device, Value};
 use lexican_eds::types::{Class, DataType};
 
 /// The value of these bytes; `None` if their number does not fit the type.
@@ -31,6 +31,14 @@ pub(crate) fn parse_padded(data_type: DataType, data: &[u8]) -> Option<Value> {
 pub(crate) fn fitting(data_type: DataType, data: &[u8]) -> &[u8] {
     let size = data_type.bits().map_or(data.len(), |bits| usize::from(bits.div_ceil(8)));
     if data.len() == 4 { data.get(..size).unwrap_or(data) } else { data }
+}
+
+/// The bytes that a write by SDO carries: four of a shorter type, if the device takes no others.
+pub(crate) fn written(device: Option<&Device>, mut data: Vec<u8>) -> Vec<u8> {
+    if device.is_some_and(|device| device.sdo_writes_four_bytes) && (1..4).contains(&data.len()) {
+        data.resize(4, 0);
+    }
+    data
 }
 
 /// The value of `bits` bits of a PDO.
@@ -101,6 +109,21 @@ mod tests {
         assert_eq!(parse(DataType::VisibleString, b"AG03\0\0"), Some(Value::Text("AG03".to_owned())));
         assert_eq!(parse(DataType::VisibleString, b"Gr\xF6\xDFe"), Some(Value::Text("Größe".to_owned())));
         assert_eq!(parse(DataType::UnicodeString, &[0x41, 0, 0xFC, 0]), Some(Value::Text("Aü".to_owned())));
+    }
+
+    #[test]
+    fn four_bytes_are_written_where_the_device_takes_no_others() {
+        let four = Device { sdo_writes_four_bytes: true, ..Device::default() };
+        for (device, data, bytes) in [
+            (Some(&four), vec![2], vec![2, 0, 0, 0]),
+            (Some(&four), vec![1, 2], vec![1, 2, 0, 0]),
+            (Some(&four), vec![1, 2, 3, 4, 5], vec![1, 2, 3, 4, 5]),
+            (Some(&four), vec![], vec![]),
+            (Some(&Device::default()), vec![2], vec![2]),
+            (None, vec![2], vec![2]),
+        ] {
+            assert_eq!(written(device, data), bytes);
+        }
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub struct Device {
     pub commissioning: Option<Commissioning>,
     /// The device profile: what the overlay says, else the low half of 1000h, as a DCF configures it or by default.
     pub profile: Option<u16>,
+    /// Whether every write by SDO carries four bytes, also for a shorter type (overlay).
+    pub sdo_writes_four_bytes: bool,
     /// The objects, ascending by index.
     pub objects: Vec<Object>,
     /// The enumerations of the overlay, by name.
@@ -149,6 +151,8 @@ pub struct EntryDetails {
     pub meaning: Meaning,
     /// What the overlay says of its limits, where they depend on other objects.
     pub ranges: Vec<ConditionalRange>,
+    /// Of a number that holds characters, whether the first is in its highest byte and not in its lowest (overlay).
+    pub first_character_high: bool,
     /// Whether the device keeps it without power (overlay).
     pub persistent: bool,
     /// In which NMT states it may be written (overlay); any, when `None`.
@@ -721,6 +725,7 @@ impl Details for EntryDetails {
             download_file: None,
             meaning: Meaning::Plain,
             ranges: Vec::new(),
+            first_character_high: false,
             persistent: false,
             writable_in: None,
             description: None,

@@ -6,6 +6,7 @@
 //! format = 1                       # this format
 //! names = ["OTHER.EDS"]            # other names that the device library answers to
 //! profile = 402                    # where 1000h does not say it
+//! sdo_writes_four_bytes = true     # also of shorter types
 //!
 //! [object."6060"]                  # an object, or "2410:05" an entry
 //! reason = "the manual, table 12"  # required with data_type, access, pdo_mapping, default, low and high
@@ -19,6 +20,7 @@
 //! description = "one sentence"
 //! quantity = "Position"            # at most one of quantity, enumeration and bit_field
 //! ranges = [ { when = "2102:00 == 2", low = 1, high = 200 } ]
+//! first_character_high = true      # of a number that holds characters
 //! persistent = true
 //! writable_in = ["pre-operational", "operational"]
 //! accept = ["cia301::data-type"]   # findings that are as they should be; takes a reason as well
@@ -203,6 +205,9 @@ impl Reader<'_> {
                     for name in self.array(node).into_iter().flatten() {
                         self.text(name);
                     }
+                }
+                "sdo_writes_four_bytes" => {
+                    self.device.sdo_writes_four_bytes = self.flag(node).unwrap_or(false);
                 }
                 "profile" => self.changes.profile = self.number(node).map(|profile| (profile, self.span(node.span()))),
                 _ => self.unknown(key),

@@ -124,6 +124,7 @@ impl Reader<'_> {
                 }
                 "quantity" | "enumeration" | "bit_field" => self.meaning(entry, key.get_ref(), node),
                 "ranges" => entry.ranges = self.ranges(node),
+                "first_character_high" => entry.first_character_high = self.flag(node).unwrap_or(false),
                 "persistent" => entry.persistent = self.flag(node).unwrap_or(false),
                 "writable_in" => entry.writable_in = self.states(node),
                 _ => self.unknown(key),
