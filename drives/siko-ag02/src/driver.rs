@@ -47,7 +47,7 @@ pub static AG02: Description = Description {
 };
 
 /// Bit 30 sends them when set; bit 31 is not used (10.12.2.10).
-pub(crate) const EMERGENCIES: EmergencySwitch =
+const EMERGENCIES: EmergencySwitch =
     EmergencySwitch { object: Number::of(od::COB_ID_EMERGENCY_MESSAGE), bit: 1 << 30, on_when_set: true };
 
 /// Bits of 1002h (table 1).

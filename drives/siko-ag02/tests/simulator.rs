@@ -4,7 +4,7 @@
 mod support;
 
 use siko_ag02::fault::{self, FaultKind};
-use siko_ag02::sim::inputs::BusState;
+use siko_ag02::sim::inputs::{BusError, BusState};
 use siko_ag02::sim::{MODEL, Setup};
 
 use support::{Bench, NODE};
@@ -80,6 +80,43 @@ fn bus_off_is_fault_f() {
     assert_eq!(bench.see(|drive, _| drive.controller().faults().to_vec()), [fault::BUS_OFF]);
     bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Active));
     assert_eq!(bench.read(0x1003, 1), Ok(0x8120));
+}
+
+/// Table 20: neither faults nor stored, and 0000h does not follow when the bus is well again (10.2.9).
+#[test]
+fn errors_on_the_bus_are_reported_and_end_without_a_word() {
+    let mut bench = ag02();
+    assert_eq!(bench.write(0x1014, 0, &0x4000_0085_u32.to_le_bytes()), None);
+    let set = |bench: &Bench, error| bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus_error = error));
+    for ((error, _), low) in BusError::ALL.iter().zip(1..) {
+        set(&bench, Some(*error));
+        assert_eq!(bench.pass(10), [format!("085#{low:02X}80110000000000")], "once");
+        assert_eq!((bench.read(0x1001, 0), bench.read(0x1003, 0)), (Ok(0x11), Ok(0)));
+        assert!(bench.see(|drive, _| drive.controller().faults().is_empty()));
+    }
+    // An error passive controller that goes on finding errors is not well yet.
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Passive));
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.bus = BusState::Active));
+    assert_eq!(bench.read(0x1001, 0), Ok(0x11));
+    set(&bench, None);
+    assert_eq!(bench.pass(10), [""; 0]);
+    assert_eq!(bench.read(0x1001, 0), Ok(0));
+}
+
+/// 1800h:02: 254 does what 255 does; TPDO3 and TPDO4 of type 254 are sent on change.
+#[test]
+fn tpdo1_of_type_254_is_sent_by_the_timer_and_the_others_on_change() {
+    let mut bench = ag02();
+    for parameter in [0x1800, 0x1802, 0x1803] {
+        assert_eq!(bench.write(parameter, 2, &[254, 0, 0, 0]), None);
+    }
+    bench.send("000#0105");
+    assert_eq!(bench.pass(50), [""; 0], "nothing at the start");
+    bench.send("205#0601");
+    let heard = bench.pass(40);
+    assert_eq!(heard.iter().map(|frame| &frame[..3]).collect::<Vec<_>>(), ["385", "485"]);
+    let heard = bench.pass(500);
+    assert!(heard.iter().all(|frame| frame.starts_with("185")) && heard.len() == 5, "{heard:?}");
 }
 
 #[test]

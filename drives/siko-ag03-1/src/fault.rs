@@ -5,24 +5,8 @@ use lexican_driver::{ByteOrder, Code, Codes};
 use siko::fault::{ERROR_PASSIVE, RECOVERED_FROM_BUS_OFF};
 pub use siko::fault::{Fault, FaultKind, register};
 
-macro_rules! faults {
-    ($($name:ident = $kind:ident, $letter:literal, $blinks:literal, $code:literal, $register:ident, $text:literal;)*) => {
-        $(
-            #[doc = concat!($letter, ": ", $text, ".")]
-            pub const $name: Fault = Fault {
-                kind: FaultKind::$kind,
-                blinks: $blinks,
-                register: register::GENERAL | register::$register,
-                code: Code { number: $code, label: $letter, text: $text },
-            };
-        )*
-
-        /// All faults, by letter.
-        pub const FAULTS: &[Fault; 10] = &[$($name),*];
-    };
-}
-
-faults! {
+siko::faults! {
+    FAULTS[10];
     UNDERVOLTAGE = Undervoltage, "A", 1, 0x3120, VOLTAGE, "supply voltage too low";
     SHAFT_BLOCKED = ShaftBlocked, "B", 2, 0x7121, SHAFT_BLOCKED, "drive shaft blocked";
     OVERCURRENT = Overcurrent, "C", 3, 0x2100, CURRENT, "motor current too high";

@@ -64,11 +64,10 @@
 #![doc = include_str!("../docs/fault.svg")]
 
 use lexican_runtime::Duration;
-use lexican_runtime::device::{Behaviour, ChangeRule, ErrorControlRule};
+use lexican_runtime::device::Behaviour;
 use lexican_runtime::host::kept::KeptFormat;
 use lexican_runtime::service::sdo_server::SizesIndicated;
 use lexican_runtime::service::tpdo::Triggers;
-use lexican_runtime::wire::emcy::ErrorCode;
 pub use siko::sim::*;
 
 use crate::fault::{CODES, FAULTS};
@@ -90,9 +89,11 @@ pub static MODEL: Model = Model {
     ],
     // 24:1, up to 200 rev/min; 48:1 goes up to 100 rev/min.
     gear: od::GearReduction::GEAR_24_1.0,
-    behaviour: BEHAVIOUR,
+    behaviour: OWN_BEHAVIOUR,
     faults: FAULTS,
     notices: CODES.notices,
+    // 7.2.9.
+    reports_recovery: true,
     // Table 2.
     overcurrent_for: Duration::from_secs(4),
     emergencies: None,
@@ -101,33 +102,17 @@ pub static MODEL: Model = Model {
     addressing: Addressing::Switches,
     enable_input: false,
     switches: false,
+    keys: true,
     // 2418h has it.
     loop_length: 0,
 };
 
 /// In what the AG03/1 deviates from CiA 301, or fills in what that leaves open.
-const BEHAVIOUR: Behaviour = Behaviour {
-    // On change and by event timer (1800h:02); "sent with transition to OPERATIONAL" (7.2.2.4).
+const OWN_BEHAVIOUR: Behaviour = Behaviour {
+    // On change and by event timer (1800h:02); "sent with transition to OPERATIONAL" (7.2.2.4). The inhibit time is for
+    // this type alone.
     triggers_254: Triggers { start: true, change: true, timer: true, inhibit: true },
-    // By event timer only; the inhibit time is for type 254.
-    triggers_255: Triggers { start: false, change: false, timer: true, inhibit: false },
-    type_0_at_every_sync: true,
-    // 1400h:05 is a compatibility entry.
-    rpdo_deadlines: false,
-    changes: ChangeRule::InPreOperational,
-    dummies: 0,
-    empty_history_is_zero: true,
-    // Table 20 has no code for what a device notices by itself on the bus.
-    records_communication_errors: false,
-    unreported: &[
-        ErrorCode::LIFE_GUARD,
-        ErrorCode::PDO_LENGTH,
-        ErrorCode::PDO_TOO_LONG,
-        ErrorCode::SYNC_LENGTH,
-        ErrorCode::RPDO_TIMEOUT,
-    ],
-    error_control: ErrorControlRule::Exclusive,
     // Table 18 has 4Fh, 4Bh and 43h; the worked example of 7.2.8.1 answers four bytes with 42h.
     sdo_sizes_indicated: SizesIndicated { expedited: [true, true, true, false], longer: true },
-    ..Behaviour::CIA_301
+    ..BEHAVIOUR
 };

@@ -134,8 +134,9 @@ const INPUTS: &[Pdo] = &[
     Pdo { base: 0x480, signals: &[Signal::StatusWord, Signal::Other(4)] },
 ];
 
-/// The parameters 1 to 20, which all of them have.
-pub const PARAMETERS: &[Parameter] = {
+/// The parameters that all of them have, by number. Number 24 is one parameter in two objects, one for each operating
+/// mode. `*` in the manuals' tables is the set [`Controller`](ParameterSet::Controller) (1011h:03).
+pub const PARAMETERS: &[Parameter; 21] = {
     use ParameterSet::{Controller, Standard};
     &[
         row(1, 0x2410, 0x01, U16, Controller),
@@ -157,11 +158,27 @@ pub const PARAMETERS: &[Parameter] = {
         row(18, 0x607E, 0x00, U8, Standard),
         row(19, 0x2413, 0x00, U8, Standard),
         row(20, 0x6060, 0x00, U8, Standard),
+        row(24, 0x607A, 0x00, I32, Standard),
+        row(24, 0x60FF, 0x00, I32, Standard),
     ]
 };
 
-const fn row(number: u8, index: u16, sub: u8, data_type: DataType, set: ParameterSet) -> Parameter {
+/// A row of a table of parameters.
+#[must_use]
+pub const fn row(number: u8, index: u16, sub: u8, data_type: DataType, set: ParameterSet) -> Parameter {
     Parameter { number, address: Address::new(index, sub), data_type, set }
+}
+
+/// [`PARAMETERS`], and behind them those that a drive has besides.
+#[must_use]
+pub const fn parameters<const N: usize>(own: &[Parameter]) -> [Parameter; N] {
+    let mut all = [PARAMETERS[0]; N];
+    let mut at = 0;
+    while at < N {
+        all[at] = if at < PARAMETERS.len() { PARAMETERS[at] } else { own[at - PARAMETERS.len()] };
+        at += 1;
+    }
+    all
 }
 
 /// Asserts that the numbers of a description are entries of a drive's generated dictionary, with their types and limits:

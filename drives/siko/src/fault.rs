@@ -8,7 +8,9 @@
 
 use core::fmt;
 
-use lexican_driver::{Cause, Code};
+use lexican_driver::Cause;
+#[doc(hidden)]
+pub use lexican_driver::Code;
 
 /// A cause of the state FAULT, and how a drive reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +82,29 @@ pub mod register {
     pub const SHAFT_BLOCKED: u8 = 1 << 5;
     /// Anything else.
     pub const MANUFACTURER: u8 = 1 << 7;
+}
+
+/// A table of faults: a constant for each, and all of them by letter, under the name and with the count that come first.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! faults {
+    (
+        $all:ident[$count:literal];
+        $($name:ident = $kind:ident, $letter:literal, $blinks:literal, $code:expr, $register:ident, $text:literal;)*
+    ) => {
+        $(
+            #[doc = concat!($letter, ": ", $text, ".")]
+            pub const $name: $crate::fault::Fault = $crate::fault::Fault {
+                kind: $crate::fault::FaultKind::$kind,
+                blinks: $blinks,
+                register: $crate::fault::register::GENERAL | $crate::fault::register::$register,
+                code: $crate::fault::Code { number: $code, label: $letter, text: $text },
+            };
+        )*
+
+        /// All faults, by letter.
+        pub const $all: &[$crate::fault::Fault; $count] = &[$($name),*];
+    };
 }
 
 /// No error: sent when a fault has been reset.

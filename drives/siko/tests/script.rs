@@ -6,7 +6,7 @@ use lexican_runtime::{Duration, Instant};
 use proptest::prelude::*;
 use siko_ag03_1::fault::{self, FaultKind};
 use siko_ag03_1::sim::MODEL;
-use siko_ag03_1::sim::inputs::{BusState, Inputs, Key, Shaft};
+use siko_ag03_1::sim::inputs::{BusError, BusState, Inputs, Key, Shaft};
 use siko_ag03_1::sim::script::{Change, Condition, Trigger};
 use siko_ag03_1::sim::{BusLed, Restore, Script, SimulatedDrive, Termination};
 use siko_ag03_1::state::State;
@@ -61,6 +61,16 @@ fn every_input_can_be_set() {
     changes("bus = \"passive\"", |inputs| inputs.bus = BusState::Passive);
     changes("bus_kbit = 62.5", |inputs| inputs.bus_bit_rate = Some(62_500));
     changes("bus_kbit = \"any\"", |_| ());
+    for (error, name) in BusError::ALL {
+        changes(&format!("bus_error = \"{name}\""), |inputs| inputs.bus_error = Some(*error));
+    }
+    changes("[[step]]\nbus_error = \"crc\"\n[[step]]\nbus_error = \"none\"", |_| ());
+    changes("limit_switch = \"1\"", |inputs| inputs.limit_switches = [true, false]);
+    changes("limit_switch = \"2\"", |inputs| inputs.limit_switches = [false, true]);
+    changes("[[step]]\nlimit_switch = \"2\"\n[[step]]\nlimit_switch = \"none\"", |_| ());
+    changes("calibration_switch = true", |inputs| inputs.calibration_switch = true);
+    changes("[[step]]\ncalibration_switch = true\n[[step]]\ncalibration_switch = false", |_| ());
+    changes("enable = false", |inputs| inputs.enable = false);
     changes("key = \"clockwise\"", |inputs| inputs.key = Some(Key::Clockwise));
     changes("key = \"counter-clockwise\"", |inputs| inputs.key = Some(Key::CounterClockwise));
     changes("key = \"none\"", |_| ());

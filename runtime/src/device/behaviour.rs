@@ -37,6 +37,8 @@ pub struct Behaviour {
     pub generic_error: bool,
     /// What makes the device send TPDOs of type 254.
     pub triggers_254: Triggers,
+    /// The numbers of TPDOs whose type 254 does what 255 does.
+    pub tpdos_of_255: &'static [u16],
     /// What makes the device send TPDOs of type 255.
     pub triggers_255: Triggers,
     /// Whether TPDOs of type 0 are sent at every SYNC, and not only at one after an event.
@@ -77,6 +79,7 @@ impl Behaviour {
         emcy_code_order: CodeOrder::LowByteFirst,
         generic_error: true,
         triggers_254: Triggers::ALL,
+        tpdos_of_255: &[],
         triggers_255: Triggers::ALL,
         type_0_at_every_sync: false,
         pdo_bit_31: true,
@@ -93,8 +96,10 @@ impl Behaviour {
         sdo_sizes_indicated: SizesIndicated::ALL,
     };
 
-    pub(super) const fn triggers(&self, transmission: TransmissionType) -> Triggers {
+    /// What makes the device send the TPDO with this number.
+    pub(super) fn triggers(&self, number: u16, transmission: TransmissionType) -> Triggers {
         match transmission {
+            TransmissionType::EventManufacturer if self.tpdos_of_255.contains(&number) => self.triggers_255,
             TransmissionType::EventManufacturer => self.triggers_254,
             TransmissionType::EventProfile => self.triggers_255,
             _ => Triggers::NONE,

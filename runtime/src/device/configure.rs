@@ -173,7 +173,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
             event_timer: Duration::from_millis(u64::from(objects::read_u16(od, index, 5).unwrap_or(0))),
             sync_start: objects::read_u8(od, index, 6).unwrap_or(0),
         };
-        let triggers = self.behaviour.triggers(transmission);
+        let triggers = self.behaviour.triggers(number, transmission);
         Tpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od), triggers)
             .with_acyclic_always(self.behaviour.type_0_at_every_sync)
     }

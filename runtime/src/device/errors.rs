@@ -37,7 +37,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// Errors are over: `register` is reset in the error register, and an EMCY with the code 0000h is
     /// sent when the application had set any of its bits. `ErrorRegister(0xFF)` ends all errors of the application.
     pub fn clear(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
-        self.services.get_mut().clear(register, od);
+        self.services.get_mut().clear(register, true, od);
+    }
+
+    /// The same without an EMCY.
+    pub fn clear_unreported(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
+        self.services.get_mut().clear(register, false, od);
     }
 
     /// The bus failed (bus-off): the error behaviour (1029h) follows. Losing a heartbeat or life guarding
@@ -101,13 +106,22 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
         if self.communication_error { ErrorRegister::COMMUNICATION } else { ErrorRegister::NONE }
     }
 
-    fn clear(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
+    fn clear(&mut self, register: ErrorRegister, is_reported: bool, od: &mut dyn ObjectDictionary) {
         let ended = self.application_errors & register;
         self.application_errors = self.application_errors & !register;
         // What the device has noticed itself does not end by this.
-        if !(ended & !self.own_errors()).is_empty() {
+        if !(ended & !self.own_errors()).is_empty() && is_reported {
             self.report_end(od);
+        } else {
+            self.show_errors(od);
         }
+    }
+
+    /// Sets the error register without an EMCY.
+    fn show_errors(&mut self, od: &mut dyn ObjectDictionary) {
+        let before = self.emcy.register();
+        self.emcy.set_register(self.errors(), od);
+        self.follow_register(before);
     }
 
     /// An error of communication that the device has noticed itself.
@@ -126,12 +140,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
             return;
         }
         self.communication_error = false;
-        let (before, left) = (self.emcy.register(), self.errors());
-        if left.is_empty() {
+        if self.errors().is_empty() {
             self.report_end(od);
         } else {
-            self.emcy.set_register(left, od);
-            self.follow_register(before);
+            self.show_errors(od);
         }
     }
 

@@ -237,11 +237,14 @@ impl Controller {
             },
             _ => {}
         }
+        if let Some(error) = inputs.bus_error.filter(|_| inputs.bus_error != before.bus_error) {
+            self.report(error.code());
+        }
         let calibrates = self.model.switches && inputs.calibration_switch && !before.calibration_switch;
         if calibrates && !self.motion.is_active(now) {
             self.calibrate(now, self.parameters.calibration_value);
         }
-        if before.key != inputs.key {
+        if self.model.keys && before.key != inputs.key {
             self.inch_by_key(now);
         }
         if before.attainable_rpm != inputs.attainable_rpm {

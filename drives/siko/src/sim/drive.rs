@@ -223,7 +223,7 @@ impl SimulatedDrive {
     /// Lets the world change. Without its control supply, the drive is off.
     pub fn set_inputs(&mut self, now: Instant, change: impl FnOnce(&mut Inputs)) {
         let mut inputs = *self.inputs();
-        let bus_before = inputs.bus;
+        let before = inputs;
         change(&mut inputs);
         if self.power == Power::Off || !inputs.control_is_supplied() {
             self.controller.inputs = inputs;
@@ -232,9 +232,14 @@ impl SimulatedDrive {
         }
         self.follow_supply(now);
         // Table 20: 8120h is not a fault, and over when the bus is well again.
-        let recovered = bus_before == BusState::Passive && inputs.bus == BusState::Active;
+        let was_reported = before.bus == BusState::Passive || before.bus_error.is_some();
+        let recovered = was_reported && inputs.bus == BusState::Active && inputs.bus_error.is_none();
         if recovered && self.is_running() && self.controller.faults().is_empty() {
-            self.with_device(now, |device, od| device.clear(ErrorRegister(0xFF), od));
+            let is_reported = self.setup.model.reports_recovery;
+            self.with_device(now, |device, od| match is_reported {
+                true => device.clear(ErrorRegister(0xFF), od),
+                false => device.clear_unreported(ErrorRegister(0xFF), od),
+            });
         }
         self.settle(now);
     }

@@ -115,6 +115,7 @@ impl SimulatedDrive {
                 let _ = self.turn_shaft(now, increments);
             }
             Change::Bus(state) => self.set_inputs(now, |inputs| inputs.bus = state),
+            Change::BusError(error) => self.set_inputs(now, |inputs| inputs.bus_error = error),
             Change::BusBitRate(rate) => self.set_inputs(now, |inputs| inputs.bus_bit_rate = rate),
             Change::Enable(active) => self.set_inputs(now, |inputs| inputs.enable = active),
             Change::LimitSwitches(active) => self.set_inputs(now, |inputs| inputs.limit_switches = active),

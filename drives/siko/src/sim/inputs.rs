@@ -26,6 +26,8 @@ pub struct Inputs {
     pub internal_error: bool,
     /// The state of the CAN controller.
     pub bus: BusState,
+    /// What the CAN controller has found wrong with a frame, which some drives report.
+    pub bus_error: Option<BusError>,
     /// The bit rate of the bus, in bit/s: a drive that has another one neither hears nor is heard. `None` for
     /// whichever rate the drive has.
     pub bus_bit_rate: Option<u32>,
@@ -101,6 +103,35 @@ pub enum BusState {
     Off,
 }
 
+/// What a CAN controller finds wrong with a frame (table 20 of the AG02).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusError {
+    /// No other node has acknowledged it.
+    Acknowledgement,
+    /// A part of it has the wrong form.
+    Form,
+    /// Its checksum is wrong.
+    Crc,
+    /// More than five equal bits follow each other where they may not.
+    Stuff,
+}
+
+impl BusError {
+    /// All of them with the names that scripts use.
+    pub const ALL: &[(BusError, &str)] = &[
+        (BusError::Acknowledgement, "acknowledgement"),
+        (BusError::Form, "form"),
+        (BusError::Crc, "crc"),
+        (BusError::Stuff, "stuff"),
+    ];
+
+    /// The emergency code, if the drive has one for it.
+    #[must_use]
+    pub const fn code(self) -> u16 {
+        0x8001 + self as u16
+    }
+}
+
 /// 24 V, 25 degC, a fresh battery, a light load.
 impl Default for Inputs {
     fn default() -> Self {
@@ -115,6 +146,7 @@ impl Default for Inputs {
             sensor_fails: false,
             internal_error: false,
             bus: BusState::Active,
+            bus_error: None,
             bus_bit_rate: None,
             enable: true,
             limit_switches: [false; 2],
@@ -166,7 +198,7 @@ impl Inputs {
             FaultKind::Overtemperature => self.temperature_100mdegc = well.temperature_100mdegc,
             FaultKind::Sensor => self.sensor_fails = well.sensor_fails,
             FaultKind::Internal => self.internal_error = well.internal_error,
-            FaultKind::BusPassive | FaultKind::BusOff => self.bus = well.bus,
+            FaultKind::BusPassive | FaultKind::BusOff => (self.bus, self.bus_error) = (well.bus, well.bus_error),
             FaultKind::Battery => self.battery_10mv = well.battery_10mv,
         }
     }

@@ -28,7 +28,7 @@ mod watch;
 pub use drive::SimulatedDrive;
 pub use eeprom::{EepromError, NonVolatile};
 pub use leds::{BusLed, FLASH, Lights, PAUSE, StatusLed};
-pub use model::{Addressing, Model};
+pub use model::{Addressing, BEHAVIOUR, Model};
 pub use order::{Braking, Order, Refused};
 pub use script::Script;
 pub use setup::{BIT_RATES, Setup};

@@ -2,9 +2,11 @@
 
 use lexican_driver::description::EmergencySwitch;
 use lexican_driver::{Code, Parameter};
-use lexican_runtime::device::Behaviour;
+use lexican_runtime::device::{Behaviour, ChangeRule, ErrorControlRule};
 use lexican_runtime::host::kept::KeptFormat;
 use lexican_runtime::object::{Address, ConditionalLimit, WritableIn};
+use lexican_runtime::service::tpdo::Triggers;
+use lexican_runtime::wire::emcy::ErrorCode;
 use lexican_runtime::{Duration, NodeId};
 use simulator::Storage;
 
@@ -39,6 +41,8 @@ pub struct Model {
     pub faults: &'static [Fault],
     /// What it reports besides its faults.
     pub notices: &'static [Code],
+    /// Whether 0000h is sent when the bus is well again, and not only when a fault has been reset.
+    pub reports_recovery: bool,
     /// How long the motor current may be too high.
     pub overcurrent_for: Duration,
     /// The bit of 1014h without which no EMCY is sent, if it is not the one of CiA 301.
@@ -53,9 +57,34 @@ pub struct Model {
     pub enable_input: bool,
     /// Whether there are two limit switches and one for calibration: bits 0 to 2 of 1002h show them.
     pub switches: bool,
+    /// Whether there are operator keys.
+    pub keys: bool,
     /// The length of a loop in increments, where no object has it.
     pub loop_length: u16,
 }
+
+/// In what SIKO's drives deviate from CiA 301, or fill in what that leaves open.
+pub const BEHAVIOUR: Behaviour = Behaviour {
+    // By event timer only.
+    triggers_255: Triggers { start: false, change: false, timer: true, inhibit: false },
+    type_0_at_every_sync: true,
+    // 1400h:05 is a compatibility entry, or missing.
+    rpdo_deadlines: false,
+    changes: ChangeRule::InPreOperational,
+    dummies: 0,
+    empty_history_is_zero: true,
+    // Table 20 has no code for what a device notices by itself in frames.
+    records_communication_errors: false,
+    unreported: &[
+        ErrorCode::LIFE_GUARD,
+        ErrorCode::PDO_LENGTH,
+        ErrorCode::PDO_TOO_LONG,
+        ErrorCode::SYNC_LENGTH,
+        ErrorCode::RPDO_TIMEOUT,
+    ],
+    error_control: ErrorControlRule::Exclusive,
+    ..Behaviour::CIA_301
+};
 
 /// Where the node-ID comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

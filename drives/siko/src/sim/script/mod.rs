@@ -45,11 +45,12 @@
 //! | `shaft` | `"free"`, `"blocked"` | whether the shaft can turn |
 //! | `turn` | increments | somebody turns the shaft by hand; a motor that is not released holds it |
 //! | `bus` | `"active"`, `"passive"`, `"off"` | fault confinement of the CAN controller |
+//! | `bus_error` | `"acknowledgement"`, `"form"`, `"crc"`, `"stuff"`, `"none"` | what the CAN controller finds wrong with a frame, in drives that report it |
 //! | `bus_kbit` | 15.625 to 1000, or `"any"` | the bit rate of the bus; a drive that has another one is not there |
 //! | `limit_switch` | `"1"`, `"2"`, `"none"` | the limit switch that is active, in drives that have them |
 //! | `calibration_switch` | true, false | the switch that calibrates, in drives that have one |
 //! | `enable` | true, false | the input that enables the motor, in drives that have one |
-//! | `key` | `"clockwise"`, `"counter-clockwise"`, `"none"` | the operator keys (2.2.1.2) |
+//! | `key` | `"clockwise"`, `"counter-clockwise"`, `"none"` | the operator keys (2.2.1.2), in drives that have them |
 //! | `fault` | `"A"` to `"J"`, or a name | a fault whose cause stays until it is cleared |
 //! | `clear` | `"A"` to `"J"`, a name, or `"all"` | the cause of a fault goes; `"all"` is a world in which all is well |
 //! | `node` | 1 to 127 | SW1 to SW7, for the next power-on |
@@ -78,7 +79,7 @@ pub use toml::ScriptError;
 
 use lexican_runtime::{Duration, Instant};
 
-use super::inputs::{BusState, Key, Shaft};
+use super::inputs::{BusError, BusState, Key, Shaft};
 use super::switches::{DipSwitches, Restore};
 use crate::fault::FaultKind;
 
@@ -134,6 +135,8 @@ pub enum Change {
     Turn(i32),
     /// Fault confinement of the CAN controller.
     Bus(BusState),
+    /// What the CAN controller finds wrong with a frame, in drives that report it.
+    BusError(Option<BusError>),
     /// The bit rate of the bus, in bit/s.
     BusBitRate(Option<u32>),
     /// The input that enables the motor, in drives that have one.

@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::{Change, Condition, Script, Trigger};
 use crate::fault::FaultKind;
-use crate::sim::inputs::{BusState, Key, Shaft};
+use crate::sim::inputs::{BusError, BusState, Key, Shaft};
 use crate::sim::model::Model;
 use crate::sim::setup::BIT_RATES;
 use crate::sim::switches::Restore;
@@ -118,6 +118,11 @@ const MAKERS: &[Maker] = &[
             ("passive", bus(BusState::Passive)),
             ("off", bus(BusState::Off)),
         ])?)
+    }),
+    ("bus_error", |value| {
+        let errors = BusError::ALL.iter().map(|(error, name)| (*name, Change::BusError(Some(*error))));
+        let errors: Vec<_> = errors.chain([("none", Change::BusError(None))]).collect();
+        one(value.of(&errors)?)
     }),
     ("bus_kbit", |value| {
         one(Change::BusBitRate(match value.is("any") {
