@@ -1,4 +1,4 @@
-"""The simulated AG03/1, driven by python-canopen with the frames of its manual's worked examples."""
+"""A simulated drive of SIKO's, driven by python-canopen with the frames of its manual's worked examples."""
 
 import csv
 import os
@@ -11,8 +11,25 @@ from canopen.profiles.p402 import BaseNode402, State402
 from verdicts import eventually, same, report
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-EDS = os.path.join(HERE, "../../eds/devices/siko/ag03-1/SIKOAG03.EDS")
-TABLES = os.path.join(HERE, "../manual/ag03-1")
+DEVICES = os.path.join(HERE, "../../eds/devices/siko")
+MANUALS = os.path.join(HERE, "../manual")
+
+
+class Model:
+    """In what the drives differ: name, data sheet, what 100Ah or 1008h says, and how they are written."""
+
+    def __init__(self, name, sheet, text, four_bytes, emcy_bit):
+        self.name, self.text, self.four_bytes, self.emcy_bit = name, text, four_bytes, emcy_bit
+        self.sheet = os.path.join(DEVICES, name, sheet)
+        self.tables = os.path.join(MANUALS, name)
+
+
+MODELS = {
+    # Four characters in a number: the first in the lowest byte.
+    "ag03-1": Model("ag03-1", "SIKOAG03.EDS", (0x1008, "little", b"AG03"), False, 0),
+    # In the highest; 23h is its only command that writes (table 18), and EMCY waits for bit 30 of 1014h.
+    "ag02": Model("ag02", "SIKOAG02.EDS", (0x100A, "big", b"2.00"), True, 1 << 30),
+}
 
 # Bits of the status word (table 21).
 TARGET_REACHED, STANDSTILL, MOVING = 1 << 10, 1 << 12, 1 << 15
@@ -29,10 +46,10 @@ STATES = {
 
 
 class Simulation:
-    """`lexican simulate siko/ag03-1`, until the end of the block."""
+    """`lexican simulate siko/...`, until the end of the block."""
 
-    def __init__(self, lexican, url, node, *more):
-        self.line = [lexican, "simulate", "siko/ag03-1", "--bus", url, "--node", str(node), *more]
+    def __init__(self, lexican, model, url, node, *more):
+        self.line = [lexican, "simulate", f"siko/{model.name}", "--bus", url, "--node", str(node), *more]
 
     def __enter__(self):
         self.process = subprocess.Popen(self.line, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
@@ -47,12 +64,12 @@ class Simulation:
         self.process.wait(3)
 
 
-def run(network, node, simulation):
+def run(network, model, node, simulation):
     booted = threading.Event()
     network.subscribe(0x700 + node, lambda *_: booted.set())
     with simulation() as simulated:
         eventually("boot-up message", booted.is_set)
-        drive = Drive(network, node)
+        drive = Drive(network, model, node)
         report("identity", drive.identity)
         report("table 25, positioning", lambda: drive.play("example_position.csv", POSITIONING))
         report("table 26, velocity", lambda: drive.play("example_velocity.csv", VELOCITY))
@@ -63,9 +80,9 @@ def run(network, node, simulation):
 
 
 class Drive:
-    def __init__(self, network, node):
-        self.network = network
-        self.node = network.add_node(BaseNode402(node, EDS))
+    def __init__(self, network, model, node):
+        self.network, self.model = network, model
+        self.node = network.add_node(BaseNode402(node, model.sheet))
         self.node.sdo.RESPONSE_TIMEOUT = 2.0
         self.id = node
         self.status_word = 0
@@ -78,16 +95,25 @@ class Drive:
     def identity(self):
         sdo = self.node.sdo
         same(sdo["Device Type"].raw & 0xFFFF, 402)
-        same(sdo[0x1008].raw.to_bytes(4, "little"), b"AG03")  # four characters in a number
+        index, order, text = self.model.text
+        same(sdo[index].raw.to_bytes(4, order), text)
         same(sdo[0x1018][1].raw, 0x195)
         return f"{len(self.node.object_dictionary)} objects of our data sheet"
+
+    def write(self, index, sub, value):
+        """A value that fits: with four bytes where the drive takes no others."""
+        if self.model.four_bytes:
+            self.node.sdo.download(index, sub, value.to_bytes(4, "little"))
+        else:
+            sdo = self.node.sdo[index]
+            (sdo[sub] if sub else sdo).raw = value
 
     # --- the worked examples
 
     def play(self, table, mode):
         """Sends the table's frames, and checks after each that the drive has obeyed."""
-        self.node.sdo[0x6060].raw = mode
-        with open(os.path.join(TABLES, table), encoding="utf-8", newline="") as file:
+        self.write(0x6060, 0, mode)
+        with open(os.path.join(self.model.tables, table), encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
         begin, frames = time.monotonic(), 0
         for row in rows:
@@ -166,7 +192,9 @@ class Drive:
     def fault(self, simulated):
         """Something holds the shaft during a travel: fault B of table 2, code 7121h of table 20."""
         node = self.node
-        self.node.sdo[0x6060].raw = POSITIONING
+        self.write(0x6060, 0, POSITIONING)
+        if self.model.emcy_bit:
+            self.write(0x1014, 0, node.sdo[0x1014].raw | self.model.emcy_bit)
         node.nmt.state = "OPERATIONAL"
         node.state = "OPERATION ENABLED"
         here = node.sdo[0x6064].raw
@@ -186,19 +214,19 @@ class Drive:
         """A parameter outlives the reset of the node, a target does not."""
         sdo, booted = self.node.sdo, threading.Event()
         kept = sdo[0x2410][5].raw
-        sdo[0x2410][5].raw = kept + 1
+        self.write(0x2410, 5, kept + 1)
         self.network.subscribe(0x700 + self.id, lambda *_: booted.set())
         self.node.nmt.send_command(0x81)
         eventually("boot-up message", booted.is_set)
         same(sdo[0x2410][5].raw, kept + 1)
-        sdo[0x2410][5].raw = kept
+        self.write(0x2410, 5, kept)
 
     def error_control(self):
         heard = []
-        self.node.sdo[0x1017].raw = 50
+        self.write(0x1017, 0, 50)
         self.network.subscribe(0x700 + self.id, lambda _, data, __: heard.append(data[0]))
         eventually("5 heartbeats", lambda: heard[-5:] == [0x7F] * 5)
-        self.node.sdo[0x1017].raw = 0
+        self.write(0x1017, 0, 0)
         same(self.nmt_state(), "PRE-OPERATIONAL")
 
 

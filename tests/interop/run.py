@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """One run of the interoperability tests, with lexican on one side at least.
 
-usage: run.py PROGRAM device|manager|both|drive slcan|vcan RESULTS
+usage: run.py PROGRAM device|manager|both|ag03-1|ag02 slcan|vcan RESULTS
 
 `device` tries lexican's device with python-canopen's manager, `manager` the other way round, `both` has no
-python-canopen in it; PROGRAM is interop-peer. `drive` lets python-canopen drive the simulated AG03/1; PROGRAM is
-lexican. Writes a line per service into the file RESULTS: name, verdict (ok, failed, or fault, which is one of
+python-canopen in it; PROGRAM is interop-peer. `ag03-1` and `ag02` let python-canopen drive the simulated drive;
+PROGRAM is lexican. Writes a line per service into the file RESULTS: name, verdict (ok, failed, or fault, which is one of
 python-canopen's own), remark, between tabs.
 """
 
@@ -75,9 +75,10 @@ def main():
         network.connect(**bus)
         their_device.Device(network, NODE)
         run_peer(program, url, True)
-    elif direction == "drive":
+    elif direction in drive.MODELS:
         network.connect(**bus)
-        drive.run(network, NODE, lambda *more: drive.Simulation(program, url, NODE, *more))
+        model = drive.MODELS[direction]
+        drive.run(network, model, NODE, lambda *more: drive.Simulation(program, model, url, NODE, *more))
     else:
         with Served(program, "device", far_url):
             run_peer(program, url, False)

@@ -6,7 +6,7 @@ pub(crate) const UNFOUND: &[(&str, &str)] = &[
     ("drive set_inputs: self.power == Power::Off => false", WAKES_ANEW),
     ("drive set_inputs: ! inputs.control_is_supplied () => false", WAKES_ANEW),
     ("drive set_inputs: self.power == Power::Off || ! inputs.control_is_supplied () => false", WAKES_ANEW),
-    ("drive set_inputs: bus_before == BusState::Passive => true", "without a fault, only a passive bus is reported"),
+    ("drive set_inputs: was_reported => true", "what was not reported leaves nothing to clear"),
     ("drive set_inputs: self.is_running () => true", "a drive that is off has reported nothing"),
     ("drive set_inputs: 0xFF => 0xFF - 1", GENERIC),
     ("drive settle_running: 0xFF => 0xFF - 1", GENERIC),

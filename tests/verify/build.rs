@@ -7,7 +7,10 @@ use lexican_eds::model::{Device, Direction, Object, ObjectKind};
 use lexican_eds::{Input, Source};
 
 /// The drive's crate, data sheet and overlay.
-const DRIVES: &[(&str, &str, &str)] = &[("siko_ag03_1", "siko/ag03-1/SIKOAG03.EDS", "siko/ag03-1/SIKOAG03.toml")];
+const DRIVES: &[(&str, &str, &str)] = &[
+    ("siko_ag03_1", "siko/ag03-1/SIKOAG03.EDS", "siko/ag03-1/SIKOAG03.toml"),
+    ("siko_ag02", "siko/ag02/SIKOAG02.EDS", "siko/ag02/SIKOAG02.toml"),
+];
 
 fn main() {
     let devices = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../eds/devices");

@@ -32,7 +32,7 @@ pub(crate) enum Job {
     Main,
     /// the README's command that passes the tests
     Test,
-    /// the AG03/1 against every table of its manual
+    /// drives against every table of their manuals
     Verify,
     /// every golden data sheet, simulated, and as generated code under clippy
     Corpus,

@@ -52,12 +52,31 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican",
         ],
     ),
-    ("lexican-verify", &["lexican-eds", "lexican-runtime", "lexican-siko-ag03-1"]),
     (
-        "lexican-mutated-siko-ag03-1",
-        &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-siko", "lexican-siko-ag03-1"],
+        "lexican-verify",
+        &[
+            "lexican-eds",
+            "lexican-runtime",
+            "lexican-driver",
+            "lexican-siko",
+            "lexican-siko-ag02",
+            "lexican-siko-ag03-1",
+        ],
     ),
-    ("lexican-mutants", &["lexican-driver", "lexican-eds", "lexican-runtime", "lexican-mutated-siko-ag03-1"]),
+    ("lexican-mutated-siko", &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-siko"]),
+    ("lexican-mutated-siko-ag02", &["lexican-mutated-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
+    ("lexican-mutated-siko-ag03-1", &["lexican-mutated-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
+    (
+        "lexican-mutants",
+        &[
+            "lexican-driver",
+            "lexican-eds",
+            "lexican-runtime",
+            "lexican-mutated-siko",
+            "lexican-mutated-siko-ag02",
+            "lexican-mutated-siko-ag03-1",
+        ],
+    ),
     ("xtask", &[]),
 ];
 

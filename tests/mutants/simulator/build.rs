@@ -34,9 +34,8 @@ const CONSTANTS: &[&str] = &["fault", "words"];
 
 fn main() {
     let drives = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../../drives");
-    let (source, drive) = (drives.join("siko/src"), drives.join("siko-ag03-1/src"));
+    let source = drives.join("siko/src");
     println!("cargo::rerun-if-changed={}", source.display());
-    println!("cargo::rerun-if-changed={}", drive.display());
     println!("cargo::rerun-if-changed=build.rs");
     let mut mutator = Mutator { constants: constants(&source), ..Mutator::default() };
     let [state, sim] = ["state", "sim"].map(|name| {
@@ -56,11 +55,6 @@ fn main() {
     let out = env::var("OUT_DIR").unwrap();
     let out = Path::new(&out);
     fs::write(out.join("mutated.rs"), format!("{names}\n{text}")).unwrap();
-    // What the drive itself says of its simulator is data: only the types are others.
-    let mut model = parse(&drive.join("sim.rs"));
-    Bare.visit_file_mut(&mut model);
-    let model = quote! { #model }.to_string().replace("siko :: sim", "crate :: mutated :: sim");
-    fs::write(out.join("model.rs"), model).unwrap();
 }
 
 fn parse(path: &Path) -> syn::File {

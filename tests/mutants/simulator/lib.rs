@@ -1,22 +1,17 @@
-//! The simulated AG03/1 with all of its mutants in it: `build.rs` makes it of the sources of `lexican-siko`.
+//! What SIKO's drives share, with all mutants of the simulated drive in it: `build.rs` makes it of the sources of
+//! `lexican-siko`.
 //!
 //! Every place that can be wrong asks [`mutant::is`] whether it is to be, so that one build has all mutants and a
 //! process chooses one by its environment.
 
-pub use original::{Direction, driver, fault, od, parameter, words, worked_examples};
+pub use shared::{assert_describes, description, fault, faults, words, worked_examples};
 
 #[allow(warnings, clippy::all, reason = "mutants are not written, but made")]
 mod mutated {
     include!(concat!(env!("OUT_DIR"), "/mutated.rs"));
 }
 
-pub use mutated::state;
-
-/// The simulated AG03/1, made of mutants.
-#[allow(warnings, clippy::all, reason = "its sources are those of the drive's crate")]
-pub mod sim {
-    include!(concat!(env!("OUT_DIR"), "/model.rs"));
-}
+pub use mutated::{sim, state};
 
 /// Which mutant this process is.
 pub mod mutant {
@@ -28,7 +23,7 @@ pub mod mutant {
     /// The environment variable that holds the number of a mutant in [`MUTANTS`].
     pub const VARIABLE: &str = "LEXICAN_MUTANT";
 
-    /// A mutant that takes as many is one that never ends: the verification of the drive takes six million.
+    /// A mutant that takes as many is one that never ends: the verification of a drive takes six million.
     const STEPS: u64 = 20_000_000;
 
     /// Whether this process is that mutant.

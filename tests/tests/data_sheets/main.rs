@@ -3,7 +3,6 @@
 
 #![allow(unreachable_pub, reason = "none of the modules of a test is reachable")]
 
-mod ag02;
 mod akd;
 mod manual;
 mod protocol;

@@ -12,26 +12,32 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 /// A drive in software, as the comparisons of any drive look at it.
-pub(crate) trait Simulator: Node + Send + Sized + 'static {
+pub(crate) trait Simulator: Sized + 'static {
+    type Drive: Node + Send + 'static;
+
     /// The node of the manual's examples.
     const NODE: NodeId;
     /// The state changes of the drive, as its crate has them.
     const TRANSITIONS: Transitions;
+    /// Whether 23h is the only SDO command that writes.
+    const WRITES_FOUR_BYTES: bool = false;
 
-    fn start(now: Instant) -> Self;
-    fn nmt(&self) -> NmtState;
-    fn state(&self) -> State;
-    fn status_word(&mut self, now: Instant) -> u16;
+    fn start(now: Instant) -> Self::Drive;
+    /// Sets what most comparisons need and a drive that has just been delivered does not do.
+    fn prepare(_bench: &mut Bench<Self>) {}
+    fn nmt(drive: &Self::Drive) -> NmtState;
+    fn state(drive: &Self::Drive) -> State;
+    fn status_word(drive: &mut Self::Drive, now: Instant) -> u16;
     /// Brings a fault about that is over at once.
-    fn fail(&mut self, now: Instant);
+    fn fail(drive: &mut Self::Drive, now: Instant);
 }
 
 /// Asks unless the answer is remembered: the drive answers the same while cells of the tables are altered, and is asked
-/// again and again. The key has everything that the answer depends on, besides the place of the call.
+/// again and again. The key has everything that the answer depends on, besides the drive `S` and the place of the call.
 #[track_caller]
-pub(crate) fn once<V: Clone + Send + 'static>(key: impl Debug, ask: impl FnOnce() -> V) -> V {
+pub(crate) fn once<S: Simulator, V: Clone + Send + 'static>(key: impl Debug, ask: impl FnOnce() -> V) -> V {
     static MEMORY: Mutex<BTreeMap<String, Box<dyn Any + Send>>> = Mutex::new(BTreeMap::new());
-    let key = format!("{} {} {key:?}", Location::caller(), type_name::<V>());
+    let key = format!("{} {} {} {key:?}", Location::caller(), type_name::<S>(), type_name::<V>());
     let memory = || MEMORY.lock().unwrap_or_else(PoisonError::into_inner);
     let known = memory().get(&key).and_then(|answer| answer.downcast_ref::<V>()).cloned();
     known.unwrap_or_else(|| {
@@ -42,18 +48,25 @@ pub(crate) fn once<V: Clone + Send + 'static>(key: impl Debug, ask: impl FnOnce(
 }
 
 /// A drive that has booted, and a link to it. A frame takes no time here.
-pub(crate) struct Bench<S> {
+pub(crate) struct Bench<S: Simulator> {
     bus: VirtualBus,
     link: VirtualLink,
-    drive: Arc<Mutex<S>>,
+    drive: Arc<Mutex<S::Drive>>,
 }
 
 impl<S: Simulator> Bench<S> {
+    /// Prepared for comparisons.
     pub(crate) fn new() -> Self {
+        let mut bench = Bench::as_delivered();
+        S::prepare(&mut bench);
+        bench
+    }
+
+    pub(crate) fn as_delivered() -> Self {
         Bench::with(S::start)
     }
 
-    pub(crate) fn with(start: impl FnOnce(Instant) -> S) -> Self {
+    pub(crate) fn with(start: impl FnOnce(Instant) -> S::Drive) -> Self {
         let bus = VirtualBus::new();
         let drive = Arc::new(Mutex::new(start(bus.now())));
         bus.attach(Arc::clone(&drive));
@@ -158,8 +171,13 @@ impl<S: Simulator> Bench<S> {
         }
     }
 
-    /// Writes `size` bytes; `Err` has the abort code (0 when nothing answers).
+    /// Writes `size` bytes, or four if the drive takes nothing else; `Err` has the abort code (0 when nothing answers).
     pub(crate) fn write(&mut self, index: u16, sub: u8, value: i64, size: u8) -> Result<(), u32> {
+        self.write_exactly(index, sub, value, if S::WRITES_FOUR_BYTES { 4 } else { size })
+    }
+
+    /// Writes `size` bytes.
+    pub(crate) fn write_exactly(&mut self, index: u16, sub: u8, value: i64, size: u8) -> Result<(), u32> {
         let [low, high] = index.to_le_bytes();
         let mut data = [0x23 | (4 - size.clamp(1, 4)) << 2, low, high, sub, 0, 0, 0, 0];
         let size = usize::from(size.clamp(1, 4));
@@ -180,7 +198,7 @@ impl<S: Simulator> Bench<S> {
         taken
     }
 
-    pub(crate) fn see<T>(&self, look: impl FnOnce(&mut S, Instant) -> T) -> T {
+    pub(crate) fn see<T>(&self, look: impl FnOnce(&mut S::Drive, Instant) -> T) -> T {
         let mut drive = self.drive.lock().unwrap_or_else(PoisonError::into_inner);
         look(&mut drive, self.bus.now())
     }
@@ -191,10 +209,10 @@ impl<S: Simulator> Bench<S> {
     }
 
     pub(crate) fn state(&self) -> State {
-        self.see(|drive, _| Simulator::state(drive))
+        self.see(|drive, _| S::state(drive))
     }
 
     pub(crate) fn nmt_state(&self) -> NmtState {
-        self.see(|drive, _| drive.nmt())
+        self.see(|drive, _| S::nmt(drive))
     }
 }

@@ -36,8 +36,11 @@ pub struct Drive {
     /// The objects whose entries are alike; those with others are records.
     pub(crate) arrays: &'static [u16],
     /// All comparisons, the quick ones first: a mutant is found sooner.
-    pub(crate) checks: &'static [fn(&mut Checker<'_>, &Case<'_>)],
+    pub(crate) checks: &'static [Check],
 }
+
+/// A comparison of some tables.
+pub(crate) type Check = fn(&mut Checker<'_>, &Case<'_>);
 
 /// A drive with what is compared at the moment.
 pub(crate) struct Case<'a> {

@@ -32,7 +32,7 @@ const SERVICES: [Direction; 3] = [
 
 /// A drive that moves: the columns of the second table.
 const DRIVE: [Direction; 1] = [Direction {
-    name: "drive",
+    name: "ag03-1",
     peer: "python-canopen",
     program: "lexican",
     head: "our simulated AG03/1, python-canopen's manager",

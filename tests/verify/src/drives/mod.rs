@@ -1,8 +1,9 @@
 //! The drives that are compared with their manuals.
 
+mod siko_ag02;
 mod siko_ag03_1;
 
 use crate::drive::Drive;
 
 /// All of them.
-pub const ALL: &[Drive] = &[siko_ag03_1::DRIVE];
+pub const ALL: &[Drive] = &[siko_ag03_1::DRIVE, siko_ag02::DRIVE];

@@ -1,15 +1,50 @@
 //! The SIKO AG03/1, firmware 4.01 or higher, English manual.
 
+use lexican_driver::Codes;
 use lexican_runtime::NodeId;
-use siko_ag03_1::sim::{BIT_RATES, SimulatedDrive};
+use siko_ag03_1::sim::inputs::Inputs;
+use siko_ag03_1::sim::{MODEL, Model};
+use siko_ag03_1::{fault, od};
 
-use crate::checker::Checker;
 use crate::code::{Code, Identity};
-use crate::drive::{Case, Drive};
-use crate::kinds::{cia402, network, objects, pdo, prose, sheet, transmission};
-use crate::siko;
+use crate::drive::Drive;
+use crate::siko::bench::{NODE, Siko, Write};
+use crate::siko::checks::Checks;
+use crate::siko::tables;
 
-type S = SimulatedDrive;
+/// The drive.
+enum Ag031 {}
+
+impl Siko for Ag031 {
+    const MODEL: &'static Model = &MODEL;
+    const CODES: &'static Codes = &fault::CODES;
+    const PREPARED: &'static [Write] = &[];
+    const GEARS: &'static [(u8, &'static str)] = &[(2, "24:1"), (3, "48:1")];
+    const FILES: &'static str = r#"names = ["SIKOAG03/1.EDS", "SIKOAG03.EDS"]"#;
+    const LASTING: &'static [(u8, u16)] = &[];
+    const CHAPTERS: [&'static str; 2] = ["6", "7"];
+    const READY: [&'static str; 2] = ["output stage supply applied", "output stage supply not applied"];
+    const LIMITS: [&'static str; 2] = ["position above higher of limits 1+2", "position below lower of limits 1+2"];
+    const ACKNOWLEDGE: &'static str = "acknowledge by an edge of CW.7";
+    const RESERVED: &'static str = "reserved";
+    const IS_TRANSLATED: bool = false;
+    const NAMES: &'static [(u8, &'static str)] = &[
+        (11, "Numerator"),
+        (12, "Denominator"),
+        (17, "Delta Inch"),
+        (19, "Pos Type"),
+        (25, "Stop mode Inching mode 2"),
+        (30, "Offset Inching 2"),
+    ];
+
+    fn hinder(inputs: &mut Inputs) {
+        inputs.output_stage_supply_100mv = 0;
+    }
+
+    fn bit_rate(value: u8) -> Option<&'static str> {
+        od::CanBitRate(value).name()
+    }
+}
 
 pub(super) const DRIVE: Drive = Drive {
     name: "siko/ag03-1",
@@ -19,60 +54,18 @@ pub(super) const DRIVE: Drive = Drive {
     overlay: "eds/devices/siko/ag03-1/SIKOAG03.toml",
     folder: "tests/manual/ag03-1",
     report: "drives/siko-ag03-1/VERIFICATION.md",
-    tables: siko::tables::TABLES,
-    exempt: siko::tables::EXEMPT,
+    tables: tables::TABLES,
+    exempt: tables::exempt(
+        &[
+            ("facts.csv", "7.2:communication profile", tables::DOCUMENT),
+            ("facts.csv", "7.2:device profile", tables::PROFILE),
+        ],
+        &[tables::BATTERY],
+    ),
     code: generated,
-    node: siko::bench::NODE,
+    node: NODE,
     arrays: &[0x1003, 0x1011, 0x607D, 0x6091],
-    checks: &[
-        sheet::check::<S>,
-        file,
-        siko::values::check,
-        siko::formats::check,
-        objects::check::<S>,
-        siko::objects::check,
-        siko::parameters::check,
-        |checker, _| network::commands::<S>(checker, siko::network::starts_cold),
-        |checker, _| network::states::<S>(checker, siko::network::in_nmt_state),
-        |checker, _| network::sdo_commands::<S>(checker, WRITABLE, READABLE),
-        |checker, case| network::sdo_aborts(checker, case, siko::network::refused),
-        siko::network::sdo_examples,
-        siko::network::node_address,
-        |checker, _| siko::network::bus_termination(checker),
-        |checker, _| siko::leds::check(checker),
-        siko::examples::check,
-        |checker, _| cia402::states::<S>(checker, siko::states::beyond),
-        |checker, _| cia402::commands::<S>(checker),
-        cia402::transitions::<S>,
-        siko::faults::check,
-        siko::facts::check,
-        |checker, case| siko::statements::STATEMENTS.iter().for_each(|all| prose::statements(checker, case, all)),
-        pdo::mappings::<S>,
-        |checker, case| pdo::layouts::<S>(checker, case, siko::network::prepare_layouts, siko::network::sample),
-        network::identifiers::<S>,
-        |checker, case| transmission::check::<S>(checker, case, PDOS),
-        siko::bits::check,
-    ],
+    checks: Checks::<Ag031>::ALL,
 };
 
 include!(concat!(env!("OUT_DIR"), "/siko_ag03_1.rs"));
-
-/// Objects of four, two and one byte: a command to write fits one of them only.
-const WRITABLE: [(u8, u16); 3] = [(4, 0x607C), (2, 0x1017), (1, 0x100D)];
-const READABLE: [(u8, u16); 3] = [(4, 0x1000), (2, 0x6041), (1, 0x1001)];
-
-/// Parameters of the PDOs that map something.
-const PDOS: &[u16] = &[0x1400, 0x1402, 0x1403, 0x1800, 0x1802, 0x1803];
-
-/// The file's names and the bit rates of `[DeviceInfo]`.
-fn file(checker: &mut Checker<'_>, case: &Case<'_>) {
-    // Chapter 7.11 has two names for the file; both find it.
-    let names = case.sheet.overlay.lines().find(|line| line.starts_with("names = "));
-    let both = names == Some(r#"names = ["SIKOAG03/1.EDS", "SIKOAG03.EDS"]"#);
-    checker.require(both, || format!("the overlay answers to {names:?}"));
-    // The bit rates that have a key, of those that the drive can be set to.
-    let keys = |rate: &u16| siko::values::BIT_RATE_KEYS.contains(rate);
-    let rates: Vec<u16> = BIT_RATES.iter().map(|rate| (rate / 1000) as u16).filter(keys).collect();
-    let listed = &case.sheet.device.info.bit_rates_kbit;
-    checker.require(*listed == rates, || format!("BaudRate: {listed:?} in the data sheet, {rates:?} in the drive"));
-}

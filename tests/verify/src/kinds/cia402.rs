@@ -1,6 +1,5 @@
 //! The state machine of CiA 402: states, commands, and numbered state changes, by bringing the drive into each state.
 
-use std::any::type_name;
 use std::collections::BTreeSet;
 
 use lexican_runtime::profile::cia402::{Cause, Command, State};
@@ -115,7 +114,7 @@ pub(crate) fn commands<S: Simulator>(checker: &mut Checker<'_>) {
         let to = S::TRANSITIONS.follow(from, command).map(|change| change.to);
         let mut words = (0..256).filter(|word| is_as(*word, pattern));
         let followed = words.all(|word| {
-            let reached = once((type_name::<S>(), name_of(from), word), || Some(after(bring_to::<S>(from)?, word)));
+            let reached = once::<S, _>((name_of(from), word), || Some(after(bring_to::<S>(from)?, word)));
             reached.is_some() && reached == to
         });
         checker.that(row, "bits_7_0", Against::Drive, followed, "the drive does otherwise");

@@ -1,7 +1,7 @@
 //! Prose, clause by clause: a clause stands in the place of a cell only if the drive, asked for it, does what it says.
 //! So words in tables are compared like numbers.
 
-use crate::bench::once;
+use crate::bench::{Simulator, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 
@@ -17,11 +17,17 @@ pub(crate) fn said(clauses: &Clauses) -> String {
 /// A statement: its key, and the clauses that it has.
 pub(crate) type Statement = (&'static str, fn() -> Clauses);
 
-/// Compares `statements.csv`.
-pub(crate) fn statements(checker: &mut Checker<'_>, case: &Case<'_>, all: &[Statement]) {
-    for &(key, clauses) in all {
-        let Some(row) = checker.row("statements.csv", key) else { continue };
-        let found = once((case.drive.name, key), || said(&clauses()));
-        checker.cell(row, "statement", Against::Drive, found);
+/// Compares `statements.csv`. `known` makes of a row's key the one that its statement has here.
+pub(crate) fn statements<S: Simulator>(
+    checker: &mut Checker<'_>,
+    case: &Case<'_>,
+    all: &[Statement],
+    known: fn(&str) -> String,
+) {
+    for row in case.manual.rows("statements.csv") {
+        let key = known(&row.key);
+        let Some((key, clauses)) = all.iter().find(|(of, _)| *of == key) else { continue };
+        checker.key(row);
+        checker.cell(row, "statement", Against::Drive, once::<S, _>(key, || said(&clauses())));
     }
 }

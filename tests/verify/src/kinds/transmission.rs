@@ -1,7 +1,5 @@
 //! Transmission types: what the drive does with a PDO of each.
 
-use std::any::type_name;
-
 use lexican_runtime::wire::pdo::TransmissionType;
 
 use crate::bench::{Bench, Simulator, once};
@@ -40,7 +38,7 @@ fn line<S: Simulator>(checker: &mut Checker<'_>, row: &Row, indices: &[u16]) {
     checker.that(row, "kind", Against::Code, synchronous, format!("{code:?}"));
     let behaviour = |index, code| {
         let ask = if index < 0x1800 { received::<S> } else { sent::<S> };
-        once((type_name::<S>(), index, code), || ask(index, code))
+        once::<S, _>((index, code), || ask(index, code))
     };
     let found: Vec<&str> = indices.iter().flat_map(|index| [from, to].map(|code| behaviour(*index, code))).collect();
     let same = |behaviours: &[&str]| found.iter().all(|found| behaviours.contains(found));
@@ -48,12 +46,17 @@ fn line<S: Simulator>(checker: &mut Checker<'_>, row: &Row, indices: &[u16]) {
         "processed after a SYNC" => same(&["after SYNC"]),
         "as 0" => receives && from == 1 && same(&["after SYNC"]),
         "processed at once" => same(&["at once"]),
-        "as 255" => receives && from == 254 && same(&["at once"]),
+        "as 255" => from == 254 && same(if receives { &["at once"] } else { &["timer"] }),
         "" => same(&["refused"]),
         "sent after each SYNC" => from == 0 && same(&["SYNC"]),
         "sent after that many SYNCs" => from == 1 && same(&["SYNC", "240 SYNCs"]),
         "sent on RTR; COB-ID bit 30 must be 0" | "sent on RTR" => same(&["RTR"]),
         "sent on every change and by event timer" => same(&["change and timer"]),
+        "sent on every change of the position" => indices == [0x1802] && same(&["change"]),
+        "sent on every change of the velocity" => indices == [0x1803] && same(&["change"]),
+        "sent on every change of position or velocity; TPDO3 and TPDO4 only" => {
+            found == ["timer", "timer", "change", "change", "change", "change"]
+        }
         "sent by event timer" | "sent by event timer in ms" => same(&["timer"]),
         _ => false,
     };
@@ -68,6 +71,7 @@ fn line<S: Simulator>(checker: &mut Checker<'_>, row: &Row, indices: &[u16]) {
         (false, _, 253) => &["asynchronous on request"],
         (false, true, 254) => &["event-triggered"],
         (false, true, _) => &["time-triggered"],
+        (false, _, 254) if row.get("meaning") == "as 255" => &["asynchronous time-triggered"],
         (false, _, 254) => &["asynchronous event-triggered"],
         (false, ..) => &["asynchronous time-triggered"],
     };
@@ -104,9 +108,11 @@ fn received<S: Simulator>(index: u16, code: u8) -> &'static str {
 fn sent<S: Simulator>(index: u16, code: u8) -> &'static str {
     let id = cob_id::<S>(index);
     let mut bench = Bench::<S>::new();
-    if bench.write(index, 2, code.into(), 1).is_err() || !bench.set(&[(index, 5, 100, 2), (index, 3, 0, 2)]) {
+    if bench.write(index, 2, code.into(), 1).is_err() || bench.write(index, 5, 100, 2).is_err() {
         return "refused";
     }
+    // Where there is no inhibit time, none holds.
+    let _ = bench.write(index, 3, 0, 2);
     bench.nmt(0x01);
     bench.hear_from(id, 10);
     bench.send(Bench::<S>::own(0x200), &[0x06, 0x01]);
@@ -122,6 +128,7 @@ fn sent<S: Simulator>(index: u16, code: u8) -> &'static str {
         (0, 0, _, Some(240)) => "240 SYNCs",
         (0, 0, 1, None) => "RTR",
         (1.., 9..=11, ..) => "change and timer",
+        (1.., 0, _, None) => "change",
         (0, 9..=11, ..) => "timer",
         _ => "otherwise",
     }

@@ -1,82 +1,141 @@
-//! The simulated drive: how to look at it, and the situations that shows what its manual says.
+//! The simulated drive: what of it differs from drive to drive, how to look at it, and the situations that show what
+//! the manuals say.
 
+use lexican_driver::Codes;
+use lexican_runtime::object::{Address, Object, Rw};
 use lexican_runtime::profile::cia402::{State, Transitions};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Instant, NodeId};
-use siko_ag03_1::sim::inputs::{Inputs, Shaft};
-use siko_ag03_1::sim::{MODEL, Setup, SimulatedDrive};
-use siko_ag03_1::state::TRANSITIONS;
+use siko::fault::FaultKind;
+use siko::sim::inputs::{Inputs, Shaft};
+use siko::sim::{Model, Setup, SimulatedDrive};
+use siko::state::TRANSITIONS;
 
+pub(super) use crate::bench::Bench;
 use crate::bench::Simulator;
 use crate::kinds::objects::Objects;
 
-/// The node of the manual's examples.
+/// The node of the manuals' examples.
 pub(crate) const NODE: NodeId = NodeId::literal(5);
 
 /// `load`, as 1011h takes it.
 pub(super) const LOAD: i64 = 0x6461_6F6C;
 
-pub(super) type Bench = crate::bench::Bench<SimulatedDrive>;
+/// The identifier of emergencies.
+pub(crate) const EMCY: i64 = 0x80 + NODE.get() as i64;
 
 /// Index, sub-index, value and size of what is written.
-pub(super) type Write = (u16, u8, i64, u8);
+pub(crate) type Write = (u16, u8, i64, u8);
 
 pub(super) const A_POS: (u16, u8) = (0x2410, 0x04);
-pub(super) const V_POS: (u16, u8) = (0x2410, 0x05);
+pub(crate) const V_POS: (u16, u8) = (0x2410, 0x05);
 pub(super) const A_ROT: (u16, u8) = (0x2410, 0x06);
 pub(super) const A_INCH: (u16, u8) = (0x2410, 0x08);
-pub(super) const V_INCH: (u16, u8) = (0x2410, 0x09);
+pub(crate) const V_INCH: (u16, u8) = (0x2410, 0x09);
 pub(super) const D_POS: (u16, u8) = (0x2410, 0x0A);
 
 /// Writes a parameter of one byte.
-pub(super) const fn one((index, sub): (u16, u8), value: i64) -> Write {
+pub(crate) const fn one((index, sub): (u16, u8), value: i64) -> Write {
     (index, sub, value, 1)
 }
 
-impl Simulator for SimulatedDrive {
+/// A drive of SIKO's: in what its manual differs from those of the others.
+pub(crate) trait Siko: Sized + 'static {
+    const MODEL: &'static Model;
+    /// Its emergency codes.
+    const CODES: &'static Codes;
+    /// What a drive that has been delivered is set to, so that it moves as the comparisons have it: with 30 rev/min.
+    const PREPARED: &'static [Write];
+    /// The gears, by their values in 2102h.
+    const GEARS: &'static [(u8, &'static str)];
+    /// Parameters that 1011h does not restore, and their objects.
+    const LASTING: &'static [(u8, u16)];
+    /// The line of the overlay with the names of the data sheet's file.
+    const FILES: &'static str;
+    /// The chapters about parameters and about CANopen.
+    const CHAPTERS: [&'static str; 2];
+    /// What bit 10 of 1002h shows while the drive may move, and else.
+    const READY: [&'static str; 2];
+    /// What bits 5 and 6 of 1002h show.
+    const LIMITS: [&'static str; 2];
+    /// How a fault is acknowledged, as bit 8 of 1002h has it.
+    const ACKNOWLEDGE: &'static str;
+    /// What the manual calls bits without meaning, and whether its words are not English: those of the overlay are in
+    /// `terms.csv`.
+    const RESERVED: &'static str;
+    const IS_TRANSLATED: bool;
+    /// Parameters that are called otherwise where their objects are described: number and name.
+    const NAMES: &'static [(u8, &'static str)];
+
+    /// Takes away what bit 10 shows.
+    fn hinder(inputs: &mut Inputs);
+    /// The emergency code of a fault.
+    fn code(kind: FaultKind) -> u32 {
+        Self::MODEL.fault(kind).map_or(0, |fault| fault.code.number.into())
+    }
+    /// Whether the drive has an entry.
+    fn has((index, sub): (u16, u8)) -> bool {
+        (Self::MODEL.storage)(NODE).entry(Address::new(index, sub)).is_ok()
+    }
+    /// The parameter by which a travel slows down.
+    fn deceleration() -> (u16, u8) {
+        if Self::has(D_POS) { D_POS } else { A_POS }
+    }
+    /// The name of a bit rate, by its value in 2100h.
+    fn bit_rate(value: u8) -> Option<&'static str>;
+}
+
+impl<D: Siko> Simulator for D {
+    type Drive = SimulatedDrive;
+
     const NODE: NodeId = NODE;
     const TRANSITIONS: Transitions = TRANSITIONS;
+    const WRITES_FOUR_BYTES: bool = D::MODEL.writes_four_bytes;
 
-    fn start(now: Instant) -> Self {
-        SimulatedDrive::power_on(now, Setup::new(&MODEL, NODE))
+    fn start(now: Instant) -> SimulatedDrive {
+        SimulatedDrive::power_on(now, Setup::new(D::MODEL, NODE))
     }
 
-    fn nmt(&self) -> NmtState {
-        self.nmt_state()
+    fn prepare(bench: &mut Bench<D>) {
+        bench.set(D::PREPARED);
     }
 
-    fn state(&self) -> State {
-        SimulatedDrive::state(self)
+    fn nmt(drive: &SimulatedDrive) -> NmtState {
+        drive.nmt_state()
     }
 
-    fn status_word(&mut self, now: Instant) -> u16 {
-        SimulatedDrive::status_word(self, now)
+    fn state(drive: &SimulatedDrive) -> State {
+        drive.state()
     }
 
-    fn fail(&mut self, now: Instant) {
-        self.set_inputs(now, |inputs| inputs.internal_error = true);
-        self.set_inputs(now, |inputs| inputs.internal_error = false);
+    fn status_word(drive: &mut SimulatedDrive, now: Instant) -> u16 {
+        drive.status_word(now)
+    }
+
+    fn fail(drive: &mut SimulatedDrive, now: Instant) {
+        drive.set_inputs(now, |inputs| inputs.sensor_fails = true);
+        drive.set_inputs(now, |inputs| inputs.sensor_fails = false);
     }
 }
 
-impl Objects for SimulatedDrive {
+impl<D: Siko> Objects for D {
     const VARIANT: u16 = 0x2102;
 
     fn variant(printed: &str) -> Option<i128> {
-        GEARS.iter().find(|(_, _, name)| *name == printed).map(|(_, value, _)| *value)
+        D::GEARS.iter().find(|(_, name)| *name == printed).map(|(value, _)| (*value).into())
     }
 
-    fn variants() -> Vec<(i128, Bench)> {
-        let bench = |(gear, value, _): &(u8, i128, &str)| {
-            let mut bench = Bench::set_up(Setup { gear: *gear, ..Setup::new(&MODEL, NODE) });
+    fn variants() -> Vec<(i128, Bench<D>)> {
+        let bench = |(gear, _): &(u8, &str)| {
+            let mut bench = Bench::set_up(Setup { gear: *gear, ..Setup::new(D::MODEL, NODE) });
             bench.set(&[(0x607D, 2, 9_999_999, 4), (0x607D, 1, -9_999_999, 4)]);
-            (*value, bench)
+            ((*gear).into(), bench)
         };
-        GEARS.iter().map(bench).collect()
+        D::GEARS.iter().map(bench).collect()
     }
 
     fn instead_of_default(index: u16, default: i128) -> i128 {
-        // The node-ID is that of the switches.
+        // The node-ID is the one of the examples.
         if index == 0x2101 { NODE.get().into() } else { default }
     }
 
@@ -84,18 +143,19 @@ impl Objects for SimulatedDrive {
         index == 0x6040
     }
 
-    fn power_cycle(bench: &mut Bench) {
+    fn kept(drive: &mut SimulatedDrive, _: Instant, index: u16, sub: u8) -> u32 {
+        drive.stored(Object::<u32, Rw>::new(index, sub))
+    }
+
+    fn power_cycle(bench: &mut Bench<D>) {
         bench.see(SimulatedDrive::power_cycle);
         bench.hear(0);
     }
 }
 
-/// The gears, with their values in 2102h.
-pub(super) const GEARS: [(u8, i128, &str); 2] = [(2, 2, "24:1"), (3, 3, "48:1")];
-
-impl Bench {
+impl<D: Siko> Bench<D> {
     pub(super) fn set_up(setup: Setup) -> Self {
-        Bench::with(|now| SimulatedDrive::power_on(now, setup))
+        Bench::<D>::with(|now| SimulatedDrive::power_on(now, setup))
     }
 
     /// Lets the world around the drive change.
@@ -191,8 +251,8 @@ impl Bench {
 }
 
 /// Enabled, with what `set` has written before.
-pub(super) fn enabled_with(set: &[Write]) -> Bench {
-    let mut bench = Bench::new();
+pub(super) fn enabled_with<D: Siko>(set: &[Write]) -> Bench<D> {
+    let mut bench = Bench::<D>::new();
     bench.set(set);
     bench.nmt(0x01);
     bench.enable();
@@ -201,66 +261,66 @@ pub(super) fn enabled_with(set: &[Write]) -> Bench {
 }
 
 /// On a travel for so long.
-pub(super) fn moving_to(target: i32, ms: u64) -> Bench {
-    let mut bench = Bench::enabled();
+pub(super) fn moving_to<D: Siko>(target: i32, ms: u64) -> Bench<D> {
+    let mut bench = Bench::<D>::enabled();
     bench.travel(target);
     bench.hear(ms);
     bench
 }
 
 /// In velocity mode, running at a velocity.
-pub(super) fn running_at(velocity: i32, ms: u64) -> Bench {
-    let mut bench = in_velocity_mode();
+pub(super) fn running_at<D: Siko>(velocity: i32, ms: u64) -> Bench<D> {
+    let mut bench = in_velocity_mode::<D>();
     bench.run(velocity);
     bench.hear(ms);
     bench
 }
 
 /// In velocity mode, in OPERATION ENABLED, standing.
-pub(super) fn in_velocity_mode() -> Bench {
-    let mut bench = Bench::operational();
+pub(super) fn in_velocity_mode<D: Siko>() -> Bench<D> {
+    let mut bench = Bench::<D>::operational();
     bench.set(&[(0x6060, 0, 2, 1)]);
     bench.enable();
     bench
 }
 
 /// Something in the world, in OPERATION ENABLED.
-pub(super) fn with_inputs(change: impl FnOnce(&mut Inputs)) -> Bench {
-    Bench::enabled().after(change)
+pub(super) fn with_inputs<D: Siko>(change: impl FnOnce(&mut Inputs)) -> Bench<D> {
+    Bench::<D>::enabled().after(change)
 }
 
-pub(super) fn faulty() -> Bench {
-    with_inputs(|inputs| inputs.internal_error = true)
+pub(super) fn faulty<D: Siko>() -> Bench<D> {
+    with_inputs::<D>(|inputs| inputs.sensor_fails = true)
 }
 
-pub(super) fn unsupplied() -> Bench {
-    with_inputs(|inputs| inputs.output_stage_supply_100mv = 0)
+pub(super) fn hindered<D: Siko>() -> Bench<D> {
+    with_inputs::<D>(D::hinder)
 }
 
 /// Whose shaft is held, while it should move.
-pub(super) fn held() -> Bench {
-    let mut bench = moving_to(5000, 500);
+pub(super) fn held<D: Siko>() -> Bench<D> {
+    let mut bench = moving_to::<D>(5000, 500);
     bench.world(|inputs| inputs.shaft = Shaft::Blocked);
     bench.hear(100);
     bench
 }
 
-pub(super) fn overcurrent() -> Bench {
-    let mut bench = moving_to(5000, 500);
+pub(super) fn overcurrent<D: Siko>() -> Bench<D> {
+    let mut bench = moving_to::<D>(900_000, 500);
     bench.world(|inputs| inputs.load_ma = 2401);
     bench
 }
 
 /// Beyond a limit: the position is 0, and the limits lie elsewhere.
-pub(super) fn beyond(above: bool, mut bench: Bench) -> Bench {
+pub(super) fn beyond<D: Siko>(above: bool, mut bench: Bench<D>) -> Bench<D> {
     let limits = if above { [(1, -1000), (2, -500)] } else { [(2, 1000), (1, 500)] };
     bench.set(&limits.map(|(sub, limit)| (0x607D, sub, limit, 4)));
     bench
 }
 
 /// On the way to the turn of a loop.
-pub(super) fn in_loop(ms: u64) -> Bench {
-    let mut bench = Bench::enabled();
+pub(super) fn in_loop<D: Siko>(ms: u64) -> Bench<D> {
+    let mut bench = Bench::<D>::enabled();
     bench.set(&[(0x2413, 0, 1, 1)]);
     bench.travel(-5000);
     bench.hear(ms);

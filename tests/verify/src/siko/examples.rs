@@ -1,8 +1,8 @@
 //! The worked examples, tables 25 and 26, replayed from the tables themselves.
 
-use siko_ag03_1::worked_examples::{Action, Example, POSITIONING, VELOCITY};
+use siko::worked_examples::{Action, Example, POSITIONING, VELOCITY};
 
-use super::bench::Bench;
+use super::bench::{Bench, Siko};
 use crate::bench::once;
 use crate::checker::{Against, Answers, Checker};
 use crate::drive::Case;
@@ -10,12 +10,12 @@ use crate::kinds::cia402::name_of;
 use crate::manual::{Row, cells};
 use crate::notation::{bytes, hex, print};
 
-pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
-    example(checker, case, "example_position.csv", &POSITIONING);
-    example(checker, case, "example_velocity.csv", &VELOCITY);
+pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
+    example::<D>(checker, case, "example_position.csv", &POSITIONING);
+    example::<D>(checker, case, "example_velocity.csv", &VELOCITY);
 }
 
-fn example(checker: &mut Checker<'_>, case: &Case<'_>, file: &'static str, example: &Example) {
+fn example<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, file: &'static str, example: &Example) {
     let in_code: Vec<_> = example.rows.iter().filter(|row| row.in_table).map(|row| row.action).collect();
     let rows = case.manual.rows(file);
     checker.require(rows.len() == in_code.len(), || format!("{file}: {} rows in the code", in_code.len()));
@@ -39,13 +39,13 @@ fn example(checker: &mut Checker<'_>, case: &Case<'_>, file: &'static str, examp
         checker.cell(row, "data", Against::Code, data);
     }
     let mode = example.operating_mode;
-    once((mode, cells(rows)), || replay(mode, rows)).give(checker, rows);
+    once::<D, _>((mode, cells(rows)), || replay::<D>(mode, rows)).give(checker, rows);
 }
 
 /// Replays the rows, one after the other.
-fn replay(operating_mode: u8, rows: &[Row]) -> Answers {
+fn replay<D: Siko>(operating_mode: u8, rows: &[Row]) -> Answers {
     let mut answers = Answers::default();
-    let mut bench = Bench::new();
+    let mut bench = Bench::<D>::new();
     let set = bench.write(0x6060, 0, operating_mode.into(), 1);
     answers.require(set.is_ok(), || format!("6060:00: {set:08X?}"));
     for row in rows {
@@ -56,7 +56,7 @@ fn replay(operating_mode: u8, rows: &[Row]) -> Answers {
 }
 
 /// Does what the row says: whether the drive does too, and what it does.
-fn step(bench: &mut Bench, rows: &[Row], row: &Row) -> (bool, String) {
+fn step<D: Siko>(bench: &mut Bench<D>, rows: &[Row], row: &Row) -> (bool, String) {
     let meaning = row.get("meaning");
     let Some(id) = hex(row.get("cob_id")) else {
         bench.hear(30_000);

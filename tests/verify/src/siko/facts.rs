@@ -2,34 +2,32 @@
 
 use lexican_eds::model::Direction::{self, Receive, Transmit};
 use lexican_eds::model::Value;
-use siko_ag03_1::od;
-use siko_ag03_1::parameter::PARAMETERS;
 
-use super::bench::{Bench, LOAD, enabled_with, faulty, moving_to, running_at};
+use super::bench::{Bench, LOAD, Siko, enabled_with, faulty, moving_to, running_at};
 use super::bits::example_word;
-use crate::bench::once;
+use crate::bench::{Simulator as _, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::cia402;
 use crate::kinds::pdo::name_of;
 use crate::sheet::Sheet;
 
-pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
+pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for row in case.manual.rows("facts.csv") {
-        let Some((found, against)) = fact(&row.key, case.sheet) else { continue };
+        let Some((found, against)) = fact::<D>(&super::known::<D>(&row.key), case.sheet) else { continue };
         checker.key(row);
         checker.cell(row, "value", against, found);
     }
 }
 
 /// What is found in the place of a fact.
-fn fact(key: &str, sheet: &Sheet) -> Option<(String, Against)> {
-    let by_sheet = by_sheet(key, sheet).map(|found| (found, Against::Sheet));
-    let by_drive = || once(key, || by_drive(key)).map(|found| (found, Against::Drive));
+fn fact<D: Siko>(key: &str, sheet: &Sheet) -> Option<(String, Against)> {
+    let by_sheet = by_sheet::<D>(key, sheet).map(|found| (found, Against::Sheet));
+    let by_drive = || once::<D, _>(key, || by_drive::<D>(key)).map(|found| (found, Against::Drive));
     by_sheet.or_else(by_drive)
 }
 
-fn by_sheet(key: &str, sheet: &Sheet) -> Option<String> {
+fn by_sheet<D: Siko>(key: &str, sheet: &Sheet) -> Option<String> {
     let device = &sheet.device;
     let base = |index, sub| match device.entry(index, sub)?.default {
         Some(Value::NodeIdPlus(base)) => Some(base),
@@ -53,7 +51,7 @@ fn by_sheet(key: &str, sheet: &Sheet) -> Option<String> {
         "2.3:torque deactivation off at" => device.entry(0x2421, 0)?.high.as_ref()?.as_integer()?.to_string(),
         "5.2:faults kept" => device.object(0x1003)?.entries.last()?.sub.to_string(),
         "6:parameters not stored" => {
-            let unstored = PARAMETERS.iter().filter(|parameter| {
+            let unstored = D::MODEL.parameters.iter().filter(|parameter| {
                 let entry = device.entry(parameter.address.index(), parameter.address.sub());
                 entry.is_some_and(|entry| !entry.persistent)
             });
@@ -71,44 +69,51 @@ fn by_sheet(key: &str, sheet: &Sheet) -> Option<String> {
         "7.2.7:SDO from the drive" => format!("{:X}", base(0x1200, 2)?),
         "7.2.9:emergency identifier plus node-ID" => base(0x1014, 0)?.to_string(),
         "7.11:data sheet" => device.file.name.clone()?,
-        "7.12.2.1:device profile" => number(0x1000, 0)?.to_string(),
-        "7.12.2.10:load to sub-indices" => {
+        "7.10:factory node-ID" => number(0x2101, 0)?.to_string(),
+        "7.12.2:device profile" => number(0x1000, 0)?.to_string(),
+        "7.12.2:load to sub-indices" => {
             let subs = device.object(0x1011)?.entries.iter().filter(|entry| entry.access.writable() && entry.sub < 4);
             let subs: Vec<_> = subs.map(|entry| entry.sub).collect();
             format!("{}..{}", subs.first()?, subs.last()?)
         }
-        "7.12.2.13:vendor" => format!("{:X}", number(0x1018, 1)?),
+        "7.12.2:vendor" => format!("{:X}", number(0x1018, 1)?),
         _ => return None,
     };
     Some(found)
 }
 
-fn by_drive(key: &str) -> Option<String> {
-    let mut bench = Bench::new();
+fn by_drive<D: Siko>(key: &str) -> Option<String> {
+    let mut bench = Bench::<D>::as_delivered();
     let boot_up = bench.hear(0).first().copied();
+    D::prepare(&mut bench);
     let found = match key {
-        "2.1:example word" => format!("{:X}", example_word()),
+        "2.1:example word" => format!("{:X}", example_word::<D>()),
         "7.10:factory bit rate" => {
-            let name = od::CanBitRate(u8::try_from(bench.read(0x2100, 0).ok()?).ok()?).name()?;
+            let name = D::bit_rate(u8::try_from(bench.read(0x2100, 0).ok()?).ok()?)?;
             name.split(' ').nth(1)?.to_owned()
         }
-        "2.1:standstill below" => standstill()?.to_string(),
-        "2.1:overcurrent becomes a fault after" => overcurrent()?.to_string(),
+        "2.1:standstill below" => standstill::<D>()?.to_string(),
+        "2.1:overcurrent becomes a fault after" => overcurrent::<D>()?.to_string(),
         "3:calibration by" => if calibrates(&mut bench, 0x1011, 4, LOAD) { "1011:04" } else { "" }.into(),
         "6:acceleration at 100 %" => {
-            let mut bench = enabled_with(&[(0x2410, 4, 100, 1), (0x2410, 5, 200, 1)]);
+            let mut bench = enabled_with::<D>(&[(0x2410, 4, 100, 1), (0x2410, 5, 200, 1)]);
             bench.travel(100_000);
             // Of revolutions per minute, a quarter of a second makes so many in a second.
             (bench.velocities(&[250]).first()? / 15).to_string()
         }
         "6:calibration by" => if calibrates(&mut bench, 0x607C, 0, 500) { "607C" } else { "" }.into(),
-        "4:gear ratio 5:1" => ratio(5, 1),
-        "4:gear ratio 3.78:1" => ratio(378, 100),
+        "2.2.1.1:loop beyond by" => {
+            let mut bench = enabled_with::<D>(&[(0x2413, 0, 1, 1)]);
+            bench.travel(-1000);
+            (-1000 - bench.way(20_000).into_iter().min()?).to_string()
+        }
+        "4:gear ratio 5:1" => ratio::<D>(5, 1),
+        "4:gear ratio 3.78:1" => ratio::<D>(378, 100),
         "6:increments per revolution" => per_revolution(&mut bench, 0).to_string(),
         "6:spindle pitch of 2 mm" => per_revolution(&mut bench, 200).to_string(),
         "7.2.2.2:INITIALISATION by" => {
             let resets = ["81", "82"].into_iter().filter(|code| {
-                let mut bench = Bench::operational();
+                let mut bench = Bench::<D>::operational();
                 bench.nmt(u8::from_str_radix(code, 16).unwrap_or(0));
                 bench.hear_from(0x705, 0) == [[0]]
             });
@@ -116,11 +121,11 @@ fn by_drive(key: &str) -> Option<String> {
         }
         "7.2.2.2:boot-up identifier plus node-ID" => (boot_up?.id().raw() - 5).to_string(),
         "7.2.2.2:boot-up data" => boot_up?.data().first()?.to_string(),
-        "7.2.2.4:entering OPERATIONAL sends TPDOs of type" => sent_at_start(),
-        "7.2.2.3:FAULT becomes" => fault_becomes(0x80),
-        "7.2.2.5:FAULT becomes" => fault_becomes(0x02),
+        "7.2.2.4:entering OPERATIONAL sends TPDOs of type" => sent_at_start::<D>(),
+        "7.2.2.3:FAULT becomes" => fault_becomes::<D>(0x80),
+        "7.2.2.5:FAULT becomes" => fault_becomes::<D>(0x02),
         "7.2.9:emergency length" => {
-            bench.world(|inputs| inputs.internal_error = true);
+            bench.world(|inputs| inputs.sensor_fails = true);
             bench.hear_from(0x085, 0).first()?.len().to_string()
         }
         "7.2.10:heartbeat identifier plus node-ID" => {
@@ -132,34 +137,34 @@ fn by_drive(key: &str) -> Option<String> {
             (bench.hear(0).first()?.id().raw() - 5).to_string()
         }
         "7.2.11:first toggle bit" => (bench.requested(0x705, 0).first()?.first()? >> 7).to_string(),
-        "7.2.11:expired life time leads to" => expired(),
-        "7.12.2.23:inhibit time only with" => inhibited().join(", "),
+        "7.2.11:expired life time leads to" => expired::<D>(),
+        "7.12.2:inhibit time only with" => inhibited::<D>().join(", "),
         _ => return None,
     };
     Some(found)
 }
 
 /// The least whole velocity at which the drive says that it moves.
-fn standstill() -> Option<i32> {
-    (1..5).find(|velocity| running_at(*velocity, 5000).system() >> 4 & 1 == 1)
+fn standstill<D: Siko>() -> Option<i32> {
+    (1..5).find(|velocity| running_at::<D>(*velocity, 5000).system() >> 4 & 1 == 1)
 }
 
-fn overcurrent() -> Option<u64> {
-    let mut bench = moving_to(900_000, 1000);
+fn overcurrent<D: Siko>() -> Option<u64> {
+    let mut bench = moving_to::<D>(900_000, 1000);
     bench.world(|inputs| inputs.load_ma = 2500);
-    (1..10).find(|_| {
+    (1..12).find(|_| {
         bench.hear(1000);
         bench.is_fault()
     })
 }
 
-fn calibrates(bench: &mut Bench, index: u16, sub: u8, value: i64) -> bool {
+fn calibrates<D: Siko>(bench: &mut Bench<D>, index: u16, sub: u8, value: i64) -> bool {
     bench.set(&[(0x607C, 0, 500, 4), (index, sub, value, 4)]) && bench.read(0x6064, 0) == Ok(500)
 }
 
 /// The ratio with which so many revolutions outside are so many inside.
-fn ratio(numerator: i64, denominator: i64) -> String {
-    let mut bench = Bench::new();
+fn ratio<D: Siko>(numerator: i64, denominator: i64) -> String {
+    let mut bench = Bench::<D>::new();
     let set = bench.set(&[(0x6091, 1, numerator, 2), (0x6091, 2, denominator, 2)]);
     bench.nmt(0x01);
     bench.enable();
@@ -171,7 +176,7 @@ fn ratio(numerator: i64, denominator: i64) -> String {
 }
 
 /// What a revolution of the shaft changes the position by.
-fn per_revolution(bench: &mut Bench, spindle_pitch: i64) -> i32 {
+fn per_revolution<D: Siko>(bench: &mut Bench<D>, spindle_pitch: i64) -> i32 {
     let set = bench.write(0x2412, 0, spindle_pitch, 2);
     bench.nmt(0x01);
     bench.enable();
@@ -183,9 +188,9 @@ fn per_revolution(bench: &mut Bench, spindle_pitch: i64) -> i32 {
     if set.is_ok() { (f64::from(position) / revolutions).round() as i32 } else { 0 }
 }
 
-fn sent_at_start() -> String {
+fn sent_at_start<D: Siko>() -> String {
     let types = [0, 1, 253, 254, 255].into_iter().filter(|code| {
-        let mut bench = Bench::new();
+        let mut bench = Bench::<D>::new();
         let set = bench.write(0x1800, 2, *code, 1);
         bench.nmt(0x01);
         set.is_ok() && !bench.hear_from(0x185, 0).is_empty()
@@ -194,15 +199,15 @@ fn sent_at_start() -> String {
 }
 
 /// The state of a drive in FAULT after an NMT command.
-fn fault_becomes(command: u8) -> String {
-    let mut bench = faulty();
+fn fault_becomes<D: Siko>(command: u8) -> String {
+    let mut bench = faulty::<D>();
     bench.nmt(command);
     bench.hear(0);
     cia402::name_of(bench.state()).to_ascii_uppercase()
 }
 
-fn expired() -> String {
-    let mut bench = Bench::new();
+fn expired<D: Siko>() -> String {
+    let mut bench = Bench::<D>::new();
     let set = bench.set(&[(0x100C, 0, 100, 2), (0x100D, 0, 3, 1)]);
     bench.nmt(0x01);
     bench.enable();
@@ -213,9 +218,9 @@ fn expired() -> String {
 }
 
 /// The transmission types with which two changes in a row are kept apart.
-fn inhibited() -> Vec<String> {
+fn inhibited<D: Siko>() -> Vec<String> {
     let kept = |code: &i64, inhibit: i64| {
-        let mut bench = Bench::new();
+        let mut bench = Bench::<D>::new();
         let set = bench.set(&[(0x1800, 2, *code, 1), (0x1800, 5, 100, 2), (0x1800, 3, inhibit, 2)]);
         bench.nmt(0x01);
         bench.hear(450);

@@ -1,13 +1,15 @@
 //! Faults: table 2 with its conditions and blink codes, and the emergency codes of table 20.
 
+use lexican_driver::Cause;
+use lexican_runtime::object::{Object, Rw};
 use lexican_runtime::wire::emcy::CodeOrder;
-use siko_ag03_1::fault::{Cause, FAULTS, Fault, cause_of};
-use siko_ag03_1::sim::inputs::{BusState, Inputs, Shaft};
-use siko_ag03_1::sim::{MODEL, Setup};
+use siko::fault::{ERROR_PASSIVE, Fault, FaultKind, NO_ERROR, RECOVERED_FROM_BUS_OFF};
+use siko::sim::Setup;
+use siko::sim::inputs::{BusError, BusState, Inputs, Shaft};
 
-use super::bench::{Bench, NODE, running_at};
+use super::bench::{Bench, NODE, Siko, running_at};
 use super::leds::blinks;
-use crate::bench::once;
+use crate::bench::{Simulator as _, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::emcy;
@@ -15,44 +17,59 @@ use crate::kinds::prose::said;
 use crate::manual::Row;
 use crate::notation::yes;
 
-pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
-    for fault in FAULTS {
+pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
+    for fault in D::MODEL.faults {
         if let Some(row) = checker.row("faults.csv", &fault.letter().to_string()) {
-            table_2(checker, case, row, fault);
+            table_2::<D>(checker, case, row, fault);
         }
     }
-    let faults = FAULTS.iter().map(|fault| (fault.code.number, fault.letter()));
-    for (code, letter) in faults.chain([0x0000, 0x8120, 0x8140, 0xFF00].map(|code| (code, NO_LETTER))) {
-        if let Some(row) = checker.row("emergency.csv", &format!("{code:04X}")) {
-            table_20(checker, case, row, code, letter);
-        }
+    for row in case.manual.rows("emergency.csv") {
+        let Some(code) = u16::from_str_radix(&row.key, 16).ok().filter(|code| has::<D>(*code)) else { continue };
+        checker.key(row);
+        table_20::<D>(checker, case, row, code);
     }
 }
 
-/// What table 20 has for a code that is no fault's.
-const NO_LETTER: char = ' ';
+/// Whether the drive has a code, or keeps it for later use.
+fn has<D: Siko>(code: u16) -> bool {
+    matches!(code, NO_ERROR | RESERVED) || D::CODES.cause(code) != Cause::Unknown(code)
+}
+
+/// The code that table 20 calls reserved.
+const RESERVED: u16 = 0xFF00;
+
+/// The fault that a code is about; error passive is none, though it may become one.
+fn fault_of<D: Siko>(code: u16) -> Option<&'static Fault> {
+    D::MODEL.faults.iter().find(|fault| fault.code.number == code && code != ERROR_PASSIVE)
+}
 
 /// The world shortly before a fault, and in it.
-fn causes(letter: char) -> [fn(&mut Inputs); 2] {
-    match letter {
-        'A' => [|inputs| inputs.output_stage_supply_100mv = 180, |inputs| inputs.output_stage_supply_100mv = 179],
-        'B' => [|inputs| inputs.shaft = Shaft::Free, |inputs| inputs.shaft = Shaft::Blocked],
-        'C' => [|inputs| inputs.load_ma = 2400, |inputs| inputs.load_ma = 2401],
-        'D' => [|inputs| inputs.temperature_100mdegc = 900, |inputs| inputs.temperature_100mdegc = 901],
-        'E' => [|_| (), |inputs| inputs.sensor_fails = true],
-        'F' => [|_| (), |inputs| inputs.internal_error = true],
-        'G' => [|inputs| inputs.output_stage_supply_100mv = 350, |inputs| inputs.output_stage_supply_100mv = 351],
-        'H' => [|_| (), |inputs| inputs.bus = BusState::Passive],
-        'I' => [|_| (), |inputs| inputs.bus = BusState::Off],
-        _ => [|inputs| inputs.battery_10mv = 220, |inputs| inputs.battery_10mv = 219],
+fn causes(kind: FaultKind) -> [fn(&mut Inputs); 2] {
+    use FaultKind as K;
+    match kind {
+        K::Undervoltage => {
+            [|inputs| inputs.output_stage_supply_100mv = 180, |inputs| inputs.output_stage_supply_100mv = 179]
+        }
+        K::ShaftBlocked => [|inputs| inputs.shaft = Shaft::Free, |inputs| inputs.shaft = Shaft::Blocked],
+        K::Overcurrent => [|inputs| inputs.load_ma = 2400, |inputs| inputs.load_ma = 2401],
+        K::Overtemperature => [|inputs| inputs.temperature_100mdegc = 900, |inputs| inputs.temperature_100mdegc = 901],
+        K::Sensor => [|_| (), |inputs| inputs.sensor_fails = true],
+        K::Internal => [|_| (), |inputs| inputs.internal_error = true],
+        K::Overvoltage => {
+            [|inputs| inputs.output_stage_supply_100mv = 350, |inputs| inputs.output_stage_supply_100mv = 351]
+        }
+        K::BusPassive => [|_| (), |inputs| inputs.bus = BusState::Passive],
+        K::BusOff => [|_| (), |inputs| inputs.bus = BusState::Off],
+        K::Battery => [|inputs| inputs.battery_10mv = 220, |inputs| inputs.battery_10mv = 219],
     }
 }
 
 /// A drive on its way, whose EMCY codes are as printed: high byte first.
-fn travelling() -> Bench {
-    let mut setup = Setup::new(&MODEL, NODE);
+fn travelling<D: Siko>() -> Bench<D> {
+    let mut setup = Setup::new(D::MODEL, NODE);
     setup.behaviour.emcy_code_order = CodeOrder::HighByteFirst;
-    let mut bench = Bench::set_up(setup);
+    let mut bench = Bench::<D>::set_up(setup);
+    D::prepare(&mut bench);
     bench.nmt(0x01);
     bench.enable();
     bench.travel(900_000);
@@ -60,72 +77,85 @@ fn travelling() -> Bench {
     bench
 }
 
-fn letters(bench: &Bench) -> String {
+fn fails<D: Siko>(bench: &Bench<D>, kind: FaultKind) -> bool {
+    bench.see(|drive, _| drive.controller().faults().iter().any(|fault| fault.kind == kind))
+}
+
+/// The letters of the faults that a drive has.
+fn letters<D: Siko>(bench: &Bench<D>) -> String {
     bench.see(|drive, _| drive.controller().faults().iter().map(Fault::letter).collect())
 }
 
-fn table_2(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, fault: &Fault) {
+fn table_2<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, fault: &Fault) {
+    let (kind, letter) = (fault.kind, fault.letter());
     let called = case.manual.rows("terms.csv").iter().find(|term| term.get("overlay") == fault.code.text);
     checker.cell(row, "fault", Against::Code, called.map_or("", |term| term.get("printed")));
-    checker.cell(row, "hex", Against::Code, format!("{:02X}", u32::from(fault.letter())));
+    checker.cell(row, "hex", Against::Code, format!("{:02X}", u32::from(letter)));
     checker.cell(row, "blinks", Against::Code, fault.blinks);
-    checker.cell(row, "condition", Against::Drive, condition(fault.letter()));
-    let Fall { spared, fallen, seconds, blinks } = fall(fault.letter());
+    let Fall { spared, fallen, seconds, blinks } = fall::<D>(kind, letter);
     let found = format!("{spared:?}, then {fallen:?}");
     checker.that(row, "letter", Against::Drive, spared.is_empty() && seconds.is_some(), found);
     checker.cell(row, "blinks", Against::Drive, blinks);
-    // Only fault C says how long it takes.
-    let duration = seconds.filter(|_| fault.letter() == 'C').map_or(String::new(), |seconds| seconds.to_string());
-    checker.cell(row, "duration_s", Against::Drive, duration);
+    if row.has("condition") {
+        checker.cell(row, "condition", Against::Drive, condition::<D>(kind));
+    }
+    // Only one fault says how long it takes.
+    if row.has("duration_s") {
+        let duration = seconds.filter(|_| kind == FaultKind::Overcurrent).map_or(String::new(), |s| s.to_string());
+        checker.cell(row, "duration_s", Against::Drive, duration);
+    }
 }
 
 /// When a fault comes, as the drive shows it: numbers are where it begins to come.
-fn condition(letter: char) -> String {
+fn condition<D: Siko>(kind: FaultKind) -> String {
     let volts = |tenths: i64| tenths as f64 / 10.0;
-    once(letter, || match letter {
-        'A' => {
-            let supply = bound([400, 100], |inputs, supply| inputs.output_stage_supply_100mv = supply as u16);
-            let current = bound([0, 600], |inputs, current| {
+    once::<D, _>(kind, || match kind {
+        FaultKind::Undervoltage => {
+            let supply = bound::<D>([400, 100], |inputs, supply| inputs.output_stage_supply_100mv = supply as u16);
+            let current = bound::<D>([0, 600], |inputs, current| {
                 (inputs.output_stage_supply_100mv, inputs.load_ma) = (170, current as u16);
             });
             format!("supply voltage < {} V and motor current > {current} mA", volts(supply))
         }
-        'B' => {
-            let slow = comes(&mut travelling(), 'B', |inputs| inputs.attainable_rpm = Some(1));
-            let at_rest = comes(&mut Bench::enabled(), 'B', |inputs| inputs.shaft = Shaft::Blocked);
-            let mut bench = travelling();
+        FaultKind::ShaftBlocked => {
+            let slow = comes(&mut travelling::<D>(), FaultKind::ShaftBlocked, |inputs| inputs.attainable_rpm = Some(1));
+            let at_rest =
+                comes(&mut Bench::<D>::enabled(), FaultKind::ShaftBlocked, |inputs| inputs.shaft = Shaft::Blocked);
+            let mut bench = travelling::<D>();
             bench.world(|inputs| inputs.shaft = Shaft::Blocked);
             let lags = bench.system() >> 15 & 1 == 1;
             bench.hear(5000);
-            let both = letters(&bench) == "B" && !slow && !at_rest;
+            let both = fails(&bench, FaultKind::ShaftBlocked) && !slow && !at_rest;
             said(&vec![("contouring error", lags && both), ("and the shaft stands", both)]).replace("; ", ", ")
         }
-        'C' => {
-            let current = bound([600, 4000], |inputs, current| inputs.load_ma = current as u16);
+        FaultKind::Overcurrent => {
+            let current = bound::<D>([600, 4000], |inputs, current| inputs.load_ma = current as u16);
             format!("motor current > {:.1} A", current as f64 / 1000.0)
         }
-        'D' => {
-            let degrees = bound([250, 1500], |inputs, degrees| inputs.temperature_100mdegc = degrees as i16);
+        FaultKind::Overtemperature => {
+            let degrees = bound::<D>([250, 1500], |inputs, degrees| inputs.temperature_100mdegc = degrees as i16);
             format!("output stage temperature > {} degC", volts(degrees))
         }
-        'G' => {
-            let supply = bound([240, 600], |inputs, supply| inputs.output_stage_supply_100mv = supply as u16);
+        FaultKind::Overvoltage => {
+            let supply = bound::<D>([240, 600], |inputs, supply| inputs.output_stage_supply_100mv = supply as u16);
             format!("intermediate circuit voltage > {} V", volts(supply))
         }
-        'H' => {
+        FaultKind::BusPassive => {
             let passive = |inputs: &mut Inputs| inputs.bus = BusState::Passive;
-            let moving = comes(&mut travelling(), 'H', passive);
-            let others = [Bench::enabled(), running_at(30, 1000)];
-            let only = others.into_iter().all(|mut bench| !comes(&mut bench, 'H', passive));
+            let moving = comes(&mut travelling::<D>(), FaultKind::BusPassive, passive);
+            let others = [Bench::<D>::enabled(), running_at::<D>(30, 1000)];
+            let only = others.into_iter().all(|mut bench| !comes(&mut bench, FaultKind::BusPassive, passive));
             said(&vec![("error passive during running positioning", moving && only)])
         }
-        'I' => {
+        FaultKind::BusOff => {
             let off = |inputs: &mut Inputs| inputs.bus = BusState::Off;
-            let both = [travelling(), Bench::new()].into_iter().all(|mut bench| comes(&mut bench, 'I', off));
+            let both = [travelling::<D>(), Bench::<D>::new()]
+                .into_iter()
+                .all(|mut bench| comes(&mut bench, FaultKind::BusOff, off));
             said(&vec![("bus off", both)])
         }
-        'J' => {
-            let battery = bound([360, 100], |inputs, battery| inputs.battery_10mv = battery as i16);
+        FaultKind::Battery => {
+            let battery = bound::<D>([360, 100], |inputs, battery| inputs.battery_10mv = battery as i16);
             format!("battery voltage < {:.1} V", battery as f64 / 100.0)
         }
         _ => String::new(),
@@ -133,17 +163,17 @@ fn condition(letter: char) -> String {
 }
 
 /// Whether a fault comes within five seconds.
-fn comes(bench: &mut Bench, letter: char, change: impl FnOnce(&mut Inputs)) -> bool {
+fn comes<D: Siko>(bench: &mut Bench<D>, kind: FaultKind, change: impl FnOnce(&mut Inputs)) -> bool {
     bench.world(change);
     bench.hear(5000);
-    letters(bench).contains(letter)
+    fails(bench, kind)
 }
 
 /// The last number without a fault on a travel, between one without and one with.
-fn bound([mut without, mut with]: [i64; 2], set: fn(&mut Inputs, i64)) -> i64 {
+fn bound<D: Siko>([mut without, mut with]: [i64; 2], set: fn(&mut Inputs, i64)) -> i64 {
     while (with - without).abs() > 1 {
         let middle = without + (with - without) / 2;
-        let mut bench = travelling();
+        let mut bench = travelling::<D>();
         bench.world(|inputs| set(inputs, middle));
         bench.hear(5000);
         *(if letters(&bench).is_empty() { &mut without } else { &mut with }) = middle;
@@ -162,15 +192,15 @@ struct Fall {
     blinks: usize,
 }
 
-fn fall(letter: char) -> Fall {
-    once(letter, || {
-        let [before, after] = causes(letter);
-        let mut bench = travelling();
+fn fall<D: Siko>(kind: FaultKind, letter: char) -> Fall {
+    once::<D, _>(kind, || {
+        let [before, after] = causes(kind);
+        let mut bench = travelling::<D>();
         bench.world(before);
         bench.hear(5000);
         let spared = letters(&bench);
         bench.world(after);
-        let seconds = (0..=10).find(|_| {
+        let seconds = (0..=11).find(|_| {
             let there = letters(&bench) == letter.to_string();
             if !there {
                 bench.hear(1000);
@@ -182,33 +212,39 @@ fn fall(letter: char) -> Fall {
     })
 }
 
-fn table_20(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, code: u16, letter: char) {
-    checker.cell(row, "letter", Against::Code, letter.to_string().trim());
-    if code == 0xFF00 {
-        // Reserved: none of the faults is reported by it.
+fn table_20<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, code: u16) {
+    let fault = fault_of::<D>(code);
+    checker.cell(row, "letter", Against::Code, fault.map_or("", |fault| fault.code.label));
+    if code == RESERVED {
+        // None of the faults is reported by it.
         emcy::check(checker, case, row, code, None);
-        let sent = once((), || FAULTS.iter().any(|fault| emergency(fault.code.number, fault.letter()).reports(code)));
-        checker.that(row, "code", Against::Code, cause_of(code) == Cause::Unknown(code), "a code with a meaning");
+        let sent = once::<D, _>((), || {
+            let faults = D::MODEL.faults.iter();
+            faults.map(|fault| fault.code.number).any(|other| emergency::<D>(other).reports(code))
+        });
+        checker.that(row, "code", Against::Code, !sent && fault.is_none(), "a code with a meaning");
         for column in ["state_fault", "stored", "communication_ends"] {
             checker.cell(row, column, Against::Drive, if sent { "a fault has it" } else { "" });
         }
         return;
     }
-    let Emergency { heard, communication_ends, state_fault, newest } = emergency(code, letter);
+    let Emergency { heard, communication_ends, state_fault, newest } = emergency::<D>(code);
     // Bus off: nothing can be sent.
-    emcy::check(checker, case, row, code, Some(heard.as_slice()).filter(|_| code != 0xFF03));
+    let is_sent = fault.is_none_or(|fault| fault.kind != FaultKind::BusOff);
+    emcy::check(checker, case, row, code, Some(heard.as_slice()).filter(|_| is_sent));
     checker.cell(row, "communication_ends", Against::Drive, yes(communication_ends));
-    let printed = match code {
-        0x8120 | 0x8140 => "",
-        _ => yes(state_fault),
-    };
-    checker.cell(row, "state_fault", Against::Drive, printed);
-    checker.cell(row, "stored", Against::Drive, if code == 0 { "" } else { yes(newest == Some(code)) });
+    // Of the state, only the rows of faults and the one of their end speak.
+    let speaks = fault.is_some() || code == NO_ERROR;
+    checker.cell(row, "state_fault", Against::Drive, if speaks { yes(state_fault) } else { "" });
+    // Of what is no fault, the table does not always say it.
+    let silent = code == NO_ERROR || fault.is_none() && newest != code && row.get("stored").is_empty();
+    let stored = if silent { "" } else { yes(newest == code) };
+    checker.cell(row, "stored", Against::Drive, stored);
 }
 
 impl Emergency {
     fn reports(&self, code: u16) -> bool {
-        self.heard.starts_with(&code.to_be_bytes()) || self.newest == Some(code)
+        self.heard.starts_with(&code.to_be_bytes()) || self.newest == code
     }
 }
 
@@ -220,52 +256,60 @@ struct Emergency {
     communication_ends: bool,
     state_fault: bool,
     /// 1003h:01.
-    newest: Option<u16>,
+    newest: u16,
 }
 
-fn emergency(code: u16, letter: char) -> Emergency {
-    once((code, letter), || {
-        let mut bench = travelling();
-        let heard = provoke(&mut bench, code, letter);
+fn emergency<D: Siko>(code: u16) -> Emergency {
+    once::<D, _>(code, || {
+        let mut bench = travelling::<D>();
+        let heard = provoke(&mut bench, code);
         let ends = matches!(bench.see(|drive, _| drive.inputs().bus), BusState::Passive | BusState::Off);
-        let first = siko_ag03_1::od::PRE_DEFINED_ERROR_FIELD.at(1);
+        let first = Object::<u16, Rw>::new(0x1003, 1);
         Emergency {
             heard,
             communication_ends: ends && bench.read(0x1000, 0) == Err(0),
             state_fault: bench.is_fault(),
-            newest: first.map(|first| bench.see(|drive, _| drive.stored(first).0)),
+            newest: bench.see(|drive, _| drive.stored(first)),
         }
     })
 }
 
 /// Brings the emergency about; its data.
-fn provoke(bench: &mut Bench, code: u16, letter: char) -> Vec<u8> {
-    let wait = |bench: &mut Bench| bench.hear_from(0x085, 5000).pop().unwrap_or_default();
-    match (code, letter) {
-        (0x0000, _) => {
-            bench.world(|inputs| inputs.internal_error = true);
-            bench.world(|inputs| inputs.internal_error = false);
+fn provoke<D: Siko>(bench: &mut Bench<D>, code: u16) -> Vec<u8> {
+    let wait = |bench: &mut Bench<D>| bench.hear_from(0x085, 12_000).pop().unwrap_or_default();
+    if let Some(fault) = fault_of::<D>(code) {
+        let [_, cause] = causes(fault.kind);
+        bench.world(cause);
+        return wait(bench);
+    }
+    match code {
+        NO_ERROR => {
+            bench.see(D::fail);
             bench.hear(0);
             bench.send(0x205, &[0x00, 0x00]);
             bench.send(0x205, &[0x80, 0x00]);
             wait(bench)
         }
-        (0x8120, _) => {
-            // Not during a positioning: that is FF02h.
+        ERROR_PASSIVE => {
+            // Not during a positioning: that may be a fault.
             bench.control(0x0100);
             bench.hear(10_000);
             bench.world(|inputs| inputs.bus = BusState::Passive);
             wait(bench)
         }
-        (0x8140, _) => {
+        RECOVERED_FROM_BUS_OFF => {
             bench.world(|inputs| inputs.bus = BusState::Off);
             bench.hear(100);
             bench.world(|inputs| inputs.bus = BusState::Active);
-            bench.hear_from(0x085, 100).into_iter().find(|data| data.starts_with(&[0x81, 0x40])).unwrap_or_default()
+            bench
+                .hear_from(0x085, 100)
+                .into_iter()
+                .find(|data| data.starts_with(&code.to_be_bytes()))
+                .unwrap_or_default()
         }
-        (_, letter) => {
-            let [_, cause] = causes(letter);
-            bench.world(cause);
+        _ => {
+            let error = BusError::ALL.iter().find(|(error, _)| error.code() == code);
+            bench.world(|inputs| inputs.bus_error = error.map(|(error, _)| *error));
             wait(bench)
         }
     }

@@ -7,7 +7,7 @@ use lexican_runtime::CobId;
 use lexican_runtime::object::Mapped;
 use lexican_runtime::wire::pdo::PdoCobId;
 
-use super::bench::{Bench, LOAD};
+use super::bench::{Bench, LOAD, Siko};
 use super::values::address;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
@@ -16,8 +16,8 @@ use crate::notation::hex;
 use crate::sheet::Sheet;
 
 /// Compares `formats.csv`.
-pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
-    let mut bench = Bench::new();
+pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
+    let mut bench = Bench::<D>::new();
     for row in case.manual.rows("formats.csv") {
         format(checker, case, row, &mut bench);
     }
@@ -31,7 +31,7 @@ fn bits(row: &Row) -> Option<(u8, u8)> {
     Some((first.min(last), first.max(last)))
 }
 
-fn format(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, bench: &mut Bench) {
+fn format<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, bench: &mut Bench<D>) {
     let (manual, sheet) = (case.manual, case.sheet);
     let Some(((index, sub), (low, high))) = address(row).zip(bits(row)) else { return };
     let last = row.get("address").split("..").nth(1).and_then(|sub| u8::from_str_radix(sub, 16).ok());
@@ -72,7 +72,7 @@ fn format(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, bench: &mut Ben
             };
             (part.into(), Against::Drive)
         }
-        _ => (cob_id_part(row, index, (low, high)).into(), Against::Code),
+        _ => (cob_id_part::<D>(row, index, (low, high)).into(), Against::Code),
     };
     // Bytes of a text or of a date have values, bits have two, and everything else has none.
     let said = match index {
@@ -149,12 +149,17 @@ fn named_bits(manual: &Manual, sheet: &Sheet, row: &Row, index: u16, sub: u8, (l
 }
 
 /// What the runtime makes of a bit of a COB-ID parameter.
-fn cob_id_part(row: &Row, index: u16, (low, high): (u8, u8)) -> &'static str {
+fn cob_id_part<D: Siko>(row: &Row, index: u16, (low, high): (u8, u8)) -> &'static str {
     let (sync, emcy, sdo, rpdo) = (index == 0x1005, index == 0x1014, index == 0x1200, index < 0x1800);
+    let own_switch = D::MODEL.emergencies.filter(|_| emcy).map(|switch| (switch.bit, switch.on_when_set));
+    let bit_31 = if emcy { own_switch.is_none() } else { sdo || D::MODEL.behaviour.pdo_bit_31 };
     match (low, high, row.get("value")) {
+        (31, 31, "") if !bit_31 => "not used",
+        (30, 30, "0") if own_switch == Some((1 << 30, true)) => "no EMCY is sent",
+        (30, 30, "1") if own_switch == Some((1 << 30, true)) => "EMCY is sent",
         (30, 31, "") if sync => "not used",
-        (31, 31, "0") if !sync && PdoCobId(0).is_valid() => "valid",
-        (31, 31, "1") if !sync && !PdoCobId(1 << 31).is_valid() => "not valid",
+        (31, 31, "0") if bit_31 && !sync && PdoCobId(0).is_valid() => "valid",
+        (31, 31, "1") if bit_31 && !sync && !PdoCobId(1 << 31).is_valid() => "not valid",
         (30, 30, "0") if emcy || sdo => "reserved",
         (30, 30, "") if rpdo && !emcy && !sdo => "not used",
         (30, 30, "0") if !rpdo && PdoCobId(0).allows_remote() => "RTR enabled",

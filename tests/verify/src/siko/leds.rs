@@ -1,49 +1,42 @@
 //! The LEDs (7.14), by looking at them: what blinks is seen by when it is lit.
 
-use siko_ag03_1::sim::Lights;
-use siko_ag03_1::sim::inputs::Inputs;
+use siko::sim::Lights;
+use siko::sim::inputs::Inputs;
 
-use super::bench::Bench;
+use super::bench::{Bench, Siko};
 use crate::bench::once;
 use crate::checker::{Against, Checker};
+use crate::drive::Case;
 
 /// From one look to the next.
 const LOOK_MS: u64 = 50;
 
-pub(crate) fn check(checker: &mut Checker<'_>) {
-    let all = [
-        ("status green", "blinking"),
-        ("status green", "on"),
-        ("status green", "off"),
-        ("bus orange", "blinking 2.5 Hz"),
-        ("bus orange", "on"),
-        ("bus orange", "blinking 1:5"),
-    ];
-    for (led, state) in all {
-        let Some(row) = checker.row("leds.csv", &format!("{led}:{state}")) else { continue };
-        let found = in_words(led, row.get("meaning"));
+pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
+    for row in case.manual.rows("leds.csv") {
+        let found = in_words::<D>(row.get("led"), row.get("meaning"));
+        checker.key(row);
         checker.cell(row, "state", Against::Drive, &found);
-        checker.that(row, "meaning", Against::Drive, found == state, found);
+        checker.that(row, "meaning", Against::Drive, found == row.get("state"), found);
     }
 }
 
 /// What an LED shows when the drive is as `meaning` says.
-fn in_words(led: &str, meaning: &str) -> String {
-    once((led, meaning), || {
+fn in_words<D: Siko>(led: &str, meaning: &str) -> String {
+    once::<D, _>((led, meaning), || {
         let with = |change: fn(&mut Inputs)| {
-            let mut bench = Bench::new();
+            let mut bench = Bench::<D>::new();
             bench.world(change);
             shown(&mut bench, |lights| lights.status)
         };
         let after = |command: u8| {
-            let mut bench = Bench::new();
+            let mut bench = Bench::<D>::new();
             bench.nmt(command);
             bench.hear(0);
             shown(&mut bench, |lights| lights.bus)
         };
         match (led, meaning) {
             ("status green", "fault; number of blinks in table 2") => {
-                let blinking = with(|inputs| inputs.internal_error = true);
+                let blinking = with(|inputs| inputs.sensor_fails = true);
                 blinking.split(' ').next().unwrap_or_default().to_owned()
             }
             ("status green", "output stage and control supplied") => with(|_| ()),
@@ -60,7 +53,7 @@ fn in_words(led: &str, meaning: &str) -> String {
 
 /// When an LED goes on and off within some seconds: how many looks each lasts, beginning with the first one that
 /// was seen from its beginning.
-fn spans(bench: &mut Bench, look: fn(Lights) -> bool) -> Vec<(bool, u64)> {
+fn spans<D: Siko>(bench: &mut Bench<D>, look: fn(Lights) -> bool) -> Vec<(bool, u64)> {
     let mut spans: Vec<(bool, u64)> = Vec::new();
     for _ in 0..240 {
         let lit = bench.see(|drive, now| look(drive.lights(now)));
@@ -79,7 +72,7 @@ fn spans(bench: &mut Bench, look: fn(Lights) -> bool) -> Vec<(bool, u64)> {
 }
 
 /// `on`, `off`, `blinking 2.5 Hz` when light and dark last equally long, or `blinking 1:5`.
-pub(super) fn shown(bench: &mut Bench, look: fn(Lights) -> bool) -> String {
+pub(super) fn shown<D: Siko>(bench: &mut Bench<D>, look: fn(Lights) -> bool) -> String {
     let spans = spans(bench, look);
     let longest = |of: bool| spans.iter().filter(|(lit, _)| *lit == of).map(|(_, looks)| *looks).max();
     match (longest(true), longest(false)) {
@@ -93,7 +86,7 @@ pub(super) fn shown(bench: &mut Bench, look: fn(Lights) -> bool) -> String {
 }
 
 /// How often an LED flashes from one pause to the next.
-pub(super) fn blinks(bench: &mut Bench, look: fn(Lights) -> bool) -> usize {
+pub(super) fn blinks<D: Siko>(bench: &mut Bench<D>, look: fn(Lights) -> bool) -> usize {
     let spans = spans(bench, look);
     let pause = spans.iter().map(|(_, looks)| *looks).max().unwrap_or(0);
     let mut codes = spans.split(|span| *span == (false, pause)).skip(1);

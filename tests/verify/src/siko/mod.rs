@@ -2,6 +2,7 @@
 
 pub(crate) mod bench;
 pub(crate) mod bits;
+pub(crate) mod checks;
 pub(crate) mod examples;
 pub(crate) mod facts;
 pub(crate) mod faults;
@@ -14,3 +15,23 @@ pub(crate) mod statements;
 pub(crate) mod states;
 pub(crate) mod tables;
 pub(crate) mod values;
+
+use bench::Siko;
+
+/// The key of a row as it would be in the AG03/1's manual, where parameters are in chapter 6, CANopen is in 7, and the
+/// objects are described in 7.12.2: of these, the number of the chapter is left out.
+fn known<D: Siko>(key: &str) -> String {
+    let [parameters, network] = D::CHAPTERS;
+    let (chapter, subject) = key.split_once(':').unwrap_or((key, ""));
+    let (first, rest) = chapter.split_once('.').map_or((chapter, ""), |(first, rest)| (first, rest));
+    let first = if first == parameters {
+        "6"
+    } else if first == network {
+        "7"
+    } else {
+        first
+    };
+    let rest = if rest.starts_with("12.2.") { "12.2" } else { rest };
+    let dot = if rest.is_empty() { "" } else { "." };
+    format!("{first}{dot}{rest}:{subject}")
+}

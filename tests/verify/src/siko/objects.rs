@@ -1,19 +1,19 @@
 //! Names, chapters, remarks and units of the objects: `objects.csv` beyond what any manual has, `names.csv`, table 28.
 
 use lexican_eds::model::{Direction, Entry, Unit};
-use siko_ag03_1::parameter::PARAMETERS;
 
+use super::bench::Siko;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::pdo::mapping_index;
 use crate::manual::{Manual, Row};
 use crate::sheet::address;
 
-pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
-    chapters(checker, case);
+pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
+    chapters(checker, case, D::CHAPTERS[1]);
     for object in &case.sheet.device.objects {
         let index = format!("{:04X}", object.index);
-        overview(checker, case, object.index, &object.name);
+        overview::<D>(checker, case, object.index, &object.name);
         name(checker, case, &index, &object.name, &format!("{index}:00"), "object");
         for entry in &object.entries {
             let key = format!("{index}:{:02X}", entry.sub);
@@ -21,14 +21,14 @@ pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
             let named = if object.kind.has_subs() { &entry.name } else { &object.name };
             name(checker, case, &key, named, &key, "description");
             if let Some(row) = case.manual.row("objects.csv", &key) {
-                described(checker, case, row, entry, &object.name);
+                described::<D>(checker, case, row, entry, &object.name);
             }
         }
     }
 }
 
-/// The chapters `7.12.2.N` about objects: the manual describes these in the order of their indices.
-fn chapters(checker: &mut Checker<'_>, case: &Case<'_>) {
+/// The chapters `.12.2.N` of the one about CANopen, about objects: the manual describes these in the order of their indices.
+fn chapters(checker: &mut Checker<'_>, case: &Case<'_>, network: &str) {
     let subjects = [
         ("objects.csv", "index"),
         ("names.csv", "index"),
@@ -41,9 +41,9 @@ fn chapters(checker: &mut Checker<'_>, case: &Case<'_>) {
             let index = row.get(column).split(':').next().unwrap_or_default();
             let at = case.sheet.device.objects.iter().position(|object| format!("{:04X}", object.index) == index);
             let chapter = match index {
-                "14xx" => "7.2.6.4".into(),
-                "18xx" => "7.2.5.4".into(),
-                _ => format!("7.12.2.{}", at.map_or(0, |at| at + 1)),
+                "14xx" => format!("{network}.2.6.4"),
+                "18xx" => format!("{network}.2.5.4"),
+                _ => format!("{network}.12.2.{}", at.map_or(0, |at| at + 1)),
             };
             checker.cell(row, "chapter", Against::Sheet, chapter);
         }
@@ -57,7 +57,7 @@ fn name(checker: &mut Checker<'_>, case: &Case<'_>, key: &str, name: &str, descr
     checker.cell(row, "printed", Against::Manual, case.manual.cell("objects.csv", described, column));
 }
 
-fn described(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entry, name: &str) {
+fn described<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entry, name: &str) {
     use Against::Sheet as S;
     // Where the data sheet has another name, names.csv says so; the name in the data sheet is compared there.
     let (printed, index) = (row.get("object"), format!("{:04X}", entry.index));
@@ -70,9 +70,14 @@ fn described(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entr
     let object = case.sheet.device.object(entry.index);
     let texts = [&entry.description, &object.and_then(|object| object.description.clone())];
     let none = texts.into_iter().flatten().any(|text| text.starts_with("Compatibility entry without function"));
-    checker.cell(row, "function", S, if none && entry.sub != 0 { "none" } else { "" });
-    let parameter = PARAMETERS.iter().find(|parameter| parameter.address == address(entry) && parameter.number != 24);
-    let parameter = parameter.map_or(String::new(), |parameter| parameter.number.to_string());
+    if row.has("function") {
+        checker.cell(row, "function", S, if none && entry.sub != 0 { "none" } else { "" });
+    }
+    let parameter =
+        D::MODEL.parameters.iter().find(|parameter| parameter.address == address(entry) && parameter.number != 24);
+    let lasting = D::LASTING.iter().find(|(_, index)| *index == entry.index).map(|(number, _)| *number);
+    let parameter = parameter.map(|parameter| parameter.number).or(lasting);
+    let parameter = parameter.map_or(String::new(), |number| number.to_string());
     checker.cell(row, "parameter", Against::Code, parameter);
     let unit = match case.sheet.units(entry) {
         [unit] if (unit.symbol.as_str(), unit.num, unit.den) == ("ms", 1, 10) => "100 us".into(),
@@ -95,22 +100,23 @@ pub(super) fn in_words(unit: &Unit) -> String {
 const PRINTED_ELSEWHERE: &[&str] = &["rev/min", "%", "increments", "1/100 mm", "ms", "100 us"];
 
 /// A row of table 28: name and remark.
-fn overview(checker: &mut Checker<'_>, case: &Case<'_>, index: u16, name: &str) {
+fn overview<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, index: u16, name: &str) {
     let key = format!("{index:04X}");
     let Some(row) = checker.row("overview.csv", &key) else { return };
     let printed = case.manual.cell("names.csv", &key, "printed");
     let agrees = [name, printed].into_iter().any(|name| row.get("name").eq_ignore_ascii_case(name));
     checker.that(row, "name", Against::Sheet, agrees, name);
-    remark(checker, case, row, index);
+    remark::<D>(checker, case, row, index);
     let served = case.sheet.code.handles.keys().any(|address| address.index() == index);
     checker.that(row, "index", Against::Code, served, "no handle");
 }
 
 /// A remark: parameters that the object holds, a chapter that is about it, or what kind of object it is.
-fn remark(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, index: u16) {
+fn remark<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, index: u16) {
     let (note, device) = (row.get("note"), &case.sheet.device);
     if let Some(printed) = note.strip_prefix("parameter") {
-        let mut numbers: Vec<_> = PARAMETERS.iter().filter(|parameter| parameter.address.index() == index).collect();
+        let mut numbers: Vec<_> =
+            D::MODEL.parameters.iter().filter(|parameter| parameter.address.index() == index).collect();
         numbers.sort_by_key(|parameter| parameter.number);
         let numbers: Vec<_> = numbers.iter().map(|parameter| parameter.number.to_string()).collect();
         let (printed, chapter) = printed.split_once("; ").unwrap_or((printed, ""));
@@ -128,21 +134,24 @@ fn remark(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, index: u16) {
         0x1003 => (format!("up to {} messages", entries.len() - 1), Against::Sheet),
         0x2101 if entries.iter().all(|entry| !entry.access.writable()) => ("it is read-only".into(), Against::Sheet),
         _ if unused => ("compatibility entry".into(), Against::Sheet),
-        _ => (described_in(case, index), Against::Manual),
+        _ => (described_in::<D>(case, index), Against::Manual),
     };
     checker.cell(row, "note", against, found);
 }
 
 /// The chapter that the manual refers to for an object, from the tables that are about what the object holds.
-fn described_in(case: &Case<'_>, index: u16) -> String {
-    let of = |file: &str, key: &str| case.manual.cell(file, key, "chapter").to_owned();
+fn described_in<D: Siko>(case: &Case<'_>, index: u16) -> String {
+    let of = |file: &str, key: &str| {
+        let row = case.manual.rows(file).iter().find(|row| super::known::<D>(&row.key) == key || row.key == key);
+        row.map_or(String::new(), |row| row.get("chapter").to_owned())
+    };
     let mapped = case.sheet.device.pdos.iter().find(|pdo| mapping_index(pdo) == index);
     if let Some(pdo) = mapped {
         let side = if pdo.direction == Direction::Receive { 'R' } else { 'T' };
         return of("pdo_layouts.csv", &format!("{side}PDO{}:1", pdo.number));
     }
     match index {
-        0x1002 => of("system_status.csv", "0:0"),
+        0x1002 => case.manual.rows("system_status.csv").first().map_or("", |row| row.get("chapter")).into(),
         0x100C | 0x100D => of("facts.csv", "7.2.11:first toggle bit"),
         0x1011 => calibration(case.manual, index).to_owned(),
         0x1017 => of("facts.csv", "7.2.10:heartbeat identifier plus node-ID"),

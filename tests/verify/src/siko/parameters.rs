@@ -1,22 +1,27 @@
 //! Table 6: the 31 parameters.
 
-use lexican_eds::model::{ConditionalRange, Entry};
-use siko_ag03_1::parameter::{PARAMETERS, ParameterSet};
-use siko_ag03_1::sim::SimulatedDrive;
+use lexican_driver::ParameterSet;
+use lexican_eds::model::{ConditionalRange, Entry, Meaning};
 
-use super::bench::{Bench, LOAD};
+use super::bench::{Bench, LOAD, Siko};
 use super::objects::in_words as unit_in_words;
+use crate::bench::once;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::kinds::objects::{address_of, by_variant, changed};
 use crate::manual::{Manual, Row};
 use crate::notation::{self, yes};
 
-pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
+pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     let (manual, sheet) = (case.manual, case.sheet);
-    for number in 1..=31 {
-        let Some(row) = checker.row("parameters.csv", &number.to_string()) else { continue };
-        let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.number == number) else {
+    for row in manual.rows("parameters.csv").iter().filter(|row| !case.drive.exempt.row("parameters.csv", &row.key)) {
+        let Some(number) = row.number::<u8>("number") else { continue };
+        checker.key(row);
+        if let Some((_, index)) = D::LASTING.iter().find(|(lasting, _)| *lasting == number) {
+            lasting::<D>(checker, case, row, *index);
+            continue;
+        }
+        let Some(parameter) = D::MODEL.parameters.iter().find(|parameter| parameter.number == number) else {
             checker.cell(row, "kind", Against::Code, "reserved");
             for column in ["name", "range", "default", "unit", "object", "eeprom"] {
                 checker.cell(row, column, Against::Code, "");
@@ -25,7 +30,7 @@ pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
         };
         checker.cell(row, "kind", Against::Code, set_name(parameter.set));
         if number == 24 {
-            setpoint(checker, case, row);
+            setpoint::<D>(checker, case, row);
             continue;
         }
         let address = parameter.address;
@@ -33,36 +38,62 @@ pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
         let printed = if single { format!("{:04X}", address.index()) } else { address.to_string() };
         checker.cell(row, "object", Against::Code, printed);
         let Some(object) = manual.row("objects.csv", &address.to_string()) else { continue };
-        let by_name = row.get("name").eq_ignore_ascii_case(object.get("description"));
-        checker.that(row, "name", Against::Manual, by_name || named(row), object.get("description"));
+        let described = object.get("description");
+        checker.that(row, "name", Against::Manual, is_named::<D>(row, described), described);
         let Some(entry) = sheet.device.entry(address.index(), address.sub()) else { continue };
         checker.cell(row, "eeprom", Against::Sheet, yes(entry.persistent));
         unit(checker, case, row, entry);
         // By the address that the other table prints.
         let printed = address_of(object).and_then(|(index, sub)| sheet.device.entry(index, sub));
         if let Some(entry) = printed {
-            range_and_default(checker, case, row, object, entry);
+            range_and_default::<D>(checker, case, row, object, entry);
         }
     }
-    restored(checker, case);
+    restored::<D>(checker, case);
 }
 
-/// Names that table 6 has and chapter 7.12.2 writes in another way.
-fn named(row: &Row) -> bool {
-    NAMES.contains(&(row.get("number"), row.get("name")))
+/// Whether table 6 calls a parameter as its object is described, or as it is known to.
+fn is_named<D: Siko>(row: &Row, described: &str) -> bool {
+    let bare = |name: &str| name.replace(' ', "").to_ascii_lowercase();
+    let name = row.get("name");
+    let known = D::NAMES.iter().any(|(number, known)| row.number("number") == Some(*number) && *known == name);
+    known || bare(described) == bare(name) || described.split(" (").next().map(bare) == Some(bare(name))
 }
 
-const NAMES: &[(&str, &str)] = &[
-    ("11", "Numerator"),
-    ("12", "Denominator"),
-    ("17", "Delta Inch"),
-    ("19", "Pos Type"),
-    ("25", "Stop mode Inching mode 2"),
-    ("30", "Offset Inching 2"),
-];
+/// One that 1011h does not restore: the address, or the bit rate by its name.
+fn lasting<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, index: u16) {
+    let key = format!("{index:04X}:00");
+    checker.cell(row, "object", Against::Code, format!("{index:04X}"));
+    let described = case.manual.cell("objects.csv", &key, "description");
+    checker.that(row, "name", Against::Manual, is_named::<D>(row, described), described);
+    let Some(entry) = case.sheet.device.entry(index, 0) else { return };
+    checker.cell(row, "eeprom", Against::Sheet, yes(entry.persistent));
+    let rate = |value: i128| D::bit_rate(value as u8)?.split(' ').nth(1);
+    let Some(limits) = case.sheet.number(entry.low.as_ref()).zip(case.sheet.number(entry.high.as_ref())) else {
+        return;
+    };
+    let default = case.sheet.number(entry.default.as_ref()).unwrap_or(0);
+    let (range, default) = match rate(default).filter(|_| matches!(entry.meaning, Meaning::Enumeration(_))) {
+        Some(named) => ((limits.0..=limits.1).filter_map(rate).collect::<Vec<_>>().join("; "), named.to_owned()),
+        None => (format!("{}..{}", limits.0, limits.1), default.to_string()),
+    };
+    checker.cell(row, "range", Against::Sheet, range);
+    checker.cell(row, "default", Against::Sheet, default);
+    let unit = if matches!(entry.meaning, Meaning::Enumeration(_)) { "kBaud" } else { "" };
+    checker.cell(row, "unit", Against::Sheet, unit);
+    let restored = once::<D, _>(index, || {
+        let mut bench = Bench::<D>::new();
+        let changed = changed(&mut bench, index, 0, 1);
+        [1, 2, 3].into_iter().any(|sub| {
+            bench.set(&[(0x1011, sub, LOAD, 4)]);
+            changed.is_none_or(|(_, value)| bench.read(index, 0) != Ok(value))
+        })
+    });
+    checker.cell(row, "kind", Against::Drive, if restored { "restored" } else { "" });
+}
 
 /// Number 24 is two objects: one for each operating mode.
-fn setpoint(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
+fn setpoint<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
     let sheet = case.sheet;
     let described = case.manual.cell("objects.csv", "607A:00", "description");
     let named = described.split(' ').next().is_some_and(|first| first.eq_ignore_ascii_case(row.get("name")));
@@ -85,7 +116,7 @@ fn setpoint(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
         [position, velocity].map(|entry| entry.map_or(String::new(), |entry| units(case, entry)));
     checker.cell(row, "unit", Against::Sheet, format!("positioning: {position_unit}; velocity: {velocity_unit}"));
     checker.cell(row, "object", Against::Manual, "");
-    let mut bench = Bench::new();
+    let mut bench = Bench::<D>::new();
     for index in [0x607A, 0x60FF] {
         let found = bench.read(index, 0);
         let agrees = row.number::<u32>("default").is_some_and(|default| found == Ok(default));
@@ -95,7 +126,7 @@ fn setpoint(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
     checker.that(row, "eeprom", Against::Sheet, eeprom == [row.get("eeprom"); 2], eeprom.join("; "));
 }
 
-fn range_and_default(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, object: &Row, entry: &Entry) {
+fn range_and_default<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, object: &Row, entry: &Entry) {
     let (manual, sheet) = (case.manual, case.sheet);
     let limits = match (&entry.low, &entry.high) {
         (Some(low), Some(high)) => low.as_integer().zip(high.as_integer()),
@@ -104,7 +135,7 @@ fn range_and_default(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, obje
     let range = row.get("range");
     let values: Vec<&str> = words_of(manual, &object.key).into_iter().map(|row| row.get("meaning")).collect();
     let (agrees, found) = if range.contains("..") && range.contains(';') {
-        let printed: Vec<_> = by_variant::<SimulatedDrive>(range).into_iter().map(|(_, range)| range).collect();
+        let printed: Vec<_> = by_variant::<D>(range).into_iter().map(|(_, range)| range).collect();
         let found: Vec<_> = entry.ranges.iter().map(|range| (range.low, range.high)).collect();
         (printed == found, format!("{found:?}"))
     } else if range.contains("..") {
@@ -123,7 +154,7 @@ fn range_and_default(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, obje
 
 /// The rows of values.csv that name the values of a data description.
 fn words_of<'m>(manual: &'m Manual, key: &str) -> Vec<&'m Row> {
-    let of = |row: &&Row| row.get("address") == key && row.get("chapter").starts_with("7.12.2");
+    let of = |row: &&Row| row.get("address") == key && row.get("chapter").contains(".12.2.");
     manual.rows("values.csv").iter().filter(of).collect()
 }
 
@@ -152,13 +183,13 @@ fn unit(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entry) {
 }
 
 /// 1011h:02 restores the standard parameters, 1011h:03 those of the controller, and neither touches the other's.
-fn restored(checker: &mut Checker<'_>, case: &Case<'_>) {
+fn restored<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for (sub, kind) in [(2, "standard"), (3, "controller")] {
-        let mut bench = Bench::new();
+        let mut bench = Bench::<D>::as_delivered();
         let mut altered = Vec::new();
         for row in case.manual.rows("parameters.csv").iter().filter(|row| !row.get("object").is_empty()) {
             let number = row.number::<u8>("number");
-            let parameter = PARAMETERS.iter().find(|parameter| Some(parameter.number) == number);
+            let parameter = D::MODEL.parameters.iter().find(|parameter| Some(parameter.number) == number);
             let Some((index, sub)) = parameter.map(|of| (of.address.index(), of.address.sub())) else { continue };
             let values = changed(&mut bench, index, sub, case.sheet.code.size(index, sub));
             altered.extend(values.map(|(before, _)| (row, index, sub, before)));

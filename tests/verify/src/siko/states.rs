@@ -1,10 +1,10 @@
 //! What the motor does in a state of the state machine, and whether it travels (7.3).
 
+use lexican_runtime::object::{Object, Rw};
 use lexican_runtime::profile::cia402::{Cause, State};
-use siko_ag03_1::od;
-use siko_ag03_1::state::{TRANSITIONS, has_torque};
+use siko::state::{TRANSITIONS, has_torque};
 
-use super::bench::{Bench, moving_to};
+use super::bench::{Bench, Siko, moving_to};
 use crate::bench::once;
 use crate::checker::{Against, Checker};
 use crate::kinds::prose::said;
@@ -12,10 +12,10 @@ use crate::manual::Row;
 use crate::notation::yes;
 
 /// The columns `motor` and `travel_commands` of `states.csv`.
-pub(crate) fn beyond(checker: &mut Checker<'_>, row: &Row, state: State, bench: Option<Bench>) {
+pub(crate) fn beyond<D: Siko>(checker: &mut Checker<'_>, row: &Row, state: State, bench: Option<Bench<D>>) {
     // The German manual says "released" where the English one says "enabled".
     if state == State::QuickStopActive {
-        checker.cell(row, "motor", Against::Drive, once((), quick_stop));
+        checker.cell(row, "motor", Against::Drive, once::<D, _>((), quick_stop::<D>));
     } else {
         checker.cell(row, "motor", Against::Code, if has_torque(state) { "in control" } else { "released" });
     }
@@ -25,15 +25,15 @@ pub(crate) fn beyond(checker: &mut Checker<'_>, row: &Row, state: State, bench: 
         return checker.cell(row, "travel_commands", Against::Code, yes(!none));
     };
     checker.that(row, "motor", Against::Drive, bench.is_released() != has_torque(state), "bit 7 of 1002h");
-    let word = bench.see(|drive, _| drive.stored(od::CONTROLWORD)).0;
+    let word = bench.see(|drive, _| drive.stored(Object::<u16, Rw>::new(0x6040, 0)));
     bench.command(0x405, word & 0x8F | 0x10, 1000);
     bench.hear(100);
     checker.cell(row, "travel_commands", Against::Drive, yes(bench.status() >> 15 & 1 == 1));
 }
 
 /// What the motor does in QUICK STOP ACTIVE.
-fn quick_stop() -> String {
-    let mut bench = moving_to(100_000, 1000);
+fn quick_stop<D: Siko>() -> String {
+    let mut bench = moving_to::<D>(100_000, 1000);
     bench.control(0x0002);
     // 4 rev/s2 from 800 increments/s.
     let brakes = bench.way_to_rest() == 50;

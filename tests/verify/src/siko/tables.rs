@@ -1,5 +1,6 @@
 //! The tables of a SIKO manual, and what of them cannot be compared.
 
+use super::bits::BATTERY_LIFE;
 use crate::exempt::Exempt;
 use crate::manual::Keys;
 
@@ -42,26 +43,27 @@ pub(crate) const TABLES: Keys = &[
     ("values.csv", &["address", "value"]),
 ];
 
-/// What is not compared.
-pub(crate) const EXEMPT: Exempt = Exempt {
-    columns: &[
-        ("chapter", STANDS, "where the row stands in the manual"),
-        ("table", STANDS, "where the row stands in the manual"),
-        ("chapter", &["values.csv", "terms.csv"], "where the row stands in the manual"),
-        ("transition", &["nmt.csv"], "the number of an arrow in figure 16"),
-        ("reference", &["parameters.csv"], "where the manual goes on"),
-        ("unit", &["facts.csv"], "how the value is written"),
-    ],
-    rows: &[
-        ("facts.csv", "7.2:communication profile", "the version of a document, which no object has"),
-        (
-            "facts.csv",
-            "7.2:device profile",
-            "the version of a document; its number is that of 1000h, which is compared",
-        ),
-    ],
-    clauses: &[(super::bits::BATTERY_LIFE, "how long a battery lasts, no drive can be asked for")],
-};
+/// What is not compared: these rows and clauses, and columns that all of the manuals have.
+pub(crate) const fn exempt(
+    rows: &'static [(&'static str, &'static str, &'static str)],
+    clauses: &'static [(&'static str, &'static str)],
+) -> Exempt {
+    Exempt { columns: COLUMNS, rows, clauses }
+}
+
+const COLUMNS: &[(&str, &[&str], &str)] = &[
+    ("chapter", STANDS, "where the row stands in the manual"),
+    ("table", STANDS, "where the row stands in the manual"),
+    ("chapter", &["values.csv", "terms.csv"], "where the row stands in the manual"),
+    ("transition", &["nmt.csv"], "the number of an arrow in figure 16"),
+    ("reference", &["parameters.csv"], "where the manual goes on"),
+    ("unit", &["facts.csv"], "how the value is written"),
+];
+
+/// Why rows and clauses are not compared.
+pub(crate) const DOCUMENT: &str = "the version of a document, which no object has";
+pub(crate) const PROFILE: &str = "the version of a document; its number is that of 1000h, which is compared";
+pub(crate) const BATTERY: (&str, &str) = (BATTERY_LIFE, "how long a battery lasts, no drive can be asked for");
 
 /// Tables whose rows name their places in columns that are no keys.
 const STANDS: &[&str] = &[

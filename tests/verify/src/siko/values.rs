@@ -1,12 +1,10 @@
 //! Values: terms, data descriptions, bit rates and gears, by what the drive does with each value.
 
 use lexican_eds::model::Meaning;
-use siko_ag03_1::fault::FAULTS;
-use siko_ag03_1::od;
-use siko_ag03_1::sim::inputs::Key;
-use siko_ag03_1::sim::{BIT_RATES, MODEL, Setup, SimulatedDrive};
+use siko::sim::inputs::Key;
+use siko::sim::{BIT_RATES, Setup};
 
-use super::bench::{Bench, GEARS, LOAD, NODE, enabled_with};
+use super::bench::{Bench, LOAD, NODE, Siko, enabled_with, moving_to};
 use crate::bench::once;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
@@ -17,13 +15,13 @@ use crate::notation::hex;
 use crate::sheet::Sheet;
 
 /// Compares `terms.csv`, `baud_rates.csv`, `gears.csv` and `values.csv`.
-pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>) {
+pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     terms::check(checker, case, PLACES);
-    faults(checker, case);
-    bit_rates(checker, case.sheet);
-    gears(checker, case.sheet);
+    faults::<D>(checker, case);
+    bit_rates::<D>(checker, case.sheet);
+    gears::<D>(checker, case.sheet);
     for row in case.manual.rows("values.csv") {
-        values(checker, case, row);
+        values::<D>(checker, case, row);
     }
 }
 
@@ -39,8 +37,8 @@ const PLACES: &[(&str, Place)] = &[
 ];
 
 /// What the driver calls a fault.
-fn faults(checker: &mut Checker<'_>, case: &Case<'_>) {
-    for fault in FAULTS {
+fn faults<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
+    for fault in D::MODEL.faults {
         let letter = fault.letter().to_string();
         let Some(row) = checker.row("terms.csv", &format!("Fault:{letter}")) else { continue };
         checker.cell(row, "kind", Against::Code, "fault");
@@ -50,10 +48,33 @@ fn faults(checker: &mut Checker<'_>, case: &Case<'_>) {
 }
 
 /// The bit rates that CiA 306 has keys for, in kbit/s.
-pub(crate) const BIT_RATE_KEYS: [u16; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
+const BIT_RATE_KEYS: [u16; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
 
-fn bit_rates(checker: &mut Checker<'_>, sheet: &Sheet) {
-    let mut bench = Bench::new();
+/// The file's names and the bit rates of `[DeviceInfo]`.
+pub(super) fn file<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
+    let names = case.sheet.overlay.lines().find(|line| line.starts_with("names = ")).unwrap_or_default();
+    checker.require(names == D::FILES, || format!("the overlay answers to {names:?}"));
+    // The bit rates that have a key, of those that the drive can be set to.
+    let keys = |rate: &u16| BIT_RATE_KEYS.contains(rate);
+    let rates: Vec<u16> = BIT_RATES.iter().map(|rate| (rate / 1000) as u16).filter(keys).collect();
+    let listed = &case.sheet.device.info.bit_rates_kbit;
+    let device = &case.sheet.device;
+    let four = once::<D, _>((), || {
+        let mut bench = Bench::<D>::new();
+        [1, 4].map(|size| bench.write_exactly(0x6060, 0, 2, size).is_ok())
+    });
+    let written = if device.sdo_writes_four_bytes { [false, true] } else { [true, false] };
+    checker.require(four == written, || format!("6060h is written {four:?} by one and four bytes"));
+    // Of a version such as 1.00, the second character is a dot.
+    let version = once::<D, _>((), || Bench::<D>::new().read(0x100A, 0).map(u32::to_be_bytes));
+    let high = device.entry(0x100A, 0).is_some_and(|entry| entry.first_character_high);
+    let dot = version.is_ok_and(|bytes| bytes[if high { 1 } else { 2 }] == b'.');
+    checker.require(dot, || format!("100Ah: {version:02X?}, and its first character is high: {high}"));
+    checker.require(*listed == rates, || format!("BaudRate: {listed:?} in the data sheet, {rates:?} in the drive"));
+}
+
+fn bit_rates<D: Siko>(checker: &mut Checker<'_>, sheet: &Sheet) {
+    let mut bench = Bench::<D>::new();
     let values = sheet.device.enumerations.get("CanBitRate").map_or(&[][..], |rates| &rates.values);
     for value in values {
         let Some(row) = checker.row("baud_rates.csv", &value.value.to_string()) else { continue };
@@ -62,7 +83,7 @@ fn bit_rates(checker: &mut Checker<'_>, sheet: &Sheet) {
         let key = row.number::<u16>("kbit").filter(|rate| BIT_RATE_KEYS.contains(rate));
         let listed = key.is_none_or(|rate| sheet.device.info.bit_rates_kbit.contains(&rate));
         checker.that(row, "kbit", Against::Sheet, listed, "no BaudRate key");
-        let named = od::CanBitRate(value.value as u8).name();
+        let named = D::bit_rate(value.value as u8);
         checker.that(row, "kbit", Against::Code, named == Some(name.as_str()), named.unwrap_or_default());
         let at = usize::try_from(value.value).unwrap_or(usize::MAX);
         let rate = BIT_RATES.get(at).map_or(0.0, |rate| f64::from(*rate) / 1e3);
@@ -72,8 +93,9 @@ fn bit_rates(checker: &mut Checker<'_>, sheet: &Sheet) {
     }
 }
 
-fn gears(checker: &mut Checker<'_>, sheet: &Sheet) {
-    for (gear, value, _) in GEARS {
+fn gears<D: Siko>(checker: &mut Checker<'_>, sheet: &Sheet) {
+    for &(gear, _) in D::GEARS {
+        let value = i128::from(gear);
         let Some(row) = checker.row("gears.csv", &value.to_string()) else { continue };
         let gears = sheet.device.enumerations.get("GearReduction");
         let name = gears.and_then(|gears| gears.values.iter().find(|named| named.value == value));
@@ -85,7 +107,7 @@ fn gears(checker: &mut Checker<'_>, sheet: &Sheet) {
         });
         let max = row.number::<i128>("max_rev_per_min");
         checker.that(row, "max_rev_per_min", Against::Sheet, ranges == [max; 3], format!("{ranges:?}"));
-        let mut bench = Bench::set_up(Setup { gear, ..Setup::new(&MODEL, NODE) });
+        let mut bench = Bench::<D>::set_up(Setup { gear, ..Setup::new(D::MODEL, NODE) });
         let read = bench.read(0x2102, 0).ok();
         checker.that(row, "value", Against::Drive, read == row.number("value"), format!("{read:?}"));
         let limit = i64::try_from(max.unwrap_or(0)).unwrap_or(0);
@@ -96,7 +118,7 @@ fn gears(checker: &mut Checker<'_>, sheet: &Sheet) {
 }
 
 /// A value that a data description, or chapter 6, names.
-fn values(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
+fn values<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
     let Some((index, sub)) = address(row) else { return };
     let Some(entry) = case.sheet.device.entry(index, sub) else { return };
     let value = row.get("value");
@@ -110,7 +132,7 @@ fn values(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
         let agrees = units_depend(case.sheet, (index, sub), value);
         checker.that(row, "address", Against::Sheet, agrees, "units of positions that depend on something else");
     }
-    checker.cell(row, "meaning", Against::Drive, done(&row.key));
+    checker.cell(row, "meaning", Against::Drive, done::<D>(&row.key));
     checker.key(row);
 }
 
@@ -127,12 +149,12 @@ fn units_depend(sheet: &Sheet, (index, sub): (u16, u8), value: &str) -> bool {
 }
 
 /// What the drive does with a value, in the words of the table.
-fn done(key: &str) -> &'static str {
-    once(key, || by_motion(key).or_else(|| special(key)).unwrap_or_default())
+fn done<D: Siko>(key: &str) -> &'static str {
+    once::<D, _>(key, || by_motion::<D>(key).or_else(|| special::<D>(key)).unwrap_or_default())
 }
 
 /// Values that show in how the drive moves.
-fn by_motion(key: &str) -> Option<&'static str> {
+fn by_motion<D: Siko>(key: &str) -> Option<&'static str> {
     let (address, value) = key.rsplit_once(':')?;
     let value = match value {
         "i" => 0,
@@ -142,7 +164,7 @@ fn by_motion(key: &str) -> Option<&'static str> {
     let found = match address {
         "2416:00" => {
             let way = |a_inch| {
-                let mut bench = enabled_with(&[(0x2416, 0, value, 1), (0x2410, 8, a_inch, 1)]);
+                let mut bench = enabled_with::<D>(&[(0x2416, 0, value, 1), (0x2410, 8, a_inch, 1)]);
                 bench.control(0x400F);
                 bench.hear(2000);
                 bench.control(0x000F);
@@ -155,7 +177,7 @@ fn by_motion(key: &str) -> Option<&'static str> {
             }
         }
         "2417:00" => {
-            let mut bench = enabled_with(&[(0x2417, 0, value, 1)]);
+            let mut bench = enabled_with::<D>(&[(0x2417, 0, value, 1)]);
             bench.travel(100);
             bench.hear(10_000);
             let current = bench.read(0x241E, 0).is_ok_and(|current| current > 0);
@@ -168,7 +190,7 @@ fn by_motion(key: &str) -> Option<&'static str> {
         }
         "2413:00" => {
             let beyond = |target: i32| {
-                let mut bench = enabled_with(&[(0x2413, 0, value, 1)]);
+                let mut bench = enabled_with::<D>(&[(0x2413, 0, value, 1)]);
                 bench.travel(target);
                 (0..200).any(|_| {
                     bench.hear(50);
@@ -183,7 +205,7 @@ fn by_motion(key: &str) -> Option<&'static str> {
             }
         }
         "2412:00" => {
-            let mut bench = enabled_with(&[(0x2412, 0, value, 2)]);
+            let mut bench = enabled_with::<D>(&[(0x2412, 0, value, 2)]);
             bench.travel(1600);
             bench.hear(10_000);
             let turned = bench.shaft();
@@ -191,7 +213,7 @@ fn by_motion(key: &str) -> Option<&'static str> {
         }
         "2421:00" => {
             let stops = |threshold| {
-                let mut bench = enabled_with(&[(0x2421, 0, threshold, 1)]);
+                let mut bench = enabled_with::<D>(&[(0x2421, 0, threshold, 1)]);
                 bench.travel(100_000);
                 bench.world(|inputs| inputs.load_ma = 2400);
                 bench.hear(2000);
@@ -201,7 +223,7 @@ fn by_motion(key: &str) -> Option<&'static str> {
         }
         "2410:0A" => {
             let way = |a_pos, d_pos| {
-                let mut bench = enabled_with(&[(0x2410, 4, a_pos, 1), (0x2410, 0x0A, d_pos, 1)]);
+                let mut bench = enabled_with::<D>(&[(0x2410, 4, a_pos, 1), (0x2410, 0x0A, d_pos, 1)]);
                 bench.travel(100_000);
                 bench.hear(3000);
                 bench.control(0x011F);
@@ -212,7 +234,7 @@ fn by_motion(key: &str) -> Option<&'static str> {
         }
         "6060:00" => {
             let runs = |id, word, target| {
-                let mut bench = enabled_with(&[(0x6060, 0, value, 1)]);
+                let mut bench = enabled_with::<D>(&[(0x6060, 0, value, 1)]);
                 bench.control(0x010F);
                 bench.command(id, word, target);
                 bench.hear(20_000);
@@ -225,11 +247,17 @@ fn by_motion(key: &str) -> Option<&'static str> {
             }
         }
         "607E:00" => {
-            let mut bench = Bench::new();
-            bench.set(&[(0x607E, 0, value, 1)]);
-            bench.hear(0);
-            bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
-            bench.hear(1000);
+            let mut bench = Bench::<D>::new();
+            if D::MODEL.keys {
+                bench.set(&[(0x607E, 0, value, 1)]);
+                bench.hear(0);
+                bench.world(|inputs| inputs.key = Some(Key::CounterClockwise));
+                bench.hear(1000);
+            } else {
+                // Counter-clockwise as it is delivered, where i counts up.
+                bench = moving_to::<D>(1000, 10_000);
+                bench.set(&[(0x607E, 0, value, 1)]);
+            }
             match (bench.position() > 0, key.ends_with(char::is_alphabetic)) {
                 (true, true) => "counter-clockwise counts positive",
                 (false, true) => "counter-clockwise counts negative",
@@ -243,11 +271,11 @@ fn by_motion(key: &str) -> Option<&'static str> {
 }
 
 /// Values outside of enumerations: what the drive does with them, in the words of the table.
-fn special(key: &str) -> Option<&'static str> {
-    let mut bench = Bench::operational();
+fn special<D: Siko>(key: &str) -> Option<&'static str> {
+    let mut bench = Bench::<D>::operational();
     match key {
         "1003:00:0" => {
-            bench.world(|inputs| inputs.internal_error = true);
+            bench.world(|inputs| inputs.sensor_fails = true);
             let before = bench.read(0x1003, 0);
             let cleared = bench.write(0x1003, 0, 0, 1).is_ok() && bench.read(0x1003, 0) == Ok(0);
             (before == Ok(1) && cleared).then_some("written: clears the fault buffer")
@@ -264,12 +292,12 @@ fn special(key: &str) -> Option<&'static str> {
             let set = bench.set(&[(0x607C, 0, 500, 4), (0x1011, 4, LOAD, 4)]);
             (set && bench.read(0x6064, 0) == Ok(500)).then_some("calibrate")
         }
-        "1800:05:0" | "1802:05:0" | "1803:05:0" => event_timer_off(key).then_some("event timer off"),
+        "1800:05:0" | "1802:05:0" | "1803:05:0" => event_timer_off::<D>(key).then_some("event timer off"),
         _ => None,
     }
 }
 
-fn stays_enabled(bench: &mut Bench, guard_time_ms: i64, life_time_factor: i64) -> bool {
+fn stays_enabled<D: Siko>(bench: &mut Bench<D>, guard_time_ms: i64, life_time_factor: i64) -> bool {
     bench.enable();
     let set = bench.set(&[(0x100C, 0, guard_time_ms, 2), (0x100D, 0, life_time_factor, 1)]);
     bench.request(0x705);
@@ -277,7 +305,7 @@ fn stays_enabled(bench: &mut Bench, guard_time_ms: i64, life_time_factor: i64) -
     set && bench.status() & 0x6F == 0x27
 }
 
-fn restored_set(bench: &mut Bench, key: &str) -> &'static str {
+fn restored_set<D: Siko>(bench: &mut Bench<D>, key: &str) -> &'static str {
     // One parameter of each set: the window (standard), and a-Pos (controller).
     let changed = bench.set(&[(0x6067, 0, 11, 2), (0x2410, 4, 51, 1)]);
     let sub = key.get(6..7).and_then(|digit| digit.parse().ok()).unwrap_or(0);
@@ -290,11 +318,11 @@ fn restored_set(bench: &mut Bench, key: &str) -> &'static str {
     }
 }
 
-fn event_timer_off(key: &str) -> bool {
+fn event_timer_off<D: Siko>(key: &str) -> bool {
     let Some(index) = key.get(..4).and_then(hex).and_then(|index| u16::try_from(index).ok()) else { return false };
-    let id = cob_id::<SimulatedDrive>(index);
+    let id = cob_id::<D>(index);
     let count = |timer| {
-        let mut bench = Bench::new();
+        let mut bench = Bench::<D>::new();
         let set = bench.set(&[(index, 2, 255, 1), (index, 5, timer, 2)]);
         bench.nmt(0x01);
         if set { bench.hear_from(id, 1000).len() } else { usize::MAX }
