@@ -113,7 +113,7 @@ pub struct Identity {
     pub profile: u16,
     /// What 1008h begins with: one of these. `None` for a drive that does not have the object, which then distinguishes it
     /// from one of the same vendor and profile that has. An empty one fits every
-    /// name.
+    /// name, and a drive without the object.
     pub names: Option<&'static [&'static str]>,
     /// In which order the characters of 100Ah come, and those of 1008h if the drive has it.
     pub characters: ByteOrder,
@@ -136,7 +136,7 @@ pub struct Objects {
     pub target_position: Number,
     /// How far from its target the drive may settle (6067h); `None` if it does not say.
     pub position_window: Option<Number>,
-    /// 607Dh, in either order; two equal ones do not limit.
+    /// 607Dh, in either order; two equal ones do not limit, and a drive without the object has no limits.
     pub position_limits: Option<[Number; 2]>,
     /// The latest fault (1003h:01): the low 16 bits are its code.
     pub latest_fault: Number,
@@ -222,10 +222,10 @@ pub struct Times {
 
 impl Description {
     /// A drive that does what CiA 402-2 says, with the PDOs of CiA 402-3, and nothing beyond it. Something for other
-    /// descriptions to begin with.
+    /// descriptions to begin with: they say at least whose drive it is, `identity.vendor_id`.
     pub const CIA_402: Description = Description {
         name: "drive",
-        identity: Identity { vendor_id: 0, profile: 402, names: None, characters: ByteOrder::LowFirst },
+        identity: Identity { vendor_id: 0, profile: 402, names: Some(&[""]), characters: ByteOrder::LowFirst },
         objects: Objects::CIA_402,
         outputs: Outputs::CIA_402,
         inputs: Pdo::CIA_402_INPUTS,

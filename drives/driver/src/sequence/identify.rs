@@ -36,8 +36,8 @@ pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
     };
     let named = match (identity.names, &name) {
         (None, None) => true,
-        (Some(names), Some(name)) => names.iter().any(|begin| name.starts_with(begin)),
-        _ => false,
+        (None, Some(_)) => false,
+        (Some(names), name) => names.iter().any(|begin| name.as_deref().unwrap_or_default().starts_with(begin)),
     };
     if !named || (profile, vendor_id) != (identity.profile, identity.vendor_id) {
         return Err(Error::NotThisDrive { expected, vendor_id, profile, name });

@@ -2,7 +2,7 @@
 
 use lexican_runtime::profile::cia402::State;
 
-use super::observe::{cause, is_fault, is_inching, moves, shown_mode, state_of, under_way};
+use super::observe::{cause, is_fault, is_inching, known, moves, shown_mode, state_of, under_way};
 use crate::context::{DriveContext, Motion, narrow};
 use crate::description::{Gear, Orders, Word};
 use crate::direction::Direction;
@@ -185,14 +185,16 @@ pub(super) async fn refuse_at_limit(drive: &DriveContext, direction: Direction) 
     })
 }
 
-/// The lower and the upper limit of positions (607Dh); `None` when there are none, or two equal ones.
+/// The lower and the upper limit of positions (607Dh); `None` when the drive does not have the object, or two equal ones.
 ///
 /// # Errors
 ///
 /// As [`DriveContext::read`].
 pub async fn limits(drive: &DriveContext) -> Result<Option<(i32, i32)>, Error> {
     let Some([one, other]) = drive.description().objects.position_limits else { return Ok(None) };
-    let (a, b) = (narrow(drive.get(one).await?), narrow(drive.get(other).await?));
+    let Some(one) = known(drive.get(one).await)? else { return Ok(None) };
+    let Some(other) = known(drive.get(other).await)? else { return Ok(None) };
+    let (a, b) = (narrow(one), narrow(other));
     Ok((a != b).then_some((a.min(b), a.max(b))))
 }
 

@@ -204,6 +204,38 @@ fn a_setpoint_is_released_as_soon_as_it_is_acknowledged() {
     assert_eq!(outcome, Outcome::Reached { position: 36_000 });
 }
 
+/// What other descriptions begin with: a name and limits of positions are what a drive may have.
+#[test]
+fn a_description_may_say_no_more_than_whose_drive_it_is() {
+    enum Plain {}
+    impl Kind for Plain {
+        const DESCRIPTION: &'static Description = &Description {
+            identity: Identity { vendor_id: 0x6A, ..Description::CIA_402.identity },
+            outputs: Outputs::BY_SDO,
+            inputs: &[],
+            ..Description::CIA_402
+        };
+    }
+    let script = "
+        = 6041:00 0237
+        > 603#2B4060000F000000
+        > 603#237A6000A08C0000
+        > 603#2B4060001F000000
+        = 6041:00 1237
+        > 603#2B4060000F000000
+        = 6041:00 0237
+        ~ 300
+        = 6064:00 8CA0
+        = 6041:00 0637
+    ";
+    for lacking in [&[0x607D][..], &[0x1008, 0x607D]] {
+        let objects: Vec<_> = SHEET.objects.iter().copied().filter(|(index, ..)| !lacking.contains(index)).collect();
+        let mut rig = Rig::<Plain>::new(Sheet { objects: objects.leak(), ..SHEET });
+        let outcome = rig.check(script, |drive| drive.move_to(36_000)).unwrap();
+        assert_eq!(outcome, Outcome::Reached { position: 36_000 }, "without {lacking:04X?}");
+    }
+}
+
 #[test]
 fn an_interrupted_travel_is_not_over_although_its_drive_stands() {
     let script = "
