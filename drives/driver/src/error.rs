@@ -413,7 +413,7 @@ pub enum Missing {
     StartBySync,
     /// The operating mode is another one.
     Mode(Mode),
-    /// The operating mode is one that the driver does not know.
+    /// The operating mode is one that the driver does not know; 0 is none.
     UnknownMode(i64),
 }
 
@@ -481,6 +481,7 @@ impl fmt::Display for Missing {
             Missing::Disabled => f.write_str("it is enabled"),
             Missing::StartBySync => f.write_str("it does not hold its target until SYNC"),
             Missing::Mode(mode) => write!(f, "it is in {mode} mode"),
+            Missing::UnknownMode(0) => f.write_str("it is in no mode: `set_mode` chooses one"),
             Missing::UnknownMode(number) => write!(f, "it is in an unknown mode, {number}"),
         }
     }

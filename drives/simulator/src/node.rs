@@ -15,6 +15,8 @@ use crate::storage::{Storage, signed};
 
 /// A servo with its device and its dictionary: a [`Node`], to be attached to a bus.
 ///
+/// Its device type (1000h) is that of a servo drive of CiA 402 if the data sheet has none.
+///
 /// Entries that 1010h has stored, and those that [`ServoModel::persistent`] names, survive a power cut and a reset.
 #[derive(Clone, Debug)]
 pub struct SimulatedServo {
@@ -25,6 +27,10 @@ pub struct SimulatedServo {
     kept: Kept,
     on: bool,
 }
+
+const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
+/// 1000h: device profile 402, a servo drive.
+const SERVO_DRIVE: u64 = 0x0002_0192;
 
 /// What survives without power.
 #[derive(Clone, Debug, Default)]
@@ -145,6 +151,10 @@ impl SimulatedServo {
             if let Some(raw) = before.raw(address) {
                 self.storage.set_raw(address, raw);
             }
+        }
+        // A dictionary has 0 where the data sheet has no default, and the driver looks for a servo.
+        if self.storage.raw(DEVICE_TYPE) == Some(0) {
+            self.storage.set_raw(DEVICE_TYPE, SERVO_DRIVE);
         }
         self.servo.update(now, &mut *self.storage);
         self.with_device(|device, od| device.restart(now, od));

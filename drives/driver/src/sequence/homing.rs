@@ -12,8 +12,8 @@ use crate::description::{Calibration, Homing, Orders};
 use crate::error::{Capability, Error, HomingOutcome};
 use crate::mode::Mode;
 
-/// Homes by a method of 6098h, and waits for the end; then goes back to the mode that was there, unless the drive is still
-/// under way.
+/// Homes by a method of 6098h, and waits for the end; then goes back to the mode that was there, unless there was none (0 in
+/// 6061h) or the drive is still under way.
 ///
 /// # Errors
 ///
@@ -75,7 +75,8 @@ async fn go_through(drive: &DriveContext, start: Start, within: Duration) -> Res
     if drive.may_be_stopped().await? {
         drive.control(drive.description().resting()).await?;
     }
-    if let Ok(before) = i8::try_from(before) {
+    // 0 orders no mode (CiA 402-2, 6060h).
+    if let Some(before) = i8::try_from(before).ok().filter(|&before| before != 0) {
         choose(drive, before).await?;
     }
     ended

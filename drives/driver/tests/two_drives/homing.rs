@@ -49,6 +49,17 @@ fn it_ends_when_the_drive_stands() {
 }
 
 #[test]
+fn a_drive_that_was_in_no_mode_stays_in_homing_mode() {
+    let attained = format!(
+        "= 6061:00 00 {START} = 6041:00 1237 \n ~ 300 \n = 606C:00 00000000 \n = 6041:00 1637 \n > 603#2B4060000F000000"
+    );
+    let mut rig = Rig::<BySdo>::new(SHEET);
+    assert_eq!(rig.check(&attained, home).unwrap(), HomingOutcome::Attained { position: 0 });
+    let travel = rig.check("= 6061:00 00", |drive| drive.move_to(5)).unwrap_err();
+    assert_eq!(travel.to_string(), "the drive would refuse: it is in no mode: `set_mode` chooses one");
+}
+
+#[test]
 fn a_drive_that_is_still_homing_keeps_its_mode_until_it_is_stopped() {
     let mut rig = Rig::<BySdo>::new(SHEET);
     rig.drive.set_patience(Duration::from_secs(2));

@@ -146,6 +146,16 @@ fn it_moves_by_sdo_and_reports_by_pdo() {
 }
 
 #[test]
+fn it_is_a_servo_although_its_data_sheet_does_not_say_so() {
+    static MODEL: ServoModel =
+        ServoModel { storage: |_| Box::new(dictionary(&[(0x1000, 0, U32, 0)])), ..ServoModel::CIA_402 };
+    let bus = VirtualBus::new();
+    bus.attach(SimulatedServo::new(bus.now(), &MODEL, NODE));
+    let device_type = Network::new(bus.link()).read_bytes(NODE, Address::new(0x1000, 0)).unwrap();
+    assert_eq!(device_type, 0x0002_0192_u32.to_le_bytes());
+}
+
+#[test]
 fn a_moving_axis_reports_its_position_every_10_ms() {
     let mut bus = Bus::new();
     bus.command(NmtCommand::Start);
