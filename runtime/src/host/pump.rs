@@ -132,6 +132,8 @@ pub enum Turn<E> {
 /// between, which may have taken long, is no part of a wait.
 #[derive(Clone, Debug, Default)]
 pub struct Pump {
+    /// The latest reading of the clock: at this time all verbs are called.
+    now: Instant,
     backlog: Backlog,
     /// The link has been read since the end of the last wait.
     has_looked: bool,
@@ -172,34 +174,30 @@ impl Pump {
         machine: &mut M,
         until: Instant,
     ) -> Result<Turn<M::Event>, LinkError> {
-        let (mut may_wait, mut now) = (false, now);
-        if !core::mem::take(&mut self.is_held) {
-            (may_wait, now) = self.transmit_at(now, link, machine)?;
-        }
+        self.now = now;
+        let may_wait = !core::mem::take(&mut self.is_held) && self.transmit_at(now, link, machine)?;
         let deadline = machine.poll_timeout();
-        if let Some(now) = self.backlog.due(|| deadline) {
-            return Ok(machine.handle_timeout(now).map_or(Turn::Idle, Turn::Event));
+        if self.backlog.is_due(|| deadline) {
+            return Ok(machine.handle_timeout(self.now).map_or(Turn::Idle, Turn::Event));
         }
         if self.has_looked && self.backlog.is_heard() && until <= self.backlog.looked {
             self.has_looked = false;
             return Ok(Turn::Over);
         }
-        let patience = if may_wait { deadline.map_or(until, |deadline| deadline.min(until)) } else { now };
-        let incoming = self.look(link, now, patience)?;
+        let patience = if may_wait { deadline.map_or(until, |deadline| deadline.min(until)) } else { self.now };
+        let incoming = self.look(link, patience)?;
         self.has_looked = true;
         Ok(match incoming {
-            Some(Incoming::Frame(frame)) => {
-                machine.handle_frame(self.backlog.looked, &frame).map_or(Turn::Idle, Turn::Event)
-            }
+            Some(Incoming::Frame(frame)) => machine.handle_frame(self.now, &frame).map_or(Turn::Idle, Turn::Event),
             Some(Incoming::State(state)) => Turn::Bus(state),
             Some(Incoming::Gap(frames)) => Turn::Gap(frames),
             None => Turn::Idle,
         })
     }
 
-    /// When the link was read last.
-    pub(super) const fn looked(&self) -> Instant {
-        self.backlog.looked
+    /// The time of the last verb.
+    pub(super) const fn now(&self) -> Instant {
+        self.now
     }
 
     /// Runs until there is an event; `None` at `until`.
@@ -248,10 +246,11 @@ impl Pump {
         link: &mut L,
         machine: &mut M,
     ) -> Result<u32, LinkError> {
-        let (now, mut missing) = (link.now(), 0_u32);
+        self.now = link.now();
+        let (now, mut missing) = (self.now, 0_u32);
         for _ in 0..MOST_WAITING {
-            match self.look(link, now, now)? {
-                Some(Incoming::Frame(frame)) => drop(machine.handle_frame(self.backlog.looked, &frame)),
+            match self.look(link, now)? {
+                Some(Incoming::Frame(frame)) => drop(machine.handle_frame(self.now, &frame)),
                 Some(Incoming::Gap(frames)) => missing = missing.saturating_add(frames),
                 Some(Incoming::State(_)) => {}
                 None => break,
@@ -270,25 +269,25 @@ impl Pump {
         link: &mut L,
         machine: &mut M,
     ) -> Result<bool, LinkError> {
-        Ok(self.transmit_at(link.now(), link, machine)?.0)
+        self.transmit_at(link.now(), link, machine)
     }
 
-    /// As [`Pump::transmit`], at `now`; also returns the time after that.
+    /// As [`Pump::transmit`], at `now`.
     pub(super) fn transmit_at<L: Link + ?Sized, M: StateMachine + ?Sized>(
         &mut self,
         now: Instant,
         link: &mut L,
         machine: &mut M,
-    ) -> Result<(bool, Instant), LinkError> {
-        let mut after = now;
+    ) -> Result<bool, LinkError> {
+        self.now = now;
         for _ in 0..MOST_SENT {
-            let Some(frame) = machine.poll_transmit(now) else { return Ok((true, after)) };
+            let Some(frame) = machine.poll_transmit(self.now) else { return Ok(true) };
             let mut sent = link.try_send(&frame);
             if matches!(sent, Err(LinkError::Full)) {
                 sent = link.send(&frame);
-                after = link.now();
+                self.now = link.now();
             }
-            trace::sent(after, &frame, &sent);
+            trace::sent(self.now, &frame, &sent);
             if let Err(error) = sent {
                 self.refused += 1;
                 self.is_held = true;
@@ -296,7 +295,7 @@ impl Pump {
             }
             self.refused = 0;
         }
-        Ok((false, after))
+        Ok(false)
     }
 
     /// How many frames in a row the link has refused.
@@ -305,15 +304,11 @@ impl Pump {
         self.refused
     }
 
-    fn look<L: Link + ?Sized>(
-        &mut self,
-        link: &mut L,
-        now: Instant,
-        until: Instant,
-    ) -> Result<Option<Incoming>, LinkError> {
-        let incoming = link.receive_at(now, until)?;
-        self.backlog.note(link.now(), incoming.is_some());
-        trace::received(self.backlog.looked, incoming.as_ref());
+    fn look<L: Link + ?Sized>(&mut self, link: &mut L, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        let incoming = link.receive_at(self.now, until)?;
+        self.now = link.now();
+        self.backlog.note(self.now, incoming.is_some());
+        trace::received(self.now, incoming.as_ref());
         Ok(incoming)
     }
 }
@@ -339,11 +334,13 @@ impl Backlog {
         self.taken == 0 || self.taken >= MOST_WAITING
     }
 
-    /// The time, if `deadline` has come and no frame comes before it. A deadline at the end of time never comes, since
-    /// the one after it would come at once, without end.
-    pub(super) fn due(&self, deadline: impl FnOnce() -> Option<Instant>) -> Option<Instant> {
-        let is_due = self.is_heard() && deadline()? <= self.looked && self.looked < Instant::MAX;
-        is_due.then_some(self.looked)
+    /// Whether `deadline` has come and no frame comes before it. A deadline at the end of time never comes, since the one
+    /// after it would come at once, without end.
+    ///
+    /// It is handled at the caller's time: the last read may be long ago, or there was none.
+    pub(super) fn is_due(&self, deadline: impl FnOnce() -> Option<Instant>) -> bool {
+        let has_come = |deadline| deadline <= self.looked && self.looked < Instant::MAX;
+        self.is_heard() && deadline().is_some_and(has_come)
     }
 }
 
@@ -358,11 +355,13 @@ mod tests {
         now: Instant,
         left: u32,
         sent: Vec<Frame>,
+        /// How long a frame waits for room.
+        full_for: Duration,
     }
 
     impl Flood {
         fn of(left: u32) -> Self {
-            Flood { now: Instant::ZERO, left, sent: Vec::new() }
+            Flood { now: Instant::ZERO, left, sent: Vec::new(), full_for: Duration::ZERO }
         }
     }
 
@@ -370,7 +369,11 @@ mod tests {
         fn now(&self) -> Instant {
             self.now
         }
+        fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+            if self.full_for.is_zero() { self.send(frame) } else { Err(LinkError::Full) }
+        }
         fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+            self.now += self.full_for;
             self.sent.push(*frame);
             Ok(())
         }
@@ -450,5 +453,49 @@ mod tests {
         let mut machine = Waiting { deadline: None, heard: 0 };
         Pump::new().catch_up(&mut link, &mut machine).unwrap();
         assert_eq!((machine.heard, link.sent.len()), (MOST_WAITING, 0));
+    }
+
+    /// Notes the time of each verb.
+    #[derive(Default)]
+    struct Clocked {
+        deadline: Option<Instant>,
+        times: Vec<Instant>,
+        to_send: u32,
+    }
+
+    impl StateMachine for Clocked {
+        type Event = Instant;
+
+        fn handle_frame(&mut self, now: Instant, _: &Frame) -> Option<Instant> {
+            self.times.push(now);
+            None
+        }
+        fn handle_timeout(&mut self, now: Instant) -> Option<Instant> {
+            self.times.push(now);
+            self.deadline = None;
+            Some(now)
+        }
+        fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+            self.times.push(now);
+            self.to_send = self.to_send.checked_sub(1)?;
+            Some(Frame::from_array(CobId::SYNC, []))
+        }
+        fn poll_timeout(&self) -> Option<Instant> {
+            self.deadline
+        }
+    }
+
+    #[test]
+    fn a_deadline_that_is_overdue_at_the_first_turn_gets_the_time_of_that_turn() {
+        let (mut link, mut pump) = (Flood::of(0), Pump::new());
+        for (pause, deadline, full_for) in [(1000, 0, 0), (0, 1000, 0), (7000, 0, 0), (500, 1000, 0), (500, 0, 300)] {
+            link.now += Duration::from_micros(pause);
+            link.full_for = Duration::from_micros(full_for);
+            let now = link.now + link.full_for;
+            let mut machine = Clocked { deadline: Some(at(deadline)), to_send: 1, times: Vec::new() };
+            assert_eq!(pump.run(&mut link, &mut machine, now).unwrap(), Some(now), "{deadline} after {pause}");
+            assert!(machine.times.is_sorted(), "time goes back: {:?}", machine.times);
+            assert_eq!(pump.run(&mut link, &mut Listener, now).unwrap(), None);
+        }
     }
 }

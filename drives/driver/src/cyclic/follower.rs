@@ -465,7 +465,6 @@ impl<P: Path> StateMachine for Follower<P> {
 
     /// SYNC, then the set-points that the next one releases, then what keeps the drives going.
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        // Not by a deadline: that may come at the time when the link was read last, long ago.
         if matches!(self.phase, Phase::New) {
             self.begin(now);
         }

@@ -78,7 +78,7 @@ impl<L: Link> Network<L> {
                 Turn::Over => return Err(timed_out),
                 turn => self.store_turn(turn),
             }
-            now = now.max(self.pump.looked());
+            now = self.pump.now();
         }
         self.filter.include(node, &mut self.manager, now);
         // A transfer that the application has begun through the manager comes first.
@@ -86,7 +86,7 @@ impl<L: Link> Network<L> {
             if self.finish(node, now, until, &mut [0; 0])?.is_none() {
                 return Err(timed_out);
             }
-            now = now.max(self.pump.looked());
+            now = self.pump.now();
         }
         begin(&mut self.manager, now).expect("no other transfer with the node is under way");
         let mut payload = OfNode { node, payload, nothing: [] };
@@ -124,14 +124,14 @@ impl<L: Link> Network<L> {
             match self.turn(now, until, payload)? {
                 Turn::Event(Event::Sdo { node: ended, event }) if ended == node => {
                     // The frame that ends a transfer at the node, if there is one. The result does not depend on it.
-                    let _ = self.transmit_at(self.pump.looked(), payload);
+                    let _ = self.transmit_at(self.pump.now(), payload);
                     return Ok(Some(event));
                 }
                 Turn::Event(event) => self.store(event),
                 Turn::Over => return Ok(None),
                 Turn::Bus(_) | Turn::Gap(_) | Turn::Idle => {}
             }
-            now = now.max(self.pump.looked());
+            now = self.pump.now();
         }
     }
 
@@ -148,11 +148,11 @@ impl<L: Link> Network<L> {
         let mut served = Served { manager: Lent(&mut self.manager, payload), kept, events: &mut events };
         let turn = self.pump.turn_at(now, &mut self.link, &mut served, until);
         for event in events.into_iter().map(Event::Network) {
-            trace::event(self.pump.looked(), &event);
+            trace::event(self.pump.now(), &event);
             self.store(event);
         }
         match &turn {
-            Ok(Turn::Event(event)) => trace::event(self.pump.looked(), event),
+            Ok(Turn::Event(event)) => trace::event(self.pump.now(), event),
             Ok(Turn::Gap(frames)) => self.lost += u64::from(*frames),
             _ => {}
         }

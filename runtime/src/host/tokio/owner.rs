@@ -309,21 +309,21 @@ impl<L: Link> Owner<L> {
         }
     }
 
-    /// Handles the deadlines that have come.
+    /// Handles the deadlines that have come, right after a look at the link.
     fn expire(&mut self) {
-        while let Some(now) = self.backlog.due(|| self.manager.poll_timeout()) {
-            let event = self.manager.handle_timeout(now);
+        while self.backlog.is_due(|| self.manager.poll_timeout()) {
+            let event = self.manager.handle_timeout(self.now);
             self.report(event);
         }
-        while let Some(now) = self.backlog.due(|| self.kept.as_ref()?.network.poll_timeout()) {
-            let event = self.kept.as_mut().and_then(|kept| kept.network.handle_timeout(now));
+        while self.backlog.is_due(|| self.kept.as_ref()?.network.poll_timeout()) {
+            let event = self.kept.as_mut().and_then(|kept| kept.network.handle_timeout(self.now));
             self.report_network(event);
         }
-        if let Some(now) = self.backlog.due(|| self.transfers.poll_timeout()) {
-            self.transfers.expire(&mut self.manager, now);
+        if self.backlog.is_due(|| self.transfers.poll_timeout()) {
+            self.transfers.expire(&mut self.manager, self.now);
         }
-        if let Some(now) = self.backlog.due(|| self.next_alarm()) {
-            self.ring(now);
+        if self.backlog.is_due(|| self.next_alarm()) {
+            self.ring(self.now);
         }
     }
 
