@@ -46,6 +46,11 @@ fn a_network_in_a_file_is_booted() {
     };
     let run = boot(&format!("start-all = true\non-loss = 'stop-all'\n{node}heartbeat = 100\n"));
     assert_eq!((run.code, run.stdout.as_str()), (Some(0), "node 5: has booted\nthe network is ready\n"));
+    // The AG02 takes writes of four bytes only (manual, chapter 10.2.7).
+    let four_bytes = "[[node]]\nid = 5\ndevice = 'siko/ag02'\nsettings = ['6060 = profile velocity']\n";
+    std::fs::write(folder.join("machine.toml"), four_bytes).unwrap();
+    let run = lexican_in(&folder, &["boot", "--bus", "sim:siko/ag02?node=5", "machine.toml"]);
+    assert_eq!((run.code, run.stdout.as_str()), (Some(0), "node 5: has booted\nthe network is ready\n"));
     // The device refuses its settings, or is another one.
     let run = boot(&node.replace("6060 = profile velocity", "6060 = 9"));
     run.on_stdout(1, "node 5: entry 1 of the configuration failed: 6060:00");

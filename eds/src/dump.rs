@@ -132,6 +132,7 @@ pub fn json(device: &Device) -> Json {
             "serial_number": commissioning.serial_number,
         })),
         "profile": device.profile,
+        "sdo_writes_four_bytes": device.sdo_writes_four_bytes,
         "objects": device.objects.iter().map(object_json).collect::<Vec<_>>(),
         "pdos": device.pdos.iter().map(|pdo| json!({
             "direction": match pdo.direction {
@@ -221,6 +222,7 @@ fn entry_json(entry: &Entry) -> Json {
         "quantity": quantity,
         "enumeration": enumeration,
         "bit_field": bit_field,
+        "first_character_high": entry.first_character_high,
         "persistent": entry.persistent,
     })
 }

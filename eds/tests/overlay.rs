@@ -80,6 +80,7 @@ fn meanings_of_an_array_are_those_of_its_entries() {
         [object.\"2001\"]
         description = \"Two speeds.\"
         quantity = \"Speed\"
+        first_character_high = true
         persistent = true
         writable_in = [\"pre-operational\"]
         [object.\"2001:02\"]
@@ -94,7 +95,7 @@ fn meanings_of_an_array_are_those_of_its_entries() {
     assert_eq!(object.entries[0].meaning, Meaning::Plain);
     for entry in &object.entries[1..] {
         assert_eq!(entry.meaning, Meaning::Quantity("Speed".into()));
-        assert!(entry.persistent && entry.description.is_none());
+        assert!(entry.persistent && entry.first_character_high && entry.description.is_none());
         assert_eq!(entry.writable_in, Some(vec![NmtState::PreOperational]));
     }
     assert_eq!((object.entries[1].name.as_str(), object.entries[2].name.as_str()), ("One", "Second"));
@@ -118,9 +119,10 @@ fn what_is_accepted_is_not_found() {
 }
 
 #[test]
-fn pdos_are_added() {
+fn pdos_are_added_and_the_device_is_described() {
     let (device, _) = read(&["
         profile = 402
+        sdo_writes_four_bytes = true
         [[pdo]]
         direction = \"transmit\"
         number = 2
@@ -133,7 +135,8 @@ fn pdos_are_added() {
     assert_eq!(pdo.cob_id, Some(Value::NodeIdPlus(0x280)));
     let mapped = |index, sub, bits| Mapped { index, sub, bits };
     assert_eq!(pdo.mapping, [mapped(0x2000, 0, 16), mapped(5, 0, 8), mapped(0x2001, 2, 16)]);
-    assert_eq!(device.profile, Some(402));
+    assert_eq!((device.profile, device.sdo_writes_four_bytes), (Some(402), true));
+    assert!(!read(&[]).0.sdo_writes_four_bytes);
 }
 
 #[test]

@@ -17,7 +17,7 @@ use crate::device::{Loaded, read, read_up_to};
 use crate::duration::{in_milliseconds, milliseconds};
 use crate::identity::{PRODUCT, VENDOR};
 use crate::output::Failure;
-use crate::values::wire::encode;
+use crate::values::wire::{encode, written};
 use crate::values::{DeviceValues, address, given, is_pdo_mapping, resolved};
 
 /// A network, and how long it may take to boot.
@@ -165,7 +165,7 @@ impl Node {
             }
             entries.push((Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0), ms.to_le_bytes().to_vec()));
         }
-        Ok(entries)
+        Ok(entries.into_iter().map(|(address, data)| (address, written(device, data))).collect())
     }
 
     fn setting(&self, device: Option<&Device>, setting: &str) -> Result<(Address, Vec<u8>), Failure> {
