@@ -2,12 +2,14 @@
 
 mod support;
 
-use lexican_runtime::Duration;
+use lexican_runtime::host::Node;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{CobId, Duration, Instant};
+use siko_ag03_1::sim::controller::Network;
 use siko_ag03_1::sim::inputs::{BusState, Inputs};
 use siko_ag03_1::sim::script::{Change, Condition, Trigger};
-use siko_ag03_1::sim::{MODEL, Model, Script, Setup, SimulatedDrive};
+use siko_ag03_1::sim::{MODEL, Model, Order, Refused, Script, Setup, SimulatedDrive};
 use siko_ag03_1::state::State;
 
 use support::{Bench, NODE};
@@ -100,6 +102,27 @@ fn only_what_an_sdo_brings_is_no_command() {
     });
     assert_eq!(bench.state(), State::ReadyToSwitchOn);
 }
+
+/// An order, or a change of who has command, sends the status word without another event.
+#[test]
+fn what_another_interface_does_is_sent_on_change() {
+    let mut bench = on_change();
+    for (act, state) in [
+        ((|drive, now| assert_eq!(drive.order(now, Order::Enable), Ok(()))) as Act, State::OperationEnabled),
+        (|drive, now| drive.set_network(now, Network::PreOperational), State::SwitchOnDisabled),
+    ] {
+        let sent = bench.see(|drive, now| {
+            act(drive, now);
+            drive.poll_transmit(now)
+        });
+        assert_eq!((sent.map(|frame| frame.id()), bench.state()), (CobId::standard(0x385), state));
+        bench.pass(1050);
+    }
+    world(&bench, |inputs| inputs.control_supply_100mv = 0);
+    bench.see(|drive, now| assert_eq!(drive.order(now, Order::Enable), Err(Refused::NotEnabled)));
+}
+
+type Act = fn(&mut SimulatedDrive, Instant);
 
 #[test]
 fn a_passive_bus_stays_reported_while_other_things_change() {
