@@ -36,7 +36,10 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-siko-ag03-1",
         ],
     ),
-    ("changeover", &["lexican-driver", "lexican-runtime", "lexican-siko-ag02", "lexican-siko-ag03-1"]),
+    (
+        "changeover",
+        &["lexican-driver", "lexican-runtime", "lexican-kollmorgen-akd", "lexican-siko-ag02", "lexican-siko-ag03-1"],
+    ),
     (
         "lexican-tests",
         &[

@@ -2,8 +2,11 @@
 
 use std::sync::{Arc, Mutex};
 
+use kollmorgen_akd::fault;
+use kollmorgen_akd::sim::SimulatedServo;
 use lexican_driver::Description;
 use lexican_runtime::host::VirtualBus;
+use lexican_runtime::object::Address;
 use lexican_runtime::{Instant, NodeId};
 use siko_ag03_1::sim::inputs::Shaft;
 use siko_ag03_1::sim::{Model, SimulatedDrive};
@@ -22,6 +25,7 @@ pub(crate) struct DriveKind {
 pub(crate) type Fail = Box<dyn FnOnce(Instant) + Send>;
 
 pub(crate) const KINDS: &[DriveKind] = &[
+    DriveKind { name: "kollmorgen/akd", description: &kollmorgen_akd::driver::AKD, simulate: akd },
     DriveKind {
         name: "siko/ag02",
         description: &siko_ag02::driver::AG02,
@@ -33,6 +37,27 @@ pub(crate) const KINDS: &[DriveKind] = &[
         simulate: |bus, node| siko(&siko_ag03_1::sim::MODEL, bus, node),
     },
 ];
+
+/// Of the PDOs with position and velocity, in 100 us: without one, an AKD that moves sends them as fast as the bus takes
+/// them (6.3.2.1), and the drives behind it are not heard.
+const INHIBIT_TIMES: [Address; 2] = [Address::new(0x1802, 3), Address::new(0x1803, 3)];
+
+/// An AKD fails when its motor does not follow.
+fn akd(bus: &VirtualBus, node: NodeId) -> Fail {
+    let mut drive = SimulatedServo::new(bus.now(), &kollmorgen_akd::sim::MODEL, node);
+    drive.with_servo(bus.now(), |_, od| {
+        INHIBIT_TIMES.iter().for_each(|address| od.set_raw(*address, 200));
+    });
+    drive.store(1).expect("all its parameters can be read");
+    drive.set_power(bus.now(), false);
+    drive.set_power(bus.now(), true);
+    let drive = Arc::new(Mutex::new(drive));
+    bus.attach(Arc::clone(&drive));
+    Box::new(move |now| {
+        let mut drive = drive.lock().expect("no simulated drive panics");
+        drive.set_inputs(now, |inputs| inputs.fault = fault::find("F439").map(|code| code.number));
+    })
+}
 
 /// A drive of SIKO fails when something holds its shaft.
 fn siko(model: &'static Model, bus: &VirtualBus, node: NodeId) -> Fail {

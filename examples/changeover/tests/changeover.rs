@@ -66,7 +66,11 @@ fn every_drive_reaches_its_position_and_all_start_with_sync() {
     for drive in drives(&report) {
         assert_eq!((drive["outcome"].as_str(), drive["start"].as_str()), (Some("reached"), Some("SYNC")), "{drive}");
         // Increments of the drive: 1/100 mm, or 360°/1600.
-        let increment = if drive["unit"] == "mm" { 0.01 } else { 0.225 };
+        let increment = match drive["unit"].as_str() {
+            Some("mm") => 0.01,
+            Some("°") => 0.225,
+            _ => 1.0,
+        };
         assert!((number(drive, "reached") - number(drive, "to")).abs() <= 1.01 * increment, "{drive}");
         assert!(number(drive, "time_s") > 0.0, "{drive}");
     }
@@ -89,19 +93,29 @@ fn a_drive_that_does_not_wait_for_sync_is_started_by_itself() {
 
 #[test]
 fn a_drive_that_fails_stops_all_others() {
-    let (code, report) = report(&[RECIPE, "--fault", "6@2"]);
-    assert_eq!(code, 1, "{report}");
+    for (fault, node, because) in [
+        ("6@2", 6, "capper height: fault: B (7121): drive shaft blocked"),
+        ("8@2", 8, "infeed screw phase: fault: F439 (8611): Following error"),
+    ] {
+        let (code, report) = report(&[RECIPE, "--fault", fault]);
+        assert_eq!(code, 1, "{report}");
+        assert_eq!(report["stop"]["because"], because);
+        assert_all_stopped(&report, node);
+    }
+}
+
+/// All drives have stopped, since this one has failed.
+fn assert_all_stopped(report: &Json, failed: u64) {
     let stop = &report["stop"];
-    assert_eq!(stop["because"], "capper height: fault: B (7121): drive shaft blocked");
     // Each at once, and all on one bus of 500 kbit/s; then they brake.
     assert!(number(stop, "ordered_within_s") < 0.05, "{stop}");
     assert!(number(stop, "stood_within_s") < 1.0, "{stop}");
     let none = Json::Array(Vec::new());
-    for drive in drives(&report) {
+    for drive in drives(report) {
         let (way, gone) =
             (number(drive, "to") - number(drive, "from"), number(drive, "reached") - number(drive, "from"));
         match (drive["node"].as_u64(), drive["outcome"].as_str()) {
-            (Some(6), outcome) => assert_eq!(outcome, Some("fault")),
+            (Some(node), outcome) if node == failed => assert_eq!(outcome, Some("fault")),
             // This one was there already.
             (Some(10), outcome) => assert_eq!(outcome, Some("reached")),
             (_, outcome) => {
@@ -160,7 +174,14 @@ fn a_recipe_that_does_not_fit_is_refused_before_anything_moves() {
             "between them",
         ),
         ("pitch", "simulated.spindle_pitch_mm = 4", "", 7, "rail: the drive has no spindle pitch", "in degrees"),
-        ("kind", "ag03-1", "ag04", 6, "rail: \"siko/ag04\" is no kind of drive", "siko/ag02, siko/ag03-1"),
+        (
+            "kind",
+            "ag03-1",
+            "ag04",
+            6,
+            "rail: \"siko/ag04\" is no kind of drive",
+            "kollmorgen/akd, siko/ag02, siko/ag03-1",
+        ),
         ("node", "node = 1", "node = 128", 5, "rail: 128 is no node-ID", "1 to 127"),
         ("key", "name = \"rail\"", "nmae = \"rail\"", 4, "unknown field `nmae`", "README.md"),
         ("unit", "position.mm", "position.inch", 7, "unknown variant `inch`", "README.md"),
@@ -258,12 +279,12 @@ fn the_picture_has_every_drive_and_the_stop() {
             .expect("the README's commands draw it")
     });
     let (_, report) = report(&[RECIPE, "--dry-run"]);
-    for (text, stops) in texts.iter().zip([0, 2]) {
+    for (text, stops) in texts.iter().zip([0, 3]) {
         assert!(text.starts_with("<svg ") && text.trim_end().ends_with("</svg>"));
         for drive in drives(&report) {
             assert!(text.contains(drive["name"].as_str().expect("a name")), "{drive}");
         }
-        for axis in ["position [mm]", "position [°]", "time since the release [s]"] {
+        for axis in ["position [mm]", "position [°]", "position [increments]", "time since the release [s]"] {
             assert!(text.contains(axis), "{axis}");
         }
         assert_eq!(text.matches("all are stopped").count(), stops);
