@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """One run of the interoperability tests, with lexican on one side at least.
 
-usage: run.py PROGRAM device|manager|both|ag03-1|ag02 slcan|vcan RESULTS
+usage: run.py PROGRAM device|manager|both|ag03-1|ag02|akd slcan|vcan RESULTS
 
 `device` tries lexican's device with python-canopen's manager, `manager` the other way round, `both` has no
-python-canopen in it; PROGRAM is interop-peer. `ag03-1` and `ag02` let python-canopen drive the simulated drive;
-PROGRAM is lexican. Writes a line per service into the file RESULTS: name, verdict (ok, failed, or fault, which is one of
+python-canopen in it; PROGRAM is interop-peer. `ag03-1`, `ag02` and `akd` let python-canopen drive the
+simulated drive; PROGRAM is lexican. Writes a line per service into the file RESULTS: name, verdict (ok, failed, or fault, which is one of
 python-canopen's own), remark, between tabs.
 """
 
@@ -16,11 +16,13 @@ import canopen
 
 import buses
 import drive
+import servo
 import their_device
 import their_manager
 import verdicts
 
 NODE = 5
+MODELS = drive.MODELS | servo.MODELS
 
 
 class Served:
@@ -75,9 +77,9 @@ def main():
         network.connect(**bus)
         their_device.Device(network, NODE)
         run_peer(program, url, True)
-    elif direction in drive.MODELS:
+    elif direction in MODELS:
         network.connect(**bus)
-        model = drive.MODELS[direction]
+        model = MODELS[direction]
         drive.run(network, model, NODE, lambda *more: drive.Simulation(program, model, url, NODE, *more))
     else:
         with Served(program, "device", far_url):

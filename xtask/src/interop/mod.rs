@@ -30,13 +30,16 @@ const SERVICES: [Direction; 3] = [
     Direction { name: "both", peer: "lexican", program: "interop-peer", head: "our manager, our device" },
 ];
 
-/// A drive that moves: the columns of the second table.
-const DRIVE: [Direction; 1] = [Direction {
-    name: "ag03-1",
-    peer: "python-canopen",
-    program: "lexican",
-    head: "our simulated AG03/1, python-canopen's manager",
-}];
+/// Drives that move: the columns of the second table.
+const DRIVES: [Direction; 3] = [
+    drive("ag03-1", "our simulated AG03/1, python-canopen's manager"),
+    drive("ag02", "our simulated AG02, python-canopen's manager"),
+    drive("akd", "our simulated AKD, python-canopen's manager"),
+];
+
+const fn drive(name: &'static str, head: &'static str) -> Direction {
+    Direction { name, peer: "python-canopen", program: "lexican", head }
+}
 
 const LINKS: [&str; 2] = ["slcan", "vcan"];
 
@@ -58,7 +61,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     command::run_cargo(root, &["build", "--release", "-p", "lexican", "-p", "lexican-tests", "--bins"], &[])?;
     serial_port(root, &python)?;
     let run = Run { root, folder, python };
-    let tables = [run.table(&SERVICES)?, run.table(&DRIVE)?];
+    let tables = [run.table(&SERVICES)?, run.table(&DRIVES)?];
     let page = table::page(&tables);
     println!("{page}");
     let failed: usize = tables.iter().map(|table| table.count("failed")).sum();
