@@ -63,6 +63,7 @@ pub static AKD: Description = Description {
     // 605Ah to 605Eh do not exist; DRV.DISMODE (35FFh) and CS.DEC (3440h) are for the application.
     reactions: &[],
     store: Some(Store::CIA_301),
+    referenced: Some(Test::of_system(system::HOMING_FINISHED)),
     ..Description::CIA_402
 };
 
@@ -74,6 +75,7 @@ pub(crate) mod system {
     pub(crate) const MOVEMENT_ACTIVE: u32 = 1 << 0;
     pub(crate) const TARGET_VELOCITY_REACHED: u32 = 1 << 9;
     pub(crate) const SAFETY_SELECTED: u32 = 1 << 13;
+    pub(crate) const HOMING_FINISHED: u32 = 1 << 23;
     pub(crate) const HARDWARE_ENABLE: u32 = 1 << 29;
 }
 
@@ -248,6 +250,7 @@ mod tests {
             (system::MOVEMENT_ACTIVE, "movement active"),
             (system::TARGET_VELOCITY_REACHED, "target velocity reached"),
             (system::SAFETY_SELECTED, "safety selected"),
+            (system::HOMING_FINISHED, "homing move finished"),
             (system::HARDWARE_ENABLE, "hardware enable"),
         ];
         for (mask, name) in names {

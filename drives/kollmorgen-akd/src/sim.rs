@@ -130,7 +130,7 @@ fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
         (1 << 15, servo.state() == State::Fault),
         (1 << 16, homing && moves),
         (1 << 19, servo.state() == State::QuickStopActive),
-        (1 << 23, servo.is_homed()),
+        (system::HOMING_FINISHED, servo.is_homed()),
         (1 << 25, input_1),
         (1 << 26, input_2),
         (system::HARDWARE_ENABLE, inputs.enable),

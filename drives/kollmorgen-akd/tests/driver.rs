@@ -7,6 +7,7 @@ use kollmorgen_akd::driver::{
 };
 use kollmorgen_akd::sim::{Inputs, MODEL, Machine, SimulatedServo};
 use kollmorgen_akd::{fault, od};
+use lexican_driver::sequence::Recovery;
 use lexican_driver::{Cause, Kind};
 use lexican_runtime::host::{VirtualBus, VirtualLink};
 use lexican_runtime::object::{Mapping, Rpdo, Tpdo};
@@ -98,6 +99,21 @@ fn it_homes_by_every_method() {
     bench.drive.enable().unwrap();
     let failed = bench.drive.home(od::HomingMethod::NEGATIVE_LIMIT_SWITCH.0).unwrap();
     assert!(matches!(failed, HomingOutcome::Failed { .. }), "no switch: {failed:?}");
+}
+
+/// Its encoder of one turn does not keep its reference without power.
+#[test]
+fn it_says_whether_it_is_referenced() {
+    let mut bench = ByPdo::new();
+    let recovery = Recovery::within(Duration::from_secs(10));
+    assert_eq!(bench.drive.recover(&recovery).unwrap().referenced, Some(false));
+    bench.drive.enable().unwrap();
+    bench.drive.home(od::HomingMethod::PRESENT_POSITION.0).unwrap();
+    assert_eq!(bench.drive.recover(&recovery).unwrap().referenced, Some(true));
+    for on in [false, true] {
+        bench.servo.lock().unwrap().set_power(bench.bus.now(), on);
+    }
+    assert_eq!(bench.drive.recover(&recovery).unwrap().referenced, Some(false));
 }
 
 #[test]
