@@ -36,12 +36,12 @@ const LOOK: Duration = Duration::from_millis(50);
 /// How often a thread that has nothing to keep alive looks again.
 const IDLE: Duration = Duration::from_millis(100);
 
-/// A drive of the kind `K` at the other end of a link. Every method blocks until its operation is over; a
-/// [`CancelHandle`] ends it from another thread.
+/// A drive of the kind `K`, a [`Kind`] or [`Any`], at the other end of a link. Every method blocks until its operation is
+/// over; a [`CancelHandle`] ends it from another thread.
 ///
 /// A drive that is dropped while it may be moving is stopped, and standard error says so. A process that is
 /// killed drops nothing: see [the crate](crate#how-a-program-ends-and-what-the-drive-does-then).
-pub struct Drive<L: Link, K: Kind> {
+pub struct Drive<L: Link, K> {
     shared: Arc<Shared<L>>,
     node: NodeId,
     context: DriveContext,
@@ -71,11 +71,71 @@ impl<L: Link, K: Kind> Drive<L, K> {
     ///
     /// As [`Drive::recover`].
     pub fn connect_and_recover(link: L, node: NodeId, recovery: &Recovery) -> Result<(Self, Recovered), Error> {
-        let mut drive = Self::new(link, node, K::DESCRIPTION);
-        let recovered = drive.recover(recovery)?;
-        Ok((drive, recovered))
+        Self::recover_as(link, node, K::DESCRIPTION, recovery)
     }
 
+    /// Connects as [`Drive::connect`] does, and arms what lets the drive notice within a time that this program is
+    /// gone: its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
+    /// manual says. The driver keeps it going during operations, and by a thread between them, until the `Drive` is
+    /// dropped or released; after a restart of the drive, the next operation arms it again.
+    ///
+    /// A program that hangs is not gone. None of this replaces an emergency stop.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`]; [`Error::Unsupported`] by a drive that has neither;
+    /// [`Error::HeartbeatExcludesGuarding`]; [`Error::OutOfRange`]; [`Error::Link`] without a thread.
+    pub fn connect_protected(link: L, node: NodeId, supervision: Supervision) -> Result<Self, Error>
+    where
+        L: Send + 'static,
+    {
+        Self::connect(link, node)?.protected(supervision)
+    }
+}
+
+impl<L: Link> Drive<L, Any> {
+    /// Connects as [`Drive::connect`] does, to a drive that is described so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`].
+    pub fn connect_described(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
+        Self::connect_as(link, node, description)
+    }
+
+    /// Connects as [`Drive::connect_and_recover`] does, to a drive that is described so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::recover`].
+    pub fn connect_described_and_recover(
+        link: L,
+        node: NodeId,
+        description: &'static Description,
+        recovery: &Recovery,
+    ) -> Result<(Self, Recovered), Error> {
+        Self::recover_as(link, node, description, recovery)
+    }
+
+    /// Connects as [`Drive::connect_protected`] does, to a drive that is described so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect_protected`].
+    pub fn connect_described_protected(
+        link: L,
+        node: NodeId,
+        description: &'static Description,
+        supervision: Supervision,
+    ) -> Result<Self, Error>
+    where
+        L: Send + 'static,
+    {
+        Self::connect_described(link, node, description)?.protected(supervision)
+    }
+}
+
+impl<L: Link, K> Drive<L, K> {
     fn new(link: L, node: NodeId, description: &'static Description) -> Self {
         let session = Session::new(node, description);
         let context = session.context();
@@ -95,27 +155,26 @@ impl<L: Link, K: Kind> Drive<L, K> {
         Ok(drive)
     }
 
-    /// Connects as [`Drive::connect`] does, and arms what lets the drive notice within a time that this program is
-    /// gone: its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
-    /// manual says. The driver keeps it going during operations, and by a thread between them, until the `Drive` is
-    /// dropped or released; after a restart of the drive, the next operation arms it again.
-    ///
-    /// A program that hangs is not gone. None of this replaces an emergency stop.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`]; [`Error::Unsupported`] by a drive that has neither;
-    /// [`Error::HeartbeatExcludesGuarding`]; [`Error::OutOfRange`]; [`Error::Link`] without a thread.
-    pub fn connect_protected(link: L, node: NodeId, supervision: Supervision) -> Result<Self, Error>
+    fn recover_as(
+        link: L,
+        node: NodeId,
+        description: &'static Description,
+        recovery: &Recovery,
+    ) -> Result<(Self, Recovered), Error> {
+        let mut drive = Self::new(link, node, description);
+        let recovered = drive.recover(recovery)?;
+        Ok((drive, recovered))
+    }
+
+    fn protected(mut self, supervision: Supervision) -> Result<Self, Error>
     where
         L: Send + 'static,
     {
-        let mut drive = Drive::connect(link, node)?;
-        drive.supervision = Some(supervision);
-        drive.shared.with(|machine| machine.protect(supervision))?;
-        let shared = Arc::clone(&drive.shared);
+        self.supervision = Some(supervision);
+        self.shared.with(|machine| machine.protect(supervision))?;
+        let shared = Arc::clone(&self.shared);
         std::thread::Builder::new().spawn(move || shared.keep_alive()).map_err(LinkError::from)?;
-        Ok(drive)
+        Ok(self)
     }
 
     fn identify(&mut self) -> Result<(), Error> {
@@ -189,17 +248,6 @@ impl<L: Link, K: Kind> Drive<L, K> {
             let result = machine.run(Some(&self.cancel), sequence);
             machine.session.conclude(result)
         })
-    }
-}
-
-impl<L: Link> Drive<L, Any> {
-    /// Connects as [`Drive::connect`] does, to a drive that is described so.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`].
-    pub fn connect_described(link: L, node: NodeId, description: &'static Description) -> Result<Self, Error> {
-        Self::connect_as(link, node, description)
     }
 }
 
@@ -384,7 +432,7 @@ macro_rules! blocking {
         $(#[$doc:meta])*
         fn $name:ident $([$($generics:tt)*])? ($context:ident $(, $argument:ident: $type:ty)*) -> $result:ty = $call:expr;
     )*) => {
-        impl<L: Link, K: Kind> Drive<L, K> {
+        impl<L: Link, K> Drive<L, K> {
             $(
                 $(#[$doc])*
                 pub fn $name $(<$($generics)*>)? (&mut self $(, $argument: $type)*) -> Result<$result, Error> {
@@ -400,7 +448,7 @@ macro_rules! blocking {
 
 operations!(blocking);
 
-impl<L: Link, K: Kind> fmt::Debug for Drive<L, K> {
+impl<L: Link, K> fmt::Debug for Drive<L, K> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Drive")
             .field("kind", &self.context.description().name)
@@ -409,7 +457,7 @@ impl<L: Link, K: Kind> fmt::Debug for Drive<L, K> {
     }
 }
 
-impl<L: Link, K: Kind> Drop for Drive<L, K> {
+impl<L: Link, K> Drop for Drive<L, K> {
     fn drop(&mut self) {
         if let Some(what) = self.shared.take().as_mut().and_then(Machine::let_go) {
             eprintln!("the drive at node {} was let go while it may be moving: {what}", self.node);

@@ -10,11 +10,24 @@ pub trait Kind: 'static {
     const DESCRIPTION: &'static Description;
 }
 
-/// Any kind: drives that are described when the program runs, so that those of several kinds stand in one list. They are
-/// connected to by `connect_described`; without that, by what CiA 402 says.
+/// Any kind: drives that are described when the program runs, so that those of several kinds stand in one list.
+///
+/// It is no [`Kind`], since it has no description: each way to connect takes one.
+///
+/// ```
+/// # use lexican_driver::{Any, Description, Drive, Error};
+/// # use lexican_runtime::{NodeId, host::Link};
+/// fn connect<L: Link>(link: L, description: &'static Description) -> Result<Drive<L, Any>, Error> {
+///     Drive::connect_described(link, NodeId::literal(5), description)
+/// }
+/// ```
+///
+/// ```compile_fail,E0599
+/// # use lexican_driver::{Any, Description, Drive, Error};
+/// # use lexican_runtime::{NodeId, host::Link};
+/// fn connect<L: Link>(link: L) -> Result<Drive<L, Any>, Error> {
+///     Drive::<L, Any>::connect(link, NodeId::literal(5))
+/// }
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub enum Any {}
-
-impl Kind for Any {
-    const DESCRIPTION: &'static Description = &Description::CIA_402;
-}

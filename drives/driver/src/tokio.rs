@@ -36,11 +36,11 @@ use crate::units::Units;
 /// How long to wait before it is tried again to reach a drive.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// A drive of the kind `K` on a network. It does one thing at a time; a call that is dropped leaves the drive doing it.
+/// A drive of the kind `K`, a [`Kind`] or [`Any`], on a network. It does one thing at a time; a call that is dropped leaves the drive doing it.
 ///
 /// A drive that is dropped while it may be moving is sent a stop, and standard error says so. A process that is
 /// killed drops nothing: see [the crate](crate#how-a-program-ends-and-what-the-drive-does-then).
-pub struct Drive<K: Kind> {
+pub struct Drive<K> {
     network: Network,
     events: broadcast::Receiver<Event>,
     node: NodeId,
@@ -74,11 +74,69 @@ impl<K: Kind> Drive<K> {
         node: NodeId,
         recovery: &Recovery,
     ) -> Result<(Self, Recovered), Error> {
-        let mut drive = Self::new(network, node, K::DESCRIPTION);
-        let recovered = drive.recover(recovery).await?;
-        Ok((drive, recovered))
+        Self::recover_as(network, node, K::DESCRIPTION, recovery).await
     }
 
+    /// Connects as [`Drive::connect`] does, and arms what lets the drive notice within a time that this program is
+    /// gone: its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
+    /// manual says. The network keeps it going as long as its task runs; after a restart of the drive, the next
+    /// operation arms it again. All drives on a network share its heartbeat, and so the node-ID of its sender.
+    ///
+    /// A program that hangs elsewhere than in that task is not gone. None of this replaces an emergency stop.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`]; [`Error::Unsupported`] by a drive that has neither;
+    /// [`Error::HeartbeatExcludesGuarding`]; [`Error::OutOfRange`].
+    pub async fn connect_protected(network: Network, node: NodeId, supervision: Supervision) -> Result<Self, Error> {
+        Self::connect(network, node).await?.protected(supervision).await
+    }
+}
+
+impl Drive<Any> {
+    /// Connects as [`Drive::connect`] does, to a drive that is described so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect`].
+    pub async fn connect_described(
+        network: Network,
+        node: NodeId,
+        description: &'static Description,
+    ) -> Result<Self, Error> {
+        Self::connect_as(network, node, description).await
+    }
+
+    /// Connects as [`Drive::connect_and_recover`] does, to a drive that is described so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::recover`].
+    pub async fn connect_described_and_recover(
+        network: Network,
+        node: NodeId,
+        description: &'static Description,
+        recovery: &Recovery,
+    ) -> Result<(Self, Recovered), Error> {
+        Self::recover_as(network, node, description, recovery).await
+    }
+
+    /// Connects as [`Drive::connect_protected`] does, to a drive that is described so.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect_protected`].
+    pub async fn connect_described_protected(
+        network: Network,
+        node: NodeId,
+        description: &'static Description,
+        supervision: Supervision,
+    ) -> Result<Self, Error> {
+        Self::connect_described(network, node, description).await?.protected(supervision).await
+    }
+}
+
+impl<K> Drive<K> {
     fn new(network: Network, node: NodeId, description: &'static Description) -> Self {
         let (events, session) = (network.events(), Session::new(node, description));
         Drive { network, events, node, session, supervision: None, kind: PhantomData }
@@ -94,22 +152,21 @@ impl<K: Kind> Drive<K> {
         Ok(drive)
     }
 
-    /// Connects as [`Drive::connect`] does, and arms what lets the drive notice within a time that this program is
-    /// gone: its heartbeat consumer (1016h), or else its life guarding (100Ch, 100Dh). What the drive does then, its
-    /// manual says. The network keeps it going as long as its task runs; after a restart of the drive, the next
-    /// operation arms it again. All drives on a network share its heartbeat, and so the node-ID of its sender.
-    ///
-    /// A program that hangs elsewhere than in that task is not gone. None of this replaces an emergency stop.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`]; [`Error::Unsupported`] by a drive that has neither;
-    /// [`Error::HeartbeatExcludesGuarding`]; [`Error::OutOfRange`].
-    pub async fn connect_protected(network: Network, node: NodeId, supervision: Supervision) -> Result<Self, Error> {
-        let mut drive = Drive::connect(network, node).await?;
-        drive.supervision = Some(supervision);
-        drive.protect().await?;
-        Ok(drive)
+    async fn recover_as(
+        network: Network,
+        node: NodeId,
+        description: &'static Description,
+        recovery: &Recovery,
+    ) -> Result<(Self, Recovered), Error> {
+        let mut drive = Self::new(network, node, description);
+        let recovered = drive.recover(recovery).await?;
+        Ok((drive, recovered))
+    }
+
+    async fn protected(mut self, supervision: Supervision) -> Result<Self, Error> {
+        self.supervision = Some(supervision);
+        self.protect().await?;
+        Ok(self)
     }
 
     async fn identify(&mut self) -> Result<(), Error> {
@@ -321,27 +378,12 @@ impl<K: Kind> Drive<K> {
     }
 }
 
-impl Drive<Any> {
-    /// Connects as [`Drive::connect`] does, to a drive that is described so.
-    ///
-    /// # Errors
-    ///
-    /// As [`Drive::connect`].
-    pub async fn connect_described(
-        network: Network,
-        node: NodeId,
-        description: &'static Description,
-    ) -> Result<Self, Error> {
-        Self::connect_as(network, node, description).await
-    }
-}
-
 macro_rules! asynchronous {
     ($(
         $(#[$doc:meta])*
         fn $name:ident $([$($generics:tt)*])? ($context:ident $(, $argument:ident: $type:ty)*) -> $result:ty = $call:expr;
     )*) => {
-        impl<K: Kind> Drive<K> {
+        impl<K> Drive<K> {
             $(
                 $(#[$doc])*
                 pub async fn $name $(<$($generics)*>)? (&mut self $(, $argument: $type)*) -> Result<$result, Error> {
@@ -358,7 +400,7 @@ macro_rules! asynchronous {
 
 operations!(asynchronous);
 
-impl<K: Kind> fmt::Debug for Drive<K> {
+impl<K> fmt::Debug for Drive<K> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Drive")
             .field("kind", &self.session.context().description().name)
@@ -369,7 +411,7 @@ impl<K: Kind> fmt::Debug for Drive<K> {
 
 /// The stop is handed over without waiting, since the runtime may be shutting down: a task that was spawned here
 /// would then never run.
-impl<K: Kind> Drop for Drive<K> {
+impl<K> Drop for Drive<K> {
     fn drop(&mut self) {
         // The drive may have said that it is not enabled any more.
         self.catch_up();
