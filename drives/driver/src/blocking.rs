@@ -60,7 +60,7 @@ impl<L: Link, K: Kind> Drive<L, K> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if the node does not answer.
+    /// [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does not answer.
     pub fn connect(link: L, node: NodeId) -> Result<Self, Error> {
         Self::connect_as(link, node, K::DESCRIPTION)
     }

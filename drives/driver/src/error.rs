@@ -3,7 +3,9 @@
 use std::fmt;
 
 use lexican_runtime::host::LinkError;
-use lexican_runtime::object::{Address, Direction as PdoDirection, LengthMismatch, MappedLengthMismatch, OutOfRange};
+use lexican_runtime::object::{
+    Address, Direction as PdoDirection, LengthMismatch, Mapped, MappedLengthMismatch, OutOfRange,
+};
 use lexican_runtime::profile::cia402::{Command, State};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{CobId, NodeId};
@@ -224,6 +226,24 @@ pub enum Error {
         /// What the object holds; its bit 31 says that there is none.
         found: u32,
     },
+    /// A PDO by which the driver talks carries something else in the drive (CiA 301, 7.5.2.36 and 7.5.2.38): another tool has
+    /// mapped it, and perhaps stored that. Nothing was ordered.
+    #[error(
+        "{direction:?} PDO {number} is mapped to {}, and the driver goes by {}: restore the mapping of the drive, or use \
+         a description that goes by SDO",
+        mapping(found),
+        mapping(expected)
+    )]
+    OtherMapping {
+        /// The direction, as the drive sees it.
+        direction: PdoDirection,
+        /// 1 to 4.
+        number: u16,
+        /// By what the driver goes; index 0 for what it does not know.
+        expected: Vec<Mapped>,
+        /// What the drive holds, as far as the driver goes by it.
+        found: Vec<Mapped>,
+    },
     /// The driver itself talks to the drive by this PDO, or there is none of this number; nothing was sent.
     #[error("{direction:?} PDO {number} is not free")]
     PdoInUse {
@@ -308,6 +328,17 @@ impl Error {
                 | Error::Cancelled { .. }
                 | Error::MayBeMoving { .. }
         )
+    }
+}
+
+fn mapping(mapping: &[Mapped]) -> String {
+    let entry = |mapped: &Mapped| match mapped.address.index() {
+        0 => format!("{} bits", mapped.bits),
+        _ => format!("{} ({} bits)", mapped.address, mapped.bits),
+    };
+    match mapping {
+        [] => "nothing".to_owned(),
+        _ => mapping.iter().map(entry).collect::<Vec<_>>().join(", "),
     }
 }
 

@@ -59,7 +59,7 @@ impl<K: Kind> Drive<K> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotThisDrive`], [`Error::OtherCobId`]; [`Error::Sdo`] if the node does not answer.
+    /// [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; [`Error::Sdo`] if the node does not answer.
     pub async fn connect(network: Network, node: NodeId) -> Result<Self, Error> {
         Self::connect_as(network, node, K::DESCRIPTION).await
     }

@@ -284,7 +284,9 @@ fn remedy(error: &Error) -> &'static str {
     match error {
         Error::Sdo(SdoError::TimedOut { .. }) => "has it power, and this node-ID? `lexican scan` shows who is there",
         Error::NotThisDrive { .. } => "name the kind of drive that is there, or its node-ID",
-        Error::OtherCobId { .. } => "restore the communication parameters of the drive (1011h)",
+        Error::OtherCobId { .. } | Error::OtherMapping { .. } => {
+            "restore the communication parameters of the drive (1011h)"
+        }
         Error::Link(_) => "is the bus up, and the adapter plugged in?",
         _ => "look the error up in the manual of the drive",
     }

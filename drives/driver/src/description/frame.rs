@@ -1,5 +1,6 @@
 //! PDOs as frames.
 
+use lexican_runtime::object::Mapped;
 use lexican_runtime::{Frame, NodeId};
 
 use super::{Description, Number, Pdo, Signal};
@@ -18,6 +19,21 @@ impl Pdo {
             bytes.extend(raw.to_le_bytes().iter().take(signal.size(description)));
         }
         Frame::new(self.cob_id(node), &bytes).expect("the signals of a described PDO take eight bytes at most")
+    }
+
+    /// As the drive has it from 1600h:01 or 1A00h:01 on.
+    pub(crate) fn mapping(&self, description: &Description) -> Vec<Mapped> {
+        let mapped = |signal: &Signal| {
+            let bits = 8 * signal.size(description) as u8;
+            let address = signal.number(description).map(|number| number.address());
+            address.map_or(Pdo::anything(bits), |address| Mapped { address, bits })
+        };
+        self.signals.iter().map(mapped).collect()
+    }
+
+    /// So many bits that the driver does not know.
+    pub(crate) const fn anything(bits: u8) -> Mapped {
+        Mapped::new(0, 0, bits)
     }
 
     /// The status word in the data of the PDO; `None` when it has none, or the data are too short for it.

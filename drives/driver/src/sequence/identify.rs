@@ -1,11 +1,11 @@
 //! Whether the node is the drive that is described, and is set up as the driver talks to it.
 
 use lexican_runtime::CobId;
-use lexican_runtime::object::{Address, DataType};
+use lexican_runtime::object::{Address, DataType, Direction, Mapped};
 use lexican_runtime::service::sdo_client::SdoError;
 
 use crate::context::DriveContext;
-use crate::description::Number;
+use crate::description::{Number, Pdo};
 use crate::error::Error;
 use crate::fault::ByteOrder;
 
@@ -18,11 +18,11 @@ const VENDOR_ID: Number = Number::new(0x1018, 0x01, DataType::Unsigned32);
 const NOT_VALID: u32 = 1 << 31;
 
 /// Makes sure that the node is the drive that is described, and that its PDOs and emergencies have the COB-IDs by which
-/// the driver talks to it.
+/// the driver talks to it, and the PDOs the mapping.
 ///
 /// # Errors
 ///
-/// [`Error::NotThisDrive`], [`Error::OtherCobId`]; as [`DriveContext::read`].
+/// [`Error::NotThisDrive`], [`Error::OtherCobId`], [`Error::OtherMapping`]; as [`DriveContext::read`].
 pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
     let (expected, identity) = (drive.description().name, drive.description().identity);
     let profile = (drive.get(DEVICE_TYPE).await? & 0xFFFF) as u16;
@@ -42,22 +42,28 @@ pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
     if !named || (profile, vendor_id) != (identity.profile, identity.vendor_id) {
         return Err(Error::NotThisDrive { expected, vendor_id, profile, name });
     }
-    check_cob_ids(drive).await
+    check_pdos(drive).await?;
+    check_cob_id(drive, EMERGENCIES, 0x080, false).await?;
+    Ok(())
 }
 
-/// An order that does not arrive starts nothing; but one that another PDO takes, or a status word that is none, might.
-async fn check_cob_ids(drive: &DriveContext) -> Result<(), Error> {
+/// An order that does not arrive starts nothing; but one that another PDO takes, or that the drive takes for something
+/// else, or a status word that is none, might.
+async fn check_pdos(drive: &DriveContext) -> Result<(), Error> {
     let outputs = drive.description().outputs;
     for pdo in [outputs.control, outputs.position, outputs.velocity].iter().flatten() {
         let object = pdo_parameter(0x1400, 0x200, pdo.base, 0x01, DataType::Unsigned32);
         check_cob_id(drive, object, pdo.base, true).await?;
+        check_mapping(drive, Direction::Receive, pdo).await?;
     }
     // What the drive does not send by itself is read.
     for pdo in drive.description().inputs {
         let object = pdo_parameter(0x1800, 0x180, pdo.base, 0x01, DataType::Unsigned32);
-        check_cob_id(drive, object, pdo.base, false).await?;
+        if check_cob_id(drive, object, pdo.base, false).await? {
+            check_mapping(drive, Direction::Transmit, pdo).await?;
+        }
     }
-    check_cob_id(drive, EMERGENCIES, 0x080, false).await
+    Ok(())
 }
 
 /// A communication parameter of the PDO that has `base` in the predefined connection set (CiA 301, 7.3.5), where the one
@@ -66,19 +72,71 @@ pub(super) fn pdo_parameter(index: u16, first: u16, base: u16, sub: u8, data_typ
     Number::new(index.wrapping_add(base.wrapping_sub(first) >> 8), sub, data_type)
 }
 
-/// A node that does not have the object cannot have another COB-ID.
-async fn check_cob_id(drive: &DriveContext, object: Number, base: u16, needed: bool) -> Result<(), Error> {
-    let found = match drive.get(object).await {
-        Ok(found) => found as u32,
-        Err(Error::Sdo(SdoError::Aborted { .. })) => return Ok(()),
-        Err(error) => return Err(error),
+/// Whether the COB-ID is valid. A node that does not have the object cannot have another one.
+async fn check_cob_id(drive: &DriveContext, object: Number, base: u16, needed: bool) -> Result<bool, Error> {
+    let Some(found) = parameter(drive, object).await? else { return Ok(true) };
+    let (found, expected) = (found as u32, CobId::of_node(base, drive.node()));
+    let valid = found & NOT_VALID == 0;
+    let right = if valid { CobId::from_parameter(found) == expected } else { !needed };
+    if right { Ok(valid) } else { Err(Error::OtherCobId { address: object.address(), expected, found }) }
+}
+
+/// A node that does not have the object cannot have another mapping. Of a transmit PDO, what follows the status word is not
+/// asked.
+async fn check_mapping(drive: &DriveContext, direction: Direction, pdo: &Pdo) -> Result<(), Error> {
+    let (index, first) = match direction {
+        Direction::Receive => (0x1600, 0x200),
+        Direction::Transmit => (0x1A00, 0x180),
     };
-    let expected = CobId::of_node(base, drive.node());
-    let right = match found & NOT_VALID {
-        0 => CobId::from_parameter(found) == expected,
-        _ => !needed,
-    };
-    if right { Ok(()) } else { Err(Error::OtherCobId { address: object.address(), expected, found }) }
+    let entry = |sub, data_type| pdo_parameter(index, first, pdo.base, sub, data_type);
+    let Some(count) = parameter(drive, entry(0x00, DataType::Unsigned8)).await? else { return Ok(()) };
+    let receives = direction == Direction::Receive;
+    // Not mapped, it is not sent.
+    if count == 0 && !receives {
+        return Ok(());
+    }
+    let expected = pdo.mapping(drive.description());
+    let known = places(&expected).filter(|(_, mapped)| *mapped != Pdo::anything(mapped.bits));
+    let known: Vec<(u32, Mapped)> = known.collect();
+    let asked = known.last().map_or(0, |(place, mapped)| place + u32::from(mapped.bits));
+    let mut found = Vec::new();
+    // More are not entries: 254 and 255 are multiplexed PDOs (CiA 301, 7.5.2.36).
+    let subs = 1..=u8::try_from(count).ok().filter(|count| *count <= 64).unwrap_or(0);
+    for sub in subs {
+        if !receives && bits(&found) >= asked {
+            break;
+        }
+        found.push(Mapped::from_parameter(drive.get(entry(sub, DataType::Unsigned32)).await? as u32));
+    }
+    let in_place = known.iter().all(|wanted| places(&found).any(|place| place == *wanted));
+    let as_long = bits(&found).div_ceil(8) == bits(&expected).div_ceil(8);
+    if in_place && (as_long || !receives) {
+        return Ok(());
+    }
+    let number = (pdo.base - first) / 0x100 + 1;
+    Err(Error::OtherMapping { direction, number, expected, found })
+}
+
+/// Each entry with the number of bits before it.
+fn places(mapping: &[Mapped]) -> impl Iterator<Item = (u32, Mapped)> + '_ {
+    mapping.iter().scan(0, |next, &mapped| {
+        let place = *next;
+        *next += u32::from(mapped.bits);
+        Some((place, mapped))
+    })
+}
+
+fn bits(mapping: &[Mapped]) -> u32 {
+    mapping.iter().map(|mapped| u32::from(mapped.bits)).sum()
+}
+
+/// `None` for an object that the node does not have.
+async fn parameter(drive: &DriveContext, object: Number) -> Result<Option<i64>, Error> {
+    match drive.get(object).await {
+        Ok(found) => Ok(Some(found)),
+        Err(Error::Sdo(SdoError::Aborted { .. })) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// A text: its characters without what pads it.

@@ -61,7 +61,7 @@ pub struct Recovered {
 ///
 /// # Errors
 ///
-/// [`Error::NotThisDrive`]; [`Error::Fault`] when a fault cannot be reset; those of what is written.
+/// As [`identify`]; [`Error::Fault`] when a fault cannot be reset; those of what is written.
 pub async fn recover(drive: &DriveContext, recovery: &Recovery, before: Seen) -> Result<Recovered, Error> {
     identify(drive).await?;
     start(drive);

@@ -1,12 +1,14 @@
 //! PDOs whose mapping the application chooses.
 
-use lexican_driver::Error;
+use lexican_driver::description::{Description, Outputs, Pdo, Signal};
+use lexican_driver::sequence::Recovery;
+use lexican_driver::{Error, Kind};
 use lexican_runtime::object::{Direction, Mapping, Object, Ro, Rpdo, Rw, Tpdo};
 use lexican_runtime::procedure::PdoSettings;
 use lexican_runtime::wire::pdo::{PdoCobId, TransmissionType};
-use lexican_runtime::{CobId, NodeId};
+use lexican_runtime::{CobId, Duration, NodeId};
 
-use crate::script::Rig;
+use crate::script::{Rig, Sheet, bus};
 use crate::servo::{ByPdo, BySdo, Drive, SHEET, enabled};
 
 const TARGET_POSITION: Object<i32, Rw, Rpdo> = Object::new(0x607A, 0x00);
@@ -75,4 +77,80 @@ fn the_drivers_own_pdos_are_left_alone() {
     };
     in_use(mapped, Direction::Transmit);
     in_use(rig.check("", |drive| drive.send_pdo(1, &ORDER, (0, 0))), Direction::Receive);
+}
+
+/// Its PDOs carry more than the driver knows.
+enum Packed {}
+
+impl Kind for Packed {
+    const DESCRIPTION: &'static Description = &Description {
+        outputs: Outputs {
+            position: Some(Pdo { base: 0x400, signals: &[Signal::ControlWord, Signal::TargetPosition] }),
+            ..ByPdo::DESCRIPTION.outputs
+        },
+        inputs: &[Pdo { base: 0x180, signals: &[Signal::Other(4), Signal::StatusWord, Signal::Other(1)] }],
+        ..*ByPdo::DESCRIPTION
+    };
+}
+
+/// Index, sub-index, bytes, value.
+type Row = (u16, u8, usize, u64);
+
+/// The servo with these objects, before all of the same address.
+fn with(own: &[Row]) -> Sheet {
+    Sheet { objects: [own, SHEET.objects].concat().leak(), ..SHEET }
+}
+
+const MAPPED: [Row; 9] = [
+    (0x1600, 0, 1, 1),
+    (0x1600, 1, 4, 0x6040_0010),
+    (0x1602, 0, 1, 2),
+    (0x1602, 1, 4, 0x6040_0010),
+    (0x1602, 2, 4, 0x607A_0020),
+    (0x1A00, 0, 1, 3),
+    (0x1A00, 1, 4, 0x6064_0010),
+    (0x1A00, 2, 4, 0x0006_0010),
+    (0x1A00, 3, 4, 0x6041_0010),
+];
+
+#[test]
+fn a_drive_whose_pdos_are_mapped_otherwise_is_not_commanded() {
+    const BY_OTHERS: &str = ": restore the mapping of the drive, or use a description that goes by SDO";
+    const RPDO1: &str = "and the driver goes by 6040:00 (16 bits)";
+    const RPDO3: &str = "and the driver goes by 6040:00 (16 bits), 607A:00 (32 bits)";
+    const TPDO1: &str = "and the driver goes by 32 bits, 6041:00 (16 bits), 8 bits";
+    let check = |own: &[Row], found: &str, expected: &str| {
+        let (bus, device) = bus(with(&[own, &MAPPED].concat()));
+        let result = Drive::<Packed>::connect(bus.link(), SHEET.node);
+        assert!(device.lock().unwrap().is_through(), "something was ordered");
+        let found = if found.is_empty() { String::new() } else { format!("{found}, {expected}{BY_OTHERS}") };
+        assert_eq!(result.err().map_or(String::new(), |error| error.to_string()), found, "{own:X?}");
+    };
+    check(&[], "", "");
+    check(&[(0x1600, 1, 4, 0x6060_0010)], "Receive PDO 1 is mapped to 6060:00 (16 bits)", RPDO1);
+    check(&[(0x1600, 1, 4, 0x6040_0008)], "Receive PDO 1 is mapped to 6040:00 (8 bits)", RPDO1);
+    check(&[(0x1600, 0, 1, 0)], "Receive PDO 1 is mapped to nothing", RPDO1);
+    check(&[(0x1600, 0, 1, 255)], "Receive PDO 1 is mapped to nothing", RPDO1);
+    let longer = [(0x1600, 0, 1, 2), (0x1600, 2, 4, 0x607A_0020)];
+    check(&longer, "Receive PDO 1 is mapped to 6040:00 (16 bits), 607A:00 (32 bits)", RPDO1);
+    check(&[(0x1602, 0, 1, 1)], "Receive PDO 3 is mapped to 6040:00 (16 bits)", RPDO3);
+    let velocity = [(0x1602, 2, 4, 0x60FF_0020)];
+    check(&velocity, "Receive PDO 3 is mapped to 6040:00 (16 bits), 60FF:00 (32 bits)", RPDO3);
+    let turned = [(0x1602, 1, 4, 0x607A_0020), (0x1602, 2, 4, 0x6040_0010)];
+    check(&turned, "Receive PDO 3 is mapped to 607A:00 (32 bits), 6040:00 (16 bits)", RPDO3);
+    let earlier = [(0x1A00, 2, 4, 0x6041_0010), (0x1A00, 3, 4, 0x6061_0008)];
+    check(&earlier, "Transmit PDO 1 is mapped to 6064:00 (16 bits), 6041:00 (16 bits), 6061:00 (8 bits)", TPDO1);
+    check(&[(0x1A00, 0, 1, 2)], "Transmit PDO 1 is mapped to 6064:00 (16 bits), 0006:00 (16 bits)", TPDO1);
+    check(&[(0x1A00, 0, 1, 254)], "Transmit PDO 1 is mapped to nothing", TPDO1);
+    // What is not sent, or lies beyond the status word, does not matter.
+    check(&[(0x1A00, 0, 1, 0)], "", "");
+    check(&[(0x1A00, 1, 4, 0x6041_0010), (0x1800, 1, 4, 0x8000_0183)], "", "");
+    check(&[(0x1A00, 0, 1, 4), (0x1A00, 4, 4, 0x6064_0020)], "", "");
+}
+
+#[test]
+fn a_mapping_is_compared_again_when_a_drive_is_recovered() {
+    let recovered = Rig::<Packed>::new(with(&MAPPED))
+        .check("= 1600:01 60600010", |drive| drive.recover(&Recovery::within(Duration::from_secs(1))));
+    assert!(matches!(recovered, Err(Error::OtherMapping { number: 1, .. })), "{recovered:?}");
 }
