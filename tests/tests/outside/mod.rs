@@ -44,3 +44,38 @@ pub(crate) fn target_folder() -> PathBuf {
 fn workspace_folder() -> &'static Path {
     Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("it is a folder in the target folder")
 }
+
+/// The files that a page has for a folder: blocks of code whose first line is a comment with the file's path.
+pub(crate) fn files_of(page: &'static str, folder: &str) -> Vec<(&'static str, &'static str)> {
+    let blocks = page.split("\n```").skip(1).step_by(2);
+    let file = |block: &'static str| {
+        let (_, text) = block.split_once('\n')?;
+        let first = text.lines().next()?;
+        let path = first.strip_prefix("// ").or(first.strip_prefix("# "))?;
+        Some((path.strip_prefix(folder)?.strip_prefix('/')?, text))
+    };
+    blocks.filter_map(file).collect()
+}
+
+/// Makes sure that every block of a page that is no test of documentation is one of these files.
+#[track_caller]
+pub(crate) fn has_no_other_blocks(page: &str, files: &[(&str, &str)]) {
+    let followed = files.iter().filter(|(path, _)| path.ends_with(".rs")).count();
+    assert_eq!(page.matches("rust,ignore").count(), followed, "every other block is a test of documentation");
+}
+
+/// Writes a file of a page. Its paths to lexican lead to this checkout, which has any name and need not lie beside.
+pub(crate) fn write(folder: &Path, path: &str, text: &str) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests lie in the workspace");
+    let path = folder.join(path);
+    fs::create_dir_all(path.parent().expect("it is in a folder")).expect("a folder can be made");
+    fs::write(path, text.replace("../lexican", &root.to_string_lossy())).expect("a file can be written");
+}
+
+/// What a program prints that cargo runs.
+#[track_caller]
+pub(crate) fn output(folder: &str, task: &[&str]) -> String {
+    let output = cargo(folder).args(task).output().expect("cargo can be started");
+    assert!(output.status.success(), "in {folder}: cargo {task:?}\n{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("it prints UTF-8")
+}
