@@ -131,7 +131,7 @@ impl Job {
             Job::Test => readme_command(root, "tests"),
             Job::Verify => {
                 crate::verify::run(root, None, true)?;
-                // The tests try some of the simulated drive's mutants; here it is all of them.
+                // The tests try some of the mutants of SIKO's simulated drives; here it is all of them.
                 command::run_cargo(root, &["test", "-p", "lexican-mutants"], &[("LEXICAN_VERIFY_ALL", "1")])
             }
             Job::Corpus => {
@@ -153,17 +153,20 @@ impl Job {
     }
 }
 
-/// Where others use it, and what they use there.
-const HOST: &[&str] = &["-p", "lexican", "-p", "lexican-driver", "-p", "lexican-siko-ag03-1", "--all-features"];
+/// What firmware uses.
 const CORE: &[&str] = &["-p", "lexican-runtime", "--no-default-features", "--features", "defmt"];
-const TARGETS: [(&str, &[&str]); 3] =
-    [("x86_64-pc-windows-gnu", HOST), ("aarch64-apple-darwin", HOST), ("thumbv7em-none-eabihf", CORE)];
 
-/// Checks what is compiled for other machines.
+/// Checks what is compiled for other machines: the command and all drives for hosts, the core for firmware.
 fn targets(root: &Path) -> Result<(), String> {
+    let published = package::published(root)?;
+    let drives = published.iter().filter(|package| package.folder.starts_with(root.join("drives")));
+    let mut host = vec!["--all-features", "-p", "lexican"];
+    drives.for_each(|package| host.extend(["-p", &package.name]));
+    let targets =
+        [("x86_64-pc-windows-gnu", &host[..]), ("aarch64-apple-darwin", &host), ("thumbv7em-none-eabihf", CORE)];
     let installed = Command::new("rustup").args(["target", "list", "--installed"]).output();
     let installed = installed.map(|output| String::from_utf8_lossy(&output.stdout).into_owned()).unwrap_or_default();
-    for (target, packages) in TARGETS {
+    for (target, packages) in targets {
         if !installed.lines().any(|line| line == target) {
             println!("skipped: {target} is not installed: rustup target add {target}");
             continue;
