@@ -60,11 +60,12 @@ impl Ramp {
     }
 }
 
-/// The set-point after `last`, if the axis goes on as from `before` to `last`: straight on, but not beyond its limits.
+/// The set-point after `last`, if the axis goes on as from `before` to `last`: straight on, but not beyond its limits. One
+/// that is beyond them already does not go further out; to come back, it would have to leap.
 pub(super) fn straight_on(last: i32, before: i32, limits: Option<[i32; 2]>) -> i32 {
     let next = i64::from(last) * 2 - i64::from(before);
     let [low, high] = limits.unwrap_or([i32::MIN, i32::MAX]).map(i64::from);
-    next.clamp(low, high) as i32
+    next.clamp(low.min(last.into()), high.max(last.into())) as i32
 }
 
 /// A stop.
@@ -103,6 +104,10 @@ mod tests {
     fn straight_on_ends_at_the_limits() {
         assert_eq!(straight_on(10, 7, None), 13);
         assert_eq!(straight_on(10, 7, Some([0, 12])), 12);
+        // Beyond them already: no further, and back by its own steps.
+        assert_eq!(straight_on(500, 490, Some([0, 12])), 500);
+        assert_eq!(straight_on(500, 510, Some([0, 12])), 490);
+        assert_eq!(straight_on(-500, -490, Some([0, 12])), -500);
         assert_eq!(straight_on(i32::MIN, i32::MAX, None), i32::MIN);
     }
 }

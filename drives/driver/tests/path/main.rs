@@ -1,5 +1,6 @@
 //! Following a path: each thing that can go wrong is a named outcome, and leaves all axes at rest.
 
+mod any_frames;
 mod axis;
 mod lost_frames;
 mod outcomes;

@@ -15,7 +15,7 @@ pub(crate) const PERIOD: Duration = Duration::from_millis(1);
 /// What an axis can do in a cycle.
 pub(crate) const MOST: u32 = 40;
 
-static DESCRIPTION: Description = Description {
+pub(crate) static DESCRIPTION: Description = Description {
     codes: Codes {
         faults: &[Code { number: 0x8700, label: "", text: "SYNC" }],
         notices: &[],
