@@ -8,7 +8,7 @@ use lexican_runtime::{CobId, Duration};
 
 use super::observe::known;
 use super::power::{disable, start};
-use super::process_data::write;
+use super::process_data::{is_in_use, write};
 use super::refusal::{limits, require};
 use super::setup::set_mode;
 use super::standstill::hold_still;
@@ -31,7 +31,7 @@ const COMMUNICATION_CYCLE: Number = Number::new(0x1006, 0x00, DataType::Unsigned
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`] or [`Error::OutOfRange`] before anything is sent; [`Error::Refused`] without supply, say;
+/// [`Error::Unsupported`], [`Error::OutOfRange`] or [`Error::PdoInUse`] before anything is sent; [`Error::Refused`] without supply, say;
 /// [`Error::Fault`]; [`Error::ModeNotTaken`]; [`Error::Sdo`] by a drive whose mapping is fixed.
 pub async fn prepare_cyclic(drive: &DriveContext, settings: AxisSettings) -> Result<Axis, Error> {
     let description = drive.description();
@@ -47,6 +47,11 @@ pub async fn prepare_cyclic(drive: &DriveContext, settings: AxisSettings) -> Res
     for (parameter, number) in numbers {
         let address = Number::new(parameter, 0x01, DataType::Unsigned32).address();
         check_number(number).map_err(|above| OutOfRange { address, above })?;
+    }
+    // A later travel would send its target where the drive takes a set-point of the path.
+    let (direction, number) = (Direction::Receive, settings.rpdo.into());
+    if is_in_use(drive, direction, number) {
+        return Err(Error::PdoInUse { direction, number });
     }
 
     start(drive);

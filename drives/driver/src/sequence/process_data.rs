@@ -99,7 +99,8 @@ fn base(direction: Direction, number: u16) -> Option<u16> {
     (1..=4).contains(&number).then(|| first + 0x100 * (number - 1))
 }
 
-fn is_in_use(drive: &DriveContext, direction: Direction, number: u16) -> bool {
+/// Whether the driver itself talks to the drive by this PDO.
+pub(super) fn is_in_use(drive: &DriveContext, direction: Direction, number: u16) -> bool {
     let Some(base) = base(direction, number) else { return false };
     let description = drive.description();
     let outputs = [description.outputs.control, description.outputs.position, description.outputs.velocity];

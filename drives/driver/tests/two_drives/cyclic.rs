@@ -3,8 +3,10 @@
 use lexican_driver::cyclic::AxisSettings;
 use lexican_driver::{Error, Mode};
 use lexican_runtime::Duration;
+use lexican_runtime::object::Direction;
 
-use crate::servo::{Drive, check, enabled};
+use crate::script::Rig;
+use crate::servo::{ByPdo, Drive, SHEET, check, enabled};
 
 const SETTINGS: AxisSettings = AxisSettings::new(Mode::CyclicPosition, Duration::from_millis(1), 100);
 
@@ -73,6 +75,13 @@ fn what_the_drive_does_not_have_is_refused_before_anything_is_sent() {
         refused(AxisSettings { rpdo: 0, ..SETTINGS }),
         "1400:01: the value is below the limits of the data sheet"
     );
+}
+
+#[test]
+fn a_pdo_that_carries_orders_is_not_mapped_anew() {
+    let settings = AxisSettings { rpdo: 1, ..SETTINGS };
+    let error = Rig::<ByPdo>::new(SHEET).check("", |drive| drive.prepare_cyclic(settings)).unwrap_err();
+    assert!(matches!(error, Error::PdoInUse { direction: Direction::Receive, number: 1 }), "{error}");
 }
 
 #[test]
