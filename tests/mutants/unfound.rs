@@ -9,6 +9,7 @@ pub(crate) const UNFOUND: &[(&str, &str)] = &[
     ("drive set_inputs: was_reported => true", "what was not reported leaves nothing to clear"),
     ("drive set_inputs: self.is_running () => true", "a drive that is off has reported nothing"),
     ("drive set_inputs: 0xFF => 0xFF - 1", GENERIC),
+    ("drive set_inputs: 0xFF => 0xFF - 1 #2", GENERIC),
     ("drive settle_running: 0xFF => 0xFF - 1", GENERIC),
     ("drive settle_running: parameters != self.controller.parameters => true", "the same parameters once more"),
     ("drive turn_shaft: self.settle (now) ; => ", "the bus asks the drive at the same time, which settles it"),

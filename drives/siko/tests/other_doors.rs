@@ -5,11 +5,12 @@ mod support {
 }
 
 use lexican_driver::Direction;
-use siko::sim::inputs::Inputs;
+use siko::sim::inputs::{Inputs, Shaft};
 use siko::sim::motion::Job;
 use siko::sim::parameters::{Mode, Parameters};
 use siko::sim::{Braking, Order, Refused};
 use siko::state::State;
+use siko::words::system;
 use support::controller::Bench;
 
 impl Bench {
@@ -42,6 +43,16 @@ fn a_travel_is_that_of_the_control_words() {
         assert_eq!(a, b);
     }
     assert_eq!(by_order.controller.position(by_order.now), 5000);
+}
+
+#[test]
+fn a_drive_whose_travel_is_blocked_is_not_ready_for_another() {
+    let mut bench = Bench::in_control(Parameters { target_position: 5000, ..Parameters::default() });
+    bench.world(|inputs| inputs.shaft = Shaft::Blocked);
+    bench.order(Order::Start).unwrap();
+    bench.pass_ms(10);
+    let shown = bench.controller.system_status(bench.now) & (system::NOT_READY | system::MOVING);
+    assert_eq!(shown, system::NOT_READY);
 }
 
 #[test]

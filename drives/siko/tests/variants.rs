@@ -12,7 +12,7 @@ use lexican_runtime::service::sdo_server::SizesIndicated;
 use lexican_runtime::{Duration, Instant, NodeId};
 use siko_ag03_1::fault::{self, Fault, FaultKind};
 use siko_ag03_1::od;
-use siko_ag03_1::sim::inputs::{BusState, Inputs};
+use siko_ag03_1::sim::inputs::{BusState, Inputs, Key};
 use siko_ag03_1::sim::{Addressing, DipSwitches, MODEL, Model, Setup, SimulatedDrive};
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::{status, system};
@@ -56,6 +56,7 @@ static VARIANT: Model = Model {
     ],
     enable_input: true,
     switches: true,
+    keys: false,
     behaviour: Behaviour {
         sdo_sizes_indicated: SizesIndicated { expedited: [false; 4], longer: false },
         ..MODEL.behaviour
@@ -66,6 +67,14 @@ static VARIANT: Model = Model {
 
 fn variant() -> Bench {
     Bench::with(Setup::new(&VARIANT, NODE))
+}
+
+#[test]
+fn a_drive_without_operator_keys_obeys_none() {
+    let mut bench = variant();
+    bench.see(|drive, now| drive.set_inputs(now, |inputs| inputs.key = Some(Key::Clockwise)));
+    bench.pass(1000);
+    assert_eq!(bench.see(|drive, now| drive.shaft(now).position), 0.0);
 }
 
 #[test]
