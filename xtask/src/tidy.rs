@@ -49,6 +49,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-driver",
             "lexican-kollmorgen-akd",
             "lexican-profibus",
+            "lexican-siko-ag02",
             "lexican-siko-ag03-1",
             "lexican-siko-profibus",
             "lexican-siko-serial",
