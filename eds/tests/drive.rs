@@ -152,6 +152,7 @@ fn a_servo_is_read_whole() {
     let expected = Drive {
         name: "Servo".into(),
         identity: drive::Identity { vendor_id: 0x2A, profile: 402, name: Some("Servo 7".into()) },
+        always_four_bytes: false,
         control_word: number(0x6040, 0, Unsigned16),
         status_word: number(0x6041, 0, Unsigned16),
         mode: number(0x6060, 0, Integer8),

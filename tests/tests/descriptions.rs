@@ -72,11 +72,7 @@ fn the_ag03_1_has_what_only_its_manual_says() {
 
 #[test]
 fn the_ag02_has_what_only_its_manual_says() {
-    let own = [
-        ("always_four_bytes", "23h is its only command that writes"),
-        ("emergencies", "bit 30 of 1014h"),
-        ("units", "spindle and gear"),
-    ];
+    let own = [("emergencies", "bit 30 of 1014h"), ("units", "spindle and gear")];
     check("siko/ag02", &siko_ag02::driver::AG02, &[&SIKO[..], &own].concat());
 }
 

@@ -106,6 +106,9 @@ fn fields(context: &Context<'_>, drive: &Drive) -> Vec<String> {
         false => "outputs: Outputs::BY_SDO".to_owned(),
     });
     fields.push(list("inputs: &[", drive.inputs.iter().map(pdo).collect(), "]", "        "));
+    if drive.always_four_bytes {
+        fields.push("always_four_bytes: true".to_owned());
+    }
     if let Some(unit) = &drive.velocity_unit {
         let status = vec![format!("velocity_unit: {:?}", docs::one_line(unit))];
         fields.push(record("status: StatusBits", status, Some("Description::CIA_402.status")));

@@ -120,6 +120,7 @@ fn describe(drive: &Drive) -> Description {
             position: drive.outputs.position.as_ref().map(pdo),
             velocity: drive.outputs.velocity.as_ref().map(pdo),
         },
+        always_four_bytes: drive.always_four_bytes,
         inputs: rows(drive.inputs.iter().map(pdo).collect()),
         status: StatusBits {
             velocity_unit: drive.velocity_unit.as_deref().map_or(base.status.velocity_unit, text),

@@ -9,6 +9,8 @@ pub struct Drive {
     pub name: String,
     /// How it is recognised.
     pub identity: Identity,
+    /// Every write by SDO takes four bytes, as the overlay says.
+    pub always_four_bytes: bool,
     /// 6040h.
     pub control_word: Number,
     /// 6041h.

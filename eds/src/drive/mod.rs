@@ -63,6 +63,7 @@ fn drive(reader: &mut Reader<'_>) -> Option<Drive> {
             profile: device_type(reader.device).unwrap_or(402),
             name: device_name(reader.device),
         },
+        always_four_bytes: reader.device.sdo_writes_four_bytes,
         control_word: control_word?,
         status_word: status_word?,
         mode: mode?,
