@@ -106,7 +106,7 @@ impl<A: Application> VirtualBus<A> {
     }
 
     fn add(&mut self, slave: Slave<A>, handle: Option<PeripheralHandle>) -> SlaveId {
-        // The line tells stations apart by names that live for ever; there are few.
+        // The line knows stations by names that are kept until the program ends; there are few.
         let name: &'static str = String::leak(format!("slave {}", self.stations.len()));
         let line = self.line.duplicate(name);
         let tasks = PkwMaster::new(PATIENCE);

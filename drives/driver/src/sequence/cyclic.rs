@@ -6,6 +6,7 @@ use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::wire::pdo::{PdoCobId, TransmissionType};
 use lexican_runtime::{CobId, Duration};
 
+use super::identify::pdo_parameter;
 use super::observe::known;
 use super::power::{disable, start};
 use super::process_data::{is_in_use, write};
@@ -65,7 +66,7 @@ pub async fn prepare_cyclic(drive: &DriveContext, settings: AxisSettings) -> Res
     let objects = description.objects;
     let axis = Axis::new(drive.node(), description, settings, 0);
     for pdo in description.inputs.iter().filter(|pdo| pdo.cob_id(drive.node()) != axis.tpdo()) {
-        let parameter = Number::new(0x1800 + (pdo.base - 0x180) / 0x100, 0x01, DataType::Unsigned32);
+        let parameter = pdo_parameter(0x1800, 0x180, pdo.base, 0x01, DataType::Unsigned32);
         let off = PdoCobId::valid(pdo.cob_id(drive.node())).switched_off();
         known(drive.set(parameter, off.0.into()).await)?;
     }

@@ -2,8 +2,8 @@
 
 use lexican_runtime::CobId;
 use lexican_runtime::object::{Address, DataType, Direction, Mapped};
-use lexican_runtime::service::sdo_client::SdoError;
 
+use super::observe::known;
 use crate::context::DriveContext;
 use crate::description::{Number, Pdo};
 use crate::error::Error;
@@ -29,11 +29,7 @@ pub async fn identify(drive: &DriveContext) -> Result<(), Error> {
     let vendor_id = drive.get(VENDOR_ID).await? as u32;
     // The name of another drive comes as CiA 301 has text.
     let order = identity.names.map_or(ByteOrder::LowFirst, |_| identity.characters);
-    let name = match characters(drive, DEVICE_NAME, order).await {
-        Ok(name) => Some(name),
-        Err(Error::Sdo(SdoError::Aborted { .. })) => None,
-        Err(error) => return Err(error),
-    };
+    let name = known(characters(drive, DEVICE_NAME, order).await)?;
     let named = match (identity.names, &name) {
         (None, None) => true,
         (None, Some(_)) => false,
@@ -74,7 +70,7 @@ pub(super) fn pdo_parameter(index: u16, first: u16, base: u16, sub: u8, data_typ
 
 /// Whether the COB-ID is valid. A node that does not have the object cannot have another one.
 async fn check_cob_id(drive: &DriveContext, object: Number, base: u16, needed: bool) -> Result<bool, Error> {
-    let Some(found) = parameter(drive, object).await? else { return Ok(true) };
+    let Some(found) = known(drive.get(object).await)? else { return Ok(true) };
     let (found, expected) = (found as u32, CobId::of_node(base, drive.node()));
     let valid = found & NOT_VALID == 0;
     let right = if valid { CobId::from_parameter(found) == expected } else { !needed };
@@ -89,7 +85,7 @@ async fn check_mapping(drive: &DriveContext, direction: Direction, pdo: &Pdo) ->
         Direction::Transmit => (0x1A00, 0x180),
     };
     let entry = |sub, data_type| pdo_parameter(index, first, pdo.base, sub, data_type);
-    let Some(count) = parameter(drive, entry(0x00, DataType::Unsigned8)).await? else { return Ok(()) };
+    let Some(count) = known(drive.get(entry(0x00, DataType::Unsigned8)).await)? else { return Ok(()) };
     let receives = direction == Direction::Receive;
     // Not mapped, it is not sent.
     if count == 0 && !receives {
@@ -128,15 +124,6 @@ fn places(mapping: &[Mapped]) -> impl Iterator<Item = (u32, Mapped)> + '_ {
 
 fn bits(mapping: &[Mapped]) -> u32 {
     mapping.iter().map(|mapped| u32::from(mapped.bits)).sum()
-}
-
-/// `None` for an object that the node does not have.
-async fn parameter(drive: &DriveContext, object: Number) -> Result<Option<i64>, Error> {
-    match drive.get(object).await {
-        Ok(found) => Ok(Some(found)),
-        Err(Error::Sdo(SdoError::Aborted { .. })) => Ok(None),
-        Err(error) => Err(error),
-    }
 }
 
 /// A text: its characters without what pads it.
