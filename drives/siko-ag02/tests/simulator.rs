@@ -3,9 +3,10 @@
 #[path = "../../siko/tests/support/mod.rs"]
 mod support;
 
+use siko_ag02::Direction;
 use siko_ag02::fault::{self, FaultKind};
 use siko_ag02::sim::inputs::{BusError, BusState};
-use siko_ag02::sim::{MODEL, Setup};
+use siko_ag02::sim::{Braking, MODEL, Order, Refused, Setup, SimulatedDrive};
 
 use support::{Bench, NODE};
 
@@ -71,6 +72,41 @@ fn a_bit_rate_holds_after_a_reset() {
     bench.send("000#8105");
     bench.pass(0);
     assert_eq!(bench.see(|drive, _| drive.bit_rate()), 250_000);
+}
+
+/// Parameter 25 is set through the serial port and PROFIBUS, and restored through any door.
+#[test]
+fn parameter_25_is_kept_without_an_object() {
+    let mut bench = ag02();
+    let inching_stop = |bench: &Bench| bench.see(|drive, _| drive.parameters().inching_stop);
+    for (restores, kept) in [(1, 0), (2, 0), (3, 1)] {
+        bench.see(|drive, now| drive.set_inching_stop(now, Braking::Programmed));
+        bench.see(SimulatedDrive::power_cycle);
+        assert_eq!(inching_stop(&bench), 1);
+        assert_eq!(bench.see(|drive, now| drive.non_volatile(now)).inching_stop, 1);
+        assert_eq!(bench.write(0x1011, restores, b"load"), None);
+        assert_eq!(inching_stop(&bench), kept, "1011h:0{restores}");
+    }
+    bench.see(|drive, now| drive.set_inching_stop(now, Braking::Full));
+    assert_eq!(inching_stop(&bench), 0);
+}
+
+/// Table 1: "Ein Verfahren ist nur mit Tippbetrieb in Richtung Endschalter 2 möglich".
+#[test]
+fn inching_onto_an_active_limit_switch_is_refused() {
+    let [positive, negative] = [Direction::Positive, Direction::Negative];
+    for (switch, onto, back) in [(0, positive, negative), (1, negative, positive)] {
+        let mut bench = ag02();
+        bench.see(|drive, now| {
+            drive.set_inputs(now, |inputs| inputs.limit_switches[switch] = true);
+            assert_eq!(drive.order(now, Order::Enable), Ok(()));
+            assert_eq!(drive.order(now, Order::Inch(onto)), Err(Refused::Switch(onto)));
+            assert_eq!(drive.order(now, Order::Inch(back)), Ok(()));
+        });
+        bench.pass(100);
+        let moved = bench.see(|drive, now| drive.position(now));
+        assert_eq!(moved < 0, switch == 0, "{moved}");
+    }
 }
 
 #[test]

@@ -55,8 +55,6 @@ pub struct Door {
     acknowledged: bool,
     /// Velocity mode: the setpoint is enabled.
     turns: bool,
-    /// Parameter 25, where no object holds it.
-    inching_stop: u16,
 }
 
 impl Door {
@@ -81,7 +79,6 @@ impl Door {
             inhibited: false,
             acknowledged: false,
             turns: false,
-            inching_stop: 0,
         };
         door.advance(now);
         door
@@ -195,7 +192,7 @@ impl Door {
                 self.order(now, Order::Hold);
             }
             state::State::OperationEnabled => {}
-            _ if is_on && enables && self.is_ready() => {
+            _ if is_on && enables => {
                 self.order(now, Order::Enable);
             }
             _ => {}
@@ -228,9 +225,7 @@ impl Door {
             self.acknowledged = !self.acknowledged;
         }
         if falling & control::INCHING_2 != 0 {
-            // Parameter 25; what no object holds, the motion does not know.
-            let programmed = self.inching_stop == 1;
-            self.order(now, if programmed { Order::Interrupt(Braking::Programmed) } else { Order::StopInching });
+            self.order(now, Order::StopInching);
         }
         if rising & control::INCHING_1 != 0 {
             self.order(now, Order::Step);
@@ -310,7 +305,7 @@ impl ParameterTable for Lent<'_> {
             }
             Content::Address => Ok(self.door.address.into()),
             Content::Version => Ok(self.door.model.version.into()),
-            Content::InchingStop => Ok(self.door.inching_stop.into()),
+            Content::InchingStop => Ok(drive.parameters().inching_stop.into()),
             Content::Load => Err(Refusal::OTHER),
         }
     }
@@ -321,13 +316,11 @@ impl ParameterTable for Lent<'_> {
         match row.content {
             Content::Object(object) => write_object(drive, self.now, object, value.cast_signed())?,
             Content::Mode => write_object(drive, self.now, MODE, swapped(value).cast_signed())?,
-            Content::InchingStop => self.door.inching_stop = value as u16,
+            Content::InchingStop => {
+                drive.set_inching_stop(self.now, if value == 1 { Braking::Programmed } else { Braking::Full });
+            }
             Content::Load => {
                 load(drive, self.now, value)?;
-                // A standard parameter.
-                if matches!(value, 1 | 2) {
-                    self.door.inching_stop = 0;
-                }
                 return Ok(0);
             }
             Content::Faults | Content::Address | Content::Version => return Err(Refusal::READ_ONLY),

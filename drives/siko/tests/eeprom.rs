@@ -15,7 +15,11 @@ fn read(text: &str) -> Result<NonVolatile, EepromError> {
 const HEAD: &str = "lexican siko/ag03-1 eeprom 1";
 
 fn kept() -> NonVolatile {
-    NonVolatile { eeprom: BTreeMap::from([(Address::new(0x2410, 0x0A), 101)]), position: -5000 }
+    NonVolatile {
+        eeprom: BTreeMap::from([(Address::new(0x2410, 0x0A), 101)]),
+        position: -5000,
+        ..NonVolatile::default()
+    }
 }
 
 #[test]
@@ -64,6 +68,21 @@ fn a_line_that_is_none_is_named() {
     for line in ["position x", "2410 0x1", "2410:01 1", "5555:00 0x1", ""] {
         check(&MODEL.eeprom.seal(&[line.to_owned()]), "line 2 is neither");
     }
+}
+
+#[test]
+fn parameter_25_has_a_line_where_no_object_holds_it() {
+    let ag02 = &siko_ag02::sim::MODEL;
+    let kept = NonVolatile { inching_stop: 1, ..NonVolatile::default() };
+    let text = kept.to_text(ag02);
+    assert!(text.starts_with("lexican siko/ag02 eeprom 1\nposition 0\ninching_stop 1\nend 0 entries, "), "{text}");
+    assert_eq!(NonVolatile::from_text(ag02, &text).unwrap(), kept);
+    // A file of a drive that did not keep it yet.
+    let before = ag02.eeprom.seal(&["position 0".to_owned()]);
+    assert_eq!(NonVolatile::from_text(ag02, &before).unwrap(), NonVolatile::default());
+    let line = |line: &str| vec![line.to_owned()];
+    assert!(NonVolatile::from_text(ag02, &ag02.eeprom.seal(&line("inching_stop 2"))).is_err());
+    check(&MODEL.eeprom.seal(&line("inching_stop 1")), "line 2 is neither");
 }
 
 #[test]

@@ -114,6 +114,7 @@ fn what_cannot_be_started_says_why() {
     check(Parameters { delta_inch: -5, ..outside }, well, Order::Step, Refused::Limit(Direction::Negative));
     check(velocity, well, Order::Step, Refused::Mode);
     check(within, |inputs| inputs.output_stage_supply_100mv = 0, Order::Start, Refused::NoPower);
+    check(within, |inputs| inputs.output_stage_supply_100mv = 0, Order::Enable, Refused::NoPower);
     check(within, |inputs| inputs.sensor_fails = true, Order::Enable, Refused::Fault);
     check(within, |inputs| inputs.sensor_fails = true, Order::ResetFault, Refused::Fault);
 }

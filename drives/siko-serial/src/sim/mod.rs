@@ -36,7 +36,7 @@ use siko::words::system;
 use siko_ag02::od;
 use siko_ag02::sim::motion::Job;
 use siko_ag02::sim::parameters::Mode as DriveMode;
-use siko_ag02::sim::{Braking, MODEL, Order, Refused, SimulatedDrive};
+use siko_ag02::sim::{Braking, MODEL, Order, SimulatedDrive};
 
 pub use line::VirtualLine;
 
@@ -60,8 +60,6 @@ pub struct SerialDrive {
     answers: VecDeque<Telegram>,
     /// Inching operation 2, and when it ends without another character.
     inching: Option<(Direction, Instant)>,
-    /// Parameter 25, which is no object.
-    jog_stops: Braking,
 }
 
 /// A new drive, powered on at the origin of time, on no bus.
@@ -75,13 +73,7 @@ impl SerialDrive {
     /// The serial port of `drive`.
     #[must_use]
     pub fn new(drive: SimulatedDrive) -> Self {
-        SerialDrive {
-            drive,
-            decoder: Decoder::default(),
-            answers: VecDeque::new(),
-            inching: None,
-            jog_stops: Braking::Full,
-        }
+        SerialDrive { drive, decoder: Decoder::default(), answers: VecDeque::new(), inching: None }
     }
 
     /// The drive.
@@ -144,7 +136,7 @@ impl SerialDrive {
                 Ok(Answer::Done)
             }
             Command::Restart => {
-                *self = SerialDrive { jog_stops: self.jog_stops, ..SerialDrive::new(self.drive.clone()) };
+                *self = SerialDrive::new(self.drive.clone());
                 self.drive.power_cycle(now);
                 Ok(Answer::Done)
             }
@@ -198,21 +190,21 @@ impl SerialDrive {
             Command::WriteShort(which, number) => self.set(now, which.object(), number.into()),
             Command::SetPosType(which) => self.set(now, parameter::POS_TYPE, which.in_object().into()),
             Command::SetMode(mode) => self.set(now, parameter::MODE, mode.in_object().into()),
-            Command::SetTurning(which) => match (which, which.in_object()) {
-                (_, Some(sense)) => self.set(now, parameter::SENSE_OF_ROTATION, sense.into()),
-                (Turning::JogStopsByRamp, None) => self.set_jog_stops(Braking::Programmed),
-                (_, None) => self.set_jog_stops(Braking::Full),
-            },
+            Command::SetTurning(which) => {
+                if let Some(sense) = which.in_object() {
+                    return self.set(now, parameter::SENSE_OF_ROTATION, sense.into());
+                }
+                let by_ramp = which == Turning::JogStopsByRamp;
+                self.drive.set_inching_stop(now, if by_ramp { Braking::Programmed } else { Braking::Full });
+                Ok(())
+            }
             Command::Start => self.start(now),
             Command::EmergencyStop => self.stop(now, Braking::Full),
             Command::Stop => self.stop(now, Braking::Programmed),
             Command::Abort if self.mode() == Mode::Velocity => Err(ErrorNumber::OPERATING_STATE),
             Command::Abort => self.order(now, Order::Abort(Braking::Programmed)),
             Command::Release => self.order(now, Order::Release),
-            Command::Step => {
-                let direction = Direction::of(self.drive.parameters().delta_inch.into());
-                self.start_inching(now, direction, Order::Step)
-            }
+            Command::Step => self.in_control(now, Order::Step),
             Command::Set(setting) => self.apply(now, setting),
             _ => Err(ErrorNumber::PARAMETER_NUMBER),
         }
@@ -220,11 +212,11 @@ impl SerialDrive {
 
     fn apply(&mut self, now: Instant, setting: Setting) -> Result<(), ErrorNumber> {
         let restore = od::RESTORE_DEFAULT_PARAMETERS;
-        let (object, resets_25) = match setting {
-            Setting::AllParameters => (restore.all_parameters().address(), true),
-            Setting::StandardParameters => (restore.standard_parameters().address(), true),
-            Setting::ControllerParameters => (restore.controller_parameters().address(), false),
-            Setting::Calibrate => (Address::new(restore.all_parameters().address().index(), 4), false),
+        let object = match setting {
+            Setting::AllParameters => restore.all_parameters().address(),
+            Setting::StandardParameters => restore.standard_parameters().address(),
+            Setting::ControllerParameters => restore.controller_parameters().address(),
+            Setting::Calibrate => Address::new(restore.all_parameters().address().index(), 4),
             Setting::ResetFault if !self.drive.controller().faults().is_empty() => {
                 return self.order(now, Order::ResetFault);
             }
@@ -233,11 +225,7 @@ impl SerialDrive {
                 return (0..=10).try_for_each(|sub| self.set(now, Address::new(FAULTS, sub), 0));
             }
         };
-        self.set(now, object, LOAD)?;
-        if resets_25 {
-            self.jog_stops = Braking::Full;
-        }
-        Ok(())
+        self.set(now, object, LOAD)
     }
 
     fn start(&mut self, now: Instant) -> Result<(), ErrorNumber> {
@@ -266,7 +254,7 @@ impl SerialDrive {
             Some((current, _)) if current == direction => self.inching = Some((direction, until)),
             Some(_) => self.end_inching(now),
             None => {
-                let begun = self.start_inching(now, direction, Order::Inch(direction));
+                let begun = self.in_control(now, Order::Inch(direction));
                 self.inching = begun.is_ok().then_some((direction, until));
             }
         }
@@ -274,23 +262,8 @@ impl SerialDrive {
 
     fn end_inching(&mut self, now: Instant) {
         self.inching = None;
-        if matches!(self.drive.controller().motion().job(), Job::Inching(_)) {
-            // A bus that has taken command has ended it already.
-            let _ = self.drive.order(now, Order::Abort(self.jog_stops));
-        }
-    }
-
-    fn start_inching(&mut self, now: Instant, direction: Direction, order: Order) -> Result<(), ErrorNumber> {
-        let switches = self.drive.controller().system_status(now);
-        let switch = match direction {
-            Direction::Positive => system::LIMIT_SWITCH_1,
-            Direction::Negative => system::LIMIT_SWITCH_2,
-        };
-        let on_switch = switches & switch != 0;
-        if on_switch && self.drive.controller().faults().is_empty() && self.drive.inputs().enable {
-            return Err(Refused::Switch(direction).into());
-        }
-        self.in_control(now, order)
+        // A fault, or a bus that has taken command, has ended it already.
+        let _ = self.drive.order(now, Order::StopInching);
     }
 
     /// Takes the motor into control for an order that moves; if it is refused, the motor is as before.
@@ -306,11 +279,6 @@ impl SerialDrive {
 
     fn order(&mut self, now: Instant, order: Order) -> Result<(), ErrorNumber> {
         self.drive.order(now, order).map_err(ErrorNumber::from)
-    }
-
-    fn set_jog_stops(&mut self, braking: Braking) -> Result<(), ErrorNumber> {
-        self.jog_stops = braking;
-        Ok(())
     }
 
     fn mode(&self) -> Mode {

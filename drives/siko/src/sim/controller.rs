@@ -395,8 +395,9 @@ impl Controller {
         Ok(())
     }
 
-    /// At a limit and beyond it, inching leads back only. What leads onto a limit switch is stopped where it begins.
+    /// From an active limit switch, at a limit and beyond it, inching leads back only (table 1).
     fn may_inch(&self, now: Instant, direction: Direction) -> Result<(), Refused> {
+        require(!self.is_on_switch(direction), Refused::Switch(direction))?;
         let shown = self.parameters.position(self.motion.state(now).position);
         let free = self.parameters.position_limits().is_none_or(|(low, high)| match direction {
             Direction::Positive => shown < high,

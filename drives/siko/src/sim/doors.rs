@@ -23,7 +23,11 @@ impl Controller {
     fn take_order(&mut self, now: Instant, order: Order) -> Result<(), Refused> {
         require(self.state != State::Fault || order == Order::ResetFault, Refused::Fault)?;
         match order {
-            Order::Enable => self.state = State::OperationEnabled,
+            Order::Enable => {
+                // Without supply, no state is reached that operation can be enabled in (figure 13 of the AG02).
+                require(self.inputs.supply_is_present(), Refused::NoPower)?;
+                self.state = State::OperationEnabled;
+            }
             Order::Hold => {
                 require(self.state == State::OperationEnabled, Refused::NotEnabled)?;
                 self.state = State::QuickStopActive;

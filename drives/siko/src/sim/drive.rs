@@ -15,7 +15,7 @@ use super::inputs::{BusState, Inputs};
 use super::leds::{BusLed, Lights, StatusLed};
 use super::model::Model;
 use super::objects::{Effect, Objects};
-use super::order::{Order, Refused};
+use super::order::{Braking, Order, Refused};
 use super::parameters::Parameters;
 use super::script::Following;
 use super::setup::Setup;
@@ -71,7 +71,7 @@ impl SimulatedDrive {
     pub fn power_on(now: Instant, setup: Setup) -> Self {
         let node = setup.node();
         let storage = setup.storage(node);
-        let parameters = Parameters::read(setup.model, &*storage);
+        let parameters = Parameters::read(setup.model, &*storage, &setup.non_volatile);
         let position = setup.non_volatile.position;
         let mut drive = SimulatedDrive {
             device: Device::new(node, setup.behaviour),
@@ -132,7 +132,7 @@ impl SimulatedDrive {
     pub fn non_volatile(&self, now: Instant) -> NonVolatile {
         let kept = self.setup.model.persistent.iter();
         let eeprom = kept.filter_map(|&address| Some((address, self.storage.raw(address)?))).collect();
-        NonVolatile { eeprom, position: self.position(now) }
+        NonVolatile { eeprom, position: self.position(now), inching_stop: self.setup.non_volatile.inching_stop }
     }
 
     /// The node-ID.
@@ -180,7 +180,14 @@ impl SimulatedDrive {
     /// The parameters, as numbers.
     #[must_use]
     pub fn parameters(&self) -> Parameters {
-        Parameters::read(self.setup.model, &*self.storage)
+        Parameters::read(self.setup.model, &*self.storage, &self.setup.non_volatile)
+    }
+
+    /// Sets parameter 25, for which the AG02 has no object: how inching operation 2 stops. Where there is an object, that
+    /// has it.
+    pub fn set_inching_stop(&mut self, now: Instant, braking: Braking) {
+        self.setup.non_volatile.inching_stop = u8::from(braking == Braking::Programmed);
+        self.settle(now);
     }
 
     /// The position as 6064h shows it. `now` is not before the last event; so it is with the others.
@@ -332,6 +339,7 @@ impl SimulatedDrive {
             network: self.device.nmt_state(),
             by_sdo: self.by_sdo,
             storage: &mut *self.storage,
+            inching_stop: &mut self.setup.non_volatile.inching_stop,
             controller: &self.controller,
             effects: &mut self.effects,
         };
@@ -368,7 +376,7 @@ impl SimulatedDrive {
     }
 
     fn settle_running(&mut self, now: Instant) {
-        let parameters = Parameters::read(self.setup.model, &*self.storage);
+        let parameters = self.parameters();
         if parameters != self.controller.parameters {
             self.controller.set_parameters(now, parameters);
         }

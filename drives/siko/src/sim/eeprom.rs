@@ -17,6 +17,9 @@ pub struct NonVolatile {
     pub eeprom: BTreeMap<Address, u64>,
     /// The position as 6064h shows it.
     pub position: i32,
+    /// Parameter 25 of a drive that has no object for it: how inching operation 2 stops, 0 with full deceleration, 1 with
+    /// its own.
+    pub inching_stop: u8,
 }
 
 impl NonVolatile {
@@ -31,10 +34,14 @@ impl NonVolatile {
     ///
     /// The first line says what the file is, and the last one that it is whole: a file that was cut off, edited without
     /// the checksum, or written by something else is refused, and is never taken for a new drive.
+    ///
+    /// A drive without 2416h has a line `inching_stop 1` behind the position.
     #[must_use]
     pub fn to_text(&self, model: &Model) -> String {
+        let position = format!("position {}", self.position);
+        let inching_stop = (!model.has_inching_stop()).then(|| format!("{INCHING_STOP} {}", self.inching_stop));
         let entries = self.eeprom.iter().map(|(address, raw)| format!("{address} {raw:#x}"));
-        let lines: Vec<String> = [format!("position {}", self.position)].into_iter().chain(entries).collect();
+        let lines: Vec<String> = [position].into_iter().chain(inching_stop).chain(entries).collect();
         model.eeprom.seal(&lines)
     }
 
@@ -58,6 +65,10 @@ impl NonVolatile {
             self.position = value.parse().ok()?;
             return Some(());
         }
+        if name == INCHING_STOP && !model.has_inching_stop() {
+            self.inching_stop = value.parse().ok().filter(|stop| *stop <= 1)?;
+            return Some(());
+        }
         let (index, sub) = name.split_once(':')?;
         let address = Address::new(u16::from_str_radix(index, 16).ok()?, u8::from_str_radix(sub, 16).ok()?);
         let raw = u64::from_str_radix(value.strip_prefix("0x")?, 16).ok()?;
@@ -66,6 +77,9 @@ impl NonVolatile {
         Some(())
     }
 }
+
+/// What a line begins with that has parameter 25.
+const INCHING_STOP: &str = "inching_stop";
 
 /// Why a text is not what a drive keeps.
 #[derive(Clone, Debug, thiserror::Error)]

@@ -23,6 +23,8 @@ pub(super) struct Objects<'a> {
     /// Whether an SDO is being served.
     pub(super) by_sdo: bool,
     pub(super) storage: &'a mut dyn Storage,
+    /// Parameter 25, where no object holds it.
+    pub(super) inching_stop: &'a mut u8,
     pub(super) controller: &'a Controller,
     pub(super) effects: &'a mut Vec<Effect>,
 }
@@ -156,10 +158,18 @@ impl Objects<'_> {
             address::CONTROL_WORD if self.by_sdo && !self.model.control_by_sdo => {}
             address::CONTROL_WORD => self.effects.push(Effect::Control(value.raw as u16)),
             address::CALIBRATION_VALUE | address::CALIBRATE => self.effects.push(Effect::Calibrate),
-            address::RESTORE_ALL => restore(self.model, self.node, self.storage, Restore::All),
-            address::RESTORE_STANDARD => restore(self.model, self.node, self.storage, Restore::Standard),
-            address::RESTORE_CONTROLLER => restore(self.model, self.node, self.storage, Restore::Controller),
+            address::RESTORE_ALL => self.restore(Restore::All),
+            address::RESTORE_STANDARD => self.restore(Restore::Standard),
+            address::RESTORE_CONTROLLER => self.restore(Restore::Controller),
             _ => {}
+        }
+    }
+
+    fn restore(&mut self, which: Restore) {
+        restore(self.model, self.node, self.storage, which);
+        // It is a standard parameter.
+        if which != Restore::Controller {
+            *self.inching_stop = 0;
         }
     }
 }

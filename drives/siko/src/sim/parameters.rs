@@ -1,6 +1,7 @@
 //! The parameters of chapter 6 as numbers, and what they mean for the motion.
 
 use super::address;
+use super::eeprom::NonVolatile;
 use super::model::Model;
 use super::motion::{FULL_ACCELERATION, INCREMENTS_PER_REVOLUTION, Limits, Loop, REVOLUTION_PER_MINUTE};
 use super::trajectory::Profile;
@@ -68,8 +69,9 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// What the objects of a drive hold. Where there is no object, the parameter has its usual value.
-    pub(super) fn read(model: &Model, storage: &dyn Storage) -> Self {
+    /// What the objects of a drive hold. Where there is no object, the parameter is what is kept beside them, or has its
+    /// usual value.
+    pub(super) fn read(model: &Model, storage: &dyn Storage, kept: &NonVolatile) -> Self {
         let usual = Parameters::default();
         macro_rules! number {
             ($address:ident, $usual:expr) => {
@@ -94,7 +96,7 @@ impl Parameters {
             mode: if storage.number(address::MODE) == Some(2) { Mode::Velocity } else { Mode::Positioning },
             target_position: number!(TARGET_POSITION, usual.target_position),
             target_velocity: number!(TARGET_VELOCITY, usual.target_velocity),
-            inching_stop: number!(INCHING_STOP, usual.inching_stop),
+            inching_stop: number!(INCHING_STOP, kept.inching_stop),
             in_position_mode: number!(IN_POSITION_MODE, usual.in_position_mode),
             loop_length: number!(LOOP_LENGTH, model.loop_length),
             torque_deactivation: number!(TORQUE_DEACTIVATION, usual.torque_deactivation),
