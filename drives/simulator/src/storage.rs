@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use lexican_runtime::object::{Address, DataType, Dictionary, Object, ObjectDictionary, Rw, Value};
+use lexican_runtime::object::{Address, DataType, Dictionary, Object, ObjectDictionary, Value};
 
 /// The values behind a drive's objects: a generated dictionary of any size, or another one.
 pub trait Storage: ObjectDictionary + fmt::Debug + Send {
@@ -26,29 +26,19 @@ pub trait Storage: ObjectDictionary + fmt::Debug + Send {
 
 impl<const N: usize> Storage for Dictionary<N> {
     fn raw(&self, address: Address) -> Option<u64> {
-        fn get<T: Value, const N: usize>(from: &Dictionary<N>, address: Address) -> u64 {
-            from.get(Object::<T, Rw>::new(address.index(), address.sub())).to_raw()
-        }
-        match self.table().entry(address).ok()?.data_type.size()? {
-            1 => Some(get::<u8, N>(self, address)),
-            2 => Some(get::<u16, N>(self, address)),
-            4 => Some(get::<u32, N>(self, address)),
-            8 => Some(get::<u64, N>(self, address)),
-            _ => None,
-        }
+        self.raw_at(&self.table().entry(address).ok()?)
     }
 
     fn set_raw(&mut self, address: Address, raw: u64) {
-        fn set<T: Value, const N: usize>(to: &mut Dictionary<N>, address: Address, raw: u64) {
-            to.set(Object::<T, Rw>::new(address.index(), address.sub()), T::from_raw(raw));
+        if let Ok(entry) = self.table().entry(address) {
+            self.set_raw_at(&entry, raw);
         }
-        match self.table().entry(address).ok().and_then(|entry| entry.data_type.size()) {
-            Some(1) => set::<u8, N>(self, address, raw),
-            Some(2) => set::<u16, N>(self, address, raw),
-            Some(4) => set::<u32, N>(self, address, raw),
-            Some(8) => set::<u64, N>(self, address, raw),
-            _ => {}
-        }
+    }
+
+    // A servo asks for dozens of numbers at each frame: one search for each, and not one for its type besides.
+    fn number(&self, address: Address) -> Option<i64> {
+        let entry = self.table().entry(address).ok()?;
+        signed(entry.data_type, self.raw_at(&entry)?)
     }
 
     fn addresses(&self) -> Vec<Address> {

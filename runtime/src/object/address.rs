@@ -4,7 +4,7 @@ use core::fmt;
 
 /// Index and sub-index of an entry. Every combination is legal; orders by index, then sub-index.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Address(u32);
+pub struct Address(pub(super) u32);
 
 impl Address {
     /// The entry `index`:`sub`.
