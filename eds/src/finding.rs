@@ -59,7 +59,7 @@ pub(crate) enum Kind {
     OverlaySyntax(Box<str>),
     OverlayWithoutFormat,
     OverlayFormat(i128),
-    OverlayKey(Box<str>),
+    OverlayKey { key: Box<str>, known: Box<str> },
     OverlayKeyOfRecord(Box<str>),
     OverlayValue { expected: Box<str> },
     OverlayObject(Box<str>),

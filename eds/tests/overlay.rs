@@ -233,3 +233,31 @@ fn an_array_is_corrected_element_by_element_each_with_its_own_findings() {
         diagnostics.iter().filter(|f| f.code == "overlay::bad-value").map(|f| f.message.as_str()).collect();
     assert_eq!(found, ["expected a value of UNSIGNED16"]);
 }
+
+#[test]
+fn an_unknown_key_is_answered_with_the_keys_that_are_known() {
+    let sections = [
+        "KEY = 1",
+        "[[pdo]]\nKEY = 1",
+        "[object.\"2000\"]\nKEY = 1",
+        "[object.\"2000\"]\nranges = [{ KEY = 1 }]",
+        "[enumeration.E]\nKEY = 1",
+        "[enumeration.E]\nvalues = [{ KEY = 1 }]",
+        "[bit_field.B]\nfields = [{ KEY = 1 }]",
+        "[quantity.Q]\nunits = [{ KEY = 1 }]",
+    ];
+    for section in sections {
+        let unknown = |key: &str| {
+            let sheet = Source::new("x.toml", format!("[overlay]\nformat = 1\n{}", section.replace("KEY", key)));
+            let (_, diagnostics) = load(&Input::new(Source::new("x.eds", EDS)).overlay(sheet));
+            let finding = diagnostics.iter().find(|finding| finding.code == "overlay::unknown-key");
+            finding.map(|finding| finding.help.clone().expect("it has a help"))
+        };
+        let help = unknown("colour").expect(section);
+        let known: Vec<&str> = help.split('`').skip(1).step_by(2).collect();
+        assert!(known.len() > 1, "{help}");
+        for key in known {
+            assert_eq!(unknown(key), None, "{key} in {section}");
+        }
+    }
+}

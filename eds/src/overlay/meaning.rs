@@ -65,7 +65,7 @@ impl Reader<'_> {
             match name.get_ref().as_ref() {
                 "description" => description = self.text(node),
                 found if found == key => list = self.array(node).map(|nodes| nodes.iter().collect()),
-                _ => self.unknown(name),
+                _ => self.unknown(name, &["description", key]),
             }
         }
         let list: Option<Vec<&Node<'_>>> = self.expect_whole(node, before, list, &format!("a table with `{key}`"));
@@ -85,7 +85,7 @@ impl Reader<'_> {
                 "name" => name = self.text(node),
                 "description" => description = self.text(node),
                 found if found == what => value = Some(read(self, node)?),
-                _ => self.unknown(key),
+                _ => self.unknown(key, &[what, "name", "description"]),
             }
         }
         let named = name.zip(value).map(|(name, value)| Named { name, description, value });
@@ -119,7 +119,7 @@ impl Reader<'_> {
                 "method" => method = self.method(node),
                 "scale" => scale = self.scale(node),
                 "when" => when = self.condition(node),
-                _ => self.unknown(key),
+                _ => self.unknown(key, &["symbol", "method", "scale", "when"]),
             }
         }
         let unit = symbol.zip(method).zip(scale);

@@ -178,7 +178,7 @@ impl Reader<'_> {
                 "bit_field" => self.each(node, Self::bit_field),
                 "quantity" => self.each(node, Self::quantity),
                 "pdo" => {}
-                _ => self.unknown(key),
+                _ => self.unknown(key, &["overlay", "object", "enumeration", "bit_field", "quantity", "pdo"]),
             }
         }
         // At last, because mappings are as long as the data types, which may have been corrected.
@@ -210,7 +210,7 @@ impl Reader<'_> {
                     self.device.sdo_writes_four_bytes = self.flag(node).unwrap_or(false);
                 }
                 "profile" => self.changes.profile = self.number(node).map(|profile| (profile, self.span(node.span()))),
-                _ => self.unknown(key),
+                _ => self.unknown(key, &["format", "names", "profile", "sdo_writes_four_bytes"]),
             }
         }
         if format.is_none() {
@@ -225,9 +225,11 @@ impl Reader<'_> {
         }
     }
 
-    fn unknown(&mut self, key: &Name<'_>) {
+    fn unknown(&mut self, key: &Name<'_>, known: &[&str]) {
         let span = self.span(key.span());
-        self.out.push(Kind::OverlayKey(key.get_ref().as_ref().into()), span);
+        let known: Vec<String> = known.iter().map(|key| format!("`{key}`")).collect();
+        let known = known.join(", ").into();
+        self.out.push(Kind::OverlayKey { key: key.get_ref().as_ref().into(), known }, span);
     }
 
     fn span(&self, range: std::ops::Range<usize>) -> Span {

@@ -9,6 +9,27 @@ use crate::model::keys::Key;
 use crate::model::types::DataType;
 use crate::model::{AccessType, ConditionalRange, Entry, Meaning, NmtState, ObjectKind, Value};
 
+/// Of an object and of its entries.
+const KEYS: [&str; 17] = [
+    "reason",
+    "name",
+    "description",
+    "data_type",
+    "access",
+    "pdo_mapping",
+    "default",
+    "low",
+    "high",
+    "quantity",
+    "enumeration",
+    "bit_field",
+    "ranges",
+    "first_character_high",
+    "persistent",
+    "writable_in",
+    "accept",
+];
+
 impl Reader<'_> {
     pub(super) fn object(&mut self, name: &Name<'_>, node: &Node<'_>) {
         let Some(table) = self.table(node) else { return };
@@ -53,10 +74,11 @@ impl Reader<'_> {
                 }
                 "description" => self.device.objects[at].description = self.text(node),
                 "reason" => {}
-                _ if kind == ObjectKind::Record => {
+                found if kind == ObjectKind::Record && KEYS.contains(&found) => {
                     let span = self.span(key.span());
-                    self.out.push(Kind::OverlayKeyOfRecord(key.get_ref().as_ref().into()), span);
+                    self.out.push(Kind::OverlayKeyOfRecord(found.into()), span);
                 }
+                _ if kind == ObjectKind::Record => self.unknown(key, &KEYS),
                 _ => {}
             }
         }
@@ -127,7 +149,7 @@ impl Reader<'_> {
                 "first_character_high" => entry.first_character_high = self.flag(node).unwrap_or(false),
                 "persistent" => entry.persistent = self.flag(node).unwrap_or(false),
                 "writable_in" => entry.writable_in = self.states(node),
-                _ => self.unknown(key),
+                _ => self.unknown(key, &KEYS),
             }
         }
         if corrected && !reason {
@@ -233,7 +255,7 @@ impl Reader<'_> {
                 "when" => when = self.condition(node),
                 "low" => low = self.integer(node),
                 "high" => high = self.integer(node),
-                _ => self.unknown(key),
+                _ => self.unknown(key, &["when", "low", "high"]),
             }
         }
         let range = when.zip(low.zip(high)).map(|(when, (low, high))| ConditionalRange { when, low, high });

@@ -42,7 +42,7 @@ impl Reader<'_> {
                     let nodes = self.array(node).map(|nodes| nodes.iter().collect::<Vec<_>>()).unwrap_or_default();
                     mapping = nodes.into_iter().filter_map(|node| self.mapped(node)).collect();
                 }
-                _ => self.unknown(key),
+                _ => self.unknown(key, &["direction", "number", "cob_id", "transmission_type", "mapping"]),
             }
         }
         let pdo = direction.zip(number).map(|(direction, number)| Pdo {

@@ -30,7 +30,10 @@ pub(super) fn format(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
 
 pub(super) fn unknown_key(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     match &finding.kind {
-        Kind::OverlayKey(key) => Some(note(format!("the key `{key}` is unknown here")).at(finding.span, "")),
+        Kind::OverlayKey { key, known } => {
+            let note = note(format!("the key `{key}` is unknown here")).at(finding.span, "");
+            Some(note.help(format!("the keys here are {known}")))
+        }
         Kind::OverlayKeyOfRecord(key) => {
             let note = note(format!("`{key}` belongs to an entry of the record")).at(finding.span, "");
             Some(note.help("name the entry: `[object.\"2410:05\"]`"))
