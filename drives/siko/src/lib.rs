@@ -3,6 +3,8 @@
 //! - [`state`], [`words`], [`fault`], [`worked_examples`]: tables of the manuals as data, which drivers and simulators
 //!   share;
 //! - [`description`]: what a driver has to know of all of them;
+//! - [`order`]: what an interface without control words orders;
+//! - [`gateway`]: the drive behind such an interface as a CANopen node;
 //! - [`sim`]: the simulated drive. A drive is a [`sim::Model`].
 //!
 //! Chapters, tables and figures are those of the English CANopen manual of the AG03/1, firmware 4.01 or higher. Where
@@ -10,6 +12,8 @@
 
 pub mod description;
 pub mod fault;
+pub mod gateway;
+pub mod order;
 pub mod sim;
 pub mod state;
 pub mod words;

@@ -48,7 +48,7 @@ fn main() {
         .replace("crate :: mutated :: mutant", "crate :: mutant");
     let names = &mutator.names;
     let names = quote! {
-        use shared::{fault, words};
+        use shared::{fault, order, words};
         /// What the mutants are, by number.
         pub const MUTANTS: &[&str] = &[#(#names),*];
     };

@@ -4,8 +4,9 @@ use lexican_runtime::Instant;
 
 use super::controller::Controller;
 use super::motion::{FULL_ACCELERATION, Job};
-use super::order::{Braking, Order, Refused, require};
 use super::parameters::Mode;
+use super::require::require;
+use crate::order::{Braking, Order, Refused};
 use crate::state::State;
 
 impl Controller {

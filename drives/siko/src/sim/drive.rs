@@ -15,12 +15,12 @@ use super::inputs::{BusState, Inputs};
 use super::leds::{BusLed, Lights, StatusLed};
 use super::model::Model;
 use super::objects::{Effect, Objects};
-use super::order::{Braking, Order, Refused};
 use super::parameters::Parameters;
 use super::script::Following;
 use super::setup::Setup;
 use super::switches::DipSwitches;
 use super::trajectory;
+use crate::order::{Braking, Order, Refused};
 use crate::state::State;
 
 /// Whether the drive runs.

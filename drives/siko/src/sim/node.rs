@@ -6,16 +6,18 @@ use lexican_runtime::object::Address;
 use lexican_runtime::service::rpdo;
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant};
+use simulator::Storage;
 
 use super::address;
 use super::drive::SimulatedDrive;
 use super::inputs::BusState;
+use super::model::Model;
 
 impl Node for SimulatedDrive {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         if self.is_connected() && self.inputs().bus == BusState::Active {
             self.by_sdo = frame.id() == CobId::of_node(SDO_REQUEST, self.node());
-            let frame = self.with_size_of_object(frame);
+            let frame = with_size_of_object(self.setup.model, &*self.storage, frame);
             let event = self.with_device(now, |device, od| device.handle_frame(now, &frame, od));
             self.by_sdo = false;
             self.take(now, event);
@@ -31,10 +33,7 @@ impl Node for SimulatedDrive {
     }
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        let parameter = self.storage.raw(address::EMERGENCY_COB_ID).unwrap_or_default() as u32;
-        let emergencies = CobId::from_parameter(parameter);
-        let switch = self.setup.model.emergencies;
-        let silent = switch.is_some_and(|switch| (parameter & switch.bit != 0) != switch.on_when_set);
+        let emergencies = CobId::from_parameter(emergency_parameter(&*self.storage));
         loop {
             let was = self.device.nmt_state();
             let bus = self.inputs().bus;
@@ -45,7 +44,7 @@ impl Node for SimulatedDrive {
             }
             // Error passive: "communication is no longer enabled", but the emergency says so.
             let is_emergency = frame.id() == emergencies;
-            if is_emergency && silent {
+            if is_switched_off(self.setup.model, &*self.storage, &frame) {
                 continue;
             }
             if bus == BusState::Active || is_emergency {
@@ -89,25 +88,6 @@ impl SimulatedDrive {
             _ => {}
         }
         self.settle(now);
-    }
-
-    /// Where 23h is the only command that writes (AG02, table 18), it writes objects of one and two bytes, too, if the
-    /// number fits. Others are no commands. No other frame that the drive takes has eight bytes.
-    fn with_size_of_object(&self, frame: &Frame) -> Frame {
-        const RESERVED: u8 = 0xE0;
-        let &[command @ 0x20..=0x3F, index_low, index_high, sub, a, b, c, d] = frame.data() else { return *frame };
-        if !self.setup.model.writes_four_bytes {
-            return *frame;
-        }
-        let address = Address::new(u16::from_le_bytes([index_low, index_high]), sub);
-        let size = self.storage.entry(address).ok().and_then(|entry| entry.data_type.size());
-        let command = match (command, size, [b, c, d]) {
-            (0x23, Some(1), [0, 0, 0]) => 0x2F,
-            (0x23, Some(2), [_, 0, 0]) => 0x2B,
-            (0x23, ..) => 0x23,
-            _ => RESERVED,
-        };
-        Frame::from_array(frame.id(), [command, index_low, index_high, sub, a, b, c, d])
     }
 
     /// The drive has eight abort codes (table 19). For those of CiA 301 that it does not have, the nearest is sent:
@@ -159,4 +139,34 @@ fn code_of_table_19(code: AbortCode) -> AbortCode {
         }
         _ => AbortCode::UNSUPPORTED_ACCESS,
     }
+}
+
+/// Where 23h is the only command that writes (AG02, table 18), it writes objects of one and two bytes, too, if the
+/// number fits. Others are no commands. No other frame that the drive takes has eight bytes.
+pub(crate) fn with_size_of_object(model: &Model, storage: &dyn Storage, frame: &Frame) -> Frame {
+    const RESERVED: u8 = 0xE0;
+    let &[command @ 0x20..=0x3F, index_low, index_high, sub, a, b, c, d] = frame.data() else { return *frame };
+    if !model.writes_four_bytes {
+        return *frame;
+    }
+    let address = Address::new(u16::from_le_bytes([index_low, index_high]), sub);
+    let size = storage.entry(address).ok().and_then(|entry| entry.data_type.size());
+    let command = match (command, size, [b, c, d]) {
+        (0x23, Some(1), [0, 0, 0]) => 0x2F,
+        (0x23, Some(2), [_, 0, 0]) => 0x2B,
+        (0x23, ..) => 0x23,
+        _ => RESERVED,
+    };
+    Frame::from_array(frame.id(), [command, index_low, index_high, sub, a, b, c, d])
+}
+
+/// Whether a frame is an EMCY that 1014h switches off.
+pub(crate) fn is_switched_off(model: &Model, storage: &dyn Storage, frame: &Frame) -> bool {
+    let parameter = emergency_parameter(storage);
+    let silent = model.emergencies.is_some_and(|switch| (parameter & switch.bit != 0) != switch.on_when_set);
+    silent && frame.id() == CobId::from_parameter(parameter)
+}
+
+fn emergency_parameter(storage: &dyn Storage) -> u32 {
+    storage.raw(address::EMERGENCY_COB_ID).unwrap_or_default() as u32
 }

@@ -1,4 +1,4 @@
-//! Orders as interfaces without control words give them, one by one, and why one is refused.
+//! Orders as interfaces without the control words of CiA 402 give them, one by one, and why one is refused.
 
 use lexican_driver::Direction;
 
@@ -57,8 +57,4 @@ pub enum Refused {
     Limit(Direction),
     /// The target lies beyond a limit.
     Target,
-}
-
-pub(super) fn require(condition: bool, refused: Refused) -> Result<(), Refused> {
-    if condition { Ok(()) } else { Err(refused) }
 }

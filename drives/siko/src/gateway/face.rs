@@ -1,0 +1,267 @@
+//! The state machine of CiA 402, where the interface has none: edges of 6040h become orders, facts become 6041h.
+
+use lexican_driver::Direction;
+
+use super::Facts;
+use crate::order::{Braking, Order};
+use crate::sim::Model;
+use crate::sim::parameters::Mode;
+use crate::state::{State, commanded, has_torque};
+use crate::words::{control, status, system};
+
+/// A control word, with the targets that hold when it comes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Control {
+    pub(super) word: u16,
+    pub(super) position: i32,
+    pub(super) velocity: i32,
+}
+
+/// What has been ordered last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Work {
+    None,
+    Travel,
+    Step,
+    Inching(Direction),
+    Turning(i32),
+}
+
+/// What a control word asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Step {
+    pub(super) order: Order,
+    pub(super) target: i32,
+    /// The state, and the one that follows when it is carried out.
+    states: (State, State),
+}
+
+/// The state machine, and what it has ordered.
+#[derive(Clone, Debug)]
+pub(super) struct Face {
+    state: State,
+    word: u16,
+    /// `None` until 6060h has been read.
+    mode: Option<Mode>,
+    work: Work,
+    acknowledged: bool,
+    /// The motor has been seen in control since it was enabled.
+    holds: bool,
+    /// The last order has been refused because something else has command.
+    overruled: bool,
+}
+
+const INCHING_2: [(u16, Direction); 2] =
+    [(control::INCHING_2_POSITIVE, Direction::Positive), (control::INCHING_2_NEGATIVE, Direction::Negative)];
+
+impl Face {
+    pub(super) const fn new() -> Self {
+        Face {
+            state: State::SwitchOnDisabled,
+            word: 0,
+            mode: None,
+            work: Work::None,
+            acknowledged: false,
+            holds: false,
+            overruled: false,
+        }
+    }
+
+    pub(super) const fn state(&self) -> State {
+        self.state
+    }
+
+    pub(super) const fn mode(&self) -> Option<Mode> {
+        self.mode
+    }
+
+    /// 6060h has this value now.
+    pub(super) fn set_mode(&mut self, mode: Option<Mode>) {
+        if self.mode.is_some() && self.mode != mode {
+            (self.work, self.acknowledged) = (Work::None, false);
+        }
+        self.mode = mode;
+    }
+
+    /// Whether the facts are to be read anew before the word is judged: it may start something.
+    pub(super) fn needs_look(&self, word: u16) -> bool {
+        let starts = word != self.word && word & control::STOP == 0;
+        self.state == State::OperationEnabled && starts && commanded(self.state, word, self.word).is_none()
+    }
+
+    /// Takes a control word; returns what is to be ordered, and otherwise has changed its state.
+    pub(super) fn take(&mut self, control: Control, facts: &Facts) -> Option<Step> {
+        let Control { word, position, velocity } = control;
+        let previous = std::mem::replace(&mut self.word, word);
+        if word & control::NEW_SETPOINT == 0 {
+            self.acknowledged = false;
+        }
+        if let Some(transition) = commanded(self.state, word, previous) {
+            let order = match (self.state, transition.to) {
+                (State::Fault, _) => Order::ResetFault,
+                (_, State::OperationEnabled) => Order::Enable,
+                (_, State::QuickStopActive) => Order::Hold,
+                (from, _) if has_torque(from) => Order::Release,
+                (_, to) => {
+                    self.state = to;
+                    return None;
+                }
+            };
+            return Some(Step { order, target: 0, states: (self.state, transition.to) });
+        }
+        if self.state != State::OperationEnabled {
+            return None;
+        }
+        let (rising, falling) = (word & !previous, previous & !word);
+        let (order, target) = match self.mode? {
+            Mode::Velocity => (self.turning(word, falling, velocity)?, velocity),
+            Mode::Positioning => (self.travelling(word, rising, falling, facts)?, position),
+        };
+        Some(Step { order, target, states: (self.state, self.state) })
+    }
+
+    /// Table 23 in positioning mode: a word is at most one order.
+    fn travelling(&self, word: u16, rising: u16, falling: u16, facts: &Facts) -> Option<Order> {
+        if facts.has(system::POSITIONING) {
+            return match () {
+                () if rising & control::STOP != 0 => Some(Order::Interrupt(Braking::Programmed)),
+                () if falling & control::STOP != 0 => Some(Order::Resume),
+                () => None,
+            };
+        }
+        if let Work::Inching(under_way) = self.work
+            && INCHING_2.iter().any(|(bit, direction)| falling & bit != 0 && *direction == under_way)
+        {
+            return Some(Order::StopInching);
+        }
+        if word & control::STOP != 0 || facts.has(system::MOVING) {
+            return None;
+        }
+        if rising & control::NEW_SETPOINT != 0 {
+            return Some(Order::Start);
+        }
+        if rising & control::INCHING_1 != 0 {
+            return Some(Order::Step);
+        }
+        INCHING_2.iter().find(|(bit, _)| rising & bit != 0).map(|(_, direction)| Order::Inch(*direction))
+    }
+
+    /// Table 23 in velocity mode. While the drive turns, a new target is an order of its own.
+    fn turning(&self, word: u16, falling: u16, velocity: i32) -> Option<Order> {
+        match self.work {
+            Work::Turning(_) if word & control::STOP != 0 => Some(Order::Interrupt(Braking::Programmed)),
+            Work::Turning(current) => (current != velocity).then_some(Order::Start),
+            _ => (falling & control::STOP != 0).then_some(Order::Start),
+        }
+    }
+
+    /// An order is over. `facts` are as of after it. If it is not known whether it was carried out, they say so.
+    pub(super) fn conclude(&mut self, step: Step, outcome: Outcome, facts: &Facts) {
+        self.overruled = outcome == Outcome::Overruled;
+        let moves = facts.has(system::POSITIONING | system::MOVING);
+        let carried_out = match outcome {
+            Outcome::Done => true,
+            Outcome::Unknown => match step.order {
+                Order::Start | Order::Resume | Order::Step | Order::Inch(_) => moves,
+                Order::Release => facts.has(system::MOTOR_RELEASED),
+                Order::ResetFault => !facts.has(system::FAULT),
+                Order::Enable | Order::Hold | Order::Interrupt(_) | Order::Abort(_) | Order::StopInching => false,
+            },
+            Outcome::Refused | Outcome::Overruled => false,
+        };
+        // A fault that came with it is the last word.
+        if !carried_out || self.state != step.states.0 {
+            return;
+        }
+        match step.order {
+            Order::Start if self.mode == Some(Mode::Velocity) => self.work = Work::Turning(step.target),
+            Order::Start => (self.work, self.acknowledged) = (Work::Travel, true),
+            Order::Step => self.work = Work::Step,
+            Order::Inch(direction) => self.work = Work::Inching(direction),
+            Order::StopInching => self.work = Work::None,
+            Order::Interrupt(_) if matches!(self.work, Work::Turning(_)) => self.work = Work::None,
+            Order::Hold | Order::Abort(_) => self.work = Work::None,
+            Order::Enable => self.holds = false,
+            // What is finished stays known as such.
+            Order::Release if moves => self.work = Work::None,
+            Order::Release | Order::Resume | Order::Interrupt(_) | Order::ResetFault => {}
+        }
+        self.state = step.states.1;
+    }
+
+    /// The motor is released, by whatever means: SWITCH ON DISABLED, and no control word was ever there.
+    pub(super) fn disable(&mut self) {
+        self.word = 0;
+        if self.state != State::Fault {
+            self.state = State::SwitchOnDisabled;
+        }
+        (self.acknowledged, self.holds) = (false, false);
+    }
+
+    /// Takes what the drive shows; returns what has become of it by itself.
+    pub(super) fn see(&mut self, facts: &Facts) -> Option<Change> {
+        let released = facts.has(system::MOTOR_RELEASED);
+        if facts.has(system::FAULT) {
+            self.holds = false;
+            let is_new = self.state != State::Fault;
+            self.state = State::Fault;
+            return is_new.then_some(Change::Fault);
+        }
+        if self.state == State::Fault {
+            self.state = State::SwitchOnDisabled;
+            return Some(Change::NoFault);
+        }
+        if !has_torque(self.state) {
+            return None;
+        }
+        // Without supply or enable input it has no torque in any state.
+        let lost = std::mem::replace(&mut self.holds, !released) && released && !facts.has(system::NO_SUPPLY);
+        if lost {
+            self.work = Work::None;
+            self.disable();
+        }
+        lost.then_some(Change::Released)
+    }
+
+    /// The status word 6041h (tables 21 and 22); `remote` is whether the node takes control words.
+    pub(super) fn status_word(&self, model: &Model, facts: &Facts, remote: bool) -> u16 {
+        let has = |mask| facts.has(mask);
+        let velocity = self.mode == Some(Mode::Velocity);
+        let arrived = matches!(self.work, Work::Travel | Work::Step) && !has(system::POSITIONING | system::MOVING);
+        let limit = !velocity && has(system::ABOVE_UPPER_LIMIT | system::BELOW_LOWER_LIMIT);
+        // Bit 10 of 1002h is the enable input where there is one.
+        let supplied = model.enable_input || !has(system::NO_SUPPLY);
+        [
+            (status::VOLTAGE_ENABLED, supplied),
+            (status::WARNING, has(system::BATTERY_LOW | system::OVERCURRENT | system::LAG_ERROR)),
+            (status::READY, self.state == State::OperationEnabled && !has(system::NOT_READY)),
+            (status::REMOTE, remote && !self.overruled),
+            (status::TARGET_REACHED, has(system::IN_POSITION) && (velocity || arrived)),
+            (status::INTERNAL_LIMIT, limit),
+            (status::STANDSTILL, velocity && !has(system::MOVING)),
+            (status::ACKNOWLEDGED, !velocity && self.acknowledged),
+            (status::POSITIONING, !velocity && has(system::POSITIONING)),
+            (status::MOVING, !velocity && has(system::MOVING)),
+        ]
+        .iter()
+        .filter(|(_, set)| *set)
+        .fold(self.state.status_bits(), |word, (bit, _)| word | bit)
+    }
+}
+
+/// What has become of an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outcome {
+    Done,
+    Refused,
+    Overruled,
+    Unknown,
+}
+
+/// What has become of a drive by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Change {
+    Fault,
+    NoFault,
+    Released,
+}
