@@ -173,7 +173,7 @@ impl Client {
     ///
     /// Another one is under way, or its number is too long.
     pub fn request(&mut self, command: Command) -> Result<(), NotTaken> {
-        if !matches!(self.state, State::Idle) {
+        if self.is_busy() {
             return Err(NotTaken::Busy);
         }
         let telegram = command.encode().ok_or(NotTaken::TooManyDigits)?;
@@ -181,10 +181,16 @@ impl Client {
         Ok(())
     }
 
+    /// Whether a command is under way, or a character of inching.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        !matches!(self.state, State::Idle)
+    }
+
     /// Forgets the command that is under way. Its answer may still come, so the status is asked for before the next one;
     /// not so after a character of inching, which has none.
     pub fn abandon(&mut self) {
-        if !matches!(self.state, State::Idle) {
+        if self.is_busy() {
             self.state = State::Idle;
             self.synchronised &= self.inches;
         }

@@ -20,6 +20,7 @@
 //! - [`client`]: one command at a time, without I/O; how it finds its way back after noise and a cut line;
 //! - [`Connection`] on a [`Line`], such as a [`Port`]: the blocking shell; with the feature `tokio` also one for tokio;
 //! - [`parameter`]: which parameter is which object of the CANopen dictionary, and how their numbers differ;
+//! - [`gateway`]: the drive as a CANopen node, for all drivers and tools of CANopen;
 //! - [`sim`]: the simulated AG02 of [`siko_ag02::sim`] behind a line.
 //!
 //! The protocol connects one drive to one computer, also over RS-485 ("nicht busfähig"): there are no addresses.
@@ -30,6 +31,7 @@ pub mod client;
 pub mod command;
 mod connection;
 pub mod error;
+pub mod gateway;
 mod line;
 pub mod parameter;
 pub mod sim;

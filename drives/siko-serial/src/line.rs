@@ -23,6 +23,16 @@ pub trait Line {
     ///
     /// The line is gone.
     fn receive(&mut self, until: Instant, buffer: &mut [u8]) -> io::Result<usize>;
+
+    /// Whether time passes as on the wall.
+    fn is_real_time(&self) -> bool {
+        true
+    }
+
+    /// When the next thing happens on a simulated line.
+    fn next_event(&self) -> Option<Instant> {
+        None
+    }
 }
 
 /// A line over anything that reads and writes, in the machine's time.

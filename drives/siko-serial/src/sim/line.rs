@@ -83,10 +83,8 @@ impl Line for VirtualLine {
                 buffer.iter_mut().zip(self.to_client.drain(..came)).for_each(|(place, (_, byte))| *place = byte);
                 return Ok(came);
             }
-            let first = |line: &VecDeque<(Instant, u8)>| line.front().map(|(at, _)| *at);
             let (byte, deadline) = (first(&self.to_drive), self.drive.poll_timeout());
-            let next = [byte, deadline, first(&self.to_client)].into_iter().flatten().min();
-            let Some(next) = next.filter(|at| *at <= until) else {
+            let Some(next) = self.next_event().filter(|at| *at <= until) else {
                 self.now = self.now.max(until);
                 return Ok(0);
             };
@@ -100,4 +98,17 @@ impl Line for VirtualLine {
             self.answer();
         }
     }
+
+    fn is_real_time(&self) -> bool {
+        false
+    }
+
+    fn next_event(&self) -> Option<Instant> {
+        [first(&self.to_drive), self.drive.poll_timeout(), first(&self.to_client)].into_iter().flatten().min()
+    }
+}
+
+/// When the next byte is there.
+fn first(line: &VecDeque<(Instant, u8)>) -> Option<Instant> {
+    line.front().map(|(at, _)| *at)
 }

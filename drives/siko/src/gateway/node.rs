@@ -171,7 +171,7 @@ impl<D: Door> Gateway<D> {
         }
         self.face.disable();
         self.with_device(|device, od| device.restart_as(node, now, od));
-        self.waiting.push_back(Task::ReadMode);
+        self.waiting.push_front(Task::ReadMode);
     }
 
     /// Goes on with what waits, unless the door has something to do.
@@ -436,10 +436,12 @@ const UNKNOWN: Result<i64, AbortCode> = Err(AbortCode::HARDWARE_ERROR);
 impl<D: Door> Node for Gateway<D> {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.advance(now);
-        if !self.connected {
+        let asks = frame.id() == CobId::of_node(SDO_REQUEST, self.device.node());
+        // A program that has just begun asks before the drive has answered for the first time.
+        if !self.connected && (self.known || !asks) {
             return;
         }
-        if frame.id() == CobId::of_node(SDO_REQUEST, self.device.node()) {
+        if asks {
             // A client asks one thing at a time: what it has asked before, it waits for no more.
             self.waiting.retain(|task| !matches!(task, Task::Serve(_)));
             if let Some(Current::Reading(held, _) | Current::Writing(held, ..)) = &mut self.current {

@@ -1,0 +1,439 @@
+//! The AG02 behind its serial port as a CANopen node: a [`Door`] of [`siko::gateway`].
+//!
+//! ```
+//! use siko_ag02::driver::{Drive, Outcome};
+//! use siko_serial::Settings;
+//! use siko_serial::gateway::{self, NODE};
+//! use siko_serial::sim::{SerialDrive, VirtualLine};
+//!
+//! // On a machine it is `gateway::open("/dev/ttyUSB0", 9600, NODE)`; everything else is the same, and as on CAN.
+//! let link = gateway::link(VirtualLine::new(SerialDrive::default()), Settings::default(), NODE);
+//! let mut drive = Drive::connect(link, NODE)?;
+//! drive.enable()?;
+//! assert_eq!(drive.move_to(5000)?, Outcome::Reached { position: 5000 });
+//! # Ok::<(), siko_ag02::driver::Error>(())
+//! ```
+//!
+//! # What becomes of what
+//!
+//! | on CAN | on the line |
+//! |---|---|
+//! | Enable Operation | nothing: `M`, `Y`, `,` and `.` take the motor into control, and until then it has no torque |
+//! | New Setpoint, or the falling edge of Stop in velocity mode | `F0` with the target, `E0` to compare, `M` |
+//! | Stop / its falling edge in a travel | `O` / `M` |
+//! | bit 13; bits 14, 15 | `Y`; `,` or `.` every 50 ms |
+//! | Quick Stop; any way out of OPERATION ENABLED | `N`; `P` |
+//! | Fault Reset | `S11103` |
+//! | 6041h, 1002h | `R`: before it is answered, after every order, every 20 ms in motion, every 100 ms otherwise |
+//! | an object of chapter 8 | `E`, `G` or `Q`; `F`, `H`, `L`, `T` or `X`, and read back |
+//! | 1003h | `J0`, `J1`, `S11105` |
+//! | 1011h | `S11100` to `S11102`, `S11104` |
+//! | 100Ah, 2102h | `A1`, `A3` |
+//! | EMCY | `J1` when bit 8 of `R` rises |
+//!
+//! Refusals 01, 02 and 09, 03, and all others are the abort codes 0602 0000h, 0609 0030h, 0800 0021h, 0800 0022h. What was not
+//! answered, or not read back as it was written, is 0606 0000h: it is not known whether the drive has done it.
+//!
+//! # Without a checksum
+//!
+//! A status word that differs from the one before counts when it has been read twice, a setpoint when it has been read
+//! back. A position in which noise has made a digit another one cannot be noticed.
+
+mod objects;
+
+use std::collections::VecDeque;
+
+use lexican_runtime::host::LinkError;
+use lexican_runtime::object::Address;
+use lexican_runtime::{AbortCode, Duration, Instant, NodeId};
+use siko::gateway::{Carrier, Door, Facts, Gateway, GatewayLink, GatewayNode, Job, Report};
+use siko::order::{Braking, Order};
+use siko::words::system;
+use siko_ag02::sim::MODEL;
+
+use crate::answer::Answer;
+use crate::client::{Client, Event, NotTaken, Settings, Trouble};
+use crate::command::{Command, Long, Setting};
+use crate::error::ErrorNumber;
+use crate::line::Line;
+use crate::telegram::Telegram;
+
+/// The node-ID that a new AG02 has on CAN; the line has none, so that any other does as well.
+pub const NODE: NodeId = NodeId::literal(127);
+
+/// How often the status is read while something moves, and otherwise.
+const IN_MOTION: Duration = Duration::from_millis(20);
+const AT_REST: Duration = Duration::from_millis(100);
+/// How often position and velocity are read while something moves, and otherwise.
+const VALUES_IN_MOTION: Duration = Duration::from_millis(100);
+const VALUES_AT_REST: Duration = Duration::from_secs(1);
+/// How long a drive that does not answer is left alone between two attempts.
+const PAUSE: Duration = Duration::from_millis(500);
+/// How often in a row a command that changes nothing is sent.
+const ATTEMPTS: u8 = 3;
+
+/// An AG02 behind its serial port, as a link.
+pub type SerialLink<L> = GatewayLink<SerialDoor, Wire<L>>;
+/// An AG02 behind a simulated line, as a node of a virtual bus.
+pub type SerialNode<L> = GatewayNode<SerialDoor, Wire<L>>;
+
+/// A link to a drive at the end of a line. See [`NODE`] for the node-ID.
+#[must_use]
+pub fn link<L: Line>(line: L, settings: Settings, node: NodeId) -> SerialLink<L> {
+    GatewayLink::new(Gateway::new(&MODEL, node, SerialDoor::new(settings)), Wire(line))
+}
+
+/// A node of a virtual bus that is a drive at the end of a simulated line.
+#[must_use]
+pub fn node<L: Line>(line: L, settings: Settings, node: NodeId) -> SerialNode<L> {
+    GatewayNode::new(Gateway::new(&MODEL, node, SerialDoor::new(settings)), Wire(line))
+}
+
+/// A link to a drive at a port of the operating system, such as `/dev/ttyUSB0` or `COM3`.
+///
+/// # Errors
+///
+/// As [`Port::open`](crate::Port::open).
+#[cfg(feature = "serialport")]
+pub fn open(
+    path: &str,
+    baud: u32,
+    node: NodeId,
+) -> std::io::Result<SerialLink<crate::Port<Box<dyn serialport::SerialPort>>>> {
+    Ok(link(crate::Port::open(path, baud)?, Settings { baud, ..Settings::default() }, node))
+}
+
+/// A line, as the carrier of a door.
+#[derive(Clone, Debug)]
+pub struct Wire<L>(pub L);
+
+impl<L: Line> Carrier<SerialDoor> for Wire<L> {
+    fn now(&self) -> Instant {
+        self.0.now()
+    }
+
+    fn carry(&mut self, door: &mut SerialDoor, until: Instant) -> Result<(), LinkError> {
+        let now = self.0.now();
+        while let Some(telegram) = door.poll_transmit(now) {
+            self.0.send(telegram.as_bytes())?;
+        }
+        let mut buffer = [0; 64];
+        let until = door.poll_timeout().map_or(until, |deadline| deadline.min(until));
+        let len = self.0.receive(until, &mut buffer)?;
+        door.handle_bytes(self.0.now(), buffer.get(..len).unwrap_or_default());
+        Ok(())
+    }
+
+    fn is_real_time(&self) -> bool {
+        self.0.is_real_time()
+    }
+
+    fn next_event(&self) -> Option<Instant> {
+        self.0.next_event()
+    }
+}
+
+/// The serial port, without I/O.
+#[derive(Clone, Debug)]
+pub struct SerialDoor {
+    client: Client,
+    /// `None` while the drive does not answer.
+    facts: Option<Facts>,
+    /// A status word that differs from the last one, and has been read once.
+    candidate: Option<u16>,
+    job: Option<Active>,
+    /// The command that is under way, and whether it is one of the job.
+    asked: Option<(Command, bool)>,
+    /// How often in a row it has been sent.
+    attempts: u8,
+    next_status: Instant,
+    next_values: Instant,
+    /// Position and velocity are still to be read.
+    values: &'static [Command],
+    reports: VecDeque<Report>,
+}
+
+/// A job, and what is left of it.
+#[derive(Clone, Debug)]
+struct Active {
+    job: Job,
+    commands: VecDeque<Command>,
+    /// What its last command has to read.
+    expected: Option<i64>,
+    /// The status is read before it is over.
+    looks: bool,
+    result: Result<i64, AbortCode>,
+}
+
+impl SerialDoor {
+    /// The port of a drive.
+    #[must_use]
+    pub fn new(settings: Settings) -> Self {
+        SerialDoor {
+            client: Client::new(settings),
+            facts: None,
+            candidate: None,
+            job: None,
+            asked: None,
+            attempts: 0,
+            next_status: Instant::ZERO,
+            next_values: Instant::ZERO,
+            values: &[],
+            reports: VecDeque::new(),
+        }
+    }
+
+    /// The next bytes to send.
+    pub fn poll_transmit(&mut self, now: Instant) -> Option<Telegram> {
+        self.ask(now);
+        self.client.poll_transmit(now)
+    }
+
+    /// Takes bytes of the drive.
+    pub fn handle_bytes(&mut self, now: Instant, bytes: &[u8]) {
+        let event = self.client.handle_bytes(now, bytes);
+        self.take(now, event);
+    }
+
+    /// Gives the client its next command, if it is free and there is one.
+    fn ask(&mut self, now: Instant) {
+        if self.client.is_busy() {
+            return;
+        }
+        let Some(asked) = self.next(now) else { return };
+        match self.client.request(asked.0) {
+            Ok(()) => {
+                self.take_from_job(asked);
+                self.asked = Some(asked);
+            }
+            Err(NotTaken::Busy) => {}
+            Err(NotTaken::TooManyDigits) => self.end_job(Err(AbortCode::INVALID_VALUE)),
+        }
+    }
+
+    /// The next command, and whether it is one of the job.
+    fn next(&self, now: Instant) -> Option<(Command, bool)> {
+        match &self.job {
+            Some(job) if self.facts.is_some() => {
+                return Some(job.commands.front().map_or((Command::Status, false), |command| (*command, true)));
+            }
+            _ if self.candidate.is_some() => return Some((Command::Status, false)),
+            _ => {}
+        }
+        if self.next_status <= now {
+            return Some((Command::Status, false));
+        }
+        self.values.first().map(|command| (*command, false))
+    }
+
+    fn take_from_job(&mut self, (_, of_job): (Command, bool)) {
+        if let Some(job) = self.job.as_mut().filter(|_| of_job) {
+            job.commands.pop_front();
+        }
+    }
+
+    fn take(&mut self, now: Instant, event: Option<Event>) {
+        let Some(event) = event else { return };
+        // Otherwise it is trouble of inching, which is over then; the facts will say so.
+        let Some((command, of_job)) = self.asked.take() else { return };
+        match event {
+            Event::Answered(Answer::Status(word)) if command == Command::Status => {
+                self.attempts = 0;
+                self.see(now, word);
+            }
+            Event::Failed(Trouble::Silent) => self.lose(now),
+            Event::Failed(_) => {
+                self.attempts += 1;
+                if command == Command::Status && self.attempts >= ATTEMPTS {
+                    self.lose(now);
+                } else if of_job {
+                    self.fail(command);
+                }
+            }
+            Event::Answered(answer) if of_job => {
+                self.attempts = 0;
+                self.go_on(now, command, answer);
+            }
+            Event::Answered(answer) => {
+                self.values = self.values.get(1..).unwrap_or_default();
+                if let (Some(number), Some(facts)) = (answer.number(), &mut self.facts) {
+                    let place = if command == Command::Position { &mut facts.position } else { &mut facts.velocity };
+                    if std::mem::replace(place, number) != number {
+                        self.reports.push_back(Report::Facts(*facts));
+                    }
+                }
+            }
+            Event::Sent => {}
+        }
+    }
+
+    /// A command of the job has been answered.
+    fn go_on(&mut self, now: Instant, command: Command, answer: Answer) {
+        let Some(job) = &mut self.job else { return };
+        let address = match job.job {
+            Job::Read(address) | Job::Write(address, _) => Some(address),
+            Job::Order { .. } | Job::Look => None,
+        };
+        let value = match address {
+            Some(address) => objects::value(address, answer),
+            None => answer.number().map(i64::from),
+        };
+        match (answer, job.expected) {
+            (Answer::Refused(number), _) => {
+                job.result = Err(abort_code(number));
+                job.commands.clear();
+            }
+            (_, Some(expected)) if command.is_read() && value != Some(expected) => {
+                job.result = Err(AbortCode::HARDWARE_ERROR);
+                job.commands.clear();
+            }
+            _ if command.is_read() && address.is_some() => job.result = value.ok_or(AbortCode::HARDWARE_ERROR),
+            _ => {}
+        }
+        if job.commands.is_empty() && !job.looks {
+            let result = job.result;
+            // What has been written may have moved the position, or the window around it.
+            self.next_status = now;
+            self.end_job(result);
+        }
+    }
+
+    /// A command of the job has not been answered. What changes nothing is asked again.
+    fn fail(&mut self, command: Command) {
+        let Some(job) = &mut self.job else { return };
+        if command.is_read() && self.attempts < ATTEMPTS {
+            job.commands.push_front(command);
+            return;
+        }
+        job.result = Err(AbortCode::HARDWARE_ERROR);
+        job.commands.clear();
+        if !job.looks {
+            let result = job.result;
+            self.end_job(result);
+        }
+    }
+
+    fn end_job(&mut self, result: Result<i64, AbortCode>) {
+        self.job = None;
+        self.attempts = 0;
+        self.reports.push_back(Report::Done(result));
+    }
+
+    /// The status word has been read. One that is new counts when it has been read twice.
+    fn see(&mut self, now: Instant, word: u16) {
+        let before = self.facts.map(|facts| facts.system);
+        if before != Some(word) && self.candidate.replace(word) != Some(word) {
+            return;
+        }
+        self.candidate = None;
+        let moves = word & (system::MOVING | system::POSITIONING) != 0 || self.client.is_inching();
+        self.next_status = now + if moves { IN_MOTION } else { AT_REST };
+        let ended = before.is_some_and(|before| before & !word & system::MOVING != 0);
+        if self.values.is_empty() && (now >= self.next_values || ended) {
+            self.values = VALUES;
+            self.next_values = now + if moves { VALUES_IN_MOTION } else { VALUES_AT_REST };
+        }
+        let facts = Facts { system: word, ..self.facts.unwrap_or_default() };
+        let is_new = self.facts.replace(facts) != Some(facts);
+        let looks = self.job.as_ref().filter(|job| job.commands.is_empty() && job.looks).map(|job| job.result);
+        if is_new || looks.is_some() {
+            self.reports.push_back(Report::Facts(facts));
+        }
+        if let Some(result) = looks {
+            self.end_job(result);
+        }
+    }
+
+    /// The drive does not answer.
+    fn lose(&mut self, now: Instant) {
+        self.client.stop_inching();
+        (self.job, self.candidate, self.values, self.attempts) = (None, None, &[], 0);
+        self.next_status = now + PAUSE;
+        if self.facts.take().is_some() {
+            self.reports.push_back(Report::Lost);
+        }
+    }
+
+    /// The commands of an order.
+    fn order(&mut self, now: Instant, order: Order, target: i32) -> Vec<Command> {
+        match order {
+            Order::Enable => vec![],
+            Order::Hold => vec![Command::EmergencyStop],
+            Order::Release => {
+                self.client.stop_inching();
+                vec![Command::Release]
+            }
+            Order::Start => {
+                let setpoint = Long::Setpoint;
+                vec![Command::WriteLong(setpoint, target), Command::ReadLong(setpoint), Command::Start]
+            }
+            Order::Resume => vec![Command::Start],
+            Order::Interrupt(Braking::Programmed) => vec![Command::Stop],
+            Order::Interrupt(Braking::Full) => vec![Command::EmergencyStop],
+            Order::Abort(_) => vec![Command::Abort],
+            Order::Step => vec![Command::Step],
+            Order::Inch(direction) => {
+                self.client.start_inching(now, direction);
+                vec![]
+            }
+            Order::StopInching => {
+                self.client.stop_inching();
+                vec![]
+            }
+            Order::ResetFault => vec![Command::Set(Setting::ResetFault)],
+        }
+    }
+}
+
+/// What is read beside the status.
+const VALUES: &[Command] = &[Command::Position, Command::Velocity];
+
+impl Door for SerialDoor {
+    fn has(&self, address: Address) -> bool {
+        objects::has(address)
+    }
+
+    fn begin(&mut self, now: Instant, job: Job) {
+        let (commands, expected) = match job {
+            Job::Read(address) => match objects::read(address) {
+                Some(command) => (vec![command], None),
+                None => return self.end_job(Err(AbortCode::NO_SUCH_OBJECT)),
+            },
+            Job::Write(address, value) => match (objects::write(address, value), objects::read(address)) {
+                (Err(code), _) => return self.end_job(Err(code)),
+                (Ok(write), Some(read)) => (vec![write, read], Some(value)),
+                (Ok(write), None) => (vec![write], None),
+            },
+            Job::Order { order, target } => (self.order(now, order, target), Some(target.into())),
+            Job::Look => (vec![], None),
+        };
+        let looks = matches!(job, Job::Order { .. } | Job::Look);
+        self.attempts = 0;
+        self.job = Some(Active { job, commands: commands.into(), expected, looks, result: Ok(0) });
+    }
+
+    fn poll(&mut self, _: Instant) -> Option<Report> {
+        self.reports.pop_front()
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        let at_once = self.job.is_some() || self.candidate.is_some() || !self.values.is_empty();
+        let due = if at_once { Instant::ZERO } else { self.next_status };
+        self.client.poll_timeout().into_iter().chain((!self.client.is_busy()).then_some(due)).min()
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        let event = self.client.handle_timeout(now);
+        self.take(now, event);
+    }
+}
+
+/// The abort code that is the same as a refusal of table 4.
+fn abort_code(number: ErrorNumber) -> AbortCode {
+    match number {
+        ErrorNumber::PARAMETER_NUMBER => AbortCode::NO_SUCH_OBJECT,
+        ErrorNumber::VALUE_RANGE | ErrorNumber::SETPOINT_BEYOND_LIMIT => AbortCode::INVALID_VALUE,
+        ErrorNumber::NO_AUTHORITY => AbortCode::LOCAL_CONTROL,
+        _ => AbortCode::DEVICE_STATE,
+    }
+}

@@ -1,0 +1,129 @@
+//! Which object is which command, and what its answer means as a value of the object.
+
+use lexican_runtime::object::Address;
+use lexican_runtime::{AbortCode, cia301};
+use siko_ag02::fault::FAULTS;
+use siko_ag02::od;
+
+use crate::answer::{Answer, Flags};
+use crate::command::{Command, Identity, Long, Mode, PosType, Setting, Short, Turning};
+use crate::parameter::{MODE, POS_TYPE, SENSE_OF_ROTATION};
+
+/// The code of a letter that table 2 does not have: 1000h is "generic error" in CiA 301.
+const UNKNOWN_FAULT: u16 = 0x1000;
+
+const POSITION: Address = Address::new(0x6064, 0x00);
+const VELOCITY: Address = Address::new(0x606C, 0x00);
+const SOFTWARE_VERSION: Address = Address::new(0x100A, 0x00);
+const GEAR: Address = od::GEAR_REDUCTION.address();
+
+/// The number of seven digits that an object is.
+fn long(address: Address) -> Option<Long> {
+    let is = |mode| move |long: &&Long| long.object(mode) == address;
+    Long::ALL.iter().find(is(Mode::Positioning)).or_else(|| Long::ALL.iter().find(is(Mode::Velocity))).copied()
+}
+
+/// The number of five digits that an object is.
+fn short(address: Address) -> Option<Short> {
+    Short::ALL.iter().find(|short| short.object() == address).copied()
+}
+
+/// The command that reads an object.
+pub(super) fn read(address: Address) -> Option<Command> {
+    match address {
+        POSITION => Some(Command::Position),
+        VELOCITY => Some(Command::Velocity),
+        MODE | POS_TYPE | SENSE_OF_ROTATION => Some(Command::Flags),
+        SOFTWARE_VERSION => Some(Command::Identity(Identity::Software)),
+        GEAR => Some(Command::Identity(Identity::Gear)),
+        _ => match (address.index(), address.sub()) {
+            (cia301::PREDEFINED_ERROR_FIELD, 0) => Some(Command::FaultCount),
+            (cia301::PREDEFINED_ERROR_FIELD, 1..=10) => Some(Command::Faults),
+            _ => long(address).map(Command::ReadLong).or_else(|| short(address).map(Command::ReadShort)),
+        },
+    }
+}
+
+/// The command that writes an object.
+///
+/// # Errors
+///
+/// With which code a client's write is aborted; [`AbortCode::NO_SUCH_OBJECT`] for what the interface does not write.
+pub(super) fn write(address: Address, value: i64) -> Result<Command, AbortCode> {
+    let number =
+        |from: fn(u32) -> Option<Command>| u32::try_from(value).ok().and_then(from).ok_or(AbortCode::INVALID_VALUE);
+    let settings =
+        [Setting::AllParameters, Setting::StandardParameters, Setting::ControllerParameters, Setting::Calibrate];
+    match (address.index(), address.sub()) {
+        (cia301::PREDEFINED_ERROR_FIELD, 0) if value == 0 => Ok(Command::Set(Setting::ClearFaults)),
+        (cia301::PREDEFINED_ERROR_FIELD, 0) => Err(AbortCode::INVALID_VALUE),
+        (cia301::RESTORE_DEFAULT_PARAMETERS, sub @ 1..=4) => {
+            let setting = settings.get(usize::from(sub) - 1).filter(|_| value == LOAD);
+            setting.copied().map(Command::Set).ok_or(AbortCode::INVALID_VALUE)
+        }
+        _ => match address {
+            MODE => number(|number| Mode::from_number(number.checked_sub(1)?).map(Command::SetMode)),
+            POS_TYPE => number(|number| PosType::from_number(number).map(Command::SetPosType)),
+            SENSE_OF_ROTATION => number(|number| {
+                Turning::from_number(number).filter(|turning| turning.in_object().is_some()).map(Command::SetTurning)
+            }),
+            _ => {
+                let long = long(address).map(|long| i32::try_from(value).map(|value| Command::WriteLong(long, value)));
+                let short =
+                    || short(address).map(|it| u32::try_from(value).map(|value| Command::WriteShort(it, value)));
+                let command = long.or_else(short).ok_or(AbortCode::NO_SUCH_OBJECT)?;
+                command.map_err(|_| AbortCode::INVALID_VALUE)
+            }
+        },
+    }
+}
+
+/// Whether the interface has an object.
+pub(super) fn has(address: Address) -> bool {
+    read(address).is_some() || write(address, LOAD) != Err(AbortCode::NO_SUCH_OBJECT)
+}
+
+/// The signature of 1011h.
+const LOAD: i64 = u32::from_le_bytes(*b"load") as i64;
+
+/// The value of an object in the answer to the command that reads it.
+pub(super) fn value(address: Address, answer: Answer) -> Option<i64> {
+    Some(match answer {
+        Answer::Flags(Flags(bits)) => match address {
+            MODE => 1 + i64::from(bits & Flags::VELOCITY != 0),
+            SENSE_OF_ROTATION => i64::from(bits & Flags::SENSE_E != 0),
+            _ => i64::from((bits & (Flags::LOOP_POSITIVE | Flags::LOOP_NEGATIVE)) >> 1),
+        },
+        // The object has the newest one first.
+        Answer::Letters(letters) => {
+            let newest = letters.iter().rev().skip_while(|letter| **letter == b'-');
+            newest.copied().nth(usize::from(address.sub()) - 1).map_or(0, code).into()
+        }
+        Answer::Text(text) if address == GEAR => gear(&text),
+        Answer::Text(text) => version(&text),
+        answer => answer.number()?.into(),
+    })
+}
+
+fn code(letter: u8) -> u16 {
+    let fault = FAULTS.iter().find(|fault| fault.letter() == char::from(letter));
+    fault.map_or(UNKNOWN_FAULT, |fault| fault.code.number)
+}
+
+/// The manual does not say how the gear is written; its number of turns is what tells the three from each other.
+fn gear(text: &[u8]) -> i64 {
+    let turns = str::from_utf8(text).unwrap_or_default().trim().split(':').next().unwrap_or_default();
+    i64::from(match turns {
+        "55" => od::GearReduction::GEAR_55_1.0,
+        "62" => od::GearReduction::GEAR_62_1.0,
+        "135" => od::GearReduction::GEAR_135_1.0,
+        _ => 0,
+    })
+}
+
+/// 100Ah has four characters, and the first one in bits 31 to 24.
+fn version(text: &[u8]) -> i64 {
+    let text = text.trim_ascii();
+    let text = text.strip_prefix(b"0").filter(|rest| rest.len() >= 4).unwrap_or(text);
+    text.iter().copied().chain(std::iter::repeat(0)).take(4).fold(0, |number, byte| number << 8 | i64::from(byte))
+}
