@@ -8,7 +8,7 @@ use lexican_driver::{Description, Drive, Kind};
 use lexican_runtime::host::{Node, VirtualBus};
 use lexican_runtime::object::{Access, DataType, Dictionary, Entry, PdoMapping, Table};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
-use simulator::servo::{Scales, ServoModel};
+use simulator::servo::{Machine, Scales, ServoModel};
 use simulator::{SimulatedServo, Storage};
 
 use DataType::{
@@ -35,6 +35,14 @@ static MODEL: ServoModel = ServoModel {
     absolute_encoder: true,
     scales: |_| Scales { velocity: 1.0, acceleration: 1.0 },
     ..ServoModel::CIA_402
+};
+
+/// What homing looks for: a limit switch, a home switch and index pulses, all less than a second away.
+pub(crate) const MACHINE: Machine = Machine {
+    negative_limit: Some(-100.0),
+    positive_limit: None,
+    home_switch: Some((150.0, 250.0)),
+    index: Some((50.0, 100.0)),
 };
 
 /// Index, sub-index, type, default.
@@ -107,20 +115,22 @@ fn storage(node: NodeId) -> Box<dyn Storage> {
     Box::new(Dictionary::<512>::new(Box::leak(Box::new(table)), node))
 }
 
-/// For how long the power is off.
-const OFF: Duration = Duration::from_millis(300);
-
 /// A servo whose power may fail at a frame, and which then comes back.
 pub(crate) struct Supplied {
     pub(crate) servo: SimulatedServo,
     /// How many more frames there are until then.
     pub(crate) left: Option<u64>,
+    /// For how long the power is off.
+    pub(crate) off: Duration,
     back: Option<Instant>,
+    /// Where the shaft was when the power failed.
+    pub(crate) cut_at: Option<f64>,
 }
 
 impl Supplied {
     pub(crate) fn new(node: NodeId) -> Self {
-        Supplied { servo: SimulatedServo::new(Instant::ZERO, &MODEL, node), left: None, back: None }
+        let servo = SimulatedServo::new(Instant::ZERO, &MODEL, node);
+        Supplied { servo, left: None, off: Duration::from_millis(300), back: None, cut_at: None }
     }
 
     /// Where the shaft is, and not what the drive says.
@@ -132,7 +142,8 @@ impl Supplied {
         self.left = match self.left {
             Some(0) => {
                 self.servo.set_power(now, false);
-                self.back = Some(now + OFF);
+                self.back = Some(now + self.off);
+                self.cut_at = Some(self.shaft(now));
                 None
             }
             left => left.map(|left| left - 1),
