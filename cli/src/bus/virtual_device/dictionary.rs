@@ -127,6 +127,17 @@ impl SheetDictionary {
             slot.value.clone_from(kept.get(address).unwrap_or(&slot.default));
         }
     }
+
+    /// Takes over what a reset of the communication leaves alone: all but 1000h to 1FFFh (CiA 301, 7.3.2.2.1).
+    pub(super) fn keep_application(&mut self, mut before: Self) {
+        for (address, slot) in &mut self.slots {
+            if let Some(old) =
+                before.slots.get_mut(address).filter(|_| !cia301::COMMUNICATION.contains(&address.index()))
+            {
+                slot.value = std::mem::take(&mut old.value);
+            }
+        }
+    }
 }
 
 impl Slot {

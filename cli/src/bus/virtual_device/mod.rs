@@ -84,12 +84,16 @@ impl VirtualDevice {
         virtual_device
     }
 
-    fn boot(&mut self, now: Instant, node: Option<NodeId>) {
-        self.dictionary = SheetDictionary::new(node.unwrap_or(dictionary::NO_NODE), &self.sheet);
+    fn boot(&mut self, now: Instant, node: Option<NodeId>, reset: Reset) {
+        let dictionary = SheetDictionary::new(node.unwrap_or(dictionary::NO_NODE), &self.sheet);
+        let before = std::mem::replace(&mut self.dictionary, dictionary);
         if self.servo.is_some() {
             self.dictionary.supply_defaults(servo::DEFAULTS);
         }
         self.dictionary.reset(&self.memory.kept);
+        if reset == Reset::Communication {
+            self.dictionary.keep_application(before);
+        }
         self.memory.writable = self.dictionary.writable();
         let Some(node) = node else {
             self.device = None;
@@ -131,7 +135,7 @@ impl VirtualDevice {
         if boots {
             let node = self.given.or(self.memory.node);
             self.lss = LssDevice::new(self.identity, node);
-            self.boot(now, node);
+            self.boot(now, node, Reset::Node);
         }
     }
 
@@ -220,7 +224,7 @@ impl VirtualDevice {
                     servo.restart(now);
                 }
                 let node = self.lss.reset();
-                self.boot(now, node);
+                self.boot(now, node, reset);
             }
             Some(Event::Written(address)) => self.keep(address),
             _ => {}
@@ -243,7 +247,7 @@ impl Node for VirtualDevice {
         if self.on && self.serves_lss && frame.id() == lss::REQUEST {
             let event = self.lss.handle_frame(now, frame, &mut self.memory);
             if let Some(lss_device::Event::NodeIdGiven(node)) = event {
-                self.boot(now, Some(node));
+                self.boot(now, Some(node), Reset::Communication);
             }
             return;
         }
@@ -360,6 +364,19 @@ mod tests {
         while network.next_event(until).unwrap().is_some() {}
         assert_eq!(network.read_bytes(NODE, target).unwrap(), [0; 4]);
         assert_eq!(network.read_bytes(NODE, mode).unwrap(), [2]);
+    }
+
+    #[test]
+    fn a_reset_of_the_communication_leaves_the_application_alone() {
+        let (bus, mut network) = network();
+        let (target, heartbeat) = (Address::new(0x607A, 0), Address::new(0x1017, 0));
+        network.write_bytes(NODE, target, &5000_i32.to_le_bytes()).unwrap();
+        network.write_bytes(NODE, heartbeat, &1000_u16.to_le_bytes()).unwrap();
+        network.command(lexican_runtime::wire::nmt::NmtCommand::ResetCommunication, Some(NODE)).unwrap();
+        let until = bus.now() + Duration::from_millis(10);
+        while network.next_event(until).unwrap().is_some() {}
+        assert_eq!(network.read_bytes(NODE, target).unwrap(), 5000_i32.to_le_bytes());
+        assert_eq!(network.read_bytes(NODE, heartbeat).unwrap(), [0; 2]);
     }
 
     #[test]
