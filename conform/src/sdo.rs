@@ -4,16 +4,17 @@ use lexican_eds::model::Entry;
 use lexican_runtime::wire::crc::Crc;
 use lexican_runtime::{AbortCode, CobId};
 
-use crate::tester::{Outcome, PATIENCE, Tester, Write, ensure, failed};
+use crate::case::{Outcome, ensure, failed};
+use crate::tester::{Tester, Write};
 
 /// What the server says to a whole transfer.
-pub type Answer<T = ()> = Result<T, AbortCode>;
+pub(crate) type Answer<T = ()> = Result<T, AbortCode>;
 
 /// In the first byte of a block transfer: the sender of it has a checksum.
 const CRC: u8 = 1 << 2;
 
 /// The eight bytes of a request or an answer.
-pub type Message = [u8; 8];
+pub(crate) type Message = [u8; 8];
 
 fn message(head: &[u8], rest: &[u8]) -> Message {
     let mut bytes = [0; 8];
@@ -32,18 +33,21 @@ impl Tester<'_> {
     }
 
     /// Sends a request that is answered by one message.
-    pub fn request(&mut self, request: Message) -> Outcome<Message> {
+    pub(crate) fn request(&mut self, request: Message) -> Outcome<Message> {
         self.send_request(request)?;
         self.answer()
     }
 
     /// Sends a request without looking for an answer.
-    pub fn send_request(&mut self, request: Message) -> Outcome {
+    pub(crate) fn send_request(&mut self, request: Message) -> Outcome {
+        if begins_download(request[0]) {
+            self.writes(u16::from_le_bytes([request[1], request[2]]), request[3])?;
+        }
         self.send(self.sdo_ids().0, &request)
     }
 
-    pub fn answer(&mut self) -> Outcome<Message> {
-        let frame = self.next(self.sdo_ids().1, PATIENCE)?;
+    pub(crate) fn answer(&mut self) -> Outcome<Message> {
+        let frame = self.next(self.sdo_ids().1, self.settings.answer)?;
         let frame = frame.ok_or_else(|| failed("the SDO server does not answer"))?;
         frame.data().try_into().map_err(|_| failed(format!("{frame} is no SDO")))
     }
@@ -56,7 +60,7 @@ impl Tester<'_> {
     }
 
     /// Reads an entry, in one message or in segments, as the server likes.
-    pub fn upload(&mut self, index: u16, sub: u8) -> Outcome<Answer<Vec<u8>>> {
+    pub(crate) fn upload(&mut self, index: u16, sub: u8) -> Outcome<Answer<Vec<u8>>> {
         let answer = match self.initiated(initiate(0x40, (index, sub), &[]))? {
             Ok(answer) => answer,
             Err(code) => return Ok(Err(code)),
@@ -87,7 +91,7 @@ impl Tester<'_> {
     }
 
     /// Writes an entry: in one message if it fits.
-    pub fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Outcome<Answer> {
+    pub(crate) fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Outcome<Answer> {
         if data.is_empty() || data.len() > 4 {
             return self.download_segments((index, sub), data);
         }
@@ -96,7 +100,7 @@ impl Tester<'_> {
         answer.map(|answer| expect(&answer, 0x60)).map_or_else(|code| Ok(Err(code)), |ok| ok.map(Ok))
     }
 
-    pub fn download_segments(&mut self, at: (u16, u8), data: &[u8]) -> Outcome<Answer> {
+    pub(crate) fn download_segments(&mut self, at: (u16, u8), data: &[u8]) -> Outcome<Answer> {
         let size = (data.len() as u32).to_le_bytes();
         if let Err(code) = self.initiated(initiate(0x21, at, &size))? {
             return Ok(Err(code));
@@ -115,7 +119,7 @@ impl Tester<'_> {
     }
 
     /// Writes at most seven bytes as a block.
-    pub fn download_block(&mut self, at: (u16, u8), data: &[u8], with_crc: bool) -> Outcome {
+    pub(crate) fn download_block(&mut self, at: (u16, u8), data: &[u8], with_crc: bool) -> Outcome {
         let size = (data.len() as u32).to_le_bytes();
         let answer = self.initiated(initiate(0xC2 | u8::from(with_crc) << 2, at, &size))?.map_err(refused)?;
         // Whether the server could make a checksum, it says in any case.
@@ -129,7 +133,7 @@ impl Tester<'_> {
     }
 
     /// Reads an entry as a block.
-    pub fn upload_block(&mut self, at: (u16, u8), with_crc: bool) -> Outcome<Vec<u8>> {
+    pub(crate) fn upload_block(&mut self, at: (u16, u8), with_crc: bool) -> Outcome<Vec<u8>> {
         let request = initiate(0xA0 | u8::from(with_crc) << 2, at, &[127]);
         let answer = self.initiated(request)?.map_err(refused)?;
         let sized = answer[0] & 2 != 0;
@@ -162,23 +166,23 @@ impl Tester<'_> {
     // What cases mostly want.
 
     /// The bytes of an entry that can be read.
-    pub fn read_bytes(&mut self, index: u16, sub: u8) -> Outcome<Vec<u8>> {
+    pub(crate) fn read_bytes(&mut self, index: u16, sub: u8) -> Outcome<Vec<u8>> {
         self.upload(index, sub)?.map_err(|code| failed(format!("reading {index:04X}:{sub:02X}: {code}")))
     }
 
     /// The number in an entry that can be read.
-    pub fn read(&mut self, index: u16, sub: u8) -> Outcome<u64> {
+    pub(crate) fn read(&mut self, index: u16, sub: u8) -> Outcome<u64> {
         let bytes = self.read_bytes(index, sub)?;
         Ok(bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte)))
     }
 
-    pub fn reads(&mut self, index: u16, sub: u8, expected: u64) -> Outcome {
+    pub(crate) fn reads(&mut self, index: u16, sub: u8, expected: u64) -> Outcome {
         let value = self.read(index, sub)?;
         ensure(value == expected, || format!("{index:04X}:{sub:02X} is {value:X}h, not {expected:X}h"))
     }
 
     /// The value is the default of the data sheet, if it has one.
-    pub fn is_default(&mut self, entry: &Entry) -> Outcome {
+    pub(crate) fn is_default(&mut self, entry: &Entry) -> Outcome {
         let (index, sub) = (entry.index, entry.sub);
         let bytes = self.read_bytes(index, sub)?;
         let default = entry.default.as_ref().and_then(|value| self.bytes_of(entry, value)).unwrap_or(bytes.clone());
@@ -186,35 +190,35 @@ impl Tester<'_> {
     }
 
     /// Writes a number with the size that the data sheet gives it.
-    pub fn try_write(&mut self, index: u16, sub: u8, value: u32) -> Outcome<Answer> {
+    pub(crate) fn try_write(&mut self, index: u16, sub: u8, value: u32) -> Outcome<Answer> {
         let entry = self.entry(index, sub)?;
         let size = self.size(&entry).unwrap_or(4).min(4);
         self.download(index, sub, &value.to_le_bytes()[..size])
     }
 
-    pub fn write(&mut self, index: u16, sub: u8, value: u32) -> Outcome {
+    pub(crate) fn write(&mut self, index: u16, sub: u8, value: u32) -> Outcome {
         let answer = self.try_write(index, sub, value)?;
         answer.map_err(|code| failed(format!("writing {value:X}h to {index:04X}:{sub:02X}: {code}")))
     }
 
-    pub fn apply(&mut self, write: Write) -> Outcome {
+    pub(crate) fn apply(&mut self, write: Write) -> Outcome {
         self.write(write.index, write.sub, write.value)
     }
 
     /// Writes without waiting for the answer, where something else is to be heard first.
-    pub fn send_write(&mut self, write: Write) -> Outcome {
+    pub(crate) fn send_write(&mut self, write: Write) -> Outcome {
         let size = self.size(&self.entry(write.index, write.sub)?).unwrap_or(4).min(4);
         let command = 0x23 | (4 - size as u8) << 2;
         self.send_request(initiate(command, (write.index, write.sub), &write.value.to_le_bytes()[..size]))
     }
 
     /// A write that is to be refused, with one of these codes, and changes nothing.
-    pub fn refuses(&mut self, index: u16, sub: u8, value: u32, codes: &[AbortCode]) -> Outcome {
+    pub(crate) fn refuses(&mut self, index: u16, sub: u8, value: u32, codes: &[AbortCode]) -> Outcome {
         let size = self.size(&self.entry(index, sub)?).unwrap_or(4).min(4);
         self.refuses_bytes(index, sub, &value.to_le_bytes()[..size], codes)
     }
 
-    pub fn refuses_bytes(&mut self, index: u16, sub: u8, data: &[u8], codes: &[AbortCode]) -> Outcome {
+    pub(crate) fn refuses_bytes(&mut self, index: u16, sub: u8, data: &[u8], codes: &[AbortCode]) -> Outcome {
         let readable = self.entry(index, sub).is_ok_and(|entry: Entry| entry.access.readable());
         let before = if readable { Some(self.upload(index, sub)?) } else { None };
         let answer = self.download(index, sub, data)?;
@@ -223,18 +227,23 @@ impl Tester<'_> {
         ensure(before == after, || format!("{index:04X}:{sub:02X} is not what it was before a refused write"))
     }
 
-    pub fn refuses_read(&mut self, index: u16, sub: u8, codes: &[AbortCode]) -> Outcome {
+    pub(crate) fn refuses_read(&mut self, index: u16, sub: u8, codes: &[AbortCode]) -> Outcome {
         let answer = self.upload(index, sub)?;
         aborted(answer.map(|_| ()), codes, || format!("reading {index:04X}:{sub:02X}"))
     }
 
     /// A message that breaks the protocol is aborted, and the server is ready again.
-    pub fn aborts(&mut self, request: Message, code: AbortCode) -> Outcome {
+    pub(crate) fn aborts(&mut self, request: Message, code: AbortCode) -> Outcome {
         let answer = self.request(request)?;
         let got = abort_of(&answer).map_or(Ok(()), Err);
         aborted(got, &[code], || format!("{request:02X?}"))?;
         self.read(0x1000, 0).map(|_| ())
     }
+}
+
+/// Whether a command begins to write an object: at once, in segments or in blocks.
+const fn begins_download(command: u8) -> bool {
+    command >> 5 == 1 || command >> 5 == 6 && command & 1 == 0
 }
 
 /// Whether a transfer was refused as it should be. The general error 0800 0000h is always allowed.
@@ -246,7 +255,7 @@ fn aborted(answer: Answer, codes: &[AbortCode], what: impl Fn() -> String) -> Ou
     }
 }
 
-fn refused(code: AbortCode) -> crate::tester::Verdict {
+fn refused(code: AbortCode) -> crate::case::Verdict {
     failed(format!("a block transfer is refused: {code}"))
 }
 

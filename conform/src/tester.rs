@@ -1,117 +1,279 @@
 //! The tester: it sends frames, hears frames and waits. Of the device under test it knows the data sheet, the
 //! node-ID, and what makes it do the things that no CANopen service can ask for.
 
-use std::fmt::Display;
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_eds::model::{Device, Entry, Value};
+use lexican_eds::{Diagnostics, Input, Severity, load};
 use lexican_runtime::host::Link;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-/// How long an answer may take.
-pub const PATIENCE_MS: u64 = 100;
-pub const PATIENCE: Duration = Duration::from_millis(PATIENCE_MS);
+use crate::case::{Case, Outcome, Verdict, ensure, failed, not_applicable};
+use crate::hazard::Hazard;
 
-/// Why a case was not passed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// The data sheet says that the device lacks what the case is about.
-    NotApplicable(String),
-    /// The device does something else.
-    Failed(String),
+/// For how long the tester listens for what is to come at once.
+pub(crate) const PATIENCE_MS: u64 = 100;
+pub(crate) const PATIENCE: Duration = Duration::from_millis(PATIENCE_MS);
+
+/// So many frames of a case are kept.
+const FRAMES: usize = 4096;
+
+/// How often it is looked whether the test has been cancelled.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// How a device is tested.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The node-ID of the device.
+    pub node: NodeId,
+    /// What the test may do beyond what is always harmless.
+    pub allow: BTreeSet<Hazard>,
+    /// How long an answer to an SDO request may take.
+    pub answer: Duration,
+    /// How long the device may take to boot.
+    pub boot: Duration,
+    /// How long one case may take.
+    pub case: Duration,
+    /// What makes the device do what no service can ask for.
+    pub stimuli: Stimuli,
 }
 
-/// The result of a case, or of a step of it.
-pub type Outcome<T = ()> = Result<T, Verdict>;
-
-/// One case of the plan.
-pub struct Case {
-    /// The number in the plan.
-    pub id: &'static str,
-    /// What has to hold.
-    pub title: &'static str,
-    /// Finds out whether it does.
-    pub run: fn(&mut Tester<'_>) -> Outcome,
-}
-
-pub const fn case(id: &'static str, title: &'static str, run: fn(&mut Tester<'_>) -> Outcome) -> Case {
-    Case { id, title, run }
+impl Settings {
+    /// Settings that fit most devices: nothing is allowed that may be dangerous, and nothing stimulates the device.
+    #[must_use]
+    pub fn new(node: NodeId) -> Self {
+        Settings {
+            node,
+            allow: BTreeSet::new(),
+            answer: Duration::from_millis(500),
+            boot: Duration::from_secs(5),
+            case: Duration::from_secs(120),
+            stimuli: Stimuli::default(),
+        }
+    }
 }
 
 /// A value to be written by SDO.
 #[derive(Clone, Copy, Debug)]
 pub struct Write {
+    /// The object.
     pub index: u16,
+    /// The sub-index.
     pub sub: u8,
+    /// The value.
     pub value: u32,
 }
 
-/// What the tester has the device do beyond CANopen: for each kind of device another, and for some an operator.
-#[derive(Clone, Copy, Debug)]
+/// What the tester has the device do beyond CANopen: for each kind of device another. Cases without their stimulus do not
+/// apply.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Stimuli {
     /// Lets the device send an emergency.
-    pub emergency: Write,
-    /// Lets an input change again and again, faster than every 20 ms; an object that TPDOs map shows it.
-    pub input_starts: Write,
-    pub input_stops: Write,
-    pub input: (u16, u8),
+    pub emergency: Option<Write>,
+    /// Lets an input change again and again.
+    pub input: Option<InputStimulus>,
+}
+
+/// Lets an input change again and again, faster than every 20 ms; an object that TPDOs map shows it.
+#[derive(Clone, Copy, Debug)]
+pub struct InputStimulus {
+    /// What begins it.
+    pub starts: Write,
+    /// What ends it.
+    pub stops: Write,
+    /// The object and sub-index that show the input.
+    pub shown_by: (u16, u8),
 }
 
 /// The data sheet of the device, and what the linter finds in it.
+#[derive(Debug)]
 pub struct Sheet {
+    /// What the data sheet says.
     pub device: Device,
+    /// Errors and warnings of the linter, with their places.
     pub findings: String,
+    /// Nothing correct can be made of the data sheet, so that a test by it would mean nothing.
+    pub is_unfit: bool,
+}
+
+impl Sheet {
+    /// Reads a data sheet and its overlays.
+    #[must_use]
+    pub fn of(input: &Input) -> Self {
+        let (device, diagnostics) = load(input);
+        let has_errors = diagnostics.iter().any(|finding| finding.severity == Severity::Error);
+        let is_unfit = has_errors || device.entry(0x1000, 0).is_none();
+        let mut grave = Diagnostics::default();
+        grave.extend(diagnostics.into_iter().filter(|finding| finding.severity > Severity::Note));
+        let findings = grave.render(input);
+        Sheet { device, findings, is_unfit }
+    }
 }
 
 /// A frame that was heard.
 pub type Heard = (Instant, Frame);
 
+/// A frame of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// When it was sent or heard.
+    pub at: Instant,
+    /// The frame.
+    pub frame: Frame,
+    /// Whether the tester sent it.
+    pub sent: bool,
+}
+
 /// The tester, on one device.
 pub struct Tester<'a> {
-    pub sheet: &'a Sheet,
-    pub node: NodeId,
-    pub stimuli: &'a Stimuli,
+    pub(crate) sheet: &'a Sheet,
+    pub(crate) settings: &'a Settings,
+    pub(crate) node: NodeId,
     link: &'a mut dyn Link,
+    cancelled: &'a AtomicBool,
+    /// Identifiers of others on the bus.
+    others: BTreeSet<CobId>,
+    /// When the case has to be over.
+    deadline: Instant,
+    frames: Vec<Record>,
+    /// What has been written by SDO in this case.
+    written: BTreeSet<(u16, u8)>,
 }
 
 impl<'a> Tester<'a> {
-    pub fn new(link: &'a mut dyn Link, node: NodeId, sheet: &'a Sheet, stimuli: &'a Stimuli) -> Self {
-        Tester { sheet, node, stimuli, link }
+    /// A tester of the device at the other end of a link.
+    pub fn new(link: &'a mut dyn Link, sheet: &'a Sheet, settings: &'a Settings, cancelled: &'a AtomicBool) -> Self {
+        let deadline = link.now() + settings.case;
+        let (others, frames, written) = (BTreeSet::new(), Vec::new(), BTreeSet::new());
+        let node = settings.node;
+        Tester { sheet, settings, node, link, cancelled, others, deadline, frames, written }
     }
 
     /// Runs one case on a device that has its defaults.
+    ///
+    /// # Errors
+    ///
+    /// Why it was not passed.
     pub fn run(&mut self, case: &Case) -> Outcome {
-        self.nmt(NmtCommand::ResetNode)?;
-        // Whether it boots as it should is for some of the cases to judge.
-        self.hear(PATIENCE)?;
+        self.frames.clear();
+        self.written.clear();
+        self.deadline = self.now() + self.settings.case;
+        if let Some(hazard) = case.needs.iter().find(|hazard| !self.settings.allow.contains(hazard)) {
+            return Err(Verdict::NotAllowed(*hazard));
+        }
+        self.reset(NmtCommand::ResetNode)?;
         (case.run)(self)
+    }
+
+    /// The frames of the last case, the first ones if there were very many.
+    #[must_use]
+    pub fn frames(&self) -> &[Record] {
+        &self.frames
+    }
+
+    /// Resets the device, and waits until it has booted. Whether it boots as it should is for some of the cases to judge.
+    pub(crate) fn reset(&mut self, command: NmtCommand) -> Outcome {
+        self.nmt(command)?;
+        self.next(self.error_control(), self.settings.boot)?;
+        self.hear(PATIENCE)?;
+        Ok(())
+    }
+
+    /// Learns what others send, who are not tested.
+    pub(crate) fn learn_others(&mut self, span: Duration) -> Outcome {
+        let heard = self.hear(span)?;
+        let own = self.node.get();
+        let is_own = |id: CobId| id.raw() & 0x7F == u32::from(own) && id.raw() > 0x80;
+        self.others = heard.iter().map(|(_, frame)| frame.id()).filter(|&id| !is_own(id)).collect();
+        Ok(())
+    }
+
+    /// Whether writing an object has been allowed.
+    pub(crate) fn allows(&self, index: u16) -> Outcome {
+        match Hazard::of_write(&self.sheet.device, index) {
+            Some(hazard) if !self.settings.allow.contains(&hazard) => Err(Verdict::NotAllowed(hazard)),
+            _ => Ok(()),
+        }
+    }
+
+    /// What may be written without being allowed, or has been.
+    pub(crate) fn may_write(&self, entry: &Entry) -> bool {
+        self.allows(entry.index).is_ok()
+    }
+
+    /// An object is about to be written.
+    pub(crate) fn writes(&mut self, index: u16, sub: u8) -> Outcome {
+        self.allows(index)?;
+        self.written.insert((index, sub));
+        Ok(())
+    }
+
+    /// What the last case has written by SDO.
+    pub(crate) fn written(&self) -> Vec<(u16, u8)> {
+        self.written.iter().copied().collect()
     }
 
     // What is sent.
 
-    pub fn send(&mut self, id: CobId, data: &[u8]) -> Outcome {
+    pub(crate) fn send(&mut self, id: CobId, data: &[u8]) -> Outcome {
         self.put(&Frame::new(id, data).expect("cases send frames of up to eight bytes"))
     }
 
-    pub fn send_remote(&mut self, id: CobId, len: usize) -> Outcome {
+    pub(crate) fn send_remote(&mut self, id: CobId, len: usize) -> Outcome {
         self.put(&Frame::remote(id, len as u8).expect("cases ask for up to eight bytes"))
     }
 
     fn put(&mut self, frame: &Frame) -> Outcome {
-        self.link.send(frame).map_err(failed)
+        self.record(*frame, true);
+        self.link.send(frame).map_err(|error| Verdict::Unfinished(error.to_string()))
+    }
+
+    fn record(&mut self, frame: Frame, sent: bool) {
+        if self.frames.len() < FRAMES {
+            self.frames.push(Record { at: self.link.now(), frame, sent });
+        }
+    }
+
+    /// The next frame of the device, no later than `until`.
+    fn receive(&mut self, until: Instant) -> Outcome<Option<Frame>> {
+        loop {
+            if self.cancelled.load(Ordering::Relaxed) {
+                return Err(Verdict::Unfinished("it was cancelled".to_owned()));
+            }
+            let now = self.now();
+            if now > self.deadline {
+                return Err(failed(format!(
+                    "the case took longer than {} s",
+                    self.settings.case.as_micros() / 1_000_000
+                )));
+            }
+            let look = until.min(now + LOOK);
+            let frame = self.link.receive_frame(look).map_err(|error| Verdict::Unfinished(error.to_string()))?;
+            match frame {
+                Some(frame) if self.others.contains(&frame.id()) => {}
+                Some(frame) => {
+                    self.record(frame, false);
+                    return Ok(Some(frame));
+                }
+                None if look >= until => return Ok(None),
+                None => {}
+            }
+        }
     }
 
     /// A command to this device.
-    pub fn nmt(&mut self, command: NmtCommand) -> Outcome {
+    pub(crate) fn nmt(&mut self, command: NmtCommand) -> Outcome {
         self.nmt_to(command, self.node.get())
     }
 
-    pub fn nmt_to(&mut self, command: NmtCommand, node: u8) -> Outcome {
+    pub(crate) fn nmt_to(&mut self, command: NmtCommand, node: u8) -> Outcome {
         self.send(CobId::NMT, &[command.code(), node])
     }
 
     /// Commands the state, and lets pass what comes of it.
-    pub fn enter(&mut self, state: NmtState) -> Outcome {
+    pub(crate) fn enter(&mut self, state: NmtState) -> Outcome {
         self.nmt(match state {
             NmtState::Operational => NmtCommand::Start,
             NmtState::Stopped => NmtCommand::Stop,
@@ -122,40 +284,40 @@ impl<'a> Tester<'a> {
     }
 
     /// A SYNC, with a counter if the device expects one.
-    pub fn sync(&mut self, counter: Option<u8>) -> Outcome {
+    pub(crate) fn sync(&mut self, counter: Option<u8>) -> Outcome {
         let data = counter.map(|counter| [counter]);
         self.send(CobId::SYNC, data.as_ref().map_or(&[], |data| data))
     }
 
     // What is heard.
 
-    pub fn now(&self) -> Instant {
+    pub(crate) fn now(&self) -> Instant {
         self.link.now()
     }
 
     /// All that is heard within `span`.
-    pub fn hear(&mut self, span: Duration) -> Outcome<Vec<Heard>> {
+    pub(crate) fn hear(&mut self, span: Duration) -> Outcome<Vec<Heard>> {
         let (end, mut heard) = (self.now() + span, Vec::new());
-        while let Some(frame) = self.link.receive_frame(end).map_err(failed)? {
+        while let Some(frame) = self.receive(end)? {
             heard.push((self.now(), frame));
         }
         Ok(heard)
     }
 
-    pub fn hear_ms(&mut self, ms: u64) -> Outcome<Vec<Heard>> {
+    pub(crate) fn hear_ms(&mut self, ms: u64) -> Outcome<Vec<Heard>> {
         self.hear(Duration::from_millis(ms))
     }
 
     /// The frames of one identifier within `ms`.
-    pub fn hear_id(&mut self, id: CobId, ms: u64) -> Outcome<Vec<Heard>> {
+    pub(crate) fn hear_id(&mut self, id: CobId, ms: u64) -> Outcome<Vec<Heard>> {
         let heard = self.hear_ms(ms)?;
         Ok(heard.into_iter().filter(|(_, frame)| frame.id() == id).collect())
     }
 
     /// The next frame of one identifier.
-    pub fn next(&mut self, id: CobId, within: Duration) -> Outcome<Option<Frame>> {
+    pub(crate) fn next(&mut self, id: CobId, within: Duration) -> Outcome<Option<Frame>> {
         let end = self.now() + within;
-        while let Some(frame) = self.link.receive_frame(end).map_err(failed)? {
+        while let Some(frame) = self.receive(end)? {
             if frame.id() == id {
                 return Ok(Some(frame));
             }
@@ -164,20 +326,20 @@ impl<'a> Tester<'a> {
     }
 
     /// Nothing is heard for so long.
-    pub fn silence(&mut self, ms: u64) -> Outcome {
+    pub(crate) fn silence(&mut self, ms: u64) -> Outcome {
         let heard = self.hear_ms(ms)?;
         ensure(heard.is_empty(), || format!("silence was expected, {} came", text(&heard)))
     }
 
     /// Exactly this frame comes, and no other of its identifier.
-    pub fn hears_once(&mut self, id: CobId, data: &[u8], ms: u64) -> Outcome {
+    pub(crate) fn hears_once(&mut self, id: CobId, data: &[u8], ms: u64) -> Outcome {
         let heard = self.hear_id(id, ms)?;
         let is_it = matches!(&heard[..], [(_, frame)] if frame.data() == data && !frame.is_remote());
         ensure(is_it, || format!("{id}#{data:02X?} was expected once, {} came", text(&heard)))
     }
 
     /// The frames of `id` come every `period_ms`, for `periods` of them.
-    pub fn hears_every(&mut self, id: CobId, period_ms: u64, periods: u64) -> Outcome<Vec<Heard>> {
+    pub(crate) fn hears_every(&mut self, id: CobId, period_ms: u64, periods: u64) -> Outcome<Vec<Heard>> {
         // Beginning with the first, so that its phase does not matter.
         let first = self.next(id, Duration::from_millis(2 * period_ms))?;
         ensure(first.is_some(), || format!("{id} does not come"))?;
@@ -197,12 +359,12 @@ impl<'a> Tester<'a> {
     // Identifiers that cannot be configured.
 
     /// Error control: boot-up, heartbeat and the answers to guarding.
-    pub fn error_control(&self) -> CobId {
+    pub(crate) fn error_control(&self) -> CobId {
         CobId::of_node(0x700, self.node)
     }
 
     /// What the next error control message says: a heartbeat, or the answer to a guarding request.
-    pub fn state(&mut self, within_ms: u64) -> Outcome<u8> {
+    pub(crate) fn state(&mut self, within_ms: u64) -> Outcome<u8> {
         let message = self.next(self.error_control(), Duration::from_millis(within_ms))?;
         match message.as_ref().map(Frame::data) {
             Some(&[state]) => Ok(state),
@@ -212,19 +374,19 @@ impl<'a> Tester<'a> {
     }
 
     /// The state that the device says it is in, asked for by guarding.
-    pub fn guarded_state(&mut self) -> Outcome<u8> {
+    pub(crate) fn guarded_state(&mut self) -> Outcome<u8> {
         self.send_remote(self.error_control(), 1)?;
         Ok(self.state(PATIENCE_MS)? & 0x7F)
     }
 
-    pub fn is_in(&mut self, state: NmtState) -> Outcome {
+    pub(crate) fn is_in(&mut self, state: NmtState) -> Outcome {
         let reported = self.guarded_state()?;
         ensure(reported == state.code(), || format!("the device says {reported:02X}, and should be {state}"))
     }
 
     // What the data sheet says.
 
-    pub fn has(&self, indices: &[u16]) -> Outcome {
+    pub(crate) fn has(&self, indices: &[u16]) -> Outcome {
         match indices.iter().find(|&&index| self.sheet.device.object(index).is_none()) {
             Some(index) => Err(not_applicable(format!("no object {index:04X}h"))),
             None => Ok(()),
@@ -232,32 +394,40 @@ impl<'a> Tester<'a> {
     }
 
     /// All entries, cloned: cases talk to the device meanwhile.
-    pub fn entries(&self, wanted: impl Fn(&Entry) -> bool) -> Vec<Entry> {
+    pub(crate) fn entries(&self, wanted: impl Fn(&Entry) -> bool) -> Vec<Entry> {
         self.sheet.device.entries().filter(|entry| wanted(entry)).cloned().collect()
     }
 
     /// The entries, of which there must be one.
-    pub fn some(&self, what: &str, wanted: impl Fn(&Entry) -> bool) -> Outcome<Vec<Entry>> {
+    pub(crate) fn some(&self, what: &str, wanted: impl Fn(&Entry) -> bool) -> Outcome<Vec<Entry>> {
         let entries = self.entries(wanted);
         if entries.is_empty() { Err(not_applicable(format!("no entry {what}"))) } else { Ok(entries) }
     }
 
-    pub fn entry(&self, index: u16, sub: u8) -> Outcome<Entry> {
+    /// The entries that are written, of which there must be one; those that may not be written are left out.
+    pub(crate) fn some_to_write(&self, what: &str, wanted: impl Fn(&Entry) -> bool) -> Outcome<Vec<Entry>> {
+        let mut entries = self.some(what, wanted)?;
+        let first = entries.first().map_or(Ok(()), |entry| self.allows(entry.index));
+        entries.retain(|entry| self.may_write(entry));
+        if entries.is_empty() { Err(first.err().unwrap_or_else(|| not_applicable(what))) } else { Ok(entries) }
+    }
+
+    pub(crate) fn entry(&self, index: u16, sub: u8) -> Outcome<Entry> {
         let entry = self.sheet.device.entry(index, sub);
         entry.cloned().ok_or_else(|| not_applicable(format!("no entry {index:04X}h:{sub:02X}h")))
     }
 
-    pub fn bits(&self, entry: &Entry) -> Option<u8> {
+    pub(crate) fn bits(&self, entry: &Entry) -> Option<u8> {
         self.sheet.device.bits(entry.data_type)
     }
 
     /// The number of bytes, of an entry of a fixed size.
-    pub fn size(&self, entry: &Entry) -> Option<usize> {
+    pub(crate) fn size(&self, entry: &Entry) -> Option<usize> {
         self.bits(entry).map(|bits| usize::from(bits.div_ceil(8)))
     }
 
     /// A value of the data sheet, as SDO carries it.
-    pub fn bytes_of(&self, entry: &Entry, value: &Value) -> Option<Vec<u8>> {
+    pub(crate) fn bytes_of(&self, entry: &Entry, value: &Value) -> Option<Vec<u8>> {
         let number = match value {
             Value::Integer(number) => *number,
             Value::NodeIdPlus(base) => i128::from(*base) + i128::from(self.node.get()),
@@ -269,25 +439,13 @@ impl<'a> Tester<'a> {
     }
 
     /// Whether a scan may read the entry and a download may write it (`ObjFlags`, CiA 306-1, 6.5.2).
-    pub fn flags(&self, entry: &Entry) -> u32 {
+    pub(crate) fn flags(&self, entry: &Entry) -> u32 {
         self.sheet.device.object(entry.index).map_or(0, |object| object.flags)
     }
 }
 
-pub fn failed(why: impl Display) -> Verdict {
-    Verdict::Failed(why.to_string())
-}
-
-pub fn not_applicable(why: impl Display) -> Verdict {
-    Verdict::NotApplicable(why.to_string())
-}
-
-pub fn ensure<S: Display>(holds: bool, why: impl FnOnce() -> S) -> Outcome {
-    if holds { Ok(()) } else { Err(failed(why())) }
-}
-
 /// Frames as candump writes them.
-pub fn text(heard: &[Heard]) -> String {
+pub(crate) fn text(heard: &[Heard]) -> String {
     let frames: Vec<String> = heard.iter().take(8).map(|(_, frame)| frame.to_string()).collect();
     if frames.is_empty() { "nothing".to_owned() } else { frames.join(" ") }
 }

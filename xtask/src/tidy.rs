@@ -13,6 +13,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-codegen", &["lexican-eds"]),
     ("lexican-runtime", &[]),
     ("lexican-profibus", &["lexican-runtime"]),
+    ("lexican-conform", &["lexican-eds", "lexican-runtime"]),
     ("lexican-driver", &["lexican-eds", "lexican-runtime"]),
     ("lexican-simulator", &["lexican-runtime"]),
     ("lexican-siko", &["lexican-driver", "lexican-runtime", "lexican-simulator"]),
@@ -29,6 +30,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         &[
             "lexican-eds",
             "lexican-codegen",
+            "lexican-conform",
             "lexican-runtime",
             "lexican-simulator",
             "lexican-kollmorgen-akd",
@@ -45,6 +47,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         &[
             "lexican-eds",
             "lexican-codegen",
+            "lexican-conform",
             "lexican-runtime",
             "lexican-driver",
             "lexican-kollmorgen-akd",

@@ -4,29 +4,30 @@ use lexican_eds::model::{Entry, ObjectKind, Value};
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
-use crate::tester::{Case, Outcome, Tester, case, ensure, failed, not_applicable};
+use crate::case::{Case, Outcome, case, ensure, failed};
+use crate::tester::Tester;
 
-pub const CASES: &[Case] = &[
-    case("4.1", "all that may be read is read, and has its size", |t| {
+pub(crate) const CASES: &[Case] = &[
+    case("306-1/6.5.2/1", "4.1", "all that may be read is read, and has its size", |t| {
         for entry in t.entries(|entry| entry.access.readable()) {
             is_read(t, &entry)?;
         }
         Ok(())
     }),
-    case("4.2", "values are the defaults", |t| are_defaults(t, |_| true)),
-    case("4.3", "what is read-only is not written", |t| {
-        for entry in t.some("is read-only", |entry| !entry.access.writable())? {
+    case("306-1/6.5.2/2", "4.2", "values are the defaults", |t| are_defaults(t, |_| true)),
+    case("306-1/6.5.2/3", "4.3", "what is read-only is not written", |t| {
+        for entry in t.some_to_write("is read-only", |entry| !entry.access.writable())? {
             is_not_written(t, &entry)?;
         }
         Ok(())
     }),
-    case("4.4", "what is write-only is not read", |t| {
+    case("306-1/6.5.2/4", "4.4", "what is write-only is not read", |t| {
         for entry in t.some("is write-only", |entry| !entry.access.readable())? {
             is_not_read(t, &entry)?;
         }
         Ok(())
     }),
-    case("4.5", "sub-index FFh has object type and data type", |t| {
+    case("306-1/6.5.2/5", "4.5", "sub-index FFh has object type and data type", |t| {
         let described = t.some("has sub-index FFh", |entry| entry.sub == 0xFF)?;
         for entry in described {
             let object = t.sheet.device.object(entry.index).ok_or_else(|| failed("an entry of no object"))?;
@@ -40,7 +41,7 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("4.6", "limits hold", |t| {
+    case("306-1/6.5.2/6", "4.6", "limits hold", |t| {
         for (entry, low, high) in limited(t)? {
             let (index, sub) = (entry.index, entry.sub);
             for value in [low, high] {
@@ -57,25 +58,32 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("4.7", "each entry is accessed in the ways that its access type allows, while PDOs work", |t| {
-        t.enter(NmtState::Operational)?;
-        for entry in t.entries(|_| true) {
-            if entry.access.readable() {
-                is_read(t, &entry)?;
-            } else {
-                is_not_read(t, &entry)?;
+    case(
+        "306-1/6.5.2/7",
+        "4.7",
+        "each entry is accessed in the ways that its access type allows, while PDOs work",
+        |t| {
+            t.enter(NmtState::Operational)?;
+            for entry in t.entries(|_| true) {
+                if entry.access.readable() {
+                    is_read(t, &entry)?;
+                } else {
+                    is_not_read(t, &entry)?;
+                }
+                if !entry.access.writable() && t.may_write(&entry) {
+                    is_not_written(t, &entry)?;
+                }
             }
-            if !entry.access.writable() {
-                is_not_written(t, &entry)?;
-            }
-        }
-        Ok(())
-    }),
-    case("4.8", "values that a scan may read are the defaults", |t| {
+            Ok(())
+        },
+    ),
+    case("306-1/6.5.2/8", "4.8", "values that a scan may read are the defaults", |t| {
         are_defaults(t, |flags| flags & NO_READ_ON_SCAN == 0)
     }),
-    case("4.9", "what was read may be written", |t| {
-        for entry in t.entries(|entry| entry.access.readable() && entry.access.writable()) {
+    case("306-1/6.5.2/9", "4.9", "what was read may be written", |t| {
+        for entry in
+            t.some_to_write("can be read and written", |entry| entry.access.readable() && entry.access.writable())?
+        {
             let (index, sub) = (entry.index, entry.sub);
             // 1010h and 1011h want a signature.
             if t.flags(&entry) & NO_WRITE_ON_DOWNLOAD != 0 || matches!(index, 0x1010 | 0x1011) {
@@ -133,14 +141,14 @@ fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
 }
 
 /// The entries with limits that can be written in one message, with the limits.
-pub fn limited(t: &Tester<'_>) -> Outcome<Vec<(Entry, i128, i128)>> {
+pub(crate) fn limited(t: &Tester<'_>) -> Outcome<Vec<(Entry, i128, i128)>> {
     let number = |value: &Option<Value>| value.as_ref().and_then(Value::as_integer);
-    let writable = t.entries(|entry| entry.access.writable() && entry.access.readable());
-    let short = writable.into_iter().filter(|entry| t.bits(entry).is_some_and(|bits| bits <= 32));
-    let limits = short.filter_map(|entry| {
+    let limits = |entry: &Entry| {
         let (low, high) = (number(&entry.low)?, number(&entry.high)?);
-        (low >= 0 && low < high).then_some((entry, low, high))
-    });
-    let limited: Vec<_> = limits.collect();
-    if limited.is_empty() { Err(not_applicable("no entry that can be written has limits")) } else { Ok(limited) }
+        let can_be_tried =
+            entry.access.writable() && entry.access.readable() && t.bits(entry).is_some_and(|bits| bits <= 32);
+        (can_be_tried && low >= 0 && low < high).then_some((low, high))
+    };
+    let limited = t.some_to_write("that can be written has limits", |entry| limits(entry).is_some())?;
+    Ok(limited.into_iter().filter_map(|entry| limits(&entry).map(|(low, high)| (entry, low, high))).collect())
 }

@@ -3,10 +3,11 @@
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId};
 
-use crate::tester::{Case, Outcome, PATIENCE_MS, Tester, case, ensure, text};
+use crate::case::{Case, Outcome, case, ensure};
+use crate::tester::{PATIENCE_MS, Tester, text};
 
-pub const CASES: &[Case] = &[
-    case("7.1", "100Ch and 100Dh are the defaults", |t| {
+pub(crate) const CASES: &[Case] = &[
+    case("301/7.5.2.11/1", "7.1", "100Ch and 100Dh are the defaults", |t| {
         guarded(t)?;
         for index in [0x100C, 0x100D] {
             let entry = t.entry(index, 0)?;
@@ -14,12 +15,12 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("7.2", "a guarding request is answered with the state", |t| {
+    case("301/7.2.8.3.2.1/1", "7.2", "a guarding request is answered with the state", |t| {
         guarded(t)?;
         t.send_remote(t.error_control(), 1)?;
         t.hears_once(t.error_control(), &[0x7F], PATIENCE_MS)
     }),
-    case("7.3", "the toggle bit begins with 0, and toggles", |t| {
+    case("301/7.2.8.3.2.1/2", "7.3", "the toggle bit begins with 0, and toggles", |t| {
         guarded(t)?;
         // Again after a reset, in the midst of the sequence.
         for answers in [&[0x7F, 0xFF, 0x7F, 0xFF, 0x7F][..], &[0x7F, 0xFF]] {
@@ -32,7 +33,7 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("7.4", "requests to other nodes are not answered", |t| {
+    case("301/7.2.8.3.2.1/3", "7.4", "requests to other nodes are not answered", |t| {
         guarded(t)?;
         let own = u16::from(t.node.get());
         for node in (0..=127).filter(|&node| node != own) {
@@ -42,12 +43,12 @@ pub const CASES: &[Case] = &[
         }
         t.is_in(NmtState::PreOperational)
     }),
-    case("7.5", "100Ch and 100Dh are written", |t| {
+    case("301/7.5.2.11/2", "7.5", "100Ch and 100Dh are written", |t| {
         guard(t)?;
         t.reads(0x100C, 0, 100)?;
         t.reads(0x100D, 0, 2)
     }),
-    case("7.6", "life guarding notices that guarding stops", |t| {
+    case("301/7.2.8.3.2.1/4", "7.6", "life guarding notices that guarding stops", |t| {
         guard(t)?;
         // It begins with the first request, and is content with requests in time.
         t.silence(500)?;
@@ -58,30 +59,30 @@ pub const CASES: &[Case] = &[
         }
         lost(t, 80)
     }),
-    case("7.101", "1017h is written", |t| {
+    case("301/7.5.2.20/1", "7.101", "1017h is written", |t| {
         t.has(&[0x1017])?;
         t.write(0x1017, 0, 100)?;
         t.reads(0x1017, 0, 100)
     }),
-    case("7.102", "heartbeats come in their time, with the state", |t| {
+    case("301/7.2.8.3.2.2/1", "7.102", "heartbeats come in their time, with the state", |t| {
         heartbeat(t, 100)?;
         let beats = t.hears_every(t.error_control(), 100, 10)?;
         ensure(beats.iter().all(|(_, frame)| frame.data() == [0x7F]), || text(&beats))
     }),
-    case("7.103", "the heartbeat is switched off", |t| {
+    case("301/7.2.8.3.2.2/2", "7.103", "the heartbeat is switched off", |t| {
         heartbeat(t, 100)?;
         t.hears_every(t.error_control(), 100, 3)?;
         t.write(0x1017, 0, 0)?;
         t.silence(1000)
     }),
-    case("7.104", "a node has one heartbeat consumer", |t| {
+    case("301/7.5.2.19/1", "7.104", "a node has one heartbeat consumer", |t| {
         t.entry(0x1016, 2)?;
         t.write(0x1016, 1, WATCH)?;
         t.refuses(0x1016, 2, WATCH, &[AbortCode::PARAMETER_INCOMPATIBLE])?;
         // The same again is no second one.
         t.write(0x1016, 1, WATCH)
     }),
-    case("7.105", "heartbeats in time are no error", |t| {
+    case("301/7.2.8.3.2.2/3", "7.105", "heartbeats in time are no error", |t| {
         watch(t)?;
         for _ in 0..20 {
             beat(t, 0x05)?;
@@ -89,7 +90,7 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("7.106", "a heartbeat that is late is an error", |t| {
+    case("301/7.2.8.3.2.2/4", "7.106", "a heartbeat that is late is an error", |t| {
         watch(t)?;
         // The first one begins it.
         t.silence(300)?;
@@ -97,7 +98,7 @@ pub const CASES: &[Case] = &[
         t.silence(90)?;
         lost(t, 20)
     }),
-    case("7.107", "after a reset no heartbeat is waited for", |t| {
+    case("301/7.2.8.3.2.2/5", "7.107", "after a reset no heartbeat is waited for", |t| {
         watch(t)?;
         beat(t, 0x05)?;
         t.nmt(NmtCommand::ResetNode)?;
@@ -106,19 +107,19 @@ pub const CASES: &[Case] = &[
         t.reads(0x1016, 1, 0)?;
         t.reads(0x1001, 0, 0)
     }),
-    case("7.201", "heartbeat and guarding have their objects", |t| {
+    case("301/7.2.8.2.2/1", "7.201", "heartbeat and guarding have their objects", |t| {
         both(t)?;
         for index in [0x100C, 0x100D, 0x1017] {
             t.read(index, 0)?;
         }
         Ok(())
     }),
-    case("7.202", "heartbeat off: none comes", |t| {
+    case("301/7.2.8.2.2/2", "7.202", "heartbeat off: none comes", |t| {
         both(t)?;
         heartbeat(t, 0)?;
         t.silence(1000)
     }),
-    case("7.203", "heartbeat off, guarding on: requests are answered", |t| {
+    case("301/7.2.8.2.2/3", "7.203", "heartbeat off, guarding on: requests are answered", |t| {
         both(t)?;
         heartbeat(t, 0)?;
         guard(t)?;
@@ -128,24 +129,24 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("7.204", "guarding off, heartbeat on: heartbeats come", |t| {
+    case("301/7.2.8.2.2/4", "7.204", "guarding off, heartbeat on: heartbeats come", |t| {
         both(t)?;
         heartbeat(t, 100)?;
         t.hears_every(t.error_control(), 100, 10).map(|_| ())
     }),
-    case("7.205", "guarding off, heartbeat on: requests are not answered", |t| {
+    case("301/7.2.8.2.2/5", "7.205", "guarding off, heartbeat on: requests are not answered", |t| {
         both(t)?;
         heartbeat(t, 100)?;
         unanswered(t)
     }),
-    case("7.206", "both on: heartbeats come", |t| {
+    case("301/7.2.8.2.2/6", "7.206", "both on: heartbeats come", |t| {
         both(t)?;
         guard(t)?;
         heartbeat(t, 100)?;
         let beats = t.hears_every(t.error_control(), 100, 10)?;
         ensure(beats.iter().all(|(_, frame)| frame.data() == [0x7F]), || text(&beats))
     }),
-    case("7.207", "both on: requests are not answered", |t| {
+    case("301/7.2.8.2.2/7", "7.207", "both on: requests are not answered", |t| {
         both(t)?;
         guard(t)?;
         heartbeat(t, 100)?;
@@ -165,7 +166,7 @@ fn both(t: &Tester<'_>) -> Outcome {
 }
 
 /// A life time of 200 ms.
-pub fn guard(t: &mut Tester<'_>) -> Outcome {
+pub(crate) fn guard(t: &mut Tester<'_>) -> Outcome {
     guarded(t)?;
     t.write(0x100C, 0, 100)?;
     t.write(0x100D, 0, 2)

@@ -10,10 +10,10 @@ mod pdo_mapping;
 mod sdo;
 mod storing;
 
-use crate::tester::Case;
+use crate::case::Case;
 
 /// All of them, in the order of the plan.
-pub fn all() -> impl Iterator<Item = &'static Case> {
+pub fn cases() -> impl Iterator<Item = &'static Case> {
     let chapters = [
         sdo::CASES,
         pdo::CASES,

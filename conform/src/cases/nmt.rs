@@ -6,10 +6,11 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 
 use super::pdo::{Transmission, configure, tpdos, transmission};
 use super::{error_control, messages};
-use crate::tester::{Case, Outcome, PATIENCE, PATIENCE_MS, Tester, Verdict, case, ensure, not_applicable, text};
+use crate::case::{Case, Outcome, Verdict, case, ensure, not_applicable};
+use crate::tester::{PATIENCE_MS, Tester, text};
 
-pub const CASES: &[Case] = &[
-    case("9.1", "the device boots up, with its defaults", |t| {
+pub(crate) const CASES: &[Case] = &[
+    case("301/7.3.2.2.1/1", "9.1", "the device boots up, with its defaults", |t| {
         for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
             let changed = [(0x1017, 1000), (0x1006, 10_000), (0x1007, 1)];
             for (index, value) in changed {
@@ -27,12 +28,12 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("9.2", "PRE-OPERATIONAL comes with the boot-up message, and has all but PDOs", |t| {
+    case("301/7.3.2.2.5/1", "9.2", "PRE-OPERATIONAL comes with the boot-up message, and has all but PDOs", |t| {
         t.nmt(NmtCommand::ResetNode)?;
         t.hears_once(t.error_control(), &[0], 500)?;
         has_services(t, NmtState::PreOperational)
     }),
-    case("9.3", "OPERATIONAL has all services, and is left when guarding stops", |t| {
+    case("301/7.3.2.2.5/2", "9.3", "OPERATIONAL has all services, and is left when guarding stops", |t| {
         has_services(t, NmtState::Operational)?;
         if t.has(&[0x100C, 0x100D]).is_err() {
             return Ok(());
@@ -53,8 +54,10 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("9.4", "STOPPED has NMT and error control, and nothing else", |t| has_services(t, NmtState::Stopped)),
-    case("10.1", "both resets lead to PRE-OPERATIONAL from every state", |t| {
+    case("301/7.3.2.2.5/3", "9.4", "STOPPED has NMT and error control, and nothing else", |t| {
+        has_services(t, NmtState::Stopped)
+    }),
+    case("301/7.2.8.2.1/1", "10.1", "both resets lead to PRE-OPERATIONAL from every state", |t| {
         for state in STATES {
             for node in [t.node.get(), 0] {
                 for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
@@ -66,8 +69,9 @@ pub const CASES: &[Case] = &[
             }
             t.enter(state)?;
             t.nmt_to(NmtCommand::ResetNode, other(t))?;
-            let booted = t.next(t.error_control(), PATIENCE)?;
-            ensure(booted.is_none(), || "a reset of another node is obeyed")?;
+            let heard = t.hear_id(t.error_control(), PATIENCE_MS)?;
+            let booted = heard.iter().any(|(_, frame)| frame.data() == [0]);
+            ensure(!booted, || "a reset of another node is obeyed")?;
         }
         t.nmt(NmtCommand::ResetNode)?;
         t.hear_ms(PATIENCE_MS)?;
@@ -85,13 +89,15 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("10.2", "PRE-OPERATIONAL is entered from every state", |t| {
+    case("301/7.2.8.2.1/2", "10.2", "PRE-OPERATIONAL is entered from every state", |t| {
         transitions(t, NmtCommand::EnterPreOperational, NmtState::PreOperational)
     }),
-    case("10.3", "OPERATIONAL is entered from every state", |t| {
+    case("301/7.2.8.2.1/3", "10.3", "OPERATIONAL is entered from every state", |t| {
         transitions(t, NmtCommand::Start, NmtState::Operational)
     }),
-    case("10.4", "STOPPED is entered from every state", |t| transitions(t, NmtCommand::Stop, NmtState::Stopped)),
+    case("301/7.2.8.2.1/4", "10.4", "STOPPED is entered from every state", |t| {
+        transitions(t, NmtCommand::Stop, NmtState::Stopped)
+    }),
 ];
 
 const STATES: [NmtState; 3] = [NmtState::PreOperational, NmtState::Operational, NmtState::Stopped];
@@ -102,6 +108,7 @@ fn other(t: &Tester<'_>) -> u8 {
 }
 
 fn transitions(t: &mut Tester<'_>, command: NmtCommand, target: NmtState) -> Outcome {
+    shows_its_state(t)?;
     for state in STATES {
         for node in [t.node.get(), 0] {
             t.enter(state)?;
@@ -116,15 +123,27 @@ fn transitions(t: &mut Tester<'_>, command: NmtCommand, target: NmtState) -> Out
     Ok(())
 }
 
-/// The device says which state it is in: when it is guarded, or else by its heartbeat.
-fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+/// Lets the device send its state without being asked, if it cannot be guarded.
+fn shows_its_state(t: &mut Tester<'_>) -> Outcome {
     if t.has(&[0x100C]).is_ok() {
-        // What the command has brought with it is not the answer.
-        t.hear_ms(5)?;
-        return t.is_in(state);
+        return Ok(());
     }
     t.has(&[0x1017])?;
-    let reported = t.state(1100)?;
+    t.write(0x1017, 0, PATIENCE_MS as u32)
+}
+
+/// The device says which state it is in: when it is guarded, or else by its heartbeat. In STOPPED it has to show that
+/// already.
+fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+    if state != NmtState::Stopped {
+        shows_its_state(t)?;
+    }
+    // What the command has brought with it is not the answer.
+    t.hear_ms(5)?;
+    if t.has(&[0x100C]).is_ok() {
+        return t.is_in(state);
+    }
+    let reported = t.state(2 * PATIENCE_MS)?;
     ensure(reported == state.code(), || format!("the heartbeat says {reported:02X}, and should be {state}"))
 }
 
@@ -192,7 +211,7 @@ fn received(t: &mut Tester<'_>) -> Outcome<(CobId, Pdo)> {
     for pdo in t.sheet.device.pdos.clone() {
         let readable = |mapped: &lexican_eds::model::Mapped| {
             let whole = mapped.bits.is_multiple_of(8);
-            whole && t.entry(mapped.index, mapped.sub).is_ok_and(|entry| entry.access.readable())
+            whole && t.entry(mapped.index, mapped.sub).is_ok_and(|entry| entry.access.readable() && t.may_write(&entry))
         };
         if pdo.direction == Direction::Receive && !pdo.mapping.is_empty() && pdo.mapping.iter().all(readable) {
             let cob_id = t.read(0x13FF + pdo.number, 1)? as u32;

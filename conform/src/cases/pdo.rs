@@ -4,29 +4,48 @@ use lexican_eds::model::{Direction, Pdo};
 use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
 
-use crate::tester::{Case, Outcome, Tester, case, ensure, not_applicable};
+use crate::case::{Case, Outcome, case, ensure, not_applicable};
+use crate::tester::{InputStimulus, Tester};
 
-pub const CASES: &[Case] = &[
-    case("3.1", "the parameters of RPDOs are read", |t| are_read(t, 0x1400..=0x15FF)),
-    case("3.2", "the parameters of TPDOs are read", |t| are_read(t, 0x1800..=0x19FF)),
-    case("3.3", "OPERATIONAL: a remote frame asks for a TPDO", |t| remote(t, NmtState::Operational)),
-    case("3.4", "OPERATIONAL: an event sends a TPDO", |t| event(t, NmtState::Operational)),
-    case("3.5", "OPERATIONAL: the event timer sends a TPDO", |t| timer(t, NmtState::Operational)),
-    case("3.6", "OPERATIONAL: every third SYNC sends a TPDO", |t| cyclic(t, NmtState::Operational)),
-    case("3.7", "OPERATIONAL: the SYNC after an event sends a TPDO", |t| acyclic(t, NmtState::Operational)),
-    case("3.8", "OPERATIONAL: counting begins with the SYNC start value", |t| sync_start(t, NmtState::Operational)),
-    case("3.9", "STOPPED: a remote frame asks in vain", |t| remote(t, NmtState::Stopped)),
-    case("3.10", "STOPPED: an event sends nothing", |t| event(t, NmtState::Stopped)),
-    case("3.11", "STOPPED: the event timer sends nothing", |t| timer(t, NmtState::Stopped)),
-    case("3.12", "STOPPED: every third SYNC sends nothing", |t| cyclic(t, NmtState::Stopped)),
-    case("3.13", "STOPPED: the SYNC after an event sends nothing", |t| acyclic(t, NmtState::Stopped)),
-    case("3.14", "STOPPED: the SYNC start value sends nothing", |t| sync_start(t, NmtState::Stopped)),
-    case("3.15", "PRE-OPERATIONAL: a remote frame asks in vain", |t| remote(t, NmtState::PreOperational)),
-    case("3.16", "PRE-OPERATIONAL: an event sends nothing", |t| event(t, NmtState::PreOperational)),
-    case("3.17", "PRE-OPERATIONAL: the event timer sends nothing", |t| timer(t, NmtState::PreOperational)),
-    case("3.18", "PRE-OPERATIONAL: every third SYNC sends nothing", |t| cyclic(t, NmtState::PreOperational)),
-    case("3.19", "PRE-OPERATIONAL: the SYNC after an event sends nothing", |t| acyclic(t, NmtState::PreOperational)),
-    case("3.20", "PRE-OPERATIONAL: the SYNC start value sends nothing", |t| sync_start(t, NmtState::PreOperational)),
+pub(crate) const CASES: &[Case] = &[
+    case("301/7.5.2.35/1", "3.1", "the parameters of RPDOs are read", |t| are_read(t, 0x1400..=0x15FF)),
+    case("301/7.5.2.37/1", "3.2", "the parameters of TPDOs are read", |t| are_read(t, 0x1800..=0x19FF)),
+    case("301/7.2.2.3/1", "3.3", "OPERATIONAL: a remote frame asks for a TPDO", |t| remote(t, NmtState::Operational)),
+    case("301/7.2.2.3/2", "3.4", "OPERATIONAL: an event sends a TPDO", |t| event(t, NmtState::Operational)),
+    case("301/7.2.2.3/3", "3.5", "OPERATIONAL: the event timer sends a TPDO", |t| timer(t, NmtState::Operational)),
+    case("301/7.2.2.2/1", "3.6", "OPERATIONAL: every third SYNC sends a TPDO", |t| cyclic(t, NmtState::Operational)),
+    case("301/7.2.2.2/2", "3.7", "OPERATIONAL: the SYNC after an event sends a TPDO", |t| {
+        acyclic(t, NmtState::Operational)
+    }),
+    case("301/7.5.2.37/2", "3.8", "OPERATIONAL: counting begins with the SYNC start value", |t| {
+        sync_start(t, NmtState::Operational)
+    }),
+    case("301/7.3.2.2.4/1", "3.9", "STOPPED: a remote frame asks in vain", |t| remote(t, NmtState::Stopped)),
+    case("301/7.3.2.2.4/2", "3.10", "STOPPED: an event sends nothing", |t| event(t, NmtState::Stopped)),
+    case("301/7.3.2.2.4/3", "3.11", "STOPPED: the event timer sends nothing", |t| timer(t, NmtState::Stopped)),
+    case("301/7.3.2.2.4/4", "3.12", "STOPPED: every third SYNC sends nothing", |t| cyclic(t, NmtState::Stopped)),
+    case("301/7.3.2.2.4/5", "3.13", "STOPPED: the SYNC after an event sends nothing", |t| {
+        acyclic(t, NmtState::Stopped)
+    }),
+    case("301/7.3.2.2.4/6", "3.14", "STOPPED: the SYNC start value sends nothing", |t| {
+        sync_start(t, NmtState::Stopped)
+    }),
+    case("301/7.3.2.2.2/1", "3.15", "PRE-OPERATIONAL: a remote frame asks in vain", |t| {
+        remote(t, NmtState::PreOperational)
+    }),
+    case("301/7.3.2.2.2/2", "3.16", "PRE-OPERATIONAL: an event sends nothing", |t| event(t, NmtState::PreOperational)),
+    case("301/7.3.2.2.2/3", "3.17", "PRE-OPERATIONAL: the event timer sends nothing", |t| {
+        timer(t, NmtState::PreOperational)
+    }),
+    case("301/7.3.2.2.2/4", "3.18", "PRE-OPERATIONAL: every third SYNC sends nothing", |t| {
+        cyclic(t, NmtState::PreOperational)
+    }),
+    case("301/7.3.2.2.2/5", "3.19", "PRE-OPERATIONAL: the SYNC after an event sends nothing", |t| {
+        acyclic(t, NmtState::PreOperational)
+    }),
+    case("301/7.3.2.2.2/6", "3.20", "PRE-OPERATIONAL: the SYNC start value sends nothing", |t| {
+        sync_start(t, NmtState::PreOperational)
+    }),
 ];
 
 fn are_read(t: &mut Tester<'_>, indices: std::ops::RangeInclusive<u16>) -> Outcome {
@@ -34,26 +53,26 @@ fn are_read(t: &mut Tester<'_>, indices: std::ops::RangeInclusive<u16>) -> Outco
 }
 
 /// A TPDO that the tester has configured.
-pub struct Tpdo {
-    pub id: CobId,
+pub(crate) struct Tpdo {
+    pub(crate) id: CobId,
     /// The bytes that it has.
-    pub len: usize,
+    pub(crate) len: usize,
 }
 
 /// How a TPDO is to be sent.
 #[derive(Clone, Copy, Default)]
-pub struct Transmission {
-    pub code: u8,
-    pub event_timer_ms: u16,
-    pub sync_start: u8,
+pub(crate) struct Transmission {
+    pub(crate) code: u8,
+    pub(crate) event_timer_ms: u16,
+    pub(crate) sync_start: u8,
 }
 
-pub fn transmission(code: u8) -> Transmission {
+pub(crate) fn transmission(code: u8) -> Transmission {
     Transmission { code, ..Transmission::default() }
 }
 
 /// The TPDOs of the data sheet whose transmission type can be set.
-pub fn tpdos(t: &Tester<'_>) -> Outcome<Vec<Pdo>> {
+pub(crate) fn tpdos(t: &Tester<'_>) -> Outcome<Vec<Pdo>> {
     let mut tpdos = t.sheet.device.pdos.clone();
     tpdos.retain(|pdo| {
         let settable = |sub| t.entry(0x17FF + pdo.number, sub).is_ok_and(|entry| entry.access.writable());
@@ -63,7 +82,7 @@ pub fn tpdos(t: &Tester<'_>) -> Outcome<Vec<Pdo>> {
 }
 
 /// Configures a TPDO while it is switched off, and allows remote frames. The device is PRE-OPERATIONAL then.
-pub fn configure(t: &mut Tester<'_>, pdo: &Pdo, how: Transmission) -> Outcome<Tpdo> {
+pub(crate) fn configure(t: &mut Tester<'_>, pdo: &Pdo, how: Transmission) -> Outcome<Tpdo> {
     const OFF: u32 = 1 << 31;
     const NO_REMOTE: u32 = 1 << 30;
     let index = 0x17FF + pdo.number;
@@ -118,30 +137,31 @@ fn remote(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 }
 
 /// The TPDO that shows the input which the stimulus lets change.
-fn with_input(t: &Tester<'_>) -> Outcome<Pdo> {
-    let (index, sub) = t.stimuli.input;
-    let mapped = |pdo: &Pdo| pdo.mapping.iter().any(|mapped| (mapped.index, mapped.sub) == (index, sub));
-    tpdos(t)?.into_iter().find(mapped).ok_or_else(|| not_applicable("no TPDO shows the input"))
+fn with_input(t: &Tester<'_>) -> Outcome<(Pdo, InputStimulus)> {
+    let stimulus = t.settings.stimuli.input.ok_or_else(|| not_applicable("nothing is known that changes an input"))?;
+    let mapped = |pdo: &Pdo| pdo.mapping.iter().any(|mapped| (mapped.index, mapped.sub) == stimulus.shown_by);
+    let pdo = tpdos(t)?.into_iter().find(mapped).ok_or_else(|| not_applicable("no TPDO shows the input"))?;
+    Ok((pdo, stimulus))
 }
 
 fn event(t: &mut Tester<'_>, state: NmtState) -> Outcome {
-    let pdo = with_input(t)?;
+    let (pdo, input) = with_input(t)?;
     for code in [254, 255] {
         let tpdo = configure(t, &pdo, transmission(code))?;
-        t.apply(t.stimuli.input_starts)?;
+        t.apply(input.starts)?;
         t.enter(state)?;
         let heard = t.hear_id(tpdo.id, 200)?;
         if state == NmtState::Operational {
             ensure(heard.len() >= 9, || format!("{} comes {} times while the input changes", tpdo.id, heard.len()))?;
             let differ = heard.windows(2).all(|two| two[0].1.data() != two[1].1.data());
             ensure(differ, || format!("{} comes without a change", tpdo.id))?;
-            t.apply(t.stimuli.input_stops)?;
+            t.apply(input.stops)?;
             t.hear_ms(20)?;
             t.silence(200)?;
         } else {
             ensure(heard.is_empty(), || format!("{} comes in {state}", tpdo.id))?;
             t.enter(NmtState::PreOperational)?;
-            t.apply(t.stimuli.input_stops)?;
+            t.apply(input.stops)?;
         }
     }
     Ok(())
@@ -182,9 +202,9 @@ fn cyclic(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 }
 
 fn acyclic(t: &mut Tester<'_>, state: NmtState) -> Outcome {
-    let pdo = with_input(t)?;
+    let (pdo, input) = with_input(t)?;
     let tpdo = configure(t, &pdo, transmission(0))?;
-    t.apply(t.stimuli.input_starts)?;
+    t.apply(input.starts)?;
     t.enter(state)?;
     // Without SYNC there is nothing, however the input changes.
     let heard = t.hear_id(tpdo.id, 100)?;
@@ -192,7 +212,7 @@ fn acyclic(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     let counts = after_each(t, tpdo.id, [None; 4].into_iter())?;
     compare(&counts, &[1; 4], state)?;
     if state == NmtState::Operational {
-        t.apply(t.stimuli.input_stops)?;
+        t.apply(input.stops)?;
         after_each(t, tpdo.id, [None].into_iter())?;
         let counts = after_each(t, tpdo.id, [None; 3].into_iter())?;
         compare(&counts, &[0; 3], state)?;

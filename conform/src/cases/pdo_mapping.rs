@@ -6,17 +6,18 @@ use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
 use super::pdo::{configure, transmission};
+use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
 use crate::sdo::Answer;
-use crate::tester::{Case, Outcome, Tester, case, ensure, failed, not_applicable};
+use crate::tester::Tester;
 
-pub const CASES: &[Case] = &[
-    case("3.21", "the mappings are those of the data sheet, and what they map exists", |t| {
+pub(crate) const CASES: &[Case] = &[
+    case("301/7.5.2.38/1", "3.21", "the mappings are those of the data sheet, and what they map exists", |t| {
         for pdo in t.sheet.device.pdos.clone() {
             is_mapped_as_described(t, &pdo)?;
         }
         Ok(())
     }),
-    case("3.22", "a mapping by the procedure is sent", |t| {
+    case("301/7.5.2.38/2", "3.22", "a mapping by the procedure is sent", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
         let entry = of_some_value(t, &pdo)?;
         map(t, &pdo, &[parameter(t, &entry)])?.map_err(|code| failed(format!("the mapping is refused: {code}")))?;
@@ -26,17 +27,17 @@ pub const CASES: &[Case] = &[
         t.sync(None)?;
         t.hears_once(tpdo.id, &value, 20)
     }),
-    case("3.23", "a mapping is not changed while it counts", |t| {
+    case("301/7.5.2.38/3", "3.23", "a mapping is not changed while it counts", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
         let entry = of_some_value(t, &pdo)?;
         switch_off(t, &pdo)?;
         refuses_mapping(t, mapping_index(&pdo), 1, parameter(t, &entry))
     }),
-    case("3.24", "a mapping is not changed while the PDO exists", |t| {
+    case("301/7.5.2.38/4", "3.24", "a mapping is not changed while the PDO exists", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
         refuses_mapping(t, mapping_index(&pdo), 0, 0)
     }),
-    case("3.25", "more objects than there are entries are not mapped", |t| {
+    case("301/7.5.2.38/5", "3.25", "more objects than there are entries are not mapped", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
         switch_off(t, &pdo)?;
         let index = mapping_index(&pdo);
@@ -48,7 +49,7 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("3.26", "objects of more than eight bytes together are not mapped", |t| {
+    case("301/7.5.2.38/6", "3.26", "objects of more than eight bytes together are not mapped", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
         let entries = mappable(t, "of eight bytes together", |t, entry| sends(entry) && t.bits(entry) >= Some(8))?;
         let room = t.entries(|entry| entry.index == mapping_index(&pdo)).len() - 1;
@@ -61,19 +62,25 @@ pub const CASES: &[Case] = &[
         }
         is_refused(map(t, &pdo, &longest)?, &[AbortCode::PDO_LENGTH_EXCEEDED])
     }),
-    case("3.27", "an output is received", |t| maps(t, Direction::Receive, "is an output", receives_only)),
-    case("3.28", "an input is not received", |t| does_not_map(t, Direction::Receive, "is an input", sends_only)),
-    case("3.29", "what no PDO maps is not received", |t| {
+    case("301/7.5.2.36/1", "3.27", "an output is received", |t| {
+        maps(t, Direction::Receive, "is an output", receives_only)
+    }),
+    case("301/7.5.2.36/2", "3.28", "an input is not received", |t| {
+        does_not_map(t, Direction::Receive, "is an input", sends_only)
+    }),
+    case("301/7.5.2.36/3", "3.29", "what no PDO maps is not received", |t| {
         does_not_map(t, Direction::Receive, "no PDO maps", |entry| !entry.pdo_mapping)
     }),
-    case("3.30", "an input is transmitted", |t| maps(t, Direction::Transmit, "is an input", sends_only)),
-    case("3.31", "an output is not transmitted", |t| {
+    case("301/7.5.2.38/7", "3.30", "an input is transmitted", |t| {
+        maps(t, Direction::Transmit, "is an input", sends_only)
+    }),
+    case("301/7.5.2.38/8", "3.31", "an output is not transmitted", |t| {
         does_not_map(t, Direction::Transmit, "is an output", receives_only)
     }),
-    case("3.32", "what no PDO maps is not transmitted", |t| {
+    case("301/7.5.2.38/9", "3.32", "what no PDO maps is not transmitted", |t| {
         does_not_map(t, Direction::Transmit, "no PDO maps", |entry| !entry.pdo_mapping)
     }),
-    case("3.33", "a placeholder is received", |t| {
+    case("301/7.5.2.36/4", "3.33", "a placeholder is received", |t| {
         let pdo = dynamic(t, Direction::Receive)?;
         let dummies = t.sheet.device.dummies.clone();
         let dummy = |data_type: &DataType| Some(u32::from(data_type.code()) << 16 | u32::from(data_type.bits()?));

@@ -3,62 +3,70 @@
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{AbortCode, CobId};
 
-use crate::tester::{Case, Outcome, Tester, case, ensure, failed, not_applicable};
+use super::storing::BOTH;
+use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
+use crate::tester::Tester;
 
-pub const CASES: &[Case] = &[
-    case("1.0", "the data sheet has no findings", |t| ensure(t.sheet.findings.is_empty(), || &t.sheet.findings)),
-    case("2.1", "1000h is read in one message", |t| {
+pub(crate) const CASES: &[Case] = &[
+    case("306-1/6/1", "1.0", "the data sheet has no findings", |t| {
+        ensure(t.sheet.findings.is_empty(), || &t.sheet.findings)
+    }),
+    case("301/7.2.4.3.6/1", "2.1", "1000h is read in one message", |t| {
         let answer = t.request([0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
         ensure(answer[..4] == [0x43, 0x00, 0x10, 0], || format!("{answer:02X?}"))?;
         let entry = t.entry(0x1000, 0)?;
         let default = entry.default.as_ref().and_then(|value| t.bytes_of(&entry, value));
         ensure(default.is_none_or(|default| default == answer[4..]), || format!("1000h is {:02X?}", &answer[4..]))
     }),
-    case("2.2", "communication parameters are written and read back", written_and_read),
-    case("2.3", "1000h is not written", |t| {
+    case("301/7.5.2/1", "2.2", "communication parameters are written and read back", written_and_read),
+    case("301/7.2.4.3.17/1", "2.3", "1000h is not written", |t| {
         t.refuses(0x1000, 0, 0, &[AbortCode::READ_ONLY, AbortCode::UNSUPPORTED_ACCESS])
     }),
-    case("2.4", "an entry that is write-only is not read", |t| {
+    case("301/7.2.4.3.17/2", "2.4", "an entry that is write-only is not read", |t| {
         let entries = t.some("is write-only", |entry| !entry.access.readable())?;
         t.refuses_read(entries[0].index, entries[0].sub, &[AbortCode::WRITE_ONLY, AbortCode::UNSUPPORTED_ACCESS])
     }),
-    case("2.5", "1000h:01 does not exist", |t| t.refuses_read(0x1000, 1, &[AbortCode::NO_SUCH_SUB_INDEX])),
-    case("2.6", "1004h does not exist", |t| t.refuses_read(0x1004, 0, &[AbortCode::NO_SUCH_OBJECT])),
-    case("2.7", "an unknown command is aborted", |t| {
+    case("301/7.2.4.3.17/3", "2.5", "1000h:01 does not exist", |t| {
+        t.refuses_read(0x1000, 1, &[AbortCode::NO_SUCH_SUB_INDEX])
+    }),
+    case("301/7.2.4.3.17/4", "2.6", "1004h does not exist", |t| {
+        t.refuses_read(0x1004, 0, &[AbortCode::NO_SUCH_OBJECT])
+    }),
+    case("301/7.2.4.3.17/5", "2.7", "an unknown command is aborted", |t| {
         t.aborts([0xE0, 0x00, 0x10, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)
     }),
-    case("2.8", "four bytes do not fit into one or two", |t| {
+    case("301/7.2.4.3.17/6", "2.8", "four bytes do not fit into one or two", |t| {
         for bits in [8, 16] {
             of_another_length(t, bits, &[0; 4], AbortCode::LENGTH_TOO_HIGH)?;
         }
         Ok(())
     }),
-    case("2.9", "one byte does not fill two or four", |t| {
+    case("301/7.2.4.3.17/7", "2.9", "one byte does not fill two or four", |t| {
         for bits in [16, 32] {
             of_another_length(t, bits, &[0], AbortCode::LENGTH_TOO_LOW)?;
         }
         Ok(())
     }),
-    case("2.10", "a value above its limit is not written", |t| {
+    case("301/7.2.4.3.17/8", "2.10", "a value above its limit is not written", |t| {
         beyond_its_limit(t, |low_high| low_high.1.checked_add(1), AbortCode::VALUE_TOO_HIGH)
     }),
-    case("2.11", "a value below its limit is not written", |t| {
+    case("301/7.2.4.3.17/9", "2.11", "a value below its limit is not written", |t| {
         beyond_its_limit(t, |low_high| low_high.0.checked_sub(1), AbortCode::VALUE_TOO_LOW)
     }),
-    case("2.12", "1200h has the identifiers of the default server", |t| {
+    case("301/7.5.2.33/1", "2.12", "1200h has the identifiers of the default server", |t| {
         t.has(&[0x1200])?;
         let node = u64::from(t.node.get());
         t.reads(0x1200, 1, 0x600 + node)?;
         t.reads(0x1200, 2, 0x580 + node)
     }),
-    case("2.13", "1000h is read by a client that goes on with segments", |t| {
+    case("301/7.2.4.3.7/1", "2.13", "1000h is read by a client that goes on with segments", |t| {
         // Four bytes come at once, so there is no segment to be asked for.
         t.read(0x1000, 0)?;
         t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)
     }),
-    case("2.14", "100Ch is written in segments", |t| in_segments(t, 0x100C)),
-    case("2.15", "1017h is written in segments", |t| in_segments(t, 0x1017)),
-    case("2.16", "more than four bytes are read in segments", |t| {
+    case("301/7.2.4.3.4/1", "2.14", "100Ch is written in segments", |t| in_segments(t, 0x100C)),
+    case("301/7.2.4.3.4/2", "2.15", "1017h is written in segments", |t| in_segments(t, 0x1017)),
+    case("301/7.2.4.3.6/2", "2.16", "more than four bytes are read in segments", |t| {
         let (index, sub, default) = long_text(t)?;
         let answer = t.request([0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0])?;
         let size = (default.len() as u32).to_le_bytes();
@@ -67,12 +75,12 @@ pub const CASES: &[Case] = &[
         let bytes = t.read_bytes(index, sub)?;
         ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}"))
     }),
-    case("2.17", "a wrong toggle bit is aborted", |t| {
+    case("301/7.2.4.3.7/2", "2.17", "a wrong toggle bit is aborted", |t| {
         let (index, sub, _) = long_text(t)?;
         t.request([0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0])?;
         t.aborts([0x70, 0, 0, 0, 0, 0, 0, 0], AbortCode::TOGGLE_BIT)
     }),
-    case("2.18", "segments come to their end, time and again", |t| {
+    case("301/7.2.4.3.7/3", "2.18", "segments come to their end, time and again", |t| {
         let (index, sub, default) = long_text(t)?;
         for _ in 0..3 {
             let bytes = t.read_bytes(index, sub)?;
@@ -82,23 +90,25 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("2.19", "1000h is read as a block without checksum", |t| {
+    case("301/7.2.4.3.13/1", "2.19", "1000h is read as a block without checksum", |t| {
         let bytes = t.upload_block((0x1000, 0), false)?;
         let value = t.read_bytes(0x1000, 0)?;
         ensure(bytes == value, || format!("{bytes:02X?} as a block, {value:02X?} else"))
     }),
-    case("2.20", "100Ch is written as a block without checksum", |t| as_block(t, 0x100C, false)),
-    case("2.21", "1017h is written as a block without checksum", |t| as_block(t, 0x1017, false)),
-    case("2.22", "several segments are read as a block without checksum", |t| text_as_block(t, false)),
-    case("2.23", "several segments are read as a block with checksum", |t| text_as_block(t, true)),
-    case("2.24", "100Ch is written as a block with checksum", |t| as_block(t, 0x100C, true)),
-    case("2.25", "1017h is written as a block with checksum", |t| as_block(t, 0x1017, true)),
-    case("2.26", "a block of 128 segments is refused", |t| {
+    case("301/7.2.4.3.9/1", "2.20", "100Ch is written as a block without checksum", |t| as_block(t, 0x100C, false)),
+    case("301/7.2.4.3.9/2", "2.21", "1017h is written as a block without checksum", |t| as_block(t, 0x1017, false)),
+    case("301/7.2.4.3.14/1", "2.22", "several segments are read as a block without checksum", |t| {
+        text_as_block(t, false)
+    }),
+    case("301/7.2.4.3.16/1", "2.23", "several segments are read as a block with checksum", |t| text_as_block(t, true)),
+    case("301/7.2.4.3.16/2", "2.24", "100Ch is written as a block with checksum", |t| as_block(t, 0x100C, true)),
+    case("301/7.2.4.3.16/3", "2.25", "1017h is written as a block with checksum", |t| as_block(t, 0x1017, true)),
+    case("301/7.2.4.3.13/2", "2.26", "a block of 128 segments is refused", |t| {
         let (index, sub, _) = long_text(t)?;
         let begin = [0xA0, index as u8, (index >> 8) as u8, sub, 128, 0, 0, 0];
         t.aborts(begin, AbortCode::INVALID_BLOCK_SIZE)
     }),
-    case("2.27", "segment 128 of a block is not confirmed", |t| {
+    case("301/7.2.4.3.14/2", "2.27", "segment 128 of a block is not confirmed", |t| {
         let (index, sub, default) = long_text(t)?;
         t.request([0xA0, index as u8, (index >> 8) as u8, sub, 127, 0, 0, 0])?;
         t.send_request([0xA3, 0, 0, 0, 0, 0, 0, 0])?;
@@ -107,13 +117,13 @@ pub const CASES: &[Case] = &[
         }
         t.aborts([0xA2, 128, 127, 0, 0, 0, 0, 0], AbortCode::INVALID_SEQUENCE_NUMBER)
     }),
-    case("2.28", "the parameters of more servers are read", |t| {
+    case("301/7.5.2.33/2", "2.28", "the parameters of more servers are read", |t| {
         for index in servers(t)? {
             channel_is_default(t, index)?;
         }
         Ok(())
     }),
-    case("2.29", "the parameters of more servers are the defaults after a reset", |t| {
+    case("301/7.5.2.33/3", "2.29", "the parameters of more servers are the defaults after a reset", |t| {
         for (number, index) in servers(t)?.into_iter().enumerate() {
             configure_channel(t, index, number as u32)?;
             t.nmt(NmtCommand::ResetCommunication)?;
@@ -122,7 +132,7 @@ pub const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("2.30", "the parameters of clients are stored", |t| {
+    case("301/7.5.2.34/1", "2.30", "the parameters of clients are stored", |t| {
         let clients: Vec<u16> = (0x1280..=0x12FF).filter(|&index| t.entry(index, 1).is_ok()).collect();
         if clients.is_empty() {
             return Err(not_applicable("no object 1280h to 12FFh"));
@@ -139,7 +149,8 @@ pub const CASES: &[Case] = &[
             t.reads(index, 2, u64::from(0x6C1 + 2 * number as u32))?;
         }
         super::storing::forget(t)
-    }),
+    })
+    .needs(BOTH),
 ];
 
 fn written_and_read(t: &mut Tester<'_>) -> Outcome {
@@ -166,7 +177,7 @@ fn written_and_read(t: &mut Tester<'_>) -> Outcome {
 /// Of the numbers of a width, the first that can be written and that nothing but its length is wrong for.
 fn of_another_length(t: &mut Tester<'_>, bits: u8, data: &[u8], code: AbortCode) -> Outcome {
     let wanted = |entry: &lexican_eds::model::Entry| entry.access.writable() && t.bits(entry) == Some(bits);
-    let entries = t.some(&format!("of {bits} bits can be written"), wanted)?;
+    let entries = t.some_to_write(&format!("of {bits} bits can be written"), wanted)?;
     for entry in entries {
         t.refuses_bytes(entry.index, entry.sub, data, &[code, AbortCode::LENGTH_MISMATCH])?;
     }
@@ -248,7 +259,7 @@ fn configure_channel(t: &mut Tester<'_>, index: u16, number: u32) -> Outcome {
         let (request, answer) = (CobId::standard(request), CobId::standard(answer));
         let (Some(request), Some(answer)) = (request, answer) else { return Err(failed("too many servers")) };
         t.send(request, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
-        let served = t.next(answer, crate::tester::PATIENCE)?;
+        let served = t.next(answer, t.settings.answer)?;
         let right = served.is_some_and(|frame| frame.data().starts_with(&[0x43, 0x00, 0x10, 0]));
         ensure(right, || format!("the server at {index:04X}h does not answer"))?;
     }

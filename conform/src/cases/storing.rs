@@ -3,21 +3,32 @@
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtCommand;
 
-use crate::tester::{Case, Outcome, Tester, case, failed};
+use crate::case::{Case, Outcome, case, failed};
+use crate::hazard::Hazard;
+use crate::tester::Tester;
 
-pub const SAVE: u32 = u32::from_le_bytes(*b"save");
+/// What cases need that store a value, and forget it afterwards.
+pub(crate) const BOTH: &[Hazard] = &[Hazard::Store, Hazard::Restore];
+const STORE: &[Hazard] = &[Hazard::Store];
+const RESTORE: &[Hazard] = &[Hazard::Restore];
+
+pub(crate) const SAVE: u32 = u32::from_le_bytes(*b"save");
 const LOAD: u32 = u32::from_le_bytes(*b"load");
 
-pub const CASES: &[Case] = &[
-    case("8.1", "1010h:01 wants its signature", |t| refuses_signatures(t, 0x1010, 1, LOAD)),
-    case("8.2", "1010h:01 stores", |t| stores(t, 1)),
-    case("8.3", "1011h:01 wants its signature", |t| refuses_signatures(t, 0x1011, 1, SAVE)),
-    case("8.4", "1011h:01 restores with the next reset", |t| restores(t, 1)),
-    case("8.5", "1010h:02 wants its signature", |t| refuses_signatures(t, 0x1010, 2, LOAD)),
-    case("8.6", "1010h:02 stores", |t| stores(t, 2)),
-    case("8.7", "1011h:02 wants its signature", |t| refuses_signatures(t, 0x1011, 2, SAVE)),
-    case("8.8", "1011h:02 restores with the next reset", |t| restores(t, 2)),
-    case("8.9", "1020h is stored", |t| {
+pub(crate) const CASES: &[Case] = &[
+    case("301/7.5.2.13/1", "8.1", "1010h:01 wants its signature", |t| refuses_signatures(t, 0x1010, 1, LOAD))
+        .needs(STORE),
+    case("301/7.5.2.13/2", "8.2", "1010h:01 stores", |t| stores(t, 1)).needs(BOTH),
+    case("301/7.5.2.14/1", "8.3", "1011h:01 wants its signature", |t| refuses_signatures(t, 0x1011, 1, SAVE))
+        .needs(RESTORE),
+    case("301/7.5.2.14/2", "8.4", "1011h:01 restores with the next reset", |t| restores(t, 1)).needs(BOTH),
+    case("301/7.5.2.13/3", "8.5", "1010h:02 wants its signature", |t| refuses_signatures(t, 0x1010, 2, LOAD))
+        .needs(STORE),
+    case("301/7.5.2.13/4", "8.6", "1010h:02 stores", |t| stores(t, 2)).needs(BOTH),
+    case("301/7.5.2.14/3", "8.7", "1011h:02 wants its signature", |t| refuses_signatures(t, 0x1011, 2, SAVE))
+        .needs(RESTORE),
+    case("301/7.5.2.14/4", "8.8", "1011h:02 restores with the next reset", |t| restores(t, 2)).needs(BOTH),
+    case("301/7.5.2.23/1", "8.9", "1020h is stored", |t| {
         t.entry(0x1020, 1)?;
         t.entry(0x1010, 1)?;
         for (sub, value) in [(1, 1234), (2, 5678)] {
@@ -29,8 +40,9 @@ pub const CASES: &[Case] = &[
             t.reads(0x1020, sub, value)?;
         }
         forget(t)
-    }),
-    case("8.10", "no service takes a restricted identifier", |t| {
+    })
+    .needs(BOTH),
+    case("301/7.3.5/1", "8.10", "no service takes a restricted identifier", |t| {
         // CiA 301, 7.3.5: the first and the last of each range, and this node's own.
         let node = u32::from(t.node.get());
         let edges = [0, 1, 0x7F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x6FF, 0x701, 0x77F, 0x780, 0x7FF];
@@ -63,7 +75,7 @@ fn reset(t: &mut Tester<'_>, command: NmtCommand) -> Outcome {
 }
 
 /// Leaves the device with its defaults, as it was.
-pub fn forget(t: &mut Tester<'_>) -> Outcome {
+pub(crate) fn forget(t: &mut Tester<'_>) -> Outcome {
     if t.entry(0x1011, 1).is_ok() {
         t.write(0x1011, 1, LOAD)?;
     }

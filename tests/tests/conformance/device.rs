@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use lexican_conform::{InputStimulus, Stimuli, Write};
 use lexican_runtime::device::{Behaviour, Device, Event};
 use lexican_runtime::host::Node;
 use lexican_runtime::object::{Address, ObjectDictionary};
@@ -12,16 +13,17 @@ use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::{AbortCode, Duration, Frame, Instant, NodeId};
 
 use crate::od;
-use crate::tester::{Stimuli, Write};
 
 pub const NODE: NodeId = NodeId::literal(5);
 
 /// What the application does when it is written to.
 pub const STIMULI: Stimuli = Stimuli {
-    emergency: Write { index: 0x2004, sub: 0, value: 0xCDAB_3120 },
-    input_starts: Write { index: 0x2003, sub: 0, value: 10 },
-    input_stops: Write { index: 0x2003, sub: 0, value: 0 },
-    input: (0x6041, 0),
+    emergency: Some(Write { index: 0x2004, sub: 0, value: 0xCDAB_3120 }),
+    input: Some(InputStimulus {
+        starts: Write { index: 0x2003, sub: 0, value: 10 },
+        stops: Write { index: 0x2003, sub: 0, value: 0 },
+        shown_by: (0x6041, 0),
+    }),
 };
 
 /// What survives a reset.

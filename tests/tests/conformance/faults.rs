@@ -5,9 +5,9 @@ use crate::faulty::{Fault, every_ms, fault, heard, sent};
 
 pub const FAULTS: &[Fault] = &[
     Fault {
-        title: "the data sheet has a date that does not exist",
+        title: "the data sheet counts an RPDO too many",
         rules: &[],
-        sheet: Some(("CreationDate=11-21-2026", "CreationDate=21.11.2026")),
+        sheet: Some(("NrOfRXPDO=3", "NrOfRXPDO=4")),
         fails: "1.0",
     },
     // SDO.

@@ -1,0 +1,26 @@
+//! An open conformance test of CANopen devices: the cases of CiA's test plan (CCT 3.0.3.10) and more, against anybody's device,
+//! by frames alone.
+//!
+//! A [`Case`] judges frames: it reaches the device through a [`Tester`], which sends, hears and waits, and knows the data
+//! [`Sheet`]. What a data sheet lacks makes a case not applicable. What may move a machine or outlast the test is a
+//! [`Hazard`], and done only if it is [allowed](Settings::allow).
+
+mod case;
+mod cases;
+mod hazard;
+mod report;
+mod sdo;
+mod suite;
+mod tester;
+
+pub use case::{Case, Level, Outcome, Verdict};
+pub use cases::cases;
+pub use hazard::Hazard;
+pub use report::{About, Document, Tally};
+pub use suite::{CaseReport, Observer, Report, run};
+pub use tester::{Heard, InputStimulus, Record, Settings, Sheet, Stimuli, Tester, Write};
+
+/// The README, so that what it shows compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -1,0 +1,64 @@
+//! The XML that build servers read.
+
+use std::fmt::Write as _;
+
+use super::{Document, Row, escaped};
+
+/// So many frames before the end of a case stand in its failure.
+const EXCERPT: usize = 24;
+
+pub(super) fn page(document: &Document) -> String {
+    let (tally, cases) = (document.tally, &document.cases);
+    let skipped = tally.not_applicable + tally.not_allowed;
+    let time: f64 = cases.iter().map(|row| row.seconds).sum();
+    let name = escaped(&format!("{}, node {}", document.about.device, document.about.node));
+    let mut page = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        page,
+        "  <testsuite name=\"{name}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{skipped}\" time=\"{time:.3}\">",
+        cases.len(),
+        tally.failed,
+        tally.unfinished,
+    );
+    for row in cases {
+        let (clause, number) = row.id.rsplit_once('/').unwrap_or(("", row.id));
+        let _ = write!(
+            page,
+            "    <testcase classname=\"{}\" name=\"{number}: {}\" time=\"{:.3}\"",
+            escaped(clause),
+            escaped(row.title),
+            row.seconds
+        );
+        let element = match row.verdict {
+            "failed" => "failure",
+            "unfinished" => "error",
+            "not applicable" | "not allowed" => "skipped",
+            _ => "",
+        };
+        if element.is_empty() && row.reason.is_empty() {
+            page.push_str("/>\n");
+            continue;
+        }
+        page.push_str(">\n");
+        let reason = escaped(&row.reason);
+        let _ = match element {
+            "" => writeln!(page, "      <system-out>recommended: {reason}</system-out>"),
+            "skipped" => writeln!(page, "      <skipped message=\"{reason}\"/>"),
+            element => writeln!(page, "      <{element} message=\"{reason}\">{}</{element}>", escaped(&excerpt(row))),
+        };
+        page.push_str("    </testcase>\n");
+    }
+    page.push_str("  </testsuite>\n</testsuites>\n");
+    page
+}
+
+fn excerpt(row: &Row) -> String {
+    let first = row.frames.len().saturating_sub(EXCERPT);
+    let mut text = String::new();
+    for line in &row.frames[first..] {
+        let way = if line.sent { ">" } else { "<" };
+        let _ = writeln!(text, "{:10.6} {way} {:<24} {}", line.seconds, line.frame, line.words);
+    }
+    text
+}

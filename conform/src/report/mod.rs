@@ -1,0 +1,182 @@
+//! Reports in files: JSON, JUnit's XML, and one HTML page.
+
+mod html;
+mod junit;
+
+use lexican_runtime::{Frame, Instant};
+use serde::Serialize;
+
+use crate::case::{Level, Verdict};
+use crate::suite::{CaseReport, Report};
+
+/// What was tested, for the head of a report.
+#[derive(Clone, Debug, Serialize)]
+pub struct About {
+    /// The device.
+    pub device: String,
+    /// Its node-ID.
+    pub node: u8,
+    /// The file of its data sheet.
+    pub data_sheet: String,
+}
+
+/// A report, with every frame in words.
+#[derive(Clone, Debug, Serialize)]
+pub struct Document {
+    #[serde(flatten)]
+    about: About,
+    #[serde(flatten)]
+    tally: Tally,
+    /// Why the test ended before its last case.
+    ended_early: Option<String>,
+    cases: Vec<Row>,
+}
+
+/// How many cases have which verdict.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Tally {
+    /// Passed.
+    pub passed: usize,
+    /// Failed, of what the standards require.
+    pub failed: usize,
+    /// Failed, of what the standards recommend.
+    pub advised: usize,
+    /// The device lacks what they are about.
+    pub not_applicable: usize,
+    /// What they do has not been allowed.
+    pub not_allowed: usize,
+    /// Cancelled, or the bus is gone.
+    pub unfinished: usize,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Row {
+    id: &'static str,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    plan: &'static str,
+    title: &'static str,
+    level: &'static str,
+    verdict: &'static str,
+    #[serde(skip_serializing_if = "String::is_empty")]
+    reason: String,
+    seconds: f64,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<String>,
+    frames: Vec<Line>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Line {
+    /// Since the case began.
+    seconds: f64,
+    sent: bool,
+    /// As candump writes it.
+    frame: String,
+    words: String,
+}
+
+impl CaseReport {
+    /// One word or two: `passed`, `failed`, `advised` (failed, of what is recommended), `not applicable`, `not allowed`,
+    /// `unfinished`.
+    #[must_use]
+    pub const fn verdict(&self) -> &'static str {
+        match (&self.outcome, self.case.level) {
+            (Ok(()), _) => "passed",
+            (Err(Verdict::Failed(_)), Level::Must) => "failed",
+            (Err(Verdict::Failed(_)), Level::Should) => "advised",
+            (Err(Verdict::NotApplicable(_)), _) => "not applicable",
+            (Err(Verdict::NotAllowed(_)), _) => "not allowed",
+            (Err(Verdict::Unfinished(_)), _) => "unfinished",
+        }
+    }
+}
+
+impl Report {
+    /// How many cases have which verdict.
+    #[must_use]
+    pub fn tally(&self) -> Tally {
+        let mut tally = Tally::default();
+        for case in &self.cases {
+            *match case.verdict() {
+                "passed" => &mut tally.passed,
+                "failed" => &mut tally.failed,
+                "advised" => &mut tally.advised,
+                "not applicable" => &mut tally.not_applicable,
+                "not allowed" => &mut tally.not_allowed,
+                _ => &mut tally.unfinished,
+            } += 1;
+        }
+        tally
+    }
+
+    /// The report with its frames in words; `words` gets the frames of each case from its first one on.
+    pub fn document(&self, about: About, mut words: impl FnMut(&Frame) -> String) -> Document {
+        let row = |report: &CaseReport| {
+            let begun = report.frames.first().map_or(Instant::ZERO, |record| record.at);
+            let frames = report.frames.iter().map(|record| Line {
+                seconds: seconds(record.at.since(begun)),
+                sent: record.sent,
+                frame: record.frame.to_string(),
+                words: words(&record.frame),
+            });
+            Row {
+                id: report.case.id,
+                plan: report.case.plan,
+                title: report.case.title,
+                level: if report.case.level == Level::Must { "must" } else { "should" },
+                verdict: report.verdict(),
+                reason: report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default(),
+                seconds: seconds(report.took),
+                notes: report.notes.clone(),
+                frames: frames.collect(),
+            }
+        };
+        let cases = self.cases.iter().map(row).collect();
+        Document { about, tally: self.tally(), ended_early: self.ended_early.clone(), cases }
+    }
+}
+
+impl Document {
+    /// As one JSON object.
+    ///
+    /// # Panics
+    ///
+    /// Never: texts and numbers can always be written.
+    #[must_use]
+    pub fn json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("texts and numbers are JSON")
+    }
+
+    /// As JUnit's XML: a suite of test cases, by the clauses of the standards.
+    #[must_use]
+    pub fn junit(&self) -> String {
+        junit::page(self)
+    }
+
+    /// As one HTML page with the frames of each case folded in; it loads nothing.
+    #[must_use]
+    pub fn html(&self) -> String {
+        html::page(self)
+    }
+}
+
+fn seconds(span: lexican_runtime::Duration) -> f64 {
+    span.as_micros() as f64 / 1e6
+}
+
+/// Text that may stand in XML and HTML, between tags and in quotes. Characters that XML does not have are left out.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\n' | '\t' => escaped.push(letter),
+            letter if letter.is_control() => {}
+            letter => escaped.push(letter),
+        }
+    }
+    escaped
+}
