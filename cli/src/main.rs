@@ -8,6 +8,7 @@ mod access;
 mod boot;
 mod bus;
 mod check;
+mod conform;
 mod decode;
 mod demo;
 mod device;
@@ -62,6 +63,7 @@ enum Command {
     Lss(lss::Command),
     Monitor(monitor::Args),
     Check(check::Args),
+    Conform(conform::Args),
     Simulate(simulate::Args),
     /// List the devices that lexican knows
     Devices,
@@ -80,6 +82,7 @@ fn main() -> ExitCode {
         Command::Lss(command) => command.run(),
         Command::Monitor(args) => monitor::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Conform(args) => conform::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Devices => devices::run(),
     };

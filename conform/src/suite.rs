@@ -204,5 +204,5 @@ impl Suite<'_> {
 
 /// The communication parameter of the PDO that an object belongs to.
 fn pdo_parameter(index: u16) -> Option<u16> {
-    matches!(index, 0x1400..=0x17FF | 0x1800..=0x1BFF).then_some(index & !MAPPING)
+    matches!(index, 0x1400..=0x1BFF).then_some(index & !MAPPING)
 }

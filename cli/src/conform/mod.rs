@@ -1,0 +1,269 @@
+//! `lexican conform`: the conformance test of a device.
+
+mod print;
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use lexican_conform::{
+    About, Case, Document, Hazard, InputStimulus, Settings, Sheet, Stimuli, Write, cases, run as test,
+};
+use lexican_eds::model::Device;
+use lexican_runtime::host::{BusUrl, Pace};
+use lexican_runtime::object::Address;
+use lexican_runtime::{Duration, NodeId};
+
+use crate::bus::object::resolve;
+use crate::bus::{Bus, BusArgs, node_id};
+use crate::decode::Decoder;
+use crate::device::{input, with_overlays};
+use crate::duration::seconds;
+use crate::output::{Failure, Outcome, ctrl_c, write_whole};
+use print::Screen;
+
+/// Test whether a device does what CANopen asks for
+///
+/// Runs the 127 cases of CiA's test plan (CCT 3.0.3.10) by the device's data sheet. The device is reset before each
+/// case. What a case writes is put back after it, also after Ctrl-C. A case that may move a machine, or that outlasts the
+/// test, is run only with --allow.
+///
+/// Exit code 1 if a case fails that a standard requires.
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000 or sim:siko/ag03-1?node=5
+    #[arg(long, value_name = "URL", required_unless_present = "list")]
+    bus: Option<BusUrl>,
+
+    /// The node-ID, 1 to 127; may be left out for a simulation
+    #[arg(long, value_name = "ID", value_parser = node_id)]
+    node: Option<NodeId>,
+
+    /// The data sheet: an EDS or DCF file, or a device that lexican knows; may be left out for a simulation
+    #[arg(long, visible_alias = "device", value_name = "FILE|DEVICE")]
+    eds: Option<String>,
+
+    /// Corrections and meanings in addition to the data sheet (TOML); may be given several times
+    #[arg(long, value_name = "FILE")]
+    overlay: Vec<PathBuf>,
+
+    #[command(flatten)]
+    selection: Selection,
+
+    #[command(flatten)]
+    conditions: Conditions,
+
+    #[command(flatten)]
+    reports: Reports,
+}
+
+#[derive(clap::Args, Debug)]
+struct Selection {
+    /// Only these cases: ids such as 301/7.2.4.3.7/2, numbers of the plan such as 2.17, or chapters of either
+    #[arg(long, value_name = "CASE", value_delimiter = ',')]
+    only: Vec<String>,
+
+    /// Not these cases
+    #[arg(long, value_name = "CASE", value_delimiter = ',')]
+    skip: Vec<String>,
+
+    /// List the cases, and test nothing
+    #[arg(long)]
+    list: bool,
+
+    /// Print what would be run and what has to be allowed for it, and test nothing
+    #[arg(long)]
+    plan: bool,
+
+    /// Run the cases so many times
+    #[arg(long, value_name = "TIMES", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    repeat: u32,
+
+    /// Run the cases in an order that this number decides
+    #[arg(long, value_name = "NUMBER")]
+    seed: Option<u64>,
+}
+
+#[derive(clap::Args, Debug)]
+struct Conditions {
+    /// Allow what may be dangerous or outlasts the test: motion, outputs, manufacturer, store, restore, node-id, or all
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    allow: Vec<Allowed>,
+
+    /// Stop at the first case that fails
+    #[arg(long)]
+    fail_fast: bool,
+
+    /// Count what the standards only recommend as well
+    #[arg(long)]
+    strict: bool,
+
+    /// How many seconds the device may take to boot
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
+    boot: Duration,
+
+    /// What lets the device send an emergency, as a write: 2004=0xCDAB3120
+    #[arg(long, value_name = "OBJECT=VALUE")]
+    emergency: Option<String>,
+
+    /// What lets an input change faster than every 20 ms: the write that begins it, the one that ends it, and the object that
+    /// shows the input
+    #[arg(long, value_name = "WRITE,WRITE,OBJECT", value_delimiter = ',', num_args = 3)]
+    input: Vec<String>,
+}
+
+#[derive(clap::Args, Debug)]
+struct Reports {
+    /// Write a report for build servers
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+
+    /// Write a report with all frames as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+
+    /// Write a report with all frames as an HTML page
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican conform --bus can0 --node 5 --eds FILE.eds --plan
+    lexican conform --bus can0 --node 5 --eds FILE.eds --html report.html
+    lexican conform --bus can0 --node 5 --eds FILE.eds --only 2,301/7.5.2 --allow store,restore";
+
+#[derive(Clone, Debug)]
+struct Allowed(Vec<Hazard>);
+
+impl FromStr for Allowed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "all" {
+            return Ok(Allowed(Hazard::ALL.to_vec()));
+        }
+        let hazard = Hazard::ALL.into_iter().find(|hazard| hazard.name() == text);
+        let names = Hazard::ALL.map(Hazard::name).join(", ");
+        hazard.map(|hazard| Allowed(vec![hazard])).ok_or_else(|| format!("it is none of {names}, all"))
+    }
+}
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let cases = args.selection.chosen()?;
+    let Some(bus) = args.bus.as_ref().filter(|_| !args.selection.list) else {
+        print::list(&cases)?;
+        return Ok(Outcome::Clean);
+    };
+    let named = args.eds.as_deref().map(input).transpose()?;
+    let Bus { mut link, simulated } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
+    let (node, simulated) = simulated.map_or((None, None), |(node, loaded)| (Some(node), Some(loaded.input)));
+    let node = args.node.or(node).ok_or_else(|| {
+        Failure::new("which node?").help("name it with --node ID; `lexican scan` shows the nodes of the bus")
+    })?;
+    let input = named.or(simulated).ok_or_else(|| {
+        Failure::new("a device is tested by its data sheet")
+            .help("name it with --eds FILE, or a device that lexican knows")
+    })?;
+    let input = with_overlays(input, &args.overlay)?;
+    let (sheet, data_sheet) = (Sheet::of(&input), input.eds.name().to_owned());
+    let settings = args.conditions.settings(node, &sheet.device)?;
+    print::plan(&cases, &sheet, &settings)?;
+    if args.selection.plan {
+        return Ok(Outcome::Clean);
+    }
+    let about = About { device: print::name(&sheet.device).to_owned(), node: node.get(), data_sheet };
+    let mut screen = Screen::new(node, &sheet.device, args.conditions.fail_fast, ctrl_c()?);
+    let stop = screen.stop();
+    let report = test(&mut link, &sheet, &settings, &cases, &stop, &mut screen);
+    screen.finish();
+    let mut decoder = Decoder::new();
+    decoder.introduce(node, &sheet.device);
+    let document = report.document(about, |frame| print::words(&decoder.decode(frame)));
+    args.reports.write(&document)?;
+    let tally = report.tally();
+    print::sum(&report)?;
+    let counted = tally.failed + tally.unfinished + if args.conditions.strict { tally.advised } else { 0 };
+    match (&report.ended_early, report.cases.is_empty()) {
+        (Some(why), true) => Err(Failure::new(why)),
+        _ if counted > 0 || report.ended_early.is_some() => Ok(Outcome::Found),
+        _ => Ok(Outcome::Clean),
+    }
+}
+
+impl Selection {
+    fn chosen(&self) -> Result<Vec<&'static Case>, Failure> {
+        for name in self.only.iter().chain(&self.skip) {
+            if !cases().any(|case| case.is_meant_by(name)) {
+                return Err(Failure::new(format_args!("no case is called {name:?}"))
+                    .help("`lexican conform --list` shows the cases; a chapter such as 301/7.2.4 is a name as well"));
+            }
+        }
+        let meant = |names: &[String], case: &Case| names.iter().any(|name| case.is_meant_by(name));
+        let wanted = |case: &&Case| (self.only.is_empty() || meant(&self.only, case)) && !meant(&self.skip, case);
+        let chosen: Vec<_> = cases().filter(wanted).collect();
+        if chosen.is_empty() {
+            return Err(Failure::new("no case is left").help("--skip takes away what --only chooses"));
+        }
+        let mut order: Vec<_> = (0..self.repeat).flat_map(|_| chosen.iter().copied()).collect();
+        if let Some(seed) = self.seed {
+            shuffle(&mut order, seed);
+        }
+        Ok(order)
+    }
+}
+
+/// Brings a list into an order that only the number decides (Fisher and Yates, by SplitMix64).
+fn shuffle<T>(list: &mut [T], seed: u64) {
+    let mut state = seed;
+    for last in (1..list.len()).rev() {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = (state ^ state >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        list.swap(last, ((mixed ^ mixed >> 31) % (last as u64 + 1)) as usize);
+    }
+}
+
+impl Conditions {
+    fn settings(&self, node: NodeId, device: &Device) -> Result<Settings, Failure> {
+        let stimuli = Stimuli {
+            emergency: self.emergency.as_deref().map(|text| write(device, text)).transpose()?,
+            input: match &self.input[..] {
+                [starts, stops, shown_by] => {
+                    let shown_by = resolve(Some(device), shown_by)?;
+                    let shown_by = (shown_by.index(), shown_by.sub());
+                    Some(InputStimulus { starts: write(device, starts)?, stops: write(device, stops)?, shown_by })
+                }
+                _ => None,
+            },
+        };
+        let allow = self.allow.iter().flat_map(|allowed| allowed.0.iter().copied()).collect();
+        Ok(Settings { allow, boot: self.boot, stimuli, ..Settings::new(node) })
+    }
+}
+
+/// `2003=10`, `Output=0x1F`.
+fn write(device: &Device, text: &str) -> Result<Write, Failure> {
+    let wrong = || Failure::new(format_args!("{text:?} is not a write such as 2003=10 or 2004:01=0x1F"));
+    let (object, value) = text.split_once('=').ok_or_else(wrong)?;
+    let address: Address = resolve(Some(device), object)?;
+    let value = match value.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits, 16).ok(),
+        None => value.parse().ok(),
+    };
+    Ok(Write { index: address.index(), sub: address.sub(), value: value.ok_or_else(wrong)? })
+}
+
+impl Reports {
+    fn write(&self, document: &Document) -> Result<(), Failure> {
+        type Format = fn(&Document) -> String;
+        let files: [(&Option<PathBuf>, Format); 3] =
+            [(&self.junit, Document::junit), (&self.json, Document::json), (&self.html, Document::html)];
+        for (path, format) in files {
+            if let Some(path) = path {
+                write_whole(path, format(document).as_bytes())?;
+            }
+        }
+        Ok(())
+    }
+}

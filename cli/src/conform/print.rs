@@ -1,0 +1,167 @@
+//! What the conformance test prints.
+
+use std::io::Write as _;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anstyle::{AnsiColor, Style};
+use indicatif::ProgressBar;
+use lexican_conform::{Case, CaseReport, Hazard, Level, Observer, Record, Report, Settings, Sheet, Verdict};
+use lexican_eds::model::Device;
+use lexican_runtime::NodeId;
+
+use crate::decode::{Decoded, Decoder};
+use crate::output::{Failure, progress, stdout, styled};
+
+/// So many frames before its end are shown of a case that fails.
+const EXCERPT: usize = 12;
+
+pub(super) fn list(cases: &[&Case]) -> Result<(), Failure> {
+    let mut stdout = stdout();
+    for case in cases {
+        let needs: Vec<_> = case.needs.iter().map(|hazard| hazard.name()).collect();
+        let needs = if needs.is_empty() { String::new() } else { format!(" (--allow {})", needs.join(",")) };
+        let should = if case.level == Level::Should { " (recommended)" } else { "" };
+        writeln!(stdout, "{:<20} {:<6} {}{should}{needs}", case.id, case.plan, case.title)?;
+    }
+    Ok(())
+}
+
+/// What to call a device.
+pub(super) fn name(device: &Device) -> &str {
+    device.info.product_name.as_deref().unwrap_or("a device without name")
+}
+
+/// What is going to happen to the device.
+pub(super) fn plan(cases: &[&Case], sheet: &Sheet, settings: &Settings) -> Result<(), Failure> {
+    let mut stdout = stdout();
+    let device = name(&sheet.device);
+    let node = settings.node;
+    writeln!(
+        stdout,
+        "{} cases for {device} at node {node}: it is reset before each, and what is written is put back",
+        cases.len()
+    )?;
+    for hazard in Hazard::ALL {
+        let allowed = settings.allow.contains(&hazard);
+        let asked = cases.iter().filter(|case| case.needs.contains(&hazard)).count();
+        let objects = sheet.device.objects.iter().filter(|object| {
+            Hazard::of_write(&sheet.device, object.index) == Some(hazard)
+                && object.entries.iter().any(|entry| entry.access.writable())
+        });
+        let objects = objects.count();
+        if asked == 0 && objects == 0 {
+            continue;
+        }
+        let answer = if allowed { styled(AnsiColor::Yellow.on_default(), "allowed") } else { "not allowed".to_owned() };
+        let extent = match asked {
+            0 => format!("{objects} objects"),
+            _ => format!("{objects} objects, {asked} cases"),
+        };
+        writeln!(stdout, "  {:<14} {answer}: {} ({extent})", hazard.name(), hazard.what())?;
+    }
+    Ok(())
+}
+
+/// The screen while the test runs: a progress bar, and what fails at once.
+pub(super) struct Screen<'a> {
+    bar: ProgressBar,
+    node: NodeId,
+    device: &'a Device,
+    fail_fast: bool,
+    stop: Arc<AtomicBool>,
+}
+
+impl<'a> Screen<'a> {
+    pub(super) fn new(node: NodeId, device: &'a Device, fail_fast: bool, stop: Arc<AtomicBool>) -> Self {
+        let bar = progress("{msg} {wide_bar} {pos}/{len}", 0);
+        Screen { bar, node, device, fail_fast, stop }
+    }
+
+    /// What ends the test: Ctrl-C, and a failure if it is to.
+    pub(super) fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stop)
+    }
+
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn show(&self, report: &CaseReport) -> std::io::Result<()> {
+        let mut stdout = stdout();
+        let verdict = styled(style(report), report.verdict());
+        let reason = report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default();
+        writeln!(stdout, "{verdict} {} {}: {reason}", report.case.id, report.case.title)?;
+        report.notes.iter().try_for_each(|note| writeln!(stdout, "    note: {note}"))?;
+        let mut decoder = Decoder::new();
+        decoder.introduce(self.node, self.device);
+        let lines: Vec<_> = report.frames.iter().map(|record| line(record, &decoder.decode(&record.frame))).collect();
+        let first = lines.len().saturating_sub(EXCERPT);
+        lines[first..].iter().try_for_each(|line| writeln!(stdout, "    {line}"))
+    }
+}
+
+impl Observer for Screen<'_> {
+    fn begins(&mut self, number: usize, total: usize, case: &Case) {
+        self.bar.set_length(total as u64);
+        self.bar.set_position(number as u64 - 1);
+        self.bar.set_message(format!("{} {}", case.id, case.title));
+    }
+
+    fn ended(&mut self, report: &CaseReport) {
+        let failed = matches!(report.outcome, Err(Verdict::Failed(_)));
+        if failed || !report.notes.is_empty() {
+            // A reader that has left does not end the test.
+            self.bar.suspend(|| drop(self.show(report)));
+        }
+        if failed && self.fail_fast {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+fn style(report: &CaseReport) -> Style {
+    match report.verdict() {
+        "passed" => AnsiColor::Green.on_default(),
+        "failed" | "unfinished" => AnsiColor::Red.on_default().bold(),
+        "advised" => AnsiColor::Yellow.on_default(),
+        _ => Style::new(),
+    }
+}
+
+/// As candump writes it, and in words.
+fn line(record: &Record, decoded: &Decoded) -> String {
+    let at = record.at.as_micros();
+    let way = if record.sent { ">" } else { "<" };
+    let frame = record.frame.to_string();
+    format!("({}.{:06}) {way} {frame:<21} {}", at / 1_000_000, at % 1_000_000, words(decoded))
+}
+
+pub(super) fn words(decoded: &Decoded) -> String {
+    let separator = if decoded.text.is_empty() { "" } else { ": " };
+    format!("{}{separator}{}", decoded.name, decoded.text)
+}
+
+/// The last line, to be believed.
+pub(super) fn sum(report: &Report) -> Result<(), Failure> {
+    let tally = report.tally();
+    let mut parts = Vec::new();
+    for (count, what) in [
+        (tally.passed, "passed"),
+        (tally.failed, "failed"),
+        (tally.advised, "failed of what is recommended"),
+        (tally.not_applicable, "do not apply"),
+        (tally.not_allowed, "not allowed"),
+        (tally.unfinished, "not finished"),
+    ] {
+        if count > 0 {
+            parts.push(format!("{count} {what}"));
+        }
+    }
+    let mut stdout = stdout();
+    if let Some(why) = report.ended_early.as_ref().filter(|_| !report.cases.is_empty()) {
+        writeln!(stdout, "the test ended early: {why}")?;
+    }
+    writeln!(stdout, "{} cases: {}", report.cases.len(), parts.join(", "))?;
+    Ok(())
+}

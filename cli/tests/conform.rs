@@ -1,0 +1,70 @@
+//! `lexican conform`: a device that passes, one that fails, and what is not allowed.
+
+#[path = "common/mod.rs"]
+mod common;
+
+use common::{Run, folder, lexican, lexican_in};
+use serde_json::Value;
+
+const SHEET: &str = include_str!("sensor.eds");
+
+/// Tests a device made of the sensor's data sheet by that data sheet with one text replaced by another.
+fn conform(name: &str, wrong: Option<(&str, &str)>, args: &[&str]) -> (std::path::PathBuf, Run) {
+    let folder = folder(name);
+    let (right, other) = wrong.unwrap_or_default();
+    assert!(SHEET.contains(right));
+    std::fs::write(folder.join("sensor.eds"), SHEET).unwrap();
+    std::fs::write(folder.join("tested.eds"), SHEET.replacen(right, other, 1)).unwrap();
+    let device = ["conform", "--bus", "sim:sensor.eds?node=7", "--eds", "tested.eds"];
+    let run = lexican_in(&folder, &[&device[..], args].concat());
+    (folder, run)
+}
+
+#[test]
+fn a_device_like_its_data_sheet_passes() {
+    let (_, run) = conform("conform-passes", None, &["--only", "2,4,10", "--allow", "all"]);
+    run.on_stdout(0, " passed");
+    let last = run.stdout.lines().last().unwrap();
+    assert!(last.starts_with("43 cases: ") && !last.contains("failed"), "{run}");
+}
+
+#[test]
+fn a_failure_has_its_clause_its_frames_in_words_and_all_reports() {
+    let wrong = ("DefaultValue=5\n", "DefaultValue=6\n");
+    let reports = ["--only", "4.2", "--json", "r.json", "--junit", "r.xml", "--html", "r.html"];
+    let (folder, run) = conform("conform-fails", Some(wrong), &reports);
+    run.on_stdout(1, "failed 306-1/6.5.2/2 values are the defaults: 2001:00 is [05, 00], by default [06, 00]");
+    run.on_stdout(1, "2001:00 Averaged Samples = 5");
+    run.on_stdout(1, "1 cases: 1 failed");
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let json: Value = serde_json::from_str(&read("r.json")).unwrap();
+    assert_eq!((&json["failed"], &json["cases"][0]["verdict"]), (&1.into(), &"failed".into()), "{json}");
+    assert!(json["cases"][0]["frames"].as_array().unwrap().len() > 20);
+    let xml = read("r.xml");
+    assert!(xml.contains("<testcase classname=\"306-1/6.5.2\" name=\"2: values are the defaults\""), "{xml}");
+    assert!(xml.contains("<failure message=\"2001:00 is [05, 00], by default [06, 00]\">"), "{xml}");
+    let html = read("r.html");
+    assert!(html.contains("by default [06, 00]") && !html.contains("{{"), "{html}");
+}
+
+#[test]
+fn a_plan_says_what_has_to_be_allowed_and_tests_nothing() {
+    let (_, run) = conform("conform-plan", None, &["--plan", "--allow", "manufacturer"]);
+    run.on_stdout(0, "127 cases for");
+    run.on_stdout(0, "manufacturer   allowed: writes objects of the manufacturer");
+    let (_, run) = conform("conform-not-allowed", None, &["--only", "4.6"]);
+    run.on_stdout(0, "1 cases: 1 not allowed");
+}
+
+#[test]
+fn cases_are_listed_chosen_and_shuffled() {
+    let list = lexican(&["conform", "--list"]);
+    assert_eq!((list.code, list.stdout.lines().count()), (Some(0), 127), "{list}");
+    lexican(&["conform", "--list", "--only", "301/7.2.4.3.7", "--skip", "2.13"]).on_stdout(0, "2.17");
+    let order = |seed: &str| lexican(&["conform", "--list", "--seed", seed]).stdout;
+    assert!(order("1") == order("1") && order("1") != order("2"));
+    lexican(&["conform", "--list", "--only", "301/9"]).on_stderr(2, "no case is called \"301/9\"");
+    lexican(&["conform", "--list", "--only", "2.1", "--skip", "2"]).on_stderr(2, "no case is left");
+    lexican(&["conform"]).on_stderr(2, "--bus <URL>");
+    lexican(&["conform", "--bus", "sim:siko/ag03-1", "--allow", "all,fun"]).on_stderr(2, "motion, outputs");
+}
