@@ -7,7 +7,8 @@
 //! - [`dp`]: the services of DP-V0: parameterisation, configuration, diagnosis in words, global control;
 //! - [`fdl`]: telegrams of the data link layer;
 //! - [`Slave`]: a DP-V0 slave: give it the bytes of the bus and an [`Application`], and it answers as a slave does;
-//! - `virtual_bus` (feature `master`): the master of the crate `profirust` with simulated slaves, in virtual time.
+//! - with the feature `master`: the master of the crate `profirust` on a line (`master`), with simulated slaves in virtual
+//!   time (`virtual_bus`), or at a serial port (`serial_line`).
 //!
 //! The master is always `profirust`; this crate has none of its own.
 //!
@@ -19,10 +20,16 @@
 #[cfg(feature = "master")]
 extern crate std;
 
+#[cfg(feature = "master")]
+pub mod bus;
 pub mod dp;
 pub mod fdl;
+#[cfg(feature = "master")]
+pub mod master;
 pub mod pkw;
 pub mod profidrive;
+#[cfg(feature = "master")]
+pub mod serial_line;
 mod slave;
 #[cfg(feature = "master")]
 pub mod virtual_bus;

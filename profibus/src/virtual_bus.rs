@@ -2,21 +2,20 @@
 
 use std::format;
 use std::string::String;
-use std::vec;
 use std::vec::Vec;
 
 use lexican_runtime::{Duration, Instant};
-use profirust::dp::{DpMaster, Peripheral, PeripheralEvent, PeripheralHandle, PeripheralOptions};
-use profirust::fdl::{FdlActiveStation, Parameters, ParametersBuilder};
+use profirust::dp::{Peripheral, PeripheralEvent, PeripheralHandle, PeripheralOptions};
+use profirust::fdl::{Parameters, ParametersBuilder};
 use profirust::phy::{ProfibusPhy, SimulatorPhy};
 use profirust::{Baudrate, time};
 
+use crate::dp::Lengths;
 use crate::fdl::IDLE_BITS;
+pub use crate::master::MASTER;
+use crate::master::{Master, Segment, instant};
 use crate::pkw::{Event, Pkw, PkwMaster, Reply, Task};
 use crate::slave::{Application, BitRate, Slave};
-
-/// The address of the master.
-pub const MASTER: u8 = 2;
 
 /// How long a task of the PKW may take.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -24,20 +23,10 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// A master with its slaves. Time passes only in [`VirtualBus::run`] and what is built on it.
 #[derive(Debug)]
 pub struct VirtualBus<A> {
-    fdl: FdlActiveStation,
-    master: Master,
-    line: SimulatorPhy,
+    master: Master<SimulatorPhy>,
     stations: Vec<Station<A>>,
     bit_rate: BitRate,
     step: time::Duration,
-}
-
-struct Master(DpMaster<'static>);
-
-impl core::fmt::Debug for Master {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Master").finish_non_exhaustive()
-    }
 }
 
 #[derive(Debug)]
@@ -75,11 +64,7 @@ impl<A: Application> VirtualBus<A> {
         let line = SimulatorPhy::new(parameters.baudrate, "master");
         let bit_rate = BitRate(parameters.baudrate.to_rate() as u32);
         let step = parameters.bits_to_time(IDLE_BITS);
-        let mut fdl = FdlActiveStation::new(parameters);
-        fdl.set_online();
-        let mut master = DpMaster::new(Vec::new());
-        master.enter_operate();
-        VirtualBus { fdl, master: Master(master), line, stations: Vec::new(), bit_rate, step }
+        VirtualBus { master: Master::new(parameters, line), stations: Vec::new(), bit_rate, step }
     }
 
     /// The bit rate that slaves have to have.
@@ -95,20 +80,19 @@ impl<A: Application> VirtualBus<A> {
         options: PeripheralOptions<'static>,
         (inputs, outputs): (usize, usize),
     ) -> SlaveId {
-        let peripheral = Peripheral::new(slave.address(), options, vec![0; inputs], vec![0; outputs]);
-        let handle = self.master.0.add(peripheral);
-        self.add(slave, Some(handle))
+        let handle = self.master.add(slave.address(), options, Lengths { inputs, outputs });
+        self.join(slave, Some(handle))
     }
 
-    /// Attaches a slave that the master does not know.
+    /// Attaches a slave that the master does not know, unless [`Segment::add`] makes it known.
     pub fn attach_unknown(&mut self, slave: Slave<A>) -> SlaveId {
-        self.add(slave, None)
+        self.join(slave, None)
     }
 
-    fn add(&mut self, slave: Slave<A>, handle: Option<PeripheralHandle>) -> SlaveId {
+    fn join(&mut self, slave: Slave<A>, handle: Option<PeripheralHandle>) -> SlaveId {
         // The line knows stations by names that are kept until the program ends; there are few.
         let name: &'static str = String::leak(format!("slave {}", self.stations.len()));
-        let line = self.line.duplicate(name);
+        let line = self.master.line().duplicate(name);
         let tasks = PkwMaster::new(PATIENCE);
         let (events, exchanges, lost_answers, is_on) = (Vec::new(), 0, 0, true);
         self.stations.push(Station { slave, line, handle, events, exchanges, tasks, lost_answers, is_on });
@@ -118,7 +102,7 @@ impl<A: Application> VirtualBus<A> {
     /// The time on the bus.
     #[must_use]
     pub fn now(&self) -> Instant {
-        instant(self.line.bus_time())
+        instant(self.master.line().bus_time())
     }
 
     /// A slave.
@@ -134,7 +118,7 @@ impl<A: Application> VirtualBus<A> {
 
     /// The master's view of a slave, if it knows it.
     pub fn peripheral(&mut self, id: SlaveId) -> Option<&mut Peripheral<'static>> {
-        Some(self.master.0.get_mut(self.stations[id.0].handle?))
+        Some(self.master.peripheral(self.stations[id.0].handle?))
     }
 
     /// What the master has noticed of a slave since the last call, without the exchanges of data.
@@ -160,7 +144,7 @@ impl<A: Application> VirtualBus<A> {
 
     /// Lets the master leave the bus, or come back.
     pub fn set_master_online(&mut self, is_online: bool) {
-        if is_online { self.fdl.set_online() } else { self.fdl.set_offline() }
+        self.master.set_online(is_online);
     }
 
     /// Lets some time pass.
@@ -215,17 +199,17 @@ impl<A: Application> VirtualBus<A> {
             match event {
                 Some(Event::Answered { reply, .. }) => return Some(reply),
                 Some(Event::TimedOut { .. }) => return None,
-                None => self.turn(),
+                None => _ = self.turn(),
             }
         }
     }
 
     /// Three characters on the line: as long as the silence before a request.
-    fn turn(&mut self) {
-        self.line.advance_bus_time(self.step);
-        let at = self.line.bus_time();
-        self.fdl.poll(at, &mut self.line, &mut self.master.0);
-        if let Some((handle, event)) = self.master.0.take_last_events().peripheral
+    fn turn(&mut self) -> Option<(PeripheralHandle, PeripheralEvent)> {
+        self.master.line().advance_bus_time(self.step);
+        let at = self.master.line().bus_time();
+        let noticed = self.master.poll(at);
+        if let Some((handle, event)) = noticed
             && let Some(station) = self.stations.iter_mut().find(|station| station.handle == Some(handle))
         {
             match event {
@@ -237,6 +221,39 @@ impl<A: Application> VirtualBus<A> {
         for station in &mut self.stations {
             station.turn(at, now);
         }
+        noticed
+    }
+}
+
+impl<A: Application> Segment for VirtualBus<A> {
+    fn now(&self) -> Instant {
+        self.now()
+    }
+
+    fn is_real_time(&self) -> bool {
+        false
+    }
+
+    fn add(&mut self, address: u8, options: PeripheralOptions<'static>, lengths: Lengths) -> PeripheralHandle {
+        let handle = self.master.add(address, options, lengths);
+        for station in self.stations.iter_mut().filter(|station| station.slave.address() == address) {
+            station.handle = Some(handle);
+        }
+        handle
+    }
+
+    fn peripheral(&mut self, handle: PeripheralHandle) -> &mut Peripheral<'static> {
+        self.master.peripheral(handle)
+    }
+
+    fn poll(&mut self, now: Instant) -> Option<(PeripheralHandle, PeripheralEvent)> {
+        while self.now() < now {
+            let noticed = self.turn();
+            if noticed.is_some() {
+                return noticed;
+            }
+        }
+        None
     }
 }
 
@@ -272,8 +289,4 @@ impl<A: Application> Station<A> {
             });
         }
     }
-}
-
-fn instant(at: time::Instant) -> Instant {
-    Instant::from_micros(at.total_micros().unsigned_abs())
 }

@@ -22,7 +22,14 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-siko-serial", &["lexican-siko", "lexican-siko-ag02", "lexican-driver", "lexican-runtime"]),
     (
         "lexican-siko-profibus",
-        &["lexican-profibus", "lexican-siko", "lexican-siko-ag02", "lexican-siko-ag03-1", "lexican-runtime"],
+        &[
+            "lexican-driver",
+            "lexican-profibus",
+            "lexican-siko",
+            "lexican-siko-ag02",
+            "lexican-siko-ag03-1",
+            "lexican-runtime",
+        ],
     ),
     ("lexican-kollmorgen-akd", &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-codegen"]),
     (

@@ -17,8 +17,18 @@ pub fn with(model: &'static Model, address: u8) -> (VirtualBus<Door>, SlaveId) {
 
 /// Attaches a drive.
 pub fn attach(bus: &mut VirtualBus<Door>, model: &'static Model, address: u8) -> SlaveId {
-    let slave = Slave::new(address, model.identity, bus.bit_rate(), Door::new(bus.now(), model, address));
+    let slave = slave(bus, model, address);
     bus.attach(slave, options(model), (PPO.len(), PPO.len()))
+}
+
+/// Attaches a drive that the master does not know yet.
+pub fn attach_unknown(bus: &mut VirtualBus<Door>, model: &'static Model, address: u8) -> SlaveId {
+    let slave = slave(bus, model, address);
+    bus.attach_unknown(slave)
+}
+
+fn slave(bus: &VirtualBus<Door>, model: &'static Model, address: u8) -> Slave<Door> {
+    Slave::new(address, model.identity, bus.bit_rate(), Door::new(bus.now(), model, address))
 }
 
 /// What a master has to know of a drive.

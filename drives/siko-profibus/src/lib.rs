@@ -18,6 +18,7 @@
 #[cfg(feature = "master")]
 pub mod bus;
 mod door;
+pub mod master;
 mod model;
 pub mod table;
 pub mod words;

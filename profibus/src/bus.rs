@@ -1,0 +1,243 @@
+//! A segment shared by those who exchange data with its slaves: each has a [`Station`], and time passes for all of them.
+
+use std::io;
+use std::io::ErrorKind;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
+use std::vec;
+use std::vec::Vec;
+
+use lexican_runtime::{Duration, Instant};
+use profirust::dp::{PeripheralEvent, PeripheralHandle, PeripheralOptions};
+
+use crate::dp::Lengths;
+use crate::master::Segment;
+
+/// A segment; clones are handles of the same.
+#[derive(Debug)]
+pub struct Bus<S>(Arc<Shared<S>>);
+
+impl<S> Clone for Bus<S> {
+    fn clone(&self) -> Self {
+        Bus(Arc::clone(&self.0))
+    }
+}
+
+#[derive(Debug)]
+struct Shared<S> {
+    state: Mutex<State<S>>,
+    /// A station has a notice.
+    changed: Condvar,
+}
+
+#[derive(Debug)]
+struct State<S> {
+    segment: S,
+    places: Vec<Place>,
+}
+
+/// What is between the master and one slave.
+#[derive(Debug)]
+struct Place {
+    handle: PeripheralHandle,
+    /// What the next exchange carries.
+    sends: Vec<u8>,
+    /// What follows.
+    wanted: Vec<u8>,
+    /// An exchange has just ended, and the next one has not begun.
+    is_between: bool,
+    exchanges: u64,
+    is_there: bool,
+    lost: bool,
+    exchanged: Option<Exchange>,
+}
+
+/// An exchange of data.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Exchange {
+    /// What the master has sent.
+    pub sent: Vec<u8>,
+    /// What the slave has answered.
+    pub received: Vec<u8>,
+}
+
+/// What a station hears of its slave.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Notice {
+    /// Data has been exchanged: the last time, if that has happened more often since the last call.
+    Exchanged(Exchange),
+    /// The slave exchanges no data any more, or has had to be parameterised again. Outputs are zero until the station sets
+    /// others.
+    Lost,
+}
+
+impl<S: Segment> Bus<S> {
+    /// Shares a segment.
+    pub fn new(segment: S) -> Self {
+        let state = Mutex::new(State { segment, places: Vec::new() });
+        Bus(Arc::new(Shared { state, changed: Condvar::new() }))
+    }
+
+    /// The side of the master of one slave, with outputs of zero.
+    pub fn station(&self, address: u8, options: PeripheralOptions<'static>, lengths: Lengths) -> Station<S> {
+        let mut state = self.0.lock();
+        let handle = state.segment.add(address, options, lengths);
+        let zeros = vec![0; lengths.outputs];
+        state.places.push(Place {
+            handle,
+            sends: zeros.clone(),
+            wanted: zeros,
+            is_between: false,
+            exchanges: 0,
+            is_there: false,
+            lost: false,
+            exchanged: None,
+        });
+        Station { bus: self.clone(), place: state.places.len() - 1 }
+    }
+
+    /// Looks at the segment, or changes it.
+    pub fn with<T>(&self, call: impl FnOnce(&mut S) -> T) -> T {
+        call(&mut self.0.lock().segment)
+    }
+}
+
+impl<S: Segment + Send + 'static> Bus<S> {
+    /// Has a thread poll the segment, also while no station waits, until the bus and all its stations are dropped. Without
+    /// that, time passes in [`Station::wait`] only, and slaves give the master up in between.
+    ///
+    /// # Errors
+    ///
+    /// When there is no thread.
+    pub fn keep(&self, every: Duration) -> io::Result<()> {
+        let shared = Arc::downgrade(&self.0);
+        std::thread::Builder::new().spawn(move || keep(&shared, every)).map(drop)
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "a port is in real time")]
+fn keep<S: Segment>(shared: &Weak<Shared<S>>, every: Duration) {
+    while let Some(shared) = shared.upgrade() {
+        let mut state = shared.lock();
+        let now = state.segment.now();
+        while state.poll(now) {
+            shared.changed.notify_all();
+        }
+        drop(state);
+        drop(shared);
+        std::thread::sleep(every.into());
+    }
+}
+
+impl<S> Shared<S> {
+    fn lock(&self) -> MutexGuard<'_, State<S>> {
+        // The panic that poisoned it has been reported where it happened.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<S: Segment> State<S> {
+    /// One event of the segment, not later than `now`; whether there was one.
+    fn poll(&mut self, now: Instant) -> bool {
+        self.places.iter_mut().for_each(|place| place.is_between = false);
+        let Some((handle, event)) = self.segment.poll(now) else { return false };
+        let Some(place) = self.places.iter_mut().find(|place| place.handle == handle) else { return true };
+        let peripheral = self.segment.peripheral(handle);
+        if event == PeripheralEvent::DataExchanged {
+            let received = peripheral.pi_i().to_vec();
+            let sent = core::mem::replace(&mut place.sends, place.wanted.clone());
+            place.exchanged = Some(Exchange { sent, received });
+            place.exchanges += 1;
+            (place.is_there, place.is_between) = (true, true);
+        } else if event != PeripheralEvent::Diagnostics && core::mem::take(&mut place.is_there) {
+            // What was ordered does not outlive the exchange of data.
+            place.lost = true;
+            place.wanted.fill(0);
+            place.sends.fill(0);
+            place.exchanged = None;
+        }
+        peripheral.pi_q_mut().copy_from_slice(&place.sends);
+        true
+    }
+
+    fn set(&mut self, place: usize, outputs: &[u8]) {
+        let Some(place) = self.places.get_mut(place) else { return };
+        if place.lost || place.wanted.len() != outputs.len() {
+            return;
+        }
+        place.wanted.copy_from_slice(outputs);
+        if place.is_between {
+            place.sends.copy_from_slice(outputs);
+            self.segment.peripheral(place.handle).pi_q_mut().copy_from_slice(outputs);
+        }
+    }
+
+    fn notice(&mut self, place: usize) -> Option<Notice> {
+        let place = self.places.get_mut(place)?;
+        if core::mem::take(&mut place.lost) {
+            return Some(Notice::Lost);
+        }
+        place.exchanged.take().map(Notice::Exchanged)
+    }
+}
+
+/// The side of the master of one slave.
+#[derive(Debug)]
+pub struct Station<S> {
+    bus: Bus<S>,
+    place: usize,
+}
+
+impl<S: Segment> Station<S> {
+    /// The bus.
+    pub fn bus(&self) -> &Bus<S> {
+        &self.bus
+    }
+
+    /// The time on the segment.
+    pub fn now(&self) -> Instant {
+        self.bus.0.lock().segment.now()
+    }
+
+    /// Whether the segment is in real time.
+    pub fn is_real_time(&self) -> bool {
+        self.bus.0.lock().segment.is_real_time()
+    }
+
+    /// How often data has been exchanged.
+    pub fn exchanges(&self) -> u64 {
+        self.bus.0.lock().places.get(self.place).map_or(0, |place| place.exchanges)
+    }
+
+    /// Sets the outputs: the next exchange that begins carries them, or, if another one is under way, the one after that.
+    /// Does nothing before a loss of the slave has been noticed.
+    pub fn set_outputs(&mut self, outputs: &[u8]) {
+        self.bus.0.lock().set(self.place, outputs);
+    }
+
+    /// Waits for what is new, no longer than `until`.
+    ///
+    /// # Errors
+    ///
+    /// What has ended the segment.
+    pub fn wait(&mut self, until: Instant) -> Result<Option<Notice>, ErrorKind> {
+        let shared = &self.bus.0;
+        let mut state = shared.lock();
+        loop {
+            let notice = state.notice(self.place);
+            let now = state.segment.now();
+            if notice.is_some() || now >= until {
+                return Ok(notice);
+            }
+            state.segment.failed().map_or(Ok(()), Err)?;
+            if state.segment.is_real_time() {
+                let span = until.since(now).min(TURN).into();
+                state = shared.changed.wait_timeout(state, span).unwrap_or_else(PoisonError::into_inner).0;
+            } else {
+                state.poll(until);
+            }
+        }
+    }
+}
+
+/// How often a wait in real time looks whether the segment has failed.
+const TURN: Duration = Duration::from_millis(50);
