@@ -208,6 +208,12 @@ impl<S: Segment> Station<S> {
         self.bus.0.lock().places.get(self.place).map_or(0, |place| place.exchanges)
     }
 
+    /// Whether [`Station::wait`] has something new at once.
+    pub fn has_notice(&self) -> bool {
+        let state = self.bus.0.lock();
+        state.places.get(self.place).is_some_and(|place| place.lost || place.exchanged.is_some())
+    }
+
     /// Sets the outputs: the next exchange that begins carries them, or, if another one is under way, the one after that.
     /// Does nothing before a loss of the slave has been noticed.
     pub fn set_outputs(&mut self, outputs: &[u8]) {

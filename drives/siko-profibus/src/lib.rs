@@ -3,6 +3,9 @@
 //! - [`table`]: the parameters of the AG03/1 (41) and the AG02 (27), each with the CANopen object that it equals;
 //! - [`words`]: what the bits of control and status word mean in which operating mode;
 //! - [`Door`]: a simulated drive behind a simulated slave: the same motion as behind CANopen;
+//! - [`master::DriveMaster`]: the master's side of one drive: orders become control words, status words become facts;
+//! - [`gateway::ProfibusDoor`]: the same as the door of a gateway, by which the drives' drivers work over PROFIBUS; with the
+//!   feature `master`, `line::link` is a link for them;
 //! - [`Model`]: what differs between the drives, as data.
 //!
 //! ```
@@ -18,6 +21,9 @@
 #[cfg(feature = "master")]
 pub mod bus;
 mod door;
+pub mod gateway;
+#[cfg(feature = "master")]
+pub mod line;
 pub mod master;
 mod model;
 pub mod table;

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use lexican_driver::{Direction, Units};
 use lexican_profibus::pkw::{self, PkwMaster, Refusal, Reply, Task};
 use lexican_runtime::{Duration, Instant};
+use siko::order::{Braking, Order};
 use siko::sim::parameters::Mode;
-use siko::sim::{Braking, Order};
 use siko::words::system;
 
 use crate::model::PPO;
@@ -59,6 +59,8 @@ pub struct DriveMaster {
     looks_done: u64,
     seen: Option<Seen>,
     known: Known,
+    /// What follows from both, as long as they fit each other.
+    facts: Option<Facts>,
     trace: Option<Trace>,
     events: VecDeque<Event>,
 }
@@ -171,6 +173,7 @@ impl DriveMaster {
             looks_done: 0,
             seen: None,
             known: Known::default(),
+            facts: None,
             trace: None,
             events: VecDeque::new(),
         }
@@ -186,19 +189,10 @@ impl DriveMaster {
         data
     }
 
-    /// What is known of the drive; `None` until all of it is.
+    /// What is known of the drive; `None` until all of it is. While the operating mode is in question, what was known before.
     #[must_use]
-    pub fn facts(&self) -> Option<Facts> {
-        let (seen, mode, system) = (self.seen?, self.known.mode?, self.known.system?);
-        self.units()?;
-        let fault = if seen.status & status::FAULT == 0 { 0 } else { system::FAULT };
-        let trace = self.trace?;
-        let (position, velocity) = match mode {
-            Mode::Positioning => (seen.actual, trace.velocity),
-            Mode::Velocity => (trace.position, seen.actual),
-        };
-        let system = system & !system::FAULT | fault;
-        Some(Facts { status: seen.status, system, mode, position, velocity })
+    pub const fn facts(&self) -> Option<Facts> {
+        self.facts
     }
 
     /// Asks for something that is in no telegram; [`Event::Answered`] or [`Event::Silent`] follows. One task at a time.
@@ -251,6 +245,10 @@ impl DriveMaster {
         }
         if let Some(ordered) = self.ordered.take_if(|ordered| ordered.due <= now) {
             let has_followed = matches!(ordered.stage, Stage::Followed(_));
+            // A word that enables holds as long as it is sent: the drive would follow once it can.
+            if !has_followed && ordered.order == Order::Enable {
+                self.send(&[words::OFF]);
+            }
             self.events.push_back(if has_followed { Event::Silent } else { Event::NotFollowed });
         }
         self.go_on(now);
@@ -276,6 +274,7 @@ impl DriveMaster {
         if let Some(pkw::Event::Answered { task, reply }) = event {
             self.take_reply(task, reply);
         }
+        self.facts = self.draw_facts().or(self.facts);
         self.go_on(now);
     }
 
@@ -286,6 +285,17 @@ impl DriveMaster {
         if was_there {
             self.events.push_back(Event::Lost);
         }
+    }
+
+    fn draw_facts(&self) -> Option<Facts> {
+        let (seen, mode, system) = (self.seen?, self.known.mode?, self.known.system?);
+        self.units()?;
+        let (position, velocity) = match mode {
+            Mode::Positioning => (seen.actual, self.trace.map_or(0, |trace| trace.velocity)),
+            Mode::Velocity => (self.facts.map_or(0, |facts| facts.position), seen.actual),
+        };
+        let fault = if seen.status & status::FAULT == 0 { 0 } else { system::FAULT };
+        Some(Facts { status: seen.status, system: system & !system::FAULT | fault, mode, position, velocity })
     }
 
     fn units(&self) -> Option<Units> {
@@ -302,7 +312,7 @@ impl DriveMaster {
     }
 
     fn measure(&mut self, now: Instant, actual: i32) {
-        if self.known.mode == Some(Mode::Velocity) {
+        if self.known.mode != Some(Mode::Positioning) {
             return;
         }
         let began = *self.trace.get_or_insert(Trace { at: now, position: actual, velocity: 0 });
@@ -327,13 +337,15 @@ impl DriveMaster {
 
     fn take_reply(&mut self, task: Task, reply: Reply) {
         if self.asks.take() == Some(Asks::Application) {
-            // What else it may have changed, is asked for again.
-            match task.number() {
-                MODE => self.known.mode = None,
-                LOAD => self.known = Known { system: self.known.system, ..Known::default() },
-                NUMERATOR => self.known.numerator = None,
-                DENOMINATOR => self.known.denominator = None,
-                SPINDLE_PITCH => self.known.spindle_pitch = None,
+            // What it may have changed is asked for again, and positions may mean another place.
+            if matches!(task, Task::Write { .. }) {
+                self.trace = None;
+            }
+            match task {
+                Task::Write { number: MODE, .. } => self.known.mode = None,
+                Task::Write { number: LOAD | NUMERATOR..=SPINDLE_PITCH, .. } => {
+                    self.known = Known { system: self.known.system, ..Known::default() };
+                }
                 _ => {}
             }
             self.events.push_back(Event::Answered(reply));
@@ -435,7 +447,9 @@ impl DriveMaster {
 /// The words of an order, and how many they are. `edge` is the bit whose edges start travels, as it is: it stays so in
 /// all words but that of a start, as long as the drive is enabled.
 fn words_of(order: Order, mode: Mode, edge: u16) -> ([u16; 3], usize) {
-    use words::{ACKNOWLEDGE, ENABLE, INCHING_1, INCHING_2_NEGATIVE, INCHING_2_POSITIVE, INTERMEDIATE_STOP, OFF, READY};
+    use words::{
+        ACKNOWLEDGE, ENABLE, INCHING_1, INCHING_2_NEGATIVE, INCHING_2_POSITIVE, INTERMEDIATE_STOP, OFF, READY,
+    };
     let one = |word| ([word, 0, 0], 1);
     let two = |before, word| ([before, word, 0], 2);
     match (order, mode) {

@@ -1,5 +1,6 @@
 //! What differs between the drives on PROFIBUS.
 
+use lexican_driver::description::Description;
 use lexican_profibus::Identity;
 use lexican_profibus::profidrive::Ppo;
 use lexican_runtime::NodeId;
@@ -14,6 +15,8 @@ pub const PPO: Ppo = Ppo { parameters: true, process_words: 3 };
 pub struct Model {
     /// Its name.
     pub name: &'static str,
+    /// What a driver has to know of it.
+    pub description: &'static Description,
     /// The drive behind the slave.
     pub drive: &'static siko::sim::Model,
     /// The slave.
@@ -37,6 +40,7 @@ const fn identity(ident: u16) -> Identity {
 /// The AG03/1, firmware 1.00 or higher.
 pub static AG03_1: Model = Model {
     name: "AG03/1",
+    description: &siko_ag03_1::driver::AG03_1,
     drive: &siko_ag03_1::sim::MODEL,
     identity: identity(0x0AC5),
     table: table::AG03_1,
@@ -47,6 +51,7 @@ pub static AG03_1: Model = Model {
 /// The AG02, firmware 2.00 or higher.
 pub static AG02: Model = Model {
     name: "AG02",
+    description: &siko_ag02::driver::AG02,
     drive: &siko_ag02::sim::MODEL,
     identity: identity(0x08C9),
     table: table::AG02,

@@ -1,0 +1,279 @@
+//! A drive behind PROFIBUS as a CANopen node: objects become parameters (PNU), orders become control words.
+
+use lexican_driver::ByteOrder;
+use lexican_profibus::pkw::{Access, Format, Refusal, Reply, Task, Value};
+use lexican_runtime::object::Address;
+use lexican_runtime::{AbortCode, Duration, Instant};
+use siko::gateway::{Door, Facts, Job, Report};
+use siko::sim::parameters::Mode;
+use siko::words::generic;
+
+use crate::master::{DriveMaster, Event};
+use crate::model::Model;
+use crate::table::{Content, Row};
+
+/// How often a position that changes is reported.
+const REPORTS: Duration = Duration::from_millis(10);
+
+/// What is written to 1011h to restore parameters (CiA 301, 7.5.2.14).
+const LOAD: i64 = u32::from_le_bytes(*b"load") as i64;
+
+const FAULTS: u16 = 0x1003;
+const VERSION: Address = Address::new(0x100A, 0);
+const RESTORE: u16 = 0x1011;
+const MODE: Address = Address::new(0x6060, 0);
+const POSITION: Address = Address::new(0x6064, 0);
+const VELOCITY: Address = Address::new(0x606C, 0);
+const GENERIC_STATUS: Address = Address::new(0x2420, 0);
+const TORQUE_DEACTIVATION_STATE: Address = Address::new(0x2422, 0);
+
+/// The drive at the other end of a PROFIBUS, as a [`Gateway`](siko::gateway::Gateway) sees it.
+///
+/// | object | here |
+/// |---|---|
+/// | 1002h, and what 6041h is made of | PNU 1020, read whenever no other task is under way, and the fault bit of ZSW |
+/// | 1003h | PNU 952 and 945, whose letters become codes; writing 0 is PNU 970 = 4 |
+/// | 100Ah | the version of the PROFIBUS firmware (PNU 965), as text |
+/// | 1011h | PNU 970 |
+/// | 6060h | PNU 930, where 1 and 2 change places |
+/// | 6064h | HIW in positioning mode; in velocity mode PNU 1036, which the AG02 does not have: 0800 0022h |
+/// | 606Ch | HIW in velocity mode; in positioning mode measured, see [`master::Facts`](crate::master::Facts) |
+/// | 607Ah, 60FFh | HSW, with the order |
+/// | 2422h | bit 7 of PNU 1031, which is 2420h |
+/// | others | the parameter whose row has the object; without one, 0602 0000h before anything is sent |
+#[derive(Clone, Debug)]
+pub struct ProfibusDoor {
+    model: &'static Model,
+    master: DriveMaster,
+    job: Option<Job>,
+    end: Option<Result<i64, AbortCode>>,
+    lost: bool,
+    shown: Option<(Instant, Facts)>,
+}
+
+impl ProfibusDoor {
+    /// A door to a drive that does not exchange data yet.
+    #[must_use]
+    pub fn new(model: &'static Model) -> Self {
+        ProfibusDoor { model, master: DriveMaster::new(), job: None, end: None, lost: false, shown: None }
+    }
+
+    /// What goes over the bus.
+    #[must_use]
+    pub fn master(&self) -> &DriveMaster {
+        &self.master
+    }
+
+    /// The same, for what carries it.
+    pub fn master_mut(&mut self) -> &mut DriveMaster {
+        &mut self.master
+    }
+
+    /// The parameter that holds an object, with its index.
+    fn row(&self, address: Address) -> Option<(&'static Row, u16)> {
+        let object_or_part = if address == TORQUE_DEACTIVATION_STATE { GENERIC_STATUS } else { address };
+        let holds = |row: &&Row| match row.content {
+            Content::Object(object) => object == object_or_part,
+            Content::Mode => address == MODE,
+            Content::Faults => address.index() == FAULTS && (1..=10).contains(&address.sub()),
+            Content::Version => address == VERSION,
+            Content::Load => address.index() == RESTORE && (1..=4).contains(&address.sub()),
+            Content::Address | Content::InchingStop => false,
+        };
+        let row = self.model.table.iter().find(holds)?;
+        Some((row, row.wire.format.elements().map_or(0, |_| u16::from(address.sub()) - 1)))
+    }
+
+    fn read(&self, address: Address) -> Result<Asked, AbortCode> {
+        let facts = self.master.facts().ok_or(AbortCode::HARDWARE_ERROR)?;
+        match (address, facts.mode) {
+            (POSITION, Mode::Positioning) => return Ok(Asked::Known(facts.position.into())),
+            (VELOCITY, _) => return Ok(Asked::Known(facts.velocity.into())),
+            _ => {}
+        }
+        let Some((row, index)) = self.row(address) else {
+            let is_elsewhere = address == POSITION;
+            return Err(if is_elsewhere { AbortCode::DEVICE_STATE } else { AbortCode::NO_SUCH_OBJECT });
+        };
+        let number = row.wire.number;
+        match (row.wire.access, row.wire.format.elements()) {
+            (Access::Write, _) => Err(AbortCode::WRITE_ONLY),
+            (_, Some(_)) => Ok(Asked::Task(Task::ReadElement { number, index })),
+            (_, None) => Ok(Asked::Task(Task::Read { number })),
+        }
+    }
+
+    fn write(&self, address: Address, value: i64) -> Result<Task, AbortCode> {
+        // PNU 952 counts the faults, and is cleared by another one.
+        let load = match address.index() {
+            FAULTS if address.sub() == 0 && value == 0 => Some(4),
+            RESTORE if value == LOAD => Some(match address.sub() {
+                // Calibrating stands behind clearing the faults.
+                4 => 5,
+                set => u32::from(set),
+            }),
+            FAULTS => return Err(AbortCode::INVALID_VALUE),
+            RESTORE => return Err(AbortCode::CANNOT_TRANSFER),
+            _ => None,
+        };
+        let rows = self.model.table.iter();
+        let row = match load {
+            Some(_) => rows.into_iter().find(|row| row.content == Content::Load),
+            None => self.row(address).map(|(row, _)| row),
+        };
+        let row = row.ok_or(AbortCode::NO_SUCH_OBJECT)?;
+        if row.wire.access == Access::Read {
+            return Err(AbortCode::READ_ONLY);
+        }
+        let value = match (load, row.content) {
+            (Some(load), _) => load.into(),
+            (None, Content::Mode) => swapped(value),
+            (None, _) => value,
+        };
+        let value = match row.wire.format {
+            Format::Word | Format::Words(_) => u16::try_from(value).map(Value::Word),
+            Format::DoubleWord | Format::DoubleWords(_) => {
+                i32::try_from(value).map(|value| Value::DoubleWord(value.cast_unsigned()))
+            }
+        };
+        Ok(Task::Write { number: row.wire.number, value: value.map_err(|_| AbortCode::INVALID_VALUE)? })
+    }
+
+    /// The value of an object, of what its parameter has answered.
+    fn value(&self, address: Address, value: Value) -> i64 {
+        let raw = match value {
+            Value::Word(word) => word.into(),
+            Value::DoubleWord(double_word) => double_word.cast_signed().into(),
+        };
+        match self.row(address).map(|(row, _)| row.content) {
+            Some(Content::Object(_)) if address == TORQUE_DEACTIVATION_STATE => {
+                i64::from(raw & i64::from(generic::TORQUE_DEACTIVATED) != 0)
+            }
+            Some(Content::Mode) => swapped(raw),
+            Some(Content::Faults) => {
+                let mut faults = self.model.drive.faults.iter();
+                let fault = faults.find(|fault| raw == i64::from(u32::from(fault.letter())));
+                fault.map_or(0, |fault| fault.code.number.into())
+            }
+            Some(Content::Version) => {
+                let mut text = [b'.'; 4];
+                let [major, minor] = (raw as u16).to_be_bytes();
+                (text[0], text[2], text[3]) = (digit(major), digit(minor >> 4), digit(minor));
+                let number = match self.model.description.identity.characters {
+                    ByteOrder::HighFirst => u32::from_be_bytes(text),
+                    ByteOrder::LowFirst | ByteOrder::Either => u32::from_le_bytes(text),
+                };
+                number.into()
+            }
+            _ => raw,
+        }
+    }
+
+    fn conclude(&mut self, event: Event) {
+        let result = match (event, self.job) {
+            (Event::Lost, _) => {
+                (self.lost, self.job, self.end, self.shown) = (true, None, None, None);
+                return;
+            }
+            (Event::Answered(reply), Some(Job::Read(address))) => match reply {
+                Reply::Value(value) | Reply::Element(value) => Ok(self.value(address, value)),
+                reply => Err(abort_of(reply)),
+            },
+            (Event::Answered(Reply::Value(_)) | Event::Followed | Event::Looked, Some(_)) => Ok(0),
+            (Event::Answered(reply), Some(_)) => Err(abort_of(reply)),
+            // The telegrams have arrived; the drive has no reason to give.
+            (Event::NotFollowed, Some(_)) => Err(AbortCode::DEVICE_STATE),
+            (Event::Silent, Some(_)) => Err(AbortCode::HARDWARE_ERROR),
+            (_, None) => return,
+        };
+        self.end = Some(result);
+    }
+
+    /// What is to be reported: a position that changes, now and then.
+    fn news(&self, now: Instant) -> Option<Facts> {
+        let facts = self.master.facts()?;
+        let facts = Facts { system: facts.system, position: facts.position, velocity: facts.velocity };
+        let Some((at, shown)) = self.shown else { return Some(facts) };
+        let is_due = facts.system != shown.system || self.end.is_some() || now.since(at) >= REPORTS;
+        (is_due && facts != shown).then_some(facts)
+    }
+}
+
+enum Asked {
+    Known(i64),
+    Task(Task),
+}
+
+impl Door for ProfibusDoor {
+    fn has(&self, address: Address) -> bool {
+        matches!(address, POSITION | VELOCITY) || self.row(address).is_some()
+    }
+
+    fn begin(&mut self, now: Instant, job: Job) {
+        self.job = Some(job);
+        match job {
+            Job::Read(address) => match self.read(address) {
+                Ok(Asked::Task(task)) => self.master.ask(now, task),
+                Ok(Asked::Known(value)) => self.end = Some(Ok(value)),
+                Err(code) => self.end = Some(Err(code)),
+            },
+            Job::Write(address, value) => match self.write(address, value) {
+                Ok(task) => self.master.ask(now, task),
+                Err(code) => self.end = Some(Err(code)),
+            },
+            Job::Order { order, target } => self.master.order(now, order, target),
+            Job::Look => self.master.look(now),
+        }
+    }
+
+    fn poll(&mut self, now: Instant) -> Option<Report> {
+        while let Some(event) = self.master.poll() {
+            self.conclude(event);
+        }
+        if core::mem::take(&mut self.lost) {
+            return Some(Report::Lost);
+        }
+        if let Some(facts) = self.news(now) {
+            self.shown = Some((now, facts));
+            return Some(Report::Facts(facts));
+        }
+        let end = self.end.take()?;
+        self.job = None;
+        Some(Report::Done(end))
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.master.poll_timeout()
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        self.master.handle_timeout(now);
+    }
+}
+
+/// PNU 930 has 1 for velocity mode and 2 for positioning mode, 6060h the other way round.
+const fn swapped(mode: i64) -> i64 {
+    match mode {
+        1 => 2,
+        2 => 1,
+        other => other,
+    }
+}
+
+const fn digit(bcd: u8) -> u8 {
+    b'0' + (bcd & 0x0F)
+}
+
+/// What an SDO client gets for a reply that is no value.
+fn abort_of(reply: Reply) -> AbortCode {
+    match reply {
+        Reply::Refused(Refusal::NO_SUCH_PARAMETER) => AbortCode::NO_SUCH_OBJECT,
+        Reply::Refused(Refusal::NO_SUCH_ELEMENT | Refusal::NO_ARRAY) => AbortCode::NO_SUCH_SUB_INDEX,
+        Reply::Refused(Refusal::READ_ONLY) => AbortCode::READ_ONLY,
+        Reply::Refused(Refusal::OUT_OF_RANGE | Refusal::RESET_ONLY) => AbortCode::INVALID_VALUE,
+        Reply::Refused(Refusal::WRONG_TYPE) => AbortCode::LENGTH_MISMATCH,
+        Reply::Refused(Refusal::NO_CONTROL) | Reply::NoAuthority => AbortCode::LOCAL_CONTROL,
+        Reply::Refused(Refusal::WRONG_STATE) => AbortCode::DEVICE_STATE,
+        _ => AbortCode::GENERAL,
+    }
+}

@@ -1,0 +1,64 @@
+//! Gateways on a bus: what carries the telegrams of a [`ProfibusDoor`] (feature `master`).
+
+use lexican_profibus::bus::{Bus, Notice, Station};
+use lexican_profibus::master::Segment;
+use lexican_runtime::host::LinkError;
+use lexican_runtime::{Duration, Instant, NodeId};
+use siko::gateway::{Carrier, Gateway, GatewayLink, GatewayNode};
+
+use crate::bus::options;
+use crate::gateway::ProfibusDoor;
+use crate::model::{Model, PPO};
+
+/// How often a node of a virtual CAN bus looks at its PROFIBUS: a cycle with one drive lasts a third of that at 1.5 Mbit/s.
+const LOOKS: Duration = Duration::from_millis(1);
+
+/// A drive on a bus as a link, whose only node is this drive: its node-ID is its PROFIBUS address. Further drives on the
+/// same bus have links of their own.
+pub fn link<S: Segment>(bus: &Bus<S>, model: &'static Model, address: NodeId) -> GatewayLink<ProfibusDoor, Station<S>> {
+    let (gateway, station) = parts(bus, model, address);
+    GatewayLink::new(gateway, station)
+}
+
+/// The same as a node of a virtual CAN bus, beside others.
+pub fn node<S: Segment>(bus: &Bus<S>, model: &'static Model, address: NodeId) -> GatewayNode<ProfibusDoor, Station<S>> {
+    let (gateway, station) = parts(bus, model, address);
+    GatewayNode::new(gateway, station)
+}
+
+fn parts<S: Segment>(bus: &Bus<S>, model: &'static Model, address: NodeId) -> (Gateway<ProfibusDoor>, Station<S>) {
+    let gateway = Gateway::new(model.drive, address, ProfibusDoor::new(model));
+    (gateway, bus.station(address.get(), options(model), PPO.lengths()))
+}
+
+impl<S: Segment> Carrier<ProfibusDoor> for Station<S> {
+    fn now(&self) -> Instant {
+        self.now()
+    }
+
+    fn carry(&mut self, door: &mut ProfibusDoor, until: Instant) -> Result<(), LinkError> {
+        let master = door.master_mut();
+        self.set_outputs(&master.outputs());
+        match self.wait(until).map_err(std::io::Error::from)? {
+            Some(Notice::Exchanged(exchange)) => {
+                if let (Ok(sent), Ok(received)) = (exchange.sent.try_into(), exchange.received.try_into()) {
+                    master.handle_exchange(self.now(), &sent, &received);
+                }
+            }
+            Some(Notice::Lost) => master.handle_offline(),
+            None => {}
+        }
+        // The next exchange carries what this one has led to.
+        self.set_outputs(&master.outputs());
+        Ok(())
+    }
+
+    fn is_real_time(&self) -> bool {
+        self.is_real_time()
+    }
+
+    fn next_event(&self) -> Option<Instant> {
+        // Another node of the same segment may have let the time pass.
+        Some(if self.has_notice() { self.now() } else { self.now() + LOOKS })
+    }
+}
