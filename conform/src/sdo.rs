@@ -66,7 +66,11 @@ impl Tester<'_> {
             Err(code) => return Ok(Err(code)),
         };
         match answer[0] {
-            0x42 => return Ok(Ok(answer[4..].to_vec())),
+            // Without a size: the data sheet has it.
+            0x42 => {
+                let size = self.entry(index, sub).ok().and_then(|entry| self.size(&entry)).unwrap_or(4).min(4);
+                return Ok(Ok(answer[4..4 + size].to_vec()));
+            }
             0x43 | 0x47 | 0x4B | 0x4F => return Ok(Ok(answer[4..8 - usize::from(answer[0] >> 2 & 3)].to_vec())),
             0x40 | 0x41 => {}
             other => return Err(failed(format!("an upload is answered with {other:02X}"))),
@@ -189,11 +193,26 @@ impl Tester<'_> {
         ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}, by default {default:02X?}"))
     }
 
+    /// How many bytes a number is written with: its own, or four where the device takes nothing else.
+    fn written_size(&self, index: u16, sub: u8) -> Outcome<usize> {
+        let entry = self.entry(index, sub)?;
+        let own = self.size(&entry).unwrap_or(4).min(4);
+        Ok(if self.sheet.device.sdo_writes_four_bytes { 4 } else { own })
+    }
+
     /// Writes a number with the size that the data sheet gives it.
     pub(crate) fn try_write(&mut self, index: u16, sub: u8, value: u32) -> Outcome<Answer> {
-        let entry = self.entry(index, sub)?;
-        let size = self.size(&entry).unwrap_or(4).min(4);
+        let size = self.written_size(index, sub)?;
         self.download(index, sub, &value.to_le_bytes()[..size])
+    }
+
+    /// Writes what was read before.
+    pub(crate) fn write_back(&mut self, entry: &Entry, bytes: &[u8]) -> Outcome<Answer> {
+        let mut padded = bytes.to_vec();
+        if self.sheet.device.sdo_writes_four_bytes && bytes.len() < 4 {
+            padded.resize(4, 0);
+        }
+        self.download(entry.index, entry.sub, &padded)
     }
 
     pub(crate) fn write(&mut self, index: u16, sub: u8, value: u32) -> Outcome {
@@ -207,14 +226,14 @@ impl Tester<'_> {
 
     /// Writes without waiting for the answer, where something else is to be heard first.
     pub(crate) fn send_write(&mut self, write: Write) -> Outcome {
-        let size = self.size(&self.entry(write.index, write.sub)?).unwrap_or(4).min(4);
+        let size = self.written_size(write.index, write.sub)?;
         let command = 0x23 | (4 - size as u8) << 2;
         self.send_request(initiate(command, (write.index, write.sub), &write.value.to_le_bytes()[..size]))
     }
 
     /// A write that is to be refused, with one of these codes, and changes nothing.
     pub(crate) fn refuses(&mut self, index: u16, sub: u8, value: u32, codes: &[AbortCode]) -> Outcome {
-        let size = self.size(&self.entry(index, sub)?).unwrap_or(4).min(4);
+        let size = self.written_size(index, sub)?;
         self.refuses_bytes(index, sub, &value.to_le_bytes()[..size], codes)
     }
 

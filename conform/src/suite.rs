@@ -161,6 +161,7 @@ impl Suite<'_> {
 
     /// Brings back what was there before the test, if a reset does not: a sentence for each entry that stays different.
     fn put_back(&mut self, written: &[(u16, u8)]) -> Vec<String> {
+        let stores = written.iter().any(|&(index, _)| index == 0x1010);
         if written.is_empty() || self.tester.reset(NmtCommand::ResetNode).is_err() {
             return Vec::new();
         }
@@ -176,6 +177,10 @@ impl Suite<'_> {
         changed.extend(frames);
         for &at in &changed {
             self.write_back(at);
+        }
+        if stores && !changed.is_empty() {
+            // What has been stored comes back with each reset.
+            let _ = self.tester.try_write(0x1010, 1, u32::from_le_bytes(*b"save"));
         }
         changed.retain(|&at| self.differs(at));
         let was = |&(index, sub): &(u16, u8)| {
@@ -195,9 +200,9 @@ impl Suite<'_> {
     }
 
     fn write_back(&mut self, at: (u16, u8)) {
-        if let Some(bytes) = self.before.get(&at) {
+        if let (Some(bytes), Ok(entry)) = (self.before.get(&at), self.tester.entry(at.0, at.1)) {
             // Whether it was taken is read.
-            let _: Outcome<Result<(), AbortCode>> = self.tester.download(at.0, at.1, bytes);
+            let _: Outcome<Result<(), AbortCode>> = self.tester.write_back(&entry, bytes);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! 3.1 to 3.20: the parameters of PDOs, and when they are sent in which NMT state.
 
-use lexican_eds::model::{Direction, Pdo};
+use lexican_eds::model::{Direction, Pdo, Value};
 use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
 
@@ -92,6 +92,8 @@ pub(crate) fn configure(t: &mut Tester<'_>, pdo: &Pdo, how: Transmission) -> Out
     t.write(index, 2, u32::from(how.code))?;
     for (sub, value) in [(5, u32::from(how.event_timer_ms)), (6, u32::from(how.sync_start))] {
         match t.entry(index, sub) {
+            // A device may have no value for "never".
+            Ok(entry) if value == 0 && entry.low.as_ref().and_then(Value::as_integer) > Some(0) => {}
             Ok(_) => t.write(index, sub, value)?,
             Err(_) if value == 0 => {}
             Err(lacks) => return Err(lacks),

@@ -243,7 +243,7 @@ pub const FAULTS: &[Fault] = &[
     ),
     fault(
         "2000h:03, of eight bytes, is not written",
-        &[heard("605#21002003*").is_answered("585#8000200322000008")],
+        &[heard("605#21002003*").is_answered("585#8000200300000008")],
         "4.9",
     ),
     // Emergencies.
@@ -255,7 +255,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "1001h shows an error that there is not",
         &[sent("585#4F01100000*").becomes("585#4F01100001*")],
-        "3.22 4.2 4.8 5.2 7.107",
+        "3.22 5.2 7.107",
     ),
     fault(
         "1003h has an error that has not occurred",
