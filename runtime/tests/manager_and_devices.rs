@@ -318,6 +318,19 @@ fn sync_makes_devices_send() {
 }
 
 #[test]
+fn the_sync_of_another_node_is_heard_by_its_identifier() {
+    let mut network = Network::started();
+    let sync = |id: &str| Some(Event::Sync(common::frame(id)));
+    let hear = |network: &mut Network, frame: &str| {
+        network.manager.handle_frame(network.now, &common::frame(frame), &mut network.value)
+    };
+    assert_eq!(hear(&mut network, "080#05"), sync("080#05"));
+    let other = CobId::standard(0x101).unwrap();
+    network.manager.produce_sync(network.now, other, Duration::ZERO, 0);
+    assert_eq!((hear(&mut network, "101#"), hear(&mut network, "080#")), (sync("101#"), None));
+}
+
+#[test]
 fn nodes_that_were_not_added_are_noticed() {
     let mut network = Network::started();
     let node = NodeId::literal(9);

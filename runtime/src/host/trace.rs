@@ -39,12 +39,12 @@ pub(super) fn sent(now: Instant, frame: &Frame, result: &Result<(), LinkError>) 
     let _ = (now, frame, result);
 }
 
-/// An event of the manager, or of the network that it keeps up. PDOs are no more than frames.
+/// An event of the manager, or of the network that it keeps up. PDOs and SYNC are no more than frames.
 #[inline]
 pub(super) fn event(now: Instant, event: &Event) {
     #[cfg(feature = "tracing")]
     match event {
-        Event::Pdo { .. } => {}
+        Event::Pdo { .. } | Event::Sync(_) => {}
         Event::Sdo { node, event } => tracing::debug!(target: target::NODES, %now, %node, ?event, "SDO"),
         Event::Time(_) | Event::Stranger { .. } => tracing::debug!(target: target::NODES, %now, ?event, "event"),
         _ => tracing::info!(target: target::NODES, %now, ?event, "event"),

@@ -70,6 +70,8 @@ pub enum Event {
         /// The frame.
         frame: Frame,
     },
+    /// Another node sends SYNC, with the COB-ID of [`Manager::produce_sync`](super::Manager::produce_sync), 080h unless set.
+    Sync(Frame),
     /// Another node sends the time of day.
     Time(TimeOfDay),
     /// Something happened in the network that a shell boots and keeps. A [`Manager`](super::Manager) alone reports none.

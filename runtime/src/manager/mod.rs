@@ -182,7 +182,8 @@ impl<const NODES: usize> Manager<NODES> {
         self.outbox.send(time::frame(CobId::TIME, time_of_day))
     }
 
-    /// Sends SYNC as `id` every `period`, zero for not at all; counting up to `overflow`, 0 for not counting.
+    /// Sends SYNC as `id` every `period`, zero for not at all; counting up to `overflow`, 0 for not counting. SYNC of other
+    /// nodes is heard by the same `id`.
     pub fn produce_sync(&mut self, now: Instant, id: CobId, period: Duration, overflow: u8) {
         self.sync_id = id;
         self.sync.configure(now, id, period, overflow);
@@ -257,8 +258,11 @@ impl<const NODES: usize> Manager<NODES> {
                 Some(Event::Emergency { node, emergency })
             })?;
         }
-        if frame.is_remote() || id == CobId::NMT || id == self.sync_id {
+        if frame.is_remote() || id == CobId::NMT {
             return None;
+        }
+        if id == self.sync_id {
+            return Some(Event::Sync(*frame));
         }
         if id == CobId::TIME {
             return time::parse(frame.data()).map(Event::Time);
