@@ -164,6 +164,8 @@ impl Member {
         if position.abs_diff(self.stands_at) > self.axis.settings.standing {
             (self.stands_at, self.stands_since) = (position, now);
         }
+        // It is sent in OPERATIONAL only: what a heartbeat said before is over.
+        self.nmt = None;
         self.late += u64::from(self.fresh);
         (self.status_word, self.position, self.fresh) = (Some(status_word), position, true);
     }
@@ -218,18 +220,21 @@ impl Member {
         if self.restarted {
             return Some(Reason::Restarted { node });
         }
-        if let Some(state @ (NmtState::Stopped | NmtState::PreOperational)) = self.nmt {
-            return Some(Reason::NotOperational { node, state });
-        }
         if self.has_fault() {
             return Some(Reason::Fault { node, cause: self.cause() });
         }
-        // It may take a while to begin.
-        let silent = match self.status_word {
-            Some(_) => self.missing > tolerated,
-            None => now.since(self.since) > self.axis.description.times.reaction,
-        };
-        silent.then_some(Reason::PdoMissing { node, cycles: self.missing })
+        // It may take a while to begin, and its heartbeat may be from before.
+        let begins = self.status_word.is_none() && now.since(self.since) <= self.axis.description.times.reaction;
+        match self.nmt {
+            _ if begins => None,
+            Some(state @ (NmtState::Stopped | NmtState::PreOperational)) => {
+                Some(Reason::NotOperational { node, state })
+            }
+            _ if self.status_word.is_none() || self.missing > tolerated => {
+                Some(Reason::PdoMissing { node, cycles: self.missing })
+            }
+            _ => None,
+        }
     }
 
     /// What else is wrong with it while it follows.

@@ -177,6 +177,11 @@ impl<P: Path> Follower<P> {
 }
 
 impl<P: Path> Follower<P> {
+    /// Whether a frame is the SYNC of another node that is followed.
+    pub(super) fn begins_cycle(&self, frame: &Frame) -> bool {
+        self.expects.is_some() && self.settings.sync == SyncSource::Followed { id: frame.id() }
+    }
+
     fn begin(&mut self, now: Instant) {
         self.phase = Phase::Enabling;
         self.members.iter_mut().for_each(|member| *member = Member::new(member.axis, now));
@@ -440,9 +445,7 @@ impl<P: Path> StateMachine for Follower<P> {
     type Event = Event;
 
     fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Event> {
-        if let (SyncSource::Followed { id }, Some(_)) = (self.settings.sync, self.expects)
-            && frame.id() == id
-        {
+        if self.begins_cycle(frame) {
             self.expects = Some(now + self.patience());
             return self.run_cycle(now);
         }

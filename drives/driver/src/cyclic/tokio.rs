@@ -5,9 +5,10 @@ use std::pin::pin;
 use lexican_runtime::host::tokio::{Event, Network};
 use lexican_runtime::host::{LinkError, StateMachine};
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{Instant, manager};
+use lexican_runtime::{Instant, NodeId, manager};
 use tokio::sync::broadcast::error::RecvError;
 
+use super::axis::Member;
 use super::follower::Follower;
 use super::path::Path;
 use super::report::Report;
@@ -15,8 +16,9 @@ use super::report::Report;
 /// Follows a path until all is over, and all axes are released. If this future is dropped before, all axes are sent a quick
 /// stop. To stop them along the path, have the path end.
 ///
-/// SYNC is produced by the follower; its own cannot be [followed](super::SyncSource::Followed), since a network reports no
-/// SYNC.
+/// The SYNC of another node can be [followed](super::SyncSource::Followed) if the network reports it, as
+/// [`manager::Event::Sync`] or as a PDO: one that [listens to its own](Network::listen_to_own) has to have its COB-ID among the
+/// others.
 ///
 /// # Errors
 ///
@@ -46,7 +48,15 @@ pub async fn follow<P: Path>(network: &Network, follower: &mut Follower<P>) -> R
                 now = &mut alarm => break now?,
             };
             match event {
-                Ok(event) => run.hear(now, event),
+                Ok(Event::Manager(manager::Event::Pdo { frame, .. } | manager::Event::Sync(frame)))
+                    if run.follower.begins_cycle(&frame) =>
+                {
+                    let now = network.now().await?;
+                    run.follower.handle_frame(now, &frame);
+                    break now;
+                }
+                Ok(Event::Manager(event)) => run.hear(now, event),
+                Ok(_) => {}
                 // PDOs that were missed count as missing.
                 Err(RecvError::Lagged(_)) => {}
                 // The network has ended: it reports why.
@@ -65,21 +75,25 @@ struct Run<'a, P: Path> {
 }
 
 impl<P: Path> Run<'_, P> {
+    fn member(&mut self, node: NodeId, hears: impl FnOnce(&mut Member)) {
+        if let Some(member) = self.follower.member(node) {
+            hears(member);
+        }
+    }
+
     /// Takes note of an event, at the time of the cycle.
-    fn hear(&mut self, now: Instant, event: Event) {
-        let Event::Manager(event) = event else { return };
+    fn hear(&mut self, now: Instant, event: manager::Event) {
         match event {
             manager::Event::Pdo { frame, .. } => drop(self.follower.handle_frame(now, &frame)),
             manager::Event::Emergency { node, emergency } => {
-                if let Some(member) = self.follower.member(node) {
-                    member.handle_emergency(emergency);
-                }
+                self.member(node, |member| member.handle_emergency(emergency));
             }
             manager::Event::BootedUp { node } => {
-                if let Some(member) = self.follower.member(node) {
-                    member.handle_nmt_state(NmtState::Initialising);
-                }
+                self.member(node, |member| member.handle_nmt_state(NmtState::Initialising));
             }
+            manager::Event::Appeared { node, state }
+            | manager::Event::StateChanged { node, state }
+            | manager::Event::Stranger { node, state } => self.member(node, |member| member.handle_nmt_state(state)),
             _ => {}
         }
     }

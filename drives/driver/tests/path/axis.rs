@@ -74,10 +74,10 @@ impl Axis {
         self.outbox.push_back(Frame::from_array(self.id(0x700), [0]));
     }
 
-    /// It sends a heartbeat, in PRE-OPERATIONAL.
-    pub(crate) fn leave_operational(&mut self) {
+    /// It sends a heartbeat with another state: 7Fh is PRE-OPERATIONAL, 04h STOPPED.
+    pub(crate) fn leave_operational(&mut self, state: u8) {
         self.operational = false;
-        self.outbox.push_back(Frame::from_array(self.id(0x700), [0x7F]));
+        self.outbox.push_back(Frame::from_array(self.id(0x700), [state]));
     }
 
     fn id(&self, base: u16) -> CobId {

@@ -7,3 +7,5 @@ mod outcomes;
 mod rig;
 mod servo;
 mod servos;
+#[cfg(feature = "tokio")]
+mod tokio_shell;

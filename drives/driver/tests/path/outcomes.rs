@@ -6,7 +6,7 @@ use lexican_driver::cyclic::{
     self, AxisSettings, Event, Follower, Queue, Report, SetUpError, Settings, Stop, Supply, SyncSource, follow,
 };
 use lexican_driver::{CancelHandle, Description};
-use lexican_runtime::host::{BusState, Node, StateMachine, VirtualBus};
+use lexican_runtime::host::{BusState, Link, Node, StateMachine, VirtualBus};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
@@ -83,7 +83,27 @@ fn an_axis_that_has_restarted_is_sent_nothing_more() {
 #[test]
 fn an_axis_that_exchanges_no_pdos_any_more_says_so() {
     let reason = "node 2: it is PreOperational, and exchanges no PDOs";
-    check(|_, axes, _| axes[1].lock().unwrap().leave_operational(), reason, [RESTS, "silent", RESTS]);
+    check(|_, axes, _| axes[1].lock().unwrap().leave_operational(0x7F), reason, [RESTS, "silent", RESTS]);
+}
+
+/// One that was on its way when the axis was started.
+#[test]
+fn a_heartbeat_from_before_the_first_pdo_stops_nothing() {
+    let mut rig = Rig::new(2);
+    rig.bus.link().send(&Frame::from_array(CobId::of_node(0x700, NodeId::literal(2)), [0x7F])).unwrap();
+    let report = rig.follow(figure(1000), Settings::default());
+    assert_eq!((report.reason, report.cycles), (None, 1000), "{report}");
+}
+
+#[test]
+fn an_axis_that_was_never_operational_keeps_all_from_moving() {
+    let mut rig = Rig::new(2);
+    rig.axis(1).leave_operational(0x7F);
+    let report = rig.follow(figure(1000), Settings::default());
+    let reason = report.reason.map(|reason| reason.to_string());
+    assert_eq!(reason.as_deref(), Some("node 2: it is PreOperational, and exchanges no PDOs"), "{report}");
+    assert_eq!((report.cycles, rig.axis(0).position), (0, 1000), "{report}");
+    rig.check_at_rest("not operational");
 }
 
 #[test]
@@ -228,10 +248,16 @@ fn an_axis_that_cannot_be_enabled_keeps_all_from_moving() {
 }
 
 /// SYNC from elsewhere, for a while.
-struct Producer {
+pub(crate) struct Producer {
     next: Instant,
     left: u32,
     due: bool,
+}
+
+impl Producer {
+    pub(crate) fn attach(bus: &VirtualBus, left: u32) {
+        bus.attach(Producer { next: bus.now() + PERIOD, left, due: false });
+    }
 }
 
 impl Node for Producer {
@@ -256,7 +282,7 @@ fn the_sync_of_another_node_is_followed_and_replaced_for_the_stop() {
     let settings = Settings { sync: SyncSource::Followed { id: CobId::SYNC }, ..Settings::default() };
     for (left, expected) in [(5000, None), (500, Some("no SYNC has come for 3 ms"))] {
         let mut rig = Rig::new(2);
-        rig.bus.attach(Producer { next: rig.bus.now() + PERIOD, left, due: false });
+        Producer::attach(&rig.bus, left);
         let report = rig.follow(figure(1000), settings);
         assert_eq!(report.reason.map(|reason| reason.to_string()).as_deref(), expected, "{report}");
         assert!(report.axes.iter().all(|axis| axis.end.to_string() == RESTS), "{report}");
@@ -306,49 +332,4 @@ fn axes_that_do_not_go_together_are_refused() {
     check(vec![], SetUpError::NoAxis);
     check(vec![axis(node, settings), axis(node, settings)], SetUpError::Twice(node));
     check(vec![axis(node, settings), axis(other, slow)], SetUpError::Period { node: other, period: slow.period });
-}
-
-#[cfg(feature = "tokio")]
-#[tokio::test]
-async fn the_other_shell_follows_too_and_stops_when_it_is_dropped() {
-    use lexican_runtime::host::tokio::Network;
-
-    let rig = Rig::new(3);
-    let network = Network::spawn(rig.bus.link()).unwrap();
-    let mut follower = rig.follower(figure(1000), Settings::default());
-    let report = cyclic::tokio::follow(&network, &mut follower).await.unwrap();
-    assert_eq!((report.reason, report.cycles), (None, 1000), "{report}");
-
-    let failing = rig.axes[1].clone();
-    let mut follower = rig.follower(
-        move |cycle: u64, _: &mut [i32]| {
-            if cycle == 100 {
-                failing.lock().unwrap().fail(0x8700);
-            }
-            Supply::Ready
-        },
-        Settings::default(),
-    );
-    let report = cyclic::tokio::follow(&network, &mut follower).await.unwrap();
-    let reason = report.reason.map(|reason| reason.to_string());
-    assert_eq!(reason.as_deref(), Some("node 2: in fault: 8700: SYNC"), "{report}");
-
-    rig.axis(1).state = State::SwitchOnDisabled;
-    let ends = std::sync::Arc::new(tokio::sync::Notify::new());
-    let ended = Arc::clone(&ends);
-    let path = move |cycle: u64, _: &mut [i32]| {
-        if cycle == 100 {
-            ended.notify_one();
-        }
-        Supply::Ready
-    };
-    let mut follower = rig.follower(path, Settings::default());
-    tokio::select! {
-        _ = cyclic::tokio::follow(&network, &mut follower) => panic!("the path has no end"),
-        () = ends.notified() => {}
-    }
-    while rig.axis(0).state == State::OperationEnabled {
-        tokio::task::yield_now().await;
-    }
-    assert!((0..3).all(|number| rig.axis(number).state == State::QuickStopActive));
 }
