@@ -70,6 +70,7 @@ pub(crate) enum Kind {
     OverlayDuplicateValue { values: [(i128, Box<str>); 2] },
     OverlayBits { names: [Box<str>; 2] },
     OverlayUnits { units: usize },
+    OverlayDuplicateParameter { number: Box<str>, first: Span },
 }
 
 /// A key that is found once for all its occurrences.

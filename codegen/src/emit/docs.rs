@@ -4,16 +4,16 @@ use lexican_eds::model::{Condition, Entry, Meaning, NmtState, Unit, Value};
 
 use super::context::Context;
 use super::literal;
-use crate::plan::{Access, Default, Handle, Item, Mapping, Number};
+use crate::plan::{Access, Default, Handle, Item, Mapping, Number, ParameterItem};
 
 /// Lines of documentation in front of an item that is indented by `indent`; an empty one separates paragraphs.
-fn text(lines: &[String], alias: &[String; 2], indent: &str) -> String {
+fn text(lines: &[String], aliases: &[String], indent: &str) -> String {
     let mut text = String::new();
     for line in lines {
         text.extend([indent, if line.is_empty() { "///" } else { "/// " }, line, "\n"]);
     }
-    let [full, index] = alias;
-    text + indent + &format!("#[doc(alias(\"{full}\", \"{index}\"))]\n")
+    let aliases: Vec<String> = aliases.iter().map(|alias| format!("{alias:?}")).collect();
+    text + indent + &format!("#[doc(alias({}))]\n", aliases.join(", "))
 }
 
 /// The documentation of an entry, with the aliases that a search for its address finds.
@@ -30,6 +30,30 @@ pub(super) fn handle(
     lines.push(format!("Address {full} · {}", facts(context, handle)));
     lines.extend(remarks(context, entry, object_text));
     text(&lines, &[full, format!("{:04X}", entry.index)], indent)
+}
+
+/// The documentation of a parameter of another interface.
+pub(super) fn parameter(context: &Context<'_>, item: &ParameterItem<'_>) -> String {
+    let parameter = item.parameter;
+    let number = parameter.number.to_string();
+    let mut entry = parameter.entry.clone();
+    entry.data_type = parameter.data_type;
+    let mut facts =
+        format!("{} · {}", escape(&number), facts(context, &Handle { entry: &entry, ..item.handle.clone() }));
+    let object = parameter.object().map(|(index, sub)| address(index, sub));
+    if let Some(object) = &object {
+        facts += &format!(" · object {object}");
+    }
+    if parameter.elements > 1 {
+        facts += &format!(" · {0} elements, `.at(0)` to `.at({1})`", parameter.elements, parameter.elements - 1);
+    }
+    if let Some(when) = &parameter.when {
+        facts += &format!(" · {}", condition(context, when));
+    }
+    let mut lines = vec![sentence(&parameter.entry.name, &number), String::new(), facts];
+    lines.extend(remarks(context, &parameter.entry, None));
+    let aliases: Vec<String> = object.into_iter().chain([number]).collect();
+    text(&lines, &aliases, "")
 }
 
 /// The documentation of an array or record.

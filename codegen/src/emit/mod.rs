@@ -4,6 +4,7 @@
 mod context;
 mod docs;
 mod driver;
+mod interface;
 mod layout;
 mod literal;
 mod newtype;
@@ -26,6 +27,7 @@ pub(crate) fn emit(plan: &Plan<'_>, drive: Option<&Drive>, options: &Options) ->
     plan.newtypes.iter().for_each(|newtype| newtype::newtype(&context, newtype, &mut code));
     plan.items.iter().for_each(|item| object::item(&context, item, &mut code));
     plan.pdos.iter().for_each(|pdo| pdo::pdo(&context, pdo, &mut code));
+    plan.interfaces.iter().for_each(|item| interface::interface(&context, item, &mut code));
     if options.storage {
         tables::device(&context, &mut code);
     }

@@ -79,7 +79,7 @@ fn parameters(context: &Context<'_>, handle: &Handle<'_>, whole: bool) -> Vec<To
     [context.r#type(handle.r#type), marker(context, handle.access)].into_iter().chain(mapping).collect()
 }
 
-fn marker(context: &Context<'_>, access: Access) -> TokenStream {
+pub(super) fn marker(context: &Context<'_>, access: Access) -> TokenStream {
     context.object(&format!("{access:?}"))
 }
 

@@ -1,5 +1,6 @@
 //! What to generate, with all decisions made: names, types, shapes. The emitters only print it.
 
+mod interface;
 mod newtype;
 mod object;
 mod pdo;
@@ -8,6 +9,7 @@ mod value;
 use lexican_eds::Diagnostics;
 use lexican_eds::model::{Device, Entry};
 
+pub(crate) use interface::{InterfaceItem, ParameterItem};
 pub(crate) use newtype::{Newtype, NewtypeKind, companion};
 pub(crate) use object::{Access, Default, Handle, Item, Mapping, Shape};
 pub(crate) use pdo::{Field, PdoItem};
@@ -44,6 +46,8 @@ pub(crate) struct Plan<'a> {
     /// By index.
     pub(crate) items: Vec<Item<'a>>,
     pub(crate) pdos: Vec<PdoItem<'a>>,
+    /// By name.
+    pub(crate) interfaces: Vec<InterfaceItem<'a>>,
     types: Types,
 }
 
@@ -52,6 +56,7 @@ impl<'a> Plan<'a> {
         let (mut newtypes, types) = newtype::collect(device, findings);
         let mut items = object::items(device, &types, findings);
         let pdos = pdo::pdos(device, &types, findings);
+        let interfaces = interface::interfaces(device, &types, findings);
 
         // Everything at the top shares one scope: a one-letter constant and a one-letter type would collide.
         let pdo_names: Vec<String> = pdos.iter().map(|pdo| pdo.ident.clone()).collect();
@@ -72,7 +77,7 @@ impl<'a> Plan<'a> {
                 *ident = next();
             }
         }
-        Plan { device, newtypes, items, pdos, types }
+        Plan { device, newtypes, items, pdos, interfaces, types }
     }
 
     /// Handles of all entries, ascending by address.

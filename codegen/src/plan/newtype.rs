@@ -69,7 +69,9 @@ pub(crate) fn collect<'a>(device: &'a Device, findings: &mut Diagnostics) -> (Ve
 /// What a data type cannot be, the reader has reported.
 fn uses(device: &Device) -> BTreeMap<(u16, u8), Key<'_>> {
     let mut uses = BTreeMap::new();
-    for entry in device.objects.iter().flat_map(|object| &object.entries) {
+    // A parameter of another interface has the meaning of its object, or, with index 0, one of its own.
+    let without_object = device.parameters().filter(|parameter| parameter.object().is_none());
+    for entry in device.entries().chain(without_object.map(|parameter| &parameter.entry)) {
         let (sort, name, known) = match &entry.meaning {
             Meaning::Plain => continue,
             Meaning::Enumeration(name) => (Sort::Enumeration, name, device.enumerations.contains_key(name)),

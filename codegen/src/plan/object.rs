@@ -129,7 +129,7 @@ fn name_members(object: &Object, members: &mut [Handle<'_>], findings: &mut Diag
     members.iter_mut().zip(names).for_each(|(member, name)| member.ident = name);
 }
 
-fn handle<'a>(entry: &'a Entry, types: &Types, findings: &mut Diagnostics) -> Handle<'a> {
+pub(super) fn handle<'a>(entry: &'a Entry, types: &Types, findings: &mut Diagnostics) -> Handle<'a> {
     let (access, mapping) = rights(entry);
     if entry.data_type.class() == Class::Other {
         let message = format!("{} is not a data type of CiA 301, and of no known length", entry.data_type);

@@ -1,12 +1,15 @@
 //! The device as its data sheet and overlay describe it: what code is generated from, what is dumped,
 //! compared and simulated. Nothing in here is text any more but names and descriptions.
 
+mod interface;
 pub(crate) mod keys;
 pub(crate) mod pdo;
 pub mod types;
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
+
+pub use interface::{Interface, Parameter, ParameterNumber};
 
 use crate::model::types::DataType;
 use crate::text::Span;
@@ -36,6 +39,8 @@ pub struct Device {
     pub bit_fields: BTreeMap<String, BitField>,
     /// The quantities of the overlay, by name.
     pub quantities: BTreeMap<String, Quantity>,
+    /// Interfaces other than CANopen, by name (overlay).
+    pub interfaces: BTreeMap<String, Interface>,
     /// The PDOs that the defaults (and the overlay) describe: receive PDOs first, then by number.
     pub pdos: Vec<Pdo>,
     /// `[SupportedModules]` and the `[M1…]` sections of a modular device, by number.
@@ -521,6 +526,11 @@ impl Device {
     pub fn entries(&self) -> impl Iterator<Item = &Entry> {
         self.objects.iter().flat_map(|object| &object.entries)
     }
+
+    /// The parameters of all other interfaces.
+    pub fn parameters(&self) -> impl Iterator<Item = &Parameter> {
+        self.interfaces.values().flat_map(|interface| &interface.parameters)
+    }
 }
 
 impl Object {
@@ -776,5 +786,6 @@ impl Device {
         self.enumerations.values_mut().for_each(|enumeration| enumeration.span = Span::default());
         self.bit_fields.values_mut().for_each(|bit_field| bit_field.span = Span::default());
         self.quantities.values_mut().for_each(|quantity| quantity.span = Span::default());
+        self.interfaces.values_mut().for_each(Interface::clear_spans);
     }
 }

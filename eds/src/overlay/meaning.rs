@@ -58,7 +58,7 @@ impl Reader<'_> {
     }
 
     /// `description`, and the list under `key`.
-    fn described<'n, 'i>(&mut self, node: &'n Node<'i>, key: &str) -> (Option<String>, Vec<&'n Node<'i>>) {
+    pub(super) fn described<'n, 'i>(&mut self, node: &'n Node<'i>, key: &str) -> (Option<String>, Vec<&'n Node<'i>>) {
         let (mut description, mut list) = (None, None);
         let before = self.out.total();
         for (name, node) in self.table(node).into_iter().flatten() {
@@ -72,7 +72,7 @@ impl Reader<'_> {
         (description, list.unwrap_or_default())
     }
 
-    fn named<T>(
+    pub(super) fn named<T>(
         &mut self,
         node: &Node<'_>,
         what: &str,

@@ -41,12 +41,24 @@
 //! cob_id = "$NODEID+0x280"
 //! transmission_type = 255
 //! mapping = ["6041:00", "6064:00"]
+//!
+//! [interface.serial]               # another interface, whose parameters mostly are objects under other numbers
+//! description = "one sentence"
+//! parameters = [                   # a row each: a number or a text, the object, and what differs from it
+//!     { number = "E1/F1", object = "607D:02", name = "Upper limit" },
+//!     { number = 930, object = "6060", values = [ { value = 2, name = "profile position" } ] },
+//!     { number = 952, object = "1003:00", access = "ro", data_type = "UNSIGNED16", low = 0, high = 5 },
+//!     { number = 24, object = "607A", when = "6060:00 == 1" },
+//!     { number = 25, name = "Stop", access = "rw", data_type = "UNSIGNED8", enumeration = "InchingStop" },
+//! ]
 //! ```
 //!
 //! The keys of `[object."2410"]` are about the object itself; those that belong to an entry are about sub-index 0
-//! of a VAR, and about all sub-indices but 0 of an ARRAY, one after the other: each has findings of its own. All users of a quantity, enumeration or bit field have
+//! of a VAR, and about all sub-indices but 0 of an ARRAY, one after the other: each has findings of its own. A parameter that equals an
+//! ARRAY as a whole, `object = "1003"`, has its elements from sub-index 1 on. All users of a quantity, enumeration or bit field have
 //! the same data type. Several overlays are applied in order, and a later one wins.
 
+mod interface;
 mod meaning;
 mod object;
 pub(crate) mod pdo;
@@ -177,12 +189,22 @@ impl Reader<'_> {
                 "enumeration" => self.each(node, Self::enumeration),
                 "bit_field" => self.each(node, Self::bit_field),
                 "quantity" => self.each(node, Self::quantity),
-                "pdo" => {}
-                _ => self.unknown(key, &["overlay", "object", "enumeration", "bit_field", "quantity", "pdo"]),
+                "pdo" | "interface" => {}
+                _ => {
+                    let known = ["overlay", "object", "enumeration", "bit_field", "quantity", "pdo", "interface"];
+                    self.unknown(key, &known);
+                }
             }
         }
-        // At last, because mappings are as long as the data types, which may have been corrected.
-        table.iter().filter(|(key, _)| key.get_ref() == "pdo").for_each(|(_, node)| self.pdos(node));
+        // At last, because they take over what may have been corrected: a mapping the length of the data type, a
+        // parameter all of its object.
+        for (key, node) in table {
+            match key.get_ref().as_ref() {
+                "pdo" => self.pdos(node),
+                "interface" => self.each(node, Self::interface),
+                _ => {}
+            }
+        }
         if !header {
             let start = Span { source: self.number, start: 0, end: 0 };
             self.out.push(Kind::OverlayWithoutFormat, start);

@@ -169,18 +169,21 @@ impl Reader<'_> {
     }
 
     fn data_type(&mut self, entry: &mut Entry, node: &Node<'_>) {
+        if let Some(data_type) = self.known_data_type(node) {
+            self.corrected(entry, Key::DataType, node, entry.data_type == data_type);
+            entry.data_type = data_type;
+        }
+    }
+
+    pub(super) fn known_data_type(&mut self, node: &Node<'_>) -> Option<DataType> {
         let data_type = match node.get_ref().as_str() {
             Some(name) => DataType::from_name(name),
             None => match self.number(node) {
                 Some(code) => Some(DataType::from_code(code)).filter(|data_type| !data_type.is_unknown()),
-                None => return,
+                None => return None,
             },
         };
-        let data_type = self.expect(node, data_type, "the name of a data type of CiA 301, or its number");
-        if let Some(data_type) = data_type {
-            self.corrected(entry, Key::DataType, node, entry.data_type == data_type);
-            entry.data_type = data_type;
-        }
+        self.expect(node, data_type, "the name of a data type of CiA 301, or its number")
     }
 
     fn correct(&mut self, entry: &mut Entry, key: &str, node: &Node<'_>) {
@@ -224,7 +227,7 @@ impl Reader<'_> {
         self.changes.corrections.push(Correction { index: entry.index, sub: entry.sub, key, span });
     }
 
-    fn meaning(&mut self, entry: &mut Entry, key: &str, node: &Node<'_>) {
+    pub(super) fn meaning(&mut self, entry: &mut Entry, key: &str, node: &Node<'_>) {
         let Some(name) = self.text(node) else { return };
         let span = self.span(node.span());
         let (index, sub) = (entry.index, entry.sub);

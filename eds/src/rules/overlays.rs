@@ -5,7 +5,7 @@ use super::rule::{Out, note};
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind};
 use crate::model::types::DataType;
-use crate::model::{Bits, Meaning, Named};
+use crate::model::{Bits, Entry, Enumeration, Meaning, Named, Value};
 use crate::overlay::{Accepted, Use};
 use crate::text::Span;
 
@@ -92,6 +92,13 @@ pub(super) fn units(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     Some(note(message).at(finding.span, "").help("`when = \"2412:00 == 0\"` says when a unit applies"))
 }
 
+pub(super) fn duplicate_parameter(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+    let Kind::OverlayDuplicateParameter { number, first } = &finding.kind else { return None };
+    let note =
+        note(format!("two parameters have the number {number}")).at(finding.span, "ignored").and(*first, "first");
+    Some(note.help("give it its own number, or say of both when they apply: `when = \"6060:00 == 1\"`"))
+}
+
 /// What is accepted where there is no such finding, or no such rule: the code of the rule, and its finding.
 pub(super) fn accepted_in_vain(accepted: &Accepted, is_rule: bool) -> (&'static str, Diagnostic) {
     let Accepted { code, span, .. } = accepted;
@@ -113,6 +120,71 @@ pub(super) fn undefined_name(cx: &Context<'_>, out: &mut Out<'_>) {
         if !defined {
             let note = note(format!("there is no {} `{name}`", kind.replace('_', " "))).at(used.span, "");
             out.push(note.help(format!("add `[{kind}.{name}]` to the overlay")));
+        }
+    }
+    for parameter in cx.device.parameters() {
+        let named = enumeration_of(cx, &parameter.entry).map_or(&[][..], |enumeration| &enumeration.values);
+        let unknown = |value: &&Named<i128>| named.iter().all(|known| known.name != value.name);
+        if let Some(value) = parameter.values.iter().find(unknown) {
+            let message = format!("`{}` is no value of what parameter {} equals", value.name, parameter.number);
+            let names: Vec<String> = named.iter().map(|known| format!("`{}`", known.name)).collect();
+            let help = match names.as_slice() {
+                [] => "only values of an enumeration have other numbers: give the object one".to_owned(),
+                names => format!("its values are {}", names.join(", ")),
+            };
+            out.push(note(message).at(parameter.span, "").help(help));
+        }
+    }
+}
+
+fn enumeration_of<'a>(cx: &Context<'a>, entry: &Entry) -> Option<&'a Enumeration> {
+    let Meaning::Enumeration(name) = &entry.meaning else { return None };
+    cx.device.enumerations.get(name)
+}
+
+/// The entry that uses a meaning: of the data sheet, or a parameter that equals none.
+fn user<'a>(cx: &Context<'a>, used: &Use) -> Option<&'a Entry> {
+    let is_here = |entry: &&Entry| (entry.index, entry.sub) == (used.index, used.sub);
+    let of_parameters = || cx.device.parameters().map(|parameter| &parameter.entry).find(is_here);
+    cx.device.entry(used.index, used.sub).or_else(of_parameters)
+}
+
+pub(super) fn parameter_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
+    for parameter in cx.device.parameters() {
+        let (entry, carried) = (&parameter.entry, parameter.data_type);
+        let whole = entry.data_type.range();
+        let Some(((lowest, highest), of_object)) = carried.range().zip(whole) else {
+            let unfit = if whole.is_none() { entry.data_type } else { carried };
+            let note = note(format!("parameter {} is no integer: {unfit}", parameter.number)).at(parameter.span, "");
+            out.push(note.help("leave it out: other interfaces carry integers only"));
+            continue;
+        };
+        let limit = |limit: &Option<Value>, otherwise| limit.as_ref().and_then(Value::as_integer).unwrap_or(otherwise);
+        let ends = [limit(&entry.low, of_object.0), limit(&entry.high, of_object.1)];
+        // Numbers of its own stand for those of the object.
+        let own = parameter.values.iter().map(|value| value.value);
+        let mut numbers = own.chain(ends.into_iter().filter(|_| parameter.values.is_empty()));
+        if let Some(number) = numbers.find(|number| !(lowest..=highest).contains(number)) {
+            let message = format!("{carried} has no room for the number {number} of parameter {}", parameter.number);
+            out.push(note(message).at(parameter.span, "").help("give it a wider `data_type`, or a smaller range"));
+        }
+    }
+}
+
+pub(super) fn parameter_range(cx: &Context<'_>, out: &mut Out<'_>) {
+    for parameter in cx.device.parameters() {
+        let Some(object) = cx.device.entry(parameter.entry.index, parameter.entry.sub) else { continue };
+        let outside = |here: &Option<Value>, there: &Option<Value>, is_beyond: fn(i128, i128) -> bool| {
+            let [here, there] = [here, there].map(|value| value.as_ref().and_then(Value::as_integer));
+            here.zip(there).filter(|(here, there)| is_beyond(*here, *there))
+        };
+        let low = outside(&parameter.entry.low, &object.low, |here, there| here < there);
+        let high = outside(&parameter.entry.high, &object.high, |here, there| here > there);
+        if let Some((here, there)) = low.or(high) {
+            let address = format!("{:04X}:{:02X}", object.index, object.sub);
+            let message = format!("parameter {} goes to {here}, {address} only to {there}", parameter.number);
+            let note = note(message).at(parameter.span, "");
+            out.push(note.help(format!("take {there}, or correct the limit of {address} with a reason")));
         }
     }
 }
@@ -140,7 +212,7 @@ pub(super) fn unused_name(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn mixed_types(cx: &Context<'_>, out: &mut Out<'_>) {
-    let data_type = |used: &Use| cx.device.entry(used.index, used.sub).map(|entry| entry.data_type);
+    let data_type = |used: &Use| user(cx, used).map(|entry| entry.data_type);
     let mut first: Vec<&Use> = Vec::new();
     for used in &cx.changes.uses {
         let Some(earlier) = first.iter().find(|earlier| earlier.meaning == used.meaning) else {
@@ -159,7 +231,7 @@ pub(super) fn mixed_types(cx: &Context<'_>, out: &mut Out<'_>) {
 
 pub(super) fn meaning_outside_type(cx: &Context<'_>, out: &mut Out<'_>) {
     for used in &cx.changes.uses {
-        let Some(entry) = cx.device.entry(used.index, used.sub) else { continue };
+        let Some(entry) = user(cx, used) else { continue };
         let Some((low, high)) = entry.data_type.range() else {
             if !matches!(entry.data_type, DataType::Real32 | DataType::Real64) {
                 out.push(note(format!("{} is no number", entry.data_type)).at(used.span, ""));

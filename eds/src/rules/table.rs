@@ -199,10 +199,21 @@ rules! {
         "A quantity has one unit, or several of which each has a condition.",
         "Where other objects decide the unit, as with increments or millimetres by the spindle pitch, every unit \
          says when it applies.";
+    "overlay::duplicate-parameter" Error Read(overlays::duplicate_parameter),
+        "The parameters of an interface have different numbers.",
+        "A number stands for one parameter, or for several under different conditions, as a setpoint that is a position \
+         or a velocity by the operating mode. The first one counts.";
+    "overlay::parameter-outside-type" Error Check(overlays::parameter_outside_type),
+        "The data type of a parameter holds what its object holds.",
+        "An interface may carry an object in another data type. What that cannot hold could be neither read nor written \
+         there.";
+    "overlay::parameter-range" Error Check(overlays::parameter_range),
+        "A parameter has no wider range than its object.",
+        "Behind both is one value. If the interface really takes more, the limits of the object are wrong.";
     "overlay::undefined-name" Error Check(overlays::undefined_name),
-        "Every quantity, enumeration and bit field that is used is defined.",
+        "Every quantity, enumeration, bit field and value that is used is defined.",
         "The name must be that of a table `[quantity.…]`, `[enumeration.…]` or `[bit_field.…]` of the overlay, in \
-         the same case.";
+         the same case; values of a parameter have the names of the enumeration.";
     "overlay::unused-name" Warning Check(overlays::unused_name),
         "Every quantity, enumeration and bit field that is defined is used.",
         "An unused table is left over, or its name is misspelt where it should be used.";

@@ -12,6 +12,7 @@ mod generated;
 mod handle;
 mod mapping;
 mod meaning;
+mod parameter;
 mod pdo;
 mod rule;
 mod types;
@@ -26,6 +27,7 @@ pub use meaning::{
     BitField, BitName, Enumeration, Meaning, Name, Quantity, Unit, ValueName, debug_bits, debug_enumeration,
     display_quantity, name_of, nearest, wire_form,
 };
+pub use parameter::{Parameter, ParameterRow};
 pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, field, pack, place, replace, take, take_signed};
 pub use rule::{Condition, ConditionalLimit, WritableIn};
 pub use types::DataType;

@@ -1,0 +1,79 @@
+//! Parameters of other interfaces, each interface as a module.
+
+use lexican_eds::Diagnostics;
+use lexican_eds::model::{Device, Interface, Meaning, Parameter};
+
+use super::object::{Handle, handle};
+use super::value::Types;
+use crate::name::{self, Case};
+use crate::scope::{self, Claim};
+
+/// Names that interfaces must leave free.
+const MODULES: &[&str] = &["driver"];
+/// Names that parameters must leave free.
+const RESERVED: &[&str] = &["TABLE"];
+
+/// One interface.
+#[derive(Debug)]
+pub(crate) struct InterfaceItem<'a> {
+    pub(crate) ident: String,
+    pub(crate) name: &'a str,
+    pub(crate) interface: &'a Interface,
+    pub(crate) parameters: Vec<ParameterItem<'a>>,
+}
+
+/// One parameter.
+#[derive(Debug)]
+pub(crate) struct ParameterItem<'a> {
+    pub(crate) parameter: &'a Parameter,
+    /// As that of the object.
+    pub(crate) handle: Handle<'a>,
+    /// Numbers of the interface with those of the object, by the former.
+    pub(crate) codes: Vec<(i128, i128)>,
+}
+
+pub(crate) fn interfaces<'a>(device: &'a Device, types: &Types, findings: &mut Diagnostics) -> Vec<InterfaceItem<'a>> {
+    let claim =
+        |(name, interface): (&String, &Interface)| Claim::new(name, Case::Snake, "interface".into(), interface.span);
+    let claims: Vec<Claim> = device.interfaces.iter().map(claim).collect();
+    let idents = scope::resolve("interface", MODULES, &claims, findings);
+    let interfaces = device.interfaces.iter().zip(idents);
+    interfaces.map(|((name, interface), ident)| item(device, types, (name, interface), ident, findings)).collect()
+}
+
+fn item<'a>(
+    device: &'a Device,
+    types: &Types,
+    (name, interface): (&'a str, &'a Interface),
+    ident: String,
+    findings: &mut Diagnostics,
+) -> InterfaceItem<'a> {
+    // What is no integer, the reader has reported.
+    let carried = interface
+        .parameters
+        .iter()
+        .filter(|parameter| parameter.data_type.range().is_some() && parameter.entry.data_type.range().is_some());
+    let mut parameters: Vec<ParameterItem<'a>> = carried
+        .map(|parameter| {
+            // What there is to find in an object, is found where it stands itself.
+            let handle = handle(&parameter.entry, types, &mut Diagnostics::default());
+            ParameterItem { parameter, handle, codes: codes(device, parameter) }
+        })
+        .collect();
+    let claim = |item: &ParameterItem<'_>| {
+        let suffix = name::identifier(&item.parameter.number.to_string(), Case::Snake);
+        Claim::new(&item.parameter.entry.name, Case::Shouty, suffix.trim_matches('_').into(), item.parameter.span)
+    };
+    let claims: Vec<Claim> = parameters.iter().map(claim).collect();
+    let idents = scope::resolve("parameter", RESERVED, &claims, findings);
+    parameters.iter_mut().zip(idents).for_each(|(item, ident)| item.handle.ident = ident);
+    InterfaceItem { ident, name, interface, parameters }
+}
+
+/// What an enumeration does not have, the reader has reported.
+fn codes(device: &Device, parameter: &Parameter) -> Vec<(i128, i128)> {
+    let Meaning::Enumeration(name) = &parameter.entry.meaning else { return Vec::new() };
+    let known = device.enumerations.get(name).map_or(&[][..], |enumeration| &enumeration.values);
+    let of_name = |name: &str| known.iter().find(|known| known.name == name).map(|known| known.value);
+    parameter.values.iter().filter_map(|value| Some((value.value, of_name(&value.name)?))).collect()
+}
