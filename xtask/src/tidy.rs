@@ -19,7 +19,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-siko", &["lexican-driver", "lexican-runtime", "lexican-simulator"]),
     ("lexican-siko-ag02", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-ag03-1", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
-    ("lexican-siko-serial", &["lexican-siko", "lexican-siko-ag02", "lexican-driver", "lexican-runtime"]),
+    ("lexican-siko-serial", &["lexican-siko", "lexican-siko-ag02", "lexican-driver", "lexican-runtime", "lexican-eds"]),
     (
         "lexican-siko-profibus",
         &[

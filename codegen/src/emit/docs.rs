@@ -12,7 +12,13 @@ fn text(lines: &[String], aliases: &[String], indent: &str) -> String {
     for line in lines {
         text.extend([indent, if line.is_empty() { "///" } else { "/// " }, line, "\n"]);
     }
-    let aliases: Vec<String> = aliases.iter().map(|alias| format!("{alias:?}")).collect();
+    // Nothing else is allowed in an alias.
+    let is_allowed =
+        |alias: &&String| !alias.is_empty() && alias.chars().all(|c| c.is_ascii_graphic() && !matches!(c, '"' | '\''));
+    let aliases: Vec<String> = aliases.iter().filter(is_allowed).map(|alias| format!("\"{alias}\"")).collect();
+    if aliases.is_empty() {
+        return text;
+    }
     text + indent + &format!("#[doc(alias({}))]\n", aliases.join(", "))
 }
 

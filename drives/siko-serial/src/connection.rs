@@ -3,6 +3,7 @@
 use std::io;
 
 use lexican_driver::Direction;
+use lexican_runtime::object::{Parameter, Readable, Value, Writable};
 use lexican_runtime::{Duration, Instant};
 
 use crate::answer::Answer;
@@ -10,6 +11,7 @@ use crate::client::{Client, Event, NotTaken, Settings, Trouble};
 use crate::command::Command;
 use crate::error::ErrorNumber;
 use crate::line::Line;
+use crate::parameter::{self, Row};
 
 /// Why a command has failed.
 #[derive(Debug, thiserror::Error)]
@@ -26,6 +28,15 @@ pub enum Error {
     /// The number has too many digits for the telegram; nothing has been sent.
     #[error("the number has too many digits")]
     TooManyDigits,
+    /// The value is outside the limits of the data sheet, or the port has no number for it; nothing has been sent.
+    #[error("{0}: the port has no number for this value")]
+    NoNumber(&'static str),
+    /// The drive has answered with a number that means no value of the parameter.
+    #[error("{0}: the drive answers with a number that means nothing")]
+    NoValue(&'static str),
+    /// The number stands for another parameter in this operating mode.
+    #[error("{0}: not in this operating mode")]
+    Elsewhere(&'static str),
 }
 
 impl Error {
@@ -88,6 +99,49 @@ impl<L: Line> Connection<L> {
     /// As [`Connection::request`]; a command whose answer is none has [`Trouble::Garbled`].
     pub fn number(&mut self, command: Command) -> Result<i32, Error> {
         self.request(command)?.number().ok_or(Error::Trouble(Trouble::Garbled))
+    }
+
+    /// Reads a parameter, one of [`siko_ag02::od::serial`], as the type that its object has.
+    ///
+    /// # Errors
+    ///
+    /// As [`Connection::request`]; [`Error::Elsewhere`] of a setpoint in the other operating mode, and [`Error::NoValue`].
+    pub fn read<T: Value, A: Readable>(&mut self, parameter: Parameter<T, A, &'static str>) -> Result<T, Error> {
+        let row = parameter.row();
+        self.require(&row)?;
+        let number = self.number_of(&row)?;
+        parameter.decode(number).ok_or(Error::NoValue(row.name))
+    }
+
+    /// Writes a parameter.
+    ///
+    /// # Errors
+    ///
+    /// As [`Connection::request`]; [`Error::Elsewhere`] of a setpoint in the other operating mode, and
+    /// [`Error::NoNumber`].
+    pub fn write<T: Value, A: Writable>(
+        &mut self,
+        parameter: Parameter<T, A, &'static str>,
+        value: T,
+    ) -> Result<(), Error> {
+        let row = parameter.row();
+        let command = parameter.encode(value).and_then(|number| parameter::writing(&row, number));
+        let command = command.ok_or(Error::NoNumber(row.name))?;
+        self.require(&row)?;
+        self.request(command).map(|_| ())
+    }
+
+    /// Asks whether the number stands for this parameter now.
+    fn require(&mut self, row: &Row) -> Result<(), Error> {
+        let Some((decides, holds)) = parameter::decided_by(row) else { return Ok(()) };
+        let number = self.number_of(decides)?;
+        holds(number).then_some(()).ok_or(Error::Elsewhere(row.name))
+    }
+
+    fn number_of(&mut self, row: &Row) -> Result<i64, Error> {
+        let command = parameter::reading(row).ok_or(Error::NoValue(row.name))?;
+        let answer = self.request(command)?;
+        parameter::answered(row, answer).ok_or(Error::Trouble(Trouble::Garbled))
     }
 
     /// The system status word (table 1), with the bits of [`siko::words::system`].

@@ -1,83 +1,128 @@
-//! Which parameter of chapter 8 is which object, and how the port's numbers for it differ from the object's.
+//! Parameters by the commands that read and write them: the rows of [`od::serial`], which the data sheet's overlay has.
+//!
+//! A row's number is the command that reads it, as far as it names the parameter, and the one that writes it: `E1/F1`,
+//! `Q/X`, `T`.
 
-use lexican_runtime::object::Address;
+use lexican_runtime::object::{Address, ParameterRow};
+use siko_ag02::od::serial::{self, TABLE};
 
-use crate::command::{Long, Mode, PosType, Short, Turning};
+use crate::answer::{Answer, Flags};
+use crate::command::{Command, Long, Mode, PosType, Short, Turning};
+use crate::telegram;
+
+/// A row of the serial port's parameters.
+pub type Row = ParameterRow<&'static str>;
 
 /// Parameter 18.
-pub const SENSE_OF_ROTATION: Address = Address::new(0x607E, 0x00);
+pub const SENSE_OF_ROTATION: Address = object(serial::SENSE_OF_ROTATION.row());
 /// Parameter 19.
-pub const POS_TYPE: Address = Address::new(0x2413, 0x00);
+pub const POS_TYPE: Address = object(serial::POS_TYPE.row());
 /// Parameter 20.
-pub const MODE: Address = Address::new(0x6060, 0x00);
+pub const MODE: Address = object(serial::OPERATING_MODE.row());
+
+const fn object(row: Row) -> Address {
+    row.object.expect("the overlay has its object")
+}
+
+/// The command that reads a parameter; none of one that can only be written.
+#[must_use]
+pub fn reading(row: &Row) -> Option<Command> {
+    let (read, _) = row.number.split_once('/')?;
+    Command::parse(read.as_bytes()).ok()
+}
+
+/// The command that writes a number of the port to a parameter; none if it takes no such number.
+#[must_use]
+pub fn writing(row: &Row, number: i64) -> Option<Command> {
+    let write = row.number.split('/').next_back()?.as_bytes();
+    match write.split_first()? {
+        (b'F', which) => {
+            let long = Long::from_number(telegram::decimal(which)?)?;
+            Some(Command::WriteLong(long, i32::try_from(number).ok()?))
+        }
+        (b'H', which) => {
+            let short = Short::from_number(telegram::decimal(which)?)?;
+            Some(Command::WriteShort(short, u32::try_from(number).ok()?))
+        }
+        (letter, _) => {
+            let digit = u8::try_from(number).ok().filter(|digit| *digit <= 9)?;
+            Command::parse(&[*letter, b'0' + digit]).ok()
+        }
+    }
+}
+
+/// The number of a parameter in the answer to the command that reads it. Three of them are bits of the flag register.
+#[must_use]
+pub fn answered(row: &Row, answer: Answer) -> Option<i64> {
+    let Answer::Flags(Flags(bits)) = answer else { return answer.number().map(i64::from) };
+    Some(match object(*row) {
+        SENSE_OF_ROTATION => i64::from(bits & Flags::SENSE_E != 0),
+        POS_TYPE => i64::from((bits & (Flags::LOOP_POSITIVE | Flags::LOOP_NEGATIVE)) >> 1),
+        MODE => i64::from(bits & Flags::VELOCITY != 0),
+        _ => return None,
+    })
+}
+
+/// The parameter that decides what the number of another one stands for, if that depends on it, and whether it is that
+/// one when it has a number of the port.
+#[must_use]
+pub fn decided_by(row: &Row) -> Option<(&'static Row, impl Fn(i64) -> bool + use<>)> {
+    let when = row.when?;
+    let decides = TABLE.iter().find(|other| other.object == Some(when.address))?;
+    Some((decides, move |number| decides.in_object(number).is_some_and(|number| when.holds(number.cast_unsigned()))))
+}
+
+/// The object of the parameter that a command names.
+fn object_of(names: Command, mode: Mode) -> Address {
+    let is = |row: &&Row| {
+        let is_now = row.when.is_none_or(|when| when.holds(mode.in_object().into()));
+        is_now && reading(row) == Some(names)
+    };
+    object(*TABLE.iter().find(is).expect("the overlay has every parameter that can be read"))
+}
 
 impl Long {
     /// The object that has the same number in the same unit. Which one the setpoint is, depends on the mode.
     #[must_use]
-    pub const fn object(self, mode: Mode) -> Address {
-        match (self, mode) {
-            (Long::Setpoint, Mode::Positioning) => Address::new(0x607A, 0x00),
-            (Long::Setpoint, Mode::Velocity) => Address::new(0x60FF, 0x00),
-            // The port has the upper limit first, the object the lower one.
-            (Long::UpperLimit, _) => Address::new(0x607D, 0x02),
-            (Long::LowerLimit, _) => Address::new(0x607D, 0x01),
-            (Long::CalibrationValue, _) => Address::new(0x607C, 0x00),
-            (Long::DeltaJog, _) => Address::new(0x2415, 0x00),
-        }
+    pub fn object(self, mode: Mode) -> Address {
+        object_of(Command::ReadLong(self), mode)
     }
 }
 
 impl Short {
     /// The object that has the same number in the same unit.
     #[must_use]
-    pub const fn object(self) -> Address {
-        match self {
-            // Sub-index 07h is reserved like number 06.
-            Short::ControllerP
-            | Short::ControllerI
-            | Short::ControllerD
-            | Short::APos
-            | Short::VPos
-            | Short::ARot
-            | Short::AJog
-            | Short::VJog => Address::new(0x2410, self as u8 + 1),
-            Short::Window => Address::new(0x6067, 0x00),
-            Short::GearNumerator => Address::new(0x6091, 0x01),
-            Short::GearDenominator => Address::new(0x6091, 0x02),
-            Short::BitRate => Address::new(0x2100, 0x00),
-            Short::SpindlePitch => Address::new(0x2412, 0x00),
-            Short::BusAddress => Address::new(0x2101, 0x00),
-        }
+    pub fn object(self) -> Address {
+        object_of(Command::ReadShort(self), Mode::Positioning)
     }
+}
+
+/// The number that the object has for one of the port.
+fn in_object(row: Row, number: u16) -> Option<u8> {
+    row.in_object(number.into()).and_then(|number| number.try_into().ok())
 }
 
 impl PosType {
     /// The number in [`POS_TYPE`], which is that of the port.
     #[must_use]
-    pub const fn in_object(self) -> u8 {
-        self as u8
+    pub fn in_object(self) -> u8 {
+        in_object(serial::POS_TYPE.row(), self.number()).unwrap_or_default()
     }
 }
 
 impl Turning {
     /// The number in [`SENSE_OF_ROTATION`], if it is about that. No object of the AG02 has parameter 25.
     #[must_use]
-    pub const fn in_object(self) -> Option<u8> {
-        match self {
-            Turning::SenseI => Some(0),
-            Turning::SenseE => Some(1),
-            Turning::JogStopsFully | Turning::JogStopsByRamp => None,
-        }
+    pub fn in_object(self) -> Option<u8> {
+        let is_other = serial::STOP_MODE_INCHING_MODE_2.row().in_object(self.number().into()).is_some();
+        if is_other { None } else { in_object(serial::SENSE_OF_ROTATION.row(), self.number()) }
     }
 }
 
 impl Mode {
     /// The number in [`MODE`]: one more than that of the port.
     #[must_use]
-    pub const fn in_object(self) -> u8 {
-        match self {
-            Mode::Positioning => 1,
-            Mode::Velocity => 2,
-        }
+    pub fn in_object(self) -> u8 {
+        in_object(serial::OPERATING_MODE.row(), self.number()).unwrap_or_default()
     }
 }

@@ -1,13 +1,15 @@
 //! The shell for tokio: a client on anything that reads and writes, such as a `tokio_serial::SerialStream`.
 
 use lexican_driver::Direction;
+use lexican_runtime::object::{Parameter, Readable, Value, Writable};
 use lexican_runtime::{Duration, Instant};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 use crate::answer::Answer;
-use crate::client::{Client, Event, Settings};
+use crate::client::{Client, Event, Settings, Trouble};
 use crate::command::Command;
 use crate::connection::Error;
+use crate::parameter::{self, Row};
 
 /// A drive at the other end of a line.
 ///
@@ -38,6 +40,48 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Connection<S> {
                 return Error::outcome(event);
             }
         }
+    }
+
+    /// Reads a parameter, one of [`siko_ag02::od::serial`], as the type that its object has.
+    ///
+    /// # Errors
+    ///
+    /// As of the blocking [`Connection`](crate::Connection::read).
+    pub async fn read<T: Value, A: Readable>(&mut self, parameter: Parameter<T, A, &'static str>) -> Result<T, Error> {
+        let row = parameter.row();
+        self.require(&row).await?;
+        let number = self.number_of(&row).await?;
+        parameter.decode(number).ok_or(Error::NoValue(row.name))
+    }
+
+    /// Writes a parameter.
+    ///
+    /// # Errors
+    ///
+    /// As of the blocking [`Connection`](crate::Connection::write).
+    pub async fn write<T: Value, A: Writable>(
+        &mut self,
+        parameter: Parameter<T, A, &'static str>,
+        value: T,
+    ) -> Result<(), Error> {
+        let row = parameter.row();
+        let command = parameter.encode(value).and_then(|number| parameter::writing(&row, number));
+        let command = command.ok_or(Error::NoNumber(row.name))?;
+        self.require(&row).await?;
+        self.request(command).await.map(|_| ())
+    }
+
+    /// Asks whether the number stands for this parameter now.
+    async fn require(&mut self, row: &Row) -> Result<(), Error> {
+        let Some((decides, holds)) = parameter::decided_by(row) else { return Ok(()) };
+        let number = self.number_of(decides).await?;
+        holds(number).then_some(()).ok_or(Error::Elsewhere(row.name))
+    }
+
+    async fn number_of(&mut self, row: &Row) -> Result<i64, Error> {
+        let command = parameter::reading(row).ok_or(Error::NoValue(row.name))?;
+        let answer = self.request(command).await?;
+        parameter::answered(row, answer).ok_or(Error::Trouble(Trouble::Garbled))
     }
 
     /// Moves by inching operation 2 until [`Connection::stop_inching`], as long as futures of the connection are polled.

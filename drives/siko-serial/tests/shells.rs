@@ -4,6 +4,7 @@
 mod tokio_shell {
     use lexican_driver::Direction;
     use lexican_runtime::{Duration, Instant};
+    use siko_ag02::od::{Position, serial};
     use siko_serial::answer::Answer;
     use siko_serial::command::{Command, Long};
     use siko_serial::error::ErrorNumber;
@@ -46,6 +47,9 @@ mod tokio_shell {
         drive.stop_inching();
         drive.wait(Duration::from_secs(1)).await.unwrap();
         assert_eq!(drive.request(Command::Velocity).await.unwrap(), Answer::Velocity(0));
+        drive.write(serial::UPPER_LIMIT, Position(250_000)).await.unwrap();
+        assert_eq!(drive.read(serial::UPPER_LIMIT).await.unwrap(), Position(250_000));
+        assert!(matches!(drive.read(serial::TARGET_VELOCITY).await, Err(Error::Elsewhere(_))));
         drop(drive);
         served.await.unwrap();
     }

@@ -1,7 +1,7 @@
 //! The device as its data sheet and overlay describe it: what code is generated from, what is dumped,
 //! compared and simulated. Nothing in here is text any more but names and descriptions.
 
-mod interface;
+mod info;
 pub(crate) mod keys;
 pub(crate) mod pdo;
 pub mod types;
@@ -9,7 +9,7 @@ pub mod types;
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 
-pub use interface::{Interface, Parameter, ParameterNumber};
+pub use info::{DeviceInfo, FileInfo};
 
 use crate::model::types::DataType;
 use crate::text::Span;
@@ -353,70 +353,43 @@ pub struct Mapped {
     pub bits: u8,
 }
 
-/// `[FileInfo]` (CiA 306-1, 6.3).
+/// Another interface of the device, whose parameters mostly are objects under other numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FileInfo {
-    /// `FileName`.
-    pub name: Option<String>,
-    /// `FileVersion`.
-    pub version: Option<u8>,
-    /// `FileRevision`.
-    pub revision: Option<u8>,
-    /// `EDSVersion`.
-    pub eds_version: Option<String>,
-    /// `Description`.
+pub struct Interface {
+    /// What it is.
     pub description: Option<String>,
-    /// `CreationTime`, as written.
-    pub creation_time: Option<String>,
-    /// `CreationDate`, as written.
-    pub creation_date: Option<String>,
-    /// `CreatedBy`.
-    pub created_by: Option<String>,
-    /// `ModificationTime`, as written.
-    pub modification_time: Option<String>,
-    /// `ModificationDate`, as written.
-    pub modification_date: Option<String>,
-    /// `ModifiedBy`.
-    pub modified_by: Option<String>,
-    /// `LastEDS` of a DCF: the data sheet it was made from.
-    pub last_eds: Option<String>,
+    /// The parameters, in the order of the overlay.
+    pub parameters: Vec<Parameter>,
+    /// Where the overlay describes it.
+    pub span: Span,
 }
 
-/// `[DeviceInfo]` (CiA 306-1, 6.4).
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct DeviceInfo {
-    /// `VendorName`.
-    pub vendor_name: Option<String>,
-    /// `VendorNumber`.
-    pub vendor_number: Option<u32>,
-    /// `ProductName`.
-    pub product_name: Option<String>,
-    /// `ProductNumber`.
-    pub product_number: Option<u32>,
-    /// `RevisionNumber`.
-    pub revision_number: Option<u32>,
-    /// `OrderCode`.
-    pub order_code: Option<String>,
-    /// The bit rates in kbit/s whose `BaudRate_*` is 1, ascending.
-    pub bit_rates_kbit: Vec<u16>,
-    /// `SimpleBootUpMaster`.
-    pub simple_boot_up_master: bool,
-    /// `SimpleBootUpSlave`.
-    pub simple_boot_up_slave: bool,
-    /// `Granularity`: the smallest size in bits that a PDO maps.
-    pub granularity: Option<u8>,
-    /// `DynamicChannelsSupported`.
-    pub dynamic_channels: bool,
-    /// `GroupMessaging`.
-    pub group_messaging: bool,
-    /// `NrOfRXPDO`.
-    pub receive_pdos: Option<u16>,
-    /// `NrOfTXPDO`.
-    pub transmit_pdos: Option<u16>,
-    /// `LSS_Supported`.
-    pub lss: bool,
-    /// `CompactPDO`: which PDO parameters the data sheet leaves out because they can be computed.
-    pub compact_pdo: u32,
+/// A parameter of another interface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// What the interface calls it.
+    pub number: ParameterNumber,
+    /// What it is: the object that it equals, with what differs. Its index is 0, which no object has, if it equals none.
+    pub entry: Entry,
+    /// How many elements it has: those of an ARRAY, from sub-index 1 on; else 1.
+    pub elements: u8,
+    /// The data type that the interface has for it; the numbers mean what those of the object do.
+    pub data_type: DataType,
+    /// The numbers that the interface has for values of the enumeration, by their names; none where they are the same.
+    pub values: Vec<Named<i128>>,
+    /// When this is what the number stands for, if it stands for several things.
+    pub when: Option<Condition>,
+    /// Where the overlay describes it.
+    pub span: Span,
+}
+
+/// How an interface addresses a parameter.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ParameterNumber {
+    /// By a number, such as a PNU.
+    Number(u16),
+    /// By a text, such as the commands that read and write it.
+    Text(String),
 }
 
 /// `[DeviceComissioning]` of a DCF (CiA 306-1, 7).
@@ -787,5 +760,32 @@ impl Device {
         self.bit_fields.values_mut().for_each(|bit_field| bit_field.span = Span::default());
         self.quantities.values_mut().for_each(|quantity| quantity.span = Span::default());
         self.interfaces.values_mut().for_each(Interface::clear_spans);
+    }
+}
+
+impl Interface {
+    fn clear_spans(&mut self) {
+        self.span = Span::default();
+        for parameter in &mut self.parameters {
+            (parameter.span, parameter.entry.span) = (Span::default(), Span::default());
+        }
+    }
+}
+
+impl Parameter {
+    /// Index and sub-index of the object that it equals; of an ARRAY, of its first element.
+    #[must_use]
+    pub fn object(&self) -> Option<(u16, u8)> {
+        (self.entry.index > 0).then_some((self.entry.index, self.entry.sub))
+    }
+}
+
+/// `1016`, or `E1/F1`.
+impl std::fmt::Display for ParameterNumber {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            ParameterNumber::Number(number) => number.fmt(f),
+            ParameterNumber::Text(text) => text.fmt(f),
+        }
     }
 }

@@ -8,7 +8,7 @@ use crate::finding::Kind;
 use crate::model::{AccessType, Entry, Interface, ObjectKind, Parameter, ParameterNumber};
 
 /// Of a parameter; the last ones only where there is no object that has them.
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "number",
     "object",
     "name",
@@ -22,6 +22,7 @@ const KEYS: [&str; 13] = [
     "quantity",
     "enumeration",
     "bit_field",
+    "persistent",
 ];
 
 impl Reader<'_> {
@@ -87,6 +88,7 @@ impl Reader<'_> {
                 "quantity" | "enumeration" | "bit_field" if object.is_none() => {
                     self.meaning(&mut entry, key.get_ref(), node);
                 }
+                "persistent" if object.is_none() => entry.persistent = self.flag(node).unwrap_or(false),
                 "values" => {
                     let nodes = self.array(node).into_iter().flatten();
                     values = nodes.filter_map(|node| self.named(node, "value", Self::integer)).collect();

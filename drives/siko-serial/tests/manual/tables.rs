@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use lexican_eds::model::{Parameter, Value};
 use lexican_runtime::host::Node;
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 use siko_serial::sim::SerialDrive;
@@ -21,9 +22,32 @@ pub(crate) fn manual(name: &str) -> Vec<Row> {
     rows(&format!("tests/manual/ag02-serial/{name}.csv"))
 }
 
-/// The table of parameters beside the data sheet.
+/// The parameters of the overlay, with their numbers in chapter 8, which stand in the descriptions.
 pub(crate) fn parameters() -> Vec<Row> {
-    rows("eds/devices/siko/ag02/serial.csv")
+    let sheet = lexican_eds::library::find("siko/ag02").expect("the library has it");
+    let (device, _) = lexican_eds::load(&sheet.input());
+    let row = |parameter: &Parameter| {
+        let text = parameter.number.to_string();
+        let (read, write) = text.split_once('/').unwrap_or(("", &text));
+        let (_, number) = parameter.entry.description.as_deref()?.split_once("parameter ")?;
+        let codes: Vec<i128> = parameter.values.iter().map(|value| value.value).collect();
+        let limit = |limit: &Option<Value>| limit.as_ref().and_then(Value::as_integer);
+        let low = codes.iter().min().copied().or(limit(&parameter.entry.low));
+        let high = codes.iter().max().copied().or(limit(&parameter.entry.high));
+        let object = parameter.object().map(|(index, sub)| format!("{index:04X}:{sub:02X}"));
+        let columns = [
+            ("parameter", number.split(')').next().unwrap_or_default().to_owned()),
+            ("read", read.to_owned()),
+            ("write", write.to_owned()),
+            ("low", low.expect("a limit").to_string()),
+            ("high", high.expect("a limit").to_string()),
+            ("object", object.unwrap_or_default()),
+            ("stored", if parameter.entry.persistent { "yes" } else { "no" }.to_owned()),
+        ];
+        Some(columns.into_iter().map(|(column, cell)| (column.to_owned(), cell)).collect())
+    };
+    let parameters = &device.interfaces["serial"].parameters;
+    parameters.iter().map(|parameter| row(parameter).unwrap_or_else(|| panic!("{}", parameter.number))).collect()
 }
 
 /// A new drive, and the time.

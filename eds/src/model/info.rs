@@ -1,0 +1,67 @@
+//! What a data sheet says of its file and of the device as a whole.
+
+/// `[FileInfo]` (CiA 306-1, 6.3).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FileInfo {
+    /// `FileName`.
+    pub name: Option<String>,
+    /// `FileVersion`.
+    pub version: Option<u8>,
+    /// `FileRevision`.
+    pub revision: Option<u8>,
+    /// `EDSVersion`.
+    pub eds_version: Option<String>,
+    /// `Description`.
+    pub description: Option<String>,
+    /// `CreationTime`, as written.
+    pub creation_time: Option<String>,
+    /// `CreationDate`, as written.
+    pub creation_date: Option<String>,
+    /// `CreatedBy`.
+    pub created_by: Option<String>,
+    /// `ModificationTime`, as written.
+    pub modification_time: Option<String>,
+    /// `ModificationDate`, as written.
+    pub modification_date: Option<String>,
+    /// `ModifiedBy`.
+    pub modified_by: Option<String>,
+    /// `LastEDS` of a DCF: the data sheet it was made from.
+    pub last_eds: Option<String>,
+}
+
+/// `[DeviceInfo]` (CiA 306-1, 6.4).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DeviceInfo {
+    /// `VendorName`.
+    pub vendor_name: Option<String>,
+    /// `VendorNumber`.
+    pub vendor_number: Option<u32>,
+    /// `ProductName`.
+    pub product_name: Option<String>,
+    /// `ProductNumber`.
+    pub product_number: Option<u32>,
+    /// `RevisionNumber`.
+    pub revision_number: Option<u32>,
+    /// `OrderCode`.
+    pub order_code: Option<String>,
+    /// The bit rates in kbit/s whose `BaudRate_*` is 1, ascending.
+    pub bit_rates_kbit: Vec<u16>,
+    /// `SimpleBootUpMaster`.
+    pub simple_boot_up_master: bool,
+    /// `SimpleBootUpSlave`.
+    pub simple_boot_up_slave: bool,
+    /// `Granularity`: the smallest size in bits that a PDO maps.
+    pub granularity: Option<u8>,
+    /// `DynamicChannelsSupported`.
+    pub dynamic_channels: bool,
+    /// `GroupMessaging`.
+    pub group_messaging: bool,
+    /// `NrOfRXPDO`.
+    pub receive_pdos: Option<u16>,
+    /// `NrOfTXPDO`.
+    pub transmit_pdos: Option<u16>,
+    /// `LSS_Supported`.
+    pub lss: bool,
+    /// `CompactPDO`: which PDO parameters the data sheet leaves out because they can be computed.
+    pub compact_pdo: u32,
+}
