@@ -25,7 +25,7 @@ use crate::mode::Mode;
 use crate::operations::operations;
 use crate::parameter::ParameterSet;
 use crate::protection::{Protection, Supervision};
-use crate::sequence::{self, Difference, Progress, Recovered, Recovery, Setting};
+use crate::sequence::{self, Difference, Progress, Recovered, Recovery, Setting, UnpacedPdo};
 use crate::session::Session;
 use crate::set_point::SetPoint;
 use crate::units::Units;

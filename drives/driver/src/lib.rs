@@ -56,6 +56,14 @@
 //!   [`Error::Refused`], and what the drive does not have as [`Error::Unsupported`], before anything is sent.
 //! - No sequence does I/O or reads a clock.
 //!
+//! # A bus that its drives fill
+//!
+//! Many drives send a PDO whenever a position or velocity in it changes, and come from the factory without an inhibit time.
+//! While two of them move, a bus at 500 kbit/s may be full: SDOs give way to PDOs, and operations of any drive on it time out
+//! ([`Error::Sdo`]). [`Drive::unpaced_pdos`] finds such PDOs when a machine is commissioned, and [`Drive::configure_pdos`] gives
+//! them an inhibit time or a synchronous transmission type. Connecting looks for what makes a drive unsafe to move, and not
+//! for these.
+//!
 //! # Many axes, and drives that come back
 //!
 //! [`cyclic`] leads several drives along a path by SYNC, in every cycle of 1 to 10 ms. [`Drive::recover`] brings a drive back

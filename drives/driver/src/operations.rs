@@ -424,6 +424,15 @@ macro_rules! operations {
             /// drive is enabled; [`Error::Sdo`] when the drive does not allow it.
             fn configure_pdos(drive, pdos: &[PdoSettings<'_>]) -> () = sequence::configure_pdos(drive, pdos);
 
+            /// Which transmit PDOs (1 to 4) may fill the bus while the drive moves: those that are sent whenever they
+            /// change, without an inhibit time. Many drives come so from the factory, and two of them leave no room for
+            /// the SDOs of any node at 500 kbit/s.
+            ///
+            /// # Errors
+            ///
+            /// When the drive cannot be read.
+            fn unpaced_pdos(drive) -> Vec<UnpacedPdo> = sequence::unpaced_pdos(drive);
+
             /// Sends receive PDO `number` (1 to 4), which the application has mapped.
             ///
             /// # Errors

@@ -164,6 +164,15 @@ fn inputs_latch_positions() {
     assert_eq!(bench.drive.latched(Trigger::Rising(1)).unwrap(), None);
 }
 
+/// Two of them fill a bus at 500 kbit/s while they move.
+#[test]
+fn its_pdos_of_the_factory_have_no_inhibit_time() {
+    let found = ByPdo::new().drive.unpaced_pdos().unwrap();
+    let found: Vec<_> = found.iter().map(|pdo| (pdo.number, pdo.object, pdo.inhibit)).collect();
+    let expected = [(3, od::POSITION_ACTUAL_VALUE.address()), (4, od::VELOCITY_ACTUAL_VALUE.address())];
+    assert_eq!(found, expected.map(|(number, object)| (number, object, Duration::ZERO)));
+}
+
 #[test]
 fn its_pdos_are_mapped_freely() {
     const ORDER: Mapping<Rpdo, (od::Position, od::Speed)> =

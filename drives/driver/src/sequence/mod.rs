@@ -4,7 +4,7 @@
 //! ```text
 //! start_by_sync                                                                           travels that begin together
 //!   travel  set_points  inching  velocity  torque  homing  latch  pass  cyclic            the operations of a drive
-//!   setup  protect  parameters  process_data  identify  measure  history
+//!   setup  protect  parameters  process_data  identify  measure  history  bus_load
 //!     power                                                                               the way from state to state
 //!       standstill                                                                        the way to a standstill
 //!       refusal                                                                           what would be refused
@@ -13,6 +13,7 @@
 //!
 //! Each uses only what is below it, and inching what ends a travel.
 
+mod bus_load;
 mod cyclic;
 mod history;
 mod homing;
@@ -36,6 +37,7 @@ mod torque;
 mod travel;
 mod velocity;
 
+pub use bus_load::{UnpacedPdo, unpaced_pdos};
 pub use cyclic::prepare_cyclic;
 pub use history::{clear_fault_history, warning};
 pub use homing::{calibrate, home};

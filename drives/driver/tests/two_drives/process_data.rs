@@ -154,3 +154,51 @@ fn a_mapping_is_compared_again_when_a_drive_is_recovered() {
         .check("= 1600:01 60600010", |drive| drive.recover(&Recovery::within(Duration::from_secs(1))));
     assert!(matches!(recovered, Err(Error::OtherMapping { number: 1, .. })), "{recovered:?}");
 }
+
+/// TPDO 1 is sent when the status word changes; 2 with the position, by SYNC; 3 with a position and no inhibit time at all; 4 with
+/// a velocity, 0.9 ms after the one before.
+const CHATTY: Sheet = Sheet {
+    objects: &[
+        (0x1000, 0x00, 4, 0x0002_0192),
+        (0x1008, 0x00, 4, u32::from_le_bytes(*b"M006") as u64),
+        (0x1018, 0x01, 4, 0x6A),
+        (0x1800, 0x01, 4, 0x183),
+        (0x1800, 0x02, 1, 255),
+        (0x1801, 0x01, 4, 0x283),
+        (0x1801, 0x02, 1, 1),
+        (0x1802, 0x01, 4, 0x383),
+        (0x1802, 0x02, 1, 254),
+        (0x1803, 0x01, 4, 0x483),
+        (0x1803, 0x02, 1, 255),
+        (0x1803, 0x03, 2, 9),
+        (0x1A00, 0x00, 1, 1),
+        (0x1A00, 0x01, 4, 0x6041_0010),
+        (0x1A01, 0x00, 1, 1),
+        (0x1A01, 0x01, 4, 0x6064_0020),
+        (0x1A02, 0x00, 1, 2),
+        (0x1A02, 0x01, 4, 0x6041_0010),
+        (0x1A02, 0x02, 4, 0x6063_0020),
+        (0x1A03, 0x00, 1, 1),
+        (0x1A03, 0x01, 4, 0x606C_0020),
+    ],
+    ..SHEET
+};
+
+#[test]
+fn pdos_that_may_fill_the_bus_are_found() {
+    let third = "TPDO 3 may fill the bus while the axis moves: it is sent whenever 6063:00 changes, with an inhibit time of 0 s";
+    let fourth = "TPDO 4 may fill the bus while the axis moves: it is sent whenever 606C:00 changes, with an inhibit time of 900 us";
+    for (script, expected) in [
+        ("", vec![third, fourth]),
+        ("= 1803:03 000A", vec![third]),
+        ("= 1802:01 80000383", vec![fourth]),
+        ("= 1802:02 00", vec![fourth]),
+        ("= 1A02:00 01", vec![fourth]),
+    ] {
+        let found = Rig::<BySdo>::new(CHATTY).check(script, Drive::unpaced_pdos).unwrap();
+        let found: Vec<String> = found.iter().map(ToString::to_string).collect();
+        assert_eq!(found, expected, "{script}");
+    }
+    let none = Rig::<BySdo>::new(SHEET).check("", Drive::unpaced_pdos);
+    assert_eq!(none.unwrap(), [], "without the objects");
+}
