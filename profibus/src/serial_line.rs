@@ -1,19 +1,22 @@
-//! A line at a serial port, or at anything else that bytes can be read from and written to, in real time.
+//! Masters and slaves at a serial port, or at anything else that bytes can be read from and written to, in real time.
 
+#[cfg(feature = "serialport")]
+use std::boxed::Box;
 use std::io::{ErrorKind, Read, Write};
 use std::time::Instant as Wall;
 use std::vec::Vec;
 
-use lexican_runtime::Instant;
+use lexican_runtime::{Duration, Instant};
 use profirust::Baudrate;
 use profirust::dp::{Peripheral, PeripheralEvent, PeripheralHandle, PeripheralOptions};
-use profirust::fdl::Parameters;
+use profirust::fdl::{Parameters, ParametersBuilder};
 use profirust::phy::ProfibusPhy;
 use profirust::time;
 
 use crate::dp::Lengths;
 use crate::fdl::CHARACTER_BITS;
-use crate::master::{Master, Segment};
+use crate::master::{MASTER, Master, Segment};
+use crate::slave::{Application, Slave};
 
 /// A line of `profirust` at a port, which is set up for its bit rate, with eight data bits, even parity and one stop bit. A
 /// read returns what has come, or [`ErrorKind::WouldBlock`] or [`ErrorKind::TimedOut`] at once.
@@ -41,7 +44,7 @@ impl<T: Read + Write> SerialLine<T> {
     }
 
     fn fail(&mut self, error: &std::io::Error) {
-        if !matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted) {
+        if !passes(error) {
             self.failed = Some(error.kind());
         }
     }
@@ -97,6 +100,70 @@ impl<T: Read + Write> SerialSegment<T> {
         let line = SerialLine::new(port, parameters.baudrate);
         SerialSegment { master: Master::new(parameters, line), began: Wall::now() }
     }
+}
+
+/// Parameters for a master at a USB adapter: a slot of 8 ms, or of 30 ms up to 19.2 kbit/s, as `profirust` recommends for
+/// them, three retries, and slaves that give up a master after half a second of silence. Up to 500 kbit/s.
+#[must_use]
+pub fn parameters(bit_rate: Baudrate) -> Parameters {
+    let slot = Duration::from_millis(if bit_rate.to_rate() <= 19_200 { 30 } else { 8 });
+    let bits = bit_rate.to_rate() * slot.as_micros() / 1_000_000;
+    let mut parameters = ParametersBuilder::new(MASTER, bit_rate);
+    parameters.slot_bits(u16::try_from(bits).unwrap_or(u16::MAX)).max_retry_limit(3);
+    parameters.watchdog_timeout(time::Duration::from_millis(500)).highest_station_address(MASTER + 1);
+    parameters.build()
+}
+
+#[cfg(feature = "serialport")]
+impl SerialSegment<Box<dyn serialport::SerialPort>> {
+    /// A master at a port of the operating system, such as `/dev/ttyUSB0`, with an RS-485 adapter that switches its
+    /// direction by itself.
+    ///
+    /// # Errors
+    ///
+    /// When the port cannot be opened, or does not have the bit rate.
+    pub fn open(path: &str, parameters: Parameters) -> std::io::Result<Self> {
+        let bit_rate = u32::try_from(parameters.baudrate.to_rate()).unwrap_or(u32::MAX);
+        let port = serialport::new(path, bit_rate).parity(serialport::Parity::Even).timeout(core::time::Duration::ZERO);
+        Ok(SerialSegment::new(port.open()?, parameters))
+    }
+}
+
+/// Lets a slave answer at a port in real time, while `goes_on`. The port's time-out is how long it waits at most before
+/// it looks at its deadlines.
+///
+/// # Errors
+///
+/// When the port fails.
+#[expect(clippy::disallowed_methods, reason = "a port is in real time")]
+pub fn serve<T: Read + Write, A: Application>(
+    slave: &mut Slave<A>,
+    port: &mut T,
+    mut goes_on: impl FnMut() -> bool,
+) -> std::io::Result<()> {
+    let began = Wall::now();
+    let mut buffer = [0; 256];
+    while goes_on() {
+        let len = match port.read(&mut buffer) {
+            Ok(len) => len,
+            Err(error) if passes(&error) => 0,
+            Err(error) => return Err(error),
+        };
+        let now = Instant::ZERO + began.elapsed().into();
+        if len > 0 {
+            slave.handle_bytes(now, &buffer[..len]);
+        }
+        slave.handle_timeout(now);
+        if let Some(answer) = slave.poll_transmit(now) {
+            port.write_all(answer)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether there is only nothing to read.
+fn passes(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }
 
 impl<T: Read + Write> Segment for SerialSegment<T> {

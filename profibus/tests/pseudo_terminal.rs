@@ -9,43 +9,21 @@ use std::time::Duration as StdDuration;
 
 use lexican_profibus::bus::{Bus, Notice};
 use lexican_profibus::dp::Lengths;
-use lexican_profibus::serial_line::SerialSegment;
+use lexican_profibus::serial_line::{self, SerialSegment};
 use lexican_profibus::{BitRate, Slave, State};
-use lexican_runtime::{Duration, Instant};
+use lexican_runtime::Duration;
 use profirust::Baudrate;
 use profirust::dp::PeripheralOptions;
 use profirust::fdl::ParametersBuilder;
 use serialport::{SerialPort, TTYPort};
 use support::{Echo, IDENTITY};
 
-#[expect(clippy::disallowed_methods, reason = "a terminal is in real time")]
-fn clock() -> impl Fn() -> Duration {
-    let begin = std::time::Instant::now();
-    move || Duration::from_micros(begin.elapsed().as_micros() as u64)
-}
-
 /// A slave at a terminal, until `is_over`.
 fn serve(mut port: TTYPort, is_over: &AtomicBool) -> Slave<Echo> {
     port.set_timeout(StdDuration::from_millis(1)).expect("a time-out can be set");
     let slave = Slave::new(7, IDENTITY, BitRate(19_200), Echo::default());
     let mut slave = slave.with_idle(Duration::from_millis(50));
-    let clock = clock();
-    while !is_over.load(Ordering::Relaxed) {
-        let mut buffer = [0; 256];
-        let len = match port.read(&mut buffer) {
-            Ok(len) => len,
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => 0,
-            Err(error) => panic!("{error}"),
-        };
-        let now = Instant::ZERO + clock();
-        if len > 0 {
-            slave.handle_bytes(now, &buffer[..len]);
-        }
-        slave.handle_timeout(now);
-        if let Some(answer) = slave.poll_transmit(now) {
-            port.write_all(answer).expect("a terminal takes some bytes");
-        }
-    }
+    serial_line::serve(&mut slave, &mut port, || !is_over.load(Ordering::Relaxed)).expect("the terminal is there");
     slave
 }
 
