@@ -1,7 +1,9 @@
 //! What a build script uses: files in, [`compile`], files out.
 
+use std::collections::BTreeSet;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
 
 use lexican_eds::{Diagnostics, Input, Severity, Source, drive, library, rules, text};
@@ -169,7 +171,9 @@ impl Config {
             }
             files.push((name, generate(&input, &self.options, &self.rules)?));
         }
-        files.iter().try_for_each(|(name, code)| write(&out_dir.join(format!("{name}.rs")), code))
+        files.iter().try_for_each(|(name, code)| write(&out_dir.join(format!("{name}.rs")), code))?;
+        announce(files.into_iter().map(|(name, _)| name));
+        Ok(())
     }
 
     fn sheet(mut self, origin: Origin) -> Self {
@@ -236,6 +240,18 @@ fn generate(input: &Input, options: &Options, rules: &[Rule]) -> Result<String, 
     }
     warn(&findings, input);
     Ok(output.code)
+}
+
+/// Lets `include_od!` say which names there are: those of all calls of a build script.
+fn announce(names: impl Iterator<Item = String>) {
+    static ALL: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
+    all.extend(names);
+    let list: Vec<String> = all.iter().map(|name| format!("`{name}`")).collect();
+    println!("cargo:rustc-env=LEXICAN_OD={}", list.join(", "));
+    for name in &*all {
+        println!("cargo:rustc-env=LEXICAN_OD_{name}=generated");
+    }
 }
 
 /// One line each: Cargo shows only what follows the prefix.

@@ -1,4 +1,4 @@
-//! How operations of the driver end: as they should, refused, or in an error.
+//! How operations of the driver fail: refused, or in an error.
 
 use std::fmt;
 
@@ -14,104 +14,6 @@ use crate::description::{Reaction, Trigger};
 use crate::fault::Cause;
 use crate::mode::Mode;
 use crate::set_point::Succession;
-
-/// How a travel ended. None of these is an error of the driver: each one is for the application to judge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// The drive rests within the window around its target.
-    Reached {
-        /// Where, as 6064h has it.
-        position: i32,
-    },
-    /// The drive stopped because it passed a limit.
-    Limit {
-        /// Where it came to rest.
-        position: i32,
-    },
-    /// The drive stopped because of its load (torque deactivation). The travel can be resumed.
-    TorqueDeactivated {
-        /// Where it stands.
-        position: i32,
-    },
-    /// Another manager, or another handle of this drive, has ordered something else: the drive says that it has reached
-    /// its target, and rests elsewhere than it was ordered to.
-    Overridden {
-        /// Where.
-        position: i32,
-    },
-    /// A fault stopped the drive.
-    Fault(Cause),
-    /// Something else ended the travel: a quick stop, another manager, a lost supply.
-    Interrupted {
-        /// The state of the drive afterwards.
-        state: State,
-        /// Where it was then.
-        position: i32,
-    },
-    /// The travel is not finished in time. The drive is still under way.
-    TimedOut {
-        /// Where it was then.
-        position: i32,
-    },
-}
-
-/// How setting a velocity ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VelocityOutcome {
-    /// The drive runs within the window around its target velocity, in the direction of the order.
-    Reached {
-        /// As 606Ch has it.
-        velocity: i32,
-    },
-    /// Another manager, or another handle of this drive, has stopped it, or has ordered another velocity.
-    Overridden {
-        /// As 606Ch has it.
-        velocity: i32,
-    },
-    /// A fault stopped the drive.
-    Fault(Cause),
-    /// The drive left OPERATION ENABLED.
-    Interrupted {
-        /// For this state.
-        state: State,
-    },
-    /// The velocity is not reached in time. The drive has its order still; its shaft may stand, or turn the other way.
-    TimedOut {
-        /// As 606Ch has it.
-        velocity: i32,
-    },
-}
-
-/// How homing ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HomingOutcome {
-    /// The drive has its reference point, and stands.
-    Attained {
-        /// Where, as 6064h has it.
-        position: i32,
-    },
-    /// The drive has not found its reference point, and stands.
-    Failed {
-        /// What it says instead.
-        status_word: u16,
-        /// Where it stands.
-        position: i32,
-    },
-    /// A fault stopped the drive.
-    Fault(Cause),
-    /// Something else ended it: a stop, a quick stop, another manager, a lost supply.
-    Interrupted {
-        /// The state of the drive afterwards.
-        state: State,
-        /// Where it was then.
-        position: i32,
-    },
-    /// Homing is not finished in time. The drive is still under way.
-    TimedOut {
-        /// Where it was then.
-        position: i32,
-    },
-}
 
 /// Why an operation failed.
 #[derive(Debug, thiserror::Error)]
@@ -204,7 +106,10 @@ pub enum Error {
     #[error("the status word {0:04X} has no state of the state machine")]
     UnknownState(u16),
     /// The node is another device.
-    #[error("the node is not a {expected}: vendor {vendor_id:X}h, profile {profile}, name {name:?}")]
+    #[error(
+        "the node is not a {expected}: vendor {vendor_id:X}h, profile {profile}, {}",
+        name.as_ref().map_or_else(|| "no name".to_owned(), |name| format!("name {name:?}"))
+    )]
     NotThisDrive {
         /// What was expected.
         expected: &'static str,

@@ -69,6 +69,18 @@ macro_rules! include_od {
             clippy::restriction
         )]
         mod generated {
+            const _: &str = ::core::env!(
+                ::core::concat!("LEXICAN_OD_", $name),
+                ::core::concat!(
+                    "there is no dictionary `",
+                    $name,
+                    "`; the build script has generated ",
+                    ::core::env!(
+                        "LEXICAN_OD",
+                        "no dictionary has been generated: call `lexican_codegen::Config` in build.rs"
+                    )
+                )
+            );
             ::core::include!(::core::concat!(::core::env!("OUT_DIR"), "/", $name, ".rs"));
         }
         #[allow(unused_imports, unreachable_pub)]

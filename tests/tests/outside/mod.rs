@@ -45,16 +45,20 @@ fn workspace_folder() -> &'static Path {
     Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("it is a folder in the target folder")
 }
 
-/// The files that a page has for a folder: blocks of code whose first line is a comment with the file's path.
+/// The blocks of code of a page, each with its language.
+pub(crate) fn blocks(page: &'static str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    page.split("\n```").skip(1).step_by(2).filter_map(|block| block.split_once('\n'))
+}
+
+/// The file that a block of code is, if its first line is a comment with a path in this folder.
+pub(crate) fn file(text: &'static str, folder: &str) -> Option<&'static str> {
+    let first = text.lines().next()?;
+    first.strip_prefix("// ").or(first.strip_prefix("# "))?.strip_prefix(folder)?.strip_prefix('/')
+}
+
+/// The files that a page has for a folder.
 pub(crate) fn files_of(page: &'static str, folder: &str) -> Vec<(&'static str, &'static str)> {
-    let blocks = page.split("\n```").skip(1).step_by(2);
-    let file = |block: &'static str| {
-        let (_, text) = block.split_once('\n')?;
-        let first = text.lines().next()?;
-        let path = first.strip_prefix("// ").or(first.strip_prefix("# "))?;
-        Some((path.strip_prefix(folder)?.strip_prefix('/')?, text))
-    };
-    blocks.filter_map(file).collect()
+    blocks(page).filter_map(|(_, text)| Some((file(text, folder)?, text))).collect()
 }
 
 /// Makes sure that every block of a page that is no test of documentation is one of these files.

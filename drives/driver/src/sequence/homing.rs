@@ -9,8 +9,9 @@ use super::setup::choose;
 use super::standstill::at_rest;
 use crate::context::{DriveContext, Motion};
 use crate::description::{Calibration, Homing, Orders};
-use crate::error::{Capability, Error, HomingOutcome};
+use crate::error::{Capability, Error};
 use crate::mode::Mode;
+use crate::outcome::HomingOutcome;
 
 /// Homes by a method of 6098h, and waits for the end; then goes back to the mode that was there, unless there was none (0 in
 /// 6061h) or the drive is still under way.

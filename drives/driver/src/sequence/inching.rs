@@ -10,7 +10,8 @@ use super::travel::{end_of_travel, withdraw};
 use crate::context::{DriveContext, Motion, narrow};
 use crate::description::Inching;
 use crate::direction::Direction;
-use crate::error::{Capability, Error, Outcome};
+use crate::error::{Capability, Error};
+use crate::outcome::Outcome;
 
 /// A step of the width that the drive is set to, and waits for the end.
 ///

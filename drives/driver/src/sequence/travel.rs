@@ -11,7 +11,8 @@ use super::refusal::{Order, refuse};
 use super::standstill::{at_rest, come_to_rest, come_to_stand, stand_still, stuck};
 use crate::context::{Awaited, DriveContext, Motion, Pause, Travel};
 use crate::description::{Number, Release};
-use crate::error::{Capability, Error, Missing, Outcome, Refusal};
+use crate::error::{Capability, Error, Missing, Refusal};
+use crate::outcome::Outcome;
 
 /// The last transmission type of a receive PDO that waits for SYNC (CiA 301, 7.5.2.35).
 const LAST_SYNCHRONOUS: i64 = 240;

@@ -8,8 +8,9 @@ use super::refusal::{Order, refuse};
 use super::standstill::at_rest;
 use crate::context::{DriveContext, Motion};
 use crate::description::Number;
-use crate::error::{Capability, Error, VelocityOutcome};
+use crate::error::{Capability, Error};
 use crate::mode::Mode;
+use crate::outcome::VelocityOutcome;
 
 /// Runs at a velocity, as 60FFh has it, whose sign is the direction; waits until it is reached.
 ///

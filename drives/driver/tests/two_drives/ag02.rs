@@ -91,7 +91,7 @@ fn it_is_not_taken_for_a_drive_that_tells_its_name() {
         Sheet { objects: &[(0x1000, 0, 4, 0x192), (0x1008, 0, 4, 0x3330_4741), (0x1018, 1, 4, 0x195)], ..SHEET };
     let (bus, _) = bus(NAMED);
     let error = Drive::connect(bus.link(), NAMED.node).unwrap_err();
-    assert_eq!(error.to_string(), "the node is not a SIKO AG02: vendor 195h, profile 402, name Some(\"AG03\")");
+    assert_eq!(error.to_string(), "the node is not a SIKO AG02: vendor 195h, profile 402, name \"AG03\"");
 }
 
 #[test]

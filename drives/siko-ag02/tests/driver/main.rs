@@ -63,9 +63,9 @@ fn the_two_drives_of_one_vendor_are_told_apart() {
     let other = NodeId::literal(6);
     bus.attach(SimulatedDrive::new(&MODEL, other));
     let error = Drive::connect(bus.link(), NODE).unwrap_err();
-    assert_eq!(error.to_string(), "the node is not a SIKO AG02: vendor 195h, profile 402, name Some(\"AG03\")");
+    assert_eq!(error.to_string(), "the node is not a SIKO AG02: vendor 195h, profile 402, name \"AG03\"");
     let error = siko_ag03_1::driver::Drive::connect(bus.link(), other).unwrap_err();
-    assert_eq!(error.to_string(), "the node is not a SIKO AG03/1: vendor 195h, profile 402, name None");
+    assert_eq!(error.to_string(), "the node is not a SIKO AG03/1: vendor 195h, profile 402, no name");
 }
 
 #[cfg(feature = "tokio")]

@@ -59,7 +59,7 @@ impl Kind for Quirky {
 #[test]
 fn a_drive_with_another_name_is_not_commanded() {
     let error = lexican_driver::Drive::<_, Named>::connect(bus(), NODE).unwrap_err();
-    assert_eq!(error.to_string(), "the node is not a Servo: vendor 2Ah, profile 402, name Some(\"Servo 7\")");
+    assert_eq!(error.to_string(), "the node is not a Servo: vendor 2Ah, profile 402, name \"Servo 7\"");
 }
 
 #[test]
