@@ -45,10 +45,19 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-siko-ag03-1",
         ],
     ),
+    ("chart", &[]),
     (
         "changeover",
-        &["lexican-driver", "lexican-runtime", "lexican-kollmorgen-akd", "lexican-siko-ag02", "lexican-siko-ag03-1"],
+        &[
+            "chart",
+            "lexican-driver",
+            "lexican-runtime",
+            "lexican-kollmorgen-akd",
+            "lexican-siko-ag02",
+            "lexican-siko-ag03-1",
+        ],
     ),
+    ("circle", &["chart", "lexican-driver", "lexican-runtime", "lexican-kollmorgen-akd"]),
     (
         "lexican-tests",
         &[

@@ -1,5 +1,8 @@
 //! The program, as its user runs it. `cargo xtask bless` takes over the pictures in `docs/` and the reports in the README.
 
+#[path = "../../golden.rs"]
+mod golden;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -231,44 +234,9 @@ fn a_dry_run_moves_nothing() {
     assert_eq!((number(&drives(&report)[0], "low"), number(&drives(&report)[0], "high")), (-5.0, 120.0));
 }
 
-/// The commands of the README print what it shows, and draw its pictures, to the byte.
 #[test]
 fn the_golden_reports_and_pictures_are_those_of_the_program() {
-    let bless = std::env::var_os("LEXICAN_BLESS").is_some();
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut readme = std::fs::read_to_string(here.join("README.md")).expect("there is a README");
-    let commands: Vec<String> = readme
-        .lines()
-        .filter_map(|line| line.strip_prefix("$ cargo run -p changeover -- "))
-        .map(str::to_owned)
-        .collect();
-    assert!(commands.len() >= 3, "{commands:?}");
-    let mut stale = Vec::new();
-    for command in commands {
-        let mut args: Vec<String> =
-            command.split_whitespace().map(|arg| arg.replace("examples/changeover/", "")).collect();
-        let picture = args.iter().position(|arg| arg == "--plot").map(|at| {
-            let golden = here.join(&args[at + 1]);
-            let drawn = Path::new(env!("CARGO_TARGET_TMPDIR")).join(golden.file_name().expect("it is a file"));
-            args[at + 1] = drawn.to_str().expect("UTF-8").to_owned();
-            (drawn, golden)
-        });
-        let (_, stdout, _) = run(&args.iter().map(String::as_str).collect::<Vec<_>>());
-        let begin = readme.find(&command).expect("it was found there") + command.len() + 1;
-        let end = begin + readme[begin..].find("```").expect("the block ends");
-        let is_stale = readme[begin..end] != stdout;
-        let drawn = picture.map(|(drawn, golden)| (std::fs::read_to_string(drawn).expect("it was drawn"), golden));
-        if bless {
-            readme.replace_range(begin..end, &stdout);
-            drawn.iter().for_each(|(text, golden)| std::fs::write(golden, text).expect("the folder is writable"));
-        } else if is_stale || drawn.is_some_and(|(text, golden)| std::fs::read_to_string(golden).ok() != Some(text)) {
-            stale.push(command);
-        }
-    }
-    if bless {
-        std::fs::write(here.join("README.md"), readme).expect("the folder is writable");
-    }
-    assert!(stale.is_empty(), "{stale:?}: `cargo xtask bless` takes over what they do now");
+    golden::check("changeover", |args| run(args).1);
 }
 
 #[test]

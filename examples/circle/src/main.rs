@@ -1,0 +1,169 @@
+//! Two servo drives, x and y, follow a circle by SYNC, in cyclic synchronous position mode.
+//!
+//! ```text
+//! path      the circle, as set-points of each cycle
+//! recorder  what the axes were sent and where they were, cycle by cycle
+//! plot      the same as a picture
+//! ```
+
+mod path;
+mod plot;
+mod recorder;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, ValueEnum};
+use kollmorgen_akd::driver::FreeDrive;
+use kollmorgen_akd::sim::{MODEL, SimulatedServo};
+use lexican_driver::cyclic::{AxisSettings, Follower, Report, Settings, Stop, follow};
+use lexican_driver::{CancelHandle, Mode};
+use lexican_runtime::host::{self, BusUrl, Link, VirtualBus};
+use lexican_runtime::{Duration, NodeId};
+
+use path::Circle;
+use recorder::{Recorder, Recording};
+
+/// Follow a circle with two servo drives, by SYNC
+///
+/// The axes begin where they stand, which is the lowest point of the circle. Exits with 0 if it has been followed to its end,
+/// with 1 if the axes were stopped before, and with 2 if nothing has moved because something was wrong.
+#[derive(Parser)]
+#[command(version)]
+struct Args {
+    /// The bus: can0, or slcan:/dev/ttyACM0?bitrate=1000000. Without it, both drives are simulated
+    #[arg(long, value_name = "URL")]
+    bus: Option<BusUrl>,
+
+    /// The node-IDs of x and y
+    #[arg(long, num_args = 2, value_names = ["X", "Y"], default_values = ["1", "2"], value_parser = node)]
+    nodes: Vec<NodeId>,
+
+    /// From one SYNC to the next, in milliseconds
+    #[arg(long, value_name = "MS", default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..=10))]
+    period: u64,
+
+    #[command(flatten)]
+    circle: Circle,
+
+    /// How the axes are stopped before the end: together along the circle, or each by its quick stop
+    #[arg(long, value_enum, default_value_t)]
+    stop: Way,
+
+    /// Stop after so many seconds on the circle
+    #[arg(long, value_name = "SECONDS")]
+    stop_at: Option<f64>,
+
+    /// Draw the circle as it was followed into this file, as SVG
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+
+    /// How fast the time of simulated drives passes
+    #[arg(long, value_enum, default_value_t, conflicts_with = "bus")]
+    pace: Pace,
+}
+
+/// How to stop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Way {
+    #[default]
+    Ramp,
+    Quick,
+}
+
+/// How fast simulated time passes.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Pace {
+    /// As fast as the machine can compute it
+    #[default]
+    Virtual,
+    /// As fast as on a real machine, to watch
+    Real,
+}
+
+fn node(text: &str) -> Result<NodeId, &'static str> {
+    text.parse().ok().and_then(NodeId::new).ok_or("a node-ID is 1 to 127")
+}
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Whether the circle has been followed to its end; else why nothing has moved.
+fn run(args: &Args) -> Result<bool, String> {
+    if args.nodes[0] == args.nodes[1] {
+        return Err("x and y have the same node-ID".to_owned());
+    }
+    let mut link = open(args)?;
+    let period = Duration::from_millis(args.period);
+    // What the axes can do: somewhat more than the circle needs.
+    let max_step = (args.circle.greatest_step(period) * 1.5) as u32 + 1;
+    let settings = AxisSettings::new(Mode::CyclicPosition, period, max_step);
+    let mut axes = Vec::new();
+    for node in args.nodes.iter().copied() {
+        let axis = FreeDrive::connect(&mut link, node).and_then(|mut drive| drive.prepare_cyclic(settings));
+        axes.push(axis.map_err(|error| format!("node {node}: {error}"))?);
+    }
+    let start = [axes[0].position(), axes[1].position()];
+    let cancel = CancelHandle::default();
+    let signal = cancel.clone();
+    // SIGINT and SIGTERM.
+    ctrlc::set_handler(move || signal.cancel()).map_err(|error| error.to_string())?;
+    let mut recorder = Recorder::new(link, &axes);
+    let path = args.circle.path(start, period, args.stop_at, cancel.clone());
+    let stop = match args.stop {
+        Way::Ramp => Stop::Ramp(Duration::from_millis(300)),
+        Way::Quick => Stop::Quick,
+    };
+    let settings = Settings { stop, ..Settings::default() };
+    eprintln!("x is node {}, y is node {}; Ctrl-C stops both", args.nodes[0], args.nodes[1]);
+    let mut follower = Follower::new(axes, path, settings).map_err(|error| error.to_string())?;
+    let report = follow(&mut recorder, &mut follower, &cancel).map_err(|error| error.to_string())?;
+    let recording = recorder.finish(start, args.circle.radius);
+    print(&report, &recording);
+    if let Some(path) = &args.plot {
+        let picture = plot::svg(summary(args, &report), &recording);
+        let picture = picture.map_err(|error| format!("cannot draw the picture: {error}"))?;
+        std::fs::write(path, picture).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    }
+    Ok(report.reason.is_none())
+}
+
+/// The bus that was named, or one with two simulated drives.
+fn open(args: &Args) -> Result<Box<dyn Link>, String> {
+    if let Some(url) = &args.bus {
+        let link = url.open().map_err(|error| format!("cannot open {url}: {error}"))?;
+        return Ok(link);
+    }
+    let bus = VirtualBus::with_bit_rate(1000);
+    for node in args.nodes.iter().copied() {
+        bus.attach(SimulatedServo::new(bus.now(), &MODEL, node));
+    }
+    let link = bus.link();
+    bus.set_pace(match args.pace {
+        Pace::Virtual => host::Pace::Virtual,
+        Pace::Real => host::Pace::RealTime,
+    });
+    Ok(Box::new(link))
+}
+
+/// The result in one line.
+fn summary(args: &Args, report: &Report) -> String {
+    match (report.reason, args.stop) {
+        (Some(reason), Way::Ramp) => format!("both axes are stopped, along the circle: {reason}"),
+        (Some(reason), Way::Quick) => format!("both axes are stopped, each by its quick stop: {reason}"),
+        (None, _) => format!("followed to its end, with a SYNC every {} ms", args.period),
+    }
+}
+
+fn print(report: &Report, recording: &Recording) {
+    println!("{report}");
+    println!("farthest from the circle: {:.1} increments", recording.farthest());
+}

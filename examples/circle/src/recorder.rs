@@ -1,0 +1,117 @@
+//! What the axes were sent, and where they were, cycle by cycle: read from the frames of the bus.
+
+use lexican_driver::cyclic::Axis;
+use lexican_runtime::host::{Incoming, Link, LinkError};
+use lexican_runtime::{CobId, Frame, Instant};
+
+/// A link that records what passes through it.
+pub(crate) struct Recorder<L> {
+    link: L,
+    /// The PDOs of x and y: with set-points, with positions.
+    set_points: [CobId; 2],
+    positions: [CobId; 2],
+    cycles: Vec<Cycle>,
+}
+
+/// From one SYNC to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cycle {
+    pub(crate) at: Instant,
+    /// What the axes were sent; the next SYNC releases it.
+    pub(crate) set_points: [i32; 2],
+    /// Where they were at this SYNC.
+    pub(crate) positions: [i32; 2],
+}
+
+/// All cycles, with the centre of the circle as the origin.
+pub(crate) struct Recording {
+    pub(crate) cycles: Vec<Cycle>,
+    pub(crate) radius: f64,
+}
+
+impl<L> Recorder<L> {
+    pub(crate) fn new(link: L, axes: &[Axis]) -> Self {
+        let of_both = |pdo: fn(&Axis) -> CobId| [pdo(&axes[0]), pdo(&axes[1])];
+        Recorder { link, set_points: of_both(Axis::rpdo), positions: of_both(Axis::tpdo), cycles: Vec::new() }
+    }
+
+    /// What was recorded, of a circle that was begun at its lowest point.
+    pub(crate) fn finish(self, start: [i32; 2], radius: f64) -> Recording {
+        let centre = [start[0], start[1].saturating_add(radius as i32)];
+        let from_centre = |at: [i32; 2]| [at[0].saturating_sub(centre[0]), at[1].saturating_sub(centre[1])];
+        let cycles = self.cycles.into_iter().map(|cycle| Cycle {
+            set_points: from_centre(cycle.set_points),
+            positions: from_centre(cycle.positions),
+            ..cycle
+        });
+        Recording { cycles: cycles.collect(), radius }
+    }
+
+    fn note(&mut self, now: Instant, frame: &Frame) {
+        let Some(last) = self.cycles.last().copied() else {
+            if frame.id() == CobId::SYNC {
+                self.cycles.push(Cycle { at: now, set_points: [0; 2], positions: [0; 2] });
+            }
+            return;
+        };
+        if frame.id() == CobId::SYNC {
+            self.cycles.push(Cycle { at: now, ..last });
+            return;
+        }
+        let &[_, _, a, b, c, d] = frame.data() else { return };
+        let value = i32::from_le_bytes([a, b, c, d]);
+        let Some(cycle) = self.cycles.last_mut() else { return };
+        for axis in 0..2 {
+            if frame.id() == self.set_points[axis] {
+                cycle.set_points[axis] = value;
+            } else if frame.id() == self.positions[axis] {
+                cycle.positions[axis] = value;
+            }
+        }
+    }
+}
+
+impl<L: Link> Link for Recorder<L> {
+    fn now(&self) -> Instant {
+        self.link.now()
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.link.send(frame)?;
+        self.note(self.link.now(), frame);
+        Ok(())
+    }
+
+    fn try_send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.link.try_send(frame)?;
+        self.note(self.link.now(), frame);
+        Ok(())
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        let incoming = self.link.receive(until)?;
+        if let Some(Incoming::Frame(frame)) = &incoming {
+            self.note(self.link.now(), frame);
+        }
+        Ok(incoming)
+    }
+}
+
+impl Recording {
+    /// Seconds since the first SYNC.
+    pub(crate) fn seconds(&self, cycle: &Cycle) -> f64 {
+        let first = self.cycles.first().map_or(cycle.at, |first| first.at);
+        cycle.at.since(first).as_secs_f64()
+    }
+
+    /// How far outside of the circle the axes were; below 0, inside of it.
+    pub(crate) fn outside(&self, cycle: &Cycle) -> f64 {
+        let [x, y] = cycle.positions.map(f64::from);
+        x.hypot(y) - self.radius
+    }
+
+    pub(crate) fn farthest(&self) -> f64 {
+        // In the first cycles the axes have not sent their positions.
+        self.cycles.iter().skip(2).map(|cycle| self.outside(cycle).abs()).fold(0.0, f64::max)
+    }
+}
