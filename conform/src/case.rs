@@ -56,6 +56,10 @@ pub(crate) const fn case(
 }
 
 impl Case {
+    pub(crate) const fn recommended(self) -> Self {
+        Case { level: Level::Should, ..self }
+    }
+
     pub(crate) const fn needs(self, needs: &'static [Hazard]) -> Self {
         Case { needs, ..self }
     }

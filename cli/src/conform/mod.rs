@@ -23,7 +23,7 @@ use print::Screen;
 
 /// Test whether a device does what CANopen asks for
 ///
-/// Runs the 127 cases of CiA's test plan (CCT 3.0.3.10) by the device's data sheet. The device is reset before each
+/// Runs the 127 cases of CiA's test plan (CCT 3.0.3.10), and some beyond it, by the device's data sheet. The device is reset before each
 /// case. What a case writes is put back after it, also after Ctrl-C. A case that may move a machine, or that outlasts the
 /// test, is run only with --allow.
 ///

@@ -7,6 +7,7 @@ mod messages;
 mod nmt;
 mod pdo;
 mod pdo_mapping;
+mod robustness;
 mod sdo;
 mod storing;
 
@@ -23,6 +24,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         error_control::CASES,
         storing::CASES,
         nmt::CASES,
+        robustness::CASES,
     ];
     chapters.into_iter().flatten()
 }

@@ -139,7 +139,7 @@ fn transitions(t: &mut Tester<'_>, command: NmtCommand, target: NmtState) -> Out
 }
 
 /// Lets the device send its state without being asked, if it cannot be guarded.
-fn shows_its_state(t: &mut Tester<'_>) -> Outcome {
+pub(crate) fn shows_its_state(t: &mut Tester<'_>) -> Outcome {
     if t.has(&[0x100C]).is_ok() {
         return Ok(());
     }
@@ -149,7 +149,7 @@ fn shows_its_state(t: &mut Tester<'_>) -> Outcome {
 
 /// The device says which state it is in: when it is guarded, or else by its heartbeat. In STOPPED it has to show that
 /// already.
-fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
+pub(crate) fn reports(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     if state != NmtState::Stopped {
         shows_its_state(t)?;
     }
@@ -222,7 +222,7 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 }
 
 /// An RPDO whose objects can be read back, with its identifier.
-fn received(t: &mut Tester<'_>) -> Outcome<(CobId, Pdo)> {
+pub(crate) fn received(t: &mut Tester<'_>) -> Outcome<(CobId, Pdo)> {
     for pdo in t.sheet.device.pdos.clone() {
         let readable = |mapped: &lexican_eds::model::Mapped| {
             let whole = mapped.bits.is_multiple_of(8);
@@ -238,19 +238,21 @@ fn received(t: &mut Tester<'_>) -> Outcome<(CobId, Pdo)> {
     Err(not_applicable("no RPDO whose objects can be read"))
 }
 
+/// What the objects of a PDO have, in its order.
+pub(crate) fn values(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome<Vec<u8>> {
+    let each = pdo.mapping.iter().map(|mapped| t.read_bytes(mapped.index, mapped.sub));
+    Ok(each.collect::<Outcome<Vec<_>>>()?.concat())
+}
+
 fn takes(t: &mut Tester<'_>, state: NmtState, id: CobId, pdo: &Pdo) -> Outcome {
     t.enter(NmtState::PreOperational)?;
-    let values = |t: &mut Tester<'_>| -> Outcome<Vec<u8>> {
-        let each = pdo.mapping.iter().map(|mapped| t.read_bytes(mapped.index, mapped.sub));
-        Ok(each.collect::<Outcome<Vec<_>>>()?.concat())
-    };
-    let before = values(t)?;
+    let before = values(t, pdo)?;
     let sent: Vec<u8> = before.iter().map(|byte| byte ^ 1).collect();
     t.enter(state)?;
     t.send(id, &sent)?;
     t.hear_ms(20)?;
     t.enter(NmtState::PreOperational)?;
-    let after = values(t)?;
+    let after = values(t, pdo)?;
     let expected = if state == NmtState::Operational { &sent } else { &before };
     ensure(after == *expected, || format!("{id}#{sent:02X?} in {state}: the objects have {after:02X?}"))
 }

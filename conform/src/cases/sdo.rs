@@ -224,7 +224,7 @@ fn as_block(t: &mut Tester<'_>, index: u16, with_crc: bool) -> Outcome {
 }
 
 /// A text of more than four bytes that the data sheet knows.
-fn long_text(t: &Tester<'_>) -> Outcome<(u16, u8, Vec<u8>)> {
+pub(crate) fn long_text(t: &Tester<'_>) -> Outcome<(u16, u8, Vec<u8>)> {
     let texts = t.entries(|entry| entry.access.readable()).into_iter().filter_map(|entry| {
         let bytes = t.bytes_of(&entry, entry.default.as_ref()?)?;
         Some((entry.index, entry.sub, bytes))

@@ -55,7 +55,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "1008h announces one byte too many",
         &[sent("585#410810000B*").becomes("585#410810000C*")],
-        "2.16 2.18 4.1 4.2 4.3 4.7 4.8",
+        "2.16 2.18 4.1 4.2 4.3 4.7 4.8 301/7.2.4.3/2",
     ),
     fault(
         "a wrong toggle bit is not noticed",
@@ -297,7 +297,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "a guarding request is not answered",
         &[heard("705#R*")],
-        "7.2 7.3 7.4 7.6 7.203 9.2 9.3 9.4 10.1 10.2 10.3 10.4",
+        "7.2 7.3 7.4 7.6 7.203 9.2 9.3 9.4 10.1 10.2 10.3 10.4 301/7.2.8.3.1/1",
     ),
     fault("the toggle bit stays", &[sent("705#F.").becomes("705#7.")], "7.3 7.203"),
     fault("the toggle bit goes on over a reset", &[sent("705#7F").becomes("705#FF").after(&["000#8205"])], "7.3"),
@@ -313,7 +313,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "the heartbeat comes half as often",
         &[sent("705#7F").comes_half_as_often().after(&["605#2B17100064*"])],
-        "7.102 7.103 7.204 7.206 9.2",
+        "7.102 7.103 7.204 7.206 9.2 301/7.2.8.3.2.2/6",
     ),
     fault(
         "the heartbeat has another state",
@@ -358,8 +358,8 @@ pub const FAULTS: &[Fault] = &[
     ),
     fault(
         "no heartbeat comes without guarding",
-        &[sent("705#7F").after(&["605#2B17100064*"]).until("605#2F0D*")],
-        "7.102 7.103 7.204 7.205 7.206 7.207 9.2",
+        &[sent("705#7F").when(PreOperational).after(&["605#2B17100064*"]).until("605#2F0D*")],
+        "7.102 7.103 7.204 7.205 7.206 7.207 9.2 301/7.2.8.3.2.2/6",
     ),
     fault(
         "with a heartbeat, guarding requests are answered",
@@ -405,7 +405,7 @@ pub const FAULTS: &[Fault] = &[
         "8.10",
     ),
     // NMT.
-    fault("there is no boot-up message", &[sent("705#00")], "9.1 9.2 10.1"),
+    fault("there is no boot-up message", &[sent("705#00")], "9.1 9.2 10.1 301/7.3.2.2.2/7"),
     fault(
         "1017h has not its default after a reset",
         &[heard("605#40171000*").is_answered("585#4B171000E8030000").after(&["605#2B171000E803*"]).until("605#2310*")],
@@ -434,4 +434,39 @@ pub const FAULTS: &[Fault] = &[
     fault("OPERATIONAL is entered with another node", &[heard("000#0106").becomes("000#0105")], "10.3"),
     fault("STOPPED is not entered with all nodes", &[heard("000#0200")], "10.4"),
     fault("STOPPED is reported as PRE-OPERATIONAL", &[sent("705#.4").becomes("705#7F")], "9.3 9.4 10.2 10.3 10.4"),
+    // Beyond the plan.
+    fault("a request of one byte is answered", &[heard("605#40").is_answered("585#4300100092010000")], "301/7.2.4.3/1"),
+    fault(
+        "nothing is read while segments are sent",
+        &[heard("605#40001000*").after(&["605#40081000*"]).until("605#60*")],
+        "2.17 301/7.2.4.3/2",
+    ),
+    fault("an abort is answered", &[heard("605#80*").brings("585#8000100000000008")], "301/7.2.4.3.17/10"),
+    fault(
+        "segments that were lost count as confirmed",
+        &[heard("605#A201*").becomes("605#A202*")],
+        "2.19 301/7.2.4.3.14/3",
+    ),
+    fault(
+        "the server is deaf after sixty reads",
+        &[heard("605#40001000*").after(&["605#40001000*"; 60])],
+        "301/7.2.4.3/3 301/7.2.4.3/4",
+    ),
+    fault("the server is deaf after command 5Fh", &[heard("605#40001000*").after(&["605#5F*"])], "301/7.2.4.3/4"),
+    fault("a remote frame is answered by SDO", &[heard("605#R8").brings("585#4300100092010000")], "301/7.2.4.3/5"),
+    fault("NMT command 3 is obeyed as a stop", &[heard("000#0305").becomes("000#0205")], "301/7.2.8.3.1/1"),
+    fault(
+        "SDO is not ready behind the boot-up message",
+        &[heard("605#*").after(&["000#8105", "000#8105"]).until("605#*")],
+        "9.2 10.1 301/7.3.2.2.2/7",
+    ),
+    fault("an RPDO of one byte is taken", &[heard("205#01").becomes("205#0101")], "301/7.2.2.1/1"),
+    fault(
+        "the heartbeat is two percent too fast",
+        &[
+            sent("705#7F").when(PreOperational).after(&["605#2B17100064*"]).until("605#2B17100000*"),
+            every_ms(98, "705#7F").when(PreOperational).after(&["605#2B17100064*"]).until("605#2B17100000*"),
+        ],
+        "301/7.2.8.3.2.2/6",
+    ),
 ];

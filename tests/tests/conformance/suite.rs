@@ -86,12 +86,16 @@ fn what_is_not_allowed_is_not_written() {
     let settings = Settings { allow, ..settings() };
     let report = bench.test(&settings, &[], &mut (), &AtomicBool::new(false));
     let tally = report.tally();
-    assert_eq!((report.cases.len(), tally.failed, tally.unfinished), (127, 0, 0));
+    assert_eq!((report.cases.len(), tally.failed, tally.unfinished), (cases().count(), 0, 0));
     assert!(tally.not_allowed >= 10, "{tally:?}");
     // Whatever begins to write: at once, in segments, or as a block.
     let begins = ["23", "27", "2B", "2F", "20", "21", "22", "C2", "C6", "C0", "C4"];
     for frame in bench.frames.lock().unwrap().iter() {
-        let Some(request) = frame.strip_prefix("605#").filter(|data| begins.contains(&&data[..2])) else { continue };
+        let Some(request) =
+            frame.strip_prefix("605#").filter(|data| begins.iter().any(|begin| data.starts_with(begin)))
+        else {
+            continue;
+        };
         let index = u16::from_str_radix(&format!("{}{}", &request[4..6], &request[2..4]), 16).unwrap();
         assert_eq!(Hazard::of_write(&bench.sheet.device, index), None, "{frame}");
     }

@@ -1,0 +1,136 @@
+//! Beyond the plan: what breaks a protocol, comes at the wrong time or is meant for others leaves a device as it was.
+
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
+use lexican_runtime::{AbortCode, CobId};
+
+use super::nmt::{received, reports, shows_its_state, values};
+use super::sdo::long_text;
+use crate::case::{Case, case, ensure};
+use crate::tester::{PATIENCE_MS, Tester, text};
+
+pub(crate) const CASES: &[Case] = &[
+    case("301/7.2.4.3/1", "", "a request of other than eight bytes is not carried out", |t| {
+        let (request, answer) = sdo_ids(t);
+        for len in 0..8 {
+            t.send(request, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0][..len])?;
+            let heard = t.hear_id(answer, 20)?;
+            // An abort is as right as silence.
+            let read = heard.iter().any(|(_, frame)| frame.data().first() != Some(&0x80));
+            ensure(!read, || format!("{len} bytes are answered with {}", text(&heard)))?;
+            t.read(0x1000, 0)?;
+        }
+        Ok(())
+    }),
+    case("301/7.2.4.3/2", "", "a transfer may begin while another is under way", |t| {
+        let (index, sub, default) = long_text(t)?;
+        t.request([0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0])?;
+        t.read(0x1000, 0)?;
+        let bytes = t.read_bytes(index, sub)?;
+        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?} afterwards"))
+    }),
+    case("301/7.2.4.3.17/10", "", "an abort by the client ends a transfer, and is not answered", |t| {
+        let (index, sub, _) = long_text(t)?;
+        let [low, high] = index.to_le_bytes();
+        t.request([0x40, low, high, sub, 0, 0, 0, 0])?;
+        let code = AbortCode::GENERAL.0.to_le_bytes();
+        t.send_request([0x80, low, high, sub, code[0], code[1], code[2], code[3]])?;
+        let heard = t.hear_id(sdo_ids(t).1, 50)?;
+        ensure(heard.is_empty(), || format!("{} answers an abort", text(&heard)))?;
+        t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)
+    }),
+    case("301/7.2.4.3.14/3", "", "segments of a block that were lost are sent again", |t| {
+        let (index, sub, default) = long_text(t)?;
+        let [low, high] = index.to_le_bytes();
+        t.request([0xA0, low, high, sub, 127, 0, 0, 0])?;
+        t.send_request([0xA3, 0, 0, 0, 0, 0, 0, 0])?;
+        let segments = default.len().div_ceil(7);
+        for _ in 0..segments {
+            t.answer()?;
+        }
+        // Only the first one has come.
+        t.send_request([0xA2, 1, 127, 0, 0, 0, 0, 0])?;
+        for number in 1..segments {
+            let segment = t.answer()?;
+            let rest = &default[7 * number..default.len().min(7 * number + 7)];
+            let right = usize::from(segment[0] & 0x7F) == number && segment[1..].starts_with(rest);
+            ensure(right, || format!("{segment:02X?} is not segment {number} of what was not confirmed"))?;
+        }
+        let end = t.request([0xA2, (segments - 1) as u8, 127, 0, 0, 0, 0, 0])?;
+        ensure(end[0] & 0xE3 == 0xC1, || format!("{end:02X?} does not end the transfer"))?;
+        t.send_request([0xA1, 0, 0, 0, 0, 0, 0, 0])?;
+        t.read(0x1000, 0).map(|_| ())
+    }),
+    case("301/7.2.4.3/3", "", "after a flood of requests the server answers as before", |t| {
+        let (request, answer) = sdo_ids(t);
+        for _ in 0..100 {
+            t.send(request, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
+        }
+        let heard = t.hear_id(answer, 500)?;
+        ensure(heard.len() <= 100, || format!("{} answers to 100 requests", heard.len()))?;
+        t.read(0x1000, 0).map(|_| ())
+    }),
+    case("301/7.2.4.3/4", "", "after any first byte of a request the server answers as before", |t| {
+        let (request, answer) = sdo_ids(t);
+        // What begins a download is left out: it would write.
+        for first in (0..=0xFF_u8).filter(|first| !matches!(first >> 5, 1 | 6)) {
+            t.send(request, &[first, 0x00, 0x10, 0, 0, 0, 0, 0])?;
+            t.hear_id(answer, 5)?;
+            // Ends what may have begun.
+            t.send(request, &[0x80, 0x00, 0x10, 0, 0, 0, 0, 0x08])?;
+            t.hear_id(answer, 5)?;
+            t.read(0x1000, 0)?;
+        }
+        Ok(())
+    }),
+    case("301/7.2.4.3/5", "", "a remote frame of an SDO is not answered", |t| {
+        let (request, answer) = sdo_ids(t);
+        for id in [request, answer] {
+            t.send_remote(id, 8)?;
+            t.silence(50)?;
+        }
+        Ok(())
+    }),
+    case("301/7.2.8.3.1/1", "", "an NMT command that is unknown or of another length is ignored", |t| {
+        let node = t.node.get();
+        shows_its_state(t)?;
+        for data in [&[][..], &[0x01], &[0x02], &[0x00, node], &[0x03, node], &[0x7F, node], &[0xFF, 0]] {
+            t.send(CobId::NMT, data)?;
+            reports(t, NmtState::PreOperational)?;
+        }
+        Ok(())
+    }),
+    case("301/7.3.2.2.2/7", "", "an SDO request right behind the boot-up message is answered", |t| {
+        t.nmt(NmtCommand::ResetNode)?;
+        let booted = t.next(t.error_control(), t.settings.boot)?;
+        ensure(booted.is_some(), || "no boot-up message comes")?;
+        t.read(0x1000, 0).map(|_| ())
+    }),
+    case("301/7.2.2.1/1", "", "an RPDO with too few bytes is not taken", |t| {
+        let (id, pdo) = received(t)?;
+        let before = values(t, &pdo)?;
+        let sent: Vec<u8> = before.iter().map(|byte| byte ^ 1).collect();
+        t.enter(NmtState::Operational)?;
+        for len in 0..sent.len() {
+            t.send(id, &sent[..len])?;
+        }
+        t.hear_ms(20)?;
+        t.enter(NmtState::PreOperational)?;
+        let after = values(t, &pdo)?;
+        ensure(after == before, || format!("the objects were {before:02X?} and are {after:02X?}"))
+    }),
+    case("301/7.2.8.3.2.2/6", "", "the heartbeat is right in the mean", |t| {
+        const PERIODS: u64 = 40;
+        t.has(&[0x1017])?;
+        t.write(0x1017, 0, PATIENCE_MS as u32)?;
+        let beats = t.hears_every(t.error_control(), PATIENCE_MS, PERIODS)?;
+        let (Some((first, _)), Some((last, _))) = (beats.first(), beats.last()) else { return Ok(()) };
+        let mean = last.since(*first).as_micros() / (PERIODS - 1);
+        let error = mean.abs_diff(PATIENCE_MS * 1000);
+        ensure(error <= PATIENCE_MS * 10, || format!("the heartbeat comes every {mean} us in the mean, of 100,000"))
+    })
+    .recommended(),
+];
+
+fn sdo_ids(t: &Tester<'_>) -> (CobId, CobId) {
+    (CobId::of_node(0x600, t.node), CobId::of_node(0x580, t.node))
+}
