@@ -200,7 +200,7 @@ impl DriveMaster {
     /// While a travel is under way, the operating mode is not written: bit 6 of STW, whose edges start travels, lets the
     /// drive turn in velocity mode.
     pub fn ask(&mut self, now: Instant, task: Task) {
-        if matches!(task, Task::Write { number: MODE, .. }) && self.is_enabled() {
+        if matches!(task, Task::Write { number: MODE, .. }) && self.keeps_enabled() {
             if self.known.system.is_none_or(|seen| seen & (system::POSITIONING | system::MOVING) != 0) {
                 self.events.push_back(Event::Answered(Reply::Refused(Refusal::WRONG_STATE)));
                 return;
@@ -311,6 +311,11 @@ impl DriveMaster {
         self.seen.is_some_and(|seen| seen.status & status::OPERATION_ENABLED != 0)
     }
 
+    /// It is enabled, and not only until the word that releases it has arrived.
+    fn keeps_enabled(&self) -> bool {
+        self.is_enabled() && self.word & control::ENABLE_OPERATION != 0
+    }
+
     fn measure(&mut self, now: Instant, actual: i32) {
         if self.known.mode != Some(Mode::Positioning) {
             return;
@@ -368,7 +373,7 @@ impl DriveMaster {
     /// What is sent while nothing is under way depends on the mode; one leads to the other without starting anything.
     fn enter(&mut self, mode: Mode) {
         self.known.mode = Some(mode);
-        if self.is_enabled() && self.ordered.is_none() {
+        if self.keeps_enabled() && self.ordered.is_none() {
             let rests = self.word & !words::START == words::ENABLE;
             match mode {
                 Mode::Positioning if rests => self.send(&[words::READY | self.word & words::START]),
