@@ -78,6 +78,14 @@ impl Axis {
     }
 }
 
+/// What an axis is sent beside its set-point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Order {
+    /// To go on from where it is sent to.
+    Hold,
+    Command(Command),
+}
+
 /// An axis that follows.
 #[derive(Debug)]
 pub(super) struct Member {
@@ -101,8 +109,7 @@ pub(super) struct Member {
     /// Its last set-points, the newest first.
     recent: [i32; BEHIND],
     following_error: u32,
-    /// What it is sent.
-    control: u16,
+    order: Order,
     pub(super) set_point: i32,
 }
 
@@ -126,7 +133,7 @@ impl Member {
             stands_since: now,
             recent: [set_point; BEHIND],
             following_error: 0,
-            control: axis.description.word(Command::DisableVoltage),
+            order: Order::Command(Command::DisableVoltage),
             set_point,
         }
     }
@@ -276,12 +283,12 @@ impl Member {
                 return self.late_for(now, Reason::NotEnabled { node, state });
             };
             // From the command that enables it on, the set-point stays: else it would follow an axis that sinks.
-            let enables = description.word(Command::EnableOperation);
-            if self.axis.settings.follows_positions() && self.control != enables {
+            let enables = Order::Command(Command::EnableOperation);
+            if self.axis.settings.follows_positions() && self.order != enables {
                 self.set_point = self.position;
                 self.recent = [self.position; BEHIND];
             }
-            self.control = description.word(command);
+            self.command(command);
             return self.late_for(now, Reason::NotEnabled { node, state });
         }
         let status_word = self.status_word.filter(|_| !self.follows())?;
@@ -292,11 +299,9 @@ impl Member {
         (now.since(self.since) > self.axis.description.times.reaction).then_some(reason)
     }
 
-    /// Goes on from where it is sent to.
+    /// Goes on from where it is sent to, unless it leaves OPERATION ENABLED.
     pub(super) fn hold(&mut self) {
-        // In mode 7 the bit enables the interpolation (CiA 402-2, 12.2.1).
-        let interpolates = self.axis.settings.mode == Mode::InterpolatedPosition;
-        self.control = self.axis.description.moving() | if interpolates { control::NEW_SET_POINT } else { 0 };
+        self.order = Order::Hold;
     }
 
     /// Takes the next set-point.
@@ -310,17 +315,24 @@ impl Member {
 
     /// Commands it, so that no state leads to OPERATION ENABLED.
     pub(super) fn command(&mut self, command: Command) {
-        self.control = self.axis.description.word(command);
+        self.order = Order::Command(command);
     }
 
-    /// In a stop: goes on being sent set-points, unless it has left OPERATION ENABLED. Then the same word would lead
-    /// back there.
-    pub(super) fn stay(&mut self) {
-        match self.state() {
-            Some(State::OperationEnabled) => self.hold(),
-            Some(State::QuickStopActive) => self.command(Command::QuickStop),
-            _ => self.command(Command::DisableVoltage),
-        }
+    /// By the state that is known when the frame leaves, which may have waited for room: to an axis that has left OPERATION
+    /// ENABLED, the word that holds it would lead back there.
+    fn control_word(&self) -> u16 {
+        let description = self.axis.description;
+        let command = match (self.order, self.state()) {
+            (Order::Hold, Some(State::OperationEnabled)) => {
+                // In mode 7 the bit enables the interpolation (CiA 402-2, 12.2.1).
+                let interpolates = self.axis.settings.mode == Mode::InterpolatedPosition;
+                return description.moving() | if interpolates { control::NEW_SET_POINT } else { 0 };
+            }
+            (Order::Hold, Some(State::QuickStopActive)) => Command::QuickStop,
+            (Order::Hold, _) => Command::DisableVoltage,
+            (Order::Command(command), _) => command,
+        };
+        description.word(command)
     }
 
     /// Whether it has been seen to stand since `since`.
@@ -335,7 +347,7 @@ impl Member {
 
     /// The frame with its set-point. After a restart its PDOs may be mapped in another way.
     pub(super) fn frame(&self) -> Option<Frame> {
-        let ([low, high], [a, b, c, d]) = (self.control.to_le_bytes(), self.set_point.to_le_bytes());
+        let ([low, high], [a, b, c, d]) = (self.control_word().to_le_bytes(), self.set_point.to_le_bytes());
         (!self.restarted).then(|| Frame::from_array(self.axis.rpdo(), [low, high, a, b, c, d]))
     }
 

@@ -421,7 +421,7 @@ impl<P: Path> Follower<P> {
             let is_position = member.axis.settings.follows_positions();
             // Less than what a set-point has room for.
             member.go_to(if is_position { set_point } else { (f64::from(set_point) * pace) as i32 });
-            member.stay();
+            member.hold();
         }
     }
 
@@ -430,7 +430,7 @@ impl<P: Path> Follower<P> {
             if !member.axis.settings.follows_positions() {
                 member.go_to(0);
             }
-            member.stay();
+            member.hold();
         }
     }
 
