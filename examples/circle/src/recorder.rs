@@ -110,6 +110,15 @@ impl Recording {
         x.hypot(y) - self.radius
     }
 
+    /// From one SYNC to the next: the least, the median, 99 % and the greatest time, in milliseconds.
+    pub(crate) fn periods(&self) -> Option<[f64; 4]> {
+        let between = |pair: &[Cycle]| pair[1].at.since(pair[0].at).as_secs_f64() * 1000.0;
+        let mut periods: Vec<f64> = self.cycles.windows(2).map(between).collect();
+        periods.sort_unstable_by(f64::total_cmp);
+        let last = periods.len().checked_sub(1)?;
+        Some([0, last / 2, last * 99 / 100, last].map(|at| periods[at]))
+    }
+
     pub(crate) fn farthest(&self) -> f64 {
         // In the first cycles the axes have not sent their positions.
         self.cycles.iter().skip(2).map(|cycle| self.outside(cycle).abs()).fold(0.0, f64::max)

@@ -60,11 +60,11 @@
 //!
 //! # Time
 //!
-//! SYNC is sent by the program's clock: when its thread wakes up, and when the interface has room. On a common Linux
-//! machine this is late by tens of microseconds, now and then by milliseconds. Drives interpolate between set-points by
-//! their own clock, and tolerate what their 1007h and their manual say. A cycle that is late by a whole period is
-//! counted, and [`Tolerance::cycles`] says how many of these in a row are tolerated. Timers of tokio end on whole
-//! milliseconds: over a network of tokio take 5 ms or more.
+//! SYNC is sent by the program's clock: when its thread wakes up, and when the interface has room. How even that
+//! is depends on the machine: `examples/circle` prints the times from SYNC to SYNC, and its README has those of a slow one
+//! over vcan. Drives interpolate between set-points by their own clock, and tolerate what their 1007h and their manual
+//! say. A cycle that is late by a whole period is counted, and [`Tolerance::cycles`] says how many of these in a row are
+//! tolerated. Timers of tokio end on whole milliseconds: over a network of tokio take 5 ms or more.
 //!
 //! The bus has to have room: an axis takes two frames of 6 bytes, at 1 Mbit/s up to 230 us with stuff bits, and SYNC 55 us.
 //! So there is room for 4 axes at 1 ms, 8 at 2 ms, 21 at 5 ms, 43 at 10 ms.
