@@ -11,26 +11,47 @@ use siko_serial::Settings;
 use siko_serial::gateway::{self, SerialNode};
 use siko_serial::sim::{SerialDrive, VirtualLine};
 
+use crate::noisy::Noisy;
+
 pub(crate) const NODE: NodeId = NodeId::literal(5);
 
 pub(crate) struct Bench {
-    pub(crate) node: Arc<Mutex<SerialNode<VirtualLine>>>,
+    pub(crate) node: Arc<Mutex<SerialNode<Noisy>>>,
     pub(crate) drive: Drive<VirtualLink>,
+    pub(crate) bus: VirtualBus,
 }
 
 impl Bench {
     pub(crate) fn new() -> Self {
+        let (node, bus) = Bench::unplugged();
+        node.lock().unwrap().line().0.set_fate(|_, byte| Some(byte));
+        let drive = Drive::connect(bus.link(), NODE).unwrap();
+        Bench { node, drive, bus }
+    }
+
+    /// A gateway whose line carries nothing.
+    pub(crate) fn unplugged() -> (Arc<Mutex<SerialNode<Noisy>>>, VirtualBus) {
         let bus = VirtualBus::with_bit_rate(500);
         let settings = Settings { baud: 19_200, ..Settings::default() };
-        let line = VirtualLine::with_settings(SerialDrive::default(), settings);
+        let mut line = Noisy::new(VirtualLine::with_settings(SerialDrive::default(), settings));
+        line.set_fate(|_, _| None);
         let node = Arc::new(Mutex::new(gateway::node(line, settings, NODE)));
         bus.attach(Arc::clone(&node));
-        let drive = Drive::connect(bus.link(), NODE).unwrap();
-        Bench { node, drive }
+        (node, bus)
     }
 
     pub(crate) fn see<T>(&self, look: impl FnOnce(&mut SimulatedDrive, Instant) -> T) -> T {
-        self.node.lock().unwrap().line().0.with_drive(|drive, now| look(drive.drive_mut(), now))
+        self.node.lock().unwrap().line().0.line.with_drive(|drive, now| look(drive.drive_mut(), now))
+    }
+
+    /// What happens to the bytes of the line from now on.
+    pub(crate) fn set_fate(&self, fate: impl FnMut(u64, u8) -> Option<u8> + Send + 'static) {
+        self.node.lock().unwrap().line().0.set_fate(fate);
+    }
+
+    /// The true position and velocity.
+    pub(crate) fn shaft(&self) -> (i32, i32) {
+        self.see(|drive, now| (drive.position(now), drive.velocity(now)))
     }
 
     pub(crate) fn world(&self, change: impl FnOnce(&mut Inputs)) {

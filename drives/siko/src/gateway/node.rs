@@ -126,15 +126,19 @@ impl<D: Door> Gateway<D> {
 
     /// Takes what has come over the line. To be called after each event of the carrier, by whatever runs the gateway.
     pub fn advance(&mut self, now: Instant) {
+        let mut is_new = false;
         while let Some(report) = self.door.poll(now) {
+            is_new = true;
             match report {
                 Report::Facts(facts) => self.see(now, facts),
                 Report::Done(result) => self.conclude(now, result),
                 Report::Lost => self.lose(),
             }
         }
-        self.work(now);
-        self.settle();
+        if is_new {
+            self.work(now);
+            self.settle();
+        }
     }
 
     fn lose(&mut self) {
@@ -465,6 +469,8 @@ impl<D: Door> Node for Gateway<D> {
             let event = self.with_device(|device, od| device.handle_timeout(now, od));
             self.follow(event);
             self.take_effects();
+            self.work(now);
+            self.settle();
         }
         self.advance(now);
     }

@@ -51,10 +51,10 @@ pub(super) fn place(door: &(impl Door + ?Sized), address: Address, target: Optio
         TARGET_POSITION | TARGET_VELOCITY if target != Some(address) => Place::Own,
         _ if door.has(address) => Place::Door,
         TARGET_POSITION | TARGET_VELOCITY => Place::Own,
+        _ if cia301::COMMUNICATION.contains(&address.index()) && !NOT_OWN.contains(&address.index()) => Place::Own,
         // How many elements a record has.
         _ if address.sub() == 0 && (1..=u8::MAX).any(|sub| door.has(Address::new(address.index(), sub))) => Place::Own,
-        _ if !cia301::COMMUNICATION.contains(&address.index()) || NOT_OWN.contains(&address.index()) => Place::Missing,
-        _ => Place::Own,
+        _ => Place::Missing,
     }
 }
 

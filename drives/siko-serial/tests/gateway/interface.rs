@@ -1,0 +1,88 @@
+//! What the interface has, lacks, and costs.
+
+use lexican_runtime::object::{Address, Object, Rw};
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::{AbortCode, Duration, NodeId};
+use siko_ag02::driver::{Capability, Drive, Error, Outcome, Supervision};
+use siko_ag02::od;
+use siko_ag02::sim::inputs::Inputs;
+use siko_serial::Settings;
+use siko_serial::gateway::{self, NODE};
+use siko_serial::sim::{SerialDrive, VirtualLine};
+
+use crate::bench::Bench;
+
+#[test]
+fn an_object_that_the_interface_lacks_is_aborted_before_anything_is_sent() {
+    for (index, sub) in [(0x100C, 0), (0x1016, 0), (0x1010, 1), (0x2420, 0), (0x2410, 7)] {
+        let mut bench = Bench::new();
+        bench.pass(500);
+        bench.set_fate(|_, byte| Some(byte));
+        match bench.drive.read(Object::<u16, Rw>::new(index, sub)) {
+            Err(Error::Sdo(SdoError::Aborted { address, code, .. })) => {
+                assert_eq!(address, Address::new(index, sub));
+                assert!(matches!(code, AbortCode::NO_SUCH_OBJECT | AbortCode::NO_SUCH_SUB_INDEX), "{code}");
+            }
+            other => panic!("{index:04X}: {other:?}"),
+        }
+        assert!(bench.node.lock().unwrap().line().0.bytes() <= 20, "the status is read, and nothing else");
+    }
+}
+
+#[test]
+fn protection_is_unsupported() {
+    let settings = Settings::default();
+    let link = gateway::link(VirtualLine::new(SerialDrive::default()), settings, NODE);
+    let supervision = Supervision { within: Duration::from_secs(1), manager: NodeId::literal(1) };
+    match Drive::connect_protected(link, NODE, supervision) {
+        Err(Error::Unsupported { what: Capability::Protection, .. }) => {}
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_another_program_has_left_holding_is_released_when_the_node_becomes_operational() {
+    let mut bench = Bench::new();
+    bench.drive.enable().unwrap();
+    bench.drive.move_to(1000).unwrap();
+    let line = bench.node.lock().unwrap().line().0.line.clone();
+    let mut drive =
+        Drive::connect(gateway::link(line, Settings { baud: 19_200, ..Settings::default() }, NODE), NODE).unwrap();
+    drive.enable().unwrap();
+    assert_eq!(drive.move_to(2000).unwrap(), Outcome::Reached { position: 2000 });
+}
+
+#[test]
+fn a_link_that_is_dropped_has_stopped_the_drive() {
+    let mut bench = Bench::new();
+    bench.drive.enable().unwrap();
+    bench.drive.start_moving_to(20_000).unwrap();
+    bench.pass(1000);
+    let Bench { node, drive, bus } = bench;
+    drop(drive);
+    bus.advance(Duration::from_secs(3));
+    assert_eq!(node.lock().unwrap().line().0.line.drive().drive().velocity(bus.now()), 0);
+}
+
+#[test]
+fn the_enable_input_takes_the_torque_away_and_gives_it_back() {
+    let mut bench = Bench::new();
+    bench.drive.enable().unwrap();
+    bench.drive.move_to(1000).unwrap();
+    bench.world(|inputs: &mut Inputs| inputs.enable = false);
+    bench.pass(500);
+    bench.world(|inputs: &mut Inputs| inputs.enable = true);
+    bench.pass(500);
+    assert_eq!(bench.drive.move_to(2000).unwrap(), Outcome::Reached { position: 2000 });
+}
+
+#[test]
+fn the_set_point_is_kept_by_the_drive() {
+    let mut bench = Bench::new();
+    bench.drive.write(od::TARGET_POSITION, od::Position(1234)).unwrap();
+    assert_eq!(bench.drive.read(od::TARGET_POSITION).unwrap(), od::Position(1234));
+    // The other mode's is kept by the gateway.
+    bench.drive.write(od::TARGET_VELOCITY, od::Velocity(30)).unwrap();
+    assert_eq!(bench.drive.read(od::TARGET_VELOCITY).unwrap(), od::Velocity(30));
+    assert_eq!(bench.drive.read(od::TARGET_POSITION).unwrap(), od::Position(1234));
+}
