@@ -106,6 +106,40 @@ fn sensor(name: &str) -> std::path::PathBuf {
 }
 
 #[test]
+fn a_drive_at_its_serial_interface_is_a_node_for_every_command() {
+    let mut drive = Simulation::begin(&folder("sim-serial"), &["siko/ag02", "--bus", "serial"]);
+    assert!(drive.buses[0].starts_with("serial:/dev/"), "{:?}", drive.buses);
+    drive.check("scan", &[], "node   1  siko/ag02, CiA 402");
+    drive.check("write", &["2413", "loop plus"], "2413:00 Pos Type = loop plus (1)");
+    drive.check("read", &["2413", "100A", "6041"], "322E3030h \"2.00\"");
+    drive.run("read", &["100C"]).on_stderr(1, "0602 0000");
+    drive.run("write", &["6091:01", "20000"]).on_stderr(1, "2");
+    drive.run("check", &[]).on_stdout(1, "node 1: 98 entries, 2 are not as the data sheet says");
+    drive.check("nmt start --node 1", &["--wait", "2000"], "OPERATIONAL");
+    drive.check("monitor --for 1", &[], "boot-up node 1");
+    // Another drive, another speed, another node-ID.
+    let refused = |suffix: &str, words: &str| {
+        let url = format!("{}{suffix}", drive.buses[0].replace("?device=siko/ag02", ""));
+        lexican(&["read", "--bus", &url, "6064"]).on_stderr(2, words);
+    };
+    refused("", "?device=siko/ag02");
+    refused("?device=siko/ag03-1", "no serial interface of siko/ag03-1");
+    refused("?device=siko/ag02&baud=fast", "baud=fast is not a number");
+    refused("?device=siko/ag02&speed=1", "there is device, baud, node");
+    let url = format!("{}&node=7&baud=19200", drive.buses[0]);
+    lexican(&["read", "--bus", &url, "--node", "7", "2413"]).on_stdout(0, "loop plus");
+    // The drive is moved by hand, so to say.
+    drive.asks("power off", "state");
+    drive.run("read", &["6064"]).on_stderr(2, "no answer");
+}
+
+#[test]
+fn a_device_without_a_serial_interface_is_not_put_on_one() {
+    lexican(&["simulate", "siko/ag03-1", "--bus", "serial"]).on_stderr(2, "siko/ag02");
+    lexican(&["simulate", "siko/ag02", "--bus", "serial:/dev/ttyUSB0?device=siko/ag02"]).on_stderr(2, "--bus serial");
+}
+
+#[test]
 fn several_commands_work_with_one_drive() {
     let mut drive = Simulation::begin(&folder("sim-drive"), &["siko/ag03-1", "--node", "5"]);
     assert_eq!(drive.buses.len(), 2);

@@ -43,6 +43,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-kollmorgen-akd",
             "lexican-siko-ag02",
             "lexican-siko-ag03-1",
+            "lexican-siko-serial",
         ],
     ),
     ("chart", &[]),

@@ -6,6 +6,8 @@ pub(crate) mod object;
 #[cfg(unix)]
 pub(crate) mod pty;
 pub(crate) mod sdo;
+pub(crate) mod serial;
+pub(crate) mod serial_terminal;
 pub(crate) mod simulation;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -26,9 +28,10 @@ use failure::open_failure;
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct BusArgs {
-    /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5 or log:FILE
+    /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5, serial:PORT?device=siko/ag02 or log:FILE
     ///
-    /// A simulation lasts as long as the command, and runs as fast as possible unless pace=real is among its
+    /// A drive at its own serial interface is a node, too, alone on its bus: node 1 unless node=5 is among the
+    /// parameters; baud=19200 sets the speed, which is 9600 otherwise. A simulation lasts as long as the command, and runs as fast as possible unless pace=real is among its
     /// parameters. A log is a file from `candump -L`.
     #[arg(long, value_name = "URL")]
     bus: BusUrl,
@@ -40,13 +43,13 @@ pub(crate) struct NodeArgs {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// The node-ID, 1 to 127; may be left out for a simulation
+    /// The node-ID, 1 to 127; may be left out for a simulation and for a drive at its serial interface
     #[arg(long, value_name = "ID", value_parser = node_id)]
     node: Option<NodeId>,
 
     /// The device: an EDS or DCF file, or a device that lexican knows; none for an unknown device
     ///
-    /// By default the device of a simulation, else the device that lexican knows by the node's identity (1018h).
+    /// By default the device that is named in the URL of the bus, else the device that lexican knows by the node's identity (1018h).
     #[arg(long, value_name = "FILE|DEVICE")]
     device: Option<String>,
 }
@@ -56,7 +59,8 @@ pub(crate) const NO_DEVICE: &str = "none";
 
 pub(crate) struct Bus {
     pub(crate) link: Box<dyn Link + Send>,
-    pub(crate) simulated: Option<(NodeId, Loaded)>,
+    /// The only node, where the URL names it.
+    pub(crate) only: Option<(NodeId, Loaded)>,
 }
 
 impl BusArgs {
@@ -73,22 +77,26 @@ impl BusArgs {
     pub(crate) fn open(&self, pace: Pace) -> Result<Bus, Failure> {
         if let BusUrl::Simulation { device, parameters } = &self.bus {
             let (link, node, loaded) = simulation::open(device, parameters, pace)?;
-            return Ok(Bus { link, simulated: Some((node, loaded)) });
+            return Ok(Bus { link, only: Some((node, loaded)) });
+        }
+        if let BusUrl::Serial { port, parameters } = &self.bus {
+            let (link, node, loaded) = serial::open(port, parameters)?;
+            return Ok(Bus { link, only: Some((node, loaded)) });
         }
         if self.bus == (BusUrl::SocketCan { interface: "pty".to_owned() }) {
             return Err(Failure::new("pty is a bus that `lexican simulate` makes")
                 .help("name one of the terminals that it prints, such as --bus slcan:/dev/pts/3"));
         }
         let link = self.bus.open().map_err(|error| open_failure(&error))?;
-        Ok(Bus { link, simulated: None })
+        Ok(Bus { link, only: None })
     }
 }
 
 impl Bus {
-    /// Waits until the simulated device has booted.
+    /// Waits until the only node has booted.
     pub(crate) fn settled(mut self) -> Result<Self, Failure> {
         const BOOTING: Duration = Duration::from_millis(100);
-        if self.simulated.is_some() {
+        if self.only.is_some() {
             listen(&mut self.link, BOOTING)?;
         }
         Ok(self)
@@ -105,15 +113,15 @@ pub(crate) struct Node {
 impl NodeArgs {
     pub(crate) fn open(&self) -> Result<Node, Failure> {
         let named = self.device.as_deref().filter(|name| *name != NO_DEVICE).map(Loaded::named).transpose()?;
-        let Bus { link, simulated } = self.bus.open(Pace::Virtual)?.settled()?;
-        let id = self.node.or(simulated.as_ref().map(|(id, _)| *id));
+        let Bus { link, only } = self.bus.open(Pace::Virtual)?.settled()?;
+        let id = self.node.or(only.as_ref().map(|(id, _)| *id));
         let id = id.ok_or_else(|| {
             Failure::new("which node?").help("name it with --node ID; `lexican scan` shows the nodes of the bus")
         })?;
         if self.device.is_some() {
             return Ok(Node { link, id, device: named.map(|loaded| loaded.device) });
         }
-        if let Some((_, loaded)) = simulated.filter(|(simulated, _)| *simulated == id) {
+        if let Some((_, loaded)) = only.filter(|(only, _)| *only == id) {
             return Ok(Node { link, id, device: Some(loaded.device) });
         }
         let mut network = network(link)?;

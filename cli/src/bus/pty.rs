@@ -5,6 +5,7 @@
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
+use std::os::fd::OwnedFd;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration as StdDuration;
 
@@ -137,12 +138,17 @@ impl Terminal {
 /// Makes a pseudo-terminal; returns this end, and the path of the other one. That is not kept open, so that reading
 /// fails when its last program leaves.
 fn terminal() -> io::Result<(File, String)> {
+    pair().map(|(terminal, path, _)| (terminal, path))
+}
+
+/// Both ends of a pseudo-terminal, and the path of the other one.
+pub(super) fn pair() -> io::Result<(File, String, OwnedFd)> {
     let pair = nix::pty::openpty(None, None)?;
     let mut settings = tcgetattr(&pair.slave)?;
     cfmakeraw(&mut settings);
     tcsetattr(&pair.slave, SetArg::TCSANOW, &settings)?;
     let path = nix::unistd::ttyname(&pair.slave)?;
-    Ok((pair.master.into(), path.to_string_lossy().into_owned()))
+    Ok((pair.master.into(), path.to_string_lossy().into_owned(), pair.slave))
 }
 
 /// Reads lines until the bus is dropped.

@@ -75,8 +75,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut devices = named.collect::<Result<Vec<_>, Failure>>()?;
     // Without an end, a simulation runs in real time, so that one can watch it.
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
-    let Bus { mut link, simulated } = args.bus.open(pace)?;
-    devices.extend(simulated);
+    let Bus { mut link, only } = args.bus.open(pace)?;
+    devices.extend(only);
     let mut monitor = Monitor::new(args, std::io::stdout().lock());
     for (node, loaded) in devices.iter().rev() {
         monitor.decoder.introduce(*node, &loaded.device);

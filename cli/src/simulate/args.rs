@@ -29,7 +29,8 @@ pub(crate) struct Args {
 
     /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, or pty for a bus of pseudo-terminals
     ///
-    /// pty makes two, one for a monitor and one for another command; pty:4 makes four.
+    /// pty makes two, one for a monitor and one for another command; pty:4 makes four. serial makes one at which the
+    /// drive speaks the protocol of its own serial interface, if it has one: siko/ag02 does.
     #[arg(long, value_name = "URL", default_value = "pty")]
     pub(super) bus: Place,
 
@@ -62,13 +63,16 @@ const EXAMPLES: &str = "\
 Examples:
     lexican simulate siko/ag03-1 --node 5
     lexican read --bus slcan:/dev/pts/3 --node 5 6041      (in another terminal)
-    lexican simulate FILE.eds --bus can0 --node 7 --eeprom kept.txt";
+    lexican simulate FILE.eds --bus can0 --node 7 --eeprom kept.txt
+    lexican simulate siko/ag02 --bus serial";
 
 /// The bus of the device.
 #[derive(Clone, Debug)]
 pub(super) enum Place {
     /// A bus of so many pseudo-terminals.
     Ptys(usize),
+    /// A pseudo-terminal that is the serial interface of a drive.
+    Serial,
     Url(BusUrl),
 }
 
@@ -78,6 +82,7 @@ impl FromStr for Place {
     fn from_str(text: &str) -> Result<Self, String> {
         const MOST: usize = 16;
         match text.split_once(':').unwrap_or((text, "2")) {
+            ("serial", "2") if text == "serial" => Ok(Place::Serial),
             ("pty", count) => match count.parse() {
                 Ok(count @ 1..=MOST) => Ok(Place::Ptys(count)),
                 _ => Err(format!("{count:?} is not a number of pseudo-terminals: that is 1 to {MOST}")),

@@ -11,6 +11,7 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
 use siko_ag03_1::sim::script::Script;
 use siko_ag03_1::sim::{Model, Setup, SimulatedDrive};
+use siko_serial::sim::SerialDrive;
 use simulator::SimulatedServo;
 use simulator::servo::{Servo, ServoModel};
 
@@ -22,7 +23,8 @@ use crate::output::Failure;
 /// A device that exists only in software.
 pub(super) enum Simulated {
     Sheet(Box<VirtualDevice>),
-    Drive(Box<SimulatedDrive>),
+    /// With its serial interface, which nothing is connected to on CAN.
+    Drive(Box<SerialDrive>),
     Servo(Box<SimulatedServo>),
 }
 
@@ -58,7 +60,7 @@ impl Simulated {
             })?;
             drive.follow(now, script);
         }
-        Ok(Simulated::Drive(Box::new(drive)))
+        Ok(Simulated::Drive(Box::new(SerialDrive::new(drive))))
     }
 
     pub(super) fn servo(now: Instant, model: &'static ServoModel, node: NodeId) -> Self {
@@ -69,7 +71,7 @@ impl Simulated {
     pub(super) fn node_id(&self) -> Option<NodeId> {
         match self {
             Simulated::Sheet(device) => device.node(),
-            Simulated::Drive(drive) => drive.is_on().then(|| drive.node()),
+            Simulated::Drive(serial) => serial.drive().is_on().then(|| serial.drive().node()),
             Simulated::Servo(servo) => servo.is_on().then(|| servo.node()),
         }
     }
@@ -78,7 +80,7 @@ impl Simulated {
     pub(super) fn nmt_state(&self) -> Option<NmtState> {
         match self {
             Simulated::Sheet(device) => device.nmt_state(),
-            Simulated::Drive(drive) => drive.is_on().then(|| drive.nmt_state()),
+            Simulated::Drive(serial) => serial.drive().is_on().then(|| serial.drive().nmt_state()),
             Simulated::Servo(servo) => servo.is_on().then(|| servo.nmt_state()),
         }
     }
@@ -87,7 +89,8 @@ impl Simulated {
         match self {
             Simulated::Sheet(device) => device.servo().map_or_else(String::new, |servo| axis(servo, now)),
             Simulated::Servo(servo) if servo.is_on() => axis(servo.servo(), now),
-            Simulated::Drive(drive) if drive.is_on() => {
+            Simulated::Drive(serial) if serial.drive().is_on() => {
+                let drive = serial.drive();
                 format!(", {}, position {}, {} rev/min", drive.state(), drive.position(now), drive.velocity(now))
             }
             Simulated::Drive(_) | Simulated::Servo(_) => String::new(),
@@ -108,7 +111,7 @@ impl Simulated {
     pub(super) fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
         match self {
             Simulated::Sheet(device) => device.value(now, address),
-            Simulated::Drive(drive) => drive.with_dictionary(now, |od| read_entry(od, address)),
+            Simulated::Drive(drive) => drive.drive_mut().with_dictionary(now, |od| read_entry(od, address)),
             Simulated::Servo(servo) => servo.with_servo(now, |_, od| read_entry(od, address)),
         }
     }
@@ -117,7 +120,7 @@ impl Simulated {
     pub(super) fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         match self {
             Simulated::Sheet(device) => device.set_value(now, address, data),
-            Simulated::Drive(drive) => drive.with_dictionary(now, |od| write_entry(od, address, data)),
+            Simulated::Drive(drive) => drive.drive_mut().with_dictionary(now, |od| write_entry(od, address, data)),
             Simulated::Servo(servo) => servo.with_servo(now, |_, od| write_entry(od, address, data)),
         }
     }
@@ -158,9 +161,9 @@ impl Simulated {
                 servo.set_power(now, false);
                 servo.set_power(now, true);
             }
-            (Simulated::Drive(drive), Power::On) => drive.switch_on(now),
-            (Simulated::Drive(drive), Power::Off) => drive.switch_off(now),
-            (Simulated::Drive(drive), Power::Cycle) => drive.power_cycle(now),
+            (Simulated::Drive(drive), Power::On) => drive.drive_mut().switch_on(now),
+            (Simulated::Drive(drive), Power::Off) => drive.drive_mut().switch_off(now),
+            (Simulated::Drive(drive), Power::Cycle) => drive.drive_mut().power_cycle(now),
         }
     }
 
@@ -169,7 +172,7 @@ impl Simulated {
         let (key, value) = line.split_once('=').unwrap_or((line, ""));
         let (key, value) = (key.trim(), value.trim());
         let drive = match self {
-            Simulated::Drive(drive) => drive,
+            Simulated::Drive(serial) => serial.drive_mut(),
             Simulated::Sheet(device) => return device.input(now, key, value),
             Simulated::Servo(servo) => {
                 let mut inputs = *servo.servo().inputs();
@@ -185,6 +188,16 @@ impl Simulated {
         Ok(())
     }
 
+    /// Takes bytes of its serial interface, and returns what it answers.
+    pub(super) fn serial(&mut self, now: Instant, bytes: &[u8]) -> Vec<u8> {
+        let Simulated::Drive(serial) = self else { return Vec::new() };
+        if serial.poll_timeout().is_some_and(|deadline| deadline <= now) {
+            serial.handle_timeout(now);
+        }
+        serial.handle_bytes(now, bytes);
+        std::iter::from_fn(|| serial.poll_transmit()).flat_map(|telegram| telegram.as_bytes().to_vec()).collect()
+    }
+
     /// What of its dictionary the device cannot serve; reported once.
     pub(super) fn take_misconfigured(&mut self) -> Vec<Misconfigured> {
         match self {
@@ -197,7 +210,7 @@ impl Simulated {
     pub(super) fn trouble(&mut self) -> Option<String> {
         match self {
             Simulated::Sheet(device) => device.trouble(),
-            Simulated::Drive(drive) => drive.eeprom_trouble().map(ToString::to_string),
+            Simulated::Drive(serial) => serial.drive().eeprom_trouble().map(ToString::to_string),
             Simulated::Servo(_) => None,
         }
     }
@@ -205,7 +218,7 @@ impl Simulated {
     fn as_node(&self) -> &dyn Node {
         match self {
             Simulated::Sheet(device) => &**device,
-            Simulated::Drive(drive) => &**drive,
+            Simulated::Drive(serial) => serial.drive(),
             Simulated::Servo(servo) => &**servo,
         }
     }
@@ -213,7 +226,7 @@ impl Simulated {
     fn as_node_mut(&mut self) -> &mut dyn Node {
         match self {
             Simulated::Sheet(device) => &mut **device,
-            Simulated::Drive(drive) => &mut **drive,
+            Simulated::Drive(serial) => serial.drive_mut(),
             Simulated::Servo(servo) => &mut **servo,
         }
     }

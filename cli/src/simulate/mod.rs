@@ -7,9 +7,13 @@ mod input;
 mod report;
 mod session;
 
+#[cfg(unix)]
+use lexican_runtime::host::VirtualBus;
 use lexican_runtime::host::{BusUrl, Link, Pace};
 
 use crate::bus::BusArgs;
+use crate::bus::serial;
+use crate::bus::serial_terminal::SerialTerminal;
 use crate::bus::simulation::{SIMULATORS, Simulator, simulator};
 use crate::output::{Failure, Outcome, ctrl_c};
 pub(crate) use args::Args;
@@ -28,7 +32,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::new("this device does not follow a script")
             .help(format!("these do: {}; lines on stdin control any device", known.join(", "))));
     }
-    let (link, urls) = open(&args.bus)?;
+    if matches!(args.bus, Place::Serial) && !serial::is_known(args.device.name()) {
+        return Err(Failure::new("this device has no serial interface that lexican knows")
+            .help(format!("that of {} is known", serial::DEVICE)));
+    }
+    let (link, serial, urls) = open(&args.bus)?;
     let now = link.now();
     let device = match (model, args.node.0) {
         (Some(Simulator::Siko(model)), Some(node)) => {
@@ -44,7 +52,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         (None, node) => Simulated::sheet(now, node, &loaded, args.eeprom.as_deref())?,
     };
     let report = Report::new(&loaded.device, args.json, args.json || args.verbose);
-    let mut session = Session::new(link, device, &loaded, report);
+    let mut session = Session::new((link, serial), device, &loaded, report);
     session.introduce(&urls, args)?;
     let interrupted = ctrl_c()?;
     let end = args.span.map(|span| now + span);
@@ -53,28 +61,55 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(Outcome::Clean)
 }
 
-/// Opens the bus; returns the URLs for other commands.
-fn open(place: &Place) -> Result<(Box<dyn Link + Send>, Vec<String>), Failure> {
+/// The bus, the serial interface if that is what the device is on, and the URLs for other commands.
+type Opened = (Box<dyn Link + Send>, Option<SerialTerminal>, Vec<String>);
+
+fn open(place: &Place) -> Result<Opened, Failure> {
     match place {
         Place::Ptys(count) => open_ptys(*count),
+        Place::Serial => open_serial(),
+        Place::Url(BusUrl::Serial { .. }) => {
+            Err(Failure::new("a simulated drive makes the terminal of its serial interface itself")
+                .help("--bus serial"))
+        }
         Place::Url(BusUrl::Log { .. }) => Err(Failure::new("a log takes no frames: there is no bus for the device")),
         Place::Url(BusUrl::Simulation { .. }) => {
             Err(Failure::new("a simulated bus is inside the command: no other command could reach the device")
                 .help("without --bus the device is on pseudo-terminals, which other commands can use"))
         }
-        Place::Url(url) => Ok((BusArgs::named(url.clone()).open(Pace::RealTime)?.link, vec![url.to_string()])),
+        Place::Url(url) => Ok((BusArgs::named(url.clone()).open(Pace::RealTime)?.link, None, vec![url.to_string()])),
     }
 }
 
 #[cfg(unix)]
-fn open_ptys(count: usize) -> Result<(Box<dyn Link + Send>, Vec<String>), Failure> {
+fn open_ptys(count: usize) -> Result<Opened, Failure> {
     let ptys = crate::bus::pty::Ptys::open(count)?;
     let urls = ptys.urls();
-    Ok((Box::new(ptys), urls))
+    Ok((Box::new(ptys), None, urls))
+}
+
+/// The bus of a drive whose serial interface is used: nothing else is on it.
+#[cfg(unix)]
+fn open_serial() -> Result<Opened, Failure> {
+    let bus = VirtualBus::new();
+    bus.set_pace(Pace::RealTime);
+    let terminal = SerialTerminal::open()?;
+    let url = format!("serial:{}?device={}", terminal.path(), serial::DEVICE);
+    Ok((Box::new(bus.link()), Some(terminal), vec![url]))
 }
 
 #[cfg(not(unix))]
-fn open_ptys(_: usize) -> Result<(Box<dyn Link + Send>, Vec<String>), Failure> {
-    Err(Failure::new("this system has no pseudo-terminals")
-        .help("name a bus, such as --bus slcan:COM3?bitrate=500000; a pair of virtual serial ports will do"))
+fn open_ptys(_: usize) -> Result<Opened, Failure> {
+    Err(no_terminals())
+}
+
+#[cfg(not(unix))]
+fn open_serial() -> Result<Opened, Failure> {
+    Err(no_terminals())
+}
+
+#[cfg(not(unix))]
+fn no_terminals() -> Failure {
+    Failure::new("this system has no pseudo-terminals")
+        .help("name a bus, such as --bus slcan:COM3?bitrate=500000; a pair of virtual serial ports will do")
 }

@@ -14,6 +14,7 @@ use super::device::Simulated;
 use super::input::is_listening;
 use super::report::Report;
 use crate::bus::object::resolve;
+use crate::bus::serial_terminal::SerialTerminal;
 use crate::device::Loaded;
 use crate::output::{Failure, missing_frames, warn};
 use crate::values::DeviceValues;
@@ -29,6 +30,8 @@ const OTHER_ADAPTER: &str = "another adapter on the same bus";
 
 pub(super) struct Session<'a> {
     participant: Participant<Box<dyn Link + Send>, Reporting<'a>>,
+    /// The serial interface of the device, if that is what it is on.
+    serial: Option<SerialTerminal>,
     loaded: &'a Loaded,
     /// To parse and print values.
     values: DeviceValues<'a>,
@@ -89,10 +92,15 @@ impl Node for Reporting<'_> {
 }
 
 impl<'a> Session<'a> {
-    pub(super) fn new(link: Box<dyn Link + Send>, device: Simulated, loaded: &'a Loaded, report: Report<'a>) -> Self {
+    pub(super) fn new(
+        (link, serial): (Box<dyn Link + Send>, Option<SerialTerminal>),
+        device: Simulated,
+        loaded: &'a Loaded,
+        report: Report<'a>,
+    ) -> Self {
         let reporting = Reporting { device, report, broken: None };
         let values = DeviceValues::new(&loaded.device);
-        Session { participant: Participant::new(link, reporting), loaded, values, trouble: None }
+        Session { participant: Participant::new(link, reporting), serial, loaded, values, trouble: None }
     }
 
     fn device(&mut self) -> &mut Simulated {
@@ -129,6 +137,11 @@ impl<'a> Session<'a> {
         if let (Some(first), Some(last)) = (others.first(), others.last()) {
             let device = args.device.name();
             let lines = match node {
+                Some(_) if self.serial.is_some() => [
+                    format!("read --bus \"{first}\" 6064"),
+                    format!("check --bus \"{first}\""),
+                    format!("monitor --bus \"{first}\""),
+                ],
                 Some(node) => [
                     format!("monitor --bus {last} --device {node}={device}"),
                     format!("scan --bus {first}"),
@@ -169,7 +182,8 @@ impl<'a> Session<'a> {
                 }
                 self.participant.node().follow(now);
             }
-            let until = end.map_or(now + LOOK, |end| end.min(now + LOOK));
+            let look = if self.serial.is_some() { Duration::ZERO } else { LOOK };
+            let until = end.map_or(now + look, |end| end.min(now + look));
             match self.participant.run(until) {
                 Ok(Some(Notice::State(state))) => {
                     let now = self.participant.now();
@@ -187,6 +201,11 @@ impl<'a> Session<'a> {
             }
             if let Some(error) = self.participant.node().broken.take() {
                 return Err(error.into());
+            }
+            if let Some(serial) = &mut self.serial {
+                let bytes = serial.receive();
+                let now = self.participant.now();
+                serial.send(&self.participant.node().device.serial(now, &bytes))?;
             }
             for fault in self.device().take_misconfigured() {
                 let now = self.participant.now();

@@ -11,11 +11,12 @@ impl BusUrl {
     /// # Errors
     ///
     /// [`OpenError`], with a remedy. A simulation cannot be opened here: this crate has no
-    /// simulators.
+    /// simulators, and no serial protocols of devices.
     pub fn open(&self) -> Result<Box<dyn Link + Send>, OpenError> {
         match self {
             BusUrl::SocketCan { interface } => open_socketcan(interface),
             BusUrl::Slcan { port, bit_rate, baud } => open_slcan(port, *bit_rate, *baud),
+            BusUrl::Serial { port, .. } => Err(OpenError::Serial { port: port.clone() }),
             BusUrl::Simulation { device, .. } => Err(OpenError::Simulation { device: device.clone() }),
             BusUrl::Log { file, interface, pace } => Ok(Box::new(Replay::open(file, interface.as_deref(), *pace)?)),
         }
@@ -75,6 +76,14 @@ pub enum OpenError {
     NotLinux {
         /// The bus.
         bus: String,
+    },
+    /// The serial protocols of devices are not part of this crate.
+    #[error(
+        "{port} cannot be opened as a link: a device's own serial interface is opened by the program that has its protocol"
+    )]
+    Serial {
+        /// The port.
+        port: String,
     },
     /// Simulators are not part of this crate.
     #[error("{device} cannot be opened as a link: a simulation is started by the program that has the simulators")]

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `socketcan:can0`, or just `can0` | an interface of a Linux kernel |
 //! | `slcan:/dev/ttyACM0?bitrate=500000` | a serial adapter; `baud=` sets the speed of the line to it |
+//! | `serial:/dev/ttyUSB0?device=vendor/device` | a device behind its own serial interface, as a node of a bus of its own |
 //! | `sim:vendor/device?node=5` | a device that exists only in software |
 //! | `log:FILE` | a log of `candump -L`; `interface=` picks one of its interfaces, `pace=real` takes its time |
 
@@ -37,6 +38,13 @@ pub enum BusUrl {
         bit_rate: Option<u32>,
         /// The speed of the serial line in bit/s.
         baud: u32,
+    },
+    /// `serial:/dev/ttyUSB0?device=vendor/device`
+    Serial {
+        /// The serial port.
+        port: String,
+        /// `key=value`, in the order of the URL. The program that knows the device defines them.
+        parameters: Vec<(String, String)>,
     },
     /// `sim:vendor/device?node=5`
     Simulation {
@@ -73,6 +81,11 @@ impl FromStr for BusUrl {
                 let (bit_rate, baud) = (parameters.number("bitrate")?, parameters.number("baud")?);
                 let port = required(port, "slcan:/dev/ttyACM0?bitrate=500000")?;
                 Ok(BusUrl::Slcan { port, bit_rate, baud: baud.unwrap_or(BAUD) })
+            }
+            "serial" => {
+                let (port, parameters) = Parameters::split(rest)?;
+                let port = required(port, "serial:/dev/ttyUSB0?device=vendor/device")?;
+                Ok(BusUrl::Serial { port, parameters: parameters.0 })
             }
             "sim" => {
                 let (device, parameters) = Parameters::split(rest)?;
@@ -170,6 +183,10 @@ impl fmt::Display for BusUrl {
                 parameters.extend(bit_rate.map(|rate| ("bitrate", rate.to_string())));
                 parameters.extend((*baud != BAUD).then(|| ("baud", baud.to_string())));
             }
+            BusUrl::Serial { port, parameters: given } => {
+                write!(f, "serial:{port}")?;
+                parameters.extend(given.iter().map(|(key, value)| (key.as_str(), value.clone())));
+            }
             BusUrl::Simulation { device, parameters: given } => {
                 write!(f, "sim:{device}")?;
                 parameters.extend(given.iter().map(|(key, value)| (key.as_str(), value.clone())));
@@ -194,7 +211,8 @@ pub enum BusUrlError {
     /// The scheme before the colon is unknown.
     #[error(
         "there is no kind of bus `{scheme}`; write socketcan:can0 (or just can0), \
-         slcan:/dev/ttyACM0?bitrate=500000, sim:vendor/device?node=5 or log:FILE"
+         slcan:/dev/ttyACM0?bitrate=500000, serial:/dev/ttyUSB0?device=vendor/device, \
+         sim:vendor/device?node=5 or log:FILE"
     )]
     Scheme {
         /// The word.
@@ -278,6 +296,11 @@ mod tests {
             adapter("COM3", Some(500_000), 0),
             "slcan:COM3?bitrate=500000&baud=0",
         );
+        let serial = BusUrl::Serial {
+            port: "COM3".to_owned(),
+            parameters: vec![("device".to_owned(), "vendor/device".to_owned()), ("baud".to_owned(), "9600".to_owned())],
+        };
+        check("serial:COM3?device=vendor/device&baud=9600", serial, "serial:COM3?device=vendor/device&baud=9600");
         let simulation = BusUrl::Simulation {
             device: "vendor/device".to_owned(),
             parameters: vec![("node".to_owned(), "5".to_owned()), ("pace".to_owned(), "real".to_owned())],
@@ -311,7 +334,8 @@ mod tests {
         refused(
             "kvaser:0",
             "there is no kind of bus `kvaser`; write socketcan:can0 (or just can0), \
-             slcan:/dev/ttyACM0?bitrate=500000, sim:vendor/device?node=5 or log:FILE",
+             slcan:/dev/ttyACM0?bitrate=500000, serial:/dev/ttyUSB0?device=vendor/device, \
+             sim:vendor/device?node=5 or log:FILE",
         );
         refused("slcan:COM3?speed=1", "there is no parameter `speed` here; there is bitrate, baud");
         refused("socketcan:can0?bitrate=1", "there is no parameter `bitrate` here");
