@@ -52,6 +52,8 @@ pub struct Gateway<D> {
 enum Task {
     Control(Control),
     Serve(Frame),
+    /// NMT, before the node has booted.
+    Hear(Frame),
     /// SWITCH ON DISABLED, with the motor released.
     Disable,
     /// Boots.
@@ -188,6 +190,7 @@ impl<D: Door> Gateway<D> {
                 }
                 Task::Control(control) => self.judge(now, control),
                 Task::Serve(frame) => self.serve(now, frame),
+                Task::Hear(frame) => self.hear(now, &frame),
                 Task::Disable => {
                     self.begin(now, Current::Disabling, Job::Order { order: Order::Release, target: 0 });
                 }
@@ -276,6 +279,12 @@ impl<D: Door> Gateway<D> {
         let fault = self.model.faults.iter().find(|fault| fault.code.number == code);
         let register = fault.map_or(ErrorRegister::GENERIC, |fault| ErrorRegister(fault.register));
         self.with_device(|device, od| device.emergency_unrecorded(ErrorCode(code), register, [0; 5], od));
+    }
+
+    fn hear(&mut self, now: Instant, frame: &Frame) {
+        let event = self.with_device(|device, od| device.handle_frame(now, frame, od));
+        self.follow(event);
+        self.take_effects();
     }
 
     /// Serves a request, at once or when the door has answered.
@@ -441,8 +450,10 @@ impl<D: Door> Node for Gateway<D> {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.advance(now);
         let asks = frame.id() == CobId::of_node(SDO_REQUEST, self.device.node());
-        // A program that has just begun asks before the drive has answered for the first time.
+        // A program that has just begun asks and commands before the drive has answered for the first time.
         if !self.connected && (self.known || !asks) {
+            let waits = !self.known && frame.id() == CobId::NMT && self.waiting.len() < MOST_WAITING;
+            self.waiting.extend(waits.then_some(Task::Hear(*frame)));
             return;
         }
         if asks {
@@ -453,9 +464,7 @@ impl<D: Door> Node for Gateway<D> {
             }
             self.waiting.push_back(Task::Serve(with_size_of_object(self.model, &*self.storage, frame)));
         } else {
-            let event = self.with_device(|device, od| device.handle_frame(now, frame, od));
-            self.follow(event);
-            self.take_effects();
+            self.hear(now, frame);
         }
         self.work(now);
         self.settle();
