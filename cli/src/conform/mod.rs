@@ -156,12 +156,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Ok(Outcome::Clean);
     };
     let named = args.eds.as_deref().map(input).transpose()?;
-    let Bus { mut link, simulated } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
-    let (node, simulated) = simulated.map_or((None, None), |(node, loaded)| (Some(node), Some(loaded.input)));
+    let Bus { mut link, only } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
+    let (node, only) = only.map_or((None, None), |(node, loaded)| (Some(node), Some(loaded.input)));
     let node = args.node.or(node).ok_or_else(|| {
         Failure::new("which node?").help("name it with --node ID; `lexican scan` shows the nodes of the bus")
     })?;
-    let input = named.or(simulated).ok_or_else(|| {
+    let input = named.or(only).ok_or_else(|| {
         Failure::new("a device is tested by its data sheet")
             .help("name it with --eds FILE, or a device that lexican knows")
     })?;
