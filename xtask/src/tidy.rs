@@ -56,6 +56,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-kollmorgen-akd",
             "lexican-siko-ag02",
             "lexican-siko-ag03-1",
+            "lexican-siko-serial",
         ],
     ),
     ("circle", &["chart", "lexican-driver", "lexican-runtime", "lexican-kollmorgen-akd"]),

@@ -10,6 +10,8 @@ use lexican_runtime::object::Address;
 use lexican_runtime::{Instant, NodeId};
 use siko_ag03_1::sim::inputs::Shaft;
 use siko_ag03_1::sim::{Model, SimulatedDrive};
+use siko_serial::sim::{SerialDrive, VirtualLine};
+use siko_serial::{Settings, gateway};
 
 /// A kind of drive.
 pub(crate) struct DriveKind {
@@ -31,6 +33,8 @@ pub(crate) const KINDS: &[DriveKind] = &[
         description: &siko_ag02::driver::AG02,
         simulate: |bus, node| siko(&siko_ag02::sim::MODEL, bus, node),
     },
+    // The same drive at its serial port, and the same driver: a gateway makes it a node of the bus.
+    DriveKind { name: "siko/ag02@serial", description: &siko_ag02::driver::AG02, simulate: at_serial_port },
     DriveKind {
         name: "siko/ag03-1",
         description: &siko_ag03_1::driver::AG03_1,
@@ -66,5 +70,17 @@ fn siko(model: &'static Model, bus: &VirtualBus, node: NodeId) -> Fail {
     Box::new(move |now| {
         let mut drive = drive.lock().expect("no simulated drive panics");
         drive.set_inputs(now, |inputs| inputs.shaft = Shaft::Blocked);
+    })
+}
+
+fn at_serial_port(bus: &VirtualBus, node: NodeId) -> Fail {
+    let line = VirtualLine::new(SerialDrive::default());
+    let gateway = Arc::new(Mutex::new(gateway::node(line, Settings::default(), node)));
+    bus.attach(Arc::clone(&gateway));
+    Box::new(move |_| {
+        let mut gateway = gateway.lock().expect("no simulated drive panics");
+        gateway.line().0.with_drive(|drive, now| {
+            drive.drive_mut().set_inputs(now, |inputs| inputs.shaft = Shaft::Blocked);
+        });
     })
 }
