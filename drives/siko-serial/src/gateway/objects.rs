@@ -4,10 +4,11 @@ use lexican_runtime::object::Address;
 use lexican_runtime::{AbortCode, cia301};
 use siko_ag02::fault::FAULTS;
 use siko_ag02::od;
+use siko_ag02::od::serial::TABLE;
 
-use crate::answer::{Answer, Flags};
-use crate::command::{Command, Identity, Long, Mode, PosType, Setting, Short, Turning};
-use crate::parameter::{MODE, POS_TYPE, SENSE_OF_ROTATION};
+use crate::answer::Answer;
+use crate::command::{Command, Identity, Setting};
+use crate::parameter::{self, Row};
 
 /// The code of a letter that table 2 does not have: 1000h is "generic error" in CiA 301.
 const UNKNOWN_FAULT: u16 = 0x1000;
@@ -17,15 +18,9 @@ const VELOCITY: Address = Address::new(0x606C, 0x00);
 const SOFTWARE_VERSION: Address = Address::new(0x100A, 0x00);
 const GEAR: Address = od::GEAR_REDUCTION.address();
 
-/// The number of seven digits that an object is.
-fn long(address: Address) -> Option<Long> {
-    let is = |mode| move |long: &&Long| long.object(mode) == address;
-    Long::ALL.iter().find(is(Mode::Positioning)).or_else(|| Long::ALL.iter().find(is(Mode::Velocity))).copied()
-}
-
-/// The number of five digits that an object is.
-fn short(address: Address) -> Option<Short> {
-    Short::ALL.iter().find(|short| short.object() == address).copied()
+/// The parameter that is an object. Which of the two setpoints counts is the gateway's to know.
+fn row(address: Address) -> Option<&'static Row> {
+    TABLE.iter().find(|row| row.object == Some(address))
 }
 
 /// The command that reads an object.
@@ -33,13 +28,12 @@ pub(super) fn read(address: Address) -> Option<Command> {
     match address {
         POSITION => Some(Command::Position),
         VELOCITY => Some(Command::Velocity),
-        MODE | POS_TYPE | SENSE_OF_ROTATION => Some(Command::Flags),
         SOFTWARE_VERSION => Some(Command::Identity(Identity::Software)),
         GEAR => Some(Command::Identity(Identity::Gear)),
         _ => match (address.index(), address.sub()) {
             (cia301::PREDEFINED_ERROR_FIELD, 0) => Some(Command::FaultCount),
             (cia301::PREDEFINED_ERROR_FIELD, 1..=10) => Some(Command::Faults),
-            _ => long(address).map(Command::ReadLong).or_else(|| short(address).map(Command::ReadShort)),
+            _ => parameter::reading(row(address)?),
         },
     }
 }
@@ -50,8 +44,6 @@ pub(super) fn read(address: Address) -> Option<Command> {
 ///
 /// With which code a client's write is aborted; [`AbortCode::NO_SUCH_OBJECT`] for what the interface does not write.
 pub(super) fn write(address: Address, value: i64) -> Result<Command, AbortCode> {
-    let number =
-        |from: fn(u32) -> Option<Command>| u32::try_from(value).ok().and_then(from).ok_or(AbortCode::INVALID_VALUE);
     let settings =
         [Setting::AllParameters, Setting::StandardParameters, Setting::ControllerParameters, Setting::Calibrate];
     match (address.index(), address.sub()) {
@@ -61,20 +53,11 @@ pub(super) fn write(address: Address, value: i64) -> Result<Command, AbortCode> 
             let setting = settings.get(usize::from(sub) - 1).filter(|_| value == LOAD);
             setting.copied().map(Command::Set).ok_or(AbortCode::INVALID_VALUE)
         }
-        _ => match address {
-            MODE => number(|number| Mode::from_number(number.checked_sub(1)?).map(Command::SetMode)),
-            POS_TYPE => number(|number| PosType::from_number(number).map(Command::SetPosType)),
-            SENSE_OF_ROTATION => number(|number| {
-                Turning::from_number(number).filter(|turning| turning.in_object().is_some()).map(Command::SetTurning)
-            }),
-            _ => {
-                let long = long(address).map(|long| i32::try_from(value).map(|value| Command::WriteLong(long, value)));
-                let short =
-                    || short(address).map(|it| u32::try_from(value).map(|value| Command::WriteShort(it, value)));
-                let command = long.or_else(short).ok_or(AbortCode::NO_SUCH_OBJECT)?;
-                command.map_err(|_| AbortCode::INVALID_VALUE)
-            }
-        },
+        _ => {
+            let row = row(address).ok_or(AbortCode::NO_SUCH_OBJECT)?;
+            let number = row.of_object(value).ok_or(AbortCode::INVALID_VALUE)?;
+            parameter::writing(row, number).ok_or(AbortCode::INVALID_VALUE)
+        }
     }
 }
 
@@ -89,11 +72,6 @@ const LOAD: i64 = u32::from_le_bytes(*b"load") as i64;
 /// The value of an object in the answer to the command that reads it.
 pub(super) fn value(address: Address, answer: Answer) -> Option<i64> {
     Some(match answer {
-        Answer::Flags(Flags(bits)) => match address {
-            MODE => 1 + i64::from(bits & Flags::VELOCITY != 0),
-            SENSE_OF_ROTATION => i64::from(bits & Flags::SENSE_E != 0),
-            _ => i64::from((bits & (Flags::LOOP_POSITIVE | Flags::LOOP_NEGATIVE)) >> 1),
-        },
         // The object has the newest one first.
         Answer::Letters(letters) => {
             let newest = letters.iter().rev().skip_while(|letter| **letter == b'-');
@@ -101,7 +79,10 @@ pub(super) fn value(address: Address, answer: Answer) -> Option<i64> {
         }
         Answer::Text(text) if address == GEAR => gear(&text),
         Answer::Text(text) => version(&text),
-        answer => answer.number()?.into(),
+        answer => match row(address) {
+            Some(row) => row.in_object(parameter::answered(row, answer)?)?,
+            None => answer.number()?.into(),
+        },
     })
 }
 

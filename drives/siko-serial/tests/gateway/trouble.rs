@@ -4,6 +4,7 @@ use lexican_driver::sequence::Recovery;
 use lexican_runtime::Duration;
 use lexican_runtime::service::sdo_client::SdoError;
 use siko_ag02::driver::{Error, Outcome};
+use siko_ag02::sim::SimulatedDrive;
 use siko_ag02::state::State;
 
 use crate::bench::Bench;
@@ -16,7 +17,7 @@ fn travel(seed: u64, one_in: u64, damage: fn(u8) -> Option<u8>) -> Result<Outcom
     let mut random = seed;
     bench.set_fate(move |_, byte| {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        if (random >> 33) % one_in == 0 { damage(byte) } else { Some(byte) }
+        if (random >> 33).is_multiple_of(one_in) { damage(byte) } else { Some(byte) }
     });
     let outcome = bench.drive.move_to(1000);
     bench.set_fate(|_, byte| Some(byte));
@@ -97,7 +98,7 @@ fn a_drive_that_restarts_during_a_travel_has_ended_it() {
     bench.drive.enable().unwrap();
     bench.drive.start_moving_to(20_000).unwrap();
     bench.pass(1000);
-    bench.see(|drive, now| drive.power_cycle(now));
+    bench.see(SimulatedDrive::power_cycle);
     let outcome = bench.drive.finish().unwrap();
     assert!(matches!(outcome, Outcome::Interrupted { state: State::SwitchOnDisabled, .. }), "{outcome:?}");
 }
@@ -110,7 +111,7 @@ fn a_drive_that_restarts_while_the_line_is_cut_boots() {
     bench.pass(1000);
     bench.set_fate(|_, _| None);
     bench.bus.advance(Duration::from_secs(4));
-    bench.see(|drive, now| drive.power_cycle(now));
+    bench.see(SimulatedDrive::power_cycle);
     bench.set_fate(|_, byte| Some(byte));
     bench.bus.advance(Duration::from_secs(4));
     assert!(bench.drive.recover(&Recovery::within(Duration::ZERO)).unwrap().restarted);
