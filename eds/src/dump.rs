@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value as Json, json};
 
-use crate::model::{Device, Entry, Object, Value};
+use crate::model::{Device, Entry, Object, Parameter, Value};
 
 /// The columns of [`csv`] and [`md`].
 pub const COLUMNS: [&str; 12] = [
@@ -38,7 +38,8 @@ pub fn csv(device: &Device) -> String {
 }
 
 /// The same as a table in Markdown, for people: entries of arrays and records with the name of their object. What
-/// the data sheet says of the device as a whole follows in a table of its own.
+/// the data sheet says of the device as a whole follows in a table of its own, and so do the parameters of each other
+/// interface.
 #[must_use]
 pub fn md(device: &Device) -> String {
     let mut out = format!("| {} |\n|{}\n", COLUMNS.join(" | "), " --- |".repeat(COLUMNS.len()));
@@ -55,7 +56,20 @@ pub fn md(device: &Device) -> String {
     for (key, value) in device_facts(device) {
         let _ = writeln!(out, "| {key} | {} |", cell(&value));
     }
+    for (name, interface) in &device.interfaces {
+        let _ = write!(out, "\n| {name} | object | name | data_type | access |\n|{}\n", " --- |".repeat(5));
+        for parameter in &interface.parameters {
+            let (number, name) = (cell(&parameter.number.to_string()), cell(&parameter.entry.name));
+            let (object, access) = (object_text(parameter), parameter.entry.access.name());
+            let _ = writeln!(out, "| {number} | {object} | {name} | {} | {access} |", parameter.data_type);
+        }
+    }
     out
+}
+
+/// `607D:02`; nothing of a parameter that equals no object.
+fn object_text(parameter: &Parameter) -> String {
+    parameter.object().map(|(index, sub)| format!("{index:04X}:{sub:02X}")).unwrap_or_default()
 }
 
 /// `[DeviceInfo]` and `[DeviceComissioning]` with the keys of CiA 306, as far as they say something.
@@ -134,6 +148,11 @@ pub fn json(device: &Device) -> Json {
         "profile": device.profile,
         "sdo_writes_four_bytes": device.sdo_writes_four_bytes,
         "objects": device.objects.iter().map(object_json).collect::<Vec<_>>(),
+        "interfaces": device.interfaces.iter().map(|(name, interface)| json!({
+            "name": name,
+            "description": interface.description,
+            "parameters": interface.parameters.iter().map(parameter_json).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
         "pdos": device.pdos.iter().map(|pdo| json!({
             "direction": match pdo.direction {
                 crate::model::Direction::Receive => "receive",
@@ -224,6 +243,23 @@ fn entry_json(entry: &Entry) -> Json {
         "bit_field": bit_field,
         "first_character_high": entry.first_character_high,
         "persistent": entry.persistent,
+    })
+}
+
+fn parameter_json(parameter: &Parameter) -> Json {
+    json!({
+        "number": parameter.number.to_string(),
+        "object": parameter.object().map(|_| object_text(parameter)),
+        "elements": parameter.elements,
+        "name": parameter.entry.name,
+        "data_type": parameter.data_type.to_string(),
+        "access": parameter.entry.access.name(),
+        "low_limit": parameter.entry.low.as_ref().map(value_json),
+        "high_limit": parameter.entry.high.as_ref().map(value_json),
+        "values": parameter.values.iter().map(|value| json!({
+            "number": value_json(&Value::Integer(value.value)),
+            "name": value.name,
+        })).collect::<Vec<_>>(),
     })
 }
 

@@ -20,7 +20,7 @@ fn what_the_data_sheet_forbids_does_not_compile() {
     assert!(examples.len() > 5, "the examples are found");
     let code = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ui");
     fs::create_dir_all(&code).expect("the folder can be made");
-    for name in ["access_and_mapping", "overlay", "data_types"] {
+    for name in ["access_and_mapping", "overlay", "data_types", "interfaces"] {
         fs::write(code.join(name).with_extension("rs"), cases::case(name).code()).expect("the code can be written");
     }
     let wrong: Vec<String> = examples.iter().filter_map(|example| check(example, &code)).collect();

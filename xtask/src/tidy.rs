@@ -29,6 +29,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-siko-ag02",
             "lexican-siko-ag03-1",
             "lexican-runtime",
+            "lexican-eds",
         ],
     ),
     ("lexican-kollmorgen-akd", &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-codegen"]),

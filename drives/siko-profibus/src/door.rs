@@ -296,12 +296,11 @@ impl ParameterTable for Lent<'_> {
         let row = table::find(self.door.model.table, number).ok_or(Refusal::NO_SUCH_PARAMETER)?;
         let drive = &mut self.door.drive;
         match row.content {
-            Content::Object(object) => read_object(drive, self.now, object),
-            Content::Mode => read_object(drive, self.now, MODE).map(swapped),
-            Content::Faults => {
-                let code = read_object(drive, self.now, Address::new(0x1003, index as u8 + 1))?;
-                let fault = drive.model().faults.iter().find(|fault| u32::from(fault.code.number) == code);
-                Ok(fault.map_or(0, |fault| fault.letter().into()))
+            Content::Object(_) => {
+                let element = u8::try_from(index).ok().and_then(|index| row.parameter.object_at(index));
+                let number = read_object(drive, self.now, element.ok_or(Refusal::NO_SUCH_ELEMENT)?)?;
+                // A fault that does not come here has no number.
+                Ok(row.parameter.of_object(number.into()).unwrap_or(0) as u32)
             }
             Content::Address => Ok(self.door.address.into()),
             Content::Version => Ok(self.door.model.version.into()),
@@ -314,8 +313,10 @@ impl ParameterTable for Lent<'_> {
         let row = table::find(self.door.model.table, number).ok_or(Refusal::NO_SUCH_PARAMETER)?;
         let drive = &mut self.door.drive;
         match row.content {
-            Content::Object(object) => write_object(drive, self.now, object, value.cast_signed())?,
-            Content::Mode => write_object(drive, self.now, MODE, swapped(value).cast_signed())?,
+            Content::Object(object) => {
+                let number = row.parameter.in_object(value.cast_signed().into()).ok_or(Refusal::OUT_OF_RANGE)?;
+                write_object(drive, self.now, object, number as i32)?;
+            }
             Content::InchingStop => {
                 drive.set_inching_stop(self.now, if value == 1 { Braking::Programmed } else { Braking::Full });
             }
@@ -323,7 +324,7 @@ impl ParameterTable for Lent<'_> {
                 load(drive, self.now, value)?;
                 return Ok(0);
             }
-            Content::Faults | Content::Address | Content::Version => return Err(Refusal::READ_ONLY),
+            Content::Address | Content::Version => return Err(Refusal::READ_ONLY),
         }
         Ok(value)
     }
@@ -342,12 +343,6 @@ fn load(drive: &mut SimulatedDrive, now: Instant, what: u32) -> Result<(), Refus
     write_object(drive, now, Address::new(0x1011, sub), signature)
 }
 
-/// PNU 930 has 1 for velocity mode and 2 for positioning mode, 6060h the other way round.
-const fn swapped(mode: u32) -> u32 {
-    3 - if mode > 3 { 3 } else { mode }
-}
-
-const MODE: Address = Address::new(0x6060, 0);
 const TARGET_POSITION: Address = Address::new(0x607A, 0);
 const TARGET_VELOCITY: Address = Address::new(0x60FF, 0);
 

@@ -21,7 +21,6 @@ const LOAD: i64 = u32::from_le_bytes(*b"load") as i64;
 const FAULTS: u16 = 0x1003;
 const VERSION: Address = Address::new(0x100A, 0);
 const RESTORE: u16 = 0x1011;
-const MODE: Address = Address::new(0x6060, 0);
 const POSITION: Address = Address::new(0x6064, 0);
 const VELOCITY: Address = Address::new(0x606C, 0);
 const GENERIC_STATUS: Address = Address::new(0x2420, 0);
@@ -73,15 +72,13 @@ impl ProfibusDoor {
     fn row(&self, address: Address) -> Option<(&'static Row, u16)> {
         let object_or_part = if address == TORQUE_DEACTIVATION_STATE { GENERIC_STATUS } else { address };
         let holds = |row: &&Row| match row.content {
-            Content::Object(object) => object == object_or_part,
-            Content::Mode => address == MODE,
-            Content::Faults => address.index() == FAULTS && (1..=10).contains(&address.sub()),
+            Content::Object(_) => row.parameter.element_of(object_or_part).is_some(),
             Content::Version => address == VERSION,
             Content::Load => address.index() == RESTORE && (1..=4).contains(&address.sub()),
             Content::Address | Content::InchingStop => false,
         };
         let row = self.model.table.iter().find(holds)?;
-        Some((row, row.wire.format.elements().map_or(0, |_| u16::from(address.sub()) - 1)))
+        Some((row, row.parameter.element_of(object_or_part).map_or(0, u16::from)))
     }
 
     fn read(&self, address: Address) -> Result<Asked, AbortCode> {
@@ -125,10 +122,9 @@ impl ProfibusDoor {
         if row.wire.access == Access::Read {
             return Err(AbortCode::READ_ONLY);
         }
-        let value = match (load, row.content) {
-            (Some(load), _) => load.into(),
-            (None, Content::Mode) => swapped(value),
-            (None, _) => value,
+        let value = match load {
+            Some(load) => load.into(),
+            None => row.parameter.of_object(value).ok_or(AbortCode::INVALID_VALUE)?,
         };
         let value = match row.wire.format {
             Format::Word | Format::Words(_) => u16::try_from(value).map(Value::Word),
@@ -141,21 +137,15 @@ impl ProfibusDoor {
 
     /// The value of an object, of what its parameter has answered.
     fn value(&self, address: Address, value: Value) -> i64 {
-        let raw = match value {
-            Value::Word(word) => word.into(),
-            Value::DoubleWord(double_word) => double_word.cast_signed().into(),
-        };
-        match self.row(address).map(|(row, _)| row.content) {
-            Some(Content::Object(_)) if address == TORQUE_DEACTIVATION_STATE => {
+        let raw = value.number();
+        let Some((row, _)) = self.row(address) else { return raw };
+        match row.content {
+            Content::Object(_) if address == TORQUE_DEACTIVATION_STATE => {
                 i64::from(raw & i64::from(generic::TORQUE_DEACTIVATED) != 0)
             }
-            Some(Content::Mode) => swapped(raw),
-            Some(Content::Faults) => {
-                let mut faults = self.model.drive.faults.iter();
-                let fault = faults.find(|fault| raw == i64::from(u32::from(fault.letter())));
-                fault.map_or(0, |fault| fault.code.number.into())
-            }
-            Some(Content::Version) => {
+            // A letter that means no fault counts as none.
+            Content::Object(_) => row.parameter.in_object(raw).unwrap_or(0),
+            Content::Version => {
                 let mut text = [b'.'; 4];
                 let [major, minor] = (raw as u16).to_be_bytes();
                 (text[0], text[2], text[3]) = (digit(major), digit(minor >> 4), digit(minor));
@@ -248,15 +238,6 @@ impl Door for ProfibusDoor {
 
     fn handle_timeout(&mut self, now: Instant) {
         self.master.handle_timeout(now);
-    }
-}
-
-/// PNU 930 has 1 for velocity mode and 2 for positioning mode, 6060h the other way round.
-const fn swapped(mode: i64) -> i64 {
-    match mode {
-        1 => 2,
-        2 => 1,
-        other => other,
     }
 }
 

@@ -1,34 +1,26 @@
-//! Parameters by their PROFIBUS number (PNU, table 15), as data.
+//! Parameters by their PROFIBUS number (PNU, table 15): the rows of `od::profibus`, which the data sheets' overlays have.
 
-use lexican_profibus::pkw::{Access, Format, Parameter};
-use lexican_runtime::object::Address;
+use lexican_profibus::pkw::Parameter;
+use lexican_runtime::object::{Address, ParameterRow};
+use siko_ag02::od as ag02;
+use siko_ag03_1::od as ag03_1;
 
 /// A parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Row {
     /// How it goes through the PKW.
     pub wire: Parameter,
-    /// Its name, as the English manual has it.
-    pub name: &'static str,
-    /// Its unit: `position` is increments, or 1/100 mm with a spindle pitch.
-    pub unit: &'static str,
-    /// Its number in the chapter that describes parameters.
-    pub parameter: Option<u8>,
+    /// What the overlay says: name, object, numbers of its own.
+    pub parameter: ParameterRow<u16>,
     /// What it holds.
     pub content: Content,
-    /// What single values mean.
-    pub values: &'static [(u16, &'static str)],
 }
 
 /// What a parameter holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// What a CANopen object holds, with the same numbers.
+    /// What a CANopen object holds, or of an array its elements, with the numbers of [`Row::parameter`].
     Object(Address),
-    /// 6060h with other numbers: 1 and 2 change places.
-    Mode,
-    /// 1003h:01 to :0A, as letters instead of codes, from index 0.
-    Faults,
     /// The address of the slave. 2101h is that of CAN.
     Address,
     /// The version of the firmware in BCD; that of PROFIBUS is another one than 100Ah.
@@ -39,8 +31,37 @@ pub enum Content {
     InchingStop,
 }
 
-include!(concat!(env!("OUT_DIR"), "/ag02.rs"));
-include!(concat!(env!("OUT_DIR"), "/ag03-1.rs"));
+impl Row {
+    const fn new(parameter: ParameterRow<u16>) -> Self {
+        const LOAD: u16 = ag02::profibus::LOAD_DATA_RECORD.number();
+        let content = match (parameter.object, parameter.number) {
+            (Some(object), _) => Content::Object(object),
+            (None, number) if number == ag02::profibus::PROFIBUS_ADDRESS.number() => Content::Address,
+            (None, number) if number == ag02::profibus::SOFTWARE_VERSION.number() => Content::Version,
+            (None, LOAD) => Content::Load,
+            (None, number) if number == ag02::profibus::STOP_MODE_INCHING_MODE_2.number() => Content::InchingStop,
+            (None, _) => panic!("a parameter without an object that this crate does not know"),
+        };
+        // Table 15: "word*".
+        let acknowledged_double = parameter.number == LOAD;
+        Row { wire: Parameter { acknowledged_double, ..Parameter::of(&parameter) }, parameter, content }
+    }
+}
+
+const fn rows<const N: usize>(table: &[ParameterRow<u16>]) -> [Row; N] {
+    let mut rows = [Row::new(table[0]); N];
+    let mut at = 1;
+    while at < N {
+        rows[at] = Row::new(table[at]);
+        at += 1;
+    }
+    rows
+}
+
+/// The parameters of the AG02, by number.
+pub static AG02: &[Row] = &rows::<{ ag02::profibus::TABLE.len() }>(ag02::profibus::TABLE);
+/// The parameters of the AG03/1, by number.
+pub static AG03_1: &[Row] = &rows::<{ ag03_1::profibus::TABLE.len() }>(ag03_1::profibus::TABLE);
 
 /// The row with this number.
 #[must_use]

@@ -6,11 +6,11 @@ mod support;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use lexican_eds::model::{Device, Meaning, Parameter, ParameterNumber};
 use lexican_profibus::BitRate;
 use lexican_profibus::dp::{Diagnosis, diagnosis};
 use lexican_profibus::pkw::{Access, Format, Pkw, Refusal, Reply, Task, Value};
 use lexican_runtime::Duration;
-use siko::fault::FaultKind;
 use siko_profibus::table::{self, Row};
 use siko_profibus::{AG02, AG03_1, Model, bus};
 use support::{Bench, differs};
@@ -31,6 +31,14 @@ impl Manual {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/manual").join(self.folder).join(name);
         let mut reader = csv::Reader::from_path(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         reader.deserialize().map(|row| row.unwrap_or_else(|error| panic!("{name}: {error}"))).collect()
+    }
+
+    /// The drive's data sheet and overlay.
+    fn sheet(&self) -> Device {
+        let name = if self.model.name == "AG02" { "siko/ag02" } else { "siko/ag03-1" };
+        let mut device = lexican_eds::load(&lexican_eds::library::find(name).expect("the library has it").input()).0;
+        device.interfaces.retain(|interface, _| interface == "profibus");
+        device
     }
 
     /// Cells that disagree: `parameters.csv/1001/values`.
@@ -93,6 +101,7 @@ fn parameters_are_those_of_table_15() {
         let mut cells = Cells::new(&manual, "parameters.csv");
         let mut bench = Bench::new(manual.model);
         let mut rows = 0;
+        let sheet = manual.sheet();
         for line in manual.table("parameters.csv") {
             let key = line["number"].as_str();
             let number: u16 = key.parse().unwrap();
@@ -121,10 +130,16 @@ fn parameters_are_those_of_table_15() {
                 "format",
                 (row.wire.format, row.wire.acknowledged_double) == (format, acknowledged_double),
             );
-            cells.check(key, "values", values_agree(manual.model, row, &line["values"]));
-            let reference = row.parameter.map_or(String::new(), |number| number.to_string());
+            let is_here = |parameter: &&Parameter| parameter.number == ParameterNumber::Number(number);
+            let described = sheet.parameters().find(is_here).unwrap_or_else(|| panic!("{number}"));
+            cells.check(key, "values", values_agree(&sheet, described, row, &line["values"]));
+            // The number in the chapter that describes parameters stands in the description.
+            let refers = |reference: &str| {
+                let text = described.entry.description.as_deref().unwrap_or_default();
+                text.contains(&format!("parameter {reference})"))
+            };
             let is_referred = !line["reference"].is_empty();
-            cells.check(key, "reference", !is_referred || line["reference"] == reference);
+            cells.check(key, "reference", !is_referred || refers(&line["reference"]));
             // The drive has it, too.
             let answer = match format {
                 Format::Words(_) => bench.ask(Task::ReadElement { number, index: 0 }),
@@ -137,8 +152,23 @@ fn parameters_are_those_of_table_15() {
     }
 }
 
+/// The manuals' words for values that the overlays name otherwise.
+const WORDS: [(&str, &str); 11] = [
+    ("velocity mode", "profile velocity"),
+    ("positioning mode", "profile position"),
+    ("gear reduction 24:1", "gear 24:1"),
+    ("gear reduction 48:1", "gear 48:1"),
+    ("loop +", "loop plus"),
+    ("loop -", "loop minus"),
+    ("maximum delay", "maximum deceleration"),
+    ("programmed delay", "programmed deceleration"),
+    ("position control", "hold position"),
+    ("windings shorted", "short-circuit windings"),
+    ("motor released", "release motor"),
+];
+
 /// `1..500`, `24:1 1..200; 48:1 1..100` of which the widest counts, `1 all; 2 standard`, or words.
-fn values_agree(model: &Model, row: &Row, printed: &str) -> bool {
+fn values_agree(sheet: &Device, described: &Parameter, row: &Row, printed: &str) -> bool {
     let parts: Vec<&str> = printed.split("; ").filter(|part| !part.is_empty()).collect();
     let ranges = parts.iter().filter_map(|part| {
         let (low, high) = part.split(' ').next_back()?.split_once("..")?;
@@ -149,30 +179,36 @@ fn values_agree(model: &Model, row: &Row, printed: &str) -> bool {
     }
     let numbered = parts.iter().filter_map(|part| {
         let (number, name) = part.split_once(' ')?;
-        Some((number.parse::<u16>().ok()?, name.split(' ').next_back()?))
+        let ours = WORDS.iter().find(|(manual, _)| *manual == name).map_or(name, |(_, ours)| *ours);
+        Some((number.parse::<i128>().ok()?, ours))
     });
     let numbered: Vec<_> = numbered.collect();
+    let named = match &described.entry.meaning {
+        Meaning::Enumeration(name) if described.values.is_empty() => &sheet.enumerations[name].values,
+        _ => &described.values,
+    };
     if numbered.len() == parts.len() && !parts.is_empty() {
-        let ours: Vec<_> =
-            row.values.iter().map(|(number, name)| (*number, name.split(' ').next_back().unwrap())).collect();
+        let ours: Vec<_> = named.iter().map(|value| (value.value, value.name.as_str())).collect();
         let range = row.wire.range.is_none_or(|range| {
-            let numbers = || numbered.iter().map(|(number, _)| i32::from(*number));
-            (numbers().min(), numbers().max()) == (Some(range.0), Some(range.1))
+            let numbers = || numbered.iter().map(|(number, _)| *number);
+            (numbers().min(), numbers().max()) == (Some(range.0.into()), Some(range.1.into()))
         });
         return ours == numbered && range;
     }
     match printed {
-        // Faults of the CAN controller do not come here.
         "'A' to 'E'" => {
-            let here = model
-                .drive
-                .faults
-                .iter()
-                .filter(|fault| !matches!(fault.kind, FaultKind::BusOff | FaultKind::BusPassive));
-            here.map(siko::fault::Fault::letter).eq('A'..='E')
+            let letters = named.iter().filter(|value| value.value != 0).map(|value| value.value as u8 as char);
+            letters.eq('A'..='E')
         }
         "" | "0101h 1.01" | "bit 4 supply of the output stage; bit 7 torque deactivation" | "DDMMYYYY" => true,
-        unit => unit == row.unit,
+        unit => match &described.entry.meaning {
+            Meaning::Quantity(name) => {
+                let quantity = &sheet.quantities[name].units[0];
+                let scale = if quantity.den == 1 { String::new() } else { format!("1/{} ", quantity.den) };
+                unit == format!("{scale}{}", quantity.symbol.replace('°', "deg"))
+            }
+            _ => false,
+        },
     }
 }
 

@@ -1,9 +1,9 @@
-//! The tables of parameters against the dictionaries, and through the master of `profirust`.
+//! The parameters through the master of `profirust`; `tests/tests/parameters.rs` holds them against the objects.
 
 mod support;
 
 use lexican_profibus::pkw::{Access, Format, Refusal, Reply, Task, Value};
-use lexican_runtime::object::{Address, DataType, Table};
+use lexican_runtime::object::{Address, DataType};
 use siko_profibus::table::{Content, Row};
 use siko_profibus::{AG02, AG03_1, Model, table};
 use support::Bench;
@@ -17,52 +17,9 @@ fn there_are_as_many_as_the_manuals_have() {
         assert!(model.table.is_sorted_by_key(|row| row.wire.number), "{}", model.name);
         for row in AG02.table {
             let other = table::find(AG03_1.table, row.wire.number).unwrap();
-            assert_eq!(
-                (row.name, row.wire.format, row.wire.access),
-                (other.name, other.wire.format, other.wire.access)
-            );
+            assert_eq!((row.wire.format, row.wire.access), (other.wire.format, other.wire.access));
         }
     }
-}
-
-/// What differs between a parameter and the object that it equals. Objects of one byte are words here.
-#[test]
-fn each_parameter_equals_its_object_or_differs_as_said_here() {
-    let mut found = Vec::new();
-    for (model, od) in [(&AG03_1, &siko_ag03_1::od::TABLE), (&AG02, &siko_ag02::od::TABLE)] {
-        for row in model.table {
-            found.extend(differences(row, od).map(|text| format!("{} {}: {text}", model.name, row.wire.number)));
-        }
-    }
-    assert_eq!(found, EXPECTED);
-}
-
-/// CANopen clears the history by writing 1003h:00; here it is PNU 970.
-const EXPECTED: [&str; 2] = ["AG03/1 952: 1003:00 is written", "AG02 952: 1003:00 is written"];
-
-fn differences(row: &Row, od: &Table) -> impl Iterator<Item = String> {
-    let Content::Object(address) = row.content else { return Vec::new().into_iter() };
-    let entry = od.entry(address).unwrap();
-    let mut found = Vec::new();
-    let (bits, width) = (entry.data_type.bits().unwrap_or(0), if is_double(row) { 32 } else { 16 });
-    if !matches!((bits, width), (8, 16) | (16, 16) | (32, 32)) {
-        found.push(format!("{address} has {bits} bits"));
-    }
-    let may_write = row.wire.access != Access::Read;
-    if entry.access.is_writable() != may_write {
-        found.push(format!("{address} is {}", if may_write { "read only" } else { "written" }));
-    }
-    let signed = |raw: u64| (raw as i64) << (64 - bits) >> (64 - bits);
-    let limit = entry.limit.checked_sub(1).map(|row| od.limits[usize::from(row)]);
-    let limit = limit.map(|limit| match entry.data_type.is_signed() {
-        true => (signed(limit.low), signed(limit.high)),
-        false => (limit.low as i64, limit.high as i64),
-    });
-    let range = row.wire.range.map(|(low, high)| (i64::from(low), i64::from(high)));
-    if may_write && limit != range {
-        found.push(format!("{address} has the range {limit:?}"));
-    }
-    found.into_iter()
 }
 
 fn is_double(row: &Row) -> bool {
@@ -89,7 +46,8 @@ fn every_parameter_is_read_and_its_default_is_that_of_the_object() {
             assert_eq!(value.map(|_| ()), read, "{number}");
             if let (Content::Object(address), true) = (row.content, row.wire.access == Access::ReadWrite) {
                 let width = if is_double(row) { 32 } else { 16 };
-                let default = storage.number(address).unwrap() as u32 as u64 & ((1 << width) - 1);
+                let default = row.parameter.of_object(storage.number(address).unwrap()).unwrap();
+                let default = default as u32 as u64 & ((1 << width) - 1);
                 assert_eq!(value.map(u64::from), Ok(default), "{} {number}", model.name);
             }
         }
@@ -159,9 +117,6 @@ fn the_codes_of_the_operating_mode_are_swapped() {
 #[test]
 fn limit_1_is_the_second_of_607d() {
     for model in DRIVES {
-        let object = |number| table::find(model.table, number).unwrap().content;
-        assert_eq!(object(1016), Content::Object(Address::new(0x607D, 2)));
-        assert_eq!(object(1017), Content::Object(Address::new(0x607D, 1)));
         let mut bench = Bench::new(model);
         assert_eq!(bench.write(1017, 1_000_001), Err(Refusal::OUT_OF_RANGE));
         assert_eq!(bench.write(1016, -1_000_001), Err(Refusal::OUT_OF_RANGE));

@@ -6,6 +6,7 @@
 
 mod master;
 mod server;
+mod typed;
 
 use core::fmt;
 

@@ -51,7 +51,7 @@ impl Format {
         }
     }
 
-    const fn is_double(self) -> bool {
+    pub(super) const fn is_double(self) -> bool {
         matches!(self, Format::DoubleWord | Format::DoubleWords(_))
     }
 }

@@ -1,6 +1,6 @@
 //! Dictionaries whose code the test writes, and functions with the bounds that the runtime's have.
 
-use lexican_runtime::object::{Object, Readable, RpdoMappable, TpdoMappable, Value, Writable};
+use lexican_runtime::object::{Object, Parameter, Readable, RpdoMappable, TpdoMappable, Value, Writable};
 
 /// The dictionary of the golden case.
 pub mod od {
@@ -15,6 +15,26 @@ pub mod drive {
 /// The dictionary with one object of each data type.
 pub mod types {
     include!(concat!(env!("LEXICAN_CODE"), "/data_types.rs"));
+}
+
+/// The dictionary of a device with other interfaces.
+pub mod doors {
+    include!(concat!(env!("LEXICAN_CODE"), "/interfaces.rs"));
+}
+
+/// Reads through an interface that has texts for numbers.
+pub fn read_serial<T: Value, A: Readable>(parameter: Parameter<T, A, &'static str>) -> Option<T> {
+    parameter.decode(0)
+}
+
+/// Writes through it.
+pub fn write_serial<T: Value, A: Writable>(parameter: Parameter<T, A, &'static str>, value: T) {
+    let _ = parameter.encode(value);
+}
+
+/// Writes through an interface that has numbers.
+pub fn write_profibus<T: Value, A: Writable>(parameter: Parameter<T, A, u16>, value: T) {
+    let _ = parameter.encode(value);
 }
 
 /// Reads.
