@@ -3,12 +3,13 @@
 use std::path::Path;
 use std::{env, fs};
 
-use lexican_eds::model::{Device, Direction, Object, ObjectKind};
+use lexican_eds::model::{Device, Direction, Entry, Object, ObjectKind};
 use lexican_eds::{Input, Source};
 
 /// The drive's crate, data sheet and overlay.
 const DRIVES: &[(&str, &str, &str)] = &[
     ("siko_ag03_1", "siko/ag03-1/SIKOAG03.EDS", "siko/ag03-1/SIKOAG03.toml"),
+    ("kollmorgen_akd", "kollmorgen/akd/AKD.EDS", "kollmorgen/akd/AKD.toml"),
     ("siko_ag02", "siko/ag02/SIKOAG02.EDS", "siko/ag02/SIKOAG02.toml"),
 ];
 
@@ -61,25 +62,48 @@ const BEGINNING: &str = "fn generated(node: NodeId) -> Code {
 /// The handles of an object: one constant, the methods of a record, or the elements of an array without names.
 fn object(object: &Object) -> Vec<String> {
     let name = snake(&object.name).to_uppercase();
-    if !object.kind.has_subs() {
-        return vec![format!("code.object(\"{name}\", od::{name});")];
+    // A text has no value of a fixed size.
+    let call = |entry: &Entry| if entry.data_type.bits().is_some() { "object" } else { "text" };
+    if let ([entry], false) = (object.entries.as_slice(), object.kind.has_subs()) {
+        return vec![format!("code.{}(\"{name}\", od::{name});", call(entry))];
     }
-    let mut members = object.entries.iter().map(|entry| snake(&entry.name));
-    let length = members.next().unwrap_or_default();
-    let members: Vec<String> = members.collect();
-    let is_numbered = (1..).zip(&members).all(|(sub, member)| member.rsplit('_').next() == Some(&sub.to_string()));
-    if object.kind == ObjectKind::Array && is_numbered {
+    if object.kind == ObjectKind::Array && are_alike(&object.entries[1..]) {
         return vec![
             format!("code.object(\"{name}.len_object\", od::{name}.len_object());"),
             format!("od::{name}.iter().for_each(|element| code.object(\"{name}.at\", element));"),
         ];
     }
-    let methods = [length].into_iter().chain(members);
-    methods.map(|member| format!("code.object(\"{name}.{member}\", od::{name}.{member}());")).collect()
+    let method = |entry: &Entry| {
+        let member = snake(&entry.name);
+        format!("code.{}(\"{name}.{member}\", od::{name}.{member}());", call(entry))
+    };
+    object.entries.iter().map(method).collect()
 }
 
-/// A name as it would be written in code: `v-Pos` is `v_pos`.
+/// Whether elements differ in nothing but the numbers in their names.
+fn are_alike(elements: &[Entry]) -> bool {
+    let words = |entry: &Entry| {
+        let name = snake(&entry.name);
+        let words = name.split('_').map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned());
+        words.filter(|word| !word.is_empty()).collect::<Vec<_>>()
+    };
+    let what = |entry: &Entry| {
+        let limits = (entry.low.clone(), entry.high.clone(), entry.default.clone());
+        (words(entry), entry.data_type, entry.meaning.clone(), entry.access, entry.pdo_mapping, limits)
+    };
+    elements.windows(2).all(|pair| what(&pair[0]) == what(&pair[1]))
+}
+
+/// A name as it would be written in code: `v-Pos` is `v_pos`, `StdIn` is `std_in`.
 fn snake(name: &str) -> String {
-    let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
-    words.map(str::to_ascii_lowercase).collect::<Vec<_>>().join("_")
+    let mut words = String::new();
+    let mut before = ' ';
+    for c in name.chars() {
+        if c.is_ascii_uppercase() && before.is_ascii_lowercase() {
+            words.push(' ');
+        }
+        words.push(if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' });
+        before = c;
+    }
+    words.split_whitespace().collect::<Vec<_>>().join("_")
 }

@@ -84,6 +84,8 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-eds",
             "lexican-runtime",
             "lexican-driver",
+            "lexican-kollmorgen-akd",
+            "lexican-simulator",
             "lexican-siko",
             "lexican-siko-ag02",
             "lexican-siko-ag03-1",

@@ -51,6 +51,8 @@ pub static MODEL: ServoModel = ServoModel {
     obeys_supported_modes: false,
     at_once: 0,
     on_set_point: lexican_runtime::profile::cia402::control::CHANGE_IMMEDIATELY,
+    // There is no 605Ah: the drive stays in QUICK STOP ACTIVE, with torque (6.4.1.2).
+    missing: &[(Address::new(0x605A, 0), 6)],
     // "Never change the mode while the motor is running" (6.4.2.3).
     changes_mode_while_moving: false,
     homing_methods: Some(METHODS),
@@ -71,6 +73,7 @@ const BEHAVIOUR: Behaviour = Behaviour {
     pdo_bit_30: false,
     generic_error: false,
     rpdo_deadlines: false,
+    dummies: 0,
     ..Behaviour::CIA_301
 };
 
@@ -106,6 +109,10 @@ fn publish(servo: &Servo, now: Instant, od: &mut dyn Storage) {
         // 606Ch counts 1/1000.
         od.set_raw(velocity, (shown * 1000) as u64);
     }
+    // The capture engines listen to inputs 1 and 2.
+    let probes = (16..).zip(servo.inputs().probes).fold(0, |bits, (bit, level)| bits | u64::from(level) << bit);
+    let digital = od::DIGITAL_INPUTS.address();
+    od.set_raw(digital, od.raw(digital).unwrap_or_default() | probes);
     let register = manufacturer_status(servo, now, od);
     od.set_raw(od::MANUFACTURER_STATUS_REGISTER.address(), register.into());
     latch(servo, od);
@@ -118,9 +125,11 @@ fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
     let homing = mode == Some(Mode::Homing);
     let is = |cause: Option<u16>, label| cause.is_some() && cause == fault::find(label).map(|code| code.number);
     let powered = matches!(servo.state(), State::SwitchedOn | State::OperationEnabled | State::QuickStopActive);
-    let [input_1, input_2] = inputs.probes;
+    let switches = od.number(od::DIGITAL_INPUTS.address()).unwrap_or_default();
+    let input = |number: u8| switches & 1 << (15 + number) != 0;
     let bits = [
         (system::MOVEMENT_ACTIVE, moves && (homing || mode == Some(Mode::ProfilePosition))),
+        (1 << 2, switches & 1 << 2 != 0),
         (1 << 3, word & status::TARGET_REACHED != 0),
         (1 << 8, word & status::WARNING != 0),
         (system::TARGET_VELOCITY_REACHED, mode == Some(Mode::ProfileVelocity) && word & status::TARGET_REACHED != 0),
@@ -131,8 +140,10 @@ fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
         (1 << 16, homing && moves),
         (1 << 19, servo.state() == State::QuickStopActive),
         (system::HOMING_FINISHED, servo.is_homed()),
-        (1 << 25, input_1),
-        (1 << 26, input_2),
+        (1 << 25, input(1)),
+        (1 << 26, input(2)),
+        (1 << 27, input(3)),
+        (1 << 28, input(4)),
         (system::HARDWARE_ENABLE, inputs.enable),
     ];
     bits.into_iter().filter(|(_, set)| *set).fold(0, |register, (bit, _)| register | bit)

@@ -70,6 +70,12 @@ impl<'m> Checker<'m> {
         row
     }
 
+    /// The row whose key differs at most in upper and lower case.
+    pub(crate) fn row_called(&mut self, file: &'static str, name: &str) -> Option<&'m Row> {
+        let key = self.manual.rows(file).iter().find(|row| row.key.eq_ignore_ascii_case(name)).map(|row| &row.key);
+        self.row(file, key.map_or(name, String::as_str))
+    }
+
     /// Counts a row's key as compared.
     pub(crate) fn key(&mut self, row: &Row) {
         for column in self.manual.key_columns(row.file) {

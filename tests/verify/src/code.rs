@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use lexican_runtime::NodeId;
 use lexican_runtime::object::{
     Address, BitField, BitName, ConditionalLimit, Const, DataType, Enumeration, Mappable, Mapped, Object, Quantity, Ro,
-    Rpdo, Rw, Table, Tpdo, Unit, Unmapped, Value, ValueName, Wo, WritableIn,
+    Rpdo, Rw, Table, Tpdo, Type, Unit, Unmapped, Value, ValueName, Wo, WritableIn,
 };
 
 /// The module that `lexican_runtime::include_od!` makes, as data. `build.rs` writes a function that takes each name
@@ -71,16 +71,18 @@ impl Code {
     }
 
     pub(crate) fn object<T: Value, A: Right, M: Right>(&mut self, path: &'static str, object: Object<T, A, M>) {
-        let handle = Handle {
-            path,
-            data_type: T::DATA_TYPE,
-            value_type: short_name::<T>(),
-            access: A::NAME,
-            is_mappable: M::NAME != "no",
-            default: object.default(self.node).map(number),
-            limits: object.limits().map(|limits| (number(limits.low), number(limits.high))),
-        };
-        let address = object.address();
+        let default = object.default(self.node).map(number);
+        let limits = object.limits().map(|limits| (number(limits.low), number(limits.high)));
+        let handle = Handle { default, limits, ..Handle::new::<T, A, M>(path) };
+        self.take(object.address(), handle);
+    }
+
+    /// An object without a value of a fixed size.
+    pub(crate) fn text<T: Type, A: Right, M: Right>(&mut self, path: &'static str, object: Object<T, A, M>) {
+        self.take(object.address(), Handle::new::<T, A, M>(path));
+    }
+
+    fn take(&mut self, address: Address, handle: Handle) {
         assert!(self.handles.insert(address, handle).is_none(), "{address} has one handle");
     }
 
@@ -104,6 +106,15 @@ impl Code {
     /// The size of an entry in bytes; four where it has none of its own.
     pub(crate) fn size(&self, index: u16, sub: u8) -> u8 {
         self.data_type(Address::new(index, sub)).and_then(DataType::bits).map_or(4, |bits| bits / 8)
+    }
+}
+
+impl Handle {
+    /// Without default and limits.
+    fn new<T: Type, A: Right, M: Right>(path: &'static str) -> Self {
+        let (access, is_mappable) = (A::NAME, M::NAME != "no");
+        let value_type = short_name::<T>();
+        Handle { path, data_type: T::DATA_TYPE, value_type, access, is_mappable, default: None, limits: None }
     }
 }
 

@@ -10,6 +10,7 @@
 //! - `bench`, `code`: the simulated drive on a bus, the generated code as data;
 //! - `kinds`: comparisons of tables that any manual has: objects, terms, PDOs, frames, NMT, SDO, the states of CiA 402,
 //!   statements of prose checked by behaviour;
+//! - `servo`: drives whose simulator is the servo of CiA 402;
 //! - `siko`: what the manuals of SIKO's drives share beyond that;
 //! - `drives`: one file per drive: its paths, its simulator, its list of comparisons.
 
@@ -23,6 +24,7 @@ mod kinds;
 mod manual;
 mod notation;
 mod report;
+mod servo;
 mod sheet;
 mod siko;
 

@@ -22,11 +22,20 @@ pub(crate) fn default(text: &str) -> Option<Default> {
     }
 }
 
-/// Decimal, or hexadecimal with an `h` behind it.
+/// Decimal, hexadecimal (`65h`, `0x65`), or a power and one less than it (`2^20`, `2^32-1`); a sign may precede it.
 pub(crate) fn number(text: &str) -> Option<i128> {
-    match text.strip_suffix('h') {
-        Some(digits) => i128::from_str_radix(digits, 16).ok(),
-        None => text.parse().ok(),
+    if let Some(text) = text.strip_prefix('-') {
+        let bare = text.strip_prefix('(').and_then(|text| text.strip_suffix(')'));
+        return number(bare.unwrap_or(text)).map(|number| -number);
+    }
+    if let Some(power) = text.strip_prefix("2^") {
+        let (power, less) = power.strip_suffix("-1").map_or((power, 0), |power| (power, 1));
+        return Some((1 << power.parse::<u32>().ok().filter(|power| *power <= 64)?) - less);
+    }
+    match (text.strip_prefix("0x"), text.strip_suffix('h')) {
+        (Some(digits), _) => i128::from_str_radix(digits.strip_suffix('h').unwrap_or(digits), 16).ok(),
+        (None, Some(digits)) => i128::from_str_radix(digits, 16).ok(),
+        (None, None) => text.parse().ok(),
     }
 }
 
@@ -48,7 +57,35 @@ pub(crate) fn print(bytes: &[u8]) -> String {
 /// A range: `1..500`.
 pub(crate) fn range(text: &str) -> Option<(i128, i128)> {
     let (low, high) = text.split_once("..")?;
-    Some((low.parse().ok()?, high.parse().ok()?))
+    Some((number(low)?, number(high)?))
+}
+
+/// Lowest and highest bit of `31..24` or `5..6` or `7`.
+pub(crate) fn bits(text: &str) -> Option<(u8, u8)> {
+    let (first, last) = text.split_once("..").unwrap_or((text, text));
+    let (first, last) = (first.parse::<u8>().ok()?, last.parse::<u8>().ok()?);
+    Some((first.min(last), first.max(last)))
+}
+
+/// How an entry can be accessed, as a data sheet has it.
+pub(crate) fn access(text: &str) -> &str {
+    match text {
+        "read-only" | "read" | "RO" | "R/O" | "r" => "ro",
+        "write-only" | "WO" | "W" => "wo",
+        "read-write" | "RW" | "R/W" => "rw",
+        other => other,
+    }
+}
+
+/// The name of a data type: `U8` is UNSIGNED8.
+pub(crate) fn data_type(text: &str) -> String {
+    let text = text.to_ascii_uppercase();
+    let wide = |letters: &str, name: &str| {
+        let bits = text.strip_prefix(letters)?;
+        bits.parse::<u8>().is_ok().then(|| format!("{name}{bits}"))
+    };
+    let string = || (text == "VISSTR").then(|| "VISIBLE_STRING".to_owned());
+    wide("U", "UNSIGNED").or_else(|| wide("INT", "INTEGER")).or_else(string).unwrap_or(text.clone())
 }
 
 /// `yes` or `no`.
@@ -56,10 +93,18 @@ pub(crate) fn yes(yes: bool) -> &'static str {
     if yes { "yes" } else { "no" }
 }
 
-/// A name as it would be written in code: `v-Pos` is `v_pos`.
+/// A name as it would be written in code: `v-Pos` is `v_pos`, `StdIn` is `std_in`.
 pub(crate) fn snake(name: &str) -> String {
-    let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
-    words.map(str::to_ascii_lowercase).collect::<Vec<_>>().join("_")
+    let mut words = String::new();
+    let mut before = ' ';
+    for c in name.chars() {
+        if c.is_ascii_uppercase() && before.is_ascii_lowercase() {
+            words.push(' ');
+        }
+        words.push(if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' });
+        before = c;
+    }
+    words.split_whitespace().collect::<Vec<_>>().join("_")
 }
 
 #[cfg(test)]
@@ -74,5 +119,15 @@ mod tests {
         assert_eq!(range("-200..200"), Some((-200, 200)));
         assert_eq!(bytes("0F 01"), Some(vec![0x0F, 1]));
         assert_eq!(snake("CAN Baud Rate"), "can_baud_rate");
+        assert_eq!(range("-(2^31-1)..2^32-1"), Some((-0x7FFF_FFFF, 0xFFFF_FFFF)));
+        assert_eq!(
+            ["0x6Ah", "FFh", "+1", "2^20", "2^99", "60 rpm"].map(number),
+            [Some(0x6A), Some(0xFF), Some(1), Some(1 << 20), None, None]
+        );
+        assert_eq!(
+            ["U8", "INT32", "Unsigned16", "VisStr", "Uhr"].map(data_type),
+            ["UNSIGNED8", "INTEGER32", "UNSIGNED16", "VISIBLE_STRING", "UHR"]
+        );
+        assert_eq!([bits("15..0"), bits("5..6"), bits("7")], [Some((0, 15)), Some((5, 6)), Some((7, 7))]);
     }
 }

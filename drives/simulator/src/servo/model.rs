@@ -34,6 +34,9 @@ pub struct ServoModel {
     pub at_once: u16,
     /// The bit by which the set-point under way is passed on the way to the next one; 0 for none.
     pub on_set_point: u16,
+    /// What objects would hold that the data sheet does not have, where it is not what [`DEFAULTS`](super::DEFAULTS) has:
+    /// option codes, ramps.
+    pub missing: &'static [(Address, i64)],
     /// Whether 6060h takes effect while the axis moves, and not only when it stands.
     pub changes_mode_while_moving: bool,
     /// Its homing methods, where neither 60E3h nor CiA 402 says it; none for all of CiA 402.
@@ -143,6 +146,7 @@ impl ServoModel {
         obeys_supported_modes: true,
         at_once: control::CHANGE_IMMEDIATELY,
         on_set_point: control::CHANGE_ON_SET_POINT,
+        missing: &[],
         changes_mode_while_moving: true,
         homing_methods: None,
         codes: FaultCodes::CIA_402,

@@ -46,9 +46,10 @@ impl<'a> Parameters<'a> {
         Parameters { od, model, scales: OnceCell::new() }
     }
 
-    /// The value of an object; without it, that of [`DEFAULTS`], else 0.
+    /// The value of an object; without it, that of the model or of [`DEFAULTS`], else 0.
     pub(super) fn number(&self, address: Address) -> i64 {
-        let missing = || DEFAULTS.iter().find(|(at, _)| *at == address).map_or(0, |(_, value)| *value);
+        let mut rows = self.model.missing.iter().chain(DEFAULTS);
+        let missing = || rows.find(|(at, _)| *at == address).map_or(0, |(_, value)| *value);
         self.od.number(address).unwrap_or_else(missing)
     }
 

@@ -1,9 +1,10 @@
 //! The drives that are compared with their manuals.
 
+mod kollmorgen_akd;
 mod siko_ag02;
 mod siko_ag03_1;
 
 use crate::drive::Drive;
 
 /// All of them.
-pub const ALL: &[Drive] = &[siko_ag03_1::DRIVE, siko_ag02::DRIVE];
+pub const ALL: &[Drive] = &[siko_ag03_1::DRIVE, siko_ag02::DRIVE, kollmorgen_akd::DRIVE];

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use lexican_runtime::profile::cia402::{Cause, Command, State};
+use lexican_eds::model::Meaning;
+use lexican_runtime::profile::cia402::{Cause, Command, Mode, Modes, State, Transition};
 
 use crate::bench::{Bench, Simulator, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
+use crate::kinds::prose::{Clauses, said};
 use crate::manual::Row;
 
 /// The states as manuals write them.
@@ -17,6 +19,7 @@ pub(crate) const STATES: &[(State, &str)] = &[
     (State::SwitchedOn, "Switched On"),
     (State::OperationEnabled, "Operation Enabled"),
     (State::QuickStopActive, "Quick Stop Active"),
+    (State::FaultReactionActive, "Fault Reaction Active"),
     (State::Fault, "Fault"),
 ];
 
@@ -47,10 +50,10 @@ fn fail<S: Simulator>(bench: &mut Bench<S>) {
     bench.hear(0);
 }
 
-/// Whether a word is as in `x01x0111`, from the highest bit down.
+/// Whether a word is as in `x01x0111`, from the highest bit down, or in seven bits.
 fn is_as(word: u16, pattern: &str) -> bool {
     let bits: Vec<char> = pattern.chars().rev().collect();
-    bits.len() == 8
+    matches!(bits.len(), 7 | 8)
         && (0..).zip(&bits).all(|(bit, digit)| match digit {
             'x' => true,
             '0' => word >> bit & 1 == 0,
@@ -72,52 +75,108 @@ pub(crate) fn distinguishes_states<S: Simulator>(bit: u16) -> bool {
     values.len() == 2 && brought.into_iter().all(|(state, bench)| bench.status() >> bit & 1 == of(state))
 }
 
-/// Compares `states.csv`: the bits of the status word. `beyond` compares the drive's own columns, with the drive in the
+/// Compares `states.csv`: the bits of the status word, eight or seven of them. `beyond` compares the drive's own columns, with the drive in the
 /// state if it can be brought there.
 pub(crate) fn states<S: Simulator>(
     checker: &mut Checker<'_>,
     beyond: fn(&mut Checker<'_>, &Row, State, Option<Bench<S>>),
 ) {
-    for (state, name) in STATES {
-        let Some(row) = checker.row("states.csv", name) else { continue };
-        let pattern = row.get("bits_7_0");
+    let reached = |state: State| S::TRANSITIONS.0.iter().any(|change| [change.from, change.to].contains(&state));
+    for (state, name) in STATES.iter().filter(|(state, _)| reached(*state)) {
+        let Some(row) = checker.row_called("states.csv", name) else { continue };
+        let column = if row.has("bits_6_0") { "bits_6_0" } else { "bits_7_0" };
+        let pattern = row.get(column);
         let decoded = is_least(|word| State::from_status_word(word) == Some(*state), pattern);
-        checker.that(row, "bits_7_0", Against::Code, decoded, "decoded otherwise");
+        checker.that(row, column, Against::Code, decoded, "decoded otherwise");
         let bench = bring_to::<S>(*state);
         if let Some(bench) = &bench {
             let status = bench.status();
-            checker.that(row, "bits_7_0", Against::Drive, is_as(status, pattern), format!("{status:016b}"));
+            checker.that(row, column, Against::Drive, is_as(status, pattern), format!("{status:016b}"));
         }
         beyond(checker, row, *state, bench);
     }
 }
 
-/// Compares `commands.csv`.
+/// The commands as manuals call them, and a state in which they have an effect. Disable Operation has the bits of Switch
+/// On: the state decides.
+const COMMANDS: &[(&str, Command, State)] = &[
+    ("Shutdown", Command::Shutdown, State::SwitchOnDisabled),
+    ("Switch On", Command::SwitchOn, State::ReadyToSwitchOn),
+    ("Disable Voltage", Command::DisableVoltage, State::OperationEnabled),
+    ("Quick Stop", Command::QuickStop, State::OperationEnabled),
+    ("Disable Operation", Command::SwitchOn, State::OperationEnabled),
+    ("Enable Operation", Command::EnableOperation, State::SwitchedOn),
+    ("Fault Reset", Command::FaultReset, State::Fault),
+];
+
+/// Compares `commands.csv`. Where no column `edge_bit` says otherwise, bits 3 and 7 are 0 in a pattern that leaves them
+/// free, as manuals leave them out that name the more special commands first.
 pub(crate) fn commands<S: Simulator>(checker: &mut Checker<'_>) {
-    // Disable Operation has the bits of Switch On: the state decides.
-    let all = [
-        ("Shutdown", Command::Shutdown, State::SwitchOnDisabled),
-        ("Switch On", Command::SwitchOn, State::ReadyToSwitchOn),
-        ("Disable Voltage", Command::DisableVoltage, State::OperationEnabled),
-        ("Quick Stop", Command::QuickStop, State::OperationEnabled),
-        ("Disable Operation", Command::SwitchOn, State::OperationEnabled),
-        ("Enable Operation", Command::EnableOperation, State::SwitchedOn),
-        ("Fault Reset", Command::FaultReset, State::Fault),
-    ];
-    for (name, command, from) in all {
-        let Some(row) = checker.row("commands.csv", name) else { continue };
+    for &(name, command, from) in COMMANDS {
+        let Some(row) = checker.row_called("commands.csv", name) else { continue };
         let pattern = row.get("bits_7_0");
         let is_edge = command == Command::FaultReset;
         let parsed = |word: u16| Command::parse(0, word) == command && (is_edge || word & 0x80 == 0);
-        checker.that(row, "bits_7_0", Against::Code, is_least(parsed, pattern), "parsed otherwise");
-        checker.cell(row, "edge_bit", Against::Code, if is_edge { "7" } else { "" });
+        let words: Vec<u16> = if row.has("edge_bit") {
+            checker.that(row, "bits_7_0", Against::Code, is_least(parsed, pattern), "parsed otherwise");
+            checker.cell(row, "edge_bit", Against::Code, if is_edge { "7" } else { "" });
+            (0..256).filter(|word| is_as(*word, pattern)).collect()
+        } else {
+            let free = |bit: usize| pattern.as_bytes().get(7 - bit) == Some(&b'x');
+            let more = [3, 7].into_iter().filter(|bit| free(*bit)).fold(0, |bits, bit| bits | 1 << bit);
+            let words: Vec<u16> = (0..256).filter(|word| is_as(*word, pattern) && word & more == 0).collect();
+            // Another word that is parsed so differs in those bits.
+            let others = (0..256).filter(|word| parsed(*word) && word & more == 0);
+            let agrees =
+                !words.is_empty() && words.iter().all(|word| parsed(*word)) && others.eq(words.iter().copied());
+            checker.that(row, "bits_7_0", Against::Code, agrees, "parsed otherwise");
+            words
+        };
         let to = S::TRANSITIONS.follow(from, command).map(|change| change.to);
-        let mut words = (0..256).filter(|word| is_as(*word, pattern));
-        let followed = words.all(|word| {
-            let reached = once::<S, _>((name_of(from), word), || Some(after(bring_to::<S>(from)?, word)));
+        let followed = words.iter().all(|word| {
+            let reached = once::<S, _>((name_of(from), word), || Some(after(bring_to::<S>(from)?, *word)));
             reached.is_some() && reached == to
         });
         checker.that(row, "bits_7_0", Against::Drive, followed, "the drive does otherwise");
+        if row.has("transitions") {
+            let made: BTreeSet<String> = numbers::<S>(name).into_iter().map(|number| number.to_string()).collect();
+            let printed = row.get("transitions").split("; ").map(str::to_owned).collect();
+            checker.that(row, "transitions", Against::Code, made == printed, format!("{made:?}"));
+        }
+    }
+}
+
+/// The state changes that a command makes, by its name.
+fn numbers<S: Simulator>(name: &str) -> BTreeSet<u8> {
+    let causes = |change: &&Transition| match change.cause {
+        Cause::Command(command) => called(command, change.from) == name,
+        Cause::Internal => false,
+    };
+    S::TRANSITIONS.0.iter().filter(causes).map(|change| change.number).collect()
+}
+
+/// Compares `transitions.csv` where it has no states: what makes a state change, and what the drive does then, which
+/// `action` has as clauses.
+pub(crate) fn events<S: Simulator>(checker: &mut Checker<'_>, action: fn(u8) -> Clauses) {
+    for number in 0..=16 {
+        let Some(row) = checker.row("transitions.csv", &number.to_string()) else { continue };
+        let of = S::TRANSITIONS.0.iter().filter(|change| change.number == number);
+        let made: BTreeSet<&str> = of
+            .map(|change| match change.cause {
+                Cause::Command(command) => called(command, change.from),
+                Cause::Internal if change.from == State::NotReadyToSwitchOn => "initialisation completed",
+                Cause::Internal if change.from == State::FaultReactionActive => "fault reaction completed",
+                Cause::Internal => "fault",
+            })
+            .collect();
+        let printed: BTreeSet<String> = row.get("event").split("; ").map(str::to_ascii_lowercase).collect();
+        let agrees = match row.get("event") {
+            "reset" => made.is_empty(),
+            "bit 2 set" => made.contains("Enable Operation") && Command::EnableOperation.apply(0) & 1 << 2 != 0,
+            _ => made.iter().map(|name| name.to_ascii_lowercase()).collect::<BTreeSet<_>>() == printed,
+        };
+        checker.that(row, "event", Against::Code, agrees, format!("{made:?}"));
+        checker.cell(row, "action", Against::Drive, once::<S, _>(number, || said(&action(number))));
     }
 }
 
@@ -139,9 +198,7 @@ pub(crate) fn transitions<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'
             None => ("power on or software reset", None),
             Some(Cause::Internal) if number == 1 => ("initialisation and self-test completed", None),
             Some(Cause::Internal) => ("fault", None),
-            // The bits of Switch On are called Disable Operation where they lead down.
-            Some(Cause::Command(Command::SwitchOn)) if number == 5 => ("Disable Operation", Some(0x0107)),
-            Some(Cause::Command(command)) => (called(command), Some(command.apply(0x0100))),
+            Some(Cause::Command(command)) => (called(command, listed[0].from), Some(command.apply(0x0100))),
         };
         checker.cell(row, "by", Against::Code, by);
         let named = case.manual.row("commands.csv", by).is_some();
@@ -158,15 +215,52 @@ pub(crate) fn transitions<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'
     }
 }
 
-fn called(command: Command) -> &'static str {
-    match command {
-        Command::Shutdown => "Shutdown",
-        Command::SwitchOn => "Switch On",
-        Command::DisableVoltage => "Disable Voltage",
-        Command::QuickStop => "Quick Stop",
-        Command::EnableOperation => "Enable Operation",
-        Command::FaultReset => "Fault Reset",
+/// The modes as manuals shorten them.
+const MODES: &[(Mode, &str)] = &[
+    (Mode::ProfilePosition, "pp"),
+    (Mode::ProfileVelocity, "pv"),
+    (Mode::ProfileTorque, "tq"),
+    (Mode::Homing, "hm"),
+    (Mode::InterpolatedPosition, "ip"),
+    (Mode::CyclicPosition, "csp"),
+];
+
+/// Compares `mode_bits.csv`: bits of 6040h and 6041h by mode. `meaning` has what a bit does in a mode, or `reserved`. The
+/// description of a bit names the modes in which it has a meaning, and no others.
+pub(crate) fn mode_bits<S: Simulator>(
+    checker: &mut Checker<'_>,
+    case: &Case<'_>,
+    modes: Modes,
+    meaning: fn(u16, u8, Mode) -> &'static str,
+) {
+    let device = &case.sheet.device;
+    for row in case.manual.rows("mode_bits.csv") {
+        let mode = MODES.iter().find(|(_, name)| *name == row.get("mode")).map(|(mode, _)| *mode);
+        let (Some(mode), Some(bit)) = (mode, row.number::<u8>("bit")) else { continue };
+        let Some(object) = u16::from_str_radix(row.get("object"), 16).ok() else { continue };
+        checker.key(row);
+        let number = modes.code(mode).map_or(String::new(), |number| number.to_string());
+        checker.cell(row, "number", Against::Code, number);
+        let general = case.manual.cell("formats.csv", &format!("{object:04X}:00:{bit}"), "meaning");
+        let depends = general.starts_with("Operation mode specific");
+        checker.that(row, "bit", Against::Manual, depends, format!("{general} in every mode"));
+        let named = device.enumerations.get("OperatingMode").map_or(&[][..], |modes| &modes.values);
+        let named = named.iter().find(|named| row.number("number") == Some(named.value));
+        let Some(Meaning::BitField(field)) = device.entry(object, 0).map(|entry| &entry.meaning) else { continue };
+        let field = device.bit_fields.get(field).into_iter().flat_map(|field| &field.fields);
+        let description = field.filter(|field| field.value.low == bit).find_map(|field| field.description.as_deref());
+        let description = description.unwrap_or_default().to_lowercase();
+        let says = named.is_some_and(|mode| description.contains(&format!("{}:", mode.name)));
+        checker.that(row, "meaning", Against::Sheet, says != (row.get("meaning") == "reserved"), &description);
+        checker.cell(row, "meaning", Against::Drive, once::<S, _>((object, bit, mode), || meaning(object, bit, mode)));
     }
+}
+
+/// A command by its name. The bits of Switch On are called Disable Operation where they lead down.
+fn called(command: Command, from: State) -> &'static str {
+    let leads_down = from == State::OperationEnabled && command == Command::SwitchOn;
+    let named = COMMANDS.iter().find(|(name, of, _)| *of == command && (*name == "Disable Operation") == leads_down);
+    named.map_or("", |(name, ..)| name)
 }
 
 /// Where the drive goes from the state of a row.

@@ -1,14 +1,18 @@
 //! The network: NMT commands and states, SDO commands and aborts, default identifiers.
 
 use lexican_eds::model::Value;
-use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::AbortCode;
+use lexican_runtime::object::Value as _;
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
+use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
 
 use super::pdo::name_of;
+use super::prose::{Clauses, said};
 use crate::bench::{Bench, Simulator, once};
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::manual::Row;
-use crate::notation::{hex, print, yes};
+use crate::notation::{hex, number, print, yes};
 
 /// States that a command leads to.
 const STATES: &[(&str, u8)] = &[("OPERATIONAL", 0x01), ("PRE-OPERATIONAL", 0x80), ("STOPPED", 0x02)];
@@ -182,17 +186,119 @@ pub(crate) fn sdo_commands<S: Simulator>(
     }
 }
 
-/// Compares `sdo_aborts.csv`: `refused` has the code with which the drive refuses what a row describes.
-pub(crate) fn sdo_aborts<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>, refused: fn(&str) -> Option<u32>) {
+/// Compares `sdo_aborts.csv`: `refused` has the code with which the drive refuses what a row describes, and `others` those
+/// that it does not send.
+pub(crate) fn sdo_aborts<S: Simulator>(
+    checker: &mut Checker<'_>,
+    case: &Case<'_>,
+    refused: fn(&str) -> Option<u32>,
+    others: &[(&str, AbortCode)],
+) {
     for row in case.manual.rows("sdo_aborts.csv") {
         checker.key(row);
-        let answer = once::<S, _>(row.get("meaning"), || refused(row.get("meaning")));
+        let meaning = row.get("meaning");
+        let other = others.iter().find(|(of, _)| *of == meaning).map(|(_, code)| code.0);
+        let against = if other.is_some() { Against::Code } else { Against::Drive };
+        let answer = other.or_else(|| once::<S, _>(meaning, || refused(meaning)));
         let code = answer.unwrap_or(0);
-        checker.cell(row, "code", Against::Drive, format!("{code:08X}"));
-        checker.that(row, "meaning", Against::Drive, answer.is_some(), "nothing that is refused");
-        for (column, byte) in ["data_1", "data_2", "data_3", "data_4"].into_iter().zip(code.to_le_bytes()) {
-            checker.cell(row, column, Against::Drive, format!("{byte:02X}"));
+        checker.cell(row, "code", against, format!("{code:08X}"));
+        checker.that(row, "meaning", against, answer.is_some(), "nothing that is refused");
+        let bytes = ["data_1", "data_2", "data_3", "data_4"].into_iter().zip(code.to_le_bytes());
+        for (column, byte) in bytes.filter(|(column, _)| row.has(column)) {
+            checker.cell(row, column, against, format!("{byte:02X}"));
         }
+    }
+}
+
+/// Compares `sdo_commands.csv` where it has the words of CiA 301: how many bytes of data the runtime reads behind each.
+pub(crate) fn sdo_specifiers(checker: &mut Checker<'_>, case: &Case<'_>) {
+    for row in case.manual.rows("sdo_commands.csv") {
+        checker.key(row);
+        let bytes = hex(row.get("hex")).map(|code| [code as u8, 0x41, 0x60, 0, 0, 0, 0, 0]);
+        let read = bytes.map(|bytes| (ClientRequest::parse(&bytes), ServerResponse::parse(&bytes)));
+        let found = match (row.get("command"), read) {
+            ("upload request", Some((Some(ClientRequest::InitiateUpload { .. }), _)))
+            | ("download response", Some((_, Some(ServerResponse::InitiateDownload { .. })))) => Some(String::new()),
+            ("download request", Some((Some(ClientRequest::InitiateDownload { content, .. }), _)))
+            | ("upload response", Some((_, Some(ServerResponse::InitiateUpload { content, .. })))) => match content {
+                Content::Expedited(data) => data.len().map(|len| len.to_string()),
+                _ => None,
+            },
+            ("abort", Some((_, Some(ServerResponse::Abort(_))))) => Some("4".into()),
+            _ => None,
+        };
+        let agrees = found.as_deref() == Some(row.get("data_bytes"));
+        checker.that(row, "data_bytes", Against::Code, agrees, format!("{found:?}"));
+    }
+}
+
+/// Compares `encodings.csv`: numbers and their bytes.
+pub(crate) fn encodings(checker: &mut Checker<'_>, case: &Case<'_>) {
+    for row in case.manual.rows("encodings.csv") {
+        checker.key(row);
+        let value = number(row.get("value")).unwrap_or(0);
+        let found = match row.get("data_type") {
+            "UNSIGNED16" => u16::try_from(value).map(|value| print(&value.to_bytes()[..2])),
+            "INTEGER16" => i16::try_from(value).map(|value| print(&value.to_bytes()[..2])),
+            "UNSIGNED32" => u32::try_from(value).map(|value| print(&value.to_bytes()[..4])),
+            _ => Ok(String::new()),
+        };
+        checker.cell(row, "bytes", Against::Code, found.unwrap_or_default());
+    }
+}
+
+/// Compares `nmt.csv` where it has names and effects, which `effect` has as clauses.
+pub(crate) fn effects<S: Simulator>(checker: &mut Checker<'_>, effect: fn(u8) -> Clauses) {
+    let all = [
+        ("start remote node", NmtCommand::Start),
+        ("stop remote node", NmtCommand::Stop),
+        ("reset node", NmtCommand::ResetNode),
+        ("reset communication node", NmtCommand::ResetCommunication),
+    ];
+    for (name, command) in all {
+        let code = command.code();
+        let Some(row) = checker.row("nmt.csv", &code.to_string()) else { continue };
+        checker.cell(row, "name", Against::Code, name);
+        checker.cell(row, "effect", Against::Drive, once::<S, _>(code, || said(&effect(code))));
+    }
+}
+
+/// Compares `identifiers.csv` where it has the identifiers of all nodes: function code, range, and the object that holds
+/// them, in brackets if it cannot be changed.
+pub(crate) fn connection_set<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
+    let ends = |text: &str, radix| {
+        let (low, high) = text.split_once("..").unwrap_or((text, text));
+        Some((u16::from_str_radix(low, radix).ok()?, u16::from_str_radix(high, radix).ok()?))
+    };
+    for row in case.manual.rows("identifiers.csv") {
+        checker.key(row);
+        let printed = ends(row.get("hex"), 16);
+        let decimal = ends(row.get("decimal"), 10);
+        checker.that(row, "decimal", Against::Manual, decimal == printed, format!("{printed:?}"));
+        let (low, high) = printed.unwrap_or_default();
+        let is_of_a_node = low != high;
+        let base = if is_of_a_node { low.wrapping_sub(1) } else { low };
+        let function = format!("{:04b}", base >> 7);
+        checker.cell(row, "function_code", Against::Manual, function);
+        let whole = base % 0x80 == 0 && high == base + if is_of_a_node { 127 } else { 0 };
+        let name = match row.get("object") {
+            "EMERGENCY" => "EMCY".to_owned(),
+            "Nodeguard" => "Node guard".to_owned(),
+            other if other.ends_with(|last: char| last.is_ascii_digit()) => other.replace(' ', ""),
+            other => other.to_owned(),
+        };
+        // Nothing of a drive is heard of TIME.
+        let used = if name == "TIME" { base == 0x100 } else { once::<S, _>((&name, base), || used::<S>(&name, base)) };
+        checker.that(row, "hex", Against::Drive, whole && used, "the drive does not use it");
+        let default = if is_of_a_node { Value::NodeIdPlus(base.into()) } else { Value::Integer(base.into()) };
+        let index = row.get("index").trim_matches(['(', ')']);
+        let held = u16::from_str_radix(index, 16).ok().and_then(|index| {
+            let object = case.sheet.device.object(index)?;
+            object.entry(u8::from(object.kind.has_subs()))
+        });
+        let agrees = held.is_some_and(|entry| entry.default.as_ref() == Some(&default));
+        let found = format!("{:?}", held.and_then(|entry| entry.default.as_ref()));
+        checker.that(row, "index", Against::Sheet, agrees || index.is_empty(), found);
     }
 }
 

@@ -1,6 +1,7 @@
 //! The objects: every sub-index, against data sheet, code and drive. A column that a table lacks is not compared.
 
-use lexican_eds::model::{AccessType, Direction, Entry, NmtState};
+use lexican_eds::model::{AccessType, Direction, Entry, Meaning, NmtState};
+use lexican_eds::types::DataType;
 use lexican_runtime::Instant;
 use lexican_runtime::object::Address;
 
@@ -28,6 +29,10 @@ pub(crate) trait Objects: Simulator {
     fn instead_of_default(_index: u16, default: i128) -> i128 {
         default
     }
+    /// Whether a drive that has been delivered has the default that is printed in words.
+    fn has_default_in_words(_bench: &mut Bench<Self>, _words: &str) -> bool {
+        false
+    }
     /// Whether it cannot be written in PRE-OPERATIONAL either.
     fn is_command(index: u16) -> bool;
     fn power_cycle(bench: &mut Bench<Self>);
@@ -45,6 +50,8 @@ pub(super) struct Described {
     pub(super) limits: Option<Range>,
     /// Ranges that hold when an object has a value.
     conditions: Vec<((u16, i128), Range)>,
+    /// The values that have names.
+    named: Vec<i128>,
     is_persistent: bool,
     writable_in: Option<Vec<NmtState>>,
 }
@@ -52,6 +59,10 @@ pub(super) struct Described {
 impl Described {
     pub(super) fn written(sheet: &Sheet, entry: &Entry) -> Self {
         let conditions = entry.ranges.iter();
+        let named = match &entry.meaning {
+            Meaning::Enumeration(name) => sheet.device.enumerations.get(name),
+            _ => None,
+        };
         Described {
             access: match entry.access {
                 AccessType::Ro => "ro",
@@ -66,6 +77,7 @@ impl Described {
             conditions: conditions
                 .map(|range| ((range.when.index, range.when.value), (range.low, range.high)))
                 .collect(),
+            named: named.map_or_else(Vec::new, |named| named.values.iter().map(|value| value.value).collect()),
             is_persistent: entry.persistent,
             writable_in: entry.writable_in.clone(),
         }
@@ -73,6 +85,7 @@ impl Described {
 
     pub(super) fn generated(sheet: &Sheet, handle: &Handle, address: Address) -> Self {
         let code = &sheet.code;
+        let named = code.enumerations.get(handle.value_type);
         let rule = code.writable_in.iter().find(|rule| rule.address == address);
         let states = rule.map(|rule| {
             let states = [(rule.pre_operational, NmtState::PreOperational), (rule.operational, NmtState::Operational)];
@@ -89,6 +102,7 @@ impl Described {
             default: handle.default,
             limits: handle.limits,
             conditions: conditions.collect(),
+            named: named.map_or_else(Vec::new, |named| named.iter().map(|value| value.raw.into()).collect()),
             is_persistent: code.persistent.contains(&address),
             writable_in: states,
         }
@@ -110,10 +124,19 @@ pub(crate) fn check<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>) {
             compare::<S>(checker, row, Against::Code, &described);
         }
     }
-    let (rows, code) = (case.manual.rows("objects.csv"), &case.sheet.code);
-    let size = |index, sub| code.size(index, sub);
-    once::<S, _>(cells(rows), || answers::<S>(rows, size, case)).give(checker, rows);
+    drive::<S>(checker, case, case.manual.rows("objects.csv"));
 }
+
+/// Compares rows with what the drive answers about their objects.
+pub(super) fn drive<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>, rows: &[Row]) {
+    once::<S, _>(cells(rows), || answers::<S>(rows, case)).give(checker, rows);
+}
+
+/// The codes with which a value of another size is refused.
+const OF_SIZES: [u32; 4] = [0x0601_0000, 0x0607_0010, 0x0607_0012, 0x0607_0013];
+
+/// Those with which a value out of its range is.
+const OF_RANGES: [u32; 3] = [0x0609_0030, 0x0609_0031, 0x0609_0032];
 
 fn written<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, entry: &Entry) {
     compare::<S>(checker, row, Against::Sheet, &Described::written(case.sheet, entry));
@@ -127,46 +150,88 @@ fn written<S: Objects>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, en
     checker.cell(row, "pdo_mapping", Against::Manual, yes(received || transmitted));
 }
 
-fn compare<S: Objects>(checker: &mut Checker<'_>, row: &Row, against: Against, described: &Described) {
-    let access = match row.get("access") {
-        "read-only" | "read" => "ro",
-        "write-only" => "wo",
-        "read-write" => "rw",
+pub(super) fn compare<S: Objects>(checker: &mut Checker<'_>, row: &Row, against: Against, described: &Described) {
+    let access = notation::access(row.get("access"));
+    // rww and rwr say more than rw.
+    let same_access = access == described.access || described.access == "rw" && matches!(access, "rww" | "rwr");
+    checker.that(row, "access", against, same_access, described.access);
+    let mapping = match row.get("pdo_mapping") {
+        "possible" => "yes",
+        "not possible" => "no",
         other => other,
     };
-    checker.that(row, "access", against, access == described.access, described.access);
-    checker.cell(row, "pdo_mapping", against, yes(described.is_mappable));
-    let same_type = row.get("data_type").eq_ignore_ascii_case(&described.data_type);
+    let mappable = yes(described.is_mappable);
+    checker.that(row, "pdo_mapping", against, mapping == mappable, mappable);
+    let printed = row.get("data_type");
+    // The entries of an object of one type do not say it again.
+    let same_type = notation::data_type(printed) == described.data_type || printed.is_empty() && row.has("object_code");
     checker.that(row, "data_type", against, same_type, &described.data_type);
-    let default = match notation::default(row.get("default")) {
-        Some(Default::None) => described.default.is_none(),
-        Some(Default::Value(value)) => described.default == Some(value),
-        Some(Default::NodeIdPlus(base)) => described.default == Some(base + i128::from(S::NODE.get())),
-        None => false,
-    };
-    let found = described.default.map_or("no".into(), |found| found.to_string());
-    checker.that(row, "default", against, default, found);
+    if row.has("default") {
+        default::<S>(checker, row, against, described);
+    }
     if row.has("eeprom") {
-        checker.cell(row, "eeprom", against, yes(described.is_persistent));
+        let (found, printed) = (yes(described.is_persistent), row.get("eeprom"));
+        checker.that(row, "eeprom", against, printed == found || printed.is_empty(), found);
     }
     if row.has("restriction") {
         restriction(checker, row, against, described.writable_in.as_deref());
     }
-    let Described { limits, conditions, .. } = described;
-    let printed = row.get("range");
-    let agrees = if printed.contains(';') {
-        let ranges = by_variant::<S>(printed);
-        let widest = ranges.iter().map(|(_, range)| *range);
-        let widest = widest.reduce(|(low, high), (other, more)| (low.min(other), high.max(more)));
-        *conditions == ranges.into_iter().map(|(value, range)| ((S::VARIANT, value), range)).collect::<Vec<_>>()
-            && *limits == widest
-    } else {
-        // Limits that are those of the data type are no limits to the code.
-        let whole = against == Against::Code && limits.is_none() && printed == "0..65535";
-        let range = notation::range(printed);
-        conditions.is_empty() && (printed.is_empty() || range.is_some()) && (*limits == range || whole)
+    if row.has("range") {
+        let Described { limits, conditions, .. } = described;
+        let agrees = described.has_range::<S>(row.get("range"), against);
+        checker.that(row, "range", against, agrees, format!("{limits:?} {conditions:?}"));
+    }
+}
+
+fn default<S: Objects>(checker: &mut Checker<'_>, row: &Row, against: Against, described: &Described) {
+    let found = described.default.map_or("no".into(), |found| found.to_string());
+    let printed = row.get("default");
+    let agrees = match notation::default(printed) {
+        Some(Default::Value(value)) => described.default == Some(value),
+        Some(Default::NodeIdPlus(base)) => described.default == Some(base + i128::from(S::NODE.get())),
+        // What stands in words is compared with the drive.
+        None if printed.contains(' ') => {
+            return checker.that(row, "default", against, described.default.is_none(), found);
+        }
+        // Nothing is printed where another table has it.
+        None => printed.is_empty() && row.has("object_code"),
+        Some(Default::None) => described.default.is_none(),
     };
-    checker.that(row, "range", against, agrees, format!("{limits:?} {conditions:?}"));
+    checker.that(row, "default", against, agrees, found);
+}
+
+impl Described {
+    /// Whether a printed range is that of the entry: `1..500`, several that depend on something, values one by one, the
+    /// name of a data type for all of its values, or nothing.
+    fn has_range<S: Objects>(&self, printed: &str, against: Against) -> bool {
+        let by_variant = by_variant::<S>(printed);
+        if !by_variant.is_empty() {
+            let widest = by_variant.iter().map(|(_, range)| *range);
+            let widest = widest.reduce(|(low, high), (other, more)| (low.min(other), high.max(more)));
+            let expected = by_variant.into_iter().map(|(value, range)| ((S::VARIANT, value), range));
+            return self.conditions == expected.collect::<Vec<_>>() && self.limits == widest;
+        }
+        let of_type = |name: &str| DataType::ALL.iter().find(|of| of.name() == name).and_then(|of| of.range());
+        let whole = of_type(&self.data_type);
+        let values = printed.split("; ").map(notation::number).collect::<Option<Vec<i128>>>();
+        self.conditions.is_empty()
+            && match (notation::range(printed), values.as_deref()) {
+                _ if printed.is_empty() => self.limits.is_none(),
+                _ if printed == self.data_type => self.limits.is_none(),
+                // Limits that are those of the data type are no limits to the code.
+                (Some(range), _) => {
+                    self.limits == Some(range)
+                        || against == Against::Code && self.limits.is_none() && whole == Some(range)
+                }
+                // What the entry always holds.
+                (None, Some([value])) => self.default == Some(*value) && self.named.iter().all(|named| named == value),
+                (None, Some([first, .., last])) => {
+                    self.named == values.as_deref().unwrap_or_default()
+                        && self.limits.is_none_or(|limits| limits == (*first, *last))
+                }
+                _ => false,
+            }
+    }
 }
 
 fn restriction(checker: &mut Checker<'_>, row: &Row, against: Against, states: Option<&[NmtState]>) {
@@ -203,7 +268,7 @@ struct Asked<'r> {
 
 impl Asked<'_> {
     fn is_writable(&self) -> bool {
-        self.row.get("access") == "read-write"
+        notation::access(self.row.get("access")).starts_with("rw")
     }
 
     fn read<S: Simulator>(&self, bench: &mut Bench<S>) -> Result<u32, u32> {
@@ -220,31 +285,45 @@ pub(crate) fn address_of(row: &Row) -> Option<(u16, u8)> {
     Some((u16::try_from(hex(row.get("index"))?).ok()?, u8::try_from(hex(row.get("subindex"))?).ok()?))
 }
 
+/// The index, and the first sub-index, of a cell such as `1003:01..0A`.
+pub(crate) fn address_in(row: &Row) -> Option<(u16, u8)> {
+    let (index, subs) = row.get("address").split_once(':')?;
+    let sub = subs.split("..").next()?;
+    Some((u16::try_from(hex(index)?).ok()?, u8::from_str_radix(sub, 16).ok()?))
+}
+
 /// Asks the drive for every object: rights, default, range ends, states in which it can be written, EEPROM.
-fn answers<S: Objects>(rows: &[Row], size: impl Fn(u16, u8) -> u8, case: &Case<'_>) -> Answers {
+fn answers<S: Objects>(rows: &[Row], case: &Case<'_>) -> Answers {
     let mut answers = Answers::default();
-    let asked = |row| address_of(row).map(|(index, sub)| Asked { row, index, sub, size: size(index, sub) });
+    let code = &case.sheet.code;
+    let asked = |row| address_of(row).map(|(index, sub)| Asked { row, index, sub, size: code.size(index, sub) });
     let rows: Vec<Asked<'_>> = rows.iter().filter_map(asked).collect();
     let mut bench = Bench::<S>::new();
     for asked in &rows {
         let read = asked.read(&mut bench);
         let readable = read != Err(0x0601_0001);
+        // A list of errors may be empty.
+        let answered = read.is_ok() || asked.index == 0x1003 && read == Err(0x0800_0024);
         let denied = asked.write(&mut bench, i64::from(read.unwrap_or(0)));
         let writable = denied != Err(0x0601_0002);
-        let expected = match asked.row.get("access") {
-            "read-only" | "read" => readable && read.is_ok() && !writable,
-            "write-only" => !readable && writable,
-            "read-write" => readable && read.is_ok() && writable,
+        let expected = match notation::access(asked.row.get("access")) {
+            "ro" | "const" => readable && answered && !writable,
+            "wo" => !readable && writable,
+            "rw" | "rww" | "rwr" => readable && read.is_ok() && writable,
             _ => false,
         };
         answers.that(asked.row, "access", expected, format!("read {read:08X?}, write {denied:08X?}"));
+        // A text has no size of its own.
+        if code.data_type(Address::new(asked.index, asked.sub)).is_none_or(|data_type| data_type.size().is_none()) {
+            continue;
+        }
         let other = if asked.size == 4 || S::WRITES_FOUR_BYTES { 2 } else { 4 };
         let exact = bench.write_exactly(asked.index, asked.sub, 0, other);
-        let refused = !writable || exact == Err(0x0601_0000);
+        let refused = !writable || exact.is_err_and(|code| OF_SIZES.contains(&code));
         answers.that(asked.row, "data_type", refused, format!("a value of another size: {exact:08X?}"));
     }
     defaults::<S>(&mut answers, &rows, case);
-    ranges::<S>(&mut answers, &rows);
+    ranges::<S>(&mut answers, &rows, case);
     states::<S>(&mut answers, &rows);
     if rows.first().is_some_and(|asked| asked.row.has("eeprom")) {
         eeprom::<S>(&mut answers, &rows);
@@ -255,18 +334,27 @@ fn answers<S: Objects>(rows: &[Row], size: impl Fn(u16, u8) -> u8, case: &Case<'
 fn defaults<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'_>) {
     let mut bench = Bench::<S>::as_delivered();
     for asked in rows {
-        let expected = match notation::default(asked.row.get("default")) {
+        let printed = asked.row.get("default");
+        let expected = match notation::default(printed) {
             Some(Default::Value(value)) => S::instead_of_default(asked.index, value),
             Some(Default::NodeIdPlus(base)) => base + i128::from(S::NODE.get()),
+            None if printed.contains(' ') => {
+                let agrees = S::has_default_in_words(&mut bench, printed);
+                answers.that(asked.row, "default", agrees, "another one");
+                continue;
+            }
             _ => continue,
         };
+        if notation::access(asked.row.get("access")) == "wo" {
+            continue;
+        }
         let Some(data_type) = case.sheet.code.data_type(Address::new(asked.index, asked.sub)) else { continue };
         let found = asked.read(&mut bench).map(|raw| signed(raw.into(), data_type));
         answers.that(asked.row, "default", found == Ok(expected), format!("{found:?}"));
     }
 }
 
-fn ranges<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>]) {
+fn ranges<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>], case: &Case<'_>) {
     for (variant, mut bench) in S::variants() {
         for asked in rows.iter().filter(|asked| asked.is_writable()) {
             let printed = asked.row.get("range");
@@ -275,17 +363,18 @@ fn ranges<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>]) {
             } else {
                 notation::range(printed)
             };
-            // 1003h:00 counts errors and can only be set to 0.
-            let (Some((low, high)), true) = (range, asked.index != 0x1003) else { continue };
-            let limits = match asked.size {
-                1 => (0, 255),
-                2 => (0, 65_535),
-                _ => (i128::from(i32::MIN), i128::from(i32::MAX)),
-            };
+            // 1003h:00 counts errors and can only be set to 0; 1600h:00 counts what is mapped.
+            let counts = asked.sub == 0 && matches!(asked.index, 0x1003 | 0x1600..=0x17FF | 0x1A00..=0x1BFF);
+            let (Some((low, high)), false) = (range, counts) else { continue };
+            let entry = case.sheet.device.entry(asked.index, asked.sub);
+            let Some(entry) = entry.filter(|entry| entry.access.writable()) else { continue };
+            let Some(limits) = entry.data_type.range() else { continue };
             // 607Dh is a pair in order: what is beyond the other limit is beyond it first.
             let is_pair = asked.index == 0x607D;
             let mut write = |value: i128| asked.write(&mut bench, value as i64);
-            let refused = |written| written == Err(0x0609_0030) || is_pair && written == Err(0x0609_0036);
+            let refused = |written: Result<(), u32>| {
+                written.is_err_and(|code| OF_RANGES.contains(&code) || is_pair && code == 0x0609_0036)
+            };
             let mut found = vec![];
             if low > limits.0 {
                 found.push(refused(write(low - 1)));
@@ -332,7 +421,8 @@ pub(crate) fn changed<S: Simulator>(bench: &mut Bench<S>, index: u16, sub: u8, s
 fn eeprom<S: Objects>(answers: &mut Answers, rows: &[Asked<'_>]) {
     let mut bench = Bench::<S>::new();
     let mut written = Vec::new();
-    for asked in rows.iter().filter(|asked| asked.is_writable() && asked.index >= 0x2000) {
+    let printed = |asked: &&Asked<'_>| asked.is_writable() && !asked.row.get("eeprom").is_empty();
+    for asked in rows.iter().filter(|asked| printed(asked) && asked.index >= 0x2000) {
         let value = changed(&mut bench, asked.index, asked.sub, asked.size);
         written.extend(value.map(|(_, value)| (asked, value)));
     }

@@ -24,7 +24,9 @@ pub(crate) fn check<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
         let count = object.entries.iter().find(|entry| entry.sub == 0).map(|entry| entry.data_type);
         checker.require(count == Some(DataType::Unsigned8), || format!("{:04X}:00 is {count:?}", object.index));
     }
-    for object in sheet.device.objects.iter().filter(|object| object.kind.has_subs()) {
+    // Where a table has object codes, it is compared with them.
+    let has_codes = case.manual.rows("objects.csv").first().is_some_and(|row| row.has("object_code"));
+    for object in sheet.device.objects.iter().filter(|object| object.kind.has_subs() && !has_codes) {
         let is_array = case.drive.arrays.contains(&object.index);
         let agrees = (object.kind == ObjectKind::Array) == is_array;
         checker.require(agrees, || format!("{:04X} is of the kind {}", object.index, object.kind.name()));
@@ -48,6 +50,15 @@ const METHODS: &[(&str, &str)] = &[
     ("mA", "milliamperes"),
     ("°C", "degrees_celsius"),
     ("ms", "milliseconds"),
+    ("µs", "microseconds"),
+    ("ns", "nanoseconds"),
+    ("units", "position_units"),
+    ("units", "velocity_units"),
+    ("units", "acceleration_units"),
+    ("units", "parameter_units"),
+    ("‰", "per_mille_of_rated_torque"),
+    ("‰", "per_mille_of_rated_current"),
+    ("Ω", "ohms"),
 ];
 
 /// `[DeviceInfo]`, `[DummyUsage]` and the file's name against the manual's names and what the drive does.
@@ -61,21 +72,22 @@ fn device_information<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) 
     };
     let names = [&info.vendor_name, &info.product_name, &info.order_code].map(|name| name.as_deref().unwrap_or(""));
     same("the names", &names, &[case.drive.vendor, case.drive.title, case.drive.title]);
+    same("the device profile", &device.profile, &drive.profile);
     same("SimpleBootUpSlave", &info.simple_boot_up_slave, &drive.boots);
     same("SimpleBootUpMaster", &info.simple_boot_up_master, &drive.commands);
-    // What a drive does not have, is 0 in the data sheet.
-    same(
-        "1018h",
-        &[info.vendor_number, info.product_number, info.revision_number],
-        &drive.identity.map(|number| number.or(Some(0))),
-    );
+    // What a drive does not have, or each drive has another one of, is 0 in the data sheet.
+    let fixed = |(sub, number): (u8, Option<u32>)| match device.entry(0x1018, sub) {
+        Some(entry) if entry.default.is_none() => Some(0),
+        _ => number.or(Some(0)),
+    };
+    let numbers = [(1, drive.identity[0]), (2, drive.identity[1]), (3, drive.identity[2])].map(fixed);
+    same("1018h", &[info.vendor_number, info.product_number, info.revision_number], &numbers);
     same("NrOfRXPDO and NrOfTXPDO", &[info.receive_pdos, info.transmit_pdos], &drive.pdos.map(Some));
     same("GroupMessaging", &info.group_messaging, &drive.multiplexes);
     // Where nothing can be mapped, there is neither a smallest size nor a filler.
-    if drive.maps_nothing_else {
-        same("Granularity", &info.granularity, &Some(0));
-        same("DummyUsage", &device.dummies, &[0; 0]);
-    }
+    same("Granularity", &info.granularity, &Some(if drive.maps_nothing_else { 0 } else { 8 }));
+    let dummies: Vec<u16> = device.dummies.iter().map(|data_type| data_type.code()).collect();
+    same("DummyUsage", &dummies, &drive.dummies);
     same("DynamicChannelsSupported", &info.dynamic_channels, &drive.is_programmable);
     same("LSS_Supported", &info.lss, &drive.answers_lss);
     // Each object of the PDOs has its own section.
@@ -85,9 +97,14 @@ fn device_information<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) 
     same("FileInfo", &file, &(Some("4.0"), Some(1), Some(0)));
 }
 
+/// The sizes of the data types 1 to 7.
+const DUMMY_BITS: [u8; 7] = [1, 8, 16, 32, 8, 16, 32];
+
 /// What of `[DeviceInfo]` a drive shows.
 #[derive(Clone)]
 struct Observed {
+    /// The lower half of 1000h.
+    profile: Option<u16>,
     /// It boots by itself.
     boots: bool,
     /// It sends NMT commands.
@@ -99,6 +116,8 @@ struct Observed {
     /// A PDO carries the address of what it is about: 254 and 255 objects are mapped.
     multiplexes: bool,
     maps_nothing_else: bool,
+    /// The data types that fill a gap between mapped objects.
+    dummies: Vec<u16>,
     /// It has objects of programs, which begin at A000h.
     is_programmable: bool,
     answers_lss: bool,
@@ -112,13 +131,21 @@ fn observed<S: Simulator>() -> Observed {
     let pdos = [count(0x1400), count(0x1800)];
     let mapping = (0..4).flat_map(|at| [0x1600 + at, 0x1A00 + at]);
     let lengths: Vec<u32> = mapping.clone().map(|index| bench.read(index, 0).unwrap_or(0)).collect();
+    let maps_nothing_else = mapping.clone().all(|index| bench.write(index, 0, 0, 1).is_err());
+    let mut fills = |(dummy, bits): &(u16, u8)| {
+        let mapped = i64::from(*dummy) << 16 | i64::from(*bits);
+        bench.write(0x1600, 1, mapped, 4).is_ok()
+    };
+    let dummies = (1..).zip(DUMMY_BITS).filter(|dummy| fills(dummy)).map(|(dummy, _)| dummy).collect();
     let mut observed = Observed {
+        profile: bench.read(0x1000, 0).ok().map(|word| word as u16),
         boots: boot_up && bench.nmt_state().code() == 127,
         commands: heard.iter().any(|frame| frame.id().raw() == 0),
         identity: [1, 2, 3].map(|sub| bench.read(0x1018, sub).ok()),
         pdos,
         multiplexes: lengths.iter().any(|length| *length >= 254),
-        maps_nothing_else: mapping.clone().all(|index| bench.write(index, 0, 0, 1).is_err()),
+        maps_nothing_else,
+        dummies,
         is_programmable: (0xA000_u16..0xA900).step_by(0x40).any(|index| bench.read(index, 0).is_ok()),
         answers_lss: false,
     };
@@ -178,9 +205,9 @@ fn entry_and_handle(checker: &mut Checker<'_>, sheet: &Sheet, object: &Object, e
     same(checker, &address.to_string(), &written, &generated);
 }
 
-/// The type of a number that is nothing else: `u16` for UNSIGNED16.
+/// The type of what is nothing else: `u16` for UNSIGNED16.
 fn plain(data_type: DataType) -> String {
-    data_type.name().replace("UNSIGNED", "u").replace("INTEGER", "i")
+    data_type.name().replace("UNSIGNED", "u").replace("INTEGER", "i").replace("VISIBLE_STRING", "VisibleString")
 }
 
 fn newtypes(checker: &mut Checker<'_>, sheet: &Sheet) {

@@ -4,7 +4,8 @@ use lexican_eds::model::Meaning;
 
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
-use crate::manual::Manual;
+use crate::manual::{Manual, Row};
+use crate::notation::{bits, number};
 use crate::sheet::Sheet;
 
 /// Where a manual names the values or bits of a type, besides its tables of objects.
@@ -15,9 +16,12 @@ pub(crate) enum Place {
     Row(&'static str, &'static str),
     /// A cell: file, key and column.
     Cell(&'static str, &'static str, &'static str),
+    /// Another table is about these values, and another kind of comparison.
+    Elsewhere,
 }
 
-/// Compares `terms.csv`. `places` has types that are named elsewhere than in `values.csv` and `formats.csv`.
+/// Compares `terms.csv`. `places` has types that are named elsewhere than in `values.csv` and `formats.csv`; types that
+/// are compared elsewhere have none.
 pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>, places: &[(&str, Place)]) {
     let device = &case.sheet.device;
     let enumerations = device.enumerations.iter().flat_map(|(name, enumeration)| {
@@ -35,10 +39,13 @@ pub(crate) fn check(checker: &mut Checker<'_>, case: &Case<'_>, places: &[(&str,
         field.fields.iter().map(move |bit| (name, "bit_field", bit.value.low.to_string(), &bit.name))
     });
     for (name, kind, key, term) in enumerations.chain(bit_fields) {
+        let place = places.iter().find(|(of, _)| of == name).map(|(_, place)| place);
+        if matches!(place, Some(Place::Elsewhere)) {
+            continue;
+        }
         let Some(row) = checker.row("terms.csv", &format!("{name}:{key}")) else { continue };
         checker.cell(row, "kind", Against::Sheet, kind);
         checker.cell(row, "overlay", Against::Sheet, term);
-        let place = places.iter().find(|(of, _)| of == name).map(|(_, place)| place);
         let printed = printed(case.manual, case.sheet, name, &key, place);
         let agrees = printed.iter().any(|printed| row.get("printed") == printed);
         checker.that(row, "printed", Against::Manual, agrees, printed.join(" or "));
@@ -64,11 +71,18 @@ fn printed(manual: &Manual, sheet: &Sheet, name: &str, key: &str, place: Option<
         }
         Some(Place::Row(file, column)) => cell(file, key.trim_start_matches("0x"), column).into_iter().collect(),
         Some(Place::Cell(file, key, column)) => cell(file, key, column).into_iter().collect(),
+        Some(Place::Elsewhere) => Vec::new(),
         None => {
             let addresses = users(sheet, name);
-            let value = addresses.iter().filter_map(|at| cell("values.csv", &format!("{at}:{key}"), "meaning"));
-            let bit = addresses.iter().flat_map(|at| [format!("{at}:{key}:1"), format!("{at}:{key}")]);
-            value.chain(bit.filter_map(|key| cell("formats.csv", &key, "meaning"))).collect()
+            let of = |row: &&Row| addresses.iter().any(|address| row.get("address") == address);
+            // A value is decimal or hexadecimal, and of a range of bits the lowest counts.
+            let same = |cell: &str| cell == key || number(cell).is_some() && number(cell) == number(key);
+            let values = manual.rows("values.csv").iter().filter(of).filter(|row| same(row.get("value")));
+            let bits = manual.rows("formats.csv").iter().filter(of).filter(|row| {
+                let low = bits(row.get("bits")).map(|(low, _)| low.to_string());
+                low.as_deref() == Some(key) && row.get("value") != "0"
+            });
+            values.chain(bits).map(|row| row.get("meaning").to_owned()).collect()
         }
     }
 }

@@ -29,7 +29,7 @@ impl<D: Siko> Checks<D> {
         |checker, _| network::commands::<D>(checker, super::network::starts_cold::<D>),
         |checker, _| network::states::<D>(checker, super::network::in_nmt_state::<D>),
         |checker, case| network::sdo_commands::<D>(checker, case, WRITABLE, READABLE),
-        |checker, case| network::sdo_aborts::<D>(checker, case, super::network::refused::<D>),
+        |checker, case| network::sdo_aborts::<D>(checker, case, super::network::refused::<D>, &[]),
         super::network::sdo_examples::<D>,
         super::network::node_address::<D>,
         super::network::bus_termination,

@@ -8,11 +8,11 @@ use lexican_runtime::object::Mapped;
 use lexican_runtime::wire::pdo::PdoCobId;
 
 use super::bench::{Bench, LOAD, Siko};
-use super::values::address;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
+use crate::kinds::objects::address_in;
 use crate::manual::{Manual, Row};
-use crate::notation::hex;
+use crate::notation::{bits, hex};
 use crate::sheet::Sheet;
 
 /// Compares `formats.csv`.
@@ -23,17 +23,9 @@ pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
     }
 }
 
-/// Lowest and highest bit of `31..24` or `5..6` or `7`.
-fn bits(row: &Row) -> Option<(u8, u8)> {
-    let mut ends = row.get("bits").split("..").map(|end| end.parse::<u8>().ok());
-    let first = ends.next()??;
-    let last = ends.next().map_or(Some(first), |last| last)?;
-    Some((first.min(last), first.max(last)))
-}
-
 fn format<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, bench: &mut Bench<D>) {
     let (manual, sheet) = (case.manual, case.sheet);
-    let Some(((index, sub), (low, high))) = address(row).zip(bits(row)) else { return };
+    let Some(((index, sub), (low, high))) = address_in(row).zip(bits(row.get("bits"))) else { return };
     let last = row.get("address").split("..").nth(1).and_then(|sub| u8::from_str_radix(sub, 16).ok());
     let subs = sheet.device.object(index).and_then(|object| object.entries.last()).map_or(0, |entry| entry.sub);
     checker.that(row, "address", Against::Sheet, last.is_none_or(|last| last == subs), format!("..{subs:02X}"));
@@ -94,7 +86,7 @@ fn format<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, bench:
 /// Whether the rows of an address share its bits among themselves, from bit 0 to the highest of a byte.
 fn are_whole(manual: &Manual, address: &str) -> bool {
     let rows = manual.rows("formats.csv").iter().filter(|row| row.get("address") == address);
-    let parts: BTreeSet<(u8, u8)> = rows.filter_map(bits).collect();
+    let parts: BTreeSet<(u8, u8)> = rows.filter_map(|row| bits(row.get("bits"))).collect();
     let next = parts.iter().try_fold(0, |next, (low, high)| (*low == next).then_some(high + 1));
     next.is_some_and(|next| next % 8 == 0)
 }

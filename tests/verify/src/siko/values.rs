@@ -8,6 +8,7 @@ use super::bench::{Bench, LOAD, NODE, Siko, enabled_with, moving_to};
 use crate::bench::once;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
+use crate::kinds::objects::address_in;
 use crate::kinds::terms::{self, Place};
 use crate::kinds::transmission::cob_id;
 use crate::manual::Row;
@@ -119,7 +120,7 @@ fn gears<D: Siko>(checker: &mut Checker<'_>, sheet: &Sheet) {
 
 /// A value that a data description, or chapter 6, names.
 fn values<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
-    let Some((index, sub)) = address(row) else { return };
+    let Some((index, sub)) = address_in(row) else { return };
     let Some(entry) = case.sheet.device.entry(index, sub) else { return };
     let value = row.get("value");
     if let Meaning::Enumeration(name) = &entry.meaning
@@ -328,11 +329,4 @@ fn event_timer_off<D: Siko>(key: &str) -> bool {
         if set { bench.hear_from(id, 1000).len() } else { usize::MAX }
     };
     (count(100), count(0)) == (10, 0)
-}
-
-/// The index, and the first sub-index, of `1003:01..0A`.
-pub(super) fn address(row: &Row) -> Option<(u16, u8)> {
-    let (index, subs) = row.get("address").split_once(':')?;
-    let sub = subs.split("..").next()?;
-    Some((u16::try_from(hex(index)?).ok()?, u8::from_str_radix(sub, 16).ok()?))
 }

@@ -1,17 +1,87 @@
-//! The examples of chapters 6.3 and 7.2 replayed, chapter by chapter: a device with the generated dictionary takes
-//! every golden frame of the manager, and answers as the manual prints.
+//! The examples of the AKD's manual, chapters 6.3 and 7.2, replayed one by one: a device with the generated dictionary takes
+//! every golden frame of the manager, and answers as the manual prints. That the driver sends these frames, and that each
+//! is read as what it is called, is part of the drive's verification (`tests/verify`).
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use lexican_runtime::device::{Behaviour, ChangeRule, Device};
 use lexican_runtime::object::{Address, Mapped, ObjectDictionary};
-use lexican_runtime::wire::emcy::{Emergency, ErrorCode, ErrorRegister};
+use lexican_runtime::wire::emcy::{CodeOrder, Emergency, ErrorCode, ErrorRegister};
+use lexican_runtime::wire::nmt::NmtMessage;
 use lexican_runtime::wire::pdo::TransmissionType;
 use lexican_runtime::wire::sdo::{ClientRequest, Content, ServerResponse};
 use lexican_runtime::{CobId, Frame, Instant, NodeId};
 
-use super::frames::{Kind, Printed, printed};
-use super::od;
+mod od {
+    lexican_runtime::include_od!("kollmorgen_akd");
+}
+
+/// What a frame is, by the table's word for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Request(ClientRequest),
+    Response(ServerResponse),
+    Nmt(NmtMessage),
+    Sync,
+    BootUp,
+    Emergency(Emergency),
+    /// With the number of the PDO.
+    Rpdo(u16),
+    Tpdo(u16),
+}
+
+/// A frame of the table.
+struct Printed {
+    /// `F001` and so on, in the order of the manual.
+    id: String,
+    chapter: String,
+    /// Whether it is a golden vector. Others contradict the text around them, or need care: errata.csv has each.
+    is_golden: bool,
+    frame: Frame,
+    /// None if the runtime does not understand it.
+    kind: Option<Kind>,
+}
+
+impl Printed {
+    fn new(row: &BTreeMap<String, String>) -> Self {
+        let id = CobId::standard(u16::from_str_radix(&row["cob_id"], 16).unwrap()).unwrap();
+        let bytes = row["data"].split_whitespace();
+        let data: Vec<u8> = bytes.map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect();
+        let kind = match row["kind"].as_str() {
+            "download request" | "upload request" => ClientRequest::parse(&data).map(Kind::Request),
+            "download response" | "upload response" | "abort" => ServerResponse::parse(&data).map(Kind::Response),
+            "NMT" => NmtMessage::parse(&data).map(Kind::Nmt),
+            "SYNC" => Some(Kind::Sync),
+            "boot-up" => Some(Kind::BootUp),
+            "EMCY" => Emergency::parse(&data, CodeOrder::LowByteFirst).map(Kind::Emergency),
+            pdo if pdo.starts_with('R') => Some(Kind::Rpdo(pdo[4..].parse().unwrap())),
+            pdo => Some(Kind::Tpdo(pdo[4..].parse().unwrap())),
+        };
+        Printed {
+            id: row["frame"].clone(),
+            chapter: row["chapter"].clone(),
+            is_golden: row["use"] == "golden",
+            frame: Frame::new(id, &data).unwrap(),
+            kind,
+        }
+    }
+
+    /// For messages: the chapter and the frame.
+    fn place(&self) -> String {
+        format!("{} {}: {}", self.chapter, self.id, self.frame)
+    }
+
+    /// The node that sends it, or that it is for.
+    fn node(&self) -> Option<NodeId> {
+        NodeId::new((self.frame.id().raw() & 0x7F) as u8)
+    }
+}
+
+/// All frames, in the order of the manual.
+fn printed() -> Vec<Printed> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/manual/akd/frames.csv");
+    csv::Reader::from_path(path).unwrap().deserialize().map(|row| Printed::new(&row.unwrap())).collect()
+}
 
 /// Frames that are not golden, but whose answers are: a request with something in a reserved byte, and one whose single
 /// byte contradicts the printed data type, but not the data sheet.
@@ -25,7 +95,7 @@ const INSTEAD: [(&str, [u8; 8]); 2] = [
 ];
 
 /// Golden frames that a dictionary alone does not bring about: a speed that the drive refuses although its range
-/// allows it. frames.rs reads and makes them.
+/// allows it. The verification makes the frames.
 const ELSEWHERE: [&str; 2] = ["F195", "F196"];
 
 /// PDOs are remapped in PRE-OPERATIONAL without being switched off; bit 30 of a COB-ID is not supported; emergencies have

@@ -1,0 +1,118 @@
+//! The Kollmorgen AKD, manual "AKD CANopen Communication" of October 2011.
+
+mod behaviour;
+mod examples;
+mod words;
+
+use kollmorgen_akd::fault;
+use kollmorgen_akd::sim::MODEL;
+use lexican_runtime::NodeId;
+use simulator::servo::ServoModel;
+
+use crate::bench::Bench;
+use crate::code::{Code, Identity};
+use crate::drive::Drive;
+use crate::exempt::Exempt;
+use crate::kinds::terms::Place;
+use crate::kinds::{cia402, descriptions, emcy, formats, frames, homing, network, pdo, sheet, terms, values};
+use crate::manual::Keys;
+use crate::servo::{OfModel, Servo};
+
+/// The drive.
+enum Akd {}
+
+type Simulated = Servo<Akd>;
+
+impl OfModel for Akd {
+    const MODEL: &'static ServoModel = &MODEL;
+    const NODE: NodeId = NodeId::literal(3);
+    // F439.
+    const FAULT: u16 = 0x8611;
+    // What would not move, or is measured.
+    const INSTEAD: &'static [(u16, i128)] =
+        &[(0x6041, 0x0270), (0x6081, 20_000), (0x6083, 100_000), (0x6084, 100_000), (0x609A, 10_000)];
+
+    fn has_default_in_words(bench: &mut Bench<Simulated>, words: &str) -> bool {
+        let [fast, slow] = [1, 2].map(|sub| bench.read(0x6099, sub).unwrap_or(0));
+        match words {
+            words::SPEED => fast == 1000,
+            "1/8 * Object 6099 sub 1" => slow == fast / 8,
+            _ => false,
+        }
+    }
+}
+
+const TABLES: Keys = &[
+    ("baud_rates.csv", &["value"]),
+    ("commands.csv", &["command"]),
+    ("descriptions.csv", &["index", "subindex"]),
+    ("emergency.csv", &["code"]),
+    ("encodings.csv", &["data_type", "value"]),
+    ("errata.csv", &["id"]),
+    ("formats.csv", &["address", "bits", "value"]),
+    ("frames.csv", &["frame"]),
+    ("homing_methods.csv", &["method"]),
+    ("identifiers.csv", &["object"]),
+    ("mode_bits.csv", &["object", "bit", "mode"]),
+    ("names.csv", &["index", "subindex"]),
+    ("nmt.csv", &["command"]),
+    ("objects.csv", &["index", "subindex"]),
+    ("pdo_mappings.csv", &["index", "position"]),
+    ("sdo_aborts.csv", &["code"]),
+    ("sdo_commands.csv", &["hex", "command"]),
+    ("sections.csv", &["chapter", "index"]),
+    ("states.csv", &["state"]),
+    ("terms.csv", &["type", "value"]),
+    ("transitions.csv", &["number"]),
+    ("values.csv", &["address", "value"]),
+];
+
+/// Types that other tables have.
+const PLACES: &[(&str, Place)] = &[("EmergencyCode", Place::Elsewhere), ("HomingMethod", Place::Elsewhere)];
+
+pub(super) const DRIVE: Drive = Drive {
+    name: "kollmorgen/akd",
+    vendor: "Kollmorgen",
+    title: "AKD",
+    data_sheet: "eds/devices/kollmorgen/akd/AKD.EDS",
+    overlay: "eds/devices/kollmorgen/akd/AKD.toml",
+    folder: "tests/manual/akd",
+    report: "drives/kollmorgen-akd/VERIFICATION.md",
+    tables: TABLES,
+    exempt: Exempt { columns: words::COLUMNS, rows: words::ROWS, clauses: words::CLAUSES },
+    code: generated,
+    node: Akd::NODE,
+    // 7.1 has object codes.
+    arrays: &[],
+    checks: &[
+        sheet::check::<Simulated>,
+        |checker, case| terms::check(checker, case, PLACES),
+        values::check::<Simulated>,
+        |checker, case| formats::check(checker, case, words::part, behaviour::shown, &["60FD:00"]),
+        |checker, case| {
+            let tables = &["objects.csv", "descriptions.csv"];
+            descriptions::check::<Simulated>(checker, case, tables, &[0x2014, 0x2015, 0x2016, 0x2017]);
+        },
+        |checker, case| {
+            let names = [("objects.csv", "description"), ("objects.csv", "ascii"), ("descriptions.csv", "name")];
+            descriptions::names(checker, case, &names);
+        },
+        |checker, case| descriptions::sections(checker, case),
+        words::bit_rates,
+        |checker, case| frames::examples::<Simulated>(checker, case, examples::CHAPTERS, examples::made),
+        |checker, case| network::sdo_specifiers(checker, case),
+        |checker, case| network::encodings(checker, case),
+        |checker, case| network::sdo_aborts::<Simulated>(checker, case, behaviour::refused, words::NEVER_SENT),
+        |checker, _| network::effects::<Simulated>(checker, behaviour::effect),
+        network::connection_set::<Simulated>,
+        pdo::mappings::<Simulated>,
+        |checker, _| cia402::states::<Simulated>(checker, |_, _, _, _| {}),
+        |checker, _| cia402::commands::<Simulated>(checker),
+        |checker, _| cia402::events::<Simulated>(checker, behaviour::action),
+        |checker, case| cia402::mode_bits::<Simulated>(checker, case, MODEL.modes, behaviour::mode_bit),
+        |checker, case| homing::check::<Simulated>(checker, case, behaviour::homes),
+        |checker, case| emcy::numbers::<Simulated>(checker, case, &fault::CODES, behaviour::raised),
+    ],
+};
+
+include!(concat!(env!("OUT_DIR"), "/kollmorgen_akd.rs"));
