@@ -99,7 +99,9 @@ const ARROWS: &[(&str, &[&str])] = &[
         &[
             "lexican-driver",
             "lexican-eds",
+            "lexican-kollmorgen-akd",
             "lexican-runtime",
+            "lexican-simulator",
             "lexican-mutated-siko",
             "lexican-mutated-siko-ag02",
             "lexican-mutated-siko-ag03-1",

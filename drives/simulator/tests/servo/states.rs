@@ -44,6 +44,13 @@ fn every_command_leads_where_figure_8_has_it() {
     }
 }
 
+#[test]
+fn a_servo_that_stands_is_disabled_at_once() {
+    let mut rig = servo_in(OperationEnabled);
+    rig.control(0x07);
+    assert_eq!(rig.state(), SwitchedOn);
+}
+
 /// A servo that moves with 1000 units/s in velocity mode, where ramps are shortest to write.
 fn running() -> Rig {
     let mut rig = Rig::enabled(3);

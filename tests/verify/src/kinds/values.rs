@@ -49,6 +49,6 @@ fn is_taken<S: Simulator>(case: &Case<'_>, (index, sub): (u16, u8), value: i128)
     let read = |bench: &mut Bench<S>| bench.read(index, sub).map(i128::from) == Ok(value);
     let was_there = read(&mut bench);
     // A command is taken, and not kept.
-    let done = bench.write(taken.index, taken.sub, value as i64, size as u8).is_ok();
+    let done = bench.write(taken.index, taken.sub, value as i64, size).is_ok();
     was_there || done && (read(&mut bench) || (taken.index, taken.sub) == (index, sub))
 }

@@ -4,7 +4,7 @@ use kollmorgen_akd::fault;
 use lexican_runtime::profile::cia402::{Mode, State};
 use simulator::servo::Machine;
 
-use super::{Akd, Simulated};
+use super::simulated::{Akd, Simulated};
 use crate::bench::Bench as OnBus;
 use crate::kinds::cia402::{bring_to, distinguishes_states};
 use crate::kinds::prose::Clauses;

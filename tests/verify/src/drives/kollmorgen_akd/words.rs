@@ -5,15 +5,12 @@ use lexican_eds::model::{Entry, Meaning, Value};
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::pdo::PdoCobId;
 
-use super::Simulated;
+use super::simulated::{SPEED, Simulated};
 use crate::bench::Bench;
 use crate::checker::{Against, Checker};
 use crate::drive::Case;
 use crate::manual::Row;
 use crate::notation::number;
-
-/// The speed of homing.
-pub(super) const SPEED: &str = "equivalent 60 rpm";
 
 pub(super) const COLUMNS: &[(&str, &[&str], &str)] = &[
     ("chapter", PLACES, "where the row stands in the manual"),

@@ -1,0 +1,35 @@
+//! The simulated AKD, as the comparisons of any servo look at it.
+
+use kollmorgen_akd::sim::MODEL;
+use lexican_runtime::NodeId;
+use simulator::servo::ServoModel;
+
+use crate::bench::Bench;
+use crate::servo::{OfModel, Servo};
+
+/// The speed of homing.
+pub(super) const SPEED: &str = "equivalent 60 rpm";
+
+/// The drive.
+pub(super) enum Akd {}
+
+pub(super) type Simulated = Servo<Akd>;
+
+impl OfModel for Akd {
+    const MODEL: &'static ServoModel = &MODEL;
+    const NODE: NodeId = NodeId::literal(3);
+    // F439.
+    const FAULT: u16 = 0x8611;
+    // What would not move, or is measured.
+    const INSTEAD: &'static [(u16, i128)] =
+        &[(0x6041, 0x0270), (0x6081, 20_000), (0x6083, 100_000), (0x6084, 100_000), (0x609A, 10_000)];
+
+    fn has_default_in_words(bench: &mut Bench<Simulated>, words: &str) -> bool {
+        let [fast, slow] = [1, 2].map(|sub| bench.read(0x6099, sub).unwrap_or(0));
+        match words {
+            SPEED => fast == 1000,
+            "1/8 * Object 6099 sub 1" => slow == fast / 8,
+            _ => false,
+        }
+    }
+}
