@@ -17,6 +17,8 @@ pub(crate) enum Failing {
     Silent,
     /// Its status word says that it does not follow.
     Ignoring,
+    /// It brakes by itself, and is not enabled again.
+    Braking,
 }
 
 pub(crate) struct Axis {
@@ -89,7 +91,10 @@ impl Axis {
         self.advance();
         if let Some((word, target)) = self.received.take() {
             let command = Command::parse(self.word, word);
-            if let Some(arrow) = Transitions::CIA_402.follow(self.state, command) {
+            let brakes = self.failing == Failing::Braking && word & 0x0F == 0x0F;
+            if brakes {
+                self.state = State::QuickStopActive;
+            } else if let Some(arrow) = Transitions::CIA_402.follow(self.state, command) {
                 self.state = arrow.to;
             }
             (self.word, self.target) = (word, target);

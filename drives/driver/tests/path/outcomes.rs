@@ -113,6 +113,43 @@ fn a_step_that_is_too_large_is_not_sent() {
 }
 
 #[test]
+fn a_step_that_is_as_large_as_it_may_be_is_sent() {
+    let mut rig = Rig::new(1);
+    let path = |cycle: u64, set_points: &mut [i32]| {
+        set_points[0] += MOST as i32;
+        if cycle < 3 { Supply::Ready } else { Supply::End }
+    };
+    let report = rig.follow(path, Settings::default());
+    assert_eq!((report.reason, report.axes[0].position), (None, 1000 + 3 * MOST as i32), "{report}");
+}
+
+/// Disable voltage would let go of an axis that brakes.
+#[test]
+fn an_axis_that_brakes_by_itself_is_left_braking_until_all_stand() {
+    let mut rig = Rig::new(2);
+    let (words, braking) = (Arc::new(Mutex::new(Vec::new())), rig.axes[1].clone());
+    let (heard, mut figure) = (Arc::clone(&words), figure(1000));
+    rig.bus.observe(move |_, frame| {
+        if frame.id() == CobId::of_node(0x300, NodeId::literal(2)) {
+            heard.lock().unwrap().push(u16::from_le_bytes([frame.data()[0], frame.data()[1]]));
+        }
+    });
+    let path = move |cycle: u64, set_points: &mut [i32]| {
+        if cycle == 400 {
+            braking.lock().unwrap().failing = Failing::Braking;
+        }
+        figure(cycle, set_points)
+    };
+    let report = rig.follow(path, Settings::default());
+    let reason = report.reason.map(|reason| reason.to_string());
+    assert_eq!(reason.as_deref(), Some("node 2: it has left OPERATION ENABLED for QUICK STOP ACTIVE"));
+    let mut words = words.lock().unwrap().clone();
+    words.dedup();
+    // It is enabled; then quick stop, and at last Disable voltage.
+    assert_eq!(words, [0x0000, 0x0006, 0x0007, 0x000F, 0x0002, 0x0000], "{words:04X?}");
+}
+
+#[test]
 fn a_program_that_is_held_up_says_by_how_much() {
     let reason = "the program was late for its cycle by 4 ms";
     check(|_, _, bus| bus.advance(Duration::from_millis(5)), reason, [RESTS; 3]);
