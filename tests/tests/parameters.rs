@@ -134,9 +134,12 @@ fn number(parameter: &Parameter) -> Option<u8> {
     rest.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
 }
 
+/// The order of rows: the number, the object, and the name of a parameter that equals none.
+type Key<'a> = (u8, Option<(u16, u8)>, &'a str);
+
 /// A row for each parameter, by its number, and a column for each interface.
 fn table(name: &str, device: &Device) -> String {
-    let mut rows: BTreeMap<(u8, Option<(u16, u8)>, &str), Vec<(&str, &Parameter)>> = BTreeMap::new();
+    let mut rows: BTreeMap<Key<'_>, Vec<(&str, &Parameter)>> = BTreeMap::new();
     for (door, interface) in &device.interfaces {
         for parameter in &interface.parameters {
             let own = if parameter.object().is_none() { parameter.entry.name.as_str() } else { "" };
