@@ -34,8 +34,11 @@ impl Initial {
 /// What an entry of a device starts with: what a DCF configures, else the default.
 ///
 /// Where the data sheet gives neither, or no value of the data type: the identity (1018h) is that of `[DeviceInfo]`,
-/// sub-index 0 of several entries counts them (CiA 301, 7.4.3) unless it can be written, groups of parameters (1010h and
-/// 1011h) are stored and restored on command, and anything else is the value nearest to zero that the limits allow.
+/// sub-index 0 of a PDO mapping counts the objects that are mapped, that of several entries counts them (CiA 301, 7.4.3)
+/// unless it can be written, groups of parameters (1010h and 1011h) are stored and restored on command, and anything else
+/// is the value nearest to zero that the limits allow.
+///
+/// A default of 1014h with a node-ID worked in, as editors do, is that of CiA 301 in every node: 80h plus the node-ID.
 #[must_use]
 pub fn initial(device: &Device, entry: &Entry) -> Initial {
     let given = given(entry);
@@ -44,12 +47,23 @@ pub fn initial(device: &Device, entry: &Entry) -> Initial {
         return fixed(given.and_then(|value| text_or_bytes(value, entry.data_type)).unwrap_or_default());
     };
     let bytes = |number| raw(number, entry.data_type).to_le_bytes()[..usize::from(bits).div_ceil(8)].to_vec();
-    match given {
+    let emergencies = given.and_then(|value| emergencies_of_any_node(entry, value));
+    match emergencies.as_ref().or(given) {
         Some(&Value::NodeIdPlus(base)) => {
             Initial { bytes: bytes(Number::Integer(base.into())), node_relative: true, is_given: true }
         }
         _ => fixed(bytes(number(device, entry))),
     }
+}
+
+/// The default of 1014h, where that of the data sheet is the one of a single node (CiA 301, 7.5.2.17).
+fn emergencies_of_any_node(entry: &Entry, given: &Value) -> Option<Value> {
+    let is_default = (entry.index, entry.sub) == (cia301::COB_ID_EMCY, 0) && entry.configured.is_none();
+    let cob_id = given.as_integer().filter(|_| is_default).and_then(|number| u32::try_from(number).ok())?;
+    let identifier = cob_id & cia301::IDENTIFIER;
+    let first = u32::from(cia301::connection::EMCY);
+    let of_a_node = (first + 1..first + 0x80).contains(&identifier);
+    of_a_node.then(|| Value::NodeIdPlus(i64::from(cob_id - identifier + first)))
 }
 
 /// What the data sheet says that the entry holds, as far as that is a value of its data type in every node.
@@ -78,13 +92,21 @@ fn stated(device: &Device, entry: &Entry) -> Option<Number> {
         (cia301::IDENTITY, 3) => info.revision_number,
         // The device stores, or restores, on command (CiA 301, 7.5.2.13 and 7.5.2.14).
         (cia301::STORE_PARAMETERS | cia301::RESTORE_DEFAULT_PARAMETERS, 1..) => Some(1),
-        // What can be written counts something else: errors, mapped objects.
+        (index, 0) if cia301::is_pdo_mapping(index) => mapped(device, index).map(u32::from),
+        // What can be written counts something else, such as errors.
         (index, 0) if matches!(entry.access, AccessType::Ro | AccessType::Const) => {
             highest_sub(device, index).map(u32::from)
         }
         _ => None,
     };
     given.or_else(|| fitting(&Value::Integer(elsewhere()?.into()), entry.data_type))
+}
+
+/// How many objects the PDO maps.
+fn mapped(device: &Device, mapping: u16) -> Option<u8> {
+    let mut pdos = device.pdos.iter();
+    let pdo = pdos.find(|pdo| pdo.direction.mapping_parameter(pdo.number) == mapping)?;
+    u8::try_from(pdo.mapping.len()).ok()
 }
 
 /// The highest sub-index of several; FFh is none of them (CiA 301, 7.4.4).
@@ -227,6 +249,40 @@ ParameterName=Entry
         check((cia301::IDENTITY, 2), "", &8_u32.to_le_bytes());
         check((cia301::IDENTITY, 3), "", &0x1_0002_u32.to_le_bytes());
         check((0x1018, 4), "", &[0; 4]);
+    }
+
+    #[test]
+    fn the_cob_id_of_emergencies_has_the_node_id_of_the_device() {
+        let check = |keys: &str, expected: u32| {
+            let object = format!(
+                "ObjectType=7 AccessType=rw [OptionalObjects] SupportedObjects=1 1=0x1014 [1014] ParameterName=EMCY ObjectType=7 DataType=7 AccessType=rw {keys}"
+            );
+            check((0x1014, 0), &object, &expected.to_le_bytes());
+        };
+        check("DefaultValue=$NODEID+0x80", 0x85);
+        check("DefaultValue=0x81", 0x85);
+        check("DefaultValue=0xFF", 0x85);
+        check("DefaultValue=0x80000081", 0x8000_0085);
+        // These are not of one node.
+        check("DefaultValue=0x80", 0x80);
+        check("DefaultValue=0x101", 0x101);
+        // A DCF is for one node.
+        check("DefaultValue=0x81 ParameterValue=0x82", 0x82);
+    }
+
+    #[test]
+    fn a_pdo_maps_what_its_data_sheet_has() {
+        let entry = |sub: u8, keys: &str| format!("[1600sub{sub}] ParameterName=Entry{sub} AccessType=rw {keys} ");
+        let check = |count: &str, expected: u8| {
+            let mapping = ["DataType=7 DefaultValue=0x20000008", "DataType=7 DefaultValue=0x20010008", "DataType=7"];
+            let entries: String = (1..).zip(mapping).map(|(sub, keys)| entry(sub, keys)).collect();
+            let count = entry(0, &format!("DataType=5 {count}"));
+            let object = "ObjectType=7 AccessType=rw [OptionalObjects] SupportedObjects=1 1=0x1600 [1600] ParameterName=Mapping ObjectType=9 SubNumber=4";
+            check((0x1600, 0), &format!("{object} {count}{entries}"), &[expected]);
+        };
+        check("", 2);
+        check("DefaultValue=1", 1);
+        check("DefaultValue=0", 0);
     }
 
     #[test]

@@ -60,8 +60,8 @@ fn lacking(device: &model::Device) -> String {
 }
 
 fn moves(device: &model::Device, description: &'static Description) -> Result<(), String> {
-    // Tools work a node-ID into COB-IDs, most often 1.
-    let (bus, node) = (VirtualBus::with_bit_rate(500), NodeId::literal(1));
+    // Tools work a node-ID into COB-IDs, most often 1: here it is another one.
+    let (bus, node) = (VirtualBus::with_bit_rate(500), NodeId::literal(5));
     bus.attach(VirtualDevice::power_on(Instant::ZERO, node, device));
     bus.advance(Duration::from_millis(1));
     let travel = || -> Result<String, Error> {
