@@ -304,7 +304,8 @@ fn what_is_stored_survives_in_a_file() {
     second.check("read", &["--node", "7", "2001"], "2001:00 = 05 00");
     drop(second);
     std::fs::write(folder.join("kept.txt"), "something else\n").unwrap();
-    lexican_in(&folder, &[&["simulate"], &args[..]].concat()).on_stderr(2, "kept.txt:1: this is not what");
+    lexican_in(&folder, &[&["simulate"], &args[..]].concat())
+        .on_stderr(2, "kept.txt: not the EEPROM of a simulated device: the first line is not");
 }
 
 #[test]
@@ -326,6 +327,42 @@ fn a_drive_keeps_its_parameters_and_follows_a_script() {
     std::fs::write(folder.join("bad.toml"), "[[step]]\nbatery_v = 2.1\n").unwrap();
     lexican_in(&folder, &["simulate", "siko/ag03-1", "--node", "5", "--script", "bad.toml"])
         .on_stderr(2, "bad.toml:2:");
+}
+
+/// A drive of the library that has a simulator of its own, and a data sheet that makes one.
+#[test]
+fn a_servo_keeps_its_parameters_and_follows_a_script() {
+    let folder = folder("sim-servo");
+    let sheet = Path::new(env!("CARGO_MANIFEST_DIR")).join("../eds/devices/kollmorgen/akd/AKD.EDS");
+    std::fs::copy(sheet, folder.join("servo.eds")).unwrap();
+    let script = "[[step]]\nafter_ms = 10\nfault = 0x4310\n\n[[step]]\nwhen = \"fault\"\nfault = \"none\"\n";
+    std::fs::write(folder.join("day.toml"), script).unwrap();
+    std::fs::write(folder.join("bad.toml"), "[[step]]\nblocked = \"yes\"\n").unwrap();
+    for device in ["servo.eds", "kollmorgen/akd"] {
+        let eeprom = format!("{}.txt", device.replace('/', "-"));
+        let args = [device, "--node", "5", "--eeprom", &eeprom];
+        let mut drive = Simulation::begin(&folder, &[&args[..], &["--script", "day.toml"]].concat());
+        assert_eq!(drive.until("emcy")["code"], "4310");
+        drive.check("write", &["--node", "5", "--device", "none", "--type", "UNSIGNED16", "6040", "0x80"], "");
+        assert_eq!(drive.until("emcy")["code"], "0000", "the cause is gone");
+        drive.asks("warning = 0x4210", "emcy");
+        drive.asks("warning = none", "emcy");
+        let error = drive.asks("blocked = maybe", "error");
+        assert!(error["text"].as_str().unwrap().contains("write true or false"), "{error}");
+        drive.asks("turn = 25", "answer");
+        drive.check("read", &["--node", "5", "--device", "none", "6064"], "6064:00 = 19 00 00 00");
+        drive.check("write", &["--node", "5", "--device", "none", "--type", "UNSIGNED32", "6065", "77"], "");
+        drive.check("write", &["--node", "5", "--device", "none", "--type", "UNSIGNED32", "1010:01", "0x65766173"], "");
+        drive.interrupt();
+        let again = Simulation::begin(&folder, &args);
+        again.check("read", &["--node", "5", "--device", "none", "6065"], "6065:00 = 4D 00 00 00");
+        drop(again);
+        std::fs::write(folder.join(&eeprom), "lexican parameters 2\n6065:00 4D\n").unwrap();
+        let torn = lexican_in(&folder, &[&["simulate"], &args[..]].concat());
+        torn.on_stderr(2, &format!("{eeprom}: cut off or changed"));
+        lexican_in(&folder, &["simulate", device, "--node", "5", "--script", "bad.toml"])
+            .on_stderr(2, "bad.toml:2: `blocked` cannot be \"yes\"");
+    }
 }
 
 #[test]
@@ -402,7 +439,8 @@ fn the_next_steps_are_printed() {
     let folder = sensor("sim-new-user");
     let check = |node: &str, words: &[&str]| {
         let run = lexican_in(&folder, &["simulate", "sensor.eds", "--node", node, "--for", "0.1"]);
-        assert_eq!(run.code, Some(0), "{run}");
+        // The bus is also on stdout, for programs that read events there.
+        run.on_stdout(0, "  serving on slcan:/dev/pts/");
         words.iter().for_each(|words| assert!(run.stderr.contains(words), "{words}: {}", run.stderr));
     };
     check("7", &["lexican monitor --bus slcan:", "--device 7=sensor.eds", "lexican scan --bus slcan:"]);

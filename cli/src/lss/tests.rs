@@ -1,6 +1,8 @@
 //! LSS sessions with devices on a virtual bus.
 
 use super::session::{Selected, Session, Target, Times};
+use simulator::Memory;
+
 use crate::device::samples;
 use crate::output::Failure;
 use lexican_runtime::host::Link;
@@ -12,7 +14,7 @@ use lexican_runtime::{Duration, Frame, Instant, NodeId};
 use std::sync::{Arc, Mutex};
 
 use crate::bus::testing::Flood;
-use crate::bus::virtual_device::{Memory, VirtualDevice};
+use crate::bus::virtual_device::VirtualDevice;
 use lexican_runtime::host::{Fate, Node, VirtualBus, VirtualLink};
 use lexican_runtime::service::lss_device::{LssDevice, LssHost, StoreError};
 

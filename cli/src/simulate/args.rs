@@ -42,7 +42,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE")]
     pub(super) eeprom: Option<PathBuf>,
 
-    /// A script of events for a simulated drive: faults, supply, temperature, a blocked shaft (TOML)
+    /// A script of events for a drive, such as faults, supply and a blocked shaft (TOML)
     #[arg(long, value_name = "FILE")]
     pub(super) script: Option<PathBuf>,
 

@@ -9,14 +9,15 @@ use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
-use siko_ag03_1::sim::script::Script;
 use siko_ag03_1::sim::{Model, Setup, SimulatedDrive};
 use siko_serial::sim::SerialDrive;
-use simulator::SimulatedServo;
+use simulator::script::{FromToml, Script};
 use simulator::servo::{Servo, ServoModel};
+use simulator::{Memory, SimulatedServo};
 
 use super::control::Power;
-use crate::bus::virtual_device::{Memory, VirtualDevice};
+use crate::bus::simulation::SIMULATORS;
+use crate::bus::virtual_device::{VirtualDevice, keeps};
 use crate::device::{Loaded, read};
 use crate::output::Failure;
 
@@ -35,7 +36,10 @@ impl Simulated {
         loaded: &Loaded,
         eeprom: Option<&Path>,
     ) -> Result<Self, Failure> {
-        let memory = eeprom.map_or(Ok(Memory::default()), |path| Memory::open(path, &loaded.device))?;
+        let memory = match eeprom {
+            Some(path) => Memory::open(path, keeps(&loaded.device)).map_err(Failure::new)?,
+            None => Memory::default(),
+        };
         let sheet = Arc::new(loaded.device.clone());
         Ok(Simulated::Sheet(Box::new(VirtualDevice::with_memory(now, node, sheet, memory))))
     }
@@ -45,26 +49,48 @@ impl Simulated {
         model: &'static Model,
         node: NodeId,
         eeprom: Option<&Path>,
-        script: Option<&Path>,
     ) -> Result<Self, Failure> {
         let setup = Setup::new(model, node);
-        let mut drive = match eeprom {
-            Some(path) => SimulatedDrive::with_eeprom(now, setup, path)
-                .map_err(|error| Failure::new(format_args!("{}: {error}", path.display())))?,
+        let drive = match eeprom {
+            Some(path) => SimulatedDrive::with_eeprom(now, setup, path).map_err(Failure::new)?,
             None => SimulatedDrive::power_on(now, setup),
         };
-        if let Some(path) = script {
-            let source = read(path)?;
-            let script = Script::from_toml(model, source.text()).map_err(|error| {
-                Failure::new(format_args!("{}:{}: {}", path.display(), error.line, error.problem)).help(error.remedy)
-            })?;
-            drive.follow(now, script);
-        }
         Ok(Simulated::Drive(Box::new(SerialDrive::new(drive))))
     }
 
-    pub(super) fn servo(now: Instant, model: &'static ServoModel, node: NodeId) -> Self {
-        Simulated::Servo(Box::new(SimulatedServo::new(now, model, node)))
+    pub(super) fn servo(
+        now: Instant,
+        model: &'static ServoModel,
+        node: NodeId,
+        eeprom: Option<&Path>,
+    ) -> Result<Self, Failure> {
+        let servo = match eeprom {
+            Some(path) => SimulatedServo::with_eeprom(now, model, node, path).map_err(Failure::new)?,
+            None => SimulatedServo::new(now, model, node),
+        };
+        Ok(Simulated::Servo(Box::new(servo)))
+    }
+
+    /// Lets the script of a file happen to the drive.
+    pub(super) fn follow(&mut self, now: Instant, path: &Path) -> Result<(), Failure> {
+        match self {
+            Simulated::Drive(serial) => {
+                let drive = serial.drive_mut();
+                drive.follow(now, script(drive.model(), path)?);
+            }
+            Simulated::Servo(servo) => servo.follow(now, script(servo.model(), path)?),
+            Simulated::Sheet(device) => match device.model() {
+                Some(model) => device.follow_script(now, script(model, path)?),
+                None => {
+                    let known: Vec<&str> = SIMULATORS.iter().map(|(id, _)| *id).collect();
+                    return Err(Failure::new("this device does not follow a script").help(format!(
+                        "drives of CiA 402 do, and {}; lines on stdin control any device",
+                        known.join(", ")
+                    )));
+                }
+            },
+        }
+        Ok(())
     }
 
     /// The node-ID; none while it is off, or has none.
@@ -111,8 +137,8 @@ impl Simulated {
     pub(super) fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
         match self {
             Simulated::Sheet(device) => device.value(now, address),
-            Simulated::Drive(drive) => drive.drive_mut().with_dictionary(now, |od| read_entry(od, address)),
-            Simulated::Servo(servo) => servo.with_servo(now, |_, od| read_entry(od, address)),
+            Simulated::Drive(drive) => drive.drive_mut().with_dictionary(now, |od| simulator::read(od, address)),
+            Simulated::Servo(servo) => servo.with_servo(now, |_, od| simulator::read(od, address)),
         }
     }
 
@@ -169,22 +195,19 @@ impl Simulated {
 
     /// Sets an input of the drive, in the syntax of its scripts.
     pub(super) fn input(&mut self, now: Instant, line: &str) -> Result<(), String> {
-        let (key, value) = line.split_once('=').unwrap_or((line, ""));
-        let (key, value) = (key.trim(), value.trim());
-        let drive = match self {
-            Simulated::Drive(serial) => serial.drive_mut(),
-            Simulated::Sheet(device) => return device.input(now, key, value),
-            Simulated::Servo(servo) => {
-                let mut inputs = *servo.servo().inputs();
-                inputs.set(key, value)?;
-                servo.set_inputs(now, |now| *now = inputs);
-                return Ok(());
+        match self {
+            Simulated::Drive(serial) => {
+                let drive = serial.drive_mut();
+                changes(drive.model(), line)?.into_iter().for_each(|change| drive.apply(now, change));
             }
-        };
-        let script = Script::from_toml(drive.model(), &format!("[[step]]\n{line}\n"));
-        let script = script.map_err(|error| format!("{}; {}", error.problem, error.remedy))?;
-        let changes = script.steps().iter().flat_map(|step| step.changes.clone());
-        changes.for_each(|change| drive.apply(now, change));
+            Simulated::Servo(servo) => {
+                changes(servo.model(), line)?.iter().for_each(|change| servo.apply(now, change));
+            }
+            Simulated::Sheet(device) => {
+                let model = device.model().ok_or("this device has no inputs but its objects: set OBJECT VALUE")?;
+                changes(model, line)?.iter().for_each(|change| device.apply(now, change));
+            }
+        }
         Ok(())
     }
 
@@ -210,9 +233,10 @@ impl Simulated {
     pub(super) fn trouble(&mut self) -> Option<String> {
         match self {
             Simulated::Sheet(device) => device.trouble(),
-            Simulated::Drive(serial) => serial.drive().eeprom_trouble().map(ToString::to_string),
-            Simulated::Servo(_) => None,
+            Simulated::Drive(serial) => serial.drive().eeprom_trouble(),
+            Simulated::Servo(servo) => servo.eeprom_trouble(),
         }
+        .map(|error| format!("cannot write what the device stores: {error}"))
     }
 
     fn as_node(&self) -> &dyn Node {
@@ -238,12 +262,24 @@ fn axis(servo: &Servo, now: Instant) -> String {
     format!(", {}, shaft at {:.0}, {:.0}/s", servo.state(), shaft.position, shaft.velocity)
 }
 
-fn read_entry(od: &mut dyn ObjectDictionary, address: Address) -> Result<Vec<u8>, AbortCode> {
-    let entry = od.entry(address)?;
-    let mut value = vec![0; od.len(&entry).unwrap_or(entry.capacity.into()) as usize];
-    let len = od.read(&entry, 0, &mut value)?;
-    value.truncate(len);
-    Ok(value)
+/// Reads the script of a file.
+fn script<C: FromToml>(model: &C::Model, path: &Path) -> Result<Script<C>, Failure> {
+    let source = read(path)?;
+    Script::from_toml(model, source.text()).map_err(|error| {
+        Failure::new(format_args!("{}:{}: {}", path.display(), error.line, error.problem)).help(error.remedy)
+    })
+}
+
+/// The changes that a line makes in the syntax of scripts; the quotes around one word may be missing.
+fn changes<C: FromToml + Clone>(model: &C::Model, line: &str) -> Result<Vec<C>, String> {
+    let (key, value) = line.split_once('=').unwrap_or((line, ""));
+    let value = value.trim();
+    let is_word = value.starts_with(char::is_alphabetic) && value.chars().all(char::is_alphanumeric);
+    let is_bare = is_word && !["true", "false", "inf", "nan"].contains(&value);
+    let value = if is_bare { format!("{value:?}") } else { value.to_owned() };
+    let script = Script::from_toml(model, &format!("[[step]]\n{key} = {value}\n"));
+    let script = script.map_err(|error| format!("{}; {}", error.problem, error.remedy))?;
+    Ok(script.steps().iter().flat_map(|step| step.changes.clone()).collect())
 }
 
 fn write_entry(od: &mut dyn ObjectDictionary, address: Address, data: &[u8]) -> Result<(), AbortCode> {

@@ -14,7 +14,7 @@ use lexican_runtime::host::{BusUrl, Link, Pace};
 use crate::bus::BusArgs;
 use crate::bus::serial;
 use crate::bus::serial_terminal::SerialTerminal;
-use crate::bus::simulation::{SIMULATORS, Simulator, simulator};
+use crate::bus::simulation::{Simulator, simulator};
 use crate::output::{Failure, Outcome, ctrl_c};
 pub(crate) use args::Args;
 use args::Place;
@@ -26,31 +26,24 @@ use session::Session;
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let loaded = args.device.load()?;
     let model = simulator(args.device.name());
-    if args.script.is_some() && !matches!(model, Some(Simulator::Siko(_))) {
-        let known = SIMULATORS.iter().filter(|(_, simulator)| matches!(simulator, Simulator::Siko(_)));
-        let known: Vec<&str> = known.map(|(id, _)| *id).collect();
-        return Err(Failure::new("this device does not follow a script")
-            .help(format!("these do: {}; lines on stdin control any device", known.join(", "))));
-    }
     if matches!(args.bus, Place::Serial) && !serial::is_known(args.device.name()) {
         return Err(Failure::new("this device has no serial interface that lexican knows")
             .help(format!("that of {} is known", serial::DEVICE)));
     }
     let (link, serial, urls) = open(&args.bus)?;
     let now = link.now();
-    let device = match (model, args.node.0) {
-        (Some(Simulator::Siko(model)), Some(node)) => {
-            Simulated::drive(now, model, node, args.eeprom.as_deref(), args.script.as_deref())?
-        }
-        (Some(Simulator::Servo(_)), Some(_)) if args.eeprom.is_some() => {
-            return Err(Failure::new("this simulator keeps its parameters in memory only").help("leave out --eeprom"));
-        }
-        (Some(Simulator::Servo(model)), Some(node)) => Simulated::servo(now, model, node),
+    let eeprom = args.eeprom.as_deref();
+    let mut device = match (model, args.node.0) {
+        (Some(Simulator::Siko(model)), Some(node)) => Simulated::drive(now, model, node, eeprom)?,
+        (Some(Simulator::Servo(model)), Some(node)) => Simulated::servo(now, model, node, eeprom)?,
         (Some(_), None) => {
             return Err(Failure::new("this drive has no LSS, by which it could get a node-ID").help("--node 5"));
         }
-        (None, node) => Simulated::sheet(now, node, &loaded, args.eeprom.as_deref())?,
+        (None, node) => Simulated::sheet(now, node, &loaded, eeprom)?,
     };
+    if let Some(path) = &args.script {
+        device.follow(now, path)?;
+    }
     let report = Report::new(&loaded.device, args.json, args.json || args.verbose);
     let mut session = Session::new((link, serial), device, &loaded, report);
     session.introduce(&urls, args)?;

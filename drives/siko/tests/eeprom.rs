@@ -66,7 +66,7 @@ fn what_is_changed_anywhere_is_refused() {
 #[test]
 fn a_line_that_is_none_is_named() {
     for line in ["position x", "2410 0x1", "2410:01 1", "5555:00 0x1", ""] {
-        check(&MODEL.eeprom.seal(&[line.to_owned()]), "line 2 is neither");
+        check(&MODEL.eeprom.seal(&[line.to_owned()]), &format!("line 2: `{line}` is neither `position -5000` nor"));
     }
 }
 
@@ -82,7 +82,7 @@ fn parameter_25_has_a_line_where_no_object_holds_it() {
     assert_eq!(NonVolatile::from_text(ag02, &before).unwrap(), NonVolatile::default());
     let line = |line: &str| vec![line.to_owned()];
     assert!(NonVolatile::from_text(ag02, &ag02.eeprom.seal(&line("inching_stop 2"))).is_err());
-    check(&MODEL.eeprom.seal(&line("inching_stop 1")), "line 2 is neither");
+    check(&MODEL.eeprom.seal(&line("inching_stop 1")), "line 2: `inching_stop 1` is neither");
 }
 
 #[test]

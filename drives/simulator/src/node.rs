@@ -1,15 +1,19 @@
 //! A simulated servo as a node of a bus.
 
-use std::collections::BTreeMap;
+use std::path::Path;
 
 use lexican_runtime::device::{Device, Event};
 use lexican_runtime::host::Node;
 use lexican_runtime::object::{Address, Entry, ObjectDictionary};
 use lexican_runtime::service::nmt::Reset;
-use lexican_runtime::service::storage::{self, Storing, is_of_group};
+use lexican_runtime::service::storage::{self, Storing};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
 
+use crate::eeprom::EepromError;
+use crate::memory::{Memory, read};
+use crate::script::Following;
+use crate::servo::script::{Change, Script, Seen};
 use crate::servo::{Inputs, Servo, ServoModel, follow, report};
 use crate::storage::{Storage, signed};
 
@@ -24,42 +28,59 @@ pub struct SimulatedServo {
     device: Device<16, 16, 1, 4>,
     storage: Box<dyn Storage>,
     servo: Servo,
-    kept: Kept,
+    memory: Memory,
     on: bool,
+    following: Following<Change>,
 }
 
 const DEVICE_TYPE: Address = Address::new(cia301::DEVICE_TYPE, 0);
 /// 1000h: device profile 402, a servo drive.
 const SERVO_DRIVE: u64 = 0x0002_0192;
 
-/// What survives without power.
-#[derive(Clone, Debug, Default)]
-struct Kept {
-    values: BTreeMap<Address, Vec<u8>>,
-    /// What 1010h stores.
-    writable: Vec<Address>,
-}
-
 impl SimulatedServo {
     /// A servo that is switched on at `now`, with the dictionary of its model.
     #[must_use]
     pub fn new(now: Instant, model: &'static ServoModel, node: NodeId) -> Self {
+        SimulatedServo::with_memory(now, model, node, Memory::default())
+    }
+
+    /// The same with what the file at `path` holds, which is written whenever something else is to be kept.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read or written, or something else is in it.
+    pub fn with_eeprom(
+        now: Instant,
+        model: &'static ServoModel,
+        node: NodeId,
+        path: impl AsRef<Path>,
+    ) -> Result<Self, EepromError> {
+        let storage = (model.storage)(node);
+        let writable = writable(&*storage);
+        let memory = Memory::open(path.as_ref(), |address, value| {
+            let known = writable.contains(&address) || model.persistent.contains(&address);
+            known
+                && storage.entry(address).is_ok_and(|entry| {
+                    entry
+                        .data_type
+                        .size()
+                        .map_or(value.len() <= usize::from(entry.capacity), |size| size == value.len())
+                })
+        })?;
+        Ok(SimulatedServo::with_memory(now, model, node, memory))
+    }
+
+    fn with_memory(now: Instant, model: &'static ServoModel, node: NodeId, memory: Memory) -> Self {
         let mut servo = SimulatedServo {
             model,
             device: Device::new(node, model.behaviour),
             storage: (model.storage)(node),
             servo: Servo::new(now, model),
-            kept: Kept::default(),
+            memory,
             on: true,
+            following: Following::default(),
         };
-        servo.kept.writable = servo.storage.addresses();
-        servo.kept.writable.retain(|address| {
-            let commands =
-                [cia301::STORE_PARAMETERS, cia301::RESTORE_DEFAULT_PARAMETERS, cia301::PREDEFINED_ERROR_FIELD];
-            let entry = servo.storage.entry(*address);
-            !commands.contains(&address.index())
-                && entry.is_ok_and(|entry| entry.access.is_readable() && entry.access.is_writable())
-        });
+        servo.memory.writable = writable(&*servo.storage);
         servo.boot(now, 0..=0xFFFF);
         servo
     }
@@ -128,20 +149,66 @@ impl SimulatedServo {
         result
     }
 
+    /// Why the file of [`SimulatedServo::with_eeprom`] could not be written the last time.
+    #[must_use]
+    pub fn eeprom_trouble(&self) -> Option<&EepromError> {
+        self.memory.trouble()
+    }
+
+    /// Lets `script` happen to the servo, beginning at `now`; another one that is not done is forgotten.
+    pub fn follow(&mut self, now: Instant, script: Script) {
+        self.following = Following::new(now, script);
+        self.run_script(now);
+    }
+
+    /// How many steps of the script have not happened yet.
+    #[must_use]
+    pub fn steps_left(&self) -> usize {
+        self.following.steps_left()
+    }
+
+    /// Lets one thing happen to the servo.
+    pub fn apply(&mut self, now: Instant, change: &Change) {
+        match change {
+            Change::Input(setting) => self.set_inputs(now, |inputs| setting.apply(inputs)),
+            Change::Turn(by) => _ = self.with_servo(now, |servo, od| servo.turn(now, od, *by)),
+            Change::Power(on) => self.set_power(now, *on),
+            Change::PowerCycle => {
+                self.set_power(now, false);
+                self.set_power(now, true);
+            }
+        }
+    }
+
+    fn seen(&self) -> Seen<'_> {
+        let state = self.on.then(|| self.nmt_state());
+        Seen { servo: &self.servo, storage: &*self.storage, state }
+    }
+
+    fn run_script(&mut self, now: Instant) {
+        loop {
+            let mut following = std::mem::take(&mut self.following);
+            let changes = following.take_step(now, |at, condition| self.seen().is_so(at, condition));
+            self.following = following;
+            let Some(changes) = changes else { return };
+            changes.iter().for_each(|change| self.apply(now, change));
+        }
+    }
+
     /// Stores a group of parameters as 1010h does; 1 is everything.
     ///
     /// # Errors
     ///
     /// Why an entry cannot be read.
     pub fn store(&mut self, group: u8) -> Result<(), AbortCode> {
-        storage::Storage::store(&mut self.kept, group, &mut *self.storage)
+        storage::Storage::store(&mut self.memory, group, &mut *self.storage)
     }
 
     /// Gives these indices the values of power-on, and starts the device.
     fn boot(&mut self, now: Instant, indices: std::ops::RangeInclusive<u16>) {
         let node = self.node();
         let before = std::mem::replace(&mut self.storage, (self.model.storage)(node));
-        for (address, value) in &self.kept.values {
+        for (address, value) in self.memory.values() {
             if let Ok(entry) = self.storage.entry(*address) {
                 // What does not fit into another version of the data sheet stays at its default.
                 let _ = self.storage.write(&entry, 0, value, true);
@@ -163,7 +230,7 @@ impl SimulatedServo {
 
     fn with_device<T>(&mut self, call: impl FnOnce(&mut Device<16, 16, 1, 4>, &mut dyn ObjectDictionary) -> T) -> T {
         let mut od = Checked { servo: &self.servo, storage: &mut *self.storage };
-        call(&mut self.device, &mut Storing::new(&mut od, &mut self.kept))
+        call(&mut self.device, &mut Storing::new(&mut od, &mut self.memory))
     }
 
     fn take(&mut self, now: Instant, event: Option<Event>) {
@@ -175,8 +242,8 @@ impl SimulatedServo {
             }
             Some(Event::Reset(Reset::Communication)) => self.boot(now, 0x1000..=0x1FFF),
             Some(Event::Written(address)) if self.model.persistent.contains(&address) => {
-                if let Some(value) = read(&mut *self.storage, address) {
-                    self.kept.values.insert(address, value);
+                if let Ok(value) = read(&mut *self.storage, address) {
+                    self.memory.keep(address, value);
                 }
             }
             _ => {}
@@ -196,6 +263,7 @@ impl Node for SimulatedServo {
             let event = self.with_device(|device, od| device.handle_frame(now, frame, od));
             self.take(now, event);
         }
+        self.run_script(now);
     }
 
     fn handle_timeout(&mut self, now: Instant) {
@@ -204,6 +272,7 @@ impl Node for SimulatedServo {
             let event = self.with_device(|device, od| device.handle_timeout(now, od));
             self.take(now, event);
         }
+        self.run_script(now);
     }
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
@@ -212,7 +281,8 @@ impl Node for SimulatedServo {
 
     fn poll_timeout(&self) -> Option<Instant> {
         let own = [self.device.poll_timeout(), self.servo.next_event()];
-        own.into_iter().flatten().min().filter(|_| self.on)
+        let script = self.seen().next_step(&self.following);
+        own.into_iter().filter(|_| self.on).chain([script]).flatten().min()
     }
 
     fn concerns(&self) -> Vec<CobId> {
@@ -257,26 +327,14 @@ impl ObjectDictionary for Checked<'_> {
     }
 }
 
-impl storage::Storage for Kept {
-    fn store(&mut self, group: u8, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
-        for &address in self.writable.iter().filter(|address| is_of_group(group, **address)) {
-            if let Some(value) = read(od, address) {
-                self.values.insert(address, value);
-            }
-        }
-        Ok(())
-    }
-
-    fn restore(&mut self, group: u8) -> Result<(), AbortCode> {
-        self.values.retain(|address, _| !is_of_group(group, *address));
-        Ok(())
-    }
-}
-
-fn read(od: &mut dyn ObjectDictionary, address: Address) -> Option<Vec<u8>> {
-    let entry = od.entry(address).ok()?;
-    let mut value = vec![0; od.len(&entry).unwrap_or(entry.capacity.into()) as usize];
-    let len = od.read(&entry, 0, &mut value).ok()?;
-    value.truncate(len);
-    Some(value)
+/// What 1010h stores.
+fn writable(storage: &dyn Storage) -> Vec<Address> {
+    const COMMANDS: [u16; 3] =
+        [cia301::STORE_PARAMETERS, cia301::RESTORE_DEFAULT_PARAMETERS, cia301::PREDEFINED_ERROR_FIELD];
+    let is_stored = |address: &Address| {
+        let entry = storage.entry(*address);
+        !COMMANDS.contains(&address.index())
+            && entry.is_ok_and(|entry| entry.access.is_readable() && entry.access.is_writable())
+    };
+    storage.addresses().into_iter().filter(is_stored).collect()
 }

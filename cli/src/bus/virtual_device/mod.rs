@@ -3,7 +3,6 @@
 mod dictionary;
 #[cfg(test)]
 mod drives;
-mod memory;
 
 use std::sync::Arc;
 
@@ -19,11 +18,13 @@ use lexican_runtime::wire::lss::{self, Identity};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
 
-use simulator::Storage;
+use simulator::eeprom::EepromError;
+use simulator::script::Following;
+use simulator::servo::script::{Change, Script, Seen};
 use simulator::servo::{self, Servo, ServoModel};
+use simulator::{Memory, Storage};
 
 use dictionary::SheetDictionary;
-pub(crate) use memory::Memory;
 
 /// What makes a device a drive that moves: 6040h, 6041h, 6060h.
 const DRIVE: [Address; 3] = [Address::new(0x6040, 0), Address::new(0x6041, 0), Address::new(0x6060, 0)];
@@ -42,8 +43,15 @@ pub(crate) struct VirtualDevice {
     memory: Memory,
     /// The axis of a drive with control word, status word and modes.
     servo: Option<Servo>,
+    following: Following<Change>,
     /// What of the dictionary was inconsistent at the last boot.
     misconfigured: Vec<Misconfigured>,
+}
+
+/// Whether the device of a data sheet stores a value of an entry.
+pub(crate) fn keeps(sheet: &model::Device) -> impl Fn(Address, &[u8]) -> bool {
+    let dictionary = SheetDictionary::new(dictionary::NO_NODE, sheet);
+    move |address, value| dictionary.can_keep(address, value)
 }
 
 impl VirtualDevice {
@@ -75,6 +83,7 @@ impl VirtualDevice {
             dictionary,
             memory,
             servo: None,
+            following: Following::default(),
             misconfigured: Vec::new(),
             sheet,
         };
@@ -90,7 +99,7 @@ impl VirtualDevice {
         if self.servo.is_some() {
             self.dictionary.supply_defaults(servo::DEFAULTS);
         }
-        self.dictionary.reset(&self.memory.kept);
+        self.dictionary.reset(self.memory.values());
         if reset == Reset::Communication {
             self.dictionary.keep_application(before);
         }
@@ -133,7 +142,7 @@ impl VirtualDevice {
         }
         self.on = on;
         if boots {
-            let node = self.given.or(self.memory.node);
+            let node = self.given.or(self.memory.node());
             self.lss = LssDevice::new(self.identity, node);
             self.boot(now, node, Reset::Node);
         }
@@ -144,14 +153,48 @@ impl VirtualDevice {
         self.servo.as_ref().filter(|_| self.on)
     }
 
-    /// Lets the world around the drive change.
-    pub(crate) fn input(&mut self, now: Instant, key: &str, value: &str) -> Result<(), String> {
-        let servo = self.servo.as_mut().ok_or("this device has no inputs but its objects: set OBJECT VALUE")?;
-        let mut inputs = *servo.inputs();
-        inputs.set(key, value)?;
-        servo.set_inputs(now, &mut self.dictionary, |now| *now = inputs);
+    /// Which drive it is, if it moves.
+    pub(crate) fn model(&self) -> Option<&'static ServoModel> {
+        self.servo.as_ref().map(Servo::model)
+    }
+
+    /// Lets one thing happen to the drive; none to a device that is no drive, except for its power.
+    pub(crate) fn apply(&mut self, now: Instant, change: &Change) {
+        match (change, &mut self.servo) {
+            (Change::Input(setting), Some(servo)) => {
+                servo.set_inputs(now, &mut self.dictionary, |inputs| setting.apply(inputs));
+            }
+            (Change::Turn(by), Some(servo)) => _ = servo.turn(now, &mut self.dictionary, *by),
+            (Change::Input(_) | Change::Turn(_), None) => {}
+            (Change::Power(on), _) => self.set_power(now, *on),
+            (Change::PowerCycle, _) => {
+                self.set_power(now, false);
+                self.set_power(now, true);
+            }
+        }
         self.report(now);
-        Ok(())
+    }
+
+    /// Lets `script` happen to the drive, beginning at `now`.
+    pub(crate) fn follow_script(&mut self, now: Instant, script: Script) {
+        self.following = Following::new(now, script);
+        self.run_script(now);
+    }
+
+    fn seen(&self) -> Option<Seen<'_>> {
+        let servo = self.servo.as_ref()?;
+        Some(Seen { servo, storage: &self.dictionary, state: self.nmt_state() })
+    }
+
+    fn run_script(&mut self, now: Instant) {
+        loop {
+            let mut following = std::mem::take(&mut self.following);
+            let is_so = |at, condition| self.seen().is_some_and(|seen| seen.is_so(at, condition));
+            let changes = following.take_step(now, is_so);
+            self.following = following;
+            let Some(changes) = changes else { return };
+            changes.iter().for_each(|change| self.apply(now, change));
+        }
     }
 
     /// Puts what the drive measures into the dictionary.
@@ -196,8 +239,8 @@ impl VirtualDevice {
     }
 
     /// Why the stored parameters could not be written to their file.
-    pub(crate) fn trouble(&mut self) -> Option<String> {
-        self.memory.trouble.take()
+    pub(crate) fn trouble(&self) -> Option<&EepromError> {
+        self.memory.trouble()
     }
 
     /// What of the dictionary the device could not serve at its last boot; reported once.
@@ -249,17 +292,19 @@ impl Node for VirtualDevice {
             if let Some(lss_device::Event::NodeIdGiven(node)) = event {
                 self.boot(now, Some(node), Reset::Communication);
             }
-            return;
+        } else {
+            self.measure(now);
+            let event = self.with_device(|device, od| device.handle_frame(now, frame, od)).flatten();
+            self.follow(now, event);
         }
-        self.measure(now);
-        let event = self.with_device(|device, od| device.handle_frame(now, frame, od)).flatten();
-        self.follow(now, event);
+        self.run_script(now);
     }
 
     fn handle_timeout(&mut self, now: Instant) {
         self.measure(now);
         let event = self.with_device(|device, od| device.handle_timeout(now, od)).flatten();
         self.follow(now, event);
+        self.run_script(now);
     }
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
@@ -268,9 +313,10 @@ impl Node for VirtualDevice {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        let device = self.device.as_ref().filter(|_| self.on)?;
-        let servo = self.servo.as_ref().and_then(Servo::next_event);
-        [device.poll_timeout(), servo].into_iter().flatten().min()
+        let device = self.device.as_ref().filter(|_| self.on);
+        let servo = self.servo.as_ref().filter(|_| device.is_some()).and_then(Servo::next_event);
+        let script = self.seen().and_then(|seen| seen.next_step(&self.following));
+        [device.and_then(|device| device.poll_timeout()), servo, script].into_iter().flatten().min()
     }
 
     fn concerns(&self) -> Vec<CobId> {
@@ -293,6 +339,7 @@ mod tests {
     use lexican_runtime::service::sdo_client::SdoError;
     use lexican_runtime::wire::nmt::NmtState;
     use lexican_runtime::{CobId, Duration, host::Link};
+    use simulator::servo::script::Setting;
 
     const NODE: NodeId = NodeId::literal(5);
 
@@ -385,8 +432,8 @@ mod tests {
         let bus = VirtualBus::new();
         let mut device = VirtualDevice::power_on(Instant::ZERO, NODE, &sheet);
         assert!(device.servo().is_some());
-        assert!(device.input(Instant::ZERO, "blocked", "yes").unwrap_err().contains("true or false"));
-        device.input(Instant::ZERO, "positive_limit", "3000").unwrap();
+        let limit = Setting::new("positive_limit", "3000").unwrap();
+        device.apply(Instant::ZERO, &Change::Input(limit));
         bus.attach(device);
         let link = bus.link();
         bus.advance(Duration::from_millis(1));
@@ -412,8 +459,7 @@ mod tests {
 
     #[test]
     fn another_device_has_no_axis() {
-        let mut device = VirtualDevice::power_on(Instant::ZERO, NODE, &samples::sensor());
+        let device = VirtualDevice::power_on(Instant::ZERO, NODE, &samples::sensor());
         assert!(device.servo().is_none());
-        assert!(device.input(Instant::ZERO, "blocked", "true").unwrap_err().contains("no inputs"));
     }
 }

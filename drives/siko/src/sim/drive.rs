@@ -8,15 +8,17 @@ use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Instant, NodeId};
 use simulator::Storage;
+use simulator::eeprom::EepromFile;
+use simulator::script::Following;
 
 use super::controller::{Controller, Network};
-use super::eeprom::{EepromError, EepromFile, NonVolatile};
+use super::eeprom::{EepromError, NonVolatile};
 use super::inputs::{BusState, Inputs};
 use super::leds::{BusLed, Lights, StatusLed};
 use super::model::Model;
 use super::objects::{Effect, Objects};
 use super::parameters::Parameters;
-use super::script::Following;
+use super::script::Change;
 use super::setup::Setup;
 use super::switches::DipSwitches;
 use super::trajectory;
@@ -55,8 +57,8 @@ pub struct SimulatedDrive {
     pub(super) switched_off: bool,
     /// In bit/s, as 2100h said at the last initialisation.
     pub(super) bit_rate: u32,
-    pub(super) eeprom: Option<EepromFile>,
-    pub(super) following: Option<Following>,
+    pub(super) eeprom: Option<EepromFile<NonVolatile>>,
+    pub(super) following: Following<Change>,
 }
 
 impl SimulatedDrive {
@@ -86,7 +88,7 @@ impl SimulatedDrive {
             switched_off: false,
             bit_rate: 0,
             eeprom: None,
-            following: None,
+            following: Following::default(),
         };
         drive.follow_supply(now);
         drive.settle(now);
@@ -112,7 +114,7 @@ impl SimulatedDrive {
     ///
     /// The file cannot be read, is torn, or is something else.
     pub fn with_eeprom(now: Instant, setup: Setup, path: impl AsRef<Path>) -> Result<Self, EepromError> {
-        let (file, kept) = EepromFile::open(setup.model, path.as_ref())?;
+        let (file, kept) = EepromFile::open(path.as_ref(), |text| NonVolatile::from_text(setup.model, text))?;
         let mut setup = setup;
         setup.non_volatile = kept.unwrap_or(setup.non_volatile);
         let mut drive = SimulatedDrive::power_on(now, setup);

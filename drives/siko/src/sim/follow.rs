@@ -1,66 +1,42 @@
 //! How a drive follows its script.
 
 use lexican_runtime::Instant;
+use simulator::script::Following;
 
 use super::drive::SimulatedDrive;
 use super::inputs::Inputs;
-use super::script::{Change, Condition, Following, Script, Step, Trigger};
+use super::script::{Change, Condition, Script};
 use crate::state::State;
 use crate::words::status;
 
 impl SimulatedDrive {
     /// Lets `script` happen to the drive, beginning at `now`; another one that is not done is forgotten.
     pub fn follow(&mut self, now: Instant, script: Script) {
-        self.following = Some(Following::new(now, script));
+        self.following = Following::new(now, script);
         self.run_script(now);
     }
 
     /// How many steps of the script have not happened yet.
     #[must_use]
     pub fn steps_left(&self) -> usize {
-        self.following.as_ref().map_or(0, Following::left)
+        self.following.steps_left()
     }
 
     /// Makes every step happen whose time has come.
     pub(super) fn run_script(&mut self, now: Instant) {
-        while let Some(mut following) = self.following.take() {
-            let Some(Step { trigger, changes }) = following.next().cloned() else { return };
-            let due = match trigger {
-                Trigger::At(span) => Some(following.began + span),
-                Trigger::After(span) => Some(following.last + span),
-                Trigger::When { condition, and_then } => {
-                    if following.held_since.is_none() && self.is_so(now, condition) {
-                        following.held_since = Some(now);
-                    }
-                    following.held_since.map(|since| since + and_then)
-                }
-            };
-            let happens = due.is_some_and(|due| due <= now);
-            if happens {
-                following.done += 1;
-                following.last = now;
-                following.held_since = None;
-            }
-            self.following = Some(following);
-            if !happens {
-                return;
-            }
+        loop {
+            let mut following = std::mem::take(&mut self.following);
+            let changes = following.take_step(now, |at, condition| self.is_so(at, condition));
+            self.following = following;
+            let Some(changes) = changes else { return };
             changes.into_iter().for_each(|change| self.apply(now, change));
         }
     }
 
     /// When to look again whether the next step's time has come.
     pub(super) fn next_step(&self) -> Option<Instant> {
-        let following = self.following.as_ref()?;
-        match following.next()?.trigger {
-            Trigger::At(span) => Some(following.began + span),
-            Trigger::After(span) => Some(following.last + span),
-            Trigger::When { condition, and_then } => match following.held_since {
-                Some(since) => Some(since + and_then),
-                None if self.is_so(self.settled, condition) => Some(self.settled),
-                None => self.may_become_so(self.settled, condition),
-            },
-        }
+        let is_so = |at, condition| self.is_so(at, condition);
+        self.following.next_step(is_so, |at, condition| self.may_become_so(at, condition))
     }
 
     /// Whether something is so.

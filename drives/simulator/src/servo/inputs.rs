@@ -39,29 +39,55 @@ pub struct Machine {
     pub index: Option<(f64, f64)>,
 }
 
-/// What [`Inputs::set`] takes.
-const KEYS: &str = "supply, enable, blocked, ignores_sync, fault, warning, digital, probe_1, probe_2, negative_limit, \
-                    positive_limit, home_low, home_high, index, index_distance";
-
 impl Inputs {
+    /// The names of the inputs.
+    pub const KEYS: [&'static str; 15] = [
+        "supply",
+        "enable",
+        "blocked",
+        "ignores_sync",
+        "fault",
+        "warning",
+        "digital",
+        "probe_1",
+        "probe_2",
+        "negative_limit",
+        "positive_limit",
+        "home_low",
+        "home_high",
+        "index",
+        "index_distance",
+    ];
+
     /// Sets an input by its name: `blocked` to `true`, `fault` to `0x4310` or `none`, `negative_limit` to `-20000`.
     ///
     /// # Errors
     ///
-    /// What is wrong with the name or the value, for the user.
+    /// What is wrong with the name or the value, for the user. Nothing has changed then.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
-        let flag = || value.parse::<bool>().map_err(|_| format!("{key} is true or false, not {value:?}"));
+        if !Inputs::KEYS.contains(&key) {
+            return Err(format!("there is no input {key:?}; there are {}", Inputs::KEYS.join(", ")));
+        }
+        self.take(key, value).map_err(|wanted| format!("{key} is {wanted}, not {value:?}"))
+    }
+
+    /// The same for a known name. The error is what the value may be.
+    pub(super) fn take(&mut self, key: &str, value: &str) -> Result<(), &'static str> {
+        let flag = || value.parse::<bool>().map_err(|_| "true or false");
         let bits = || {
             let hex = value.strip_prefix("0x").and_then(|digits| u32::from_str_radix(digits, 16).ok());
-            hex.or_else(|| value.parse().ok()).ok_or_else(|| format!("{key} is a number such as 0x4310, not {value:?}"))
+            hex.or_else(|| value.parse().ok())
         };
         let code = || match value {
             "none" => Ok(None),
-            _ => bits().and_then(|code| u16::try_from(code).map(Some).map_err(|_| format!("{key} has 16 bits"))),
+            _ => bits().and_then(|code| u16::try_from(code).ok()).map(Some).ok_or("a code such as 0x4310, or \"none\""),
         };
         let position = || match value {
             "none" => Ok(None),
-            _ => value.parse().map(Some).map_err(|_| format!("{key} is a position or none, not {value:?}")),
+            _ => match value.parse::<f64>() {
+                Ok(position) if !position.is_nan() => Ok(Some(position)),
+                _ => Err("a position, or \"none\""),
+            },
         };
         let machine = &mut self.machine;
         match key {
@@ -71,7 +97,7 @@ impl Inputs {
             "ignores_sync" => self.ignores_sync = flag()?,
             "fault" => self.fault = code()?,
             "warning" => self.warning = code()?,
-            "digital" => self.digital = bits()?,
+            "digital" => self.digital = bits().ok_or("a number of 32 bits")?,
             "probe_1" => self.probes[0] = flag()?,
             "probe_2" => self.probes[1] = flag()?,
             "negative_limit" => machine.negative_limit = position()?,
@@ -92,7 +118,7 @@ impl Inputs {
                 let first = machine.index.map_or(0.0, |(first, _)| first);
                 machine.index = position()?.filter(|distance| *distance > 0.0).map(|distance| (first, distance));
             }
-            _ => return Err(format!("there is no input {key:?}; there are {KEYS}")),
+            _ => {}
         }
         Ok(())
     }

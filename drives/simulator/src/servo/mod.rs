@@ -42,6 +42,7 @@ mod parts;
 mod points;
 mod power;
 mod probe;
+pub mod script;
 mod status;
 mod update;
 mod watch;

@@ -5,6 +5,7 @@ mod cyclic;
 mod homing;
 mod node;
 mod positions;
+mod script;
 mod states;
 mod support;
 mod velocities;

@@ -3,14 +3,17 @@
 use std::sync::{Arc, Mutex};
 
 use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::kept::KeptFormat;
 use lexican_runtime::host::{Link, VirtualBus, VirtualLink};
 use lexican_runtime::object::Address;
 use lexican_runtime::object::DataType::{Unsigned8 as U8, Unsigned16 as U16, Unsigned32 as U32};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
-use lexican_runtime::{AbortCode, CobId, Duration, Frame, NodeId};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 use simulator::SimulatedServo;
+use simulator::script::{Condition, Trigger};
 use simulator::servo::ServoModel;
+use simulator::servo::script::{Change, Script, Setting};
 
 use crate::support::{Row, SERVO, dictionary};
 
@@ -58,7 +61,7 @@ static MODEL: ServoModel = ServoModel {
     ..ServoModel::CIA_402
 };
 
-struct Bus {
+pub(crate) struct Bus {
     bus: VirtualBus,
     servo: Arc<Mutex<SimulatedServo>>,
     network: Network<VirtualLink>,
@@ -66,16 +69,19 @@ struct Bus {
 }
 
 impl Bus {
-    fn new() -> Self {
-        let bus = VirtualBus::new();
-        let servo = Arc::new(Mutex::new(SimulatedServo::new(bus.now(), &MODEL, NODE)));
+    pub(crate) fn new() -> Self {
+        Bus::of(SimulatedServo::new(Instant::ZERO, &MODEL, NODE))
+    }
+
+    fn of(servo: SimulatedServo) -> Self {
+        let (bus, servo) = (VirtualBus::new(), Arc::new(Mutex::new(servo)));
         bus.attach(Arc::clone(&servo));
         let (network, watch) = (Network::new(bus.link()), bus.link());
         bus.advance(Duration::from_millis(1));
         Bus { bus, servo, network, watch }
     }
 
-    fn write(&mut self, index: u16, sub: u8, value: i64) {
+    pub(crate) fn write(&mut self, index: u16, sub: u8, value: i64) {
         self.try_write(index, sub, value).unwrap();
     }
 
@@ -85,7 +91,7 @@ impl Bus {
         self.network.write_bytes(NODE, address, &value.to_le_bytes()[..size.unwrap()])
     }
 
-    fn read(&mut self, index: u16, sub: u8) -> i64 {
+    pub(crate) fn read(&mut self, index: u16, sub: u8) -> i64 {
         let data = self.network.read_bytes(NODE, Address::new(index, sub)).unwrap();
         let mut bytes =
             if data.last().is_some_and(|byte| byte & 0x80 != 0) && data.len() == 4 { [0xFF; 8] } else { [0; 8] };
@@ -93,31 +99,44 @@ impl Bus {
         i64::from_le_bytes(bytes)
     }
 
-    fn pass(&mut self, ms: u64) {
+    pub(crate) fn pass(&mut self, ms: u64) {
         self.bus.advance(Duration::from_millis(ms));
     }
 
-    fn enable(&mut self, mode: i64) {
+    pub(crate) fn enable(&mut self, mode: i64) {
         self.write(0x6060, 0, mode);
         [0x06, 0x07, 0x0F].into_iter().for_each(|word| self.write(0x6040, 0, word));
     }
 
-    fn command(&mut self, command: NmtCommand) {
+    pub(crate) fn command(&mut self, command: NmtCommand) {
         self.network.command(command, Some(NODE)).unwrap();
         self.pass(1);
     }
 
-    fn power(&mut self, on: bool) {
+    pub(crate) fn power(&mut self, on: bool) {
         let now = self.bus.now();
         self.servo.lock().unwrap().set_power(now, on);
         self.pass(10);
     }
 
-    fn state(&self) -> State {
+    pub(crate) fn follow(&mut self, script: Script) {
+        let now = self.bus.now();
+        self.with(|servo| servo.follow(now, script));
+    }
+
+    pub(crate) fn steps_left(&self) -> usize {
+        self.with(|servo| servo.steps_left())
+    }
+
+    pub(crate) fn with<T>(&self, call: impl FnOnce(&mut SimulatedServo) -> T) -> T {
+        call(&mut self.servo.lock().unwrap())
+    }
+
+    pub(crate) fn state(&self) -> State {
         self.servo.lock().unwrap().servo().state()
     }
 
-    fn shaft(&self) -> f64 {
+    pub(crate) fn shaft(&self) -> f64 {
         self.servo.lock().unwrap().servo().shaft(self.bus.now()).position
     }
 
@@ -254,6 +273,43 @@ fn what_is_stored_or_persistent_survives_a_power_cut() {
     assert_eq!([bus.read(0x6081, 0), bus.read(0x6083, 0), bus.read(0x607C, 0)], [500, 10_000, 11]);
 }
 
+/// A file in the folder for temporary ones, which goes when the test is over.
+struct File(std::path::PathBuf);
+
+impl Drop for File {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+#[test]
+fn what_is_stored_or_persistent_survives_in_a_file() {
+    let file = File(std::env::temp_dir().join(format!("lexican-servo-{}", std::process::id())));
+    let open = || SimulatedServo::with_eeprom(Instant::ZERO, &MODEL, NODE, &file.0);
+    let mut bus = Bus::of(open().unwrap());
+    bus.write(0x6081, 0, 500);
+    bus.write(0x1010, 1, i64::from(u32::from_le_bytes(*b"save")));
+    bus.write(0x6083, 0, 77);
+    bus.write(0x607C, 0, 11);
+    assert!(bus.with(|servo| servo.eeprom_trouble().is_none()));
+    let mut bus = Bus::of(open().unwrap());
+    assert_eq!([bus.read(0x6081, 0), bus.read(0x6083, 0), bus.read(0x607C, 0)], [500, 10_000, 11]);
+    let text = std::fs::read_to_string(&file.0).unwrap();
+    let other = text.replace("6081:00 F4 01 00 00", "6041:00 F4 01");
+    assert_ne!(other, text);
+    for (text, words) in [(other, "cut off or changed"), ("x\n".to_owned(), "not the EEPROM of a simulated device")] {
+        std::fs::write(&file.0, text).unwrap();
+        let wrong = open().unwrap_err().to_string();
+        assert!(wrong.starts_with(&format!("{}: {words}", file.0.display())), "{wrong}");
+    }
+    let format = KeptFormat { name: "lexican parameters", version: 2 };
+    for line in ["1010:01 01 00 00 00", "6081:00 F4", "7000:00 F4"] {
+        std::fs::write(&file.0, format.seal(&[line.to_owned()])).unwrap();
+        let wrong = open().unwrap_err().to_string();
+        assert!(wrong.contains(&format!(": line 2: `{line}` is neither")), "{wrong}");
+    }
+}
+
 #[test]
 fn a_reset_of_the_communication_keeps_the_parameters() {
     let mut bus = Bus::new();
@@ -287,4 +343,20 @@ fn the_model_refuses_and_follows_writes() {
     bus.write(0x6098, 0, 99);
     bus.write(0x6071, 0, 0);
     assert_eq!(bus.read(0x6064, 0), 1234);
+}
+
+/// A condition that held at the loss of power, and does not any more.
+#[test]
+fn a_script_that_begins_while_the_drive_is_off_waits() {
+    let mut bus = Bus::new();
+    bus.enable(3);
+    bus.write(0x60FF, 0, 1000);
+    bus.pass(500);
+    bus.power(false);
+    bus.pass(5000);
+    let moving = Trigger::When { condition: Condition::Moving, and_then: Duration::ZERO };
+    let blocked = Setting::new("blocked", "true").unwrap();
+    bus.follow(Script::default().then(moving, [Change::Input(blocked)]));
+    bus.pass(5000);
+    assert_eq!(bus.steps_left(), 1);
 }

@@ -1,8 +1,7 @@
 //! What a step can wait for.
 
+use lexican_runtime::profile::cia402::State;
 use lexican_runtime::wire::nmt::NmtState;
-
-use crate::state::State;
 
 /// Something that is so, or is not so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

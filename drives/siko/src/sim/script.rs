@@ -1,8 +1,6 @@
 //! Scripts: what happens to a simulated drive, and when.
 //!
-//! A [`Script`] is a list of steps, made in code or read from TOML (feature `script`). The steps happen one after
-//! another; each waits for its [`Trigger`] and then makes its [`Change`]s at once. Time is that of the
-//! bus, so a script does the same in virtual and in real time.
+//! [`simulator::script`] says what a script is; this is what one can do to a drive of SIKO.
 //!
 //! ```
 //! use lexican_runtime::host::VirtualBus;
@@ -29,14 +27,10 @@
 //!
 //! # The same in TOML
 //!
-//! A file is a list of `[[step]]`s. Every key of a step is optional, but a step changes something. Unknown keys and
-//! values that cannot be are refused with their line and what to write instead (`ScriptError`).
+//! Besides the keys of every script, a step has:
 //!
 //! | Key | Value | What it does |
 //! |---|---|---|
-//! | `at_ms` | milliseconds | the step happens so long after the script began |
-//! | `when` | a condition | it happens as soon as that is so |
-//! | `after_ms` | milliseconds | it happens so long after the step before, or after `when` has come true |
 //! | `supply_v` | 0 to 100 | both supplies; `output_stage_v` and `control_v` set them one by one |
 //! | `battery_v` | 0 to 10 | the battery of the absolute encoder |
 //! | `temperature_degc` | -100 to 200 | the output stage |
@@ -59,60 +53,27 @@
 //! | `termination` | true, false | SW9 and SW10 |
 //! | `power` | `"on"`, `"off"`, `"cycle"` | the supply is switched |
 //!
-//! Conditions are `moving`, `standing`, `positioning`, `target reached`, `switch on disabled`, `ready to switch on`,
-//! `switched on`, `operation enabled`, `quick stop active`, `fault`, `no fault`, `operational`, `pre-operational`,
-//! `stopped`, `on`, `off`, `position above N` and `position below N`. Faults are also named `undervoltage`,
-//! `shaft blocked`, `overcurrent`, `overtemperature`, `sensor`, `internal`, `overvoltage`, `bus passive`, `bus off`
-//! and `battery`. A whole example:
+//! Faults are also named `undervoltage`, `shaft blocked`, `overcurrent`, `overtemperature`, `sensor`, `internal`,
+//! `overvoltage`, `bus passive`, `bus off` and `battery`. A whole example:
 //!
 //! ```toml
-#![doc = include_str!("../../../examples/rough_day.toml")]
+#![doc = include_str!("../../examples/rough_day.toml")]
 //! ```
 
-mod condition;
+use lexican_runtime::NodeId;
 #[cfg(feature = "script")]
-mod toml;
-
-pub use condition::Condition;
-#[cfg(feature = "script")]
-pub use toml::ScriptError;
-
-use lexican_runtime::{Duration, Instant};
+pub use simulator::script::ScriptError;
+pub use simulator::script::{Condition, Step, Trigger};
 
 use super::inputs::{BusError, BusState, Key, Shaft};
 use super::switches::{DipSwitches, Restore};
 use crate::fault::FaultKind;
 
+#[cfg(feature = "script")]
+mod toml;
+
 /// What happens to a drive, step by step. See the [module](self).
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Script {
-    steps: Vec<Step>,
-}
-
-/// What happens at one time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Step {
-    /// What it waits for.
-    pub trigger: Trigger,
-    /// What happens then, in this order.
-    pub changes: Vec<Change>,
-}
-
-/// What a step waits for, once the one before it has happened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Trigger {
-    /// So long after the beginning of the script. When that is over already: at once.
-    At(Duration),
-    /// So long after the step before.
-    After(Duration),
-    /// Until something is so, which it may be already.
-    When {
-        /// What.
-        condition: Condition,
-        /// And so long from then on, whether or not it stays so.
-        and_then: Duration,
-    },
-}
+pub type Script = simulator::script::Script<Change>;
 
 /// Something that happens to a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -156,7 +117,7 @@ pub enum Change {
     /// All DIP switches.
     Switches(DipSwitches),
     /// The address on SW1 to SW7.
-    Node(lexican_runtime::NodeId),
+    Node(NodeId),
     /// SW1 to SW8 for restoring factory settings, or SW8 OFF.
     Restore(Option<Restore>),
     /// SW9 and SW10.
@@ -165,46 +126,4 @@ pub enum Change {
     Power(bool),
     /// The supply is switched off and on again.
     PowerCycle,
-}
-
-impl Script {
-    /// The same with one more step.
-    #[must_use]
-    pub fn then(mut self, trigger: Trigger, changes: impl Into<Vec<Change>>) -> Self {
-        self.steps.push(Step { trigger, changes: changes.into() });
-        self
-    }
-
-    /// The steps, in their order.
-    #[must_use]
-    pub fn steps(&self) -> &[Step] {
-        &self.steps
-    }
-}
-
-/// A script, and how far it is.
-#[derive(Clone, Debug)]
-pub(in crate::sim) struct Following {
-    script: Script,
-    /// How many steps have happened.
-    pub(in crate::sim) done: usize,
-    pub(in crate::sim) began: Instant,
-    /// When the last step happened.
-    pub(in crate::sim) last: Instant,
-    /// Since when the condition of the next step has been seen to hold.
-    pub(in crate::sim) held_since: Option<Instant>,
-}
-
-impl Following {
-    pub(in crate::sim) fn new(now: Instant, script: Script) -> Self {
-        Following { script, done: 0, began: now, last: now, held_since: None }
-    }
-
-    pub(in crate::sim) fn left(&self) -> usize {
-        self.script.steps().len() - self.done
-    }
-
-    pub(in crate::sim) fn next(&self) -> Option<&Step> {
-        self.script.steps().get(self.done)
-    }
 }

@@ -1,0 +1,167 @@
+//! A file for what a device keeps without power.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lexican_runtime::host::kept::{KeptError, KeptFile, KeptFormat};
+use lexican_runtime::object::Address;
+
+/// Whose file it is.
+#[derive(Clone, Copy, Debug)]
+pub struct EepromFormat {
+    /// The format of the text.
+    pub text: KeptFormat,
+    /// What messages call the device.
+    pub device: &'static str,
+    /// What a line is, for a message: "the position, or an entry that the drive keeps".
+    pub line: &'static str,
+}
+
+impl EepromFormat {
+    /// Takes each line of a text by `take`, which is `None` for one that is none of this device.
+    ///
+    /// # Errors
+    ///
+    /// It is not the text of such a device, or not whole.
+    pub fn read(&self, text: &str, mut take: impl FnMut(&str) -> Option<()>) -> Result<(), EepromError> {
+        let device = self.device;
+        let lines = self.text.unseal(text).map_err(|error| match error {
+            KeptError::Empty => EepromError::Empty,
+            KeptError::Foreign(_) => EepromError::Foreign { device, error },
+            KeptError::Version(_) => EepromError::Version { device, error },
+            KeptError::Torn => EepromError::Torn,
+        })?;
+        for (line, text) in (2..).zip(&lines) {
+            take(text).ok_or_else(|| EepromError::Line { line, text: text.clone(), wanted: self.line })?;
+        }
+        Ok(())
+    }
+}
+
+/// The entry and the rest of a line such as `2410:01 64 00`.
+#[must_use]
+pub fn entry_of_line(line: &str) -> Option<(Address, &str)> {
+    let (name, value) = line.split_once(' ').unwrap_or((line, ""));
+    let (index, sub) = name.split_once(':')?;
+    let address = Address::new(u16::from_str_radix(index, 16).ok()?, u8::from_str_radix(sub, 16).ok()?);
+    Some((address, value))
+}
+
+/// Why a text is not what a device keeps.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum EepromError {
+    /// There is nothing in it.
+    #[error("{}", KeptError::Empty)]
+    Empty,
+    /// Something else has written it.
+    #[error("not the EEPROM of a simulated {device}: {error}")]
+    Foreign {
+        /// Which device it is not of.
+        device: &'static str,
+        /// What is wrong.
+        error: KeptError,
+    },
+    /// Another version of this program has written it.
+    #[error("the EEPROM of a simulated {device}, but {error}")]
+    Version {
+        /// Which device it is of.
+        device: &'static str,
+        /// What is wrong.
+        error: KeptError,
+    },
+    /// Its end is missing, or its checksum is that of another text.
+    #[error("{}", KeptError::Torn)]
+    Torn,
+    /// A line is none of this device.
+    #[error(
+        "line {line}: `{text}` is neither {wanted}; name another file, or remove this one to begin with a new device"
+    )]
+    Line {
+        /// Which line, counted from 1.
+        line: u32,
+        /// What it is.
+        text: String,
+        /// What lines are.
+        wanted: &'static str,
+    },
+    /// The file cannot be read or written.
+    #[error("{error}")]
+    Io {
+        /// What the operating system says.
+        error: Arc<io::Error>,
+    },
+    /// Which file it is about.
+    #[error("{}: {error}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: Box<EepromError>,
+    },
+}
+
+impl From<io::Error> for EepromError {
+    fn from(error: io::Error) -> Self {
+        EepromError::Io { error: Arc::new(error) }
+    }
+}
+
+impl EepromError {
+    fn of(self, path: &Path) -> Self {
+        EepromError::File { path: path.to_owned(), error: Box::new(self) }
+    }
+}
+
+/// A file that holds what a device keeps: a `K`.
+#[derive(Clone, Debug)]
+pub struct EepromFile<K> {
+    file: KeptFile,
+    path: PathBuf,
+    /// What was saved last; `None` when that is not known.
+    saved: Option<K>,
+    /// Why it could not be written the last time.
+    trouble: Option<EepromError>,
+}
+
+impl<K: Clone + PartialEq> EepromFile<K> {
+    /// The file, and what it holds as `read` has it; `None` when there is no such file yet.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, or `read` refuses its text.
+    pub fn open(
+        path: &Path,
+        read: impl FnOnce(&str) -> Result<K, EepromError>,
+    ) -> Result<(Self, Option<K>), EepromError> {
+        let (file, text) = KeptFile::open(path).map_err(|error| EepromError::from(error).of(path))?;
+        let kept = text.map(|text| read(&text)).transpose().map_err(|error| error.of(path))?;
+        Ok((EepromFile { file, path: path.to_owned(), saved: kept.clone(), trouble: None }, kept))
+    }
+
+    /// Writes what is to be kept, unless the file holds it already. After a failure, it is tried again when something
+    /// is new.
+    ///
+    /// # Errors
+    ///
+    /// Why the file could not be written, now or the last time.
+    pub fn save(&mut self, kept: &K, text: impl FnOnce(&K) -> String) -> Result<(), EepromError> {
+        if self.saved.as_ref() != Some(kept) {
+            self.trouble = self.file.save(text(kept)).err().map(|error| EepromError::from(error).of(&self.path));
+            self.saved = Some(kept.clone());
+        }
+        self.trouble.clone().map_or(Ok(()), Err)
+    }
+
+    /// What was saved last.
+    #[must_use]
+    pub fn saved(&self) -> Option<&K> {
+        self.saved.as_ref()
+    }
+
+    /// Why the file could not be written the last time.
+    #[must_use]
+    pub fn trouble(&self) -> Option<&EepromError> {
+        self.trouble.as_ref()
+    }
+}
