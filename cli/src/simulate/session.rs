@@ -20,8 +20,10 @@ use crate::output::{Failure, missing_frames, warn};
 use crate::values::DeviceValues;
 use crate::values::report::ValueReport;
 
-/// How often stdin and Ctrl-C are checked.
-const LOOK: Duration = Duration::from_millis(50);
+/// How often stdin and Ctrl-C are checked: that much later than it is written, a line takes effect.
+const LOOK: Duration = Duration::from_millis(10);
+/// The most lines that are carried out between two frames.
+const LINES: usize = 64;
 
 /// The bus of other commands, if this one uses a terminal of another simulation.
 const OTHER_TERMINAL: &str = "another terminal of the simulation that made it (--bus pty:4 makes four)";
@@ -121,10 +123,10 @@ impl<'a> Session<'a> {
             let fields = json!({ "device": name, "entries": entries, "buses": urls });
             return Ok(self.report().event(now, "serving", "serving", fields)?);
         }
+        self.report().event(now, "serving", &format!("serving on {}", urls.join(" and ")), json!({}))?;
         let mut stderr = anstream::stderr().lock();
         let who = node.map_or_else(|| "no node-ID yet".to_owned(), |node| format!("node {node}"));
         let _ = writeln!(stderr, "{who}: {name}, {entries} entries: {}", self.device().abilities());
-        let _ = writeln!(stderr, "on {}", urls.join(" and "));
         // A serial port serves one program, which is this one.
         let others = match &args.bus {
             Place::Url(BusUrl::Slcan { port, .. }) => {
@@ -176,7 +178,7 @@ impl<'a> Session<'a> {
             if interrupted.load(Ordering::Relaxed) || end.is_some_and(|end| now >= end) {
                 return Ok(());
             }
-            if let Ok(line) = lines.try_recv() {
+            for line in lines.try_iter().take(LINES) {
                 if !self.command(now, &line)? {
                     return Ok(());
                 }
