@@ -9,3 +9,4 @@ mod script;
 mod states;
 mod support;
 mod velocities;
+mod ways;
