@@ -134,7 +134,7 @@ impl SimulatedServo {
         }
     }
 
-    /// Lets the world change.
+    /// Changes the world around the servo.
     pub fn set_inputs(&mut self, now: Instant, change: impl FnOnce(&mut Inputs)) {
         self.servo.set_inputs(now, &mut *self.storage, change);
         self.report(now);

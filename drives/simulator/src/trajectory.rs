@@ -274,7 +274,7 @@ impl Plan {
     }
 }
 
-/// Increments that come of rounding only.
+/// Far below an increment: the error of rounding.
 const TINY: f64 = 1e-6;
 
 #[cfg(test)]

@@ -40,7 +40,7 @@ impl Servo {
         self.update(now, od);
     }
 
-    /// Whether set-points count that come with SYNC.
+    /// Whether a set-point is taken with each SYNC.
     fn is_cyclic(&self) -> bool {
         let mode = match self.mode {
             Some(Mode::InterpolatedPosition) => self.cyclic.interpolates,
@@ -55,7 +55,7 @@ impl Servo {
         self.is_cyclic()
     }
 
-    /// While set-points do not count, no SYNC is missed.
+    /// Forgets the last SYNC while no set-points are taken, so that none is missed.
     pub(super) fn rest_cycle(&mut self) {
         if !self.is_cyclic() {
             (self.cyclic.last_sync, self.cyclic.missed) = (None, 0);

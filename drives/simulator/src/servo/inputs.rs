@@ -2,7 +2,7 @@
 
 use crate::trajectory::State;
 
-/// What a test or a user lets happen to a servo.
+/// The world around a servo, as a test or a user sets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inputs {
     /// Whether the motor is supplied (status word, bit 4).

@@ -88,7 +88,7 @@ impl Servo {
         }
     }
 
-    /// 607Dh where the shaft has them: infinite where there are none.
+    /// The software limits (607Dh) as positions of the shaft; infinite without them.
     pub(super) fn software_limits(&self, parameters: &Parameters<'_>) -> (f64, f64) {
         let Some((low, high)) = parameters.range(LIMIT_MIN, LIMIT_MAX) else {
             return (f64::NEG_INFINITY, f64::INFINITY);

@@ -67,7 +67,7 @@ impl Points {
     }
 }
 
-/// What homing has come to.
+/// How far homing is.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Homing {
     /// Under way.
@@ -85,7 +85,7 @@ pub(super) struct Cyclic {
     /// When SYNC came last in this mode.
     pub(super) last_sync: Option<Instant>,
     pub(super) period: Duration,
-    /// Whether a set-point has come since. None while set-points come otherwise than by RPDO, which is not known of.
+    /// Whether a set-point has come since then; none before the first one by RPDO, because those by SDO are not counted.
     pub(super) fresh: Option<bool>,
     /// How many cycles had none.
     pub(super) missed: u32,

@@ -94,7 +94,7 @@ impl Servo {
         &self.inputs
     }
 
-    /// Lets the world change.
+    /// Changes the world around the servo.
     pub fn set_inputs(&mut self, now: Instant, od: &mut dyn Storage, change: impl FnOnce(&mut Inputs)) {
         self.update(now, od);
         let machine = self.inputs.machine;
