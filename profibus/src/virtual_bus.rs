@@ -1,5 +1,6 @@
 //! A bus in virtual time: the master of `profirust` on its simulated line, and simulated slaves at the same line.
 
+use core::ops::Range;
 use std::format;
 use std::string::String;
 use std::vec::Vec;
@@ -37,7 +38,8 @@ struct Station<A> {
     events: Vec<PeripheralEvent>,
     exchanges: u64,
     tasks: PkwMaster,
-    lost_answers: u32,
+    /// Of the answers to come, counted from 0.
+    lost_answers: Range<u32>,
     is_on: bool,
 }
 
@@ -94,7 +96,7 @@ impl<A: Application> VirtualBus<A> {
         let name: &'static str = String::leak(format!("slave {}", self.stations.len()));
         let line = self.master.line().duplicate(name);
         let tasks = PkwMaster::new(PATIENCE);
-        let (events, exchanges, lost_answers, is_on) = (Vec::new(), 0, 0, true);
+        let (events, exchanges, lost_answers, is_on) = (Vec::new(), 0, 0..0, true);
         self.stations.push(Station { slave, line, handle, events, exchanges, tasks, lost_answers, is_on });
         SlaveId(self.stations.len() - 1)
     }
@@ -132,9 +134,9 @@ impl<A: Application> VirtualBus<A> {
         self.stations[id.0].exchanges
     }
 
-    /// The next answers of a slave get lost.
-    pub fn lose_answers(&mut self, id: SlaveId, count: u32) {
-        self.stations[id.0].lost_answers = count;
+    /// These answers of a slave get lost: the next one is number 0.
+    pub fn lose_answers(&mut self, id: SlaveId, numbers: Range<u32>) {
+        self.stations[id.0].lost_answers = numbers;
     }
 
     /// Cuts a slave off, or connects it again.
@@ -279,8 +281,9 @@ impl<A: Application> Station<A> {
             (bytes.len(), ())
         });
         if let Some(answer) = slave.poll_transmit(now) {
-            if self.lost_answers > 0 || !is_on {
-                self.lost_answers = self.lost_answers.saturating_sub(1);
+            let lost = self.lost_answers.clone();
+            self.lost_answers = lost.start.saturating_sub(1)..lost.end.saturating_sub(1);
+            if lost.contains(&0) || !is_on {
                 return;
             }
             self.line.transmit_data(at, |buffer| {

@@ -67,7 +67,7 @@ fn a_lost_answer_is_repeated() {
     let (mut bus, id) = running();
     let acted = bus.slave(id).application().outputs.len() as u64;
     let before = bus.exchanges(id);
-    bus.lose_answers(id, 1);
+    bus.lose_answers(id, 0..1);
     assert!(bus.exchange(id) && bus.exchange(id));
     let exchanged = bus.exchanges(id) - before;
     assert_eq!(bus.slave(id).application().outputs.len() as u64 - acted, exchanged);

@@ -37,7 +37,8 @@
 //! # Without a checksum
 //!
 //! A status word that differs from the one before counts when it has been read twice, a setpoint when it has been read
-//! back. A position in which noise has made a digit another one cannot be noticed.
+//! back. Two things cannot be noticed: a position in which noise has made a digit another one, and noise that makes the
+//! letter of a command that of another command, which the drive then carries out.
 
 mod objects;
 

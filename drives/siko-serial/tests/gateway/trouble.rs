@@ -40,7 +40,7 @@ fn lost_bytes_end_in_success_or_in_a_named_error() {
     assert!(outcomes.iter().any(Result::is_ok));
 }
 
-/// Noise that is no letter and no digit; one that is a command's letter is that command for the drive.
+/// Noise that is no letter and no digit: those are commands for the drive, as the documentation of the gateway says.
 #[test]
 fn damaged_bytes_end_in_success_or_in_a_named_error() {
     let outcomes: Vec<_> = (100..140).map(|seed| travel(seed, 60, |byte| Some(byte | 0x80))).collect();
