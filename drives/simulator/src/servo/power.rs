@@ -128,7 +128,6 @@ impl Servo {
     fn leave(&mut self, to: State, option: i64, od: &dyn Storage) {
         match stop(option) {
             Stop::Coast => self.enter(to),
-            _ if !self.is_moving(self.now) => self.enter(to),
             kind => {
                 self.stop_with(kind, od);
                 self.ending = Some(Ending::Enter(to));

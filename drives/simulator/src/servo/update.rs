@@ -176,6 +176,8 @@ impl Servo {
         self.end_what_is_over();
         self.take_mode(od);
         self.take_control(od);
+        // An axis that stands already is where the order ends.
+        self.end_what_is_over();
         self.take_targets(od);
         self.watch(od);
         self.take_probes(od);

@@ -92,6 +92,15 @@ fn index_pulses_are_found_in_either_direction_and_the_spot_without() {
 }
 
 #[test]
+fn the_spot_is_found_at_once() {
+    for method in [35, 37] {
+        let mut rig = at(200.0, MACHINE);
+        rig.set(0x6098, 0, method).control(START);
+        assert_eq!(rig.mode_bits(), DONE, "method {method}");
+    }
+}
+
+#[test]
 fn a_method_that_there_is_not_fails_and_moves_nothing() {
     for method in [0, 15, 16, 31, 32, 36, 38, -1] {
         let mut rig = at(0.0, MACHINE);

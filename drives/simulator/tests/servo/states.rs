@@ -49,6 +49,11 @@ fn a_servo_that_stands_is_disabled_at_once() {
     let mut rig = servo_in(OperationEnabled);
     rig.control(0x07);
     assert_eq!(rig.state(), SwitchedOn);
+    for option in 1..=4 {
+        let mut rig = servo_in(OperationEnabled);
+        rig.set(0x605A, 0, option).control(0x02);
+        assert_eq!(rig.state(), SwitchOnDisabled, "605Ah is {option}");
+    }
 }
 
 /// A servo that moves with 1000 units/s in velocity mode, where ramps are shortest to write.
