@@ -89,6 +89,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-siko",
             "lexican-siko-ag02",
             "lexican-siko-ag03-1",
+            "lexican-siko-serial",
         ],
     ),
     ("lexican-mutated-siko", &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-siko"]),

@@ -35,7 +35,7 @@ pub(crate) trait Simulator: Sized + 'static {
 /// Asks unless the answer is remembered: the drive answers the same while cells of the tables are altered, and is asked
 /// again and again. The key has everything that the answer depends on, besides the drive `S` and the place of the call.
 #[track_caller]
-pub(crate) fn once<S: Simulator, V: Clone + Send + 'static>(key: impl Debug, ask: impl FnOnce() -> V) -> V {
+pub(crate) fn once<S, V: Clone + Send + 'static>(key: impl Debug, ask: impl FnOnce() -> V) -> V {
     static MEMORY: Mutex<BTreeMap<String, Box<dyn Any + Send>>> = Mutex::new(BTreeMap::new());
     let key = format!("{} {} {} {key:?}", Location::caller(), type_name::<S>(), type_name::<V>());
     let memory = || MEMORY.lock().unwrap_or_else(PoisonError::into_inner);

@@ -26,7 +26,7 @@ impl Against {
     fn name(self) -> &'static str {
         match self {
             Against::Sheet => "data sheet and overlay",
-            Against::Code => "generated code",
+            Against::Code => "code",
             Against::Drive => "simulated drive",
             Against::Manual => "another place of the manual",
         }
@@ -150,6 +150,10 @@ impl Answers {
     /// As [`Checker::that`].
     pub(crate) fn that(&mut self, row: &Row, column: &'static str, agrees: bool, found: impl Display) {
         self.cells.push((row.key.clone(), column, agrees, found.to_string()));
+    }
+
+    pub(crate) fn has_disagreement(&self) -> bool {
+        self.cells.iter().any(|(_, _, agrees, _)| !agrees)
     }
 
     /// As [`Checker::require`].

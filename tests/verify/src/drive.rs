@@ -37,6 +37,25 @@ pub struct Drive {
     pub(crate) arrays: &'static [u16],
     /// All comparisons, the quick ones first: a mutant is found sooner.
     pub(crate) checks: &'static [Check],
+    /// Through which of its interfaces it is compared.
+    pub interface: Interface,
+}
+
+/// An interface of a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interface {
+    /// CANopen: all of the data sheet, the overlay and the generated code is compared, too.
+    CanOpen,
+    /// Another one, whose parameters are held against the data sheet: what stands for the code, and what the simulated
+    /// drive is asked over.
+    Other {
+        /// Its section in the overlay: `serial`.
+        section: &'static str,
+        /// The code and its tables.
+        code: &'static str,
+        /// What the drive is asked over.
+        over: &'static str,
+    },
 }
 
 /// A comparison of some tables.

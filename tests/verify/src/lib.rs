@@ -11,8 +11,10 @@
 //! - `kinds`: comparisons of tables that any manual has: objects, terms, PDOs, frames, NMT, SDO, the states of CiA 402,
 //!   statements of prose checked by behaviour;
 //! - `servo`: drives whose simulator is the servo of CiA 402;
-//! - `siko`: what the manuals of SIKO's drives share beyond that;
+//! - `siko`: what the manuals of SIKO's drives share beyond that, and the AG02's serial port;
 //! - `drives`: one file per drive: its paths, its simulator, its list of comparisons.
+
+#![cfg_attr(not(interfaces), allow(dead_code, reason = "what other interfaces than CANopen are compared by"))]
 
 mod bench;
 mod checker;
@@ -29,7 +31,7 @@ mod sheet;
 mod siko;
 
 pub use checker::Against;
-pub use drive::{Drive, Inputs};
+pub use drive::{Drive, Inputs, Interface};
 pub use drives::ALL as DRIVES;
 pub use exempt::Exempt;
 pub use report::{Erratum, Report, TableReport};

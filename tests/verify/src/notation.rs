@@ -107,6 +107,13 @@ pub(crate) fn snake(name: &str) -> String {
     words.split_whitespace().collect::<Vec<_>>().join("_")
 }
 
+/// Whether a word is as a pattern of 1, 0 and x, whose groups are separated by spaces.
+pub(crate) fn fits(word: u16, pattern: &str) -> bool {
+    let digits: Vec<char> = pattern.chars().filter(|digit| *digit != ' ').collect();
+    let is = |(bit, digit): (usize, &char)| *digit == 'x' || *digit == if word >> bit & 1 == 1 { '1' } else { '0' };
+    digits.len() == 16 && digits.iter().rev().enumerate().all(is)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -129,5 +136,7 @@ mod tests {
             ["UNSIGNED8", "INTEGER32", "UNSIGNED16", "VISIBLE_STRING", "UHR"]
         );
         assert_eq!([bits("15..0"), bits("5..6"), bits("7")], [Some((0, 15)), Some((5, 6)), Some((7, 7))]);
+        let patterns = ["1xx0 0000 0000 00x1", "1xx0 0000 0000 00x0", "1yx0 0000 0000 00x1", "1xx0 0000 0000 00x"];
+        assert_eq!(patterns.map(|pattern| fits(0xE001, pattern)), [true, false, false, false]);
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use crate::checker::{Against, Checker};
-use crate::drive::Drive;
+use crate::drive::{Drive, Interface};
 use crate::manual::{Manual, Row};
 use crate::sheet::PROSE;
 
@@ -59,7 +59,11 @@ impl Report {
     pub fn to_markdown(&self, drive: &Drive) -> String {
         let (rows, checked, agreeing) = self.totals();
         let mut out = format!("# The {} against its manual\n\n", drive.title);
-        out += &HEAD.replace("FOLDER", drive.folder);
+        out += &match drive.interface {
+            Interface::CanOpen => HEAD.to_owned(),
+            Interface::Other { code, over, .. } => HEAD_OF_OTHERS.replace("CODE", code).replace("OVER", over),
+        }
+        .replace("FOLDER", drive.folder);
         let _ = writeln!(out, "{rows} rows: {checked} checked, {agreeing} agree in every cell.\n");
         self.write_tables(&mut out);
         self.write_errata(&mut out);
@@ -110,6 +114,9 @@ fn write_exempt(out: &mut String, drive: &Drive) {
     for (clause, why) in drive.exempt.clauses {
         let _ = writeln!(out, "- the clause \"{clause}\": {why}");
     }
+    if drive.interface != Interface::CanOpen {
+        return;
+    }
     out.push_str("\nKeys of the data sheet and of the overlay that are prose or history:\n\n");
     for (key, why) in PROSE {
         let _ = writeln!(out, "- `{key}`: {why}");
@@ -124,6 +131,17 @@ also with another place of the manual (Manual). The columns below give rows agre
 single cell of the data sheet, of the overlay or of the tables makes the verification fail: a test alters some
 hundreds of them, and all of them when `LEXICAN_VERIFY_ALL` is set. Another test, `tests/mutants`, alters the simulated
 drive in the same way: its own tests or the verification find each mutant of the files that `simulator/build.rs` names.
+
+";
+
+const HEAD_OF_OTHERS: &str =
+    "Written by `cargo xtask verify`; `cargo xtask verify --check` fails when it is stale. Every row of the tables in
+`FOLDER` is compared with CODE (Code),
+and with what the simulated drive does OVER (Drive); rows about parameters also with the data
+sheet and the overlay, which has a section for this interface (Sheet). The columns below give rows agreeing of rows
+compared. Altering any single cell of the tables, or a number, an object or a range in that section, makes the
+verification fail: a test alters some hundreds of them, and all of them when `LEXICAN_VERIFY_ALL` is set. Another test,
+`tests/mutants`, alters the simulated drive, but not the code of this interface.
 
 ";
 

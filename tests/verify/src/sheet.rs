@@ -1,6 +1,6 @@
 //! The data sheet with its overlay, and the code that was generated from it.
 
-use lexican_eds::model::{Device, Entry, Meaning, Unit, Value};
+use lexican_eds::model::{Device, Entry, Meaning, Parameter, Unit, Value};
 use lexican_eds::{Input, Source};
 use lexican_runtime::NodeId;
 use lexican_runtime::object::Address;
@@ -45,6 +45,11 @@ impl Sheet {
 
     pub(crate) fn handle(&self, entry: &Entry) -> Option<&Handle> {
         self.code.handles.get(&address(entry))
+    }
+
+    /// The parameters of another interface than CANopen.
+    pub(crate) fn parameters(&self, interface: &str) -> &[Parameter] {
+        self.device.interfaces.get(interface).map_or(&[], |interface| &interface.parameters)
     }
 
     /// A value for the node of the manual's examples.

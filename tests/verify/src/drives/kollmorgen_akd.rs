@@ -11,7 +11,7 @@ use lexican_runtime::NodeId;
 
 use self::simulated::{Akd, Simulated};
 use crate::code::{Code, Identity};
-use crate::drive::Drive;
+use crate::drive::{Drive, Interface};
 use crate::exempt::Exempt;
 use crate::kinds::terms::Place;
 use crate::kinds::{cia402, descriptions, emcy, formats, frames, homing, network, pdo, sheet, terms, values};
@@ -89,6 +89,7 @@ pub(super) const DRIVE: Drive = Drive {
         |checker, case| homing::check::<Simulated>(checker, case, behaviour::homes),
         |checker, case| emcy::numbers::<Simulated>(checker, case, &fault::CODES, behaviour::raised),
     ],
+    interface: Interface::CanOpen,
 };
 
 include!(concat!(env!("OUT_DIR"), "/kollmorgen_akd.rs"));

@@ -2,9 +2,17 @@
 
 mod kollmorgen_akd;
 mod siko_ag02;
+#[cfg(interfaces)]
+mod siko_ag02_serial;
 mod siko_ag03_1;
 
 use crate::drive::Drive;
 
 /// All of them.
-pub const ALL: &[Drive] = &[siko_ag03_1::DRIVE, siko_ag02::DRIVE, kollmorgen_akd::DRIVE];
+pub const ALL: &[Drive] = &[
+    siko_ag03_1::DRIVE,
+    siko_ag02::DRIVE,
+    kollmorgen_akd::DRIVE,
+    #[cfg(interfaces)]
+    siko_ag02_serial::DRIVE,
+];

@@ -7,7 +7,7 @@ use siko_ag02::sim::{MODEL, Model};
 use siko_ag02::{fault, od};
 
 use crate::code::{Code, Identity};
-use crate::drive::Drive;
+use crate::drive::{Drive, Interface};
 use crate::siko::bench::{EMCY, NODE, Siko, V_INCH, V_POS, Write, one};
 use crate::siko::checks::Checks;
 use crate::siko::tables;
@@ -67,6 +67,7 @@ pub(super) const DRIVE: Drive = Drive {
     node: NODE,
     arrays: &[0x1003, 0x1011, 0x607D, 0x6091],
     checks: Checks::<Ag02>::ALL,
+    interface: Interface::CanOpen,
 };
 
 include!(concat!(env!("OUT_DIR"), "/siko_ag02.rs"));

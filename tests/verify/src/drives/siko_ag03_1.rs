@@ -7,7 +7,7 @@ use siko_ag03_1::sim::{MODEL, Model};
 use siko_ag03_1::{fault, od};
 
 use crate::code::{Code, Identity};
-use crate::drive::Drive;
+use crate::drive::{Drive, Interface};
 use crate::siko::bench::{NODE, Siko, Write};
 use crate::siko::checks::Checks;
 use crate::siko::tables;
@@ -66,6 +66,7 @@ pub(super) const DRIVE: Drive = Drive {
     node: NODE,
     arrays: &[0x1003, 0x1011, 0x607D, 0x6091],
     checks: Checks::<Ag031>::ALL,
+    interface: Interface::CanOpen,
 };
 
 include!(concat!(env!("OUT_DIR"), "/siko_ag03_1.rs"));
