@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-/// The commands of the README print what it shows, and draw its pictures, to the byte. `run` takes the arguments of the
+/// The commands of the README, so many, print what it shows, and draw its pictures, to the byte. `run` takes the arguments of the
 /// program, and returns what it prints.
-pub(crate) fn check(package: &str, run: impl Fn(&[&str]) -> String) {
+pub(crate) fn check(package: &str, commands_shown: usize, run: impl Fn(&[&str]) -> String) {
     let bless = std::env::var_os("LEXICAN_BLESS").is_some();
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut readme = std::fs::read_to_string(here.join("README.md")).expect("there is a README");
     let begin = format!("$ cargo run -p {package} -- ");
     let commands: Vec<String> =
         readme.lines().filter_map(|line| line.strip_prefix(&begin)).map(str::to_owned).collect();
-    assert!(commands.len() >= 3, "{commands:?}");
+    assert_eq!(commands.len(), commands_shown, "{commands:?}");
     let mut stale = Vec::new();
     for command in commands {
         let folder = format!("examples/{package}/");

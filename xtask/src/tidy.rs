@@ -62,6 +62,17 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     ("circle", &["chart", "lexican-driver", "lexican-runtime", "lexican-kollmorgen-akd"]),
     (
+        "doors",
+        &[
+            "chart",
+            "lexican-profibus",
+            "lexican-runtime",
+            "lexican-siko-ag02",
+            "lexican-siko-profibus",
+            "lexican-siko-serial",
+        ],
+    ),
+    (
         "lexican-tests",
         &[
             "lexican-eds",

@@ -253,7 +253,7 @@ fn a_dry_run_moves_nothing() {
 
 #[test]
 fn the_golden_reports_and_pictures_are_those_of_the_program() {
-    golden::check("changeover", |args| run(args).1);
+    golden::check("changeover", 3, |args| run(args).1);
 }
 
 #[test]

@@ -56,19 +56,26 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
     /// In grey; else each curve has its own colour.
     pub grey: bool,
+    /// The colour that it has instead.
+    pub color: Option<Rgb>,
+    /// How wide the line is, in pixels.
+    pub width: u32,
 }
+
+/// Red, green and blue.
+pub type Rgb = [u8; 3];
 
 impl Curve {
     /// A curve with a colour of its own.
     #[must_use]
     pub fn new(name: impl Into<String>, points: Vec<(f64, f64)>) -> Curve {
-        Curve { name: name.into(), points, grey: false }
+        Curve { name: name.into(), points, grey: false, color: None, width: 2 }
     }
 
     /// A grey line from the bottom to the top of a panel.
     #[must_use]
     pub fn upright(name: impl Into<String>, x: f64, y: &Range<f64>) -> Curve {
-        Curve { name: name.into(), points: vec![(x, y.start), (x, y.end)], grey: true }
+        Curve { grey: true, ..Curve::new(name, vec![(x, y.start), (x, y.end)]) }
     }
 }
 
@@ -135,8 +142,12 @@ fn draw(area: &Area<'_>, panel: &Panel) -> Result<(), Error> {
         .y_desc(panel.names[1].as_str())
         .draw()?;
     for (number, curve) in panel.curves.iter().enumerate() {
-        let color = if curve.grey { BLACK.mix(0.6) } else { Palette99::pick(number).to_rgba() };
-        let (style, y) = (color.stroke_width(2 * SCALE), LINE * (number as i32 + 1));
+        let color = match curve.color {
+            Some([red, green, blue]) => RGBColor(red, green, blue).to_rgba(),
+            None if curve.grey => BLACK.mix(0.6),
+            None => Palette99::pick(number).to_rgba(),
+        };
+        let (style, y) = (color.stroke_width(curve.width * SCALE), LINE * (number as i32 + 1));
         chart.draw_series(LineSeries::new(curve.points.iter().copied(), style))?;
         names.draw(&PathElement::new([(0, y + LINE / 3), (LINE, y + LINE / 3)], style))?;
         names.draw(&Text::new(curve.name.clone(), (LINE * 3 / 2, y), font(14)))?;

@@ -23,7 +23,7 @@ fn run(args: &[&str]) -> (Option<i32>, String, String) {
 
 #[test]
 fn the_golden_reports_and_pictures_are_those_of_the_program() {
-    golden::check("circle", |args| run(args).1);
+    golden::check("circle", 3, |args| run(args).1);
 }
 
 /// Quick stop of each axis leaves the circle, which a ramp along the path does not.
