@@ -1,4 +1,4 @@
-//! Parameters by the commands that read and write them: the rows of [`od::serial`], which the data sheet's overlay has.
+//! Parameters by the commands that read and write them: the rows of [`od::serial`](siko_ag02::od::serial), which the data sheet's overlay has.
 //!
 //! A row's number is the command that reads it, as far as it names the parameter, and the one that writes it: `E1/F1`,
 //! `Q/X`, `T`.
