@@ -189,7 +189,7 @@ impl Tester<'_> {
     pub(crate) fn is_default(&mut self, entry: &Entry) -> Outcome {
         let (index, sub) = (entry.index, entry.sub);
         let bytes = self.read_bytes(index, sub)?;
-        let default = entry.default.as_ref().and_then(|value| self.bytes_of(entry, value)).unwrap_or(bytes.clone());
+        let default = self.power_on_value(entry).unwrap_or(bytes.clone());
         ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}, by default {default:02X?}"))
     }
 

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use lexican_eds::model::Entry;
 use lexican_runtime::host::Link;
 use lexican_runtime::wire::nmt::NmtCommand;
-use lexican_runtime::{AbortCode, Duration};
+use lexican_runtime::{AbortCode, CobId, Duration};
 
 use crate::case::{Case, Outcome, Verdict};
 use crate::tester::{Record, Settings, Sheet, Tester};
@@ -107,7 +107,7 @@ struct Suite<'a> {
 impl Suite<'_> {
     /// Looks at what the cases might change, while nothing has been changed.
     fn prepare(&mut self) -> Outcome {
-        self.tester.learn_others(OTHERS)?;
+        let heard = self.tester.hear(OTHERS)?;
         if self.tester.upload(0x1000, 0).is_err() {
             let node = self.tester.node;
             return Err(Verdict::Unfinished(format!(
@@ -123,7 +123,22 @@ impl Suite<'_> {
                 self.before.insert((entry.index, entry.sub), bytes);
             }
         }
+        let own = self.own_identifiers();
+        self.tester.ignore(heard.iter().map(|(_, frame)| frame.id()).filter(|id| !own.contains(id)).collect());
         Ok(())
+    }
+
+    /// The identifiers of what the device may send: the predefined ones of its node-ID, and those that it has been given.
+    fn own_identifiers(&self) -> BTreeSet<CobId> {
+        let predefined = (0x080..0x800).step_by(0x80).map(|base| CobId::of_node(base, self.tester.node));
+        let sends = |&&(index, sub): &&(u16, u8)| match index {
+            // Bit 30 makes a producer of SYNC and TIME.
+            0x1005 | 0x1012 => self.number(index, sub) >> 30 & 1 != 0,
+            0x1014 => true,
+            _ => (0x1800..0x1A00).contains(&index) && sub == 1,
+        };
+        let given = self.before.keys().filter(sends).map(|&(index, sub)| self.number(index, sub));
+        predefined.chain(given.map(CobId::from_parameter)).collect()
     }
 
     fn run(&mut self, case: &'static Case) -> CaseReport {

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_eds::model::{Device, Entry, Value};
+use lexican_eds::types::DataType;
 use lexican_eds::{Diagnostics, Input, Severity, load};
 use lexican_runtime::host::Link;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
@@ -181,13 +182,9 @@ impl<'a> Tester<'a> {
         Ok(())
     }
 
-    /// Learns what others send, who are not tested.
-    pub(crate) fn learn_others(&mut self, span: Duration) -> Outcome {
-        let heard = self.hear(span)?;
-        let own = self.node.get();
-        let is_own = |id: CobId| id.raw() & 0x7F == u32::from(own) && id.raw() > 0x80;
-        self.others = heard.iter().map(|(_, frame)| frame.id()).filter(|&id| !is_own(id)).collect();
-        Ok(())
+    /// From now on, ignores what others send, who are not tested.
+    pub(crate) fn ignore(&mut self, others: BTreeSet<CobId>) {
+        self.others = others;
     }
 
     /// Whether writing an object has been allowed.
@@ -431,11 +428,17 @@ impl<'a> Tester<'a> {
         let number = match value {
             Value::Integer(number) => *number,
             Value::NodeIdPlus(base) => i128::from(*base) + i128::from(self.node.get()),
-            Value::Text(text) => return Some(text.as_bytes().to_vec()),
+            Value::Text(text) if entry.data_type == DataType::VisibleString => return Some(text.as_bytes().to_vec()),
+            Value::Text(_) => return None,
             Value::Bytes(bytes) => return Some(bytes.clone()),
             Value::Real(_) => return None,
         };
         Some(number.to_le_bytes()[..self.size(entry)?].to_vec())
+    }
+
+    /// What a device has after power-on: what a DCF configures, else the default.
+    pub(crate) fn power_on_value(&self, entry: &Entry) -> Option<Vec<u8>> {
+        self.bytes_of(entry, entry.configured.as_ref().or(entry.default.as_ref())?)
     }
 
     /// Whether a scan may read the entry and a download may write it (`ObjFlags`, CiA 306-1, 6.5.2).

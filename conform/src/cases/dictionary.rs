@@ -49,7 +49,7 @@ pub(crate) const CASES: &[Case] = &[
                 t.write(index, sub, value as u32)?;
                 t.reads(index, sub, value as u64)?;
             }
-            let last = (1_i128 << t.bits(&entry).unwrap_or(0)) - 1;
+            let last = highest(t, &entry);
             if low > 0 {
                 t.refuses(index, sub, (low - 1) as u32, &[AbortCode::VALUE_TOO_LOW, AbortCode::INVALID_VALUE])?;
             }
@@ -86,8 +86,8 @@ pub(crate) const CASES: &[Case] = &[
             t.some_to_write("can be read and written", |entry| entry.access.readable() && entry.access.writable())?
         {
             let (index, sub) = (entry.index, entry.sub);
-            // 1010h and 1011h want a signature.
-            if t.flags(&entry) & NO_WRITE_ON_DOWNLOAD != 0 || matches!(index, 0x1010 | 0x1011) {
+            // 1003h takes nothing but 0, and 1010h and 1011h want a signature.
+            if t.flags(&entry) & NO_WRITE_ON_DOWNLOAD != 0 || matches!(index, 0x1003 | 0x1010 | 0x1011) {
                 continue;
             }
             let before = t.read_bytes(index, sub)?;
@@ -147,6 +147,12 @@ fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
         t.is_default(&entry)?;
     }
     Ok(())
+}
+
+/// The highest number that the type of an entry has.
+pub(crate) fn highest(t: &Tester<'_>, entry: &Entry) -> i128 {
+    let of_bits = (1 << t.bits(entry).unwrap_or(0)) - 1;
+    entry.data_type.range().map_or(of_bits, |(_, highest)| highest)
 }
 
 /// The entries with limits that can be written in one message, with the limits.

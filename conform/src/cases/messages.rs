@@ -73,6 +73,7 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.5.2.22/1", "6.5", "the counter overflow has a range", |t| {
         t.entry(0x1019, 0)?;
+        produce_nothing(t)?;
         for bad in [1, 241, 255] {
             t.refuses(
                 0x1019,
@@ -100,6 +101,7 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.22/4", "6.8", "the counter overflow is stored", |t| {
         t.entry(0x1019, 0)?;
         t.entry(0x1010, 1)?;
+        produce_nothing(t)?;
         t.write(0x1019, 0, 10)?;
         t.write(0x1010, 1, SAVE)?;
         t.nmt(NmtCommand::ResetNode)?;
@@ -150,12 +152,24 @@ fn consumes(t: &Tester<'_>) -> Outcome {
 /// SYNC, every 10 ms.
 pub(crate) fn produce(t: &mut Tester<'_>) -> Outcome {
     consumes(t)?;
+    produce_nothing(t)?;
     t.write(0x1006, 0, 10_000)?;
     t.write(0x1005, 0, 0x4000_0080)
 }
 
+/// No SYNC, and no period of it: the counter overflow may be written.
+pub(crate) fn produce_nothing(t: &mut Tester<'_>) -> Outcome {
+    for (index, value) in [(0x1005, 0x80), (0x1006, 0)] {
+        if t.entry(index, 0).is_ok() && t.read(index, 0)? != value {
+            t.write(index, 0, value as u32)?;
+        }
+    }
+    Ok(())
+}
+
 fn counts(t: &mut Tester<'_>, overflow: u32) -> Outcome {
     t.entry(0x1019, 0)?;
+    produce_nothing(t)?;
     t.write(0x1019, 0, overflow)?;
     produce(t)
 }

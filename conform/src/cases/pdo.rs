@@ -4,6 +4,7 @@ use lexican_eds::model::{Direction, Pdo, Value};
 use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
 
+use super::messages::produce_nothing;
 use crate::case::{Case, Outcome, case, ensure, not_applicable};
 use crate::tester::{InputStimulus, Tester};
 
@@ -94,6 +95,7 @@ pub(crate) fn configure(t: &mut Tester<'_>, pdo: &Pdo, how: Transmission) -> Out
         match t.entry(index, sub) {
             // A device may have no value for "never".
             Ok(entry) if value == 0 && entry.low.as_ref().and_then(Value::as_integer) > Some(0) => {}
+            Ok(entry) if !entry.access.writable() && t.read(index, sub)? == u64::from(value) => {}
             Ok(_) => t.write(index, sub, value)?,
             Err(_) if value == 0 => {}
             Err(lacks) => return Err(lacks),
@@ -224,6 +226,7 @@ fn acyclic(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 
 fn sync_start(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     t.entry(0x1019, 0)?;
+    produce_nothing(t)?;
     t.write(0x1019, 0, 10)?;
     let how = Transmission { code: 2, event_timer_ms: 0, sync_start: 5 };
     each(t, how, state, |t, tpdo| {

@@ -31,10 +31,20 @@ pub(crate) const CASES: &[Case] = &[
         let pdo = dynamic(t, Direction::Transmit)?;
         let entry = of_some_value(t, &pdo)?;
         switch_off(t, &pdo)?;
+        if t.read(mapping_index(&pdo), 0)? == 0 {
+            return Err(not_applicable("the PDO maps nothing by default"));
+        }
         refuses_mapping(t, mapping_index(&pdo), 1, parameter(t, &entry))
     }),
     case("301/7.5.2.38/4", "3.24", "a mapping is not changed while the PDO exists", |t| {
         let pdo = dynamic(t, Direction::Transmit)?;
+        if t.read(mapping_index(&pdo), 0)? == 0 {
+            return Err(not_applicable("the PDO maps nothing by default"));
+        }
+        let cob_id = t.read(parameter_index(&pdo), 1)? as u32;
+        if cob_id >> 31 != 0 {
+            t.write(parameter_index(&pdo), 1, cob_id & !(1 << 31))?;
+        }
         refuses_mapping(t, mapping_index(&pdo), 0, 0)
     }),
     case("301/7.5.2.38/5", "3.25", "more objects than there are entries are not mapped", |t| {
@@ -124,7 +134,9 @@ fn mapping_index(pdo: &Pdo) -> u16 {
 fn dynamic(t: &Tester<'_>, direction: Direction) -> Outcome<Pdo> {
     let settable = |index, sub| t.entry(index, sub).is_ok_and(|entry| entry.access.writable());
     let pdos = t.sheet.device.pdos.iter().filter(|pdo| pdo.direction == direction);
-    let mut dynamic = pdos.filter(|pdo| settable(parameter_index(pdo), 1) && settable(mapping_index(pdo), 1));
+    let mut dynamic = pdos.filter(|pdo| {
+        settable(parameter_index(pdo), 1) && [0, 1].into_iter().all(|sub| settable(mapping_index(pdo), sub))
+    });
     dynamic.next().cloned().ok_or_else(|| not_applicable("no PDO whose mapping can be written"))
 }
 
@@ -213,7 +225,9 @@ fn is_mapped_as_described(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome {
     for (sub, mapped) in (1..).zip(&pdo.mapping) {
         let (object, entry) = (u64::from(mapped.index), u64::from(mapped.sub));
         t.reads(index, sub, object << 16 | entry << 8 | u64::from(mapped.bits))?;
-        let described = t.entry(mapped.index, mapped.sub).map_err(|lacks| failed(format!("{lacks:?} is mapped")))?;
+        let described = t
+            .entry(mapped.index, mapped.sub)
+            .map_err(|lacks| failed(format!("{}, and it is mapped", lacks.reason())))?;
         let may_be = if pdo.direction == Direction::Transmit { sends(&described) } else { described.pdo_mapping };
         let right = may_be && t.bits(&described) == Some(mapped.bits);
         ensure(right, || format!("{:04X}:{:02X} cannot be mapped like this", mapped.index, mapped.sub))?;

@@ -17,7 +17,7 @@ pub(crate) const CASES: &[Case] = &[
         let right = matches!(answer, [0x42 | 0x43, 0x00, 0x10, 0, ..]);
         ensure(right, || format!("{answer:02X?}"))?;
         let entry = t.entry(0x1000, 0)?;
-        let default = entry.default.as_ref().and_then(|value| t.bytes_of(&entry, value));
+        let default = t.power_on_value(&entry);
         ensure(default.is_none_or(|default| default == answer[4..]), || format!("1000h is {:02X?}", &answer[4..]))
     }),
     case("301/7.5.2/1", "2.2", "communication parameters are written and read back", written_and_read),
@@ -189,8 +189,7 @@ fn of_another_length(t: &mut Tester<'_>, bits: u8, data: &[u8], code: AbortCode)
 fn beyond_its_limit(t: &mut Tester<'_>, beyond: fn((i128, i128)) -> Option<i128>, code: AbortCode) -> Outcome {
     let limited = super::dictionary::limited(t)?;
     for (entry, low, high) in limited {
-        let bits = u32::from(t.bits(&entry).unwrap_or(0));
-        let fits = |value: &i128| (0..1 << bits).contains(value);
+        let fits = |value: &i128| (0..=super::dictionary::highest(t, &entry)).contains(value);
         let value =
             beyond((low, high)).filter(fits).ok_or_else(|| not_applicable("the limits are those of the type"))?;
         t.refuses(entry.index, entry.sub, value as u32, &[code, AbortCode::INVALID_VALUE])?;
@@ -226,7 +225,7 @@ fn as_block(t: &mut Tester<'_>, index: u16, with_crc: bool) -> Outcome {
 /// A text of more than four bytes that the data sheet knows.
 pub(crate) fn long_text(t: &Tester<'_>) -> Outcome<(u16, u8, Vec<u8>)> {
     let texts = t.entries(|entry| entry.access.readable()).into_iter().filter_map(|entry| {
-        let bytes = t.bytes_of(&entry, entry.default.as_ref()?)?;
+        let bytes = t.power_on_value(&entry)?;
         Some((entry.index, entry.sub, bytes))
     });
     texts

@@ -111,6 +111,8 @@ fn stores(t: &mut Tester<'_>, group: u8) -> Outcome {
 
 fn restores(t: &mut Tester<'_>, group: u8) -> Outcome {
     t.entry(0x1011, group)?;
+    t.entry(0x1010, group)?;
+    t.entry(0x1017, 0)?;
     let default = t.read(0x1017, 0)?;
     t.write(0x1017, 0, 1000)?;
     t.write(0x1010, group, SAVE)?;

@@ -94,6 +94,6 @@ fn every_fault_is_noticed_and_every_case_notices_one() {
         noticed.extend(failed);
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    let blind: Vec<&str> = cases().map(|case| name(case)).filter(|id| !noticed.contains(id)).collect();
+    let blind: Vec<&str> = cases().map(name).filter(|id| !noticed.contains(id)).collect();
     assert_eq!(blind, [""; 0], "these cases notice nothing");
 }
