@@ -1,5 +1,6 @@
 //! Homing mode: every method ends where the figures of CiA 402-2, 11, have it.
 
+use lexican_runtime::Instant;
 use lexican_runtime::object::DataType;
 use lexican_runtime::profile::cia402::State;
 use simulator::servo::{Machine, ServoModel};
@@ -77,6 +78,82 @@ fn every_method_ends_where_its_figure_has_it() {
             rig.pass(60_000);
             assert_eq!(rig.servo.shaft(rig.now).position, home, "method {method} from {start}");
             assert_eq!((rig.position(), rig.mode_bits()), (70, DONE), "method {method} from {start}");
+        }
+    }
+}
+
+/// A travel over a distance with 10 000 units/s², from rest to rest.
+fn travel_s(distance: f64, speed: f64) -> f64 {
+    let ramps = speed * speed / 10_000.0;
+    if distance < ramps { 2.0 * (distance / 10_000.0).sqrt() } else { (distance + ramps) / speed }
+}
+
+/// At a switch that it passes with 1000 units/s, the axis turns 51 units behind it: 50 of the ramp, and 1. It crosses
+/// the edge with 100 units/s from as far as that takes: 0.5 units, and 1.
+#[test]
+fn every_method_searches_as_its_figure_has_it() {
+    let (begins, ends, switch) = ((300.0, f64::INFINITY), (f64::NEG_INFINITY, 700.0), (300.0, 700.0));
+    for (method, home_switch, start, turns) in [
+        (1, switch, 0.0, &[-2051.0][..]),
+        (1, switch, -2000.0, &[]),
+        (2, switch, 0.0, &[2051.0]),
+        (2, switch, 2000.0, &[]),
+        (3, begins, 0.0, &[351.0]),
+        (3, begins, 300.0, &[301.5]),
+        (3, begins, 500.0, &[]),
+        (4, begins, 0.0, &[351.0, 298.5]),
+        (4, begins, 500.0, &[298.5]),
+        (5, ends, 1000.0, &[649.0]),
+        (5, ends, 700.0, &[698.5]),
+        (5, ends, 500.0, &[]),
+        (6, ends, 1000.0, &[649.0, 701.5]),
+        (6, ends, 500.0, &[701.5]),
+        (7, switch, 0.0, &[351.0]),
+        (7, switch, 500.0, &[]),
+        (7, switch, 1000.0, &[2051.0, 649.0]),
+        (8, switch, 0.0, &[351.0, 298.5]),
+        (8, switch, 500.0, &[298.5]),
+        (8, switch, 1000.0, &[2051.0, 649.0, 298.5]),
+        (9, switch, 0.0, &[351.0, 701.5]),
+        (9, switch, 500.0, &[701.5]),
+        (9, switch, 1000.0, &[2051.0, 649.0, 701.5]),
+        (10, switch, 0.0, &[351.0]),
+        (10, switch, 500.0, &[]),
+        (10, switch, 1000.0, &[2051.0, 649.0]),
+        (11, switch, 0.0, &[-2051.0, 351.0]),
+        (11, switch, 500.0, &[]),
+        (11, switch, 1000.0, &[649.0]),
+        (12, switch, 0.0, &[-2051.0, 351.0, 701.5]),
+        (12, switch, 500.0, &[701.5]),
+        (12, switch, 1000.0, &[649.0, 701.5]),
+        (13, switch, 0.0, &[-2051.0, 351.0, 298.5]),
+        (13, switch, 500.0, &[298.5]),
+        (13, switch, 1000.0, &[649.0, 298.5]),
+        (14, switch, 0.0, &[-2051.0, 351.0]),
+        (14, switch, 500.0, &[]),
+        (14, switch, 1000.0, &[649.0]),
+    ] {
+        // Without the index pulse the search is the same.
+        for method in [method, method + 16] {
+            let mut rig = at(start, Machine { home_switch: Some(home_switch), ..MACHINE });
+            rig.set(0x6098, 0, method).control(START);
+            let (mut before, mut time_s) = (start, 0.0);
+            for turn in turns {
+                time_s += travel_s((turn - before).abs(), 1000.0);
+                let found = rig.servo.shaft(Instant::from_micros((time_s * 1e6) as u64));
+                let turned = (found.position - turn).abs() < 0.01 && found.velocity.abs() < 0.1;
+                assert!(turned, "method {method} from {start}: {found:?} instead of {turn}");
+                before = *turn;
+            }
+            let end_s = |home: f64| time_s + travel_s((home - before).abs(), 100.0);
+            rig.pass(60_000);
+            let end_us = (end_s(rig.servo.shaft(rig.now).position) * 1e6) as u64;
+            let mut rig = at(start, Machine { home_switch: Some(home_switch), ..MACHINE });
+            rig.set(0x6098, 0, method).control(START);
+            for (us, attained) in [(end_us.saturating_sub(10), end_us == 0), (end_us + 10, true)] {
+                rig.now = Instant::from_micros(us);
+                assert_eq!(rig.pass(0).servo.is_homed(), attained, "method {method} from {start} at {us} us");
+            }
         }
     }
 }
@@ -168,6 +245,56 @@ fn a_fault_ends_homing_and_power_off_forgets_it() {
     assert_eq!((rig.state(), rig.servo.is_homed()), (State::Fault, false));
     rig.servo.restart(rig.now);
     assert!(!rig.servo.is_homed());
+}
+
+#[test]
+fn homing_with_a_speed_of_0_fails_and_moves_nothing_but_the_spot_needs_none() {
+    for (speeds, method, bits) in
+        [([0, 100], 17, FAILED), ([1000, 0], 17, FAILED), ([0, 0], 35, DONE), ([0, 0], 37, DONE)]
+    {
+        let mut rig = at(0.0, MACHINE);
+        rig.set(0x6099, 1, speeds[0]).set(0x6099, 2, speeds[1]).set(0x6098, 0, method).control(START).pass(1000);
+        assert_eq!((rig.servo.shaft(rig.now).position, rig.mode_bits()), (0.0, bits), "method {method}, {speeds:?}");
+    }
+}
+
+#[test]
+fn an_order_to_home_during_halt_waits_for_its_end() {
+    let mut rig = at(0.0, MACHINE);
+    rig.set(0x6098, 0, 1).control(0x10F).control(START | 0x100).pass(1000);
+    assert_eq!((rig.position(), rig.mode_bits()), (0, [false; 3]));
+    rig.control(START).pass(60_000);
+    assert_eq!((rig.servo.shaft(rig.now).position, rig.mode_bits()), (-1850.0, DONE));
+}
+
+/// Only OPERATION ENABLED homes: what is under way when the state is left goes on in none, and a shaft that is held
+/// is not at home.
+#[test]
+fn homing_ends_with_what_interrupts_it() {
+    for (word, state) in [(0x06, State::ReadyToSwitchOn), (0x07, State::SwitchedOn), (0x02, State::SwitchOnDisabled)] {
+        let mut rig = at(0.0, MACHINE);
+        rig.set(0x6098, 0, 1).control(START).pass(500).control(word | 0x10).pass(60_000);
+        assert_eq!((rig.state(), rig.servo.is_homed()), (state, false));
+        rig.enable().pass(60_000);
+        assert_eq!((rig.servo.is_homed(), rig.mode_bits()), (false, [true, false, false]));
+    }
+    let mut rig = at(0.0, MACHINE);
+    rig.set(0x6065, 0, 0).set(0x6098, 0, 1).control(START).pass(500).inputs(|inputs| inputs.blocked = true).pass(499);
+    assert_eq!((rig.servo.is_homed(), rig.state()), (false, State::OperationEnabled));
+    rig.inputs(|inputs| inputs.blocked = false).pass(60_000);
+    assert_eq!((rig.servo.shaft(rig.now).position, rig.mode_bits()), (-1850.0, DONE));
+}
+
+/// 609Ah, also for a stop with option 1 of 605Ah.
+#[test]
+fn a_stop_has_the_acceleration_of_homing() {
+    for (object, word) in [(0x605A, 0x02), (0x605D, 0x11F), (0x605C, 0x17), (0x6098, 0x0F)] {
+        let mut rig = at(0.0, MACHINE);
+        rig.set(0x6084, 0, 50_000).set(0x6098, 0, 1).control(START).pass(500);
+        rig.set(object, 0, 1).control(word).pass(99);
+        assert_ne!(rig.velocity(), 0, "{object:04X}h");
+        assert_eq!(rig.pass(1).velocity(), 0, "{object:04X}h");
+    }
 }
 
 #[test]

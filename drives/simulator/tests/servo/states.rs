@@ -218,3 +218,137 @@ fn a_restart_forgets_everything_but_the_world() {
     assert_eq!((rig.velocity(), rig.position()), (0, 50), "it counts from where it was switched on");
     assert_eq!(rig.get(0x60FD, 0), 1 << 16);
 }
+
+/// Bits 0 to 6 of the status word, and the codes of the fault where there is one.
+#[test]
+fn every_order_of_the_axis_ends_with_the_state_that_gave_it() {
+    // Shutdown, disable, quick stop, no voltage, no enable input, a fault: each while it moves to 1000.
+    let orders: [fn(&mut Rig); 6] = [
+        |rig| _ = rig.control(0x06),
+        |rig| _ = rig.control(0x07),
+        |rig| _ = rig.control(0x02),
+        |rig| _ = rig.control(0x00),
+        |rig| _ = rig.inputs(|inputs| inputs.enable = false).inputs(|inputs| inputs.enable = true),
+        |rig| _ = rig.inputs(|inputs| inputs.fault = Some(0x7500)).inputs(|inputs| inputs.fault = None),
+    ];
+    for order in orders {
+        let mut rig = Rig::enabled(1);
+        rig.travel(1000, 0).pass(500).travel(2000, 0);
+        order(&mut rig);
+        rig.pass(1000).control(0x00).control(0x80).enable();
+        let stands = rig.position();
+        rig.pass(5000);
+        assert_eq!((rig.position(), rig.status(1 << 10)), (stands, true), "nothing is left of the travel");
+        // A relative travel begins where the axis is, and not at a target of before.
+        rig.travel(10, 1 << 6).pass(1000);
+        assert_eq!(rig.position(), stands + 10);
+    }
+}
+
+/// The axis has no torque in the first three states, and is enabled while it runs out: it brakes, with 6084h.
+#[test]
+fn an_axis_that_runs_out_is_braked_when_it_is_enabled() {
+    let mut rig = running();
+    rig.set(0x6084, 0, 50_000).control(0x00).pass(50).set(0x60FF, 0, 0).set(0x6060, 0, 1).enable();
+    assert_eq!(rig.velocity(), 500);
+    assert_eq!(rig.pass(10).velocity(), 0);
+}
+
+/// The fault is the first thing: what comes later adds its code, and changes neither ramp nor state.
+#[test]
+fn faults_add_up_and_one_reset_clears_them() {
+    let mut rig = running();
+    rig.set(0x605E, 0, 1).inputs(|inputs| inputs.fault = Some(0x7500)).pass(50);
+    assert_eq!((rig.state(), rig.velocity()), (FaultReactionActive, 500));
+    rig.inputs(|inputs| inputs.fault = Some(0x4310)).pass(49);
+    assert_eq!(rig.state(), FaultReactionActive, "the ramp goes on");
+    rig.pass(1);
+    assert_eq!((rig.state(), rig.velocity(), rig.get(0x603F, 0)), (Fault, 0, 0x4310));
+    assert_eq!((rig.servo.faults().to_vec(), rig.emergencies()), (vec![0x7500, 0x4310], vec![0x7500, 0x4310]));
+    rig.inputs(|inputs| inputs.fault = None).control(0x00).control(0x80);
+    assert_eq!((rig.state(), rig.emergencies(), rig.servo.error_register()), (SwitchOnDisabled, vec![0], 0));
+}
+
+/// A fault of a servo without torque, or of one that stands, has no reaction.
+#[test]
+fn a_fault_at_rest_is_a_fault_at_once() {
+    for state in [SwitchOnDisabled, ReadyToSwitchOn, SwitchedOn, OperationEnabled, QuickStopActive] {
+        let mut rig = servo_in(state);
+        rig.set(0x605E, 0, 1).inputs(|inputs| inputs.fault = Some(0x7500));
+        assert_eq!(rig.state(), Fault, "in {state}");
+    }
+    // Without supply there is nothing to brake with.
+    let mut rig = running();
+    rig.set(0x605E, 0, 2).inputs(|inputs| inputs.supply = false);
+    check_stop(&mut rig, 100, Fault, Fault);
+}
+
+#[test]
+fn a_lost_connection_acts_only_on_an_enabled_axis() {
+    for option in 0..=3 {
+        for state in [SwitchOnDisabled, ReadyToSwitchOn, SwitchedOn, Fault] {
+            let mut rig = servo_in(state);
+            rig.set(0x6007, 0, option);
+            rig.servo.lose_connection(rig.now, &mut rig.od);
+            assert_eq!(rig.state(), state, "option {option}");
+        }
+        let mut rig = servo_in(QuickStopActive);
+        rig.set(0x6007, 0, option);
+        rig.servo.lose_connection(rig.now, &mut rig.od);
+        let to = [QuickStopActive, Fault, SwitchOnDisabled, QuickStopActive][option as usize];
+        assert_eq!(rig.state(), to, "option {option}");
+    }
+}
+
+/// CiA 301, table 48, by the class of the code of CiA 402-2, table 5.
+#[test]
+fn the_error_register_has_the_bit_of_the_code() {
+    for (code, register) in [
+        (0x1000, 0x01),
+        (0x2310, 0x02),
+        (0x2FFF, 0x02),
+        (0x3210, 0x04),
+        (0x3FFF, 0x04),
+        (0x4310, 0x08),
+        (0x4FFF, 0x08),
+        (0x5530, 0x01),
+        (0x7121, 0x20),
+        (0x7300, 0x20),
+        (0x7500, 0x01),
+        (0x8110, 0x10),
+        (0x8210, 0x10),
+        (0x8611, 0x20),
+        (0x8700, 0x20),
+        (0xFF01, 0x80),
+    ] {
+        let mut rig = Rig::new();
+        rig.inputs(|inputs| inputs.fault = Some(code));
+        assert_eq!(rig.servo.error_register() & !1, register & !1, "{code:04X}h");
+    }
+}
+
+/// What comes between two looks at the servo is the same, with which call the second one begins.
+#[test]
+fn every_call_first_lets_pass_what_has_passed() {
+    let calls: [fn(&mut Rig); 5] = [
+        |rig| rig.servo.lose_connection(rig.now, &mut rig.od),
+        |rig| rig.servo.set_inputs(rig.now, &mut rig.od, |inputs| inputs.digital = 1 << 20),
+        |rig| _ = rig.servo.turn(rig.now, &mut rig.od, 5.0),
+        |rig| rig.servo.sync(rig.now, &mut rig.od),
+        |rig| rig.servo.measure(rig.now, &mut rig.od),
+    ];
+    for (number, call) in calls.into_iter().enumerate() {
+        let run = |update: bool| {
+            let mut rig = running();
+            rig.set(0x6007, 0, 3).control(0x02);
+            rig.now += lexican_runtime::Duration::from_millis(10);
+            if update {
+                rig.pass(0);
+            }
+            call(&mut rig);
+            let shown = (rig.get(0x6041, 0), rig.position(), rig.velocity(), rig.get(0x60FD, 0));
+            (rig.servo.shaft(rig.now).position, shown, rig.servo.state())
+        };
+        assert_eq!(run(false), run(true), "call {number}");
+    }
+}
