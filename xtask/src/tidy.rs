@@ -19,7 +19,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-siko", &["lexican-driver", "lexican-runtime", "lexican-simulator"]),
     ("lexican-siko-ag02", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-siko-ag03-1", &["lexican-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
-    ("lexican-siko-serial", &["lexican-siko", "lexican-siko-ag02", "lexican-driver", "lexican-runtime", "lexican-eds"]),
+    ("lexican-siko-serial", &["lexican-siko", "lexican-siko-ag02", "lexican-driver", "lexican-runtime"]),
     (
         "lexican-siko-profibus",
         &[
@@ -29,7 +29,6 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-siko-ag02",
             "lexican-siko-ag03-1",
             "lexican-runtime",
-            "lexican-eds",
         ],
     ),
     ("lexican-kollmorgen-akd", &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-codegen"]),
@@ -101,6 +100,8 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-siko-ag02",
             "lexican-siko-ag03-1",
             "lexican-siko-serial",
+            "lexican-profibus",
+            "lexican-siko-profibus",
         ],
     ),
     ("lexican-mutated-siko", &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-siko"]),

@@ -11,7 +11,7 @@
 //! - `kinds`: comparisons of tables that any manual has: objects, terms, PDOs, frames, NMT, SDO, the states of CiA 402,
 //!   statements of prose checked by behaviour;
 //! - `servo`: drives whose simulator is the servo of CiA 402;
-//! - `siko`: what the manuals of SIKO's drives share beyond that, and the AG02's serial port;
+//! - `siko`: what the manuals of SIKO's drives share beyond that, and their other interfaces;
 //! - `drives`: one file per drive: its paths, its simulator, its list of comparisons.
 
 #![cfg_attr(not(interfaces), allow(dead_code, reason = "what other interfaces than CANopen are compared by"))]

@@ -65,19 +65,20 @@ fn has_data_sheet(drive: &Drive) -> bool {
     drive.interface == Interface::CanOpen
 }
 
-/// The section of another interface is compared through that: which object has which number, and where there is none,
-/// the limits.
+/// The section of another interface is compared through that. Names of its parameters stand in PARAMETERS.md, which
+/// another test keeps current.
 fn is_compared(drive: &Drive, cell: &Cell) -> bool {
+    // Of what the AG02 has no object: PNU 970, and parameter 25.
+    let is_of = |name: &str| cell.name.starts_with(&format!("[enumeration.{name}]"));
     match drive.interface {
         Interface::CanOpen => {
-            let elsewhere = ["[interface.", "[enumeration.DataRecord]"];
-            // Parameter 25 of the AG02 has no object.
-            let stop = drive.name == "siko/ag02" && cell.name.starts_with("[enumeration.InchingStop]");
-            !stop && !elsewhere.iter().any(|section| cell.name.starts_with(section))
+            let elsewhere = is_of("DataRecord") || drive.name == "siko/ag02" && is_of("InchingStop");
+            !elsewhere && !cell.name.starts_with("[interface.")
         }
         Interface::Other { section, .. } => {
             let key = cell.name.strip_prefix(&format!("[interface.{section}] "));
-            key.is_some_and(|key| matches!(key, "number" | "object" | "low" | "high"))
+            key.is_some_and(|key| !matches!(key, "name" | "persistent"))
+                || section == "profibus" && (is_of("DataRecord") || is_of("InchingStop"))
         }
     }
 }

@@ -5,6 +5,8 @@ mod siko_ag02;
 #[cfg(interfaces)]
 mod siko_ag02_serial;
 mod siko_ag03_1;
+#[cfg(interfaces)]
+mod siko_profibus;
 
 use crate::drive::Drive;
 
@@ -15,4 +17,8 @@ pub const ALL: &[Drive] = &[
     kollmorgen_akd::DRIVE,
     #[cfg(interfaces)]
     siko_ag02_serial::DRIVE,
+    #[cfg(interfaces)]
+    siko_profibus::AG02,
+    #[cfg(interfaces)]
+    siko_profibus::AG03_1,
 ];

@@ -12,6 +12,8 @@ pub(crate) mod network;
 pub(crate) mod objects;
 pub(crate) mod parameters;
 #[cfg(interfaces)]
+pub(crate) mod profibus;
+#[cfg(interfaces)]
 pub(crate) mod serial;
 pub(crate) mod statements;
 pub(crate) mod states;

@@ -3,7 +3,7 @@
 mod raw;
 
 use lexican_driver::Direction;
-use lexican_eds::model::Entry;
+use lexican_eds::model::{AccessType, Condition, Entry};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, Instant, NodeId};
 use siko_ag02::sim::{BIT_RATES, MODEL, Setup, SimulatedDrive};
@@ -288,14 +288,29 @@ fn in_overlay(
         25 => "T".to_owned(),
         _ => telegrams.join("/"),
     };
-    let rows = case.sheet.parameters("serial").iter().filter(|row| row.number.to_string() == printed);
-    let found: Vec<_> = rows.map(|row| row.object().map(|(index, sub)| Address::new(index, sub))).collect();
+    let rows: Vec<_> = case.sheet.parameters("serial").iter().filter(|row| row.number.to_string() == printed).collect();
+    let found: Vec<_> = rows.iter().map(|row| row.object().map(|(index, sub)| Address::new(index, sub))).collect();
     let expected: Vec<_> = if number == 25 { vec![None] } else { objects.into_iter().map(Some).collect() };
     checker.that(row, "serial", Against::Sheet, found == expected, format!("{printed}: {found:?}"));
-    if number == 25 {
-        let own = case.sheet.parameters("serial").iter().find(|row| row.number.to_string() == printed);
-        let limits = own.map(|own| [&own.entry.low, &own.entry.high].map(|limit| case.sheet.number(limit.as_ref())));
-        checker.that(row, "range", Against::Sheet, limits == Some([Some(0), Some(1)]), format!("{limits:?}"));
+    // The operating mode decides which of two objects is meant.
+    let when = |mode: Mode| Condition { index: MODE.index(), sub: 0, equal: true, value: mode.in_object().into() };
+    let modes = rows.iter().map(|row| row.when.clone());
+    let expected = [Mode::Positioning, Mode::Velocity].map(|mode| (number == 24).then(|| when(mode)));
+    checker.that(row, "serial", Against::Sheet, modes.eq(expected.into_iter().take(rows.len())), "another mode");
+    let numbers: Vec<i128> = rows.iter().flat_map(|row| &row.values).map(|value| value.value).collect();
+    let expected: Vec<u16> = match number {
+        20 => Mode::ALL.iter().map(|mode| mode.number()).collect(),
+        25 => vec![Turning::JogStopsFully.number(), Turning::JogStopsByRamp.number()],
+        _ => Vec::new(),
+    };
+    let agrees = numbers.iter().copied().eq(expected.iter().map(|number| i128::from(*number)));
+    checker.that(row, "range", Against::Sheet, agrees, format!("{numbers:?}"));
+    if let ([own], 25) = (rows.as_slice(), number) {
+        let limits = [&own.entry.low, &own.entry.high].map(|limit| case.sheet.number(limit.as_ref()));
+        checker.that(row, "range", Against::Sheet, limits == [Some(0), Some(1)], format!("{limits:?}"));
+        // Letters that write it, and none that reads it.
+        let (access, bits) = (own.entry.access, own.data_type.bits());
+        checker.that(row, "serial", Against::Sheet, (access, bits) == (AccessType::Wo, Some(8)), access.name());
     }
 }
 
