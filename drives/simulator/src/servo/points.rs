@@ -33,7 +33,7 @@ impl Servo {
     fn read_set_point(&self, relative: bool, od: &dyn Storage) -> SetPoint {
         let parameters = self.parameters(od);
         let sign = parameters.position_sign();
-        let ordered = parameters.float(TARGET_POSITION) * sign;
+        let ordered = parameters.float(TARGET_POSITION);
         let target = if relative {
             // 60F2h, bits 0 and 1: relative to the last target, to the demand, or to the actual position.
             let last = self.points.buffered.or(self.points.active).map(|point| point.target);
@@ -42,14 +42,14 @@ impl Servo {
                 1 => self.way.at(self.now).position,
                 _ => self.shaft(self.now).position,
             };
-            base + ordered
+            base + ordered * sign
         } else if let Some((low, high)) = parameters.range(RANGE_MIN, RANGE_MAX) {
             // The range is that of 6064h, which begins again at its other end.
             let ordered = low + (ordered - low).rem_euclid(high - low + 1.0);
             let shaft = self.shaft(self.now).position;
-            shaft + ordered - self.shown(shaft, &parameters)
+            shaft + (ordered - self.shown(shaft, &parameters)) * sign
         } else {
-            ordered + self.zero
+            ordered * sign + self.zero
         };
         let limited = self.within_limits(target, &parameters);
         SetPoint { target: limited, profile: parameters.profile(), limited: limited != target }

@@ -233,3 +233,152 @@ fn the_answer_does_not_depend_on_when_it_is_asked() {
         assert_eq!(run(&[ms / 3, ms / 3, ms - ms / 3 * 2]), all);
     }
 }
+
+/// The status word at each step of set-points that wait: bits 10 and 12, and where the axis is.
+#[test]
+fn a_set_point_that_waits_goes_on_with_its_own_ramps() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(1000, 0).pass(500).set(0x6081, 0, 500).set(0x6083, 0, 5000).set(0x6084, 0, 5000).travel(0, 0);
+    // Its ramps are those of when it was ordered.
+    rig.set(0x6081, 0, 100);
+    for (ms, position, velocity, bits) in [
+        (600, 1000, 0, [false, false, false]),
+        (100, 975, -500, [false, false, false]),
+        (1950, 6, -250, [false, false, false]),
+        (50, 0, 0, [true, false, false]),
+    ] {
+        rig.pass(ms);
+        assert!((rig.position() - position).abs() <= 1, "{} instead of {position}", rig.position());
+        assert_eq!((rig.velocity(), rig.mode_bits()), (velocity, bits));
+    }
+}
+
+/// 60F2h, bits 0 and 1, and the base each names while the shaft is held 100 units behind its demand.
+#[test]
+fn a_relative_set_point_has_the_base_that_60f2h_names() {
+    for (option, end) in [(0, 1010), (1, 510), (2, 410), (3, 410)] {
+        let mut rig = Rig::enabled(POSITION);
+        rig.set(0x6065, 0, 0).set(0x60F2, 0, option).set(0x6085, 0, 1_000_000).travel(1000, 0);
+        if option == 0 {
+            rig.set(0x60F2, 0, 0);
+        }
+        rig.pass(450).inputs(|inputs| inputs.blocked = true).pass(100);
+        rig.travel(10, RELATIVE | IMMEDIATELY).inputs(|inputs| inputs.blocked = false).pass(5000);
+        assert_eq!(rig.position(), end, "60F2h is {option}");
+    }
+}
+
+#[test]
+fn a_change_on_set_point_needs_a_travel_that_gets_there() {
+    // At rest in front of it, at a speed of 0, and in halt.
+    for word in [0, HALT] {
+        let mut rig = Rig::enabled(POSITION);
+        rig.set(0x6081, 0, 0).travel(1000, 0).set(0x6081, 0, 1000).control(0x0F | word);
+        rig.travel(2000, ON_SET_POINT | word).pass(1000);
+        assert_eq!((rig.position(), rig.velocity(), rig.status(REACHED)), (0, 0, word == HALT));
+    }
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(1000, 0).pass(500).control(0x0F | HALT).pass(100).travel(2000, ON_SET_POINT | HALT).pass(1000);
+    assert_eq!(rig.position(), 500);
+    rig.control(0x0F).pass(3000);
+    assert_eq!((rig.position(), rig.status(REACHED)), (2000, true));
+    // Backwards, from beyond 0.
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(500, 0).pass(2000).travel(-500, 0).pass(500).travel(-1500, ON_SET_POINT).pass(550);
+    assert_eq!((rig.position(), rig.velocity()), (-500, -1000));
+    // A new travel forgets that one was to be passed.
+    rig.pass(200).travel(0, IMMEDIATELY).pass(3000);
+    assert_eq!((rig.position(), rig.velocity(), rig.status(REACHED)), (0, 0, true));
+    rig.travel(1000, 0).pass(500).travel(2000, ON_SET_POINT).travel(600, IMMEDIATELY).pass(100);
+    rig.pass(5000);
+    assert_eq!((rig.position(), rig.velocity(), rig.status(REACHED)), (2000, 0, true));
+}
+
+/// A range from -100 to 99 (607Bh), crossed in both directions, with the axis turned round and not.
+#[test]
+fn positions_of_a_range_stay_in_it() {
+    use lexican_runtime::object::DataType::Integer32;
+    let rows = [SERVO, &[(0x607B, 1, Integer32, -100), (0x607B, 2, Integer32, 99)]].concat();
+    for polarity in [0, 0x80] {
+        let mut rig = Rig::of(&ServoModel::CIA_402, &rows);
+        rig.set(0x607E, 0, polarity).enable();
+        let sign = if polarity == 0 { 1.0 } else { -1.0 };
+        for (target, bits, shown, turned) in [
+            (50, 0, 50, 50.0),
+            (100, RELATIVE, -50, 150.0),
+            (250, 0, 50, 250.0),
+            (-150, RELATIVE, -100, 100.0),
+            (-101, 0, 99, 299.0),
+            (1, RELATIVE, -100, 300.0),
+        ] {
+            rig.travel(target, bits).pass(3000);
+            let shaft = rig.servo.shaft(rig.now).position * sign;
+            assert_eq!((rig.position(), shaft), (shown, turned), "{target} with {polarity:#X}");
+        }
+    }
+}
+
+/// 607Dh counts like 6064h: from the home position, and in its direction.
+#[test]
+fn software_limits_have_the_sign_and_zero_of_positions() {
+    for (polarity, sign) in [(0, 1.0), (0x80, -1.0)] {
+        let mut rig = Rig::enabled(POSITION);
+        rig.set(0x607E, 0, polarity).set(0x607D, 1, -100).set(0x607D, 2, 200);
+        rig.servo.set_position(rig.now, &mut rig.od, 50.0);
+        assert_eq!(rig.position(), 50);
+        for (target, end) in [(500, 200), (-500, -100), (0, 0)] {
+            rig.travel(target, 0).pass(2000);
+            assert_eq!((rig.position(), rig.status(LIMITED)), (end, end != target));
+            assert_eq!(rig.servo.shaft(rig.now).position * sign, (end - 50) as f64);
+        }
+    }
+}
+
+/// 606Bh, 606Ch, 6062h, 6064h, 60F4h and 6077h of a shaft that is held.
+#[test]
+fn a_held_shaft_shows_what_is_demanded_and_what_is() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.set(0x6065, 0, 0).travel(1000, 0).pass(550).inputs(|inputs| inputs.blocked = true).pass(100);
+    let shown = [0x6062, 0x6064, 0x60F4, 0x606B, 0x606C, 0x6077].map(|index| rig.get(index, 0));
+    assert_eq!(shown, [600, 500, 100, 1000, 0, 1000]);
+    rig.control(0x00).pass(1000);
+    let shown = [0x6062, 0x6064, 0x60F4, 0x606B, 0x606C, 0x6077].map(|index| rig.get(index, 0));
+    assert_eq!(shown, [500, 500, 0, 0, 0, 0], "without torque it is where it stands");
+}
+
+/// 6065h in use while it is a window: neither 0 nor FFFF FFFFh, and only while the axis is enabled.
+#[test]
+fn the_following_error_counts_with_its_window_and_its_time() {
+    for (window, time, fault_after) in [(0, 0, None), (0xFFFF_FFFF, 0, None), (1, 0, Some(2)), (100, 50, Some(152))] {
+        let mut rig = Rig::enabled(POSITION);
+        rig.set(0x6065, 0, window).set(0x6066, 0, time).travel(5000, 0).pass(500);
+        rig.inputs(|inputs| inputs.blocked = true);
+        match fault_after {
+            None => assert_eq!(rig.pass(400).state(), State::OperationEnabled),
+            Some(ms) => {
+                assert_eq!(rig.pass(ms - 2).state(), State::OperationEnabled, "{window} for {time} ms");
+                assert_eq!((rig.pass(2).state(), rig.emergencies()), (State::Fault, vec![0x8611]));
+            }
+        }
+    }
+}
+
+/// A switch that is put in the way of a travel stops it, and one that is taken out of it lets the axis go on.
+#[test]
+fn the_machine_may_change_during_a_travel() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.travel(1000, 0).pass(300).inputs(|inputs| inputs.machine.positive_limit = Some(500.0)).pass(2000);
+    assert_eq!((rig.position(), rig.status(LIMITED)), (505, true));
+    let mut rig = Rig::enabled(POSITION);
+    rig.inputs(|inputs| inputs.machine.positive_limit = Some(500.0)).travel(1000, 0).pass(300);
+    rig.inputs(|inputs| inputs.machine.positive_limit = None).pass(2000);
+    assert_eq!((rig.position(), rig.status(LIMITED)), (1000, false));
+    // Not during halt, and not once it is off.
+    for word in [0x10F, 0x00] {
+        let mut rig = Rig::enabled(POSITION);
+        rig.travel(1000, 0).pass(300).control(word).pass(200);
+        let stands = rig.position();
+        rig.inputs(|inputs| inputs.machine.positive_limit = Some(5000.0)).pass(2000);
+        assert_eq!((rig.position(), rig.velocity()), (stands, 0), "{word:#X}");
+    }
+}
