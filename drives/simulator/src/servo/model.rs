@@ -122,8 +122,8 @@ pub struct Servo {
     /// What limits the motion (status word, bit 11).
     pub(super) limit: Limit,
     pub(super) points: Points,
-    /// What the velocity or torque mode runs at: target, acceleration, deceleration.
-    pub(super) running: Option<[f64; 3]>,
+    /// What the velocity or torque mode runs at: target, acceleration, deceleration, and the target before its limits.
+    pub(super) running: Option<[f64; 4]>,
     pub(super) homing: Homing,
     pub(super) cyclic: Cyclic,
     pub(super) probes: [Probe; 2],

@@ -30,7 +30,7 @@ impl Servo {
         let ordered = parameters.float(TARGET_VELOCITY) * parameters.velocity_sign() * parameters.velocity_scale();
         let Profile { acceleration, deceleration, .. } = parameters.profile();
         let target = ordered.clamp(-parameters.top_speed(), parameters.top_speed());
-        let order = [target, acceleration, deceleration];
+        let order = [target, acceleration, deceleration, ordered];
         if self.running == Some(order) {
             return;
         }
@@ -59,7 +59,7 @@ impl Servo {
         let ordered = parameters.float(TARGET_TORQUE) + parameters.float(TORQUE_OFFSET);
         let target = self.limited_torque(ordered, &parameters);
         let slope = self.torque_slope(&parameters);
-        let order = [target, slope, slope];
+        let order = [target, slope, slope, ordered];
         if self.running != Some(order) {
             self.running = Some(order);
             self.limit = if target == ordered { Limit::None } else { Limit::Now };

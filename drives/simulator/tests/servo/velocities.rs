@@ -1,6 +1,7 @@
 //! Profile velocity and profile torque mode.
 
-use lexican_runtime::object::DataType::Unsigned32;
+use lexican_runtime::object::DataType::{Integer16, Unsigned32};
+use lexican_runtime::profile::cia402::State;
 use simulator::servo::{Inputs, ServoModel};
 
 use crate::support::{Rig, SERVO};
@@ -155,4 +156,144 @@ fn inputs_are_set_by_name() {
     }
     assert_eq!((inputs.fault, inputs.machine.home_switch, inputs.machine.index), (None, None, None));
     assert!(inputs.set("brake", "true").unwrap_err().contains("there are supply"));
+}
+
+/// Bit 11 while 607Fh holds the axis back, and not beyond.
+#[test]
+fn a_top_speed_limits_the_velocity() {
+    let rows = [SERVO, &[(0x607F, 0, Unsigned32, 500), (0x6080, 0, Unsigned32, 0)]].concat();
+    let mut rig = Rig::of(&ServoModel::CIA_402, &rows);
+    rig.set(0x6060, 0, VELOCITY).enable();
+    for (target, velocity, limited) in [(1000, 500, true), (500, 500, false), (-1000, -500, true), (0, 0, false)] {
+        rig.set(0x60FF, 0, target).pass(500);
+        assert_eq!((rig.velocity(), rig.status(LIMITED)), (velocity, limited), "{target}");
+    }
+    rig.set(0x6080, 0, 300).set(0x60FF, 0, 1000).pass(500);
+    assert_eq!((rig.velocity(), rig.status(LIMITED)), (300, true), "the lower one of both");
+    rig.set(0x6060, 0, 1).set(0x6081, 0, 1000).travel(5000, 0).pass(1000);
+    assert_eq!(rig.velocity(), 300);
+}
+
+/// 60C5h and 60C6h hold back all ramps; a ramp of 0, or a limit of 0, is none.
+#[test]
+fn ramps_have_their_limits() {
+    for (limits, ramps, up_ms, down_ms) in [
+        ([0, 0], [10_000, 5000], 100, 200),
+        ([2000, 0], [10_000, 5000], 500, 200),
+        ([0, 2000], [10_000, 5000], 100, 500),
+        ([0, 0], [0, 0], 1, 1),
+    ] {
+        let rows = [SERVO, &[(0x60C5, 0, Unsigned32, limits[0]), (0x60C6, 0, Unsigned32, limits[1])]].concat();
+        let mut rig = Rig::of(&ServoModel::CIA_402, &rows);
+        rig.set(0x6060, 0, VELOCITY).enable().set(0x6083, 0, ramps[0]).set(0x6084, 0, ramps[1]);
+        for (target, ms) in [(1000, up_ms), (0, down_ms)] {
+            rig.set(0x60FF, 0, target).pass(ms - 1);
+            assert_ne!(rig.velocity(), target, "{limits:?} {ramps:?}");
+            assert_eq!(rig.pass(1).velocity(), target, "{limits:?} {ramps:?}");
+        }
+    }
+}
+
+/// On a software limit, an axis does not start beyond it, and leaves it.
+#[test]
+fn an_axis_at_a_software_limit_moves_away_only() {
+    for sign in [1, -1] {
+        let mut rig = Rig::enabled(VELOCITY);
+        rig.set(0x607D, 1, -100).set(0x607D, 2, 100).set(0x60FF, 0, sign * 1000).pass(1000);
+        assert_eq!((rig.position(), rig.velocity(), rig.status(LIMITED)), (sign * 100, 0, true));
+        rig.set(0x60FF, 0, sign * 500).pass(1000);
+        assert_eq!((rig.position(), rig.velocity(), rig.status(LIMITED)), (sign * 100, 0, true));
+        rig.set(0x60FF, 0, 0).pass(100);
+        assert_eq!((rig.position(), rig.status(LIMITED)), (sign * 100, false));
+        rig.set(0x60FF, 0, sign * -500).pass(100);
+        assert!(rig.velocity() == sign * -500 && !rig.status(LIMITED));
+    }
+}
+
+/// 6072h of 0 limits nothing; bit 11 is that of 6072h.
+#[test]
+fn torque_has_its_limit_its_offset_and_its_slope() {
+    let rows = [SERVO, &[(0x60B2, 0, Integer16, 50)]].concat();
+    let mut rig = Rig::of(&ServoModel::CIA_402, &rows);
+    rig.set(0x6060, 0, TORQUE).enable();
+    for (most, target, torque, limited) in [
+        (1000, 100, 150, false),
+        (120, 100, 120, true),
+        (120, 70, 120, false),
+        (0, 2000, 2050, false),
+        (100, -300, -100, true),
+    ] {
+        rig.set(0x6072, 0, most).set(0x6071, 0, target).pass(3000);
+        assert_eq!((rig.get(0x6077, 0), rig.status(LIMITED)), (torque, limited), "{target} with {most}");
+    }
+    rig.set(0x6087, 0, 0).set(0x6071, 0, 0).pass(10);
+    assert_eq!((rig.get(0x6077, 0), rig.status(REACHED)), (50, true), "a slope of 0 is none");
+    // What slows down without a deceleration has the slope: 500 units/s with 10 000 units/s².
+    rig.set(0x6087, 0, 1000).set(0x6084, 0, 100_000).set(0x605A, 0, 5).control(0x02).pass(49);
+    assert_ne!(rig.velocity(), 0);
+    assert_eq!((rig.pass(1).velocity(), rig.state()), (0, State::QuickStopActive));
+}
+
+/// A motor that has torque holds its shaft, and one that runs out is not to be turned.
+#[test]
+fn a_shaft_is_turned_by_hand_only_when_nothing_holds_it() {
+    let mut rig = Rig::enabled(VELOCITY);
+    assert!(!rig.servo.turn(rig.now, &mut rig.od, 5.0));
+    rig.set(0x60FF, 0, 1000).pass(200).control(0x00).pass(50);
+    let before = rig.servo.shaft(rig.now);
+    assert!(!rig.servo.turn(rig.now, &mut rig.od, 5.0));
+    assert_eq!(rig.servo.shaft(rig.now), before);
+    let stands = rig.pass(50).position();
+    assert!(rig.servo.turn(rig.now, &mut rig.od, 5.0));
+    assert_eq!(rig.position(), stands + 5);
+}
+
+/// A mode is taken at rest only, if the model says so; of modes of 0, all are there.
+#[test]
+fn a_model_says_when_and_which_modes_are_taken() {
+    static AT_REST: ServoModel = ServoModel { changes_mode_while_moving: false, ..ServoModel::CIA_402 };
+    static ALL: ServoModel = ServoModel { obeys_supported_modes: false, ..ServoModel::CIA_402 };
+    let mut rig = Rig::of(&AT_REST, SERVO);
+    rig.set(0x6060, 0, VELOCITY).enable().set(0x60FF, 0, 1000).pass(200).set(0x6060, 0, 1);
+    assert_eq!((rig.get(0x6061, 0), rig.velocity()), (VELOCITY, 1000));
+    rig.set(0x60FF, 0, 0).pass(200);
+    assert_eq!(rig.get(0x6061, 0), 1);
+    for (model, modes, shown) in
+        [(&ServoModel::CIA_402, 0x3ED, 1), (&ServoModel::CIA_402, 0, 7), (&ServoModel::CIA_402, 0x41, 7), (&ALL, 1, 7)]
+    {
+        let mut rig = Rig::of(model, SERVO);
+        rig.set(0x6502, 0, modes & !if shown == 1 { 0x40 } else { 0 }).set(0x6060, 0, 7);
+        assert_eq!(rig.get(0x6061, 0), shown, "{modes:#X}");
+    }
+}
+
+/// Modes of velocity and torque take the axis over as it moves, those of positions brake it with 6084h.
+#[test]
+fn a_change_of_the_mode_brakes_or_does_not() {
+    for (mode, velocity) in [(1, 0), (6, 0), (7, 0), (8, 0), (9, 1000), (10, 1000)] {
+        let mut rig = Rig::enabled(VELOCITY);
+        rig.set(0x60FF, 0, 1000).pass(200).set(0x6060, 0, mode).pass(99);
+        assert_ne!(rig.velocity(), 0, "mode {mode}");
+        assert_eq!(rig.pass(1).velocity(), velocity, "mode {mode}");
+    }
+    // An axis that runs out, and one in its quick stop, go on as they are.
+    for (word, ms) in [(0x00, 100), (0x02, 10)] {
+        let mut rig = Rig::enabled(VELOCITY);
+        rig.set(0x6084, 0, 1000).set(0x60FF, 0, 1000).pass(200).control(word).set(0x6060, 0, 1).pass(ms - 1);
+        assert_ne!(rig.velocity(), 0);
+        assert_eq!(rig.pass(1).velocity(), 0);
+    }
+}
+
+/// A servo knows its position after power-on only by an absolute encoder.
+#[test]
+fn an_absolute_encoder_keeps_the_position() {
+    static ABSOLUTE: ServoModel = ServoModel { absolute_encoder: true, ..ServoModel::CIA_402 };
+    for (model, position) in [(&ABSOLUTE, 150), (&ServoModel::CIA_402, 0)] {
+        let mut rig = Rig::of(model, SERVO);
+        assert!(rig.servo.turn(rig.now, &mut rig.od, 100.0));
+        rig.servo.set_position(rig.now, &mut rig.od, 150.0);
+        rig.servo.restart(rig.now);
+        assert_eq!(rig.pass(0).position(), position);
+    }
 }
