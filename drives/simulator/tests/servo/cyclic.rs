@@ -201,3 +201,140 @@ fn without_60c2h_the_period_is_that_of_1006h_or_of_sync_itself() {
         assert_eq!((rig.position(), rig.velocity()), (8, 2000));
     }
 }
+
+/// Offsets (60B0h, 60B1h, 60B2h) are added to the targets of the cyclic modes, that of the position to none of 60C1h.
+#[test]
+fn offsets_are_added_to_the_targets_of_their_modes() {
+    use crate::support::SERVO;
+    use lexican_runtime::object::DataType::{Integer16, Integer32};
+    let rows = [SERVO, &[(0x60B1, 0, Integer32, 300), (0x60B2, 0, Integer16, -20)]].concat();
+    for (mode, index, sub, target, shown, value) in [
+        (POSITION, 0x607A, 0, 4, 0x6064, 14),
+        (INTERPOLATED, 0x60C1, 1, 4, 0x6064, 4),
+        (VELOCITY, 0x60FF, 0, 500, 0x606C, 800),
+        (TORQUE, 0x6071, 0, 100, 0x6077, 80),
+    ] {
+        let mut rig = Rig::of(&simulator::servo::ServoModel::CIA_402, &rows);
+        rig.set(0x60B0, 0, 10).set(0x6060, 0, mode).enable().control(0x1F);
+        cycle(&mut rig, index, sub, target, true);
+        assert_eq!(rig.get(shown, 0), value, "mode {mode}");
+    }
+}
+
+/// Bits 10 to 13 in each cyclic mode: as it follows, halted and stopped; and without interpolation.
+#[test]
+fn status_bits_show_what_a_cyclic_mode_does() {
+    for (mode, index, sub, target) in
+        [(INTERPOLATED, 0x60C1, 1, 4), (POSITION, 0x607A, 0, 4), (VELOCITY, 0x60FF, 0, 2000), (TORQUE, 0x6071, 0, 200)]
+    {
+        let interpolates = mode == INTERPOLATED;
+        let mut rig = Rig::enabled(mode);
+        assert_eq!(rig.mode_bits(), [interpolates, !interpolates, false], "mode {mode} at rest");
+        rig.control(0x1F);
+        assert_eq!(rig.mode_bits(), [interpolates, true, false], "mode {mode} without SYNC");
+        cycle(&mut rig, index, sub, target, true);
+        assert_eq!((rig.velocity(), rig.mode_bits()), (2000, [false, true, false]), "mode {mode} moves");
+        rig.control(0x11F).pass(10);
+        assert_eq!(rig.mode_bits(), [false, interpolates, false], "mode {mode} brakes");
+        rig.pass(190);
+        assert_eq!(rig.mode_bits(), [true, interpolates, false], "mode {mode} has stopped");
+        rig.control(0x00);
+        assert_eq!(rig.mode_bits(), [false; 3], "mode {mode} is off");
+    }
+}
+
+/// 607Fh holds back every cyclic mode but that of torque, 6072h that one; bit 11 says so until it is over.
+#[test]
+fn limits_hold_in_each_cyclic_mode() {
+    use crate::support::SERVO;
+    use lexican_runtime::object::DataType::Unsigned32;
+    let rows = [SERVO, &[(0x607F, 0, Unsigned32, 1000)]].concat();
+    for (mode, index, rows) in [
+        (VELOCITY, 0x60FF, [(1000, 1000, false), (1500, 1000, true), (1000, 1000, false), (-1001, -1000, true)]),
+        (TORQUE, 0x6071, [(100, 1000, false), (101, 1000, true), (100, 1000, false), (-101, -1000, true)]),
+    ]
+    .map(|(mode, index, table)| (mode, index, (rows.clone(), table)))
+    {
+        let mut rig = Rig::of(&simulator::servo::ServoModel::CIA_402, &rows.0);
+        rig.set(0x6072, 0, 100).set(0x6060, 0, mode).enable();
+        for (target, velocity, limited) in rows.1 {
+            cycle(&mut rig, index, 0, target, true);
+            assert_eq!((rig.velocity(), rig.status(LIMITED)), (velocity, limited), "{target} in mode {mode}");
+        }
+    }
+    let mut rig = Rig::of(&simulator::servo::ServoModel::CIA_402, &rows);
+    rig.set(0x6060, 0, POSITION).enable();
+    positions(&mut rig, [50]);
+    assert_eq!((rig.position(), rig.velocity()), (2, 1000));
+}
+
+/// 6065h is 100 units: as far as that a cycle may lead, with any set-point of its own time.
+#[test]
+fn a_jump_of_the_window_is_none() {
+    for (target, state) in [(100, State::OperationEnabled), (-100, State::OperationEnabled), (-101, State::Fault)] {
+        let mut rig = Rig::enabled(POSITION);
+        positions(&mut rig, [target]);
+        assert_eq!(rig.state(), state, "{target}");
+    }
+}
+
+/// 607Eh, bit 6 and bit 7, and a home position: as in the profile modes.
+#[test]
+fn polarity_and_zero_hold_in_the_cyclic_modes() {
+    let mut rig = Rig::enabled(POSITION);
+    rig.set(0x607E, 0, 0x80);
+    rig.servo.set_position(rig.now, &mut rig.od, 50.0);
+    positions(&mut rig, [54]);
+    assert_eq!((rig.position(), rig.servo.shaft(rig.now).position), (54, -4.0));
+    let mut rig = Rig::enabled(VELOCITY);
+    rig.set(0x607E, 0, 0x40);
+    cycle(&mut rig, 0x60FF, 0, 500, true);
+    assert_eq!((rig.velocity(), rig.servo.shaft(rig.now).velocity), (500, -500.0));
+}
+
+/// What is missed counts anew after a set-point, after halt, and after another mode.
+#[test]
+fn missed_set_points_count_in_a_row_only() {
+    let mut rig = Rig::enabled(POSITION);
+    for _ in 0..3 {
+        let here = rig.position();
+        positions(&mut rig, [here + 4]);
+        for _ in 0..3 {
+            rig.sync().pass(2);
+            assert_eq!(rig.state(), State::OperationEnabled);
+        }
+    }
+    let here = rig.position();
+    positions(&mut rig, [here, here, here]);
+    rig.control(0x10F);
+    for _ in 0..10 {
+        rig.sync().pass(2);
+    }
+    rig.control(0x0F).pass(1000);
+    assert_eq!(rig.state(), State::OperationEnabled, "a halted axis misses nothing");
+    rig.set(0x6060, 0, 1).pass(1000).set(0x6060, 0, POSITION).pass(1000);
+    assert_eq!(rig.state(), State::OperationEnabled, "nor does one in another mode");
+}
+
+/// Interpolation begins where the axis is, each time that bit 4 rises.
+#[test]
+fn interpolation_is_taken_up_again() {
+    let mut rig = Rig::enabled(INTERPOLATED);
+    for start in [0, 40] {
+        rig.control(0x1F);
+        for target in [4, 8, 12] {
+            cycle(&mut rig, 0x60C1, 1, start + target, true);
+            assert_eq!((rig.position(), rig.status(FOLLOWS)), (start + target, true));
+        }
+        rig.control(0x0F).pass(199);
+        assert_ne!(rig.velocity(), 0, "it brakes with 6084h");
+        rig.pass(1);
+        assert_eq!((rig.velocity(), rig.status(FOLLOWS)), (0, false));
+        // 6084h at rest, and no SYNC: nothing happens.
+        rig.pass(1000);
+        assert_eq!(rig.state(), State::OperationEnabled);
+        let stands = rig.position();
+        rig.servo.set_position(rig.now, &mut rig.od, 40.0);
+        assert!(stands > start);
+    }
+}
