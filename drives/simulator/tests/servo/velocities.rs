@@ -2,9 +2,9 @@
 
 use lexican_runtime::object::DataType::{Integer16, Unsigned32};
 use lexican_runtime::profile::cia402::State;
-use simulator::servo::{Inputs, ServoModel};
+use simulator::servo::{Inputs, Scales, ServoModel};
 
-use crate::support::{Rig, SERVO};
+use crate::support::{Rig, SERVO, dictionary};
 
 const VELOCITY: i64 = 3;
 const TORQUE: i64 = 4;
@@ -296,4 +296,94 @@ fn an_absolute_encoder_keeps_the_position() {
         rig.servo.restart(rig.now);
         assert_eq!(rig.pass(0).position(), position);
     }
+}
+
+/// 60A9h and 60AAh with what counts as a revolution: 6092h by 6091h, else 608Fh, else one position unit.
+#[test]
+fn a_revolution_is_what_the_factors_say() {
+    const RPM: i64 = 0x00B4_4700;
+    const RPS: i64 = 0x00B4_0300;
+    const RPM_PER_S: i64 = 0x00C0_0300;
+    const RPS_PER_S: i64 = 0x00B4_5700;
+    for ([encoder, gear, feed], units, velocity, acceleration) in [
+        ([[4000, 1], [0, 0], [0, 0]], [RPM, RPM_PER_S], 4000.0 / 60.0, 4000.0 / 60.0),
+        ([[4000, 2], [0, 0], [0, 0]], [RPS, RPS_PER_S], 2000.0, 2000.0),
+        ([[4000, 2], [3, 1], [0, 0]], [RPS, RPS_PER_S], 2000.0, 2000.0),
+        ([[4000, 1], [5, 2], [1000, 4]], [RPS, RPS_PER_S], 100.0, 100.0),
+        ([[4000, 1], [5, 0], [1000, 4]], [RPS, RPS_PER_S], 250.0, 250.0),
+        ([[4000, 1], [0, 5], [1000, 0]], [RPS, RPS_PER_S], 4000.0, 4000.0),
+        ([[0, 1], [1, 1], [0, 1]], [RPS, RPS_PER_S], 1.0, 1.0),
+        ([[4000, 0], [1, 1], [0, 0]], [RPS, RPS_PER_S], 1.0, 1.0),
+        // A prefix (bits 24 to 31) and bits 0 to 7 of the velocity are not looked at; another unit is that of positions.
+        ([[4000, 1], [1, 1], [0, 0]], [RPS | 0xFF00_00FF, RPS_PER_S | 0xFF00_0000], 4000.0, 4000.0),
+        ([[4000, 1], [1, 1], [0, 0]], [0x0001_0300, 0x0001_5700], 1.0, 1.0),
+    ] {
+        let ratio = |index, values: [i64; 2]| [(index, 1, Unsigned32, values[0]), (index, 2, Unsigned32, values[1])];
+        let own = [(0x60A9, 0, Unsigned32, units[0]), (0x60AA, 0, Unsigned32, units[1])];
+        let rows = [&ratio(0x608F, encoder)[..], &ratio(0x6091, gear), &ratio(0x6092, feed), &own].concat();
+        let scales = Scales::of_units(&dictionary(&rows));
+        assert_eq!(scales, Scales { velocity, acceleration }, "{encoder:?} {gear:?} {feed:?} {units:X?}");
+    }
+}
+
+/// Windows, limits, speeds and ramps are all in the units that the data sheet names: 4000 position units.
+#[test]
+fn every_velocity_has_its_unit() {
+    let factors = [(0x608F, 1, 4000), (0x608F, 2, 1), (0x60A9, 0, 0x00B4_0300), (0x60AA, 0, 0x00B4_5700)];
+    let limits = [(0x607F, 0, 0), (0x60C5, 0, 20), (0x60F8, 0, 2)];
+    let extra: Vec<_> = factors.iter().chain(&limits).map(|row| (row.0, row.1, Unsigned32, row.2)).collect();
+    let mut rig = Rig::of(&ServoModel::CIA_402, &[SERVO, &extra].concat());
+    rig.set(0x6060, 0, VELOCITY).set(0x6084, 0, 10).set(0x606D, 0, 2).set(0x606F, 0, 3).set(0x60FF, 0, 10).enable();
+    // 60C5h: 20 revolutions/s², half a second.
+    for (ms, velocity, bits) in
+        [(149, 3, [false, true, false]), (5, 3, [false; 3]), (240, 8, [false; 3]), (10, 8, [true, false, false])]
+    {
+        rig.pass(ms);
+        assert_eq!((rig.velocity(), rig.mode_bits()), (velocity, bits), "{ms}");
+    }
+    rig.pass(200).set(0x607F, 0, 5).set(0x60FF, 0, 9).pass(1000);
+    assert_eq!(rig.servo.shaft(rig.now).velocity, 20_000.0);
+    rig.set(0x6060, 0, 1).pass(1000).set(0x607F, 0, 0).set(0x6081, 0, 4).set(0x6083, 0, 100);
+    rig.set(0x6065, 0, 0).travel(1_000_000, 0).pass(1000);
+    assert_eq!(rig.servo.shaft(rig.now).velocity, 16_000.0);
+}
+
+/// 60FDh, bits 0 to 2, on both sides of each switch; the switch is active where it begins.
+#[test]
+fn switches_change_where_they_are() {
+    let mut rig = Rig::new();
+    rig.inputs(|inputs| {
+        inputs.machine.negative_limit = Some(-200.0);
+        inputs.machine.positive_limit = Some(200.0);
+        inputs.machine.home_switch = Some((-50.0, 100.0));
+        inputs.digital = 1 << 16;
+    });
+    for (position, bits) in
+        [(-201, 1), (-200, 1), (-199, 0), (-51, 0), (-50, 4), (100, 4), (101, 0), (199, 0), (200, 2), (201, 2)]
+    {
+        let by = f64::from(position) - rig.servo.shaft(rig.now).position;
+        assert!(rig.servo.turn(rig.now, &mut rig.od, by));
+        assert_eq!(rig.get(0x60FD, 0), 1 << 16 | bits, "at {position}");
+    }
+    rig.inputs(|inputs| inputs.machine.home_switch = None).inputs(|inputs| inputs.machine.positive_limit = None);
+    assert_eq!(rig.get(0x60FD, 0), 1 << 16);
+}
+
+#[test]
+fn inputs_that_are_half_set_have_a_default_for_the_other_half() {
+    let set = |pairs: &[(&str, &str)]| {
+        let mut inputs = Inputs::default();
+        pairs.iter().for_each(|(key, value)| inputs.set(key, value).unwrap());
+        inputs.machine
+    };
+    assert_eq!(set(&[("index", "none"), ("index", "7")]).index, Some((7.0, 1000.0)));
+    assert_eq!(set(&[("index", "none"), ("index_distance", "50")]).index, Some((0.0, 50.0)));
+    for none in ["0", "-50", "none"] {
+        assert_eq!(set(&[("index_distance", none)]).index, None);
+    }
+    assert_eq!(set(&[("home_low", "1")]).home_switch, Some((1.0, f64::INFINITY)));
+    assert_eq!(set(&[("home_high", "1")]).home_switch, Some((f64::NEG_INFINITY, 1.0)));
+    let before = Inputs::default();
+    let mut inputs = before;
+    assert!(inputs.set("positive_limit", "NaN").is_err() && inputs == before);
 }
