@@ -352,3 +352,58 @@ fn every_call_first_lets_pass_what_has_passed() {
         assert_eq!(run(false), run(true), "call {number}");
     }
 }
+
+/// 6077h of a blocked shaft: full while the motor drives it, and nothing without torque. A fault reaction ends
+/// there: the axis stands.
+#[test]
+fn a_blocked_motor_gives_torque_while_it_has_any() {
+    for (word, fault, torque) in [(0x0F, None, 1000), (0x00, None, 0), (0x0F, Some(0x7500), 0)] {
+        let mut rig = running();
+        rig.set(0x6065, 0, 0).set(0x605E, 0, 1).control(word).inputs(|inputs| inputs.fault = fault);
+        rig.pass(10).inputs(|inputs| inputs.blocked = true).pass(10);
+        assert_eq!((rig.velocity(), rig.get(0x6077, 0)), (0, torque), "{word:#X} {fault:?}");
+    }
+}
+
+/// 60F8h: bit 13 of the velocity mode, once the demand of a blocked shaft is more than that.
+#[test]
+fn slippage_has_its_maximum() {
+    let rows = [crate::support::SERVO, &[(0x60F8, 0, lexican_runtime::object::DataType::Unsigned32, 500)]].concat();
+    for (velocity, slips) in [(500, false), (501, true), (-500, false), (-501, true)] {
+        let mut rig = Rig::of(&simulator::servo::ServoModel::CIA_402, &rows);
+        rig.set(0x6065, 0, 0).set(0x6060, 0, 3).enable().set(0x60FF, 0, velocity).pass(200);
+        assert_eq!(rig.inputs(|inputs| inputs.blocked = true).mode_bits()[2], slips, "{velocity}");
+    }
+}
+
+/// Bit 12 of homing stays without torque, and is that of no other mode.
+#[test]
+fn homing_attained_is_shown_without_torque_in_its_mode_only() {
+    let mut rig = Rig::enabled(6);
+    rig.control(0x00);
+    assert_eq!(rig.mode_bits(), [false; 3], "not yet");
+    rig.set(0x6098, 0, 35).enable().control(0x1F).control(0x00);
+    assert_eq!(rig.mode_bits(), [false, true, false]);
+    rig.set(0x6060, 0, 1);
+    assert_eq!(rig.mode_bits(), [false; 3]);
+}
+
+/// The end of a warning is reported if nothing else is wrong.
+#[test]
+fn a_warning_that_ends_during_a_fault_is_not_the_end_of_all_errors() {
+    let mut rig = Rig::new();
+    rig.inputs(|inputs| (inputs.warning, inputs.fault) = (Some(0x4300), Some(0x7500)));
+    let mut codes = rig.emergencies();
+    codes.sort_unstable();
+    assert_eq!(codes, [0x4300, 0x7500]);
+    rig.inputs(|inputs| inputs.warning = Some(0x4210)).inputs(|inputs| inputs.warning = None);
+    assert_eq!(rig.emergencies(), [0x4210]);
+}
+
+#[test]
+fn what_is_measured_is_not_what_is_written() {
+    use lexican_runtime::object::Address;
+    let measured = |index| simulator::servo::measures(Address::new(index, 0));
+    assert!([0x6041, 0x6061, 0x6064, 0x606C, 0x6077, 0x60B9, 0x60BA, 0x60BD].into_iter().all(measured));
+    assert!(![0x6040, 0x6060, 0x607A, 0x60B8, 0x60FF].into_iter().any(measured));
+}
