@@ -12,8 +12,8 @@ use profirust::time;
 
 use crate::dp::Lengths;
 
-/// The address of the master, unless its parameters have another one.
-pub const MASTER: u8 = 2;
+/// The address of the master, unless its parameters have another one: 0, so that a drive may have any node-ID as its address.
+pub const MASTER: u8 = 0;
 
 /// The master on its line.
 #[derive(Debug)]

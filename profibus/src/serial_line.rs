@@ -110,7 +110,7 @@ pub fn parameters(bit_rate: Baudrate) -> Parameters {
     let bits = bit_rate.to_rate() * slot.as_micros() / 1_000_000;
     let mut parameters = ParametersBuilder::new(MASTER, bit_rate);
     parameters.slot_bits(u16::try_from(bits).unwrap_or(u16::MAX)).max_retry_limit(3);
-    parameters.watchdog_timeout(time::Duration::from_millis(500)).highest_station_address(MASTER + 1);
+    parameters.watchdog_timeout(time::Duration::from_millis(500)).highest_station_address(3);
     parameters.build()
 }
 

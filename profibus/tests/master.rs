@@ -2,7 +2,7 @@
 
 mod support;
 
-use lexican_profibus::virtual_bus::{SlaveId, VirtualBus};
+use lexican_profibus::virtual_bus::{MASTER, SlaveId, VirtualBus};
 use lexican_profibus::{Identity, Slave, State};
 use lexican_runtime::Duration;
 use profirust::dp::{DiagnosticFlags, PeripheralEvent, PeripheralOptions};
@@ -138,5 +138,5 @@ fn a_diagnosis_that_waits_is_fetched() {
     assert_eq!(bus.events(id), [PeripheralEvent::Diagnostics]);
     let diagnosis = bus.peripheral(id).unwrap().last_diagnostics().unwrap();
     assert_eq!(diagnosis.flags, DiagnosticFlags::WATCHDOG_ON);
-    assert_eq!(diagnosis.master_address, Some(2));
+    assert_eq!(diagnosis.master_address, Some(MASTER));
 }

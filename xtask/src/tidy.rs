@@ -52,10 +52,12 @@ const ARROWS: &[(&str, &[&str])] = &[
         &[
             "chart",
             "lexican-driver",
+            "lexican-profibus",
             "lexican-runtime",
             "lexican-kollmorgen-akd",
             "lexican-siko-ag02",
             "lexican-siko-ag03-1",
+            "lexican-siko-profibus",
             "lexican-siko-serial",
         ],
     ),

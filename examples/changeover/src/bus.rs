@@ -3,10 +3,10 @@
 use std::str::FromStr;
 
 use clap::ValueEnum;
-use lexican_runtime::host::{self, Link, Node, VirtualBus};
+use lexican_runtime::host::{self, Link, Node};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 
-use crate::kinds::Fail;
+use crate::kinds::{Fail, Lines};
 use crate::recipe::Recipe;
 
 /// How fast simulated time passes.
@@ -40,25 +40,24 @@ impl FromStr for Fault {
 
 /// A bus with the drives of the recipe.
 pub(crate) fn simulated(recipe: &Recipe, pace: Pace, fault: Option<Fault>) -> Result<Box<dyn Link + Send>, String> {
-    let bus = VirtualBus::with_bit_rate(500);
+    let lines = Lines::new();
     let mut failing = None;
     for drive in &recipe.drives {
-        let fail = (drive.kind.simulate)(&bus, drive.node);
+        let fail = (drive.kind.simulate)(&lines, drive.node);
         if let Some(fault) = fault.filter(|fault| fault.node == drive.node) {
             failing = Some(Alarm { at: fault.at, fail: Some(fail) });
         }
     }
     match (failing, fault) {
-        (Some(alarm), _) => bus.attach(alarm),
+        (Some(alarm), _) => lines.can.attach(alarm),
         (None, Some(Fault { node, .. })) => return Err(format!("--fault: the recipe has no drive at node {node}")),
         (None, None) => {}
     }
-    let link = bus.link();
-    bus.set_pace(match pace {
+    lines.can.set_pace(match pace {
         Pace::Virtual => host::Pace::Virtual,
         Pace::Real => host::Pace::RealTime,
     });
-    Ok(Box::new(link))
+    Ok(Box::new(lines.can.link()))
 }
 
 /// Has a drive fail when its time has come. It is a node of the bus, which calls its nodes in virtual time.

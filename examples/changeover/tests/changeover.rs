@@ -81,13 +81,16 @@ fn every_drive_reaches_its_position_and_all_start_with_sync() {
 
 /// What a drive is connected by shows in nothing but its time.
 #[test]
-fn drives_at_serial_ports_change_over_with_those_on_the_bus() {
+fn drives_behind_other_interfaces_change_over_with_those_on_the_bus() {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(RECIPE)).unwrap();
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mixed_doors.toml");
-    std::fs::write(&path, text.replace("\"siko/ag02\"", "\"siko/ag02@serial\"")).unwrap();
+    let doors = [("\"siko/ag02\"", "\"siko/ag02@serial\""), ("\"siko/ag03-1\"", "\"siko/ag03-1@profibus\"")];
+    std::fs::write(&path, doors.iter().fold(text, |text, (on_bus, other)| text.replace(on_bus, other))).unwrap();
     let ((code, mixed), (_, on_bus)) = (report(&[path.to_str().expect("UTF-8")]), report(&[RECIPE]));
     assert_eq!(code, 0, "{mixed}");
-    assert!(drives(&mixed).iter().filter(|drive| drive["kind"] == "siko/ag02@serial").count() > 1, "{mixed}");
+    let of_kind = |kind| drives(&mixed).iter().filter(|drive| drive["kind"] == kind).count();
+    let kinds = ["siko/ag02@serial", "siko/ag03-1@profibus", "kollmorgen/akd"].map(of_kind);
+    assert_eq!(kinds, [4, 6, 2], "{mixed}");
     for (drive, other) in drives(&mixed).iter().zip(drives(&on_bus)) {
         for key in ["name", "outcome", "start", "to"] {
             assert_eq!(drive[key], other[key], "{drive}");

@@ -8,6 +8,7 @@ use lexican_eds::model::{AccessType, ConditionalRange, Meaning, Parameter, Param
 use lexican_profibus::BitRate;
 use lexican_profibus::dp::{Diagnosis, diagnosis};
 use lexican_profibus::pkw::{Access, Format, Pkw, Refusal, Reply, Task, Value};
+use lexican_profibus::virtual_bus;
 use lexican_runtime::Duration;
 use siko::fault::{Fault, FaultKind};
 use siko_ag02::od::profibus as ag02;
@@ -661,7 +662,7 @@ fn diagnosis_bits<D: Dp>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for byte in 4..=6_usize {
         let Some(row) = checker.row(FILE, &byte.to_string()) else { continue };
         let ident = D::MODEL.identity.ident.to_be_bytes();
-        let expected = if byte == 4 { [2, 0xFF] } else { [ident[byte - 5]; 2] };
+        let expected = if byte == 4 { [virtual_bus::MASTER, 0xFF] } else { [ident[byte - 5]; 2] };
         let found = [running, alone].map(|diagnosis: Diagnosis| diagnosis.bytes()[byte - 1]);
         checker.that(row, "byte", Against::Drive, found == expected, format!("{found:02X?}"));
         checker.cell(row, "always", Against::Drive, "");
