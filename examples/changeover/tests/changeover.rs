@@ -203,7 +203,7 @@ fn a_recipe_that_does_not_fit_is_refused_before_anything_moves() {
             "ag04",
             6,
             "rail: \"siko/ag04\" is no kind of drive",
-            "name one of these: kollmorgen/akd, siko/ag02,",
+            "kollmorgen/akd, siko/ag02, siko/ag02@serial, siko/ag03-1, siko/ag03-1@profibus",
         ),
         ("node", "node = 1", "node = 128", 5, "rail: 128 is no node-ID", "1 to 127"),
         ("key", "name = \"rail\"", "nmae = \"rail\"", 4, "unknown field `nmae`", "README.md"),
