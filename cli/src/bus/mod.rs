@@ -3,6 +3,7 @@
 pub(crate) mod failure;
 mod node_id;
 pub(crate) mod object;
+mod profibus;
 #[cfg(unix)]
 pub(crate) mod pty;
 pub(crate) mod sdo;
@@ -28,10 +29,12 @@ use failure::open_failure;
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct BusArgs {
-    /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5, serial:PORT?device=siko/ag02 or log:FILE
+    /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5, serial:PORT?device=siko/ag02,
+    /// profibus:PORT?device=siko/ag03-1&address=5 or log:FILE
     ///
     /// A drive at its own serial interface is a node, too, alone on its bus: node 1 unless node=5 is among the
-    /// parameters; baud=19200 sets the speed, which is 9600 otherwise. A simulation lasts as long as the command, and runs as fast as possible unless pace=real is among its
+    /// parameters; baud=19200 sets the speed, which is 9600 otherwise. So is a drive on PROFIBUS, whose node-ID is its address;
+    /// bitrate=187500 sets the rate, which is 500000 otherwise. A simulation lasts as long as the command, and runs as fast as possible unless pace=real is among its
     /// parameters. A log is a file from `candump -L`.
     #[arg(long, value_name = "URL")]
     bus: BusUrl,
@@ -43,7 +46,7 @@ pub(crate) struct NodeArgs {
     #[command(flatten)]
     bus: BusArgs,
 
-    /// The node-ID, 1 to 127; may be left out for a simulation and for a drive at its serial interface
+    /// The node-ID, 1 to 127; may be left out for a simulation, and where the URL names the drive
     #[arg(long, value_name = "ID", value_parser = node_id)]
     node: Option<NodeId>,
 
@@ -81,6 +84,10 @@ impl BusArgs {
         }
         if let BusUrl::Serial { port, parameters } = &self.bus {
             let (link, node, loaded) = serial::open(port, parameters)?;
+            return Ok(Bus { link, only: Some((node, loaded)) });
+        }
+        if let BusUrl::Profibus { port, parameters } = &self.bus {
+            let (link, node, loaded) = profibus::open(port, parameters)?;
             return Ok(Bus { link, only: Some((node, loaded)) });
         }
         if self.bus == (BusUrl::SocketCan { interface: "pty".to_owned() }) {

@@ -65,6 +65,7 @@ fn open(place: &Place) -> Result<Opened, Failure> {
             Err(Failure::new("a simulated drive makes the terminal of its serial interface itself")
                 .help("--bus serial"))
         }
+        Place::Url(BusUrl::Profibus { .. }) => Err(Failure::new("a simulated drive is not put on PROFIBUS")),
         Place::Url(BusUrl::Log { .. }) => Err(Failure::new("a log takes no frames: there is no bus for the device")),
         Place::Url(BusUrl::Simulation { .. }) => {
             Err(Failure::new("a simulated bus is inside the command: no other command could reach the device")

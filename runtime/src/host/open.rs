@@ -16,7 +16,9 @@ impl BusUrl {
         match self {
             BusUrl::SocketCan { interface } => open_socketcan(interface),
             BusUrl::Slcan { port, bit_rate, baud } => open_slcan(port, *bit_rate, *baud),
-            BusUrl::Serial { port, .. } => Err(OpenError::Serial { port: port.clone() }),
+            BusUrl::Serial { port, .. } | BusUrl::Profibus { port, .. } => {
+                Err(OpenError::Serial { port: port.clone() })
+            }
             BusUrl::Simulation { device, .. } => Err(OpenError::Simulation { device: device.clone() }),
             BusUrl::Log { file, interface, pace } => Ok(Box::new(Replay::open(file, interface.as_deref(), *pace)?)),
         }
@@ -77,9 +79,9 @@ pub enum OpenError {
         /// The bus.
         bus: String,
     },
-    /// The serial protocols of devices are not part of this crate.
+    /// The serial protocols of devices, and PROFIBUS, are not part of this crate.
     #[error(
-        "{port} cannot be opened as a link: a device's own serial interface is opened by the program that has its protocol"
+        "{port} cannot be opened as a link: a device's other interface is opened by the program that has its protocol"
     )]
     Serial {
         /// The port.

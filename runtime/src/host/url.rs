@@ -5,6 +5,7 @@
 //! | `socketcan:can0`, or just `can0` | an interface of a Linux kernel |
 //! | `slcan:/dev/ttyACM0?bitrate=500000` | a serial adapter; `baud=` sets the speed of the line to it |
 //! | `serial:/dev/ttyUSB0?device=vendor/device` | a device behind its own serial interface, as a node of a bus of its own |
+//! | `profibus:/dev/ttyUSB0?device=vendor/device&address=5` | a device on PROFIBUS-DP, as a node of a bus of its own |
 //! | `sim:vendor/device?node=5` | a device that exists only in software |
 //! | `log:FILE` | a log of `candump -L`; `interface=` picks one of its interfaces, `pace=real` takes its time |
 
@@ -44,6 +45,13 @@ pub enum BusUrl {
         /// The serial port.
         port: String,
         /// `key=value`, in the order of the URL. The program that knows the device defines them.
+        parameters: Vec<(String, String)>,
+    },
+    /// `profibus:/dev/ttyUSB0?device=vendor/device&address=5`
+    Profibus {
+        /// The serial port.
+        port: String,
+        /// As those of [`BusUrl::Serial`].
         parameters: Vec<(String, String)>,
     },
     /// `sim:vendor/device?node=5`
@@ -86,6 +94,11 @@ impl FromStr for BusUrl {
                 let (port, parameters) = Parameters::split(rest)?;
                 let port = required(port, "serial:/dev/ttyUSB0?device=vendor/device")?;
                 Ok(BusUrl::Serial { port, parameters: parameters.0 })
+            }
+            "profibus" => {
+                let (port, parameters) = Parameters::split(rest)?;
+                let port = required(port, "profibus:/dev/ttyUSB0?device=vendor/device&address=5")?;
+                Ok(BusUrl::Profibus { port, parameters: parameters.0 })
             }
             "sim" => {
                 let (device, parameters) = Parameters::split(rest)?;
@@ -187,6 +200,10 @@ impl fmt::Display for BusUrl {
                 write!(f, "serial:{port}")?;
                 parameters.extend(given.iter().map(|(key, value)| (key.as_str(), value.clone())));
             }
+            BusUrl::Profibus { port, parameters: given } => {
+                write!(f, "profibus:{port}")?;
+                parameters.extend(given.iter().map(|(key, value)| (key.as_str(), value.clone())));
+            }
             BusUrl::Simulation { device, parameters: given } => {
                 write!(f, "sim:{device}")?;
                 parameters.extend(given.iter().map(|(key, value)| (key.as_str(), value.clone())));
@@ -212,7 +229,7 @@ pub enum BusUrlError {
     #[error(
         "there is no kind of bus `{scheme}`; write socketcan:can0 (or just can0), \
          slcan:/dev/ttyACM0?bitrate=500000, serial:/dev/ttyUSB0?device=vendor/device, \
-         sim:vendor/device?node=5 or log:FILE"
+         profibus:/dev/ttyUSB0?device=vendor/device&address=5, sim:vendor/device?node=5 or log:FILE"
     )]
     Scheme {
         /// The word.
@@ -301,6 +318,9 @@ mod tests {
             parameters: vec![("device".to_owned(), "vendor/device".to_owned()), ("baud".to_owned(), "9600".to_owned())],
         };
         check("serial:COM3?device=vendor/device&baud=9600", serial, "serial:COM3?device=vendor/device&baud=9600");
+        let profibus =
+            BusUrl::Profibus { port: "COM3".to_owned(), parameters: vec![("address".to_owned(), "5".to_owned())] };
+        check("profibus:COM3?address=5", profibus, "profibus:COM3?address=5");
         let simulation = BusUrl::Simulation {
             device: "vendor/device".to_owned(),
             parameters: vec![("node".to_owned(), "5".to_owned()), ("pace".to_owned(), "real".to_owned())],
@@ -335,7 +355,7 @@ mod tests {
             "kvaser:0",
             "there is no kind of bus `kvaser`; write socketcan:can0 (or just can0), \
              slcan:/dev/ttyACM0?bitrate=500000, serial:/dev/ttyUSB0?device=vendor/device, \
-             sim:vendor/device?node=5 or log:FILE",
+             profibus:/dev/ttyUSB0?device=vendor/device&address=5, sim:vendor/device?node=5 or log:FILE",
         );
         refused("slcan:COM3?speed=1", "there is no parameter `speed` here; there is bitrate, baud");
         refused("socketcan:can0?bitrate=1", "there is no parameter `bitrate` here");
