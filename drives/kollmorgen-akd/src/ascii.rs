@@ -23,8 +23,8 @@ use crate::od;
 /// How much of an answer is read at most.
 const MOST: usize = 4096;
 
-/// What ends an answer: an empty line.
-const END: [&str; 2] = ["\r\n\r\n", "\n\r\n"];
+/// What ends an answer: an empty line, behind a line that ends with or without a carriage return.
+const END: &str = "\n\r\n";
 
 /// Sends a command, and reads the answer: its lines, without the prompt and the end.
 ///
@@ -41,7 +41,7 @@ pub async fn ask(drive: &DriveContext, command: &str) -> Result<String, Error> {
     while answer.len() < MOST {
         let more = text(drive, from).await?;
         answer.push_str(&more);
-        if more.is_empty() || END.iter().any(|end| answer.ends_with(end)) {
+        if more.is_empty() || answer.ends_with(END) {
             break;
         }
     }

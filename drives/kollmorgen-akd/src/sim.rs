@@ -72,7 +72,6 @@ const BEHAVIOUR: Behaviour = Behaviour {
     changes: ChangeRule::InPreOperational,
     pdo_bit_30: false,
     generic_error: false,
-    rpdo_deadlines: false,
     dummies: 0,
     ..Behaviour::CIA_301
 };
@@ -89,7 +88,6 @@ fn storage(node: NodeId) -> od::Storage {
     for (index, sub, value) in [
         (0x1018, 2, u32::from_le_bytes(*b"M006").into()),
         (0x1018, 3, 0x0014_0000),
-        (0x6060, 0, 1),
         (0x6081, 0, 20_000),
         (0x6083, 0, 100_000),
         (0x6084, 0, 100_000),
@@ -123,7 +121,7 @@ fn manufacturer_status(servo: &Servo, now: Instant, od: &dyn Storage) -> u32 {
     let word = od.number(od::STATUSWORD.address()).unwrap_or_default() as u16;
     let (mode, inputs, moves) = (servo.mode(), servo.inputs(), servo.is_moving(now));
     let homing = mode == Some(Mode::Homing);
-    let is = |cause: Option<u16>, label| cause.is_some() && cause == fault::find(label).map(|code| code.number);
+    let is = |cause: Option<u16>, label| cause == fault::find(label).map(|code| code.number);
     let powered = matches!(servo.state(), State::SwitchedOn | State::OperationEnabled | State::QuickStopActive);
     let switches = od.number(od::DIGITAL_INPUTS.address()).unwrap_or_default();
     let input = |number: u8| switches & 1 << (15 + number) != 0;

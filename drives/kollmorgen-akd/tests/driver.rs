@@ -2,35 +2,51 @@
 
 use std::sync::{Arc, Mutex};
 
+use kollmorgen_akd::driver::DriveContext;
 use kollmorgen_akd::driver::{
-    Drive, Error, FreeDrive, HomingOutcome, Mode, Outcome, SetPoint, Trigger, VelocityOutcome,
+    AKD, AKD_BY_SDO, Description, Drive, Error, FreeDrive, HomingOutcome, Mode, Outcome, SetPoint, Trigger,
+    VelocityOutcome,
 };
-use kollmorgen_akd::sim::{Inputs, MODEL, Machine, SimulatedServo};
-use kollmorgen_akd::{fault, od};
+use kollmorgen_akd::sim::{Inputs, MODEL, Machine, SimulatedServo, Storage};
+use kollmorgen_akd::{ascii, fault, od};
+use lexican_driver::description::{Number, SetPoints, Test};
 use lexican_driver::sequence::Recovery;
-use lexican_driver::{Cause, Kind};
-use lexican_runtime::host::{VirtualBus, VirtualLink};
-use lexican_runtime::object::{Mapping, Rpdo, Tpdo};
+use lexican_driver::{Any, Cause};
+use lexican_runtime::host::{Fate, Link, VirtualBus, VirtualLink};
+use lexican_runtime::object::{Address, Mapping, Rpdo, Tpdo};
 use lexican_runtime::procedure::PdoSettings;
 use lexican_runtime::wire::pdo::{PdoCobId, TransmissionType};
-use lexican_runtime::{CobId, Duration, NodeId};
+use lexican_runtime::{CobId, Duration, Frame, NodeId};
+use simulator::servo::FaultCodes;
 
 const NODE: NodeId = NodeId::literal(3);
 
 /// A driver and a simulated drive on a bus of their own.
-struct Bench<K: Kind> {
+struct Bench {
     bus: VirtualBus,
     servo: Arc<Mutex<SimulatedServo>>,
-    drive: lexican_driver::Drive<VirtualLink, K>,
+    drive: lexican_driver::Drive<VirtualLink, Any>,
 }
 
-impl<K: Kind> Bench<K> {
-    fn new() -> Self {
+impl Bench {
+    fn by_pdo() -> Self {
+        Bench::described(&AKD)
+    }
+
+    fn by_sdo() -> Self {
+        Bench::described(&AKD_BY_SDO)
+    }
+
+    fn described(description: &'static Description) -> Self {
         let bus = VirtualBus::with_bit_rate(500);
         let servo = Arc::new(Mutex::new(SimulatedServo::new(bus.now(), &MODEL, NODE)));
         bus.attach(Arc::clone(&servo));
-        let drive = lexican_driver::Drive::connect(bus.link(), NODE).unwrap();
+        let drive = lexican_driver::Drive::connect_described(bus.link(), NODE, description).unwrap();
         Bench { bus, servo, drive }
+    }
+
+    fn storage(&self, look: impl FnOnce(&mut dyn Storage)) {
+        self.servo.lock().unwrap().with_servo(self.bus.now(), |_, od| look(od));
     }
 
     fn set(&self, change: impl FnOnce(&mut Inputs)) {
@@ -38,14 +54,11 @@ impl<K: Kind> Bench<K> {
     }
 }
 
-type ByPdo = Bench<kollmorgen_akd::driver::Akd>;
-type BySdo = Bench<kollmorgen_akd::driver::AkdBySdo>;
-
 fn code(label: &str) -> u16 {
     fault::find(label).unwrap().number
 }
 
-fn exercise<K: Kind>(mut bench: Bench<K>) {
+fn exercise(mut bench: Bench) {
     let drive = &mut bench.drive;
     drive.enable().unwrap();
     assert_eq!(drive.move_to(5000).unwrap(), Outcome::Reached { position: 5000 });
@@ -74,14 +87,14 @@ fn exercise<K: Kind>(mut bench: Bench<K>) {
 
 #[test]
 fn it_does_what_its_manual_has() {
-    exercise(ByPdo::new());
-    exercise(BySdo::new());
+    exercise(Bench::by_pdo());
+    exercise(Bench::by_sdo());
 }
 
 #[test]
 fn it_homes_by_every_method() {
     for method in kollmorgen_akd::driver::AKD.homing.unwrap().methods {
-        let mut bench = BySdo::new();
+        let mut bench = Bench::by_sdo();
         bench.set(|inputs| {
             inputs.machine = Machine {
                 negative_limit: Some(-5000.0),
@@ -95,7 +108,7 @@ fn it_homes_by_every_method() {
         assert!(matches!(outcome, HomingOutcome::Attained { .. }), "{method}: {outcome:?}");
         assert_eq!(bench.drive.mode().unwrap(), Some(Mode::Positioning), "{method}");
     }
-    let mut bench = BySdo::new();
+    let mut bench = Bench::by_sdo();
     bench.drive.enable().unwrap();
     let failed = bench.drive.home(od::HomingMethod::NEGATIVE_LIMIT_SWITCH.0).unwrap();
     assert!(matches!(failed, HomingOutcome::Failed { .. }), "no switch: {failed:?}");
@@ -104,7 +117,7 @@ fn it_homes_by_every_method() {
 /// Its encoder of one turn does not keep its reference without power.
 #[test]
 fn it_says_whether_it_is_referenced() {
-    let mut bench = ByPdo::new();
+    let mut bench = Bench::by_pdo();
     let recovery = Recovery::within(Duration::from_secs(10));
     assert_eq!(bench.drive.recover(&recovery).unwrap().referenced, Some(false));
     bench.drive.enable().unwrap();
@@ -118,7 +131,7 @@ fn it_says_whether_it_is_referenced() {
 
 #[test]
 fn faults_and_warnings_have_their_numbers() {
-    let mut bench = ByPdo::new();
+    let mut bench = Bench::by_pdo();
     bench.drive.enable().unwrap();
     bench.set(|inputs| inputs.warning = Some(code("n301")));
     bench.drive.start_moving_to(1_000_000).unwrap();
@@ -137,7 +150,7 @@ fn faults_and_warnings_have_their_numbers() {
 
 #[test]
 fn what_is_missing_is_named() {
-    let mut bench = ByPdo::new();
+    let mut bench = Bench::by_pdo();
     bench.set(|inputs| inputs.enable = false);
     let refused = bench.drive.enable().unwrap_err();
     assert_eq!(refused.to_string(), "the drive would refuse: its enable input is not active");
@@ -148,29 +161,215 @@ fn what_is_missing_is_named() {
 
 #[test]
 fn inputs_latch_positions() {
-    let mut bench = ByPdo::new();
-    bench.drive.enable().unwrap();
-    bench.drive.move_to(3000).unwrap();
-    for trigger in [Trigger::Rising(1), Trigger::Falling(1)] {
-        bench.drive.arm_latch(trigger).unwrap();
-        assert_eq!(bench.drive.latched(trigger).unwrap(), None);
+    for input in [1, 2] {
+        let mut bench = Bench::by_pdo();
+        let level = |bench: &Bench, level| bench.set(|inputs| inputs.probes[usize::from(input) - 1] = level);
+        bench.drive.enable().unwrap();
+        bench.drive.move_to(2000).unwrap();
+        // Nothing is armed.
+        [true, false].into_iter().for_each(|on| level(&bench, on));
+        bench.drive.move_to(3000).unwrap();
+        for trigger in [Trigger::Rising(input), Trigger::Falling(input)] {
+            bench.drive.arm_latch(trigger).unwrap();
+            assert_eq!(bench.drive.latched(trigger).unwrap(), None);
+        }
+        level(&bench, true);
+        bench.drive.move_to(4000).unwrap();
+        level(&bench, false);
+        let latched = |bench: &mut Bench| {
+            [Trigger::Rising(input), Trigger::Falling(input)].map(|trigger| bench.drive.latched(trigger).unwrap())
+        };
+        assert_eq!(latched(&mut bench), [Some(3000), Some(4000)], "input {input}");
+        bench.drive.move_to(5000).unwrap();
+        [true, false].into_iter().for_each(|on| level(&bench, on));
+        assert_eq!(latched(&mut bench), [Some(3000), Some(4000)], "input {input}: valid ones are kept");
+        bench.drive.arm_latch(Trigger::Rising(input)).unwrap();
+        assert_eq!(bench.drive.latched(Trigger::Rising(input)).unwrap(), None);
     }
-    bench.set(|inputs| inputs.probes[0] = true);
-    bench.drive.move_to(4000).unwrap();
-    bench.set(|inputs| inputs.probes[0] = false);
-    assert_eq!(bench.drive.latched(Trigger::Rising(1)).unwrap(), Some(3000));
-    assert_eq!(bench.drive.latched(Trigger::Falling(1)).unwrap(), Some(4000));
-    bench.drive.arm_latch(Trigger::Rising(1)).unwrap();
-    assert_eq!(bench.drive.latched(Trigger::Rising(1)).unwrap(), None);
+}
+
+/// 6.2.2.3 and 7.2.1.9: what the drive has to say four characters at a time, and how often it is asked.
+#[test]
+fn an_answer_ends_with_an_empty_line() {
+    for (shown, reads, answer) in [
+        ("\r\n\r\n", 1, String::new()),
+        ("x\n\r\n", 1, "x".to_owned()),
+        (">-ok", 1024, "ok".to_owned() + &">-ok".repeat(1023)),
+        ("\0", 1, String::new()),
+    ] {
+        let mut bench = Bench::by_sdo();
+        bench.storage(|od| {
+            let entry = od.entry(od::ASCII_CHANNEL.response().address()).unwrap();
+            od.write(&entry, 0, shown.as_bytes(), true).unwrap();
+        });
+        let asked = Arc::new(Mutex::new(0));
+        let count = Arc::clone(&asked);
+        bench.bus.set_fate(move |_, frame| {
+            let read = frame.data().starts_with(&[0x40, 0x26, 0x20, 2]);
+            let mut count = count.lock().unwrap();
+            *count += u32::from(read);
+            assert!(*count <= 1024, "it asks again and again");
+            Fate::Deliver
+        });
+        let said = bench.drive.run(async |drive: DriveContext| ascii::ask(&drive, "DRV.FAULTS").await).unwrap();
+        assert_eq!((said, *asked.lock().unwrap()), (answer, reads), "{shown:?}");
+    }
+}
+
+/// 6.2.1.7: Y is L, M, H or U.
+#[test]
+fn other_drives_are_refused() {
+    for (name, fits) in [("L006", true), ("M024", true), ("H003", true), ("U012", true), ("X006", false)] {
+        let bus = VirtualBus::with_bit_rate(500);
+        let mut servo = SimulatedServo::new(bus.now(), &MODEL, NODE);
+        servo.with_servo(bus.now(), |_, od| {
+            let entry = od.entry(od::MANUFACTURER_DEVICE_NAME.address()).unwrap();
+            od.write(&entry, 0, name.as_bytes(), true).unwrap();
+        });
+        bus.attach(servo);
+        let connected = lexican_driver::Drive::connect_described(bus.link(), NODE, &AKD);
+        assert_eq!(connected.is_ok(), fits, "{name}");
+    }
+}
+
+/// The numbers of chapters 6.2, 6.4, 6.5 and 7.1.
+#[test]
+fn the_description_is_that_of_the_manual() {
+    let akd: &Description = &AKD;
+    assert_eq!((akd.name, MODEL.name), ("Kollmorgen AKD", "AKD"));
+    assert_eq!(akd.objects.position_window, Some(Number::of(od::IN_POSITION_WINDOW)));
+    assert_eq!((akd.status.standing, akd.status.velocity_unit), (100, "1/1000 rev/min"));
+    assert_eq!(akd.velocity.unwrap().reached, Test::of_system(1 << 9));
+    let SetPoints { relative, blended, at_once } = akd.set_points.unwrap();
+    assert_eq!((relative, blended, at_once), (Some(1 << 6), Some(1 << 5), None));
+    assert_eq!(akd.reactions.len(), 0);
+    let index = akd.latches.unwrap().rows.iter().find(|row| matches!(row.trigger, Trigger::Index)).unwrap();
+    assert_eq!(index.position, Number::of(od::LATCH_POSITION_1_POSITIVE_EDGE));
+}
+
+/// 6.1: faults that the servo notices by itself.
+#[test]
+fn the_simulated_drive_raises_the_faults_of_the_manual() {
+    let FaultCodes { following_error, blocked, undervoltage, cycle_missed, connection_lost } = MODEL.codes;
+    let codes = [following_error, blocked, undervoltage, cycle_missed, connection_lost];
+    assert_eq!(codes, [Some(code("F439")), None, Some(0x3220), Some(0x8780), Some(0x8130)]);
+    let mut bench = Bench::by_sdo();
+    bench.drive.enable().unwrap();
+    bench.drive.write(od::FOLLOWING_ERROR_WINDOW, od::PositionWindow(100)).unwrap();
+    bench.set(|inputs| inputs.blocked = true);
+    let outcome = bench.drive.move_to(5000).unwrap();
+    assert!(matches!(outcome, Outcome::Fault(Cause::Fault(code)) if code.label == "F439"), "{outcome:?}");
+    bench.storage(|od| assert_eq!(od.raw(Address::new(0x1001, 0)), Some(0x20), "no generic error"));
+    assert_eq!(fault::find("F535").unwrap().text, "without a description");
+}
+
+/// The example of the manual, an M006.
+#[test]
+fn the_simulated_drive_has_an_identity_and_a_mode() {
+    let bench = Bench::by_sdo();
+    bench.storage(|od| {
+        let text = |od: &mut dyn Storage, index| {
+            let mut text = [0; 4];
+            let entry = od.entry(Address::new(index, 0)).unwrap();
+            od.read(&entry, 0, &mut text).unwrap();
+            text
+        };
+        assert_eq!([text(od, 0x1008), text(od, 0x100A)], [*b"M006", *b"1.03"]);
+        let number = |index, sub| od.raw(Address::new(index, sub)).unwrap();
+        let read = [number(0x1018, 2), number(0x1018, 3), number(0x6060, 0)];
+        assert_eq!(read, [u32::from_le_bytes(*b"M006").into(), 0x0014_0000, 1]);
+    });
+}
+
+/// 1002h, every bit of it (6.2.1.3), without hardware enable (29), power stage (14) and homed (23).
+#[test]
+fn the_manufacturer_status_shows_what_the_drive_does() {
+    let (moving, reached, at_speed) = (1 << 0, 1 << 3, 1 << 9);
+    let register = |bench: &Bench| {
+        let mut shown = 0;
+        bench.storage(|od| shown = od.raw(od::MANUFACTURER_STATUS_REGISTER.address()).unwrap());
+        shown & !(1 << 29 | 1 << 14 | 1 << 23)
+    };
+    let mut bench = Bench::by_sdo();
+    bench.drive.enable().unwrap();
+    bench.drive.start_moving_to(100_000).unwrap();
+    assert_eq!(register(&bench), moving);
+    bench.drive.finish().unwrap();
+    assert_eq!(register(&bench), reached);
+    bench.drive.set_mode(Mode::Velocity).unwrap();
+    bench.drive.run_at(300).unwrap();
+    assert_eq!(register(&bench), reached | at_speed);
+    bench.drive.stop().unwrap();
+    bench.drive.set_mode(Mode::Positioning).unwrap();
+    bench.set(|inputs| inputs.machine.negative_limit = Some(-100_000.0));
+    for (index, value) in [(0x6060, 6), (0x6098, 17), (0x6040, 0x1F)] {
+        bench.storage(|od| od.set_raw(Address::new(index, 0), value));
+    }
+    bench.bus.advance(Duration::from_millis(100));
+    assert_eq!(register(&bench), moving | 1 << 16);
+    let bench = Bench::by_sdo();
+    bench.set(|inputs| inputs.warning = Some(code("n602")));
+    assert_eq!(register(&bench), 1 << 13 | 1 << 8);
+}
+
+#[test]
+fn a_moving_drive_keeps_its_mode() {
+    let mut bench = Bench::by_sdo();
+    bench.drive.enable().unwrap();
+    bench.drive.start_moving_to(100_000).unwrap();
+    let refused = bench.drive.calibrate(0).unwrap_err();
+    assert_eq!(refused.to_string(), "the drive would refuse: a travel is under way");
+    // A travel that others have ordered is one, too.
+    bench.drive.finish().unwrap();
+    for (index, value) in [(0x607A, 200_000), (0x6040, 0x0F), (0x6040, 0x1F)] {
+        bench.storage(|od| od.set_raw(Address::new(index, 0), value));
+    }
+    let refused = bench.drive.calibrate(0).unwrap_err();
+    assert_eq!(refused.to_string(), "the drive would refuse: a travel is under way");
+    bench.drive.write(od::MODES_OF_OPERATION, od::OperatingMode::PROFILE_VELOCITY).unwrap();
+    assert_eq!(bench.drive.read(od::MODES_OF_OPERATION_DISPLAY).unwrap(), od::OperatingMode::PROFILE_POSITION);
+    bench.bus.advance(Duration::from_secs(60));
+    assert_eq!(bench.drive.read(od::MODES_OF_OPERATION_DISPLAY).unwrap(), od::OperatingMode::PROFILE_VELOCITY);
+    bench.drive.set_mode(Mode::Positioning).unwrap();
+    assert!(matches!(bench.drive.set_mode(Mode::CyclicVelocity), Err(Error::Unsupported { .. })));
+    bench.set(|inputs| inputs.warning = Some(code("n602")));
+    let refused = bench.drive.move_to(0).unwrap_err();
+    assert_eq!(refused.to_string(), "the drive would refuse: a safety function has it");
+    bench.set(|inputs| (inputs.warning, inputs.enable) = (None, false));
+    let refused = bench.drive.move_to(0).unwrap_err().to_string();
+    assert!(refused.ends_with("; its enable input is not active"), "{refused}");
+    // There is no velocity mode of frequency converters.
+    bench.storage(|od| od.set_raw(Address::new(0x6060, 0), 2));
+    bench.storage(|od| assert_eq!(od.raw(Address::new(0x6061, 0)), Some(1)));
 }
 
 /// Two of them fill a bus at 500 kbit/s while they move.
 #[test]
 fn its_pdos_of_the_factory_have_no_inhibit_time() {
-    let found = ByPdo::new().drive.unpaced_pdos().unwrap();
+    let found = Bench::by_pdo().drive.unpaced_pdos().unwrap();
     let found: Vec<_> = found.iter().map(|pdo| (pdo.number, pdo.object, pdo.inhibit)).collect();
     let expected = [(3, od::POSITION_ACTUAL_VALUE.address()), (4, od::VELOCITY_ACTUAL_VALUE.address())];
     assert_eq!(found, expected.map(|(number, object)| (number, object, Duration::ZERO)));
+}
+
+/// Bit 30 of 1800h:01 is not supported (6.3.2.1).
+#[test]
+fn remote_frames_cannot_be_forbidden() {
+    const STATUS: Mapping<Tpdo, (od::Statusword,)> = Mapping::transmit().with(od::STATUSWORD);
+    let mut bench = Bench::by_sdo();
+    let id = CobId::of_node(0x180, NODE);
+    let cob_id = PdoCobId::valid(id).without_remote();
+    bench.drive.configure_pdos(&[PdoSettings::of(1, cob_id, TransmissionType::EventProfile, &STATUS)]).unwrap();
+    bench.drive.enable().unwrap();
+    let heard = Arc::new(Mutex::new(0));
+    let count = Arc::clone(&heard);
+    bench.bus.set_fate(move |_, frame| {
+        *count.lock().unwrap() += u32::from(frame.id() == id && !frame.is_remote());
+        Fate::Deliver
+    });
+    bench.bus.link().send(&Frame::remote(id, 2).unwrap()).unwrap();
+    bench.bus.advance(Duration::from_millis(10));
+    assert_eq!(*heard.lock().unwrap(), 1);
 }
 
 #[test]
@@ -179,7 +378,7 @@ fn its_pdos_are_mapped_freely() {
         Mapping::receive().with(od::TARGET_POSITION).with(od::PROFILE_VELOCITY);
     const ACTUAL: Mapping<Tpdo, (od::Position, od::ManufacturerStatus)> =
         Mapping::transmit().with(od::POSITION_ACTUAL_VALUE).with(od::MANUFACTURER_STATUS_REGISTER);
-    let mut bench = BySdo::new();
+    let mut bench = Bench::by_sdo();
     let id = |base| PdoCobId::valid(CobId::of_node(base, NODE));
     let settings = [
         PdoSettings::of(2, id(0x300), TransmissionType::EventProfile, &ORDER),

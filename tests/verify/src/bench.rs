@@ -17,11 +17,11 @@ pub(crate) trait Simulator: Sized + 'static {
 
     /// The node of the manual's examples.
     const NODE: NodeId;
-    /// The state changes of the drive, as its crate has them.
-    const TRANSITIONS: Transitions;
     /// Whether 23h is the only SDO command that writes.
     const WRITES_FOUR_BYTES: bool = false;
 
+    /// The state changes of the drive, as its crate has them.
+    fn transitions() -> Transitions;
     fn start(now: Instant) -> Self::Drive;
     /// Sets what most comparisons need and a drive that has just been delivered does not do.
     fn prepare(_bench: &mut Bench<Self>) {}

@@ -14,12 +14,13 @@ use crate::kinds::objects::Objects;
 
 /// A drive of this kind.
 pub(crate) trait OfModel: Sized + 'static {
-    const MODEL: &'static ServoModel;
     const NODE: NodeId;
     /// The EMCY code of a fault.
     const FAULT: u16;
     /// What the simulated drive has in place of a default of the manual: index and value.
     const INSTEAD: &'static [(u16, i128)];
+
+    fn model() -> &'static ServoModel;
 
     fn has_default_in_words(_bench: &mut Bench<Servo<Self>>, _words: &str) -> bool {
         false
@@ -33,10 +34,13 @@ impl<D: OfModel> Simulator for Servo<D> {
     type Drive = SimulatedServo;
 
     const NODE: NodeId = D::NODE;
-    const TRANSITIONS: Transitions = D::MODEL.transitions;
+
+    fn transitions() -> Transitions {
+        D::model().transitions
+    }
 
     fn start(now: Instant) -> SimulatedServo {
-        SimulatedServo::new(now, D::MODEL, D::NODE)
+        SimulatedServo::new(now, D::model(), D::NODE)
     }
 
     fn nmt(drive: &SimulatedServo) -> NmtState {
@@ -112,7 +116,7 @@ impl<D: OfModel> Bench<Servo<D>> {
     /// Enabled in a mode, without halt and with nothing ordered.
     pub(crate) fn enabled_in(mode: Mode) -> Self {
         let mut bench = Bench::operational();
-        let code = D::MODEL.modes.code(mode).unwrap_or_default();
+        let code = D::model().modes.code(mode).unwrap_or_default();
         let _ = bench.put(0x6060, 0, code.into());
         bench.controls(&[0x06, 0x07, 0x0F]);
         bench

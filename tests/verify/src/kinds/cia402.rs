@@ -81,7 +81,7 @@ pub(crate) fn states<S: Simulator>(
     checker: &mut Checker<'_>,
     beyond: fn(&mut Checker<'_>, &Row, State, Option<Bench<S>>),
 ) {
-    let reached = |state: State| S::TRANSITIONS.0.iter().any(|change| [change.from, change.to].contains(&state));
+    let reached = |state: State| S::transitions().0.iter().any(|change| [change.from, change.to].contains(&state));
     for (state, name) in STATES.iter().filter(|(state, _)| reached(*state)) {
         let Some(row) = checker.row_called("states.csv", name) else { continue };
         let column = if row.has("bits_6_0") { "bits_6_0" } else { "bits_7_0" };
@@ -132,7 +132,7 @@ pub(crate) fn commands<S: Simulator>(checker: &mut Checker<'_>) {
             checker.that(row, "bits_7_0", Against::Code, agrees, "parsed otherwise");
             words
         };
-        let to = S::TRANSITIONS.follow(from, command).map(|change| change.to);
+        let to = S::transitions().follow(from, command).map(|change| change.to);
         let followed = words.iter().all(|word| {
             let reached = once::<S, _>((name_of(from), word), || Some(after(bring_to::<S>(from)?, *word)));
             reached.is_some() && reached == to
@@ -152,7 +152,7 @@ fn numbers<S: Simulator>(name: &str) -> BTreeSet<u8> {
         Cause::Command(command) => called(command, change.from) == name,
         Cause::Internal => false,
     };
-    S::TRANSITIONS.0.iter().filter(causes).map(|change| change.number).collect()
+    S::transitions().0.iter().filter(causes).map(|change| change.number).collect()
 }
 
 /// Compares `transitions.csv` where it has no states: what makes a state change, and what the drive does then, which
@@ -160,7 +160,7 @@ fn numbers<S: Simulator>(name: &str) -> BTreeSet<u8> {
 pub(crate) fn events<S: Simulator>(checker: &mut Checker<'_>, action: fn(u8) -> Clauses) {
     for number in 0..=16 {
         let Some(row) = checker.row("transitions.csv", &number.to_string()) else { continue };
-        let of = S::TRANSITIONS.0.iter().filter(|change| change.number == number);
+        let of = S::transitions().0.iter().filter(|change| change.number == number);
         let made: BTreeSet<&str> = of
             .map(|change| match change.cause {
                 Cause::Command(command) => called(command, change.from),
@@ -193,7 +193,7 @@ fn after<S: Simulator>(mut bench: Bench<S>, word: u16) -> State {
 pub(crate) fn transitions<S: Simulator>(checker: &mut Checker<'_>, case: &Case<'_>) {
     for number in 0..=14 {
         let Some(row) = checker.row("transitions.csv", &number.to_string()) else { continue };
-        let listed: Vec<_> = S::TRANSITIONS.0.iter().filter(|change| change.number == number).collect();
+        let listed: Vec<_> = S::transitions().0.iter().filter(|change| change.number == number).collect();
         let (by, word) = match listed.first().map(|change| change.cause) {
             None => ("power on or software reset", None),
             Some(Cause::Internal) if number == 1 => ("initialisation and self-test completed", None),

@@ -89,8 +89,11 @@ impl<D: Siko> Simulator for D {
     type Drive = SimulatedDrive;
 
     const NODE: NodeId = NODE;
-    const TRANSITIONS: Transitions = TRANSITIONS;
     const WRITES_FOUR_BYTES: bool = D::MODEL.writes_four_bytes;
+
+    fn transitions() -> Transitions {
+        TRANSITIONS
+    }
 
     fn start(now: Instant) -> SimulatedDrive {
         SimulatedDrive::power_on(now, Setup::new(D::MODEL, NODE))

@@ -2,12 +2,12 @@
 //! the same, against a device with the generated dictionary and as much of a state machine as the examples show.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
 
-use kollmorgen_akd::driver::{AKD, Description, FreeDrive, HomingOutcome, Kind, Mode, Outcome};
+use kollmorgen_akd::driver::{AKD, AKD_BY_SDO, Description, HomingOutcome, Mode, Outcome};
 use kollmorgen_akd::{ascii, od};
 use lexican_driver::description::{Outputs, Pdo, Signal};
-use lexican_driver::{Drive, DriveContext, Error};
+use lexican_driver::{Any, DriveContext, Error};
 use lexican_runtime::device::{Behaviour, ChangeRule, Device};
 use lexican_runtime::host::{Fate, Node, VirtualBus, VirtualLink};
 use lexican_runtime::object::{
@@ -38,18 +38,22 @@ pub(super) const CHAPTERS: &[Chapter] = &[
     ("7.2.2.1", false, it_is_made_ready_for_interpolation),
 ];
 
+type Drive = lexican_driver::Drive<VirtualLink, Any>;
+
 const SYNC: TransmissionType = TransmissionType::SynchronousCyclic(1);
 
-/// An AKD whose control word and status word go by RPDO1 and TPDO1 alone, as in chapters 7.2.1.8 and 7.2.2.1.
-enum ByFirstPdos {}
+/// The AKD with its PDOs for the application.
+static BY_SDO: LazyLock<&Description> = LazyLock::new(|| &AKD_BY_SDO);
 
-impl Kind for ByFirstPdos {
-    const DESCRIPTION: &'static Description = &Description {
+/// An AKD whose control word and status word go by RPDO1 and TPDO1 alone, as in chapters 7.2.1.8 and 7.2.2.1.
+static BY_FIRST_PDOS: LazyLock<&Description> = LazyLock::new(|| {
+    let akd: &Description = &AKD;
+    Box::leak(Box::new(Description {
         outputs: Outputs { control: Some(Pdo { base: 0x200, signals: &[Signal::ControlWord] }), ..Outputs::BY_SDO },
         inputs: &[Pdo { base: 0x180, signals: &[Signal::StatusWord] }],
-        ..AKD
-    };
-}
+        ..*akd
+    }))
+});
 
 /// A drive that follows the examples.
 struct ExampleDrive {
@@ -168,7 +172,11 @@ impl Node for ExampleDrive {
 }
 
 /// All that goes over the bus while a program drives the node.
-fn record<K: Kind>(node: u8, program: impl FnOnce(&mut Drive<VirtualLink, K>) -> Result<(), Error>) -> Vec<Frame> {
+fn record(
+    node: u8,
+    description: &'static Description,
+    program: impl FnOnce(&mut Drive) -> Result<(), Error>,
+) -> Vec<Frame> {
     let node = NodeId::literal(node);
     let bus = VirtualBus::with_bit_rate(500);
     let frames = Arc::new(Mutex::new(Vec::new()));
@@ -178,7 +186,7 @@ fn record<K: Kind>(node: u8, program: impl FnOnce(&mut Drive<VirtualLink, K>) ->
         Fate::Deliver
     });
     bus.attach(ExampleDrive::new(node));
-    let mut drive = Drive::connect(bus.link(), node).unwrap();
+    let mut drive = Drive::connect_described(bus.link(), node, description).unwrap();
     program(&mut drive).unwrap();
     bus.advance(Duration::from_millis(10));
     drop(drive);
@@ -218,7 +226,7 @@ fn off<D: PdoDirection>(node: u8, number: u16) -> PdoSettings<'static> {
 fn a_pdo_is_mapped() -> Vec<Frame> {
     const STATUS: Mapping<Tpdo, (od::Statusword, od::ManufacturerStatus)> =
         Mapping::transmit().with(od::STATUSWORD).with(od::MANUFACTURER_STATUS_REGISTER);
-    record(1, |drive: &mut FreeDrive<_>| {
+    record(1, &BY_SDO, |drive| {
         let cob_id = PdoCobId::valid(cob_id::<Tpdo>(1, 1)).without_remote();
         drive.configure_pdos(&[PdoSettings::of(1, cob_id, TransmissionType::EventProfile, &STATUS)])
     })
@@ -226,12 +234,12 @@ fn a_pdo_is_mapped() -> Vec<Frame> {
 
 /// 7.2.1.2.
 fn the_drive_is_switched_on() -> Vec<Frame> {
-    record(3, FreeDrive::enable)
+    record(3, &BY_SDO, Drive::enable)
 }
 
 /// 7.2.1.3.
 fn it_runs() -> Vec<Frame> {
-    record(3, |drive: &mut FreeDrive<_>| {
+    record(3, &BY_SDO, |drive| {
         drive.set_mode(Mode::Velocity)?;
         drive.enable()?;
         drive.run_at(0x4100)?;
@@ -241,7 +249,7 @@ fn it_runs() -> Vec<Frame> {
 
 /// 7.2.1.4.
 fn it_turns_with_a_torque() -> Vec<Frame> {
-    record(3, |drive: &mut FreeDrive<_>| {
+    record(3, &BY_SDO, |drive| {
         drive.set_mode(Mode::Torque)?;
         drive.enable()?;
         drive.apply_torque(400)?;
@@ -254,7 +262,7 @@ fn velocities_go_by_pdo() -> Vec<Frame> {
     const TARGET: Mapping<Rpdo, (od::Velocity,)> = Mapping::receive().with(od::TARGET_VELOCITY);
     const ACTUAL: Mapping<Tpdo, (od::Position, i32)> =
         Mapping::transmit().with(od::POSITION_ACTUAL_VALUE).with(od::VELOCITY_ACTUAL_VALUE);
-    record(3, |drive: &mut FreeDrive<_>| {
+    record(3, &BY_SDO, |drive| {
         drive.configure_pdos(&[
             pdo(3, 1, TransmissionType::EventProfile, &TARGET),
             pdo(3, 1, SYNC, &ACTUAL),
@@ -276,7 +284,7 @@ fn velocities_go_by_pdo() -> Vec<Frame> {
 fn torques_go_by_pdo() -> Vec<Frame> {
     const TARGET: Mapping<Rpdo, (od::Torque,)> = Mapping::receive().with(od::TARGET_TORQUE);
     const ACTUAL: Mapping<Tpdo, (od::Torque,)> = Mapping::transmit().with(od::TORQUE_ACTUAL_VALUE);
-    record(3, |drive: &mut FreeDrive<_>| {
+    record(3, &BY_SDO, |drive| {
         drive.configure_pdos(&[
             pdo(3, 1, TransmissionType::EventProfile, &TARGET),
             pdo(3, 1, SYNC, &ACTUAL),
@@ -296,7 +304,7 @@ fn torques_go_by_pdo() -> Vec<Frame> {
 
 /// 7.2.1.7.
 fn it_homes() -> Vec<Frame> {
-    record(3, |drive: &mut FreeDrive<_>| {
+    record(3, &BY_SDO, |drive| {
         drive.state()?;
         drive.write(od::HOMING_SPEEDS.speed_during_search_for_switch(), od::Speed(10_000))?;
         drive.write(od::HOMING_SPEEDS.speed_during_search_for_zero(), od::Speed(5_000))?;
@@ -316,7 +324,7 @@ fn it_travels() -> Vec<Frame> {
         Mapping::receive().with(od::TARGET_POSITION).with(od::PROFILE_VELOCITY);
     const ACTUAL: Mapping<Tpdo, (od::Position, i32)> =
         Mapping::transmit().with(od::POSITION_ACTUAL_VALUE).with(od::VELOCITY_ACTUAL_VALUE);
-    record(3, |drive: &mut Drive<_, ByFirstPdos>| {
+    record(3, &BY_FIRST_PDOS, |drive| {
         drive.configure_pdos(&[
             pdo(3, 2, TransmissionType::EventProfile, &ORDER),
             pdo(3, 2, SYNC, &ACTUAL),
@@ -336,7 +344,7 @@ fn it_travels() -> Vec<Frame> {
 
 /// 7.2.1.9.
 fn it_is_asked_for_its_faults() -> Vec<Frame> {
-    record(1, |drive: &mut FreeDrive<_>| {
+    record(1, &BY_SDO, |drive| {
         let faults = drive.run(async |context: DriveContext| ascii::ask(&context, "DRV.FAULTS").await)?;
         assert_eq!(faults, "No faults active");
         Ok(())
@@ -350,7 +358,7 @@ fn pdos_wait_for_sync() -> Vec<Frame> {
     const POSITION: Mapping<Tpdo, (od::Position,)> = Mapping::transmit().with(od::POSITION_ACTUAL_VALUE);
     const STATUS: Mapping<Tpdo, (od::Statusword, od::ManufacturerStatus)> =
         Mapping::transmit().with(od::STATUSWORD).with(od::MANUFACTURER_STATUS_REGISTER);
-    record(3, |drive: &mut FreeDrive<_>| {
+    record(3, &BY_SDO, |drive| {
         drive.configure_pdos(&[
             pdo(3, 2, TransmissionType::EventProfile, &ORDER),
             pdo(3, 1, TransmissionType::SynchronousCyclic(2), &POSITION),
@@ -366,7 +374,7 @@ fn it_is_made_ready_for_interpolation() -> Vec<Frame> {
     const ACTUAL: Mapping<Tpdo, (od::Increments, od::ManufacturerStatus)> =
         Mapping::transmit().with(od::POSITION_ACTUAL_INTERNAL_VALUE).with(od::MANUFACTURER_STATUS_REGISTER);
     let axis = |node| {
-        record(node, |drive: &mut Drive<_, ByFirstPdos>| {
+        record(node, &BY_FIRST_PDOS, |drive| {
             drive.configure_pdos(&[
                 pdo(node, 2, SYNC, &POINTS),
                 pdo(node, 2, SYNC, &ACTUAL),
@@ -386,7 +394,7 @@ fn it_is_made_ready_for_interpolation() -> Vec<Frame> {
 /// 7.2.1.8 once more, by SDO: TPDO1 with what it carries anyway, and the way to homing.
 fn it_homes_by_sdo() -> Vec<Frame> {
     const STATUS: Mapping<Tpdo, (od::Statusword,)> = Mapping::transmit().with(od::STATUSWORD);
-    record(3, |drive: &mut FreeDrive<_>| {
+    record(3, &BY_SDO, |drive| {
         drive.configure_pdos(&[pdo(3, 1, TransmissionType::EventProfile, &STATUS)])?;
         drive.write(od::HOMING_SPEEDS.speed_during_search_for_switch(), od::Speed(72_000))?;
         drive.enable()?;
