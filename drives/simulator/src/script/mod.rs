@@ -2,7 +2,8 @@
 //!
 //! A [`Script`] is a list of steps, made in code or read from TOML (feature `script`). The steps happen one after
 //! another; each waits for its [`Trigger`] and then makes its changes at once. Time is that of the bus, so a script does
-//! the same in virtual and in real time. What the changes are is up to the drive: [`crate::servo::Change`] for a servo.
+//! the same in virtual and in real time. What the changes are is up to the drive:
+//! [`Change`](crate::servo::script::Change) for a servo.
 //!
 //! # TOML
 //!
