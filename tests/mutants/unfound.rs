@@ -56,8 +56,3 @@ const GENERIC: &str = "the generic bit goes with the last of the others";
 
 /// A velocity passes through that much in far less than a microsecond, which is what time is counted in.
 const ROUNDING: &str = "far below what can be read";
-
-/// Why a mutant is not found.
-pub(crate) fn why(name: &str) -> Option<&'static str> {
-    UNFOUND.iter().find(|(known, _)| *known == name).map(|(_, why)| *why)
-}

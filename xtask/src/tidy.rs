@@ -112,11 +112,15 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-mutated-siko-ag02", &["lexican-mutated-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-mutated-siko-ag03-1", &["lexican-mutated-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     (
+        "lexican-mutated-kollmorgen-akd",
+        &["lexican-driver", "lexican-kollmorgen-akd", "lexican-runtime", "lexican-simulator"],
+    ),
+    (
         "lexican-mutants",
         &[
             "lexican-driver",
             "lexican-eds",
-            "lexican-kollmorgen-akd",
+            "lexican-mutated-kollmorgen-akd",
             "lexican-runtime",
             "lexican-simulator",
             "lexican-mutated-siko",

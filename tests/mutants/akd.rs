@@ -1,0 +1,37 @@
+//! Each mutant of the AKD's driver and simulator is found: by their own tests, which are the quicker ones, or by the
+//! verification against the manual.
+
+use std::path::Path;
+
+use kollmorgen_akd::mutant::{MUTANTS, VARIABLE};
+use lexican_verify::{DRIVES, Inputs, finds};
+use runner::Mutants;
+
+#[allow(unexpected_cfgs, reason = "the features are those of the drive's crate")]
+#[path = "../../drives/kollmorgen-akd/tests/driver.rs"]
+mod driver;
+
+mod runner;
+
+/// What each mutant is tried by, until one fails: names of tests of this file.
+const TRIALS: [&[&str]; 2] = [&["driver::"], &["it_agrees_with_its_manual"]];
+
+/// Mutants that are not found, because they do the same, and why.
+const UNFOUND: &[(&str, &str)] = &[
+    ("sim MODEL: 6 => 6 + 1", "the ramp of code 6, 6085h, does not exist: it is the strongest one, as that of code 7"),
+    ("sim manufacturer_status: homing => true", "a following error is a fault at once, since 6066h does not exist"),
+];
+
+#[test]
+fn every_mutant_is_found() {
+    let mutants = Mutants { names: MUTANTS, variable: VARIABLE, unfound: UNFOUND, trials: &TRIALS };
+    println!("{}", mutants.find());
+}
+
+/// The drive as it is, or as the mutant that the environment names.
+#[test]
+fn it_agrees_with_its_manual() {
+    let drive = DRIVES.iter().find(|drive| drive.name == "kollmorgen/akd").unwrap();
+    let inputs = Inputs::read(drive, &Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")).unwrap();
+    assert!(!finds(drive, &inputs));
+}

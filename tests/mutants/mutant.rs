@@ -1,0 +1,68 @@
+//! Which mutant this process is.
+
+use std::cell::Cell;
+use std::sync::OnceLock;
+
+pub use crate::mutated::MUTANTS;
+
+/// The environment variable that holds the number of a mutant in [`MUTANTS`].
+pub const VARIABLE: &str = "LEXICAN_MUTANT";
+
+/// A mutant that takes as many is one that never ends: the verification of a drive takes six million.
+const STEPS: u64 = 20_000_000;
+
+/// Whether this process is that mutant.
+#[must_use]
+pub fn is(number: usize) -> bool {
+    static CHOSEN: OnceLock<Option<usize>> = OnceLock::new();
+    *CHOSEN.get_or_init(|| std::env::var(VARIABLE).ok()?.parse().ok()) == Some(number)
+}
+
+thread_local! {
+    static TAKEN: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Counts functions and turns of loops, so that nothing runs for ever.
+///
+/// # Panics
+///
+/// When it would.
+pub fn step() {
+    let taken = TAKEN.get() + 1;
+    TAKEN.set(taken);
+    assert!(taken < STEPS, "it does not end");
+}
+
+/// Rows of data, without the one that a mutant lacks.
+#[must_use]
+pub fn rows<T>(rows: Vec<(bool, T)>) -> &'static [T] {
+    Box::leak(rows.into_iter().filter_map(|(lacks, row)| (!lacks).then_some(row)).collect())
+}
+
+/// A number that is another one.
+pub trait Altered {
+    /// A bit more, or a bit beside.
+    #[must_use]
+    fn altered(self) -> Self;
+}
+
+macro_rules! numbers {
+    ($($number:ty: $more:expr;)*) => {
+        $(impl Altered for $number {
+            fn altered(self) -> Self {
+                let more: fn(Self) -> Self = $more;
+                more(self)
+            }
+        })*
+    };
+}
+
+numbers! {
+    u8: |number| if number.is_power_of_two() { number.rotate_left(1) } else { number.wrapping_add(1) };
+    u16: |number| if number.is_power_of_two() { number.rotate_left(1) } else { number + 1 };
+    i16: |number| number + 1;
+    u32: |number| number + 1;
+    i32: |number| number + 1;
+    f64: |number| number * 1.5;
+    lexican_runtime::Duration: |span| span + lexican_runtime::Duration::from_micros(span.as_micros() / 2);
+}

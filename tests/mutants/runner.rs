@@ -1,0 +1,81 @@
+//! Tries each mutant of a crate by tests of this process, started anew for each.
+
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// So many mutants of each file, unless `LEXICAN_VERIFY_ALL` is set. `LEXICAN_VERIFY_SEED` is a number that chooses others.
+const SAMPLES: usize = 25;
+
+/// The mutants of a crate.
+pub(crate) struct Mutants {
+    /// What they are, by number.
+    pub(crate) names: &'static [&'static str],
+    /// The environment variable that holds the number of one.
+    pub(crate) variable: &'static str,
+    /// Those that are not found, because they do the same, and why.
+    pub(crate) unfound: &'static [(&'static str, &'static str)],
+    /// What each is tried by, until one fails: names of tests of the program.
+    pub(crate) trials: &'static [&'static [&'static str]],
+}
+
+impl Mutants {
+    /// How many mutants each trial finds, in words.
+    ///
+    /// # Panics
+    ///
+    /// If one survives, or an exception is about none.
+    pub(crate) fn find(&self) -> String {
+        for (name, _) in self.unfound {
+            assert!(self.names.contains(name), "no mutant is called {name:?}");
+        }
+        let chosen = self.sample();
+        let (next, outcomes) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+        let work = || {
+            while let Some(&number) = chosen.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let found = self.trials.iter().position(|tests| !self.passes(number, tests));
+                outcomes.lock().unwrap().push((number, found));
+            }
+        };
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
+        let mut outcomes = outcomes.into_inner().unwrap();
+        outcomes.sort_unstable();
+        let survivors = outcomes.iter().filter(|(_, found)| found.is_none());
+        let names: Vec<String> =
+            survivors.map(|(number, _)| format!("{}={number}: {}", self.variable, self.names[*number])).collect();
+        assert!(names.is_empty(), "{} of {} not found:\n{}", names.len(), chosen.len(), names.join("\n"));
+        let by = |trial| outcomes.iter().filter(|(_, found)| *found == Some(trial)).count().to_string();
+        let found: Vec<String> = (0..self.trials.len()).map(by).collect();
+        format!("of {} mutants {} tried, found by each trial: {}", self.names.len(), chosen.len(), found.join(", "))
+    }
+
+    /// The mutants to try, in their order.
+    fn sample(&self) -> Vec<usize> {
+        let all = std::env::var_os("LEXICAN_VERIFY_ALL").is_some();
+        let seed = std::env::var("LEXICAN_VERIFY_SEED").map_or(0, |seed| seed.parse::<u64>().expect("a number"));
+        let is_found = |name: &str| !self.unfound.iter().any(|(known, _)| *known == name);
+        let mut files: BTreeMap<&str, Vec<(u64, usize)>> = BTreeMap::new();
+        for (number, name) in self.names.iter().enumerate().filter(|(_, name)| is_found(name)) {
+            let mut hasher = DefaultHasher::new();
+            (seed, name).hash(&mut hasher);
+            files.entry(name.split(' ').next().unwrap()).or_default().push((hasher.finish(), number));
+        }
+        let mut chosen = Vec::new();
+        for mut of_file in files.into_values() {
+            of_file.sort_unstable();
+            let count = if all { of_file.len() } else { SAMPLES.min(of_file.len()) };
+            chosen.extend(of_file[..count].iter().map(|(_, number)| *number));
+        }
+        chosen.sort_unstable();
+        chosen
+    }
+
+    fn passes(&self, number: usize, tests: &[&str]) -> bool {
+        let mut run = Command::new(std::env::current_exe().unwrap());
+        run.args(tests).arg("--test-threads=1").env(self.variable, number.to_string()).env("RUST_BACKTRACE", "0");
+        run.stdout(Stdio::null()).stderr(Stdio::null()).status().unwrap().success()
+    }
+}
