@@ -91,7 +91,7 @@ fn code(letter: u8) -> u16 {
     fault.map_or(UNKNOWN_FAULT, |fault| fault.code.number)
 }
 
-/// The manual does not say how the gear is written; its number of turns is what tells the three from each other.
+/// The manual does not say how the gear is written. The three gears differ in their number of turns.
 fn gear(text: &[u8]) -> i64 {
     let turns = str::from_utf8(text).unwrap_or_default().trim().split(':').next().unwrap_or_default();
     i64::from(match turns {
