@@ -91,6 +91,27 @@ fn parameter_25_is_kept_without_an_object() {
     assert_eq!(inching_stop(&bench), 0);
 }
 
+#[test]
+fn parameter_25_holds_for_the_order_that_follows_it() {
+    let way = |braking| {
+        let mut bench = ag02();
+        bench.see(|drive, now| {
+            assert_eq!(drive.order(now, Order::Enable), Ok(()));
+            assert_eq!(drive.order(now, Order::Inch(Direction::Positive)), Ok(()));
+        });
+        bench.pass(500);
+        let from = bench.see(|drive, now| {
+            drive.set_inching_stop(now, braking);
+            assert_eq!(drive.order(now, Order::StopInching), Ok(()));
+            drive.position(now)
+        });
+        bench.pass(2_000);
+        bench.see(|drive, now| drive.position(now)) - from
+    };
+    let (full, programmed) = (way(Braking::Full), way(Braking::Programmed));
+    assert!(full < programmed, "{full} and {programmed} increments");
+}
+
 /// Table 1: "Ein Verfahren ist nur mit Tippbetrieb in Richtung Endschalter 2 möglich".
 #[test]
 fn inching_onto_an_active_limit_switch_is_refused() {
