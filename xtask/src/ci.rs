@@ -1,7 +1,6 @@
 //! What CI runs. There is no other script with logic in it.
 
 use std::path::Path;
-use std::process::Command;
 
 use clap::ValueEnum;
 
@@ -38,6 +37,8 @@ pub(crate) enum Job {
     Corpus,
     /// what generated code costs, but for times
     Size,
+    /// the firmware, on a microcontroller that QEMU plays
+    Firmware,
     /// every fuzz target for a few seconds
     Fuzz,
     /// the tests that want a kernel with CAN, in one
@@ -139,6 +140,7 @@ impl Job {
                 crate::corpus::simulate(root, &folder).and_then(|()| crate::corpus::compile(root, &folder))
             }
             Job::Size => crate::size::run(root, true),
+            Job::Firmware => crate::firmware::run(root),
             Job::Fuzz => crate::fuzz::run(root, None, 5),
             Job::Interop => crate::interop::run(root, true),
             Job::Vcan => {
@@ -164,8 +166,7 @@ fn targets(root: &Path) -> Result<(), String> {
     drives.for_each(|package| host.extend(["-p", &package.name]));
     let targets =
         [("x86_64-pc-windows-gnu", &host[..]), ("aarch64-apple-darwin", &host), ("thumbv7em-none-eabihf", CORE)];
-    let installed = Command::new("rustup").args(["target", "list", "--installed"]).output();
-    let installed = installed.map(|output| String::from_utf8_lossy(&output.stdout).into_owned()).unwrap_or_default();
+    let installed = workspace::installed_targets();
     for (target, packages) in targets {
         if !installed.lines().any(|line| line == target) {
             println!("skipped: {target} is not installed: rustup target add {target}");

@@ -9,11 +9,13 @@ mod ci;
 mod command;
 mod corpus;
 mod disk;
+mod firmware;
 mod fuzz;
 mod interop;
 mod outside;
 mod package;
 mod python;
+mod qemu;
 mod size;
 mod tidy;
 mod vcan;
@@ -67,6 +69,8 @@ enum Task {
     },
     /// Fuzz what reads untrusted input with libFuzzer, and look for broken promises
     Fuzz(fuzz::Arguments),
+    /// Build the firmware, boot it in QEMU, and hold the command's tools against it
+    Firmware,
     /// Run lexican against python-canopen, both ways, over slcan and vcan, and write the tables of results
     Interop {
         /// Only check that the tables are right, but for what is measured
@@ -100,6 +104,7 @@ fn main() -> ExitCode {
         }
         Task::Size { check } => size::run(&root, check),
         Task::Fuzz(arguments) => arguments.run(&root),
+        Task::Firmware => firmware::run(&root),
         Task::Interop { check } => interop::run(&root, check),
         Task::Verify { drive, check } => verify::run(&root, drive.as_deref(), check),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),

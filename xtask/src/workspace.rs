@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// The workspace's root: the folder above this crate's.
 pub(crate) fn root() -> PathBuf {
@@ -17,17 +18,26 @@ pub(crate) fn target_folder(root: &Path) -> PathBuf {
 /// The manifests of all members of the workspace.
 pub(crate) fn manifests(root: &Path) -> Result<Vec<PathBuf>, String> {
     let workspace = read_toml(&root.join("Cargo.toml"))?;
-    let members = workspace.get("workspace").and_then(|workspace| workspace.get("members"));
-    let members = members.and_then(toml::Value::as_array).ok_or("Cargo.toml: the workspace has no members")?;
+    let list = |name| {
+        let list = workspace.get("workspace").and_then(|workspace| workspace.get(name)?.as_array());
+        list.map(|list| list.iter().filter_map(toml::Value::as_str))
+    };
     let mut manifests = Vec::new();
-    for member in members.iter().filter_map(toml::Value::as_str) {
+    for member in list("members").ok_or("Cargo.toml: the workspace has no members")? {
         match member.strip_suffix("/*") {
             Some(folder) => manifests.extend(entries(&root.join(folder))?.iter().map(|path| path.join("Cargo.toml"))),
             None => manifests.push(root.join(member).join("Cargo.toml")),
         }
     }
-    manifests.retain(|manifest| manifest.exists());
+    let excluded: Vec<PathBuf> = list("exclude").into_iter().flatten().map(|folder| root.join(folder)).collect();
+    manifests.retain(|manifest| manifest.exists() && !excluded.iter().any(|folder| manifest.starts_with(folder)));
     Ok(manifests)
+}
+
+/// The targets that the toolchain compiles for, a line each; none without rustup.
+pub(crate) fn installed_targets() -> String {
+    let installed = Command::new("rustup").args(["target", "list", "--installed"]).output();
+    installed.map(|output| String::from_utf8_lossy(&output.stdout).into_owned()).unwrap_or_default()
 }
 
 pub(crate) fn read_toml(path: &Path) -> Result<toml::Table, String> {
