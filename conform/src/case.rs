@@ -64,6 +64,14 @@ impl Case {
         Case { needs, ..self }
     }
 
+    /// The device profile that the case is about, such as 402, by the standard that its id begins with. A case of a profile
+    /// does not apply to devices of another; the other cases are for every device.
+    #[must_use]
+    pub fn profile(&self) -> Option<u16> {
+        let standard = self.id.split('/').next()?.parse().ok();
+        standard.filter(|standard| (400..500).contains(standard))
+    }
+
     /// Whether the case is meant by a name: its id or its number in the plan, a chapter or another beginning of either that
     /// ends before a dot or a slash.
     #[must_use]
@@ -121,6 +129,15 @@ mod tests {
         }
         for name in ["", "2.1", "301/7.2.4.3.7/", "7.2.4.3.7", "301/7.2.4.3.7/21", "3"] {
             assert!(!toggle.is_meant_by(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_profile_of_a_case_is_its_standard() {
+        for (id, profile) in
+            [("301/7.2.5/1", None), ("306-1/6/1", None), ("305/6.2/1", None), ("402/8.4.2/1", Some(402))]
+        {
+            assert_eq!(case(id, "", "", |_| Ok(())).profile(), profile, "{id}");
         }
     }
 }

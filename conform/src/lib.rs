@@ -14,7 +14,7 @@ mod suite;
 mod tester;
 
 pub use case::{Case, Level, Outcome, Verdict};
-pub use cases::cases;
+pub use cases::{cases, profile_cases};
 pub use hazard::Hazard;
 pub use report::{About, Document, Tally};
 pub use suite::{CaseReport, Observer, Report, run};

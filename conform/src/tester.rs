@@ -161,6 +161,10 @@ impl<'a> Tester<'a> {
         self.frames.clear();
         self.written.clear();
         self.deadline = self.now() + self.settings.case;
+        let profile = self.sheet.device.profile;
+        if let Some(wanted) = case.profile().filter(|&wanted| Some(wanted) != profile) {
+            return Err(not_applicable(format!("1000h does not say that the device is one of CiA {wanted}")));
+        }
         if let Some(hazard) = case.needs.iter().find(|hazard| !self.settings.allow.contains(hazard)) {
             return Err(Verdict::NotAllowed(*hazard));
         }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use lexican_conform::{
-    About, Case, Document, Hazard, InputStimulus, Settings, Sheet, Stimuli, Write, cases, run as test,
+    About, Case, Document, Hazard, InputStimulus, Settings, Sheet, Stimuli, Write, cases, profile_cases, run as test,
 };
 use lexican_eds::model::Device;
 use lexican_runtime::host::{BusUrl, Pace};
@@ -25,7 +25,7 @@ use print::Screen;
 ///
 /// Runs the 127 cases of CiA's test plan (CCT 3.0.3.10), and some beyond it, by the device's data sheet. The device is reset before each
 /// case. What a case writes is put back after it, also after Ctrl-C. A case that may move a machine, or that outlasts the
-/// test, is run only with --allow.
+/// test, is run only with --allow. A drive (CiA 402) is also tested as such, with --allow motion: it moves.
 ///
 /// Exit code 1 if a case fails that a standard requires.
 #[derive(clap::Args, Debug)]
@@ -150,9 +150,9 @@ impl FromStr for Allowed {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let cases = args.selection.chosen()?;
+    let chosen = args.selection.chosen()?;
     let Some(bus) = args.bus.as_ref().filter(|_| !args.selection.list) else {
-        print::list(&cases)?;
+        print::list(&args.selection.in_order(chosen))?;
         return Ok(Outcome::Clean);
     };
     let named = args.eds.as_deref().map(input).transpose()?;
@@ -168,6 +168,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let input = with_overlays(input, &args.overlay)?;
     let (sheet, data_sheet) = (Sheet::of(&input), input.eds.name().to_owned());
     let settings = args.conditions.settings(node, &sheet.device)?;
+    let cases = args.selection.for_device(chosen, &sheet.device);
     print::plan(&cases, &sheet, &settings)?;
     if args.selection.plan {
         return Ok(Outcome::Clean);
@@ -192,24 +193,38 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 impl Selection {
+    /// The cases of all suites that are asked for, once each.
     fn chosen(&self) -> Result<Vec<&'static Case>, Failure> {
+        let all = || cases().chain(profile_cases());
         for name in self.only.iter().chain(&self.skip) {
-            if !cases().any(|case| case.is_meant_by(name)) {
+            if !all().any(|case| case.is_meant_by(name)) {
                 return Err(Failure::new(format_args!("no case is called {name:?}"))
                     .help("`lexican conform --list` shows the cases; a chapter such as 301/7.2.4 is a name as well"));
             }
         }
         let meant = |names: &[String], case: &Case| names.iter().any(|name| case.is_meant_by(name));
         let wanted = |case: &&Case| (self.only.is_empty() || meant(&self.only, case)) && !meant(&self.skip, case);
-        let chosen: Vec<_> = cases().filter(wanted).collect();
+        let chosen: Vec<_> = all().filter(wanted).collect();
         if chosen.is_empty() {
             return Err(Failure::new("no case is left").help("--skip takes away what --only chooses"));
         }
+        Ok(chosen)
+    }
+
+    /// What the device is tested by: without the cases of other profiles, unless they are asked for by name.
+    fn for_device(&self, mut chosen: Vec<&'static Case>, device: &Device) -> Vec<&'static Case> {
+        if self.only.is_empty() {
+            chosen.retain(|case| case.profile().is_none_or(|profile| device.profile == Some(profile)));
+        }
+        self.in_order(chosen)
+    }
+
+    fn in_order(&self, chosen: Vec<&'static Case>) -> Vec<&'static Case> {
         let mut order: Vec<_> = (0..self.repeat).flat_map(|_| chosen.iter().copied()).collect();
         if let Some(seed) = self.seed {
             shuffle(&mut order, seed);
         }
-        Ok(order)
+        order
     }
 }
 

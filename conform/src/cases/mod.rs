@@ -1,7 +1,9 @@
-//! The cases of CiA's conformance test plan (CCT 3.0.3.10). The numbers are those of the plan; what a case asks is
-//! said in our words. A case reaches the device by its [`Tester`](crate::tester::Tester) and by nothing else.
+//! The cases of CiA's conformance test plan (CCT 3.0.3.10), cases beyond it, and those of device profiles. The numbers are
+//! those of the plan; what a case asks is said in our words. A case reaches the device by its
+//! [`Tester`](crate::tester::Tester) and by nothing else.
 
 mod dictionary;
+mod drive;
 mod error_control;
 mod messages;
 mod nmt;
@@ -13,7 +15,7 @@ mod storing;
 
 use crate::case::Case;
 
-/// All of them, in the order of the plan.
+/// The cases of communication, for every device, in the order of the plan.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
     let chapters = [
         sdo::CASES,
@@ -27,4 +29,9 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         robustness::CASES,
     ];
     chapters.into_iter().flatten()
+}
+
+/// The cases of device profiles: each is for devices of [its profile](Case::profile).
+pub fn profile_cases() -> impl Iterator<Item = &'static Case> {
+    drive::CASES.iter()
 }
