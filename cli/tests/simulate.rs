@@ -7,6 +7,7 @@ mod common;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
 
 use common::{Run, folder, lexican, lexican_in};
 use lexican_runtime::host::Link;
@@ -18,7 +19,7 @@ use serde_json::{Value, json};
 struct Simulation {
     process: Child,
     stdin: ChildStdin,
-    events: BufReader<ChildStdout>,
+    events: Receiver<String>,
     buses: Vec<String>,
 }
 
@@ -34,7 +35,7 @@ impl Simulation {
             .spawn()
             .unwrap();
         let stdin = process.stdin.take().unwrap();
-        let events = BufReader::new(process.stdout.take().unwrap());
+        let events = lines(process.stdout.take().unwrap());
         let mut simulation = Simulation { process, stdin, events, buses: Vec::new() };
         let serving = simulation.until("serving");
         let buses = serving["buses"].as_array().unwrap().iter();
@@ -50,14 +51,12 @@ impl Simulation {
     fn until(&mut self, event: &str) -> Value {
         let mut before = String::new();
         loop {
-            let mut line = String::new();
-            self.events.read_line(&mut line).unwrap();
-            assert!(!line.is_empty(), "no event {event:?} after:\n{before}");
+            let Ok(line) = self.events.recv() else { panic!("no event {event:?} after:\n{before}") };
             let json: Value = serde_json::from_str(&line).unwrap();
             if json["event"] == event {
                 return json;
             }
-            before += &line;
+            before += &(line + "\n");
         }
     }
 
@@ -94,6 +93,16 @@ impl Drop for Simulation {
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
+}
+
+/// The lines of a process, read as they come: one whose pipe is full waits, and the device with it. A search by LSS alone
+/// fills most of a pipe.
+fn lines(stdout: ChildStdout) -> Receiver<String> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        BufReader::new(stdout).lines().map_while(Result::ok).try_for_each(|line| sender.send(line))
+    });
+    receiver
 }
 
 /// A data sheet with what the tests want to see: stored parameters, an EMCY, a mapped object.
@@ -369,13 +378,15 @@ fn a_servo_keeps_its_parameters_and_follows_a_script() {
 fn a_device_without_node_id_gets_one_by_lss() {
     let folder = sensor("sim-lss");
     let mut sensor = Simulation::begin(&folder, &["sensor.eds", "--node", "none", "--eeprom", "kept.txt"]);
-    // On a busy machine a response may be late: then longer steps are needed, as the command advises.
-    let mut finds = ["100", "400", "1600"].map(|step| ["--one", "--json", "--step", step]).into_iter();
-    let found = finds.by_ref().map(|find| sensor.run("lss find", &find)).find(|found| found.code == Some(0));
-    let found: Value = serde_json::from_str(&found.expect("it is found in the end").stdout).unwrap();
+    // However late the device gets its time on a busy machine.
+    let found = sensor.run("lss find", &["--one", "--json", "--wait", "30000"]);
+    let found: Value = serde_json::from_str(&found.stdout).unwrap_or_else(|_| panic!("{}", found.stderr));
     assert_eq!(found, json!({ "vendor": 0, "product": 3, "revision": 1, "serial": 42, "device": null }));
     assert_eq!(sensor.until("lss")["command"], "switch-global");
-    let select = ["--vendor", "0", "--product", "3h", "--revision", "0x1", "--serial", "42"];
+    // Nothing of a search is left behind.
+    assert_eq!(sensor.run("lss find", &["--one", "--json", "--wait", "30000"]).code, Some(0));
+    let patience = ["--wait", "3000"];
+    let select = ["--wait", "3000", "--vendor", "0", "--product", "3h", "--revision", "0x1", "--serial", "42"];
     sensor.check("lss inquire", &select, "vendor 0h, product 3h, revision 1h, serial 2Ah, no node-ID\n");
     let given = sensor.run("lss node-id", &[&select[..], &["9", "--store", "--json"]].concat());
     let given: Value = serde_json::from_str(&given.stdout).unwrap_or_else(|_| panic!("{}", given.stderr));
@@ -383,21 +394,21 @@ fn a_device_without_node_id_gets_one_by_lss() {
     assert_eq!([&given["booted"], &given["stored"]], [&json!(true), &json!(true)]);
     sensor.until("boot-up");
     assert!(std::fs::read_to_string(folder.join("kept.txt")).unwrap().contains("node 9\n"));
-    sensor.check("lss inquire", &[], "serial 2Ah, node-ID 9\n");
-    let none = sensor.run("lss find", &["--step", "100"]);
+    sensor.check("lss inquire", &patience, "serial 2Ah, node-ID 9\n");
+    let none = sensor.run("lss find", &[]);
     assert_eq!((none.code, none.stdout.contains("no device without node-ID answers")), (Some(1), true));
 
     // Now it has a node-ID, which changes with the next reset.
-    let again = sensor.run("lss node-id", &["10"]);
+    let again = sensor.run("lss node-id", &[&patience[..], &["10"]].concat());
     assert!(again.stderr.contains("it is node 9 until its communication is reset"), "{}", again.stderr);
     assert!(again.stderr.contains("not stored"), "{}", again.stderr);
     sensor.check("nmt", &["reset-communication", "--node", "9"], "reset communication");
     sensor.until("boot-up");
     sensor.check("read", &["--node", "10", "--device", "none", "1000"], "1000:00 = 00 00 00 00");
-    let rate = sensor.run("lss bit-rate", &["250"]);
+    let rate = sensor.run("lss bit-rate", &[&patience[..], &["250"]].concat());
     assert!(rate.stdout.ends_with("serial 2Ah: 250 kbit/s\n"), "{}", rate.stdout);
     assert!(rate.stderr.contains("neither activated nor stored"), "{}", rate.stderr);
-    let refused = sensor.run("lss bit-rate", &["auto"]);
+    let refused = sensor.run("lss bit-rate", &[&patience[..], &["auto"]].concat());
     refused.on_stderr(1, "serial 2Ah: refused: bit rate not supported");
     let refused = sensor.run("lss bit-rate", &["auto", "--all", "--json", "--store", "--activate", "20"]);
     assert_eq!(refused.code, Some(1), "{}", refused.stderr);

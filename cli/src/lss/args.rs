@@ -19,6 +19,9 @@ pub(crate) struct LinkArgs {
     wait: Duration,
 
     /// How long each of the 133 steps of the search for devices without node-ID lasts, in milliseconds
+    ///
+    /// A response that comes later, within --wait, is waited for, unless the device does not know the request "identify
+    /// non-configured remote slave".
     #[arg(long, value_name = "MS", default_value = "25", value_parser = milliseconds)]
     step: Duration,
 

@@ -4,7 +4,7 @@ use lexican_runtime::host::Link;
 use lexican_runtime::service::lss_manager::{Event, LssError, LssManager};
 use lexican_runtime::wire::lss::{Identity, LssRequest, LssResponse, Part};
 
-use super::session::{Session, response, unexpected};
+use super::session::{Session, Times, response, unexpected};
 use crate::duration::in_milliseconds;
 use crate::output::{Failure, progress};
 
@@ -30,6 +30,7 @@ impl<L: Link> Session<L> {
     /// An unknown identity differs from each known one in some bit. So each branch off a known identity that leads to
     /// no known one is probed.
     pub(super) fn fastscan_beside(&mut self, known: &[Identity]) -> Result<Option<Identity>, Failure> {
+        self.is_fenced = self.has_unconfigured()?;
         for identity in known {
             for part in Part::ALL {
                 if !self.begin_search(*identity, part)? {
@@ -75,11 +76,24 @@ impl<L: Link> Session<L> {
                 return Err(self.lost_answer(&LssError::ScanFailed { part, value: found.part(part) }));
             }
             if part == Part::Serial {
-                return Ok(found);
+                return self.read_back(found);
             }
             (part, bit) = (part.next(), 32);
             found = found.with(part, 0);
         }
+    }
+
+    /// A late response may have counted for another step: the device that was found reports its identity.
+    fn read_back(&mut self, found: Identity) -> Result<Identity, Failure> {
+        for part in Part::ALL {
+            let value = found.part(part);
+            self.send(&LssRequest::Inquire(part).frame())?;
+            let until = self.link.now() + self.times.response;
+            if !self.wait_for(until, |frame| response(frame) == Some(LssResponse::Inquired(part, value)))? {
+                return Err(self.lost_answer(&LssError::ScanFailed { part, value }));
+            }
+        }
+        Ok(found)
     }
 
     /// Whether a device has the bits of a number from `bits_left` on.
@@ -93,7 +107,7 @@ impl<L: Link> Session<L> {
         self.is_identified(LssRequest::Fastscan { value, bits_left: 0, part, next })
     }
 
-    /// Whether any device responds within the time of the step.
+    /// Whether any device responds within the time of the step, or else before the devices respond to another request.
     fn is_identified(&mut self, step: LssRequest) -> Result<bool, Failure> {
         self.send(&step.frame())?;
         let until = self.link.now() + self.times.step;
@@ -102,14 +116,24 @@ impl<L: Link> Session<L> {
             answered |= response(frame) == Some(LssResponse::Identified);
             false
         })?;
-        Ok(answered)
+        if answered || !self.is_fenced {
+            return Ok(answered);
+        }
+        self.send(&LssRequest::IdentifyUnconfigured.frame())?;
+        let until = self.link.now() + self.times.response;
+        let is_over = self.wait_for(until, |frame| {
+            answered |= response(frame) == Some(LssResponse::Identified);
+            response(frame) == Some(LssResponse::Unconfigured)
+        })?;
+        if is_over { Ok(answered) } else { Err(self.lost_answer(&LssError::NoAnswer)) }
     }
 
     fn lost_answer(&self, error: &LssError) -> Failure {
+        let Times { response, step } = self.times;
         Failure::new(error).help(format_args!(
-            "a response was lost, or came later than {} ms: try again with --step {}",
-            in_milliseconds(self.times.step),
-            in_milliseconds(self.times.step.times(4))
+            "a response was lost or came too late: try again with --step {} --wait {}",
+            in_milliseconds(step.times(4)),
+            in_milliseconds(response.times(4))
         ))
     }
 }

@@ -5,7 +5,7 @@ use lexican_runtime::host::{Link, Pump, StateMachine};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::lss_manager::{Busy, Event, LssError, LssManager};
 use lexican_runtime::wire::heartbeat::ErrorControl;
-use lexican_runtime::wire::lss::{self, Identity, LssResponse, LssState, Part};
+use lexican_runtime::wire::lss::{self, Identity, LssRequest, LssResponse, LssState, Part};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtMessage, NmtState};
 use lexican_runtime::wire::sdo::ClientRequest;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId, cia301};
@@ -58,6 +58,8 @@ pub(super) struct Session<L> {
     pub(super) times: Times,
     /// All devices are selected, so that all of them respond.
     selects_all: bool,
+    /// The devices answer requests for devices without node-ID, which shows that all requests before were answered.
+    pub(super) is_fenced: bool,
     /// The devices may have another bit rate than the link.
     is_over: bool,
 }
@@ -69,7 +71,8 @@ impl<L: Link> Session<L> {
         times: Times,
         work: impl FnOnce(&mut Session<L>) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        let mut session = Session { link, pump: Pump::new(), times, selects_all: false, is_over: false };
+        let mut session =
+            Session { link, pump: Pump::new(), times, selects_all: false, is_fenced: false, is_over: false };
         session.listen_to(&[lss::RESPONSE])?;
         session.deselect()?;
         let outcome = work(&mut session);
@@ -305,7 +308,8 @@ impl StateMachine for Operation<'_> {
     }
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         let request = self.manager.poll_transmit(now)?;
-        self.progress.inc(1);
+        let is_step = matches!(LssRequest::parse(request.data()), Some(LssRequest::Fastscan { .. }));
+        self.progress.inc(u64::from(is_step));
         Some(request)
     }
     fn poll_timeout(&self) -> Option<Instant> {

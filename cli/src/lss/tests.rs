@@ -11,6 +11,7 @@ use lexican_runtime::wire::lss::LssRequest;
 use lexican_runtime::wire::lss::{self, Identity, LssResponse, LssState, Part};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
 use crate::bus::testing::Flood;
@@ -31,7 +32,8 @@ struct Bare {
     knows_fastscan: bool,
     /// How long it takes to respond.
     slowness: Duration,
-    answers_at: Option<Instant>,
+    /// Its responses, and when it sends them.
+    responses: VecDeque<(Instant, Frame)>,
 }
 
 #[derive(Default)]
@@ -54,17 +56,18 @@ impl Node for Bare {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         if self.knows_fastscan || frame.data().first() != Some(&0x51) {
             self.lss.handle_frame(now, frame, &mut self.host);
-            self.answers_at = Some(now + self.slowness);
+            self.responses.extend(self.lss.poll_transmit(now).map(|response| (now + self.slowness, response)));
         }
     }
-    fn handle_timeout(&mut self, _: Instant) {
-        self.answers_at = None;
-    }
+    fn handle_timeout(&mut self, _: Instant) {}
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        if self.answers_at.is_none() { self.lss.poll_transmit(now) } else { None }
+        if self.responses.front()?.0 > now {
+            return None;
+        }
+        self.responses.pop_front().map(|(_, response)| response)
     }
     fn poll_timeout(&self) -> Option<Instant> {
-        self.answers_at
+        self.responses.front().map(|(at, _)| *at)
     }
 }
 
@@ -74,7 +77,7 @@ fn bus(devices: &[(u32, u8)]) -> (VirtualBus, Vec<Arc<Mutex<Bare>>>) {
     let bare = |&(serial, node): &(u32, u8)| {
         let lss = LssDevice::new(identity(serial), NodeId::new(node));
         let (host, slowness) = (Host::default(), Duration::ZERO);
-        Arc::new(Mutex::new(Bare { lss, host, knows_fastscan: true, slowness, answers_at: None }))
+        Arc::new(Mutex::new(Bare { lss, host, knows_fastscan: true, slowness, responses: VecDeque::new() }))
     };
     let devices: Vec<_> = devices.iter().map(bare).collect();
     devices.iter().for_each(|device| bus.attach(Arc::clone(device)));
@@ -112,7 +115,8 @@ fn all_devices_without_node_id_are_found_again_and_again() {
 struct Stubborn {
     identity: Identity,
     part: Part,
-    answers: bool,
+    is_selected: bool,
+    answer: Option<LssResponse>,
 }
 
 impl Node for Stubborn {
@@ -121,14 +125,20 @@ impl Node for Stubborn {
             return;
         }
         match LssRequest::parse(frame.data()) {
-            Some(LssRequest::Fastscan { bits_left: 0x80, .. }) => {
-                (self.part, self.answers) = (Part::Vendor, true);
+            Some(LssRequest::SwitchGlobal(state)) => self.is_selected = state == LssState::Configuration,
+            Some(LssRequest::Inquire(part)) if self.is_selected => {
+                self.answer = Some(LssResponse::Inquired(part, self.identity.part(part)));
             }
-            Some(LssRequest::Fastscan { value, bits_left, part, next }) => {
-                let is_mine = part == self.part && (value ^ self.identity.part(part)) >> bits_left == 0;
-                self.answers |= is_mine;
-                if is_mine && bits_left == 0 {
+            Some(LssRequest::Fastscan { bits_left: 0x80, .. }) => {
+                (self.part, self.answer) = (Part::Vendor, Some(LssResponse::Identified));
+            }
+            Some(LssRequest::Fastscan { value, bits_left, part, next })
+                if part == self.part && (value ^ self.identity.part(part)) >> bits_left == 0 =>
+            {
+                self.answer = Some(LssResponse::Identified);
+                if bits_left == 0 {
                     self.part = next;
+                    self.is_selected |= next < part;
                 }
             }
             _ => {}
@@ -136,7 +146,7 @@ impl Node for Stubborn {
     }
     fn handle_timeout(&mut self, _: Instant) {}
     fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        std::mem::take(&mut self.answers).then(|| LssResponse::Identified.frame())
+        Some(self.answer.take()?.frame())
     }
     fn poll_timeout(&self) -> Option<Instant> {
         None
@@ -145,7 +155,7 @@ impl Node for Stubborn {
 
 #[test]
 fn devices_that_respond_to_every_search_do_not_hide_others() {
-    let stubborn = |serial| Stubborn { identity: identity(serial), part: Part::Vendor, answers: false };
+    let stubborn = |identity| Stubborn { identity, part: Part::Vendor, is_selected: false, answer: None };
     for (stubborn_ones, others) in [
         (&[5][..], &[][..]),
         (&[5], &[0, 7, 0x8000_0000]),
@@ -153,9 +163,9 @@ fn devices_that_respond_to_every_search_do_not_hide_others() {
         (&[u32::MAX], &[u32::MAX - 1]),
     ] {
         let (bus, _) = bus(&others.iter().map(|serial| (*serial, 0)).collect::<Vec<_>>());
-        stubborn_ones.iter().for_each(|serial| bus.attach(stubborn(*serial)));
+        stubborn_ones.iter().for_each(|serial| bus.attach(stubborn(identity(*serial))));
         let another_vendor = Identity { vendor: 7, ..identity(5) };
-        bus.attach(Stubborn { identity: another_vendor, part: Part::Vendor, answers: false });
+        bus.attach(stubborn(another_vendor));
         let mut found = work(&bus, |session| super::find::all(session, |_| Ok(true), |_| Ok(()))).unwrap();
         found.sort_by_key(|identity| (identity.vendor, identity.serial));
         let serials = stubborn_ones.iter().chain(others).map(|serial| identity(*serial));
@@ -200,6 +210,19 @@ fn a_lost_response_of_a_scan_has_advice() {
         if frame.id() == lss::RESPONSE && answers == 20 { Fate::Lose } else { Fate::Deliver }
     });
     fails(work(&bus, Session::fastscan), "which no device confirms", "--step 100");
+}
+
+#[test]
+fn a_device_is_found_though_it_responds_later_than_a_step_lasts() {
+    for known in [&[][..], &[identity(5)]] {
+        let (bus, devices) = bus(&[(42, 0)]);
+        devices[0].lock().unwrap().slowness = Duration::from_millis(260);
+        let found = work(&bus, |session| match known {
+            [] => session.fastscan(),
+            known => session.fastscan_beside(known),
+        });
+        assert_eq!(found.unwrap(), Some(identity(42)));
+    }
 }
 
 #[test]

@@ -43,7 +43,7 @@ pub enum LssError {
         /// The device's own error code, when `error` is 255.
         specific: u8,
     },
-    /// A scan found bits that no device has: several answered in turn, or an answer got lost.
+    /// A scan found bits that no device has: answers were late or got lost. A device may be selected all the same.
     #[error("the scan for {part:?} ended with {value:08X}h, which no device confirms")]
     ScanFailed {
         /// The part.
@@ -115,17 +115,26 @@ impl Range {
     }
 }
 
+/// A search for one device without node-ID.
+///
+/// An answer does not show to which step it belongs, and one that is late would count for the step after it. So a step
+/// that is not answered in its time is over only when the devices have answered a request that comes after it, and in
+/// other words: [`LssRequest::IdentifyUnconfigured`]. With several devices, or one that does not know this request,
+/// an answer may still be too late. Therefore what was found counts when it is read back.
 #[derive(Clone, Copy, Debug)]
 struct Scan {
     found: Identity,
     part: Part,
     at: ScanStep,
-    /// A device has answered this step. Others may answer until its time is over, and an answer does not
-    /// show to which step it belongs.
+    /// A device has answered this step. Others may answer until its time is over.
     answered: bool,
+    /// The devices answer requests for devices without node-ID.
+    is_fenced: bool,
+    /// The time of the step is over, and the devices are asked whether they have no node-ID.
+    at_fence: bool,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum ScanStep {
     /// Is there any device?
     Begin,
@@ -133,21 +142,64 @@ enum ScanStep {
     Bit(u8),
     /// Is this the whole number?
     Confirm,
+    /// Does the device that was found have this number?
+    ReadBack,
 }
 
 impl Scan {
+    const fn new() -> Self {
+        let found = Identity { vendor: 0, product: 0, revision: 0, serial: 0 };
+        let (part, at) = (Part::Vendor, ScanStep::Begin);
+        Scan { found, part, at, answered: false, is_fenced: false, at_fence: false }
+    }
+
     fn request(&self) -> LssRequest {
+        if self.at_fence {
+            return LssRequest::IdentifyUnconfigured;
+        }
         let (bits_left, next) = match self.at {
             ScanStep::Begin => (0x80, Part::Vendor),
             ScanStep::Bit(bit) => (bit, self.part),
             ScanStep::Confirm => (0, self.part.next()),
+            ScanStep::ReadBack => return LssRequest::Inquire(self.part),
         };
         LssRequest::Fastscan { value: self.found.part(self.part), bits_left, part: self.part, next }
     }
 
-    /// The scan after the time of a step; or its end.
+    /// The scan after a response, and whether it goes on at once.
+    fn hear(mut self, response: LssResponse) -> (Scan, bool) {
+        match response {
+            LssResponse::Identified => self.answered = true,
+            LssResponse::Unconfigured if self.at_fence => {
+                self.is_fenced = true;
+                return (self, true);
+            }
+            // Devices that were found before answer as well.
+            LssResponse::Inquired(part, value) if self.at == ScanStep::ReadBack => {
+                return (self, part == self.part && value == self.found.part(part));
+            }
+            _ => {}
+        }
+        (self, false)
+    }
+
+    /// The scan after the time for a response; or its end.
+    fn time_out(mut self) -> Result<Scan, Event> {
+        let is_first = self.at == ScanStep::Begin;
+        if self.at == ScanStep::ReadBack || self.at_fence && !is_first {
+            return Err(self.failed());
+        }
+        if !self.at_fence && (is_first || self.is_fenced && !self.answered) {
+            self.at_fence = true;
+            return Ok(self);
+        }
+        self.advance()
+    }
+
+    /// The scan after a step; or its end.
     fn advance(mut self) -> Result<Scan, Event> {
         let answered = core::mem::take(&mut self.answered);
+        self.at_fence = false;
         match self.at {
             ScanStep::Begin if !answered => return Err(Event::Failed(LssError::NoAnswer)),
             ScanStep::Begin => self.at = ScanStep::Bit(31),
@@ -158,17 +210,19 @@ impl Scan {
                 }
                 self.at = bit.checked_sub(1).map_or(ScanStep::Confirm, ScanStep::Bit);
             }
-            ScanStep::Confirm if !answered => {
-                let value = self.found.part(self.part);
-                return Err(Event::Failed(LssError::ScanFailed { part: self.part, value }));
-            }
-            ScanStep::Confirm if self.part == Part::Serial => return Err(Event::Found(self.found)),
+            ScanStep::Confirm if !answered => return Err(self.failed()),
             ScanStep::Confirm => {
+                self.at = if self.part == Part::Serial { ScanStep::ReadBack } else { ScanStep::Bit(31) };
                 self.part = self.part.next();
-                self.at = ScanStep::Bit(31);
             }
+            ScanStep::ReadBack if self.part == Part::Serial => return Err(Event::Found(self.found)),
+            ScanStep::ReadBack => self.part = self.part.next(),
         }
         Ok(self)
+    }
+
+    const fn failed(&self) -> Event {
+        Event::Failed(LssError::ScanFailed { part: self.part, value: self.found.part(self.part) })
     }
 }
 
@@ -233,14 +287,13 @@ impl LssManager {
         self.begin(State::Ask(LssRequest::IdentifyUnconfigured))
     }
 
-    /// Finds one device without node-ID: [`Event::Found`].
+    /// Finds one device without node-ID: [`Event::Found`], when it has reported the identity that was found.
     ///
     /// # Errors
     ///
     /// [`Busy`].
     pub fn fastscan(&mut self) -> Result<(), Busy> {
-        let found = Identity::default();
-        self.begin(State::Scan(Scan { found, part: Part::Vendor, at: ScanStep::Begin, answered: false }))
+        self.begin(State::Scan(Scan::new()))
     }
 
     /// Gives the selected device a node-ID, or takes it away: [`Event::Done`].
@@ -316,16 +369,17 @@ impl LssManager {
             State::Ask(request) => self.end(answer(request, response)?),
             State::Select { .. } if response == LssResponse::Selected => self.end(Event::Selected),
             State::Identify { .. } if response == LssResponse::Identified => self.end(Event::Identified),
-            State::Scan(scan) if response == LssResponse::Identified => {
-                self.state = State::Scan(Scan { answered: true, ..scan });
-                None
+            State::Scan(scan) => {
+                let (scan, is_over) = scan.hear(response);
+                self.state = State::Scan(scan);
+                if is_over { self.scan_on(scan.advance()) } else { None }
             }
             _ => None,
         }
     }
 
-    fn scan_on(&mut self, scan: Scan) -> Option<Event> {
-        match scan.advance() {
+    fn scan_on(&mut self, scan: Result<Scan, Event>) -> Option<Event> {
+        match scan {
             Ok(scan) => {
                 self.state = State::Scan(scan);
                 self.unsent = true;
@@ -346,7 +400,7 @@ impl LssManager {
             return None;
         }
         match self.state {
-            State::Scan(scan) => self.scan_on(scan),
+            State::Scan(scan) => self.scan_on(scan.time_out()),
             _ => self.end(Event::Failed(LssError::NoAnswer)),
         }
     }
@@ -356,8 +410,6 @@ impl LssManager {
         if !core::mem::take(&mut self.unsent) {
             return None;
         }
-        let timeout = if matches!(self.state, State::Scan(_)) { self.scan_timeout } else { self.timeout };
-        self.deadline = now + timeout;
         let request = match self.state {
             State::Idle => return None,
             State::Command(request) => {
@@ -378,6 +430,8 @@ impl LssManager {
             }
             State::Scan(scan) => scan.request(),
         };
+        let is_step = matches!(request, LssRequest::Fastscan { .. });
+        self.deadline = now + if is_step { self.scan_timeout } else { self.timeout };
         Some(request.frame())
     }
 
@@ -483,6 +537,47 @@ mod tests {
         }
     }
 
+    /// Runs a scan with devices that take their time: of each request, device `n` answers `lag(n)` ms after it has come and
+    /// after the answers to those before it. Not all devices know the request for devices without node-ID: CANopenNode does not.
+    fn scan_slow_devices(
+        devices: &[LssDevice],
+        mut lag: impl FnMut(usize) -> u64,
+        knows_unconfigured: bool,
+    ) -> Option<Event> {
+        let (mut host, mut now) = (Host::default(), Instant::ZERO);
+        let mut manager = LssManager::new().with_timeouts(Duration::from_millis(1000), Duration::from_millis(20));
+        let mut devices: Vec<_> = devices.iter().map(|device| (*device, Vec::<(Instant, Frame)>::new())).collect();
+        manager.fastscan().unwrap();
+        loop {
+            while let Some(request) = manager.poll_transmit(now) {
+                let is_known = knows_unconfigured || request != LssRequest::IdentifyUnconfigured.frame();
+                for (number, (device, answers)) in devices.iter_mut().enumerate().filter(|_| is_known) {
+                    device.handle_frame(now, &request, &mut host);
+                    let before = answers.last().map_or(now, |&(at, _)| at.max(now));
+                    let at = before + Duration::from_millis(lag(number));
+                    answers.extend(device.poll_transmit(now).map(|answer| (at, answer)));
+                }
+            }
+            let next =
+                devices.iter().enumerate().filter_map(|(number, (_, answers))| Some((answers.first()?.0, number)));
+            let deadline = manager.poll_timeout().unwrap();
+            let event = match next.min() {
+                Some((at, number)) if at <= deadline => {
+                    now = at;
+                    let (_, answer) = devices[number].1.remove(0);
+                    manager.handle_frame(now, &answer)
+                }
+                _ => {
+                    now = deadline;
+                    manager.handle_timeout(now)
+                }
+            };
+            if event.is_some() {
+                return event;
+            }
+        }
+    }
+
     const IDENTITY: Identity = Identity { vendor: 0x195, product: 3, revision: 0x0001_0002, serial: 0x8000_0001 };
     const NODE: NodeId = NodeId::literal(5);
 
@@ -545,10 +640,25 @@ mod tests {
             assert_eq!(manager.poll_transmit(at(ms)), None);
         }
         assert_eq!((manager.poll_timeout(), manager.handle_timeout(at(20))), (Some(at(20)), None));
-        assert!(manager.poll_transmit(at(20)).is_some());
-        assert_eq!(manager.handle_timeout(at(40)), None);
+        assert_eq!(manager.poll_transmit(at(20)), Some(LssRequest::IdentifyUnconfigured.frame()));
+        assert_eq!((manager.poll_timeout(), manager.handle_timeout(at(120))), (Some(at(120)), None));
+        assert!(manager.poll_transmit(at(120)).is_some());
+        assert_eq!(manager.handle_timeout(at(140)), None);
         let State::Scan(scan) = manager.state else { panic!() };
         assert_eq!(scan.found.vendor, 1 << 31, "no device has bit 31 as 0");
+    }
+
+    #[test]
+    fn a_late_answer_to_the_last_bit_does_not_confirm_it() {
+        // Bit 0 of the serial number is step 132 of 133.
+        let (mut step, even) = (0, Identity { serial: 2, ..IDENTITY });
+        let lag = |_| {
+            step += 1;
+            if step == 132 { 25 } else { 1 }
+        };
+        let event = scan_slow_devices(&[LssDevice::new(even, None)], lag, false);
+        // The device was not selected by this identity, and reports nothing.
+        assert_eq!(event, Some(Event::Failed(LssError::ScanFailed { part: Part::Vendor, value: 0x195 })));
     }
 
     #[test]
@@ -579,6 +689,32 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn a_late_answer_in_a_scan_is_waited_for(lags in prop::collection::vec(0_u64..300, 1..200)) {
+            let mut lags = lags.iter().copied().cycle();
+            let device = LssDevice::new(IDENTITY, None);
+            let event = scan_slow_devices(&[device], |_| lags.next().unwrap(), true);
+            prop_assert_eq!(event, Some(Event::Found(IDENTITY)));
+        }
+
+        #[test]
+        fn no_late_answers_make_a_scan_find_what_does_not_exist(
+            serials in prop::collection::vec(any::<u32>(), 1..4),
+            lags in prop::collection::vec(0_u64..70, 1..200),
+            knows_unconfigured: bool,
+        ) {
+            let mut lags = lags.iter().copied().cycle();
+            let devices: Vec<_> =
+                serials.iter().map(|&serial| LssDevice::new(Identity { serial, ..IDENTITY }, None)).collect();
+            match scan_slow_devices(&devices, |_| lags.next().unwrap(), knows_unconfigured) {
+                Some(Event::Found(found)) => {
+                    prop_assert!(serials.contains(&found.serial));
+                    prop_assert_eq!(Identity { serial: 0, ..found }, Identity { serial: 0, ..IDENTITY });
+                }
+                event => prop_assert!(matches!(event, Some(Event::Failed(_)))),
+            }
+        }
+
         #[test]
         fn a_scan_finds_one_of_the_devices(
             identities in prop::collection::vec(any::<[u32; 4]>(), 1..4)
