@@ -2,6 +2,8 @@
 
 use std::fmt::{self, Display};
 
+use lexican_runtime::NodeId;
+
 use crate::hazard::Hazard;
 use crate::tester::Tester;
 
@@ -14,8 +16,37 @@ pub enum Verdict {
     NotAllowed(Hazard),
     /// The device does something else.
     Failed(String),
-    /// The case was not finished: it was cancelled, or the bus is gone.
-    Unfinished(String),
+    /// The case was not finished: it was [cancelled](Ended::Cancelled), or the [bus is gone](Ended::BusLost).
+    Unfinished(Ended),
+}
+
+/// Why a test, or a case of it, ended early.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// By this data sheet no device can be tested: what the linter finds in it.
+    Unfit(String),
+    /// The device does not answer, or not any more.
+    Silent(NodeId),
+    /// A case failed, and the test was to end [then](crate::Settings::fail_fast).
+    AtFailure,
+    /// The test was cancelled.
+    Cancelled,
+    /// The bus was lost, and not back in [time](crate::Settings::bus): what the link says.
+    BusLost(String),
+}
+
+impl Display for Ended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Ended::Unfit(findings) => write!(f, "by this data sheet no device can be tested:\n{findings}"),
+            Ended::Silent(node) => {
+                write!(f, "node {node} does not answer: is it switched on, and is the bit rate right?")
+            }
+            Ended::AtFailure => f.write_str("a case failed, and the test was to end then"),
+            Ended::Cancelled => f.write_str("it was cancelled"),
+            Ended::BusLost(why) => write!(f, "the bus was lost: {why}"),
+        }
+    }
 }
 
 /// The result of a case, or of a step of it.
@@ -87,7 +118,8 @@ impl Verdict {
     #[must_use]
     pub fn reason(&self) -> String {
         match self {
-            Verdict::NotApplicable(why) | Verdict::Failed(why) | Verdict::Unfinished(why) => why.clone(),
+            Verdict::NotApplicable(why) | Verdict::Failed(why) => why.clone(),
+            Verdict::Unfinished(ended) => ended.to_string(),
             Verdict::NotAllowed(hazard) => format!("it {}, which needs `--allow {}`", hazard.what(), hazard.name()),
         }
     }

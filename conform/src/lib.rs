@@ -13,7 +13,7 @@ mod sdo;
 mod suite;
 mod tester;
 
-pub use case::{Case, Level, Outcome, Verdict};
+pub use case::{Case, Ended, Level, Outcome, Verdict};
 pub use cases::{cases, profile_cases};
 pub use hazard::Hazard;
 pub use report::{About, Document, Tally};

@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_eds::model::Entry;
 use lexican_runtime::host::Link;
-use lexican_runtime::wire::nmt::NmtCommand;
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId, Duration};
 
-use crate::case::{Case, Outcome, Verdict};
+use crate::case::{Case, Ended, Level, Outcome, Verdict};
 use crate::tester::{Record, Settings, Sheet, Tester};
 
 /// For how long others on the bus are listened to before the test.
@@ -25,7 +25,7 @@ pub struct CaseReport {
     pub took: Duration,
     /// Its frames.
     pub frames: Vec<Record>,
-    /// What has happened beside it: the device was away and the case was run again, or something could not be put back.
+    /// What has happened beside it: the case was run again and why, or something could not be put back yet.
     pub notes: Vec<String>,
 }
 
@@ -35,7 +35,9 @@ pub struct Report {
     /// The cases that were run, in their order.
     pub cases: Vec<CaseReport>,
     /// Why the test ended before its last case.
-    pub ended_early: Option<String>,
+    pub ended_early: Option<Ended>,
+    /// What is not as it was before the test, or not known to be: a sentence for each entry.
+    pub not_put_back: Vec<String>,
 }
 
 /// Follows a test while it runs.
@@ -64,30 +66,31 @@ pub fn run(
 ) -> Report {
     let mut report = Report::default();
     if sheet.is_unfit {
-        report.ended_early = Some(format!("by this data sheet no device can be tested:\n{}", sheet.findings));
+        report.ended_early = Some(Ended::Unfit(sheet.findings.clone()));
         return report;
     }
-    let mut suite = Suite { tester: Tester::new(link, sheet, settings, cancelled), cancelled, before: BTreeMap::new() };
-    if let Err(verdict) = suite.prepare() {
-        report.ended_early = Some(verdict.to_string());
-        return report;
-    }
+    let tester = Tester::new(link, sheet, settings, cancelled);
+    let mut suite = Suite { tester, cancelled, before: BTreeMap::new(), changed: BTreeSet::new(), stores: false };
+    report.ended_early = suite.prepare().err();
     for (number, case) in (1..).zip(cases) {
-        observer.begins(number, cases.len(), case);
-        let ended = suite.run(case);
-        observer.ended(&ended);
-        let unfinished = match &ended.outcome {
-            Err(unfinished @ Verdict::Unfinished(_)) => Some(unfinished.to_string()),
-            _ => None,
-        };
-        report.cases.push(ended);
-        if unfinished.is_some() {
-            report.ended_early = unfinished;
+        if report.ended_early.is_none() && cancelled.load(Ordering::Relaxed) {
+            report.ended_early = Some(Ended::Cancelled);
+        }
+        if report.ended_early.is_some() {
             break;
         }
+        observer.begins(number, cases.len(), case);
+        let (ended, end) = suite.run(case);
+        observer.ended(&ended);
+        report.ended_early = end;
+        report.cases.push(ended);
     }
+    report.not_put_back = suite.put_back();
     report
 }
+
+/// How long a step may take that is no case.
+const STEP: Duration = Duration::from_secs(120);
 
 /// From the communication parameter of a PDO to its mapping.
 const MAPPING: u16 = 0x200;
@@ -98,26 +101,46 @@ const NOT_VALID: u32 = 1 << 31;
 /// Written by the cases, and what was there before.
 type Before = BTreeMap<(u16, u8), Vec<u8>>;
 
+/// How often a lost bus is tried.
+const RETRY: Duration = Duration::from_millis(50);
+
+/// Whether the device answers.
+enum Presence {
+    Here,
+    /// Not at first.
+    Back,
+    Gone(Ended),
+}
+
 struct Suite<'a> {
     tester: Tester<'a>,
     cancelled: &'a AtomicBool,
     before: Before,
+    /// What cases have written, and is not known to be as it was before.
+    changed: BTreeSet<(u16, u8)>,
+    /// A case has stored parameters.
+    stores: bool,
 }
 
 impl Suite<'_> {
     /// Looks at what the cases might change, while nothing has been changed.
-    fn prepare(&mut self) -> Outcome {
-        let heard = self.tester.hear(OTHERS)?;
-        if self.tester.upload(0x1000, 0).is_err() {
-            let node = self.tester.node;
-            return Err(Verdict::Unfinished(format!(
-                "node {node} does not answer: is it switched on, and is the bit rate right?"
-            )));
+    fn prepare(&mut self) -> Result<(), Ended> {
+        self.tester.limit(OTHERS + STEP);
+        let heard = match self.tester.hear(OTHERS) {
+            Ok(heard) => heard,
+            Err(Verdict::Unfinished(ended)) => return Err(ended),
+            Err(_) => Vec::new(),
+        };
+        match self.tester.upload(0x1000, 0) {
+            Ok(_) => {}
+            Err(Verdict::Unfinished(ended)) => return Err(ended),
+            Err(_) => return Err(Ended::Silent(self.tester.node)),
         }
         // The error history is what happened, and nothing to be put back.
         let kept = |entry: &Entry| entry.access.readable() && entry.access.writable() && entry.index != 0x1003;
         let writable = self.tester.entries(kept);
         for entry in writable {
+            self.tester.limit(STEP);
             // What a device does not let be read, a case will say.
             if let Ok(Ok(bytes)) = self.tester.upload(entry.index, entry.sub) {
                 self.before.insert((entry.index, entry.sub), bytes);
@@ -141,67 +164,138 @@ impl Suite<'_> {
         predefined.chain(given.map(CobId::from_parameter)).collect()
     }
 
-    fn run(&mut self, case: &'static Case) -> CaseReport {
+    /// Runs a case, again if it may have failed without the device being wrong; and why the test ends with it.
+    fn run(&mut self, case: &'static Case) -> (CaseReport, Option<Ended>) {
         let begun = self.tester.now();
         let mut notes = Vec::new();
-        let mut outcome = self.tester.run(case);
-        let mut frames = self.tester.frames().to_vec();
-        let mut written = self.tester.written();
-        if matches!(outcome, Err(Verdict::Failed(_))) && self.was_away() {
-            notes.push("the device was away, and the case was run again".to_owned());
-            outcome = self.tester.run(case);
-            frames = self.tester.frames().to_vec();
-            written.extend(self.tester.written());
-        }
-        let took = self.tester.now().since(begun);
-        // Also after Ctrl-C.
-        let cancelled = self.cancelled.swap(false, Ordering::Relaxed);
-        notes.extend(self.put_back(&written));
-        self.cancelled.fetch_or(cancelled, Ordering::Relaxed);
-        CaseReport { case, outcome, took, frames, notes }
-    }
-
-    /// Whether the device did not answer any more, and does so again in the time that it may take to boot.
-    fn was_away(&mut self) -> bool {
-        let until = self.tester.now() + self.tester.settings.boot;
-        let mut silent = false;
-        while self.tester.now() < until {
-            if self.tester.upload(0x1000, 0).is_ok() {
-                return silent;
+        let mut outcome = self.once(case);
+        let mut end = None;
+        let repeats = match &outcome {
+            Err(Verdict::Failed(_)) => {
+                match (self.tester.disturbance(), self.looks_for_device(self.tester.settings.boot)) {
+                    (_, Presence::Gone(gone)) => {
+                        end = Some(gone);
+                        None
+                    }
+                    (Some(disturbance), _) => Some(disturbance),
+                    (None, Presence::Back) => Some("the device was away".to_owned()),
+                    (None, Presence::Here) => None,
+                }
             }
-            silent = true;
+            Err(Verdict::Unfinished(Ended::BusLost(why))) => {
+                let lost = format!("the bus was lost ({why})");
+                match self.looks_for_device(self.tester.settings.bus) {
+                    Presence::Gone(_) => None,
+                    Presence::Here | Presence::Back => Some(lost),
+                }
+            }
+            _ => {
+                notes.extend(self.tester.disturbance());
+                None
+            }
+        };
+        if let Some(why) = repeats {
+            notes.push(format!("{why}, and the case was run again"));
+            outcome = self.once(case);
         }
-        false
+        let frames = self.tester.frames().to_vec();
+        let took = self.tester.now().since(begun);
+        let settings = self.tester.settings;
+        match &outcome {
+            Err(Verdict::Unfinished(ended)) => end = Some(ended.clone()),
+            Err(Verdict::Failed(_)) if end.is_none() => {
+                let counts =
+                    settings.fail_fast.is_some_and(|level| level == Level::Should || case.level == Level::Must);
+                end = counts.then_some(Ended::AtFailure);
+            }
+            _ => {}
+        }
+        // The report of the whole test says what stays as it is.
+        notes.extend(self.put_back());
+        (CaseReport { case, outcome, took, frames, notes }, end)
     }
 
-    /// Brings back what was there before the test, if a reset does not: a sentence for each entry that stays different.
-    fn put_back(&mut self, written: &[(u16, u8)]) -> Vec<String> {
-        let stores = written.iter().any(|&(index, _)| index == 0x1010);
-        if written.is_empty() || self.tester.reset(NmtCommand::ResetNode).is_err() {
+    fn once(&mut self, case: &'static Case) -> Outcome {
+        let outcome = self.tester.run(case);
+        let written = self.tester.written();
+        self.stores |= written.iter().any(|&(index, _)| index == 0x1010);
+        // What was not known before is nothing to be put back.
+        self.changed.extend(written.into_iter().filter(|at| self.before.contains_key(at)));
+        outcome
+    }
+
+    /// Whether the device answers, and if not, whether it does so again within some time.
+    fn looks_for_device(&mut self, within: Duration) -> Presence {
+        let (until, mut presence) = (self.tester.now() + within, Presence::Here);
+        // In STOPPED it does not answer, and is there.
+        let mut wakes = Some(NmtCommand::EnterPreOperational);
+        loop {
+            self.tester.limit(STEP);
+            let asked = wakes.take().map_or(Ok(()), |command| self.tester.nmt(command));
+            match asked.and_then(|()| self.tester.upload(0x1000, 0)) {
+                Ok(_) => return presence,
+                Err(Verdict::Unfinished(Ended::BusLost(_))) if self.tester.wait(RETRY) => {}
+                Err(Verdict::Unfinished(ended)) => return Presence::Gone(ended),
+                Err(_) => {}
+            }
+            if self.tester.now() >= until {
+                break;
+            }
+            presence = Presence::Back;
+        }
+        // What no longer serves SDO may still obey a reset.
+        match self.tester.reset(NmtCommand::ResetNode).and_then(|()| self.tester.upload(0x1000, 0)) {
+            Ok(_) => Presence::Here,
+            Err(Verdict::Unfinished(ended)) => Presence::Gone(ended),
+            Err(_) => Presence::Gone(Ended::Silent(self.tester.node)),
+        }
+    }
+
+    /// Brings back what was there before the test, if a reset does not, also after Ctrl-C: a sentence for each entry that is
+    /// not known to be as it was.
+    fn put_back(&mut self) -> Vec<String> {
+        if self.changed.is_empty() {
             return Vec::new();
         }
-        let mut changed: Vec<_> = written.iter().copied().filter(|&at| self.differs(at)).collect();
+        let cancelled = self.cancelled.swap(false, Ordering::Relaxed);
+        self.tester.limit(STEP);
+        let reset = self.tester.reset(NmtCommand::ResetNode);
+        // In STOPPED, what does not obey a reset serves no SDO.
+        if reset.and_then(|()| self.tester.enter(NmtState::PreOperational)).is_ok() {
+            self.restore();
+        }
+        self.cancelled.fetch_or(cancelled, Ordering::Relaxed);
+        let was = |&(index, sub): &(u16, u8)| {
+            format!("{index:04X}:{sub:02X} could not be put back to {:02X?}", self.before[&(index, sub)])
+        };
+        self.changed.iter().map(was).collect()
+    }
+
+    fn restore(&mut self) {
+        self.keep_what_differs();
         // A PDO is changed while it does not exist, and its mapping while it has no entries.
-        let pdos: BTreeSet<u16> = changed.iter().filter_map(|&(index, _)| pdo_parameter(index)).collect();
+        let pdos: BTreeSet<u16> = self.changed.iter().filter_map(|&(index, _)| pdo_parameter(index)).collect();
         let frames: Vec<_> = pdos.iter().flat_map(|&index| [(index + MAPPING, 0), (index, 1)]).collect();
         for &index in &pdos {
             let _ = self.tester.try_write(index, 1, self.number(index, 1) | NOT_VALID);
             let _ = self.tester.try_write(index + MAPPING, 0, 0);
         }
-        changed.retain(|at| !frames.contains(at));
-        changed.extend(frames);
-        for &at in &changed {
+        let mut order: Vec<_> = self.changed.iter().copied().filter(|at| !frames.contains(at)).collect();
+        order.extend(frames);
+        for &at in &order {
             self.write_back(at);
         }
-        if stores && !changed.is_empty() {
+        if self.stores && !order.is_empty() {
             // What has been stored comes back with each reset.
             let _ = self.tester.try_write(0x1010, 1, u32::from_le_bytes(*b"save"));
         }
-        changed.retain(|&at| self.differs(at));
-        let was = |&(index, sub): &(u16, u8)| {
-            format!("{index:04X}:{sub:02X} could not be put back to {:02X?}", self.before[&(index, sub)])
-        };
-        changed.iter().map(was).collect()
+        self.changed.extend(order);
+        self.keep_what_differs();
+    }
+
+    fn keep_what_differs(&mut self) {
+        let written = std::mem::take(&mut self.changed);
+        self.changed = written.into_iter().filter(|&at| self.differs(at)).collect();
     }
 
     fn number(&self, index: u16, sub: u8) -> u32 {
@@ -211,7 +305,7 @@ impl Suite<'_> {
 
     fn differs(&mut self, at: (u16, u8)) -> bool {
         let Some(before) = self.before.get(&at) else { return false };
-        matches!(self.tester.upload(at.0, at.1), Ok(Ok(now)) if now != *before)
+        !matches!(self.tester.upload(at.0, at.1), Ok(Ok(now)) if now == *before)
     }
 
     fn write_back(&mut self, at: (u16, u8)) {

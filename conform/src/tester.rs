@@ -2,16 +2,17 @@
 //! node-ID, and what makes it do the things that no CANopen service can ask for.
 
 use std::collections::BTreeSet;
+use std::mem;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_eds::model::{Device, Entry, Value};
 use lexican_eds::types::DataType;
 use lexican_eds::{Diagnostics, Input, Severity, load};
-use lexican_runtime::host::Link;
+use lexican_runtime::host::{Incoming, Link, LinkError};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-use crate::case::{Case, Outcome, Verdict, ensure, failed, not_applicable};
+use crate::case::{Case, Ended, Level, Outcome, Verdict, ensure, failed, not_applicable};
 use crate::hazard::Hazard;
 
 /// For how long the tester listens for what is to come at once.
@@ -37,6 +38,10 @@ pub struct Settings {
     pub boot: Duration,
     /// How long one case may take.
     pub case: Duration,
+    /// How long a bus is waited for that was lost.
+    pub bus: Duration,
+    /// The test ends with the first case that fails: of what is required, or also of what is recommended.
+    pub fail_fast: Option<Level>,
     /// What makes the device do what no service can ask for.
     pub stimuli: Stimuli,
 }
@@ -51,6 +56,8 @@ impl Settings {
             answer: Duration::from_millis(500),
             boot: Duration::from_secs(5),
             case: Duration::from_secs(120),
+            bus: Duration::from_secs(30),
+            fail_fast: None,
             stimuli: Stimuli::default(),
         }
     }
@@ -141,6 +148,12 @@ pub struct Tester<'a> {
     frames: Vec<Record>,
     /// What has been written by SDO in this case.
     written: BTreeSet<(u16, u8)>,
+    /// The frames that this computer has missed in this case.
+    missed: u32,
+    /// The device may boot: a reset was commanded, and it has not booted since.
+    may_boot: bool,
+    /// The device has booted in this case without being reset.
+    has_booted: bool,
 }
 
 impl<'a> Tester<'a> {
@@ -149,7 +162,21 @@ impl<'a> Tester<'a> {
         let deadline = link.now() + settings.case;
         let (others, frames, written) = (BTreeSet::new(), Vec::new(), BTreeSet::new());
         let node = settings.node;
-        Tester { sheet, settings, node, link, cancelled, others, deadline, frames, written }
+        let (missed, may_boot, has_booted) = (0, false, false);
+        Tester {
+            sheet,
+            settings,
+            node,
+            link,
+            cancelled,
+            others,
+            deadline,
+            frames,
+            written,
+            missed,
+            may_boot,
+            has_booted,
+        }
     }
 
     /// Runs one case on a device that has its defaults.
@@ -160,7 +187,8 @@ impl<'a> Tester<'a> {
     pub fn run(&mut self, case: &Case) -> Outcome {
         self.frames.clear();
         self.written.clear();
-        self.deadline = self.now() + self.settings.case;
+        (self.missed, self.has_booted) = (0, false);
+        self.limit(self.settings.case);
         let profile = self.sheet.device.profile;
         if let Some(wanted) = case.profile().filter(|&wanted| Some(wanted) != profile) {
             return Err(not_applicable(format!("1000h does not say that the device is one of CiA {wanted}")));
@@ -184,6 +212,30 @@ impl<'a> Tester<'a> {
         self.next(self.error_control(), self.settings.boot)?;
         self.hear(PATIENCE)?;
         Ok(())
+    }
+
+    /// From now on, what is done may take so long.
+    pub(crate) fn limit(&mut self, span: Duration) {
+        self.deadline = self.now() + span;
+    }
+
+    /// What has happened in the last case that it may have failed by, without the device being wrong.
+    pub(crate) fn disturbance(&self) -> Option<String> {
+        if self.has_booted {
+            return Some("the device has booted without being reset".to_owned());
+        }
+        (self.missed > 0).then(|| format!("this computer has missed {} frames", self.missed))
+    }
+
+    /// Lets time pass, whatever comes. `false` if the link has ended, or the test is cancelled.
+    pub(crate) fn wait(&mut self, span: Duration) -> bool {
+        let until = self.now() + span;
+        while self.now() < until {
+            if self.cancelled.load(Ordering::Relaxed) || self.link.receive(until).is_err() {
+                return false;
+            }
+        }
+        true
     }
 
     /// From now on, ignores what others send, who are not tested.
@@ -228,7 +280,7 @@ impl<'a> Tester<'a> {
 
     fn put(&mut self, frame: &Frame) -> Outcome {
         self.record(*frame, true);
-        self.link.send(frame).map_err(|error| Verdict::Unfinished(error.to_string()))
+        self.link.send(frame).map_err(lost)
     }
 
     fn record(&mut self, frame: Frame, sent: bool) {
@@ -241,7 +293,7 @@ impl<'a> Tester<'a> {
     fn receive(&mut self, until: Instant) -> Outcome<Option<Frame>> {
         loop {
             if self.cancelled.load(Ordering::Relaxed) {
-                return Err(Verdict::Unfinished("it was cancelled".to_owned()));
+                return Err(Verdict::Unfinished(Ended::Cancelled));
             }
             let now = self.now();
             if now > self.deadline {
@@ -251,13 +303,18 @@ impl<'a> Tester<'a> {
                 )));
             }
             let look = until.min(now + LOOK);
-            let frame = self.link.receive_frame(look).map_err(|error| Verdict::Unfinished(error.to_string()))?;
-            match frame {
-                Some(frame) if self.others.contains(&frame.id()) => {}
-                Some(frame) => {
+            match self.link.receive(look).map_err(lost)? {
+                Some(Incoming::Frame(frame)) if self.others.contains(&frame.id()) => {}
+                Some(Incoming::Frame(frame)) => {
                     self.record(frame, false);
+                    if frame.id() == self.error_control() && frame.data() == [0] {
+                        self.has_booted |= !mem::take(&mut self.may_boot);
+                    }
                     return Ok(Some(frame));
                 }
+                Some(Incoming::State(state)) if !state.carries_frames() => return Err(lost(LinkError::NoBus(state))),
+                Some(Incoming::State(_)) => {}
+                Some(Incoming::Gap(frames)) => self.missed += frames,
                 None if look >= until => return Ok(None),
                 None => {}
             }
@@ -270,6 +327,7 @@ impl<'a> Tester<'a> {
     }
 
     pub(crate) fn nmt_to(&mut self, command: NmtCommand, node: u8) -> Outcome {
+        self.may_boot |= matches!(command, NmtCommand::ResetNode | NmtCommand::ResetCommunication);
         self.send(CobId::NMT, &[command.code(), node])
     }
 
@@ -449,6 +507,10 @@ impl<'a> Tester<'a> {
     pub(crate) fn flags(&self, entry: &Entry) -> u32 {
         self.sheet.device.object(entry.index).map_or(0, |object| object.flags)
     }
+}
+
+fn lost(error: LinkError) -> Verdict {
+    Verdict::Unfinished(Ended::BusLost(error.to_string()))
 }
 
 /// Frames as candump writes them.

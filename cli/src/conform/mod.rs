@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use lexican_conform::{
-    About, Case, Document, Hazard, InputStimulus, Settings, Sheet, Stimuli, Write, cases, profile_cases, run as test,
+    About, Case, Document, Ended, Hazard, InputStimulus, Level, Settings, Sheet, Stimuli, Write, cases, profile_cases,
+    run as test,
 };
 use lexican_eds::model::Device;
 use lexican_runtime::host::{BusUrl, Pace};
@@ -27,7 +28,7 @@ use print::Screen;
 /// case. What a case writes is put back after it, also after Ctrl-C. A case that may move a machine, or that outlasts the
 /// test, is run only with --allow. A drive (CiA 402) is also tested as such, with --allow motion: it moves.
 ///
-/// Exit code 1 if a case fails that a standard requires.
+/// Exit code 1 if a case fails that a standard requires, or something could not be put back; 2 if the bus is lost.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -174,21 +175,21 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Ok(Outcome::Clean);
     }
     let about = About { device: print::name(&sheet.device).to_owned(), node: node.get(), data_sheet };
-    let mut screen = Screen::new(node, &sheet.device, args.conditions.fail_fast, ctrl_c()?);
-    let stop = screen.stop();
-    let report = test(&mut link, &sheet, &settings, &cases, &stop, &mut screen);
+    let mut screen = Screen::new(node, &sheet.device);
+    let report = test(&mut link, &sheet, &settings, &cases, &*ctrl_c()?, &mut screen);
     screen.finish();
     let mut decoder = Decoder::new();
     decoder.introduce(node, &sheet.device);
     let document = report.document(about, |frame| print::words(&decoder.decode(frame)));
     args.reports.write(&document)?;
-    let tally = report.tally();
     print::sum(&report)?;
+    let tally = report.tally();
     let counted = tally.failed + tally.unfinished + if args.conditions.strict { tally.advised } else { 0 };
-    match (&report.ended_early, report.cases.is_empty()) {
-        (Some(why), true) => Err(Failure::new(why)),
-        _ if counted > 0 || report.ended_early.is_some() => Ok(Outcome::Found),
-        _ => Ok(Outcome::Clean),
+    match &report.ended_early {
+        Some(end @ (Ended::BusLost(_) | Ended::Unfit(_))) => Err(Failure::new(end)),
+        Some(end @ Ended::Silent(_)) if report.cases.is_empty() => Err(Failure::new(end)),
+        None if counted == 0 && report.not_put_back.is_empty() => Ok(Outcome::Clean),
+        _ => Ok(Outcome::Found),
     }
 }
 
@@ -253,7 +254,8 @@ impl Conditions {
             },
         };
         let allow = self.allow.iter().flat_map(|allowed| allowed.0.iter().copied()).collect();
-        Ok(Settings { allow, boot: self.boot, stimuli, ..Settings::new(node) })
+        let fail_fast = self.fail_fast.then_some(if self.strict { Level::Should } else { Level::Must });
+        Ok(Settings { allow, boot: self.boot, stimuli, fail_fast, ..Settings::new(node) })
     }
 }
 

@@ -1,8 +1,6 @@
 //! What the conformance test prints.
 
 use std::io::Write as _;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use anstyle::{AnsiColor, Style};
 use indicatif::ProgressBar;
@@ -68,19 +66,11 @@ pub(super) struct Screen<'a> {
     bar: ProgressBar,
     node: NodeId,
     device: &'a Device,
-    fail_fast: bool,
-    stop: Arc<AtomicBool>,
 }
 
 impl<'a> Screen<'a> {
-    pub(super) fn new(node: NodeId, device: &'a Device, fail_fast: bool, stop: Arc<AtomicBool>) -> Self {
-        let bar = progress("{msg} {wide_bar} {pos}/{len}", 0);
-        Screen { bar, node, device, fail_fast, stop }
-    }
-
-    /// What ends the test: Ctrl-C, and a failure if it is to.
-    pub(super) fn stop(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.stop)
+    pub(super) fn new(node: NodeId, device: &'a Device) -> Self {
+        Screen { bar: progress("{msg} {wide_bar} {pos}/{len}", 0), node, device }
     }
 
     pub(super) fn finish(&self) {
@@ -109,13 +99,9 @@ impl Observer for Screen<'_> {
     }
 
     fn ended(&mut self, report: &CaseReport) {
-        let failed = matches!(report.outcome, Err(Verdict::Failed(_)));
-        if failed || !report.notes.is_empty() {
+        if matches!(report.outcome, Err(Verdict::Failed(_))) || !report.notes.is_empty() {
             // A reader that has left does not end the test.
             self.bar.suspend(|| drop(self.show(report)));
-        }
-        if failed && self.fail_fast {
-            self.stop.store(true, Ordering::Relaxed);
         }
     }
 }
@@ -142,26 +128,46 @@ pub(super) fn words(decoded: &Decoded) -> String {
     format!("{}{separator}{}", decoded.name, decoded.text)
 }
 
-/// The last line, to be believed.
+/// What the test has led to; the last line has all of it in short.
 pub(super) fn sum(report: &Report) -> Result<(), Failure> {
+    if report.cases.is_empty() && report.ended_early.is_some() {
+        return Ok(());
+    }
+    let mut stdout = stdout();
+    report.not_put_back.iter().try_for_each(|text| writeln!(stdout, "{text}"))?;
+    if let Some(why) = &report.ended_early {
+        writeln!(stdout, "the test ended early: {why}")?;
+    }
+    writeln!(stdout, "{}", last_line(report))?;
+    Ok(())
+}
+
+fn last_line(report: &Report) -> String {
     let tally = report.tally();
-    let mut parts = Vec::new();
-    for (count, what) in [
+    let counts = [
         (tally.passed, "passed"),
         (tally.failed, "failed"),
         (tally.advised, "failed of what is recommended"),
         (tally.not_applicable, "do not apply"),
         (tally.not_allowed, "not allowed"),
         (tally.unfinished, "not finished"),
-    ] {
-        if count > 0 {
-            parts.push(format!("{count} {what}"));
-        }
+    ];
+    let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+    let counts: Vec<_> = counts.map(|(count, what)| format!("{count} {what}")).collect();
+    let left = match report.not_put_back.len() {
+        0 => String::new(),
+        left => format!("; {left} entries NOT PUT BACK"),
+    };
+    format!("{} cases: {}{left}", report.cases.len(), counts.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_line_says_that_something_was_not_put_back() {
+        let report = Report { not_put_back: vec![String::new(); 2], ..Report::default() };
+        assert_eq!(last_line(&report), "0 cases: ; 2 entries NOT PUT BACK");
     }
-    let mut stdout = stdout();
-    if let Some(why) = report.ended_early.as_ref().filter(|_| !report.cases.is_empty()) {
-        writeln!(stdout, "the test ended early: {why}")?;
-    }
-    writeln!(stdout, "{} cases: {}", report.cases.len(), parts.join(", "))?;
-    Ok(())
 }

@@ -49,6 +49,9 @@ pub(super) fn page(document: &Document) -> String {
         };
         page.push_str("    </testcase>\n");
     }
+    for text in &document.not_put_back {
+        let _ = writeln!(page, "    <system-err>{}</system-err>", escaped(text));
+    }
     page.push_str("  </testsuite>\n</testsuites>\n");
     page
 }

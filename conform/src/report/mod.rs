@@ -29,6 +29,8 @@ pub struct Document {
     tally: Tally,
     /// Why the test ended before its last case.
     ended_early: Option<String>,
+    /// What is not as it was before the test.
+    not_put_back: Vec<String>,
     cases: Vec<Row>,
 }
 
@@ -132,7 +134,8 @@ impl Report {
             }
         };
         let cases = self.cases.iter().map(row).collect();
-        Document { about, tally: self.tally(), ended_early: self.ended_early.clone(), cases }
+        let ended_early = self.ended_early.as_ref().map(ToString::to_string);
+        Document { about, tally: self.tally(), ended_early, not_put_back: self.not_put_back.clone(), cases }
     }
 }
 

@@ -4,32 +4,61 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use lexican_conform::{Case, CaseReport, Hazard, Observer, Report, Settings, Sheet, Verdict, cases, run as test};
+use lexican_conform::{
+    Case, CaseReport, Ended, Hazard, Level, Observer, Report, Settings, Sheet, Verdict, cases, run as test,
+};
 use lexican_eds::model::Entry;
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{Node, VirtualBus};
+use lexican_runtime::host::{BusState, Incoming, Link, LinkError, Node, VirtualBus, VirtualLink};
 use lexican_runtime::object::Address;
-use lexican_runtime::{Duration, Frame, Instant, NodeId};
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use crate::device::{DeviceUnderTest, NODE};
-use crate::faulty::{Fault, Faulty, fault, heard};
+use crate::faulty::{Fault, Faulty, Rule, every_ms, fault, heard};
 use crate::{DATA_SHEET, settings, sheet};
 
 /// A device that keeps its values over a reset.
-const KEEPS: Fault = fault("a reset is answered only", &[heard("000#8.05").is_answered("705#00")], "");
+const KEEPS: Fault = fault("a reset is answered only", &[NO_RESET[0], NO_RESET[1]], "");
+const NO_RESET: [Rule; 2] = [heard("000#8105").is_answered("705#00"), heard("000#8205").is_answered("705#00")];
 
-/// A device that hears nothing for two seconds, once, after 1015h has been written.
-struct Dozes {
-    inner: DeviceUnderTest,
-    until: Option<Instant>,
+/// The same, and once its event timer is set, it sends for ever.
+const SENDS_FOR_EVER: Fault =
+    Fault { rules: &[NO_RESET[0], every_ms(1, "185#3412").after(&["605#2B00180564*"])], ..KEEPS };
+
+/// The same, and 1015h is written once.
+const IS_WRITTEN_ONCE: Fault = Fault {
+    rules: &[NO_RESET[0], heard("605#2B151000*").is_answered("585#8015100022000008").after(&["605#2B151000*"])],
+    ..KEEPS
+};
+
+const RIGHT: Fault = fault("none", &[], "");
+
+/// What happens to a device once, when 1015h is written.
+enum Event {
+    /// It hears nothing for two seconds.
+    Dozes,
+    /// It resets itself.
+    Resets,
 }
 
-impl Node for Dozes {
+struct Disturbed {
+    inner: DeviceUnderTest,
+    event: Option<Event>,
+    deaf_until: Instant,
+}
+
+impl Node for Disturbed {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        if self.until.is_none() && frame.to_string().starts_with("605#2B151000") {
-            self.until = Some(now + Duration::from_secs(2));
+        let is_written = frame.to_string().starts_with("605#2B151000");
+        match self.event.take_if(|_| is_written) {
+            Some(Event::Dozes) => self.deaf_until = now + Duration::from_secs(2),
+            Some(Event::Resets) => {
+                let reset = Frame::new(CobId::NMT, &[0x81, NODE.get()]).unwrap();
+                self.inner.handle_frame(now, &reset);
+            }
+            None => {}
         }
-        if self.until.is_none_or(|until| until <= now) {
+        if self.deaf_until <= now {
             self.inner.handle_frame(now, frame);
         }
     }
@@ -44,6 +73,28 @@ impl Node for Dozes {
     }
 }
 
+/// A link whose adapter is unplugged for a while.
+struct Unplugged {
+    inner: VirtualLink,
+    bus: VirtualBus,
+    from: Instant,
+    until: Instant,
+}
+
+impl Link for Unplugged {
+    fn now(&self) -> Instant {
+        self.inner.now()
+    }
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.inner.send(frame)
+    }
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        let is_out = (self.from..self.until).contains(&self.now());
+        self.bus.set_state(if is_out { BusState::Removed } else { BusState::Active });
+        self.inner.receive(until)
+    }
+}
+
 struct Bench {
     bus: VirtualBus,
     frames: Arc<Mutex<Vec<String>>>,
@@ -51,8 +102,8 @@ struct Bench {
 }
 
 impl Bench {
-    fn of(fault: Option<&'static Fault>) -> Self {
-        Self::with(Faulty::new(DeviceUnderTest::new(), fault))
+    fn of(fault: &'static Fault) -> Self {
+        Self::with(Faulty::new(DeviceUnderTest::new(), Some(fault)))
     }
 
     fn with(node: impl Node + Send + 'static) -> Self {
@@ -72,19 +123,30 @@ impl Bench {
         addresses.into_iter().filter_map(|at| Some((at, network.read_bytes(NODE, at).ok()?))).collect()
     }
 
-    fn test(&self, settings: &Settings, names: &[&str], observer: &mut dyn Observer, stop: &AtomicBool) -> Report {
+    fn test(&self, settings: &Settings, names: &[&str]) -> Report {
+        self.observed(&mut self.bus.link(), settings, names, &mut (), &AtomicBool::new(false))
+    }
+
+    fn observed(
+        &self,
+        link: &mut dyn Link,
+        settings: &Settings,
+        names: &[&str],
+        observer: &mut dyn Observer,
+        stop: &AtomicBool,
+    ) -> Report {
         let meant = |case: &&Case| names.is_empty() || names.iter().any(|name| case.is_meant_by(name));
         let cases: Vec<_> = cases().filter(meant).collect();
-        test(&mut self.bus.link(), &self.sheet, settings, &cases, stop, observer)
+        test(link, &self.sheet, settings, &cases, stop, observer)
     }
 }
 
 #[test]
 fn what_is_not_allowed_is_not_written() {
-    let bench = Bench::of(None);
+    let bench = Bench::of(&RIGHT);
     let allow = [].into();
     let settings = Settings { allow, ..settings() };
-    let report = bench.test(&settings, &[], &mut (), &AtomicBool::new(false));
+    let report = bench.test(&settings, &[]);
     let tally = report.tally();
     assert_eq!((report.cases.len(), tally.failed, tally.unfinished), (cases().count(), 0, 0));
     assert!(tally.not_allowed >= 10, "{tally:?}");
@@ -103,14 +165,14 @@ fn what_is_not_allowed_is_not_written() {
 
 #[test]
 fn what_was_written_is_put_back_even_if_no_reset_does_so() {
-    for fault in [None, Some(&KEEPS)] {
+    for fault in [&RIGHT, &KEEPS] {
         let bench = Bench::of(fault);
         let before = bench.values();
         let allow = [Hazard::Manufacturer, Hazard::Outputs, Hazard::Motion].into();
         let settings = Settings { allow, ..settings() };
-        let report = bench.test(&settings, &["2", "3", "4", "6", "7"], &mut (), &AtomicBool::new(false));
+        let report = bench.test(&settings, &["2", "3", "4", "6", "7"]);
         let notes: Vec<_> = report.cases.iter().flat_map(|case| &case.notes).collect();
-        assert_eq!(notes, [""; 0]);
+        assert_eq!((notes, report.not_put_back), (Vec::new(), Vec::new()));
         assert_eq!(bench.values(), before);
     }
 }
@@ -129,34 +191,100 @@ impl Observer for Impatient<'_> {
 
 #[test]
 fn a_cancelled_test_ends_and_leaves_what_was_there() {
-    let bench = Bench::of(Some(&KEEPS));
+    let bench = Bench::of(&KEEPS);
     let (before, stop) = (bench.values(), AtomicBool::new(false));
-    let report = bench.test(&settings(), &["3.5", "3.6"], &mut Impatient(&stop, 2), &stop);
-    assert!(matches!(report.cases[1].outcome, Err(Verdict::Unfinished(_))), "{:?}", report.cases[1].outcome);
-    assert!(report.ended_early.is_some_and(|why| why.contains("cancelled")));
+    let report = bench.observed(&mut bench.bus.link(), &settings(), &["3.5", "3.6"], &mut Impatient(&stop, 2), &stop);
+    assert_eq!(report.cases[1].outcome, Err(Verdict::Unfinished(Ended::Cancelled)));
+    assert_eq!(report.ended_early, Some(Ended::Cancelled));
     assert_eq!(bench.values(), before);
 }
 
 #[test]
+fn what_a_case_has_written_that_took_too_long_is_put_back() {
+    let bench = Bench::of(&SENDS_FOR_EVER);
+    let before = bench.values();
+    let settings = Settings { case: Duration::from_secs(1), ..settings() };
+    let report = bench.test(&settings, &["3.5"]);
+    assert_eq!(report.cases[0].outcome, Err(Verdict::Failed("the case took longer than 1 s".to_owned())));
+    assert_eq!((report.cases[0].notes.len(), report.not_put_back.len()), (0, 0));
+    assert_eq!(bench.values(), before);
+}
+
+#[test]
+fn what_could_not_be_put_back_is_in_the_report() {
+    let bench = Bench::of(&IS_WRITTEN_ONCE);
+    let report = bench.test(&settings(), &["2.2", "2.3"]);
+    let sentence = "1015:00 could not be put back to [00, 00]";
+    assert_eq!((report.not_put_back, report.cases.len()), (vec![sentence.to_owned()], 2));
+    assert_eq!(report.cases[0].notes, [sentence]);
+}
+
+#[test]
+fn the_first_failure_ends_a_test_that_is_to_end_then() {
+    const WRONG: Fault = fault("1000h is another", &[heard("605#40001000*").is_answered("585#4300100000000000")], "");
+    let bench = Bench::of(&WRONG);
+    let report = bench.test(&Settings { fail_fast: Some(Level::Must), ..settings() }, &["2.1", "2.2"]);
+    assert_eq!((report.cases.len(), report.ended_early), (1, Some(Ended::AtFailure)));
+}
+
+#[test]
 fn a_case_in_which_the_device_was_away_is_run_again() {
-    let bench = Bench::with(Dozes { inner: DeviceUnderTest::new(), until: None });
-    let settings = Settings { boot: Duration::from_secs(3), ..settings() };
-    let report = bench.test(&settings, &["2.2"], &mut (), &AtomicBool::new(false));
-    let notes = &report.cases[0].notes;
-    assert!(notes.iter().any(|note| note.contains("away")), "{:?}: {notes:?}", report.cases[0].outcome);
+    for (event, note) in [
+        (Event::Dozes, "the device was away, and the case was run again"),
+        (Event::Resets, "the device has booted without being reset, and the case was run again"),
+    ] {
+        let inner = DeviceUnderTest::new();
+        let bench = Bench::with(Disturbed { inner, event: Some(event), deaf_until: Instant::ZERO });
+        let settings = Settings { boot: Duration::from_secs(3), ..settings() };
+        let report = bench.test(&settings, &["2.2", "2.3"]);
+        assert_eq!(report.cases[0].notes, [note]);
+        assert_eq!(report.tally().passed, 2);
+    }
+}
+
+#[test]
+fn a_bus_that_was_lost_is_waited_for() {
+    for (seconds, cases) in [(10, 3), (60, 1)] {
+        let bench = Bench::of(&RIGHT);
+        // The first case begins after two seconds of listening.
+        let from = Instant::ZERO + Duration::from_millis(2_200);
+        let until = from + Duration::from_secs(seconds);
+        let mut link = Unplugged { inner: bench.bus.link(), bus: bench.bus.clone(), from, until };
+        let report = bench.observed(&mut link, &settings(), &["3.5", "3.6", "3.7"], &mut (), &AtomicBool::new(false));
+        assert_eq!(report.cases.len(), cases);
+        if cases == 3 {
+            let notes = &report.cases[0].notes;
+            assert!(notes[0].starts_with("the bus was lost (") && notes[0].ends_with("run again"), "{notes:?}");
+            assert_eq!((report.tally().passed, report.ended_early), (3, None));
+        } else {
+            assert!(matches!(report.ended_early, Some(Ended::BusLost(_))), "{:?}", report.ended_early);
+            assert!(!report.not_put_back.is_empty());
+        }
+    }
+}
+
+/// A device that is gone after a request, as after a crash.
+#[test]
+fn a_device_that_does_not_come_back_ends_the_test() {
+    const CRASHES: Fault = fault("it crashes", &[heard("*").after(&["605#2B151000*"])], "");
+    let report = Bench::of(&CRASHES).test(&settings(), &["2.2", "2.3"]);
+    assert_eq!((report.cases.len(), report.tally().failed), (1, 1));
+    assert_eq!(report.ended_early, Some(Ended::Silent(NODE)));
+    assert!(!report.not_put_back.is_empty());
 }
 
 #[test]
 fn nothing_is_tested_by_an_unfit_data_sheet_or_without_a_device() {
-    let bench = Bench::of(None);
+    let bench = Bench::of(&RIGHT);
     let (stop, all) = (AtomicBool::new(false), cases().collect::<Vec<_>>());
     let unfit = sheet(&DATA_SHEET.replace("[1000]", "[1F99]"));
     assert!(unfit.is_unfit, "{}", unfit.findings);
     let report = test(&mut bench.bus.link(), &unfit, &settings(), &all, &stop, &mut ());
-    assert!(report.cases.is_empty() && report.ended_early.is_some_and(|why| why.contains("device.eds:")));
+    assert!(report.cases.is_empty());
+    assert!(matches!(report.ended_early, Some(Ended::Unfit(findings)) if findings.contains("device.eds:")));
     assert_eq!(*bench.frames.lock().unwrap(), [""; 0], "not a frame is sent");
 
     let settings = Settings { node: NodeId::literal(9), ..settings() };
     let report = test(&mut bench.bus.link(), &bench.sheet, &settings, &all, &stop, &mut ());
-    assert!(report.cases.is_empty() && report.ended_early.is_some_and(|why| why.contains("node 9 does not answer")));
+    assert_eq!((report.cases.len(), report.ended_early), (0, Some(Ended::Silent(settings.node))));
 }
