@@ -68,6 +68,7 @@
 //! | `tracing` | frames (targets `lexican::frames`, level trace), trouble of links (`lexican::link`, warn) and events of nodes (`lexican::nodes`, info and debug), reported by the shells |
 //! | `defmt` | `defmt::Format` for the values of the core, for the log of a firmware |
 //! | `embedded-can` | conversions of frames and identifiers; with `std`, [drivers of controllers as links](host::EmbeddedCan) |
+//! | `embedded-storage` | [drivers of flash](FlashSlots) for [stored values](service::snapshot) |
 //!
 //! # Layers
 //!
@@ -97,6 +98,8 @@ pub mod cia301;
 pub mod device;
 #[cfg(feature = "embedded-can")]
 mod embedded_can;
+#[cfg(feature = "embedded-storage")]
+mod embedded_storage;
 #[cfg(feature = "defmt")]
 mod formats;
 pub mod frame;
@@ -115,6 +118,8 @@ pub mod time;
 pub mod wire;
 
 pub use abort::AbortCode;
+#[cfg(feature = "embedded-storage")]
+pub use embedded_storage::FlashSlots;
 pub use frame::Frame;
 pub use id::{CobId, InvalidNodeId, NodeId};
 pub use time::{Duration, Instant};

@@ -27,6 +27,7 @@ pub mod rpdo;
 mod sdo_block;
 pub mod sdo_client;
 pub mod sdo_server;
+pub mod snapshot;
 pub mod storage;
 pub mod sync_consumer;
 pub mod sync_producer;

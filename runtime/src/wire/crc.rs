@@ -1,4 +1,5 @@
-//! The checksum of SDO block transfers (CiA 301, 7.2.4.3.16): x^16 + x^12 + x^5 + 1, beginning with 0.
+//! The checksum of SDO block transfers (CiA 301, 7.2.4.3.16): x^16 + x^12 + x^5 + 1, beginning with 0. And the one of
+//! what is stored.
 
 /// A checksum of the bytes so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,9 +76,48 @@ const fn remainder(byte: u8, after: usize) -> u16 {
     crc
 }
 
+/// CRC-32 as in IEEE 802.3: of stored values, which are few and seldom read, so that it has no table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crc32(u32);
+
+impl Crc32 {
+    /// The checksum of nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        Crc32(u32::MAX)
+    }
+
+    /// The checksum.
+    #[must_use]
+    pub const fn get(self) -> u32 {
+        !self.0
+    }
+
+    /// Takes more bytes.
+    pub fn update(&mut self, data: &[u8]) {
+        self.0 = data.iter().fold(self.0, |crc, byte| {
+            (0..8).fold(crc ^ u32::from(*byte), |crc, _| if crc & 1 == 0 { crc >> 1 } else { crc >> 1 ^ 0xEDB8_8320 })
+        });
+    }
+}
+
+impl Default for Crc32 {
+    fn default() -> Self {
+        Crc32::new()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_check_value_of_crc_32_holds() {
+        let mut crc = Crc32::new();
+        crc.update(b"1234");
+        crc.update(b"56789");
+        assert_eq!(crc.get(), 0xCBF4_3926);
+    }
 
     #[track_caller]
     fn check(data: &[u8], crc: u16) {
