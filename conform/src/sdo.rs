@@ -16,13 +16,13 @@ const CRC: u8 = 1 << 2;
 /// The eight bytes of a request or an answer.
 pub(crate) type Message = [u8; 8];
 
-fn message(head: &[u8], rest: &[u8]) -> Message {
+pub(crate) fn message(head: &[u8], rest: &[u8]) -> Message {
     let mut bytes = [0; 8];
     bytes.iter_mut().zip(head.iter().chain(rest)).for_each(|(to, from)| *to = *from);
     bytes
 }
 
-fn initiate(command: u8, at: (u16, u8), rest: &[u8]) -> Message {
+pub(crate) fn initiate(command: u8, at: (u16, u8), rest: &[u8]) -> Message {
     let [low, high] = at.0.to_le_bytes();
     message(&[command, low, high, at.1], rest)
 }
@@ -122,18 +122,48 @@ impl Tester<'_> {
         Ok(Ok(()))
     }
 
-    /// Writes at most seven bytes as a block.
+    /// Writes bytes as one block.
     pub(crate) fn download_block(&mut self, at: (u16, u8), data: &[u8], with_crc: bool) -> Outcome {
+        self.download_block_without(at, data, with_crc, 0)
+    }
+
+    /// Writes bytes as one block, of which the first `lost` segments come only when the server asks for them.
+    pub(crate) fn download_block_without(
+        &mut self,
+        at: (u16, u8),
+        data: &[u8],
+        with_crc: bool,
+        lost: usize,
+    ) -> Outcome {
         let size = (data.len() as u32).to_le_bytes();
         let answer = self.initiated(initiate(0xC2 | u8::from(with_crc) << 2, at, &size))?.map_err(refused)?;
         // Whether the server could make a checksum, it says in any case.
         expect(&answer, 0xA0 | if with_crc { CRC } else { answer[0] & CRC })?;
-        let answer = self.request(message(&[0x81], data))?;
-        ensure(answer[..2] == [0xA2, 1], || format!("{answer:02X?} does not confirm a block of one segment"))?;
+        let segments = data.chunks(7).count();
+        let room = usize::from(answer[4]);
+        ensure((segments..=127).contains(&room), || format!("blocks of {room} segments, {segments} are to be sent"))?;
+        if lost > 0 {
+            let answer = self.send_segments(data, lost)?;
+            ensure(answer[..2] == [0xA2, 0], || format!("{answer:02X?} confirms segments that have not come"))?;
+        }
+        let answer = self.send_segments(data, 0)?;
+        let all = [0xA2, segments as u8];
+        ensure(answer[..2] == all, || format!("{answer:02X?} does not confirm a block of {segments} segments"))?;
         let [low, high] = if with_crc { crc_of(data) } else { 0 }.to_le_bytes();
-        let unused = 7 - data.len() as u8;
+        let unused = (7 * segments - data.len()) as u8;
         let answer = self.request(message(&[0xC1 | unused << 2, low, high], &[]))?;
         expect(&answer, 0xA1)
+    }
+
+    /// Sends the segments of a block from one on: the confirmation.
+    fn send_segments(&mut self, data: &[u8], first: usize) -> Outcome<Message> {
+        let last = data.chunks(7).count() - 1;
+        for (number, chunk) in data.chunks(7).enumerate().skip(first) {
+            let end = u8::from(number == last) << 7;
+            // No request by the number of a segment: nothing begins by it.
+            self.send(self.sdo_ids().0, &message(&[end | (number + 1) as u8], chunk))?;
+        }
+        self.answer()
     }
 
     /// Reads an entry as a block.

@@ -25,6 +25,8 @@ pub struct CaseReport {
     pub took: Duration,
     /// Its frames.
     pub frames: Vec<Record>,
+    /// What was measured, beside what is allowed.
+    pub measured: Vec<String>,
     /// What has happened beside it: the case was run again and why, or something could not be put back yet.
     pub notes: Vec<String>,
 }
@@ -198,7 +200,7 @@ impl Suite<'_> {
             notes.push(format!("{why}, and the case was run again"));
             outcome = self.once(case);
         }
-        let frames = self.tester.frames().to_vec();
+        let (frames, measured) = (self.tester.frames().to_vec(), self.tester.measured().to_vec());
         let took = self.tester.now().since(begun);
         let settings = self.tester.settings;
         match &outcome {
@@ -212,7 +214,7 @@ impl Suite<'_> {
         }
         // The report of the whole test says what stays as it is.
         notes.extend(self.put_back());
-        (CaseReport { case, outcome, took, frames, notes }, end)
+        (CaseReport { case, outcome, took, frames, measured, notes }, end)
     }
 
     fn once(&mut self, case: &'static Case) -> Outcome {

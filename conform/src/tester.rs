@@ -2,8 +2,8 @@
 //! node-ID, and what makes it do the things that no CANopen service can ask for.
 
 use std::collections::BTreeSet;
-use std::mem;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::{iter, mem};
 
 use lexican_eds::model::{Device, Entry, Value};
 use lexican_eds::types::DataType;
@@ -148,6 +148,8 @@ pub struct Tester<'a> {
     frames: Vec<Record>,
     /// What has been written by SDO in this case.
     written: BTreeSet<(u16, u8)>,
+    /// What has been measured in this case.
+    measured: Vec<String>,
     /// The frames that this computer has missed in this case.
     missed: u32,
     /// The device may boot: a reset was commanded, and it has not booted since.
@@ -162,7 +164,7 @@ impl<'a> Tester<'a> {
         let deadline = link.now() + settings.case;
         let (others, frames, written) = (BTreeSet::new(), Vec::new(), BTreeSet::new());
         let node = settings.node;
-        let (missed, may_boot, has_booted) = (0, false, false);
+        let (measured, missed, may_boot, has_booted) = (Vec::new(), 0, false, false);
         Tester {
             sheet,
             settings,
@@ -173,6 +175,7 @@ impl<'a> Tester<'a> {
             deadline,
             frames,
             written,
+            measured,
             missed,
             may_boot,
             has_booted,
@@ -187,6 +190,7 @@ impl<'a> Tester<'a> {
     pub fn run(&mut self, case: &Case) -> Outcome {
         self.frames.clear();
         self.written.clear();
+        self.measured.clear();
         (self.missed, self.has_booted) = (0, false);
         self.limit(self.settings.case);
         let profile = self.sheet.device.profile;
@@ -204,6 +208,12 @@ impl<'a> Tester<'a> {
     #[must_use]
     pub fn frames(&self) -> &[Record] {
         &self.frames
+    }
+
+    /// What has been measured in the last case, beside what was allowed.
+    #[must_use]
+    pub fn measured(&self) -> &[String] {
+        &self.measured
     }
 
     /// Resets the device, and waits until it has booted. Whether it boots as it should is for some of the cases to judge.
@@ -402,17 +412,49 @@ impl<'a> Tester<'a> {
         // Beginning with the first, so that its phase does not matter.
         let first = self.next(id, Duration::from_millis(2 * period_ms))?;
         ensure(first.is_some(), || format!("{id} does not come"))?;
-        let mut last = self.now();
+        let begun = self.now();
         let heard = self.hear_id(id, period_ms * periods + period_ms / 2)?;
-        for (at, _) in &heard {
-            let ms = at.since(last).as_micros() / 1000;
-            let fits = (period_ms * 9 / 10..=period_ms * 11 / 10).contains(&ms);
-            ensure(fits, || format!("{id} comes {ms} ms after the last, not {period_ms}"))?;
-            last = *at;
-        }
+        let times: Vec<Instant> = iter::once(begun).chain(heard.iter().map(|(at, _)| *at)).collect();
+        let (low, high) = (period_ms * 900, period_ms * 1100);
+        self.gaps_are(&format!("{id} every {period_ms} ms"), &times, low, Some(high))?;
         let right = heard.len() as u64 == periods;
-        ensure(right, || format!("{id} comes {} times in {periods} periods", heard.len()))?;
+        ensure(right, || format!("{id} comes {} times in {periods} periods of {period_ms} ms", heard.len()))?;
         Ok(heard)
+    }
+
+    /// The frames of `id` come every `period_ms` in the mean, to one percent: what is slow or fast adds up.
+    pub(crate) fn hears_in_the_mean(&mut self, id: CobId, period_ms: u64, periods: u64) -> Outcome {
+        let heard = self.hears_every(id, period_ms, periods)?;
+        let (Some((first, _)), Some((last, _))) = (heard.first(), heard.last()) else { return Ok(()) };
+        let mean = last.since(*first).as_micros() / (periods - 1);
+        let (low, high) = (period_ms * 990, period_ms * 1010);
+        let measured = format!(
+            "{id} every {period_ms} ms: {} ms in the mean of {periods}, allowed {} to {}",
+            ms(mean),
+            ms(low),
+            ms(high)
+        );
+        self.measured.push(measured.clone());
+        ensure((low..=high).contains(&mean), || measured)
+    }
+
+    /// The frames come at least `span_ms` after each other.
+    pub(crate) fn are_apart(&mut self, id: CobId, heard: &[Heard], span_ms: u64) -> Outcome {
+        let times: Vec<Instant> = heard.iter().map(|(at, _)| *at).collect();
+        // A computer that is late with one frame brings the next too early.
+        self.gaps_are(&format!("{id} at least {span_ms} ms apart"), &times, span_ms * 900, None)
+    }
+
+    /// Measures what lies between moments, in microseconds. The figures become part of the case's report.
+    fn gaps_are(&mut self, what: &str, times: &[Instant], low: u64, high: Option<u64>) -> Outcome {
+        let gaps = times.windows(2).map(|two| two[1].since(two[0]).as_micros());
+        let (Some(least), Some(most)) = (gaps.clone().min(), gaps.max()) else { return Ok(()) };
+        let allowed =
+            high.map_or_else(|| format!("at least {}", ms(low)), |high| format!("{} to {}", ms(low), ms(high)));
+        let over = times.len() - 1;
+        let measured = format!("{what}: {} to {} ms over {over}, allowed {allowed}", ms(least), ms(most));
+        self.measured.push(measured.clone());
+        ensure(least >= low && high.is_none_or(|high| most <= high), || measured)
     }
 
     // Identifiers that cannot be configured.
@@ -507,6 +549,11 @@ impl<'a> Tester<'a> {
     pub(crate) fn flags(&self, entry: &Entry) -> u32 {
         self.sheet.device.object(entry.index).map_or(0, |object| object.flags)
     }
+}
+
+/// Microseconds, as milliseconds.
+fn ms(us: u64) -> String {
+    format!("{}.{:02}", us / 1000, us % 1000 / 10)
 }
 
 fn lost(error: LinkError) -> Verdict {

@@ -102,7 +102,41 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     }),
+    case("306-1/6.5.2/10", "", "what does not exist is refused with the abort code for it", |t| {
+        for (index, sub, code) in missing(t) {
+            if let Err(refused) = t.upload(index, sub)? {
+                let right = [code, AbortCode::GENERAL].contains(&refused);
+                ensure(right, || format!("{index:04X}:{sub:02X} does not exist: {refused}"))?;
+            }
+        }
+        Ok(())
+    }),
+    case("306-1/6.5.2/11", "", "nothing exists that the data sheet lacks", |t| {
+        for (index, sub, _) in missing(t) {
+            let answer = t.upload(index, sub)?;
+            ensure(answer.is_err(), || format!("{index:04X}:{sub:02X} is read, and the data sheet does not have it"))?;
+        }
+        Ok(())
+    })
+    .recommended(),
 ];
+
+/// Behind each object and each highest sub-index, where the data sheet has nothing; and how reading there is refused.
+fn missing(t: &Tester<'_>) -> Vec<(u16, u8, AbortCode)> {
+    let device = &t.sheet.device;
+    let mut missing = Vec::new();
+    for object in &device.objects {
+        // FFh describes the structure of an object, and need not be in a data sheet.
+        let highest = object.entries.iter().map(|entry| entry.sub).filter(|&sub| sub != 0xFF).max();
+        if let Some(sub) = highest.filter(|&sub| sub < 0xFE) {
+            missing.push((object.index, sub + 1, AbortCode::NO_SUCH_SUB_INDEX));
+        }
+        if let Some(next) = object.index.checked_add(1).filter(|&next| device.object(next).is_none()) {
+            missing.push((next, 0, AbortCode::NO_SUCH_OBJECT));
+        }
+    }
+    missing
+}
 
 /// Bits of `ObjFlags`.
 const NO_WRITE_ON_DOWNLOAD: u32 = 1;

@@ -6,7 +6,7 @@ use lexican_runtime::{AbortCode, CobId};
 use super::pdo::{configure, tpdos, transmission};
 use super::storing::{self, BOTH, SAVE};
 use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
-use crate::tester::{Tester, text};
+use crate::tester::{Tester, Write, text};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.17/1", "5.1", "1014h is 80h + node-ID", |t| {
@@ -35,6 +35,43 @@ pub(crate) const CASES: &[Case] = &[
         t.reads(0x1003, 0, 1)?;
         t.reads(0x1003, 1, u64::from(u32::from_le_bytes([low, high, info, more_info])))
     }),
+    case("301/7.5.2.4/3", "", "1003h keeps errors until it is cleared by 0, and takes nothing else", |t| {
+        t.has(&[0x1003])?;
+        let errors: Vec<[u8; 8]> = (0..2).map(|_| emergency(t)).collect::<Outcome<_>>()?;
+        // As many as there is room for; the newest comes first.
+        let room = t.entries(|entry| entry.index == 0x1003).len() - 1;
+        let kept = room.min(errors.len());
+        t.reads(0x1003, 0, kept as u64)?;
+        for (sub, error) in (1..).zip(errors.iter().rev().take(kept)) {
+            let code = u16::from_le_bytes([error[0], error[1]]);
+            let is = t.read(0x1003, sub)? & 0xFFFF;
+            ensure(is == u64::from(code), || format!("1003:{sub:02X} has {is:04X}h, {code:04X}h was sent"))?;
+        }
+        t.refuses(0x1003, 0, 1, &[AbortCode::INVALID_VALUE])?;
+        t.write(0x1003, 0, 0)?;
+        t.reads(0x1003, 0, 0)
+    }),
+    case("301/7.5.2.17/2", "", "no emergency is sent while 1014h has none", |t| {
+        t.has(&[0x1014])?;
+        emergency(t)?;
+        let cob_id = t.read(0x1014, 0)? as u32;
+        t.write(0x1014, 0, cob_id | 1 << 31)?;
+        let stimulus = stimulus(t)?;
+        t.send_write(stimulus)?;
+        let heard = t.hear_id(CobId::from_parameter(cob_id), 100)?;
+        ensure(heard.is_empty(), || format!("{} come", text(&heard)))
+    }),
+    case("301/7.5.2.18/1", "", "the inhibit time keeps emergencies away from each other", |t| {
+        const INHIBIT_MS: u64 = 300;
+        t.has(&[0x1014, 0x1015])?;
+        t.write(0x1015, 0, INHIBIT_MS as u32 * 10)?;
+        let (stimulus, id) = (stimulus(t)?, CobId::of_node(0x80, t.node));
+        t.send_write(stimulus)?;
+        t.send_write(stimulus)?;
+        let heard = t.hear_id(id, 3 * INHIBIT_MS)?;
+        ensure(heard.len() == 2, || format!("two emergencies were expected, {} came", text(&heard)))?;
+        t.are_apart(id, &heard, INHIBIT_MS)
+    }),
     case("301/7.5.2.5/1", "6.1", "SYNC has 080h", |t| {
         t.has(&[0x1005])?;
         let cob_id = t.read(0x1005, 0)?;
@@ -44,6 +81,11 @@ pub(crate) const CASES: &[Case] = &[
         produce(t)?;
         t.hears_every(CobId::SYNC, 10, 20).map(|_| ())
     }),
+    case("301/7.2.5/2", "", "SYNC is right in the mean", |t| {
+        produce(t)?;
+        t.hears_in_the_mean(CobId::SYNC, 10, 100)
+    })
+    .recommended(),
     case("301/7.2.2.2/3", "6.3", "a TPDO comes with every second SYNC that the device produces", |t| {
         let pdo = tpdos(t)?.remove(0);
         let tpdo = configure(t, &pdo, transmission(2))?;
@@ -129,11 +171,16 @@ pub(crate) const CASES: &[Case] = &[
     .needs(BOTH),
 ];
 
+fn stimulus(t: &Tester<'_>) -> Outcome<Write> {
+    let stimulus = t.settings.stimuli.emergency;
+    stimulus.ok_or_else(|| not_applicable("nothing is known that lets the device send an emergency"))
+}
+
 /// Has the device send an emergency: the eight bytes of it.
 fn emergency(t: &mut Tester<'_>) -> Outcome<[u8; 8]> {
     let id = CobId::of_node(0x80, t.node);
-    let stimulus = t.settings.stimuli.emergency;
-    t.send_write(stimulus.ok_or_else(|| not_applicable("nothing is known that lets the device send an emergency"))?)?;
+    let stimulus = stimulus(t)?;
+    t.send_write(stimulus)?;
     let heard = t.hear_id(id, 100)?;
     let bytes = match &heard[..] {
         [(_, frame)] => <[u8; 8]>::try_from(frame.data()).ok(),

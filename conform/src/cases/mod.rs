@@ -2,6 +2,7 @@
 //! those of the plan; what a case asks is said in our words. A case reaches the device by its
 //! [`Tester`](crate::tester::Tester) and by nothing else.
 
+mod block;
 mod dictionary;
 mod drive;
 mod error_control;
@@ -12,6 +13,7 @@ mod pdo_mapping;
 mod robustness;
 mod sdo;
 mod storing;
+mod transmission;
 
 use crate::case::Case;
 
@@ -26,6 +28,8 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         error_control::CASES,
         storing::CASES,
         nmt::CASES,
+        block::CASES,
+        transmission::CASES,
         robustness::CASES,
     ];
     chapters.into_iter().flatten()

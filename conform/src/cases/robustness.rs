@@ -5,7 +5,7 @@ use lexican_runtime::{AbortCode, CobId};
 
 use super::nmt::{received, reports, shows_its_state, values};
 use super::sdo::long_text;
-use crate::case::{Case, case, ensure};
+use crate::case::{Case, case, ensure, failed};
 use crate::tester::{PATIENCE_MS, Tester, text};
 
 pub(crate) const CASES: &[Case] = &[
@@ -37,28 +37,6 @@ pub(crate) const CASES: &[Case] = &[
         let heard = t.hear_id(sdo_ids(t).1, 50)?;
         ensure(heard.is_empty(), || format!("{} answers an abort", text(&heard)))?;
         t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)
-    }),
-    case("301/7.2.4.3.14/3", "", "segments of a block that were lost are sent again", |t| {
-        let (index, sub, default) = long_text(t)?;
-        let [low, high] = index.to_le_bytes();
-        t.request([0xA0, low, high, sub, 127, 0, 0, 0])?;
-        t.send_request([0xA3, 0, 0, 0, 0, 0, 0, 0])?;
-        let segments = default.len().div_ceil(7);
-        for _ in 0..segments {
-            t.answer()?;
-        }
-        // Only the first one has come; of one segment, none.
-        let taken = 1.min(segments - 1);
-        t.send_request([0xA2, taken as u8, 127, 0, 0, 0, 0, 0])?;
-        for (number, rest) in (1..).zip(default.chunks(7).skip(taken)) {
-            let segment = t.answer()?;
-            let right = segment[0] & 0x7F == number && segment[1..].starts_with(rest);
-            ensure(right, || format!("{segment:02X?} is not segment {number} of what was not confirmed"))?;
-        }
-        let end = t.request([0xA2, (segments - taken) as u8, 127, 0, 0, 0, 0, 0])?;
-        ensure(end[0] & 0xE3 == 0xC1, || format!("{end:02X?} does not end the transfer"))?;
-        t.send_request([0xA1, 0, 0, 0, 0, 0, 0, 0])?;
-        t.read(0x1000, 0).map(|_| ())
     }),
     case("301/7.2.4.3/3", "", "after a flood of requests the server answers as before", |t| {
         let (request, answer) = sdo_ids(t);
@@ -118,15 +96,28 @@ pub(crate) const CASES: &[Case] = &[
         let after = values(t, &pdo)?;
         ensure(after == before, || format!("the objects were {before:02X?} and are {after:02X?}"))
     }),
+    case("301/7.2.2.1/2", "", "an RPDO with too few bytes is reported by the emergency 8210h", |t| {
+        let (id, _) = received(t)?;
+        let emergency = CobId::of_node(0x80, t.node);
+        t.has(&[0x1014])?;
+        t.enter(NmtState::Operational)?;
+        t.send(id, &[])?;
+        let heard = t.hear_id(emergency, PATIENCE_MS)?;
+        let right = matches!(&heard[..], [(_, frame)] if frame.data().starts_with(&[0x10, 0x82]));
+        ensure(right, || format!("the emergency 8210h was expected, {} came", text(&heard)))
+    })
+    .recommended(),
+    case("301/7.2.4.3.17/12", "", "what is refused is refused by another code than the general error", |t| {
+        let answers = [t.download(0x1000, 0, &[0; 4])?, t.upload(0x1000, 1)?.map(drop), t.upload(0x1004, 0)?.map(drop)];
+        let general = [AbortCode::GENERAL, AbortCode::CANNOT_TRANSFER];
+        let refused = answers.into_iter().filter_map(Result::err).find(|code| general.contains(code));
+        refused.map_or(Ok(()), |code| Err(failed(format!("writing 1000h, reading 1000:01 or 1004h: {code}"))))
+    })
+    .recommended(),
     case("301/7.2.8.3.2.2/6", "", "the heartbeat is right in the mean", |t| {
-        const PERIODS: u64 = 40;
         t.has(&[0x1017])?;
         t.write(0x1017, 0, PATIENCE_MS as u32)?;
-        let beats = t.hears_every(t.error_control(), PATIENCE_MS, PERIODS)?;
-        let (Some((first, _)), Some((last, _))) = (beats.first(), beats.last()) else { return Ok(()) };
-        let mean = last.since(*first).as_micros() / (PERIODS - 1);
-        let error = mean.abs_diff(PATIENCE_MS * 1000);
-        ensure(error <= PATIENCE_MS * 10, || format!("the heartbeat comes every {mean} us in the mean, of 100,000"))
+        t.hears_in_the_mean(t.error_control(), PATIENCE_MS, 40)
     })
     .recommended(),
 ];

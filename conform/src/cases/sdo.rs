@@ -20,7 +20,9 @@ pub(crate) const CASES: &[Case] = &[
         let default = t.power_on_value(&entry);
         ensure(default.is_none_or(|default| default == answer[4..]), || format!("1000h is {:02X?}", &answer[4..]))
     }),
-    case("301/7.5.2/1", "2.2", "communication parameters are written and read back", written_and_read),
+    case("301/7.5.2/1", "2.2", "communication parameters are written and read back", |t| {
+        changed_parameters(t).map(|_| ())
+    }),
     case("301/7.2.4.3.17/1", "2.3", "1000h is not written", |t| {
         t.refuses(0x1000, 0, 0, &[AbortCode::READ_ONLY, AbortCode::UNSUPPORTED_ACCESS])
     }),
@@ -48,6 +50,9 @@ pub(crate) const CASES: &[Case] = &[
             of_another_length(t, bits, &[0], AbortCode::LENGTH_TOO_LOW)?;
         }
         Ok(())
+    }),
+    case("301/7.2.4.3.17/11", "", "five bytes in segments do not fit into four", |t| {
+        of_another_length(t, 32, &[0; 5], AbortCode::LENGTH_TOO_HIGH)
     }),
     case("301/7.2.4.3.17/8", "2.10", "a value above its limit is not written", |t| {
         beyond_its_limit(t, |low_high| low_high.1.checked_add(1), AbortCode::VALUE_TOO_HIGH)
@@ -155,7 +160,8 @@ pub(crate) const CASES: &[Case] = &[
     .needs(BOTH),
 ];
 
-fn written_and_read(t: &mut Tester<'_>) -> Outcome {
+/// Writes communication parameters that are harmless, and reads them back: where they are, and what they were.
+pub(crate) fn changed_parameters(t: &mut Tester<'_>) -> Outcome<Vec<((u16, u8), u64)>> {
     let candidates = [
         (0x1006, 0, 10_000),
         (0x1007, 0, 1),
@@ -165,15 +171,15 @@ fn written_and_read(t: &mut Tester<'_>) -> Outcome {
         (0x1800, 2, 1),
         (0x1800, 5, 50),
     ];
-    let mut written = 0;
+    let mut changed = Vec::new();
     for (index, sub, value) in candidates {
         if t.entry(index, sub).is_ok_and(|entry| entry.access.writable()) {
+            changed.push(((index, sub), t.read(index, sub)?));
             t.write(index, sub, value)?;
             t.reads(index, sub, u64::from(value))?;
-            written += 1;
         }
     }
-    if written == 0 { Err(not_applicable("no communication parameter can be written")) } else { Ok(()) }
+    if changed.is_empty() { Err(not_applicable("no communication parameter can be written")) } else { Ok(changed) }
 }
 
 /// Of the numbers of a width, the first that can be written and that nothing but its length is wrong for.

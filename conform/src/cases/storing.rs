@@ -3,7 +3,8 @@
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtCommand;
 
-use crate::case::{Case, Outcome, case, failed};
+use super::sdo::changed_parameters;
+use crate::case::{Case, Outcome, case, failed, not_applicable};
 use crate::hazard::Hazard;
 use crate::tester::Tester;
 
@@ -42,6 +43,32 @@ pub(crate) const CASES: &[Case] = &[
         forget(t)
     })
     .needs(BOTH),
+    case("301/7.5.2.14/5", "", "1011h:01 restores all communication parameters", |t| {
+        t.entry(0x1011, 1)?;
+        t.entry(0x1010, 1)?;
+        let changed = changed_parameters(t)?;
+        t.write(0x1010, 1, SAVE)?;
+        reset(t, NmtCommand::ResetNode)?;
+        t.write(0x1011, 1, LOAD)?;
+        reset(t, NmtCommand::ResetNode)?;
+        for ((index, sub), _) in changed {
+            let entry = t.entry(index, sub)?;
+            t.is_default(&entry)?;
+        }
+        forget(t)
+    })
+    .needs(BOTH),
+    case("301/7.3.2.2.1/2", "", "without being stored, communication parameters last until a reset", |t| {
+        if t.entry(0x1010, 1).is_ok() && t.read(0x1010, 1)? & 2 != 0 {
+            return Err(not_applicable("1010h says that the device stores by itself"));
+        }
+        for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
+            let changed = changed_parameters(t)?;
+            t.reset(command)?;
+            changed.into_iter().try_for_each(|((index, sub), before)| t.reads(index, sub, before))?;
+        }
+        Ok(())
+    }),
     case("301/7.3.5/1", "8.10", "no service takes a restricted identifier", |t| {
         // CiA 301, 7.3.5: the first and the last of each range, and this node's own.
         let node = u32::from(t.node.get());

@@ -63,6 +63,8 @@ struct Row {
     reason: String,
     seconds: f64,
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    measured: Vec<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     notes: Vec<String>,
     frames: Vec<Line>,
 }
@@ -129,6 +131,7 @@ impl Report {
                 verdict: report.verdict(),
                 reason: report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default(),
                 seconds: seconds(report.took),
+                measured: report.measured.clone(),
                 notes: report.notes.clone(),
                 frames: frames.collect(),
             }

@@ -16,7 +16,11 @@ pub const FAULTS: &[Fault] = &[
         &[sent("585#4300100092010000").becomes("585#4300100093010000")],
         "2.1 2.19 4.2 4.8",
     ),
-    fault("1015h forgets what is written", &[heard("605#2B151000*").is_answered("585#6015100000000000")], "2.2"),
+    fault(
+        "1015h forgets what is written",
+        &[heard("605#2B151000*").is_answered("585#6015100000000000")],
+        "2.2 301/7.5.2.18/1 301/7.5.2.14/5 301/7.3.2.2.1/2",
+    ),
     fault("1000h is written", &[heard("605#23001000*").is_answered("585#6000100000000000")], "2.3 4.3 4.7"),
     fault(
         "1000h is read-only with the wrong abort code",
@@ -24,8 +28,8 @@ pub const FAULTS: &[Fault] = &[
         "2.3 4.3 4.7",
     ),
     fault("2001h is read", &[heard("605#40012000*").is_answered("585#4301200000000000")], "2.4 4.4 4.7"),
-    fault("1000h:01 exists", &[heard("605#40001001*").is_answered("585#4300100100000000")], "2.5"),
-    fault("1004h exists", &[heard("605#40041000*").is_answered("585#4304100000000000")], "2.6"),
+    fault("1000h:01 exists", &[heard("605#40001001*").is_answered("585#4300100100000000")], "2.5 306-1/6.5.2/11"),
+    fault("1004h exists", &[heard("605#40041000*").is_answered("585#4304100000000000")], "2.6 306-1/6.5.2/11"),
     fault("an unknown command is not answered", &[heard("605#E0*")], "2.7"),
     fault("1017h takes four bytes", &[heard("605#23171000*").becomes("605#2B171000*")], "2.8"),
     fault("1017h takes one byte", &[heard("605#2F171000*").becomes("605#2B171000*")], "2.9"),
@@ -76,7 +80,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "1017h is not written as a block without checksum",
         &[heard("605#C2171000*").is_answered("585#8017100001000405")],
-        "2.21",
+        "2.21 301/7.2.4.3.9/3",
     ),
     fault(
         "100Ch is not written as a block with checksum",
@@ -91,7 +95,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "a block without checksum has a wrong byte",
         &[sent("585#01*").becomes("585#0154*").after(&["605#A0081000*"]).until("605#A1*")],
-        "2.22",
+        "2.22 301/7.2.4.3.14/4",
     ),
     fault(
         "the checksum of a block is wrong",
@@ -124,12 +128,12 @@ pub const FAULTS: &[Fault] = &[
         &[heard("605#40021803*").is_answered("585#8002180300000008")],
         "3.2 4.1 4.2 4.7 4.8 4.9",
     ),
-    fault("a remote frame does not ask for TPDO 1", &[heard("185#R*")], "3.3 9.3"),
+    fault("a remote frame does not ask for TPDO 1", &[heard("185#R*")], "3.3 9.3 301/7.2.2.3/4"),
     fault("an event sends the old value", &[sent("185#*").becomes("185#3412").after(&["605#2B032000*"])], "3.4"),
     fault(
         "the event timer takes twice its time",
         &[sent("185#*").comes_half_as_often().after(&["605#2B00180564*"])],
-        "3.5",
+        "3.5 301/7.2.2.3/5",
     ),
     fault(
         "TPDO 1 comes with every sixth SYNC",
@@ -262,7 +266,11 @@ pub const FAULTS: &[Fault] = &[
         &[heard("605#40031001*").is_answered("585#4303100120310000").until("605#23042000*")],
         "5.3",
     ),
-    fault("an emergency is sent twice", &[sent("085#*").brings("085#*")], "5.4 5.5 5.6 7.6 7.106"),
+    fault(
+        "an emergency is sent twice",
+        &[sent("085#*").brings("085#*")],
+        "5.4 5.5 5.6 301/7.5.2.4/3 301/7.5.2.17/2 301/7.5.2.18/1 7.6 7.106 301/7.2.2.1/2",
+    ),
     fault("1001h does not show what the emergency did", &[sent("585#4F01100005*").becomes("585#4F01100001*")], "5.5"),
     fault(
         "1003h lacks the additional information",
@@ -271,8 +279,16 @@ pub const FAULTS: &[Fault] = &[
     ),
     // SYNC.
     fault("1005h has another identifier", &[sent("585#4305100080*").becomes("585#4305100081*")], "4.2 4.8 6.1"),
-    fault("SYNC comes half as often", &[sent("080#*").comes_half_as_often()], "6.2 6.3 6.6 6.7 6.10 9.2 9.3"),
-    fault("a TPDO comes with every SYNC", &[heard("605#2F00180202*").becomes("605#2F00180201*")], "3.8 6.3"),
+    fault(
+        "SYNC comes half as often",
+        &[sent("080#*").comes_half_as_often()],
+        "6.2 301/7.2.5/2 6.3 6.6 6.7 6.10 9.2 9.3",
+    ),
+    fault(
+        "a TPDO comes with every SYNC",
+        &[heard("605#2F00180202*").becomes("605#2F00180201*")],
+        "3.8 6.3 301/7.5.2.37/3 301/7.2.2.2/4",
+    ),
     fault("a SYNC consumer wants a period", &[heard("080#*").after(&["605#2306100000000000"])], "6.4"),
     fault("the counter overflow may be 241", &[heard("605#2F191000F1*").is_answered("585#6019100000000000")], "6.5"),
     fault("a counter comes without overflow", &[sent("080#").becomes("080#01").after(&["605#2F19100000*"])], "6.6"),
@@ -384,7 +400,11 @@ pub const FAULTS: &[Fault] = &[
         "2.30 6.8 6.10 8.2 8.4 8.9",
     ),
     fault("1011h:01 takes any signature", &[heard("605#231110016461*").is_answered("585#6011100100000000")], "8.3"),
-    fault("1011h:01 restores nothing", &[heard("605#231110016C6F6164").is_answered("585#6011100100000000")], "8.4"),
+    fault(
+        "1011h:01 restores nothing",
+        &[heard("605#231110016C6F6164").is_answered("585#6011100100000000")],
+        "8.4 301/7.5.2.14/5",
+    ),
     fault("1010h:02 takes any signature", &[heard("605#2310100265766173").is_answered("585#6010100200000000")], "8.5"),
     fault("1010h:02 stores nothing", &[heard("605#2310100273617665").is_answered("585#6010100200000000")], "8.6 8.8"),
     fault("1011h:02 takes any signature", &[heard("605#231110026461*").is_answered("585#6011100200000000")], "8.7"),
@@ -409,7 +429,7 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "1017h has not its default after a reset",
         &[heard("605#40171000*").is_answered("585#4B171000E8030000").after(&["605#2B171000E803*"]).until("605#2310*")],
-        "9.1",
+        "301/7.3.2.2.1/2 9.1",
     ),
     fault(
         "PRE-OPERATIONAL: an RPDO is taken",
@@ -421,11 +441,15 @@ pub const FAULTS: &[Fault] = &[
         &[heard("605#40406000*").is_answered("585#4B40600001010000").after(&["000#0205", "205#*"]).until("000#01*")],
         "9.4",
     ),
-    fault("OPERATIONAL: an RPDO is not taken", &[heard("205#*")], "9.3"),
+    fault("OPERATIONAL: an RPDO is not taken", &[heard("205#*")], "9.3 301/7.2.2.2/5 301/7.2.2.1/2"),
     fault("1029h:01 = 2 does not lead to STOPPED", &[heard("605#2F29100102*").becomes("605#2F29100100*")], "9.3"),
     fault("STOPPED: SYNC is produced", &[every_ms(10, "080#").when(Stopped).after(&["605#2305100080000040"])], "9.4"),
     fault("STOPPED: SDO is answered", &[heard("605#40001000*").brings("585#4300100092010000").when(Stopped)], "9.4"),
-    fault("PRE-OPERATIONAL: SYNC is not produced", &[sent("080#").when(PreOperational)], "6.2 6.6 6.10 9.2"),
+    fault(
+        "PRE-OPERATIONAL: SYNC is not produced",
+        &[sent("080#").when(PreOperational)],
+        "6.2 301/7.2.5/2 6.6 6.10 9.2",
+    ),
     fault("a reset of another node is obeyed", &[heard("000#8106").becomes("000#8105")], "10.1"),
     fault("a reset of all nodes is not obeyed", &[heard("000#8200")], "10.1"),
     fault("a reset of the communication is one of the node", &[heard("000#8205").becomes("000#8105")], "10.1"),
@@ -441,11 +465,15 @@ pub const FAULTS: &[Fault] = &[
         &[heard("605#40001000*").after(&["605#40081000*"]).until("605#60*")],
         "2.17 301/7.2.4.3/2",
     ),
-    fault("an abort is answered", &[heard("605#80*").brings("585#8000100000000008")], "301/7.2.4.3.17/10"),
+    fault(
+        "an abort is answered",
+        &[heard("605#80*").brings("585#8000100000000008")],
+        "301/7.2.4.3.9/3 301/7.2.4.3.17/10",
+    ),
     fault(
         "segments that were lost count as confirmed",
         &[heard("605#A201*").becomes("605#A202*")],
-        "2.19 301/7.2.4.3.14/3",
+        "2.19 301/7.2.4.3.14/3 301/7.2.4.3.14/4",
     ),
     fault(
         "the server is deaf after sixty reads",
@@ -468,5 +496,116 @@ pub const FAULTS: &[Fault] = &[
             every_ms(98, "705#7F").when(PreOperational).after(&["605#2B17100064*"]).until("605#2B17100000*"),
         ],
         "301/7.2.8.3.2.2/6",
+    ),
+    // Blocks.
+    fault(
+        "a block of one segment has more",
+        &[heard("605#A008100001*").becomes("605#A00810007F*")],
+        "301/7.2.4.3.14/4",
+    ),
+    fault(
+        "a block that lacks its first segment is confirmed",
+        &[sent("585#A200*").becomes("585#A202*").after(&["605#C6002003*"])],
+        "301/7.2.4.3.10/1",
+    ),
+    fault(
+        "segment 2 is taken for the first one",
+        &[sent("585#A200*").becomes("585#A202*").after(&["605#C2171000*"])],
+        "301/7.2.4.3.9/3",
+    ),
+    // Transmission types.
+    fault(
+        "transmission type 17 is refused with the wrong abort code",
+        &[heard("605#2F00180211*").is_answered("585#8000180222000008")],
+        "301/7.5.2.37/3",
+    ),
+    fault(
+        "transmission type 245 is taken",
+        &[heard("605#2F001802F5*").is_answered("585#6000180200000000")],
+        "301/7.5.2.37/4",
+    ),
+    fault("no TPDO comes with the 240th SYNC", &[sent("185#*").after(&["605#2F001802F0*"])], "301/7.2.2.2/4"),
+    fault(
+        "a remote frame does not ask for what SYNC has sampled",
+        &[heard("185#R*").after(&["605#2F001802FC*"])],
+        "301/7.2.2.3/4",
+    ),
+    fault(
+        "with type 255, the event timer takes twice its time",
+        &[sent("185#*").comes_half_as_often().after(&["605#2F001802FF*", "605#2B00180564*"])],
+        "301/7.2.2.3/5",
+    ),
+    fault(
+        "the event timer is not switched off",
+        &[heard("605#2B0018050000*").is_answered("585#6000180500000000").after(&["605#2B00180532*"])],
+        "301/7.5.2.37/5",
+    ),
+    fault("the inhibit time is zero", &[heard("605#2B001803E8*").becomes("605#2B00180300*")], "301/7.5.2.37/6"),
+    fault(
+        "the inhibit time changes while the PDO exists",
+        &[heard("605#2B00180364*").is_answered("585#6000180300000000")],
+        "301/7.5.2.37/7",
+    ),
+    fault(
+        "the identifier changes while the PDO exists",
+        &[heard("605#2300180184010000").is_answered("585#6000180100000000")],
+        "301/7.5.2.37/8",
+    ),
+    fault("a synchronous RPDO acts at once", &[heard("605#2F00140201*").becomes("605#2F001402FE*")], "301/7.2.2.2/5"),
+    // More of the dictionary, of storing and of emergencies.
+    fault(
+        "1009h does not exist with the wrong abort code",
+        &[heard("605#40091000*").is_answered("585#8009100011000906")],
+        "306-1/6.5.2/10",
+    ),
+    fault("1009h exists", &[heard("605#40091000*").is_answered("585#4309100031000000")], "306-1/6.5.2/11"),
+    fault(
+        "five bytes begin to be written to 1006h",
+        &[heard("605#210610000*").is_answered("585#6006100000000000")],
+        "301/7.2.4.3.17/11",
+    ),
+    fault(
+        "1015h is not restored",
+        &[heard("605#40151000*").is_answered("585#4B15100064000000").after(&["605#23111001*"])],
+        "301/7.5.2.14/5",
+    ),
+    fault(
+        "1015h lasts over a reset",
+        &[heard("605#40151000*")
+            .is_answered("585#4B15100064000000")
+            .after(&["605#2B151000*", "000#8105"])
+            .until("605#23101001*")],
+        "301/7.3.2.2.1/2",
+    ),
+    fault("1003h is not cleared", &[heard("605#2F03100000*").is_answered("585#6003100000000000")], "301/7.5.2.4/3"),
+    fault(
+        "an emergency is sent although 1014h has none",
+        &[heard("605#2314100085000080").is_answered("585#6014100000000000")],
+        "301/7.5.2.17/2",
+    ),
+    fault(
+        "the inhibit time of emergencies is zero",
+        &[heard("605#2B151000B80B*").becomes("605#2B1510000000*")],
+        "301/7.5.2.18/1",
+    ),
+    // What is recommended.
+    fault("a short RPDO is not reported", &[sent("085#1082*")], "301/7.2.2.1/2"),
+    fault(
+        "writing 1000h is a general error",
+        &[heard("605#23001000*").is_answered("585#8000100000000008")],
+        "301/7.2.4.3.17/12",
+    ),
+    fault(
+        "the event timer is two percent too fast",
+        &[
+            sent("185#*").when(Operational).after(&["605#2B00180532*"]),
+            every_ms(49, "185#3412").when(Operational).after(&["605#2B00180532*"]).until("605#2B00180500*"),
+        ],
+        "301/7.2.2.3/6",
+    ),
+    fault(
+        "SYNC is two percent too slow",
+        &[heard("605#2306100010270000").becomes("605#23061000D8270000").after(&["605#40051000*", "605#40061000*"])],
+        "301/7.2.5/2",
     ),
 ];

@@ -220,6 +220,13 @@ fn what_could_not_be_put_back_is_in_the_report() {
 }
 
 #[test]
+fn what_is_timed_has_figures() {
+    let report = Bench::of(&RIGHT).test(&settings(), &["7.102"]);
+    let figures = "705 every 100 ms: 100.00 to 100.00 ms over 10, allowed 90.00 to 110.00";
+    assert_eq!(report.cases[0].measured, [figures]);
+}
+
+#[test]
 fn the_first_failure_ends_a_test_that_is_to_end_then() {
     const WRONG: Fault = fault("1000h is another", &[heard("605#40001000*").is_answered("585#4300100000000000")], "");
     let bench = Bench::of(&WRONG);

@@ -1,0 +1,79 @@
+//! Beyond the plan: blocks of SDO whose segments are lost, or come one by one.
+
+use lexican_runtime::AbortCode;
+
+use super::sdo::long_text;
+use crate::case::{Case, case, ensure, not_applicable};
+use crate::sdo::{initiate, message};
+
+pub(crate) const CASES: &[Case] = &[
+    case("301/7.2.4.3.14/3", "", "segments of a block that were lost are sent again", |t| {
+        let (index, sub, default) = long_text(t)?;
+        t.request(initiate(0xA0, (index, sub), &[127]))?;
+        t.send_request(message(&[0xA3], &[]))?;
+        let segments = default.len().div_ceil(7);
+        for _ in 0..segments {
+            t.answer()?;
+        }
+        // Only the first one has come, and of one none.
+        let arrived = usize::from(segments > 1);
+        t.send_request(message(&[0xA2, arrived as u8, 127], &[]))?;
+        for (number, rest) in (1..).zip(default.chunks(7).skip(arrived)) {
+            let segment = t.answer()?;
+            let right = usize::from(segment[0] & 0x7F) == number && segment[1..].starts_with(rest);
+            ensure(right, || format!("{segment:02X?} is not segment {number} of what was not confirmed"))?;
+        }
+        let end = t.request(message(&[0xA2, (segments - arrived) as u8, 127], &[]))?;
+        ensure(end[0] & 0xE3 == 0xC1, || format!("{end:02X?} does not end the transfer"))?;
+        t.send_request(message(&[0xA1], &[]))?;
+        t.read(0x1000, 0).map(|_| ())
+    }),
+    case("301/7.2.4.3.14/4", "", "blocks have as few segments as the client wants", |t| {
+        let (index, sub, default) = long_text(t)?;
+        t.request(initiate(0xA0, (index, sub), &[1]))?;
+        let (mut bytes, mut next) = (Vec::<u8>::new(), message(&[0xA3], &[]));
+        loop {
+            let segment = t.request(next)?;
+            ensure(segment[0] & 0x7F == 1, || format!("{segment:02X?} is not the only segment of a block"))?;
+            let heard = t.hear_ms(5)?;
+            ensure(heard.is_empty(), || "a block of one segment has more")?;
+            bytes.extend(&segment[1..]);
+            next = message(&[0xA2, 1, 1], &[]);
+            ensure(bytes.len() < default.len() + 14, || "a block transfer without end")?;
+            if segment[0] & 0x80 != 0 {
+                break;
+            }
+        }
+        let end = t.request(next)?;
+        ensure(end[0] & 0xE3 == 0xC1, || format!("{end:02X?} does not end the transfer"))?;
+        t.send_request(message(&[0xA1], &[]))?;
+        bytes.truncate(bytes.len() - usize::from(end[0] >> 2 & 7));
+        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}"))
+    }),
+    case("301/7.2.4.3.10/1", "", "segments of a block that did not come are asked for", |t| {
+        let entries = t.some_to_write("of more than four bytes can be written", |entry| {
+            entry.access.readable() && entry.access.writable() && t.bits(entry).is_none_or(|bits| bits > 56)
+        })?;
+        for entry in entries {
+            let at = (entry.index, entry.sub);
+            let value = t.read_bytes(at.0, at.1)?;
+            if (8..=127 * 7).contains(&value.len()) {
+                t.download_block_without(at, &value, true, 1)?;
+                let after = t.read_bytes(at.0, at.1)?;
+                return ensure(after == value, || format!("{:04X}:{:02X} is {after:02X?} afterwards", at.0, at.1));
+            }
+        }
+        Err(not_applicable("no value that can be written has several segments"))
+    }),
+    case("301/7.2.4.3.9/3", "", "a segment whose number is not next is not taken", |t| {
+        t.has(&[0x1017])?;
+        let value = t.read(0x1017, 0)?;
+        let answer = t.request(initiate(0xC2, (0x1017, 0), &[2]))?;
+        ensure(answer[0] & 0xFB == 0xA0, || format!("{answer:02X?} does not begin a block"))?;
+        let answer = t.request(message(&[0x82, 0x10, 0x27], &[]))?;
+        ensure(answer[..2] == [0xA2, 0], || format!("{answer:02X?} confirms segment 2, which came first"))?;
+        let code = AbortCode::GENERAL.0.to_le_bytes();
+        t.send_request(initiate(0x80, (0x1017, 0), &code))?;
+        t.reads(0x1017, 0, value)
+    }),
+];

@@ -1,0 +1,174 @@
+//! Beyond the plan: every transmission type, with its timing, and what is not changed while a PDO exists.
+
+use lexican_eds::model::Pdo;
+use lexican_runtime::AbortCode;
+use lexican_runtime::wire::nmt::NmtState;
+
+use super::nmt::{received, values};
+use super::pdo::{Tpdo, Transmission, configure, tpdos, transmission};
+use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
+use crate::tester::{PATIENCE_MS, Tester, text};
+
+pub(crate) const CASES: &[Case] = &[
+    case("301/7.5.2.37/3", "", "each transmission type is taken, or refused as a value", |t| {
+        let pdo = switched_off(t)?;
+        for code in (0..=0xFF).filter(|code| !RESERVED.contains(code)) {
+            match t.try_write(parameter(&pdo), 2, code)? {
+                Ok(()) => t.reads(parameter(&pdo), 2, u64::from(code))?,
+                Err(refused) => ensure(is_of_value(refused), || format!("type {code} is refused with {refused}"))?,
+            }
+        }
+        Ok(())
+    }),
+    case("301/7.5.2.37/4", "", "reserved transmission types, 241 to 251, are refused", |t| {
+        let pdo = switched_off(t)?;
+        RESERVED.into_iter().try_for_each(|code| t.refuses(parameter(&pdo), 2, code, &OF_VALUE))
+    }),
+    case("301/7.2.2.2/4", "", "a TPDO comes with every nth SYNC", |t| {
+        let pdo = tpdos(t)?.remove(0);
+        for every in [1, 2, 7, 240] {
+            let tpdo = configure(t, &pdo, transmission(every))?;
+            t.enter(NmtState::Operational)?;
+            for number in 1..=u32::from(every) + 1 {
+                t.sync(None)?;
+                let heard = t.hear_id(tpdo.id, 5)?;
+                let expected = usize::from(number % u32::from(every) == 0);
+                let right = heard.len() == expected && heard.iter().all(|(_, frame)| frame.data().len() == tpdo.len);
+                ensure(right, || format!("type {every}: {} came after SYNC {number}", text(&heard)))?;
+            }
+        }
+        Ok(())
+    }),
+    case("301/7.2.2.3/4", "", "type 252: a remote frame asks for what SYNC has sampled", |t| {
+        let tpdo = of_type(t, 252)?;
+        t.enter(NmtState::Operational)?;
+        t.sync(None)?;
+        t.silence(20)?;
+        for _ in 0..2 {
+            t.send_remote(tpdo.id, tpdo.len)?;
+            let heard = t.hear_id(tpdo.id, 50)?;
+            ensure(heard.len() == 1, || format!("{} answers a remote frame", text(&heard)))?;
+        }
+        Ok(())
+    }),
+    case("301/7.2.2.3/5", "", "type 255: the event timer sends a TPDO", |t| {
+        let pdo = with_event_timer(t)?;
+        let tpdo = configure(t, &pdo, Transmission { code: 255, event_timer_ms: 100, sync_start: 0 })?;
+        t.enter(NmtState::Operational)?;
+        t.hears_every(tpdo.id, 100, 10).map(|_| ())
+    }),
+    case("301/7.2.2.3/6", "", "the event timer is right in the mean", |t| {
+        let pdo = with_event_timer(t)?;
+        let tpdo = configure(t, &pdo, Transmission { code: 254, event_timer_ms: 50, sync_start: 0 })?;
+        t.enter(NmtState::Operational)?;
+        t.hears_in_the_mean(tpdo.id, 50, 40)
+    })
+    .recommended(),
+    case("301/7.5.2.37/5", "", "the event timer is switched off", |t| {
+        let pdo = with_event_timer(t)?;
+        let tpdo = configure(t, &pdo, Transmission { code: 254, event_timer_ms: 50, sync_start: 0 })?;
+        t.enter(NmtState::Operational)?;
+        t.hears_every(tpdo.id, 50, 4)?;
+        t.write(parameter(&pdo), 5, 0)?;
+        // One may be on its way.
+        t.hear_ms(PATIENCE_MS)?;
+        let heard = t.hear_id(tpdo.id, 500)?;
+        ensure(heard.is_empty(), || format!("{} come without event timer", text(&heard)))
+    }),
+    case("301/7.5.2.37/6", "", "the inhibit time keeps TPDOs away from each other", |t| {
+        const INHIBIT_MS: u64 = 100;
+        let pdo = with_event_timer(t)?;
+        let index = parameter(&pdo);
+        if !t.entry(index, 3)?.access.writable() {
+            return Err(not_applicable("the inhibit time cannot be written"));
+        }
+        switch_off(t, &pdo)?;
+        t.write(index, 3, INHIBIT_MS as u32 * 10)?;
+        let tpdo = configure(t, &pdo, Transmission { code: 254, event_timer_ms: 20, sync_start: 0 })?;
+        t.enter(NmtState::Operational)?;
+        let heard = t.hear_id(tpdo.id, INHIBIT_MS * 10 + INHIBIT_MS / 2)?;
+        ensure(heard.len() >= 5, || format!("{} TPDOs come in ten inhibit times", heard.len()))?;
+        t.are_apart(tpdo.id, &heard, INHIBIT_MS)
+    }),
+    case("301/7.5.2.37/7", "", "the inhibit time is not changed while the PDO exists", |t| {
+        let pdo = tpdos(t)?.remove(0);
+        let index = parameter(&pdo);
+        if !t.entry(index, 3)?.access.writable() {
+            return Err(not_applicable("the inhibit time cannot be written"));
+        }
+        configure(t, &pdo, transmission(254))?;
+        t.refuses(index, 3, 100, &WHILE_IT_EXISTS)
+    }),
+    case("301/7.5.2.37/8", "", "the identifier is not changed while the PDO exists", |t| {
+        let pdo = tpdos(t)?.remove(0);
+        let tpdo = configure(t, &pdo, transmission(254))?;
+        let other = tpdo.id.raw() ^ 1;
+        t.refuses(parameter(&pdo), 1, other, &WHILE_IT_EXISTS)
+    }),
+    case("301/7.2.2.2/5", "", "a synchronous RPDO acts with the next SYNC", |t| {
+        let (id, pdo) = received(t)?;
+        let index = 0x13FF + pdo.number;
+        if !t.entry(index, 2)?.access.writable() {
+            return Err(not_applicable("the transmission type of the RPDO cannot be written"));
+        }
+        if let Err(refused) = t.try_write(index, 2, 1)? {
+            ensure(is_of_value(refused), || format!("type 1 is refused with {refused}"))?;
+            return Err(not_applicable("the RPDO is not synchronous"));
+        }
+        let before = values(t, &pdo)?;
+        let sent: Vec<u8> = before.iter().map(|byte| byte ^ 1).collect();
+        t.enter(NmtState::Operational)?;
+        t.send(id, &sent)?;
+        t.hear_ms(20)?;
+        for (expected, when) in [(&before, "before"), (&sent, "after")] {
+            let now = values(t, &pdo)?;
+            ensure(now == *expected, || format!("{id}#{sent:02X?}: the objects have {now:02X?} {when} SYNC"))?;
+            t.sync(None)?;
+            t.hear_ms(20)?;
+        }
+        Ok(())
+    }),
+];
+
+const RESERVED: std::ops::RangeInclusive<u32> = 241..=251;
+
+/// CiA 301 has the first one; the others are those of the limits that a data sheet may give.
+const OF_VALUE: [AbortCode; 3] = [AbortCode::INVALID_VALUE, AbortCode::VALUE_TOO_HIGH, AbortCode::VALUE_TOO_LOW];
+
+const WHILE_IT_EXISTS: [AbortCode; 4] =
+    [AbortCode::INVALID_VALUE, AbortCode::UNSUPPORTED_ACCESS, AbortCode::DEVICE_STATE, AbortCode::CANNOT_TRANSFER];
+
+fn is_of_value(code: AbortCode) -> bool {
+    OF_VALUE.contains(&code) || code == AbortCode::GENERAL
+}
+
+fn parameter(pdo: &Pdo) -> u16 {
+    0x17FF + pdo.number
+}
+
+fn switch_off(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome {
+    let cob_id = t.read(parameter(pdo), 1)? as u32;
+    t.write(parameter(pdo), 1, cob_id | 1 << 31)
+}
+
+fn switched_off(t: &mut Tester<'_>) -> Outcome<Pdo> {
+    let pdo = tpdos(t)?.remove(0);
+    switch_off(t, &pdo)?;
+    Ok(pdo)
+}
+
+/// A TPDO of a type that a device need not have.
+fn of_type(t: &mut Tester<'_>, code: u8) -> Outcome<Tpdo> {
+    let pdo = switched_off(t)?;
+    match t.try_write(parameter(&pdo), 2, u32::from(code))? {
+        Ok(()) => configure(t, &pdo, transmission(code)),
+        Err(refused) if is_of_value(refused) => Err(not_applicable(format!("the device has no type {code}"))),
+        Err(refused) => Err(failed(format!("type {code} is refused with {refused}"))),
+    }
+}
+
+fn with_event_timer(t: &Tester<'_>) -> Outcome<Pdo> {
+    let settable = |pdo: &Pdo| t.entry(parameter(pdo), 5).is_ok_and(|entry| entry.access.writable());
+    let mut pdos = tpdos(t)?.into_iter().filter(settable);
+    pdos.next().ok_or_else(|| not_applicable("no TPDO whose event timer can be set"))
+}
