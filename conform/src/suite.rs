@@ -9,6 +9,7 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId, Duration};
 
 use crate::case::{Case, Ended, Level, Outcome, Verdict};
+use crate::cases::lss;
 use crate::tester::{Record, Settings, Sheet, Tester};
 
 /// For how long others on the bus are listened to before the test.
@@ -170,7 +171,7 @@ impl Suite<'_> {
     fn run(&mut self, case: &'static Case) -> (CaseReport, Option<Ended>) {
         let begun = self.tester.now();
         let mut notes = Vec::new();
-        let mut outcome = self.once(case);
+        let (mut outcome, mut frames) = self.once(case);
         let mut end = None;
         let repeats = match &outcome {
             Err(Verdict::Failed(_)) => {
@@ -198,9 +199,9 @@ impl Suite<'_> {
         };
         if let Some(why) = repeats {
             notes.push(format!("{why}, and the case was run again"));
-            outcome = self.once(case);
+            (outcome, frames) = self.once(case);
         }
-        let (frames, measured) = (self.tester.frames().to_vec(), self.tester.measured().to_vec());
+        let measured = self.tester.measured().to_vec();
         let took = self.tester.now().since(begun);
         let settings = self.tester.settings;
         match &outcome {
@@ -217,13 +218,16 @@ impl Suite<'_> {
         (CaseReport { case, outcome, took, frames, measured, notes }, end)
     }
 
-    fn once(&mut self, case: &'static Case) -> Outcome {
+    /// Runs a case, and has the device answer at its node-ID again.
+    fn once(&mut self, case: &'static Case) -> (Outcome, Vec<Record>) {
         let outcome = self.tester.run(case);
+        let frames = self.tester.frames().to_vec();
+        self.undo(|suite| lss::put_back(&mut suite.tester));
         let written = self.tester.written();
         self.stores |= written.iter().any(|&(index, _)| index == 0x1010);
         // What was not known before is nothing to be put back.
         self.changed.extend(written.into_iter().filter(|at| self.before.contains_key(at)));
-        outcome
+        (outcome, frames)
     }
 
     /// Whether the device answers, and if not, whether it does so again within some time.
@@ -253,24 +257,33 @@ impl Suite<'_> {
         }
     }
 
-    /// Brings back what was there before the test, if a reset does not, also after Ctrl-C: a sentence for each entry that is
-    /// not known to be as it was.
-    fn put_back(&mut self) -> Vec<String> {
-        if self.changed.is_empty() {
-            return Vec::new();
-        }
+    /// Undoes what cases have done, also after Ctrl-C.
+    fn undo<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
         let cancelled = self.cancelled.swap(false, Ordering::Relaxed);
         self.tester.limit(STEP);
-        let reset = self.tester.reset(NmtCommand::ResetNode);
-        // In STOPPED, what does not obey a reset serves no SDO.
-        if reset.and_then(|()| self.tester.enter(NmtState::PreOperational)).is_ok() {
-            self.restore();
-        }
+        let done = work(self);
         self.cancelled.fetch_or(cancelled, Ordering::Relaxed);
+        done
+    }
+
+    /// Brings back what was there before the test, if a reset does not: a sentence for each thing that is not known to be as
+    /// it was.
+    fn put_back(&mut self) -> Vec<String> {
+        let by_lss = self.undo(|suite| lss::put_back(&mut suite.tester));
+        if self.changed.is_empty() {
+            return Vec::from_iter(by_lss);
+        }
+        self.undo(|suite| {
+            let reset = suite.tester.reset(NmtCommand::ResetNode);
+            // In STOPPED, what does not obey a reset serves no SDO.
+            if reset.and_then(|()| suite.tester.enter(NmtState::PreOperational)).is_ok() {
+                suite.restore();
+            }
+        });
         let was = |&(index, sub): &(u16, u8)| {
             format!("{index:04X}:{sub:02X} could not be put back to {:02X?}", self.before[&(index, sub)])
         };
-        self.changed.iter().map(was).collect()
+        by_lss.into_iter().chain(self.changed.iter().map(was)).collect()
     }
 
     fn restore(&mut self) {

@@ -13,6 +13,7 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use crate::case::{Case, Ended, Level, Outcome, Verdict, ensure, failed, not_applicable};
+use crate::cases::lss;
 use crate::hazard::Hazard;
 
 /// For how long the tester listens for what is to come at once.
@@ -42,6 +43,8 @@ pub struct Settings {
     pub bus: Duration,
     /// The test ends with the first case that fails: of what is required, or also of what is recommended.
     pub fail_fast: Option<Level>,
+    /// The bit rate of the bus in kbit/s. Without it no device is given a bit rate: it could not be put back.
+    pub bit_rate_kbit: Option<u16>,
     /// What makes the device do what no service can ask for.
     pub stimuli: Stimuli,
 }
@@ -58,6 +61,7 @@ impl Settings {
             case: Duration::from_secs(120),
             bus: Duration::from_secs(30),
             fail_fast: None,
+            bit_rate_kbit: None,
             stimuli: Stimuli::default(),
         }
     }
@@ -150,6 +154,8 @@ pub struct Tester<'a> {
     written: BTreeSet<(u16, u8)>,
     /// What has been measured in this case.
     measured: Vec<String>,
+    /// What LSS has changed, and is not put back.
+    pub(crate) lss: lss::Changes,
     /// The frames that this computer has missed in this case.
     missed: u32,
     /// The device may boot: a reset was commanded, and it has not booted since.
@@ -176,6 +182,7 @@ impl<'a> Tester<'a> {
             frames,
             written,
             measured,
+            lss: lss::Changes::default(),
             missed,
             may_boot,
             has_booted,
@@ -196,6 +203,9 @@ impl<'a> Tester<'a> {
         let profile = self.sheet.device.profile;
         if let Some(wanted) = case.profile().filter(|&wanted| Some(wanted) != profile) {
             return Err(not_applicable(format!("1000h does not say that the device is one of CiA {wanted}")));
+        }
+        if case.id.starts_with("305/") && !self.sheet.device.info.lss {
+            return Err(not_applicable("LSS_Supported is not 1 in the data sheet"));
         }
         if let Some(hazard) = case.needs.iter().find(|hazard| !self.settings.allow.contains(hazard)) {
             return Err(Verdict::NotAllowed(*hazard));
@@ -251,6 +261,11 @@ impl<'a> Tester<'a> {
     /// From now on, ignores what others send, who are not tested.
     pub(crate) fn ignore(&mut self, others: BTreeSet<CobId>) {
         self.others = others;
+    }
+
+    /// Whether an identifier is of another node on the bus.
+    pub(crate) fn is_of_others(&self, id: CobId) -> bool {
+        self.others.contains(&id)
     }
 
     /// Whether writing an object has been allowed.

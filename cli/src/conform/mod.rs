@@ -103,6 +103,10 @@ struct Conditions {
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
     boot: Duration,
 
+    /// The bit rate of the bus in kbit/s, so that the device has it again after others were given to it by LSS
+    #[arg(long, value_name = "KBIT")]
+    bit_rate: Option<u16>,
+
     /// What lets the device send an emergency, as a write: 2004=0xCDAB3120
     #[arg(long, value_name = "OBJECT=VALUE")]
     emergency: Option<String>,
@@ -255,7 +259,7 @@ impl Conditions {
         };
         let allow = self.allow.iter().flat_map(|allowed| allowed.0.iter().copied()).collect();
         let fail_fast = self.fail_fast.then_some(if self.strict { Level::Should } else { Level::Must });
-        Ok(Settings { allow, boot: self.boot, stimuli, fail_fast, ..Settings::new(node) })
+        Ok(Settings { allow, boot: self.boot, bit_rate_kbit: self.bit_rate, stimuli, fail_fast, ..Settings::new(node) })
     }
 }
 

@@ -6,6 +6,7 @@ mod block;
 mod dictionary;
 mod drive;
 mod error_control;
+pub(crate) mod lss;
 mod messages;
 mod nmt;
 mod pdo;
@@ -31,6 +32,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         block::CASES,
         transmission::CASES,
         robustness::CASES,
+        lss::CASES,
     ];
     chapters.into_iter().flatten()
 }

@@ -1,5 +1,6 @@
 //! The 127 cases of CiA's conformance test plan, against the device of `tests/conformance/device.eds`: the runtime's
-//! own, with the dictionary that is generated from that data sheet.
+//! own, with the dictionary that is generated from that data sheet; and the cases of LSS, against that of
+//! `tests/conformance/lss.eds`.
 //!
 //! That each case notices what it is about is shown by faults: devices that are wrong in one thing.
 //!
@@ -10,6 +11,8 @@
 mod device;
 mod faults;
 mod faulty;
+mod lss;
+mod lss_faults;
 mod od;
 mod suite;
 
@@ -22,7 +25,30 @@ use faulty::{Fault, Faulty};
 use lexican_conform::{Case, Hazard, Outcome, Settings, Sheet, Tester, Verdict, cases};
 use lexican_eds::{Input, Source};
 use lexican_runtime::Duration;
-use lexican_runtime::host::VirtualBus;
+use lexican_runtime::host::{Node, VirtualBus};
+
+/// A device under test, and the cases and faults that it is for.
+struct Subject {
+    data_sheet: &'static str,
+    node: fn() -> Box<dyn Node + Send>,
+    tests: fn(&&Case) -> bool,
+    faults: &'static [Fault],
+}
+
+const SUBJECTS: [Subject; 2] = [
+    Subject {
+        data_sheet: DATA_SHEET,
+        node: || Box::new(DeviceUnderTest::new()),
+        tests: |case| !lss::tests(case),
+        faults: FAULTS,
+    },
+    Subject {
+        data_sheet: lss::DATA_SHEET,
+        node: || Box::new(lss::DeviceWithLss::new()),
+        tests: lss::tests,
+        faults: lss_faults::FAULTS,
+    },
+];
 
 const DATA_SHEET: &str = include_str!("../../conformance/device.eds");
 
@@ -40,31 +66,40 @@ fn settings() -> Settings {
         allow: Hazard::ALL.into(),
         answer: Duration::from_millis(100),
         boot: Duration::from_millis(500),
+        bit_rate_kbit: Some(500),
         stimuli: device::STIMULI,
         ..Settings::new(device::NODE)
     }
 }
 
-/// Runs a case on a device of its own, with a fault or without: the outcome, and the frames that it took.
-fn run(case: &Case, sheet: &Sheet, fault: Option<&'static Fault>) -> (Outcome, Vec<String>) {
-    let bus = VirtualBus::new();
-    bus.attach(Faulty::new(DeviceUnderTest::new(), fault));
-    let (mut link, settings, cancelled) = (bus.link(), settings(), AtomicBool::new(false));
-    let mut tester = Tester::new(&mut link, sheet, &settings, &cancelled);
-    let outcome = tester.run(case);
-    let frames = tester.frames().iter().map(|record| record.frame.to_string()).collect();
-    (outcome, frames)
+impl Subject {
+    fn cases(&self) -> impl Iterator<Item = &'static Case> {
+        cases().filter(self.tests)
+    }
+
+    /// Runs a case on a device of its own, with a fault or without: the outcome, and the frames that it took.
+    fn run(&self, case: &Case, sheet: &Sheet, fault: Option<&'static Fault>) -> (Outcome, Vec<String>) {
+        let bus = VirtualBus::new();
+        bus.attach(Faulty::new((self.node)(), fault));
+        let (mut link, settings, cancelled) = (bus.link(), settings(), AtomicBool::new(false));
+        let mut tester = Tester::new(&mut link, sheet, &settings, &cancelled);
+        let outcome = tester.run(case);
+        let frames = tester.frames().iter().map(|record| record.frame.to_string()).collect();
+        (outcome, frames)
+    }
 }
 
 #[test]
-fn the_device_passes_every_case() {
-    let sheet = sheet(DATA_SHEET);
+fn the_devices_pass_every_case() {
     let mut failed = Vec::new();
-    for case in cases() {
-        let (outcome, _) = run(case, &sheet, None);
-        let verdict = outcome.as_ref().err().map_or_else(|| "passed".to_owned(), Verdict::to_string);
-        println!("{:>6} {:<20} {:<85} {verdict}", case.plan, case.id, case.title);
-        failed.extend(outcome.is_err().then_some(name(case)));
+    for subject in &SUBJECTS {
+        let sheet = sheet(subject.data_sheet);
+        for case in subject.cases() {
+            let (outcome, _) = subject.run(case, &sheet, None);
+            let verdict = outcome.as_ref().err().map_or_else(|| "passed".to_owned(), Verdict::to_string);
+            println!("{:>6} {:<20} {:<85} {verdict}", case.plan, case.id, case.title);
+            failed.extend(outcome.is_err().then_some(name(case)));
+        }
     }
     assert_eq!(failed, [""; 0]);
 }
@@ -80,18 +115,20 @@ fn the_plan_has_127_cases_and_no_name_stands_twice() {
 /// Each fault makes just those cases fail that are about it, and each case is about one.
 #[test]
 fn every_fault_is_noticed_and_every_case_notices_one() {
-    let right = sheet(DATA_SHEET);
-    let plan: Vec<_> = cases().map(|case| (case, run(case, &right, None).1)).collect();
     let (mut noticed, mut wrong) = (BTreeSet::new(), Vec::new());
-    for fault in FAULTS {
-        let sheet = sheet(&fault.data_sheet(DATA_SHEET));
-        let concerned = plan.iter().filter(|(_, frames)| fault.concerns(frames)).map(|(case, _)| case);
-        let fails = |case: &&&Case| matches!(run(case, &sheet, Some(fault)).0, Err(Verdict::Failed(_)));
-        let failed: Vec<&str> = concerned.filter(fails).map(|case| name(case)).collect();
-        if failed.is_empty() || failed.join(" ") != fault.fails {
-            wrong.push(format!("{}: {}", fault.title, failed.join(" ")));
+    for subject in &SUBJECTS {
+        let right = sheet(subject.data_sheet);
+        let plan: Vec<_> = subject.cases().map(|case| (case, subject.run(case, &right, None).1)).collect();
+        for fault in subject.faults {
+            let sheet = sheet(&fault.data_sheet(subject.data_sheet));
+            let concerned = plan.iter().filter(|(_, frames)| fault.concerns(frames)).map(|(case, _)| case);
+            let fails = |case: &&&Case| matches!(subject.run(case, &sheet, Some(fault)).0, Err(Verdict::Failed(_)));
+            let failed: Vec<&str> = concerned.filter(fails).map(|case| name(case)).collect();
+            if failed.is_empty() || failed.join(" ") != fault.fails {
+                wrong.push(format!("{}: {}", fault.title, failed.join(" ")));
+            }
+            noticed.extend(failed);
         }
-        noticed.extend(failed);
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     let blind: Vec<&str> = cases().map(name).filter(|id| !noticed.contains(id)).collect();

@@ -11,11 +11,12 @@ use lexican_eds::model::Entry;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{BusState, Incoming, Link, LinkError, Node, VirtualBus, VirtualLink};
 use lexican_runtime::object::Address;
+use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
 use crate::device::{DeviceUnderTest, NODE};
 use crate::faulty::{Fault, Faulty, Rule, every_ms, fault, heard};
-use crate::{DATA_SHEET, settings, sheet};
+use crate::{DATA_SHEET, lss, settings, sheet};
 
 /// A device that keeps its values over a reset.
 const KEEPS: Fault = fault("a reset is answered only", &[NO_RESET[0], NO_RESET[1]], "");
@@ -217,6 +218,41 @@ fn what_could_not_be_put_back_is_in_the_report() {
     let sentence = "1015:00 could not be put back to [00, 00]";
     assert_eq!((report.not_put_back, report.cases.len()), (vec![sentence.to_owned()], 2));
     assert_eq!(report.cases[0].notes, [sentence]);
+}
+
+/// What LSS changes is no entry, and has no reset.
+#[test]
+fn a_device_has_its_node_id_again_wherever_a_test_of_lss_ends() {
+    for last in ["", "7E5#117F", "7E5#11FF", "000#8205", "7E5#4C", "7E5#51580000000501", "7E5#130003"] {
+        let bench = Bench { sheet: sheet(lss::DATA_SHEET), ..Bench::with(lss::DeviceWithLss::new()) };
+        let stop = Arc::new(AtomicBool::new(false));
+        let ends = Arc::clone(&stop);
+        bench.bus.observe(move |_, frame| {
+            if !last.is_empty() && frame.to_string().starts_with(last) {
+                ends.store(true, Ordering::Relaxed);
+            }
+        });
+        let report = bench.observed(&mut bench.bus.link(), &settings(), &["305"], &mut (), &stop);
+        assert_eq!(report.not_put_back, [""; 0], "{last}");
+        assert_eq!((report.tally().failed, report.tally().advised), (0, 0), "{last}");
+        let frames = bench.frames.lock().unwrap().clone();
+        for (configures, own) in [("7E5#11", "7E5#1105"), ("7E5#13000", "7E5#130002")] {
+            let given = frames.iter().rfind(|frame| frame.starts_with(configures));
+            assert!(given.is_none_or(|given| given.starts_with(own)), "{last}: {given:?}");
+        }
+        let mut network = Network::new(bench.bus.link());
+        network.command(NmtCommand::ResetNode, Some(NODE)).unwrap();
+        assert_eq!(network.read_bytes(NODE, Address::new(0x1000, 0)).unwrap(), [0; 4], "{last}");
+    }
+}
+
+#[test]
+fn a_device_that_does_not_take_its_node_id_back_is_in_the_report() {
+    const LOST: Fault = fault("it is not selected again", &[heard("7E5#40*").after(&["7E5#4C*", "7E5#11FF*"])], "");
+    let node = Faulty::new(lss::DeviceWithLss::new(), Some(&LOST));
+    let bench = Bench { sheet: sheet(lss::DATA_SHEET), ..Bench::with(node) };
+    let report = bench.test(&settings(), &["305/6.6.4/2"]);
+    assert!(report.not_put_back[0].starts_with("node-ID 5 could not be put back: "), "{:?}", report.not_put_back);
 }
 
 #[test]

@@ -1,0 +1,445 @@
+//! CiA 305: LSS. The clauses are those of version 3.0.0.
+//!
+//! Only the device under test is configured: it is selected by its identity. What cases give it they note, so that
+//! [`put_back`] takes it away, however a case ends.
+
+use lexican_runtime::wire::lss::{self, Bound, Identity, LssRequest, LssResponse, LssState, Part};
+use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
+use lexican_runtime::{CobId, Duration, Frame, NodeId};
+
+use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
+use crate::hazard::Hazard;
+use crate::tester::{PATIENCE, PATIENCE_MS, Tester};
+
+const NODE_ID: &[Hazard] = &[Hazard::NodeId];
+const STORE: &[Hazard] = &[Hazard::Store];
+
+/// How long a device may take to store its configuration.
+const STORING: Duration = Duration::from_secs(3);
+
+/// CiA 305, table 1: the bit rates in kbit/s by their index; 5 is reserved, and 9 is no fixed one.
+const BIT_RATES: [u16; 9] = [1000, 800, 500, 250, 125, 0, 50, 20, 10];
+
+pub(crate) const CASES: &[Case] = &[
+    case("305/6.3.2/1", "", "switch state global leads to LSS configuration and back to LSS waiting", |t| {
+        let lss = begin(t)?;
+        is_silent(t, LssRequest::InquireNode.frame())?;
+        switch(t, LssState::Configuration)?;
+        answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(Some(lss.node)))?;
+        switch(t, LssState::Waiting)?;
+        is_silent(t, LssRequest::InquireNode.frame())
+    }),
+    case("305/6.3.2/2", "", "LSS is there in every NMT state", |t| {
+        begin(t)?;
+        for state in [NmtState::Stopped, NmtState::Operational, NmtState::PreOperational] {
+            t.enter(state)?;
+            select(t)?;
+            switch(t, LssState::Waiting)?;
+        }
+        Ok(())
+    })
+    .recommended(),
+    case("305/6.3.3/1", "", "switch state selective selects the device by its identity", |t| {
+        let lss = begin(t)?;
+        select(t)?;
+        answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(Some(lss.node)))
+    }),
+    case("305/6.3.3/2", "", "switch state selective does not select the device by another identity", |t| {
+        let lss = begin(t)?;
+        for other in Part::ALL {
+            for part in Part::ALL {
+                let value = lss.identity.part(part) ^ u32::from(part == other);
+                is_silent(t, LssRequest::SwitchSelective(part, value).frame())?;
+            }
+            is_silent(t, LssRequest::InquireNode.frame())?;
+        }
+        Ok(())
+    }),
+    case("305/6.4.2/1", "", "configure node-ID: the device has it after its communication is reset", |t| {
+        let lss = begin(t)?;
+        let other = free_node(t)?;
+        select(t)?;
+        configure_node(t, Some(other))?;
+        switch(t, LssState::Waiting)?;
+        t.nmt(NmtCommand::ResetCommunication)?;
+        let boot_up = t.next(CobId::of_node(0x700, other), t.settings.boot)?;
+        ensure(boot_up.is_some_and(|frame| frame.data() == [0]), || format!("it does not boot as node {other}"))?;
+        ensure(is_there(t, other)?, || format!("node {other} does not answer"))?;
+        ensure(!is_there(t, lss.node)?, || format!("node {} still answers", lss.node))
+    })
+    .needs(NODE_ID),
+    case("305/6.4.2/2", "", "configure node-ID: 0 and 128 to 254 are refused", |t| {
+        begin(t)?;
+        select(t)?;
+        for node in [0, 128, 200, 254] {
+            // A device that takes it is given its own again.
+            t.lss.node = Some(None);
+            let request = Frame::from_array(lss::REQUEST, [0x11, node, 0, 0, 0, 0, 0, 0]);
+            is_answered(t, request, LssResponse::ConfigureNode { error: 1, specific: 0 })?;
+        }
+        Ok(())
+    })
+    .needs(NODE_ID),
+    case("305/6.4.2/3", "", "configuring and inquiring are left unanswered in LSS waiting", |t| {
+        let lss = begin(t)?;
+        // These change nothing, even if they are carried out.
+        let own = LssRequest::ConfigureNode(Some(lss.node));
+        let none = LssRequest::ConfigureBitTiming { table: 0, index: 255 };
+        let inquiries = Part::ALL.map(LssRequest::Inquire);
+        for request in [own, none, LssRequest::InquireNode].into_iter().chain(inquiries) {
+            is_silent(t, request.frame())?;
+        }
+        Ok(())
+    }),
+    case("305/6.4.2/4", "", "a device without node-ID has LSS and nothing else", |t| {
+        let lss = lose_node_id(t)?;
+        ensure(!is_there(t, lss.node)?, || "it answers SDO")?;
+        t.nmt(NmtCommand::Start)?;
+        t.send_remote(t.error_control(), 1)?;
+        t.sync(None)?;
+        t.silence(PATIENCE_MS)?;
+        select(t)?;
+        answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(None))
+    })
+    .needs(NODE_ID),
+    case("305/6.4.3/1", "", "configure bit timing: the bit rates of the data sheet are taken", |t| {
+        begin(t)?;
+        own_rate(t)?;
+        select(t)?;
+        for index in 0..BIT_RATES.len() as u8 {
+            if supports(t, index) {
+                configure_bit_timing(t, index, 0)?;
+            }
+        }
+        Ok(())
+    })
+    .needs(NODE_ID),
+    case("305/6.4.3/2", "", "configure bit timing: other bit rates and tables are refused", |t| {
+        begin(t)?;
+        own_rate(t)?;
+        select(t)?;
+        for index in (0..BIT_RATES.len() as u8).chain([10, 255]) {
+            if !supports(t, index) {
+                configure_bit_timing(t, index, 1)?;
+            }
+        }
+        let of_reserved_table = LssRequest::ConfigureBitTiming { table: 1, index: 0 };
+        answers(t, of_reserved_table, LssResponse::ConfigureBitTiming { error: 1, specific: 0 })
+    })
+    .needs(NODE_ID),
+    case("305/6.4.5/1", "", "store configuration succeeds, or says that it is not supported", |t| {
+        // What is stored is what the device has.
+        begin(t)?;
+        select(t)?;
+        match ask_within(t, LssRequest::Store.frame(), STORING)? {
+            Some(answer) if answer == (LssResponse::Store { error: 0, specific: 0 }).frame() => Ok(()),
+            Some(answer) if answer == (LssResponse::Store { error: 1, specific: 0 }).frame() => Ok(()),
+            answer => Err(failed(format!("store configuration is answered by {}", text(answer)))),
+        }
+    })
+    .needs(STORE),
+    case("305/6.4.5/2", "", "store configuration is left unanswered in LSS waiting", |t| {
+        begin(t)?;
+        is_silent(t, LssRequest::Store.frame())
+    })
+    .needs(STORE),
+    case("305/6.5.2/1", "", "inquire identity has what 1018h has", |t| {
+        let lss = begin(t)?;
+        select(t)?;
+        for part in Part::ALL {
+            answers(t, LssRequest::Inquire(part), LssResponse::Inquired(part, lss.identity.part(part)))?;
+        }
+        Ok(())
+    }),
+    case("305/6.5.3/1", "", "inquire node-ID has the active node-ID, and not the one that was configured", |t| {
+        let lss = begin(t)?;
+        let other = free_node(t)?;
+        select(t)?;
+        configure_node(t, Some(other))?;
+        answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(Some(lss.node)))
+    })
+    .needs(NODE_ID),
+    case("305/6.6.2/1", "", "identify remote slave: the device answers to a range that has its identity", |t| {
+        let lss = begin(t)?;
+        for (low, high) in [(lss.identity.serial, lss.identity.serial), (0, u32::MAX)] {
+            let asked = identify(t, lss.of_major_revision(low), high)?;
+            ensure(asked.is_some(), || format!("it does not answer to serial numbers {low:X}h to {high:X}h"))?;
+        }
+        Ok(())
+    }),
+    case("305/6.6.2/2", "", "identify remote slave: the device is silent if the range lacks its identity", |t| {
+        let lss = begin(t)?;
+        let Identity { vendor, product, revision, serial } = lss.identity;
+        let own = lss.of_major_revision(0);
+        let others = [
+            Some((Identity { vendor: vendor ^ 1, ..own }, u32::MAX)),
+            Some((Identity { product: product ^ 1, ..own }, u32::MAX)),
+            (revision >> 16)
+                .checked_add(1)
+                .filter(|major| *major <= 0xFFFF)
+                .map(|major| (Identity { revision: major << 16, ..own }, u32::MAX)),
+            serial.checked_add(1).map(|low| (Identity { serial: low, ..own }, u32::MAX)),
+            serial.checked_sub(1).map(|high| (own, high)),
+        ];
+        for (low, high) in others.into_iter().flatten() {
+            let answer = identify(t, low, high)?;
+            ensure(answer.is_none(), || format!("it answers to {low:X?}, serial numbers up to {high:X}h"))?;
+        }
+        Ok(())
+    }),
+    case("305/6.6.4/1", "", "identify non-configured remote slave: a device with node-ID is silent", |t| {
+        begin(t)?;
+        is_silent(t, LssRequest::IdentifyUnconfigured.frame())
+    }),
+    case("305/6.6.4/2", "", "identify non-configured remote slave: a device without node-ID answers", |t| {
+        lose_node_id(t)?;
+        answers(t, LssRequest::IdentifyUnconfigured, LssResponse::Unconfigured)
+    })
+    .needs(NODE_ID),
+    case("305/6.7/1", "", "fastscan: a device without node-ID is found bit by bit, and selected", |t| {
+        let lss = lose_node_id(t)?;
+        answers(t, RESTART, LssResponse::Identified)?;
+        for part in Part::ALL {
+            let number = lss.identity.part(part);
+            for bit in (0..32).rev() {
+                // The bits above are right; this one is 0, and so are those below.
+                let value = number >> bit >> 1 << 1 << bit;
+                let step = LssRequest::Fastscan { value, bits_left: bit, part, next: part };
+                match number >> bit & 1 {
+                    0 => answers(t, step, LssResponse::Identified)?,
+                    _ => is_silent(t, step.frame())?,
+                }
+            }
+            confirm(t, lss.identity, part)?;
+        }
+        answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(None))
+    })
+    .needs(NODE_ID),
+    case("305/6.7/2", "", "fastscan: each part is answered in its turn, and 80h begins anew", |t| {
+        let lss = lose_node_id(t)?;
+        let step = |part| {
+            let value = lss.identity.part(part);
+            LssRequest::Fastscan { value, bits_left: 1, part, next: part }
+        };
+        answers(t, RESTART, LssResponse::Identified)?;
+        is_silent(t, step(Part::Product).frame())?;
+        confirm(t, lss.identity, Part::Vendor)?;
+        is_silent(t, step(Part::Vendor).frame())?;
+        answers(t, step(Part::Product), LssResponse::Identified)?;
+        answers(t, RESTART, LssResponse::Identified)?;
+        is_silent(t, step(Part::Product).frame())?;
+        answers(t, step(Part::Vendor), LssResponse::Identified)
+    })
+    .needs(NODE_ID),
+    case("305/6.7/3", "", "fastscan: a device with node-ID is silent", |t| {
+        begin(t)?;
+        is_silent(t, RESTART.frame())
+    }),
+];
+
+/// Begins a fastscan, whatever was scanned before.
+const RESTART: LssRequest = LssRequest::Fastscan { value: 0, bits_left: 0x80, part: Part::Vendor, next: Part::Vendor };
+
+/// The device as LSS knows it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Addressed {
+    identity: Identity,
+    node: NodeId,
+}
+
+impl Addressed {
+    /// The lowest identity of the same major revision number with this serial number.
+    fn of_major_revision(self, serial: u32) -> Identity {
+        Identity { revision: self.identity.revision & 0xFFFF_0000, serial, ..self.identity }
+    }
+}
+
+/// What cases have done to the device by LSS.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Changes {
+    /// The device, once LSS has been used.
+    device: Option<Addressed>,
+    /// The node-ID that it was given.
+    node: Option<Option<NodeId>>,
+    /// It was given a bit rate.
+    bit_rate: bool,
+}
+
+/// All devices are in LSS waiting; the device under test is addressed by what it has in 1018h.
+fn begin(t: &mut Tester<'_>) -> Outcome<Addressed> {
+    let mut identity = Identity::default();
+    for part in Part::ALL {
+        let sub = part.number() + 1;
+        if t.entry(0x1018, sub).is_ok() {
+            identity = identity.with(part, t.read(0x1018, sub)? as u32);
+        }
+    }
+    let device = Addressed { identity, node: t.node };
+    t.lss.device = Some(device);
+    switch(t, LssState::Waiting)?;
+    Ok(device)
+}
+
+/// Takes the node-ID away from the device, if there is no other device without one.
+fn lose_node_id(t: &mut Tester<'_>) -> Outcome<Addressed> {
+    let lss = begin(t)?;
+    if ask(t, LssRequest::IdentifyUnconfigured.frame())?.is_some() {
+        return Err(not_applicable("a device without node-ID answers before this one has lost its own"));
+    }
+    select(t)?;
+    configure_node(t, None)?;
+    switch(t, LssState::Waiting)?;
+    t.nmt(NmtCommand::ResetCommunication)?;
+    t.hear(PATIENCE)?;
+    Ok(lss)
+}
+
+/// A node-ID that no node has.
+fn free_node(t: &mut Tester<'_>) -> Outcome<NodeId> {
+    let own = t.node;
+    for node in (1..=127).rev().filter_map(NodeId::new).filter(|&node| node != own) {
+        if !t.is_of_others(CobId::of_node(0x700, node)) && !is_there(t, node)? {
+            return Ok(node);
+        }
+    }
+    Err(not_applicable("no node-ID is free"))
+}
+
+/// Whether a node answers SDO.
+fn is_there(t: &mut Tester<'_>, node: NodeId) -> Outcome<bool> {
+    t.send(CobId::of_node(0x600, node), &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
+    Ok(t.next(CobId::of_node(0x580, node), PATIENCE)?.is_some())
+}
+
+/// The index of the bit rate that the bus has.
+fn own_rate(t: &Tester<'_>) -> Outcome<u8> {
+    let rate = t.settings.bit_rate_kbit.ok_or_else(|| {
+        not_applicable("the bit rate of the bus is not given, and a device cannot be asked which one it has")
+    })?;
+    let index = (0..).zip(BIT_RATES).find(|(_, known)| *known == rate).map(|(index, _)| index);
+    index.ok_or_else(|| not_applicable(format!("CiA 305 has no bit rate of {rate} kbit/s")))
+}
+
+/// Whether the device has the bit rate of an index, by its data sheet.
+fn supports(t: &Tester<'_>, index: u8) -> bool {
+    let rate = BIT_RATES.get(usize::from(index)).copied();
+    rate.is_some_and(|rate| t.sheet.device.info.bit_rates_kbit.contains(&rate))
+}
+
+fn switch(t: &mut Tester<'_>, state: LssState) -> Outcome {
+    is_silent(t, LssRequest::SwitchGlobal(state).frame())
+}
+
+/// Selects the device by its identity.
+fn select(t: &mut Tester<'_>) -> Outcome {
+    let Some(Addressed { identity, .. }) = t.lss.device else { return Err(failed("no device was addressed")) };
+    for part in [Part::Vendor, Part::Product, Part::Revision] {
+        is_silent(t, LssRequest::SwitchSelective(part, identity.part(part)).frame())?;
+    }
+    answers(t, LssRequest::SwitchSelective(Part::Serial, identity.serial), LssResponse::Selected)
+}
+
+fn configure_node(t: &mut Tester<'_>, node: Option<NodeId>) -> Outcome {
+    t.lss.node = Some(node);
+    answers(t, LssRequest::ConfigureNode(node), LssResponse::ConfigureNode { error: 0, specific: 0 })
+}
+
+fn configure_bit_timing(t: &mut Tester<'_>, index: u8, error: u8) -> Outcome {
+    t.lss.bit_rate = true;
+    let request = LssRequest::ConfigureBitTiming { table: 0, index };
+    answers(t, request, LssResponse::ConfigureBitTiming { error, specific: 0 })
+}
+
+/// Asks whether there is a device from `low` to a serial number, with the same major revision number.
+fn identify(t: &mut Tester<'_>, low: Identity, serial_high: u32) -> Outcome<Option<Frame>> {
+    for (bound, value) in [
+        (Bound::Vendor, low.vendor),
+        (Bound::Product, low.product),
+        (Bound::RevisionLow, low.revision),
+        (Bound::RevisionHigh, low.revision | 0xFFFF),
+        (Bound::SerialLow, low.serial),
+    ] {
+        is_silent(t, LssRequest::Identify(bound, value).frame())?;
+    }
+    ask(t, LssRequest::Identify(Bound::SerialHigh, serial_high).frame())
+}
+
+/// The whole number of a part is confirmed, and the scan goes on with the next.
+fn confirm(t: &mut Tester<'_>, identity: Identity, part: Part) -> Outcome {
+    let step = LssRequest::Fastscan { value: identity.part(part), bits_left: 0, part, next: part.next() };
+    answers(t, step, LssResponse::Identified)
+}
+
+fn answers(t: &mut Tester<'_>, request: LssRequest, response: LssResponse) -> Outcome {
+    is_answered(t, request.frame(), response)
+}
+
+fn is_answered(t: &mut Tester<'_>, request: Frame, response: LssResponse) -> Outcome {
+    let (answer, expected) = (ask(t, request)?, response.frame());
+    ensure(answer == Some(expected), || {
+        format!("{request} is answered by {}, and should be by {expected}", text(answer))
+    })
+}
+
+fn is_silent(t: &mut Tester<'_>, request: Frame) -> Outcome {
+    let answer = ask(t, request)?;
+    ensure(answer.is_none(), || format!("{request} is answered by {}, and should not be", text(answer)))
+}
+
+/// Sends a request; returns the response, if one comes at once.
+fn ask(t: &mut Tester<'_>, request: Frame) -> Outcome<Option<Frame>> {
+    ask_within(t, request, PATIENCE)
+}
+
+fn ask_within(t: &mut Tester<'_>, request: Frame, patience: Duration) -> Outcome<Option<Frame>> {
+    t.send(request.id(), request.data())?;
+    t.next(lss::RESPONSE, patience)
+}
+
+fn text(answer: Option<Frame>) -> String {
+    answer.map_or_else(|| "nothing".to_owned(), |frame| frame.to_string())
+}
+
+/// Gives the device what it had before the case; returns a sentence if that was not possible.
+pub(crate) fn put_back(t: &mut Tester<'_>) -> Option<String> {
+    let changes = t.lss;
+    let device = changes.device?;
+    let Err(verdict) = give_back(t, device, changes) else {
+        t.lss = Changes::default();
+        return None;
+    };
+    let why = verdict.reason();
+    let what = match changes {
+        Changes { node: Some(_), .. } => format!("node-ID {} could not be put back", device.node),
+        Changes { bit_rate: true, .. } => "the bit rate could not be put back".to_owned(),
+        _ => "the device could not be left in LSS waiting".to_owned(),
+    };
+    Some(format!("{what}: {why}"))
+}
+
+fn give_back(t: &mut Tester<'_>, device: Addressed, changes: Changes) -> Outcome {
+    switch(t, LssState::Waiting)?;
+    if changes.node.is_none() && !changes.bit_rate {
+        return Ok(());
+    }
+    select(t)?;
+    if changes.bit_rate {
+        let index = own_rate(t)?;
+        configure_bit_timing(t, index, 0)?;
+    }
+    if changes.node.is_some() {
+        let own = LssRequest::ConfigureNode(Some(device.node));
+        answers(t, own, LssResponse::ConfigureNode { error: 0, specific: 0 })?;
+    }
+    // A device without node-ID boots with the one that it has got; one that runs with another does so when it is reset.
+    switch(t, LssState::Waiting)?;
+    if let Some(other) = changes.node.flatten() {
+        t.nmt_to(NmtCommand::ResetCommunication, other.get())?;
+    }
+    t.hear(PATIENCE)?;
+    let end = t.now() + t.settings.boot;
+    while !is_there(t, device.node)? {
+        ensure(t.now() < end, || format!("node {} does not answer", device.node))?;
+    }
+    Ok(())
+}
