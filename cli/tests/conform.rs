@@ -56,6 +56,30 @@ fn a_plan_says_what_has_to_be_allowed_and_tests_nothing() {
     run.on_stdout(0, "1 cases: 1 not allowed");
 }
 
+/// What fails on a simulated drive is what its manual says, and nothing else: each in the file beside the drive.
+#[test]
+fn drives_deviate_only_as_their_manuals_say() {
+    for (drive, at, known) in
+        [("siko/ag03-1", "siko-ag03-1", 13), ("siko/ag02", "siko-ag02", 13), ("kollmorgen/akd", "kollmorgen-akd", 5)]
+    {
+        let bus = format!("sim:{drive}?node=5");
+        let file = format!("{}/../drives/{at}/conform.toml", env!("CARGO_MANIFEST_DIR"));
+        let run =
+            lexican(&["conform", "--bus", &bus, "--allow", "all", "--only", "301,306-1", "--strict", "--known", &file]);
+        run.on_stdout(0, &format!("{known} failed as known"));
+        assert_eq!(run.stdout.matches("\n    known: ").count(), known, "{run}");
+        assert!(!run.stdout.contains("has passed"), "{run}");
+    }
+}
+
+#[test]
+fn a_known_deviation_names_a_case() {
+    let folder = folder("conform-known");
+    std::fs::write(folder.join("known.toml"), "\"301/99/1\" = \"no\"\n").unwrap();
+    let args = ["conform", "--bus", "sim:siko/ag02", "--known", "known.toml"];
+    lexican_in(&folder, &args).on_stderr(2, "known.toml: no case has the id \"301/99/1\"");
+}
+
 #[test]
 fn cases_are_listed_chosen_and_shuffled() {
     let list = lexican(&["conform", "--list"]);

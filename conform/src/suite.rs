@@ -26,6 +26,8 @@ pub struct CaseReport {
     pub took: Duration,
     /// Its frames.
     pub frames: Vec<Record>,
+    /// Why it may fail, where that is [known](Settings::known).
+    pub known: Option<String>,
     /// What was measured, beside what is allowed.
     pub measured: Vec<String>,
     /// What has happened beside it: the case was run again and why, or something could not be put back yet.
@@ -204,9 +206,13 @@ impl Suite<'_> {
         let measured = self.tester.measured().to_vec();
         let took = self.tester.now().since(begun);
         let settings = self.tester.settings;
+        let known = settings.known.get(case.id).cloned();
+        if known.is_some() && outcome.is_ok() {
+            notes.push("it is known to fail, and has passed".to_owned());
+        }
         match &outcome {
             Err(Verdict::Unfinished(ended)) => end = Some(ended.clone()),
-            Err(Verdict::Failed(_)) if end.is_none() => {
+            Err(Verdict::Failed(_)) if end.is_none() && known.is_none() => {
                 let counts =
                     settings.fail_fast.is_some_and(|level| level == Level::Should || case.level == Level::Must);
                 end = counts.then_some(Ended::AtFailure);
@@ -215,10 +221,10 @@ impl Suite<'_> {
         }
         // The report of the whole test says what stays as it is.
         notes.extend(self.put_back());
-        (CaseReport { case, outcome, took, frames, measured, notes }, end)
+        (CaseReport { case, outcome, took, frames, known, measured, notes }, end)
     }
 
-    /// Runs a case, and has the device answer at its node-ID again.
+    /// Runs a case, and has the device answer at its node-ID again: the outcome, and the frames of the case.
     fn once(&mut self, case: &'static Case) -> (Outcome, Vec<Record>) {
         let outcome = self.tester.run(case);
         let frames = self.tester.frames().to_vec();

@@ -1,7 +1,7 @@
 //! The tester: it sends frames, hears frames and waits. Of the device under test it knows the data sheet, the
 //! node-ID, and what makes it do the things that no CANopen service can ask for.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{iter, mem};
 
@@ -47,6 +47,8 @@ pub struct Settings {
     pub bit_rate_kbit: Option<u16>,
     /// What makes the device do what no service can ask for.
     pub stimuli: Stimuli,
+    /// In what the device is known to deviate: the [id](Case::id) of a case that fails, and why it may.
+    pub known: BTreeMap<String, String>,
 }
 
 impl Settings {
@@ -63,6 +65,7 @@ impl Settings {
             fail_fast: None,
             bit_rate_kbit: None,
             stimuli: Stimuli::default(),
+            known: BTreeMap::new(),
         }
     }
 }

@@ -2,7 +2,8 @@
 
 mod print;
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use lexican_conform::{
@@ -98,6 +99,10 @@ struct Conditions {
     /// Count what the standards only recommend as well
     #[arg(long)]
     strict: bool,
+
+    /// Cases that are known to fail, and why (TOML): "301/7.2.4.3.17/5" = "the manual, table 19"; they do not count
+    #[arg(long, value_name = "FILE")]
+    known: Option<PathBuf>,
 
     /// How many seconds the device may take to boot
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
@@ -200,16 +205,15 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 impl Selection {
     /// The cases of all suites that are asked for, once each.
     fn chosen(&self) -> Result<Vec<&'static Case>, Failure> {
-        let all = || cases().chain(profile_cases());
         for name in self.only.iter().chain(&self.skip) {
-            if !all().any(|case| case.is_meant_by(name)) {
+            if !all_cases().any(|case| case.is_meant_by(name)) {
                 return Err(Failure::new(format_args!("no case is called {name:?}"))
                     .help("`lexican conform --list` shows the cases; a chapter such as 301/7.2.4 is a name as well"));
             }
         }
         let meant = |names: &[String], case: &Case| names.iter().any(|name| case.is_meant_by(name));
         let wanted = |case: &&Case| (self.only.is_empty() || meant(&self.only, case)) && !meant(&self.skip, case);
-        let chosen: Vec<_> = all().filter(wanted).collect();
+        let chosen: Vec<_> = all_cases().filter(wanted).collect();
         if chosen.is_empty() {
             return Err(Failure::new("no case is left").help("--skip takes away what --only chooses"));
         }
@@ -259,8 +263,26 @@ impl Conditions {
         };
         let allow = self.allow.iter().flat_map(|allowed| allowed.0.iter().copied()).collect();
         let fail_fast = self.fail_fast.then_some(if self.strict { Level::Should } else { Level::Must });
-        Ok(Settings { allow, boot: self.boot, bit_rate_kbit: self.bit_rate, stimuli, fail_fast, ..Settings::new(node) })
+        let known = self.known.as_deref().map(known).transpose()?.unwrap_or_default();
+        let bit_rate_kbit = self.bit_rate;
+        Ok(Settings { allow, boot: self.boot, bit_rate_kbit, stimuli, fail_fast, known, ..Settings::new(node) })
     }
+}
+
+/// The cases of a file of known deviations, and why they fail.
+fn known(path: &Path) -> Result<BTreeMap<String, String>, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
+    let known: BTreeMap<String, String> =
+        toml::from_str(&text).map_err(|error| Failure::new(format_args!("{}: {error}", path.display())))?;
+    match known.keys().find(|id| !all_cases().any(|case| case.id == **id)) {
+        Some(id) => Err(Failure::new(format_args!("{}: no case has the id {id:?}", path.display()))),
+        None => Ok(known),
+    }
+}
+
+/// The cases of all suites.
+fn all_cases() -> impl Iterator<Item = &'static Case> {
+    cases().chain(profile_cases())
 }
 
 /// `2003=10`, `Output=0x1F`.

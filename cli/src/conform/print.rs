@@ -82,7 +82,11 @@ impl<'a> Screen<'a> {
         let verdict = styled(style(report), report.verdict());
         let reason = report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default();
         writeln!(stdout, "{verdict} {} {}: {reason}", report.case.id, report.case.title)?;
+        report.known.iter().try_for_each(|why| writeln!(stdout, "    known: {why}"))?;
         report.notes.iter().try_for_each(|note| writeln!(stdout, "    note: {note}"))?;
+        if report.known.is_some() {
+            return Ok(());
+        }
         let mut decoder = Decoder::new();
         decoder.introduce(self.node, self.device);
         let lines: Vec<_> = report.frames.iter().map(|record| line(record, &decoder.decode(&record.frame))).collect();
@@ -148,6 +152,7 @@ fn last_line(report: &Report) -> String {
         (tally.passed, "passed"),
         (tally.failed, "failed"),
         (tally.advised, "failed of what is recommended"),
+        (tally.known, "failed as known"),
         (tally.not_applicable, "do not apply"),
         (tally.not_allowed, "not allowed"),
         (tally.unfinished, "not finished"),

@@ -174,8 +174,8 @@ fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
         let of_node = Hazard::of_write(&t.sheet.device, index) == Some(Hazard::NodeId);
         // What a process gives has the value of now.
         let is_measured = entry.pdo_mapping && !entry.access.writable();
-        if of_node || is_measured || matches!((index, sub), (0x1003 | 0x1010 | 0x1011, 1..)) || !wanted(t.flags(&entry))
-        {
+        let has_other = matches!((index, sub), (0x1003, _) | (0x1010 | 0x1011, 1..));
+        if of_node || is_measured || has_other || !wanted(t.flags(&entry)) {
             continue;
         }
         t.is_default(&entry)?;
@@ -196,10 +196,17 @@ pub(crate) fn limited(t: &Tester<'_>) -> Outcome<Vec<(Entry, i128, i128)>> {
         let (low, high) = (number(&entry.low)?, number(&entry.high)?);
         let can_be_tried =
             entry.access.writable() && entry.access.readable() && t.bits(entry).is_some_and(|bits| bits <= 32);
-        // With another node-ID it would not be found again; 1003h:00 counts errors, and a mapping the entries that it has.
+        // With another node-ID it would not be found again; 1003h:00 counts errors, a mapping the entries that it has, and in
+        // 1016h and identifiers not every number between two has a meaning.
         let is_node_id = Hazard::of_write(&t.sheet.device, entry.index) == Some(Hazard::NodeId);
         let counts = entry.sub == 0 && matches!(entry.index, 0x1003 | 0x1600..=0x17FF | 0x1A00..=0x1BFF);
-        let can_be_tried = can_be_tried && !counts && !is_node_id;
+        let is_put_together = match entry.index {
+            0x1005 | 0x1012 | 0x1014 | 0x1016 => true,
+            0x1200..=0x12FF => matches!(entry.sub, 1 | 2),
+            0x1400..=0x15FF | 0x1800..=0x19FF => entry.sub == 1,
+            _ => false,
+        };
+        let can_be_tried = can_be_tried && !counts && !is_node_id && !is_put_together;
         (can_be_tried && low >= 0 && low < high).then_some((low, high))
     };
     let limited = t.some_to_write("that can be written has limits", |entry| limits(entry).is_some())?;

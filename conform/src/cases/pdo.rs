@@ -5,7 +5,7 @@ use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
 
 use super::messages::produce_nothing;
-use crate::case::{Case, Outcome, case, ensure, not_applicable};
+use crate::case::{Case, Outcome, Verdict, case, ensure, not_applicable};
 use crate::tester::{InputStimulus, Tester};
 
 pub(crate) const CASES: &[Case] = &[
@@ -72,12 +72,17 @@ pub(crate) fn transmission(code: u8) -> Transmission {
     Transmission { code, ..Transmission::default() }
 }
 
-/// The TPDOs of the data sheet whose transmission type can be set.
+/// The TPDOs of the data sheet that have an identifier, and whose transmission type can be set.
 pub(crate) fn tpdos(t: &Tester<'_>) -> Outcome<Vec<Pdo>> {
     let mut tpdos = t.sheet.device.pdos.clone();
     tpdos.retain(|pdo| {
         let settable = |sub| t.entry(0x17FF + pdo.number, sub).is_ok_and(|entry| entry.access.writable());
-        pdo.direction == Direction::Transmit && !pdo.mapping.is_empty() && settable(1) && settable(2)
+        // Without an identifier there is nothing to be switched on.
+        let default = t.entry(0x17FF + pdo.number, 1).ok().and_then(|entry| t.power_on_value(&entry));
+        let bytes = default.and_then(|bytes| bytes.try_into().ok());
+        let has_id = bytes.is_none_or(|bytes| !CobId::from_parameter(u32::from_le_bytes(bytes)).is_restricted());
+        let is_sent = pdo.direction == Direction::Transmit && !pdo.mapping.is_empty();
+        is_sent && has_id && settable(1) && settable(2)
     });
     if tpdos.is_empty() { Err(not_applicable("no TPDO whose transmission type can be set")) } else { Ok(tpdos) }
 }
@@ -172,14 +177,21 @@ fn event(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 }
 
 fn timer(t: &mut Tester<'_>, state: NmtState) -> Outcome {
-    each(t, Transmission { code: 254, event_timer_ms: 100, sync_start: 0 }, state, |t, tpdo| {
-        if state == NmtState::Operational {
-            t.hears_every(tpdo.id, 100, 10).map(|_| ())
-        } else {
-            let heard = t.hear_id(tpdo.id, 1000)?;
-            ensure(heard.is_empty(), || format!("{} comes in {state}", tpdo.id))
-        }
-    })
+    let by_type = |t: &mut Tester<'_>, code| {
+        each(t, Transmission { code, event_timer_ms: 100, sync_start: 0 }, state, |t, tpdo| {
+            if state == NmtState::Operational {
+                t.hears_every(tpdo.id, 100, 10).map(|_| ())
+            } else {
+                let heard = t.hear_id(tpdo.id, 1000)?;
+                ensure(heard.is_empty(), || format!("{} comes in {state}", tpdo.id))
+            }
+        })
+    };
+    // Whether an event of type 254 is the timer's, the manufacturer decides.
+    match by_type(t, 254) {
+        Err(Verdict::Failed(_)) if state == NmtState::Operational => by_type(t, 255),
+        outcome => outcome,
+    }
 }
 
 /// How often a TPDO comes after each of some SYNCs.

@@ -65,7 +65,11 @@ pub(crate) const CASES: &[Case] = &[
         for command in [NmtCommand::ResetNode, NmtCommand::ResetCommunication] {
             let changed = changed_parameters(t)?;
             t.reset(command)?;
-            changed.into_iter().try_for_each(|((index, sub), before)| t.reads(index, sub, before))?;
+            for ((index, sub), before) in changed {
+                if !t.entry(index, sub)?.persistent {
+                    t.reads(index, sub, before)?;
+                }
+            }
         }
         Ok(())
     }),

@@ -1,6 +1,6 @@
 //! Beyond the plan: every transmission type, with its timing, and what is not changed while a PDO exists.
 
-use lexican_eds::model::Pdo;
+use lexican_eds::model::{Pdo, Value};
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
@@ -69,8 +69,13 @@ pub(crate) const CASES: &[Case] = &[
         let tpdo = configure(t, &pdo, Transmission { code: 254, event_timer_ms: 50, sync_start: 0 })?;
         t.enter(NmtState::Operational)?;
         t.hears_every(tpdo.id, 50, 4)?;
-        t.write(parameter(&pdo), 5, 0)?;
-        // One may be on its way.
+        let low = &t.entry(parameter(&pdo), 5)?.low;
+        if low.as_ref().and_then(Value::as_integer) > Some(0) {
+            return Err(not_applicable("the event timer has no value for never"));
+        }
+        let tpdo = configure(t, &pdo, transmission(254))?;
+        t.enter(NmtState::Operational)?;
+        // The first one may come by the change of state.
         t.hear_ms(PATIENCE_MS)?;
         let heard = t.hear_id(tpdo.id, 500)?;
         ensure(heard.is_empty(), || format!("{} come without event timer", text(&heard)))

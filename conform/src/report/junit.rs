@@ -9,7 +9,7 @@ const EXCERPT: usize = 24;
 
 pub(super) fn page(document: &Document) -> String {
     let (tally, cases) = (document.tally, &document.cases);
-    let skipped = tally.not_applicable + tally.not_allowed;
+    let skipped = tally.known + tally.not_applicable + tally.not_allowed;
     let time: f64 = cases.iter().map(|row| row.seconds).sum();
     let name = escaped(&format!("{}, node {}", document.about.device, document.about.node));
     let mut page = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
@@ -33,7 +33,7 @@ pub(super) fn page(document: &Document) -> String {
         let element = match row.verdict {
             "failed" => "failure",
             "unfinished" => "error",
-            "not applicable" | "not allowed" => "skipped",
+            "known" | "not applicable" | "not allowed" => "skipped",
             _ => "",
         };
         if element.is_empty() && row.reason.is_empty() {
@@ -41,7 +41,8 @@ pub(super) fn page(document: &Document) -> String {
             continue;
         }
         page.push_str(">\n");
-        let reason = escaped(&row.reason);
+        let known = row.known.as_ref().map(|why| format!(" (known: {why})")).unwrap_or_default();
+        let reason = escaped(&format!("{}{known}", row.reason));
         let _ = match element {
             "" => writeln!(page, "      <system-out>recommended: {reason}</system-out>"),
             "skipped" => writeln!(page, "      <skipped message=\"{reason}\"/>"),

@@ -43,6 +43,8 @@ pub struct Tally {
     pub failed: usize,
     /// Failed, of what the standards recommend.
     pub advised: usize,
+    /// Failed, as the device is [known](crate::Settings::known) to.
+    pub known: usize,
     /// The device lacks what they are about.
     pub not_applicable: usize,
     /// What they do has not been allowed.
@@ -62,6 +64,8 @@ struct Row {
     #[serde(skip_serializing_if = "String::is_empty")]
     reason: String,
     seconds: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    known: Option<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     measured: Vec<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -80,12 +84,14 @@ struct Line {
 }
 
 impl CaseReport {
-    /// One word or two: `passed`, `failed`, `advised` (failed, of what is recommended), `not applicable`, `not allowed`,
+    /// One word or two: `passed`, `failed`, `advised` (failed, of what is recommended), `known` (failed, as it is known to),
+    /// `not applicable`, `not allowed`,
     /// `unfinished`.
     #[must_use]
     pub const fn verdict(&self) -> &'static str {
         match (&self.outcome, self.case.level) {
             (Ok(()), _) => "passed",
+            (Err(Verdict::Failed(_)), _) if self.known.is_some() => "known",
             (Err(Verdict::Failed(_)), Level::Must) => "failed",
             (Err(Verdict::Failed(_)), Level::Should) => "advised",
             (Err(Verdict::NotApplicable(_)), _) => "not applicable",
@@ -105,6 +111,7 @@ impl Report {
                 "passed" => &mut tally.passed,
                 "failed" => &mut tally.failed,
                 "advised" => &mut tally.advised,
+                "known" => &mut tally.known,
                 "not applicable" => &mut tally.not_applicable,
                 "not allowed" => &mut tally.not_allowed,
                 _ => &mut tally.unfinished,
@@ -131,6 +138,7 @@ impl Report {
                 verdict: report.verdict(),
                 reason: report.outcome.as_ref().err().map(Verdict::reason).unwrap_or_default(),
                 seconds: seconds(report.took),
+                known: report.known.clone(),
                 measured: report.measured.clone(),
                 notes: report.notes.clone(),
                 frames: frames.collect(),
