@@ -31,6 +31,8 @@ pub(crate) enum Job {
     Main,
     /// the README's command that passes the tests
     Test,
+    /// the conformance test's HTML report in a browser, where there is one
+    Page,
     /// drives against every table of their manuals
     Verify,
     /// every golden data sheet, simulated, and as generated code under clippy
@@ -130,6 +132,10 @@ impl Job {
             Job::Package => package::run(root),
             Job::Main => readme_command(root, "main job"),
             Job::Test => readme_command(root, "tests"),
+            // The tests have done it, but a test that is skipped does not show there.
+            Job::Page => {
+                command::run_cargo(root, &["test", "-p", "lexican", "--test", "report_page", "--", "--nocapture"], &[])
+            }
             Job::Verify => {
                 crate::verify::run(root, None, true)?;
                 // The tests try some of the mutants of SIKO's simulated drives; here it is all of them.
