@@ -10,7 +10,11 @@ use std::process::Command;
 
 use common::{folder, lexican_in};
 
-/// Of a device with two values that are not those of its data sheet. Its name is no HTML.
+/// The cases that notice.
+const FAILED: &str = "306-1/6.5.2/2";
+const KNOWN: &str = "306-1/6.5.2/8";
+
+/// Of a device with a value that is not that of its data sheet, as is known of one case. Its name is no HTML.
 fn report(folder: &Path) {
     let sheet = include_str!("sensor.eds");
     let (name, samples) = ("ProductName=Sensor", "DefaultValue=5");
@@ -18,8 +22,9 @@ fn report(folder: &Path) {
     let other = sheet.replace(name, "ProductName=<!--<script>{{report}}").replacen(samples, "DefaultValue=6", 1);
     std::fs::write(folder.join("sensor.eds"), sheet).unwrap();
     std::fs::write(folder.join("other.eds"), other).unwrap();
-    let args = ["conform", "--bus", "sim:sensor.eds?node=7", "--eds", "other.eds", "--html", "report.html"];
-    assert_eq!(lexican_in(folder, &args).code, Some(1));
+    std::fs::write(folder.join("known.toml"), format!("\"{KNOWN}\" = \"as its manual says\"\n")).unwrap();
+    let device = ["conform", "--bus", "sim:sensor.eds?node=7", "--eds", "other.eds", "--known", "known.toml"];
+    assert_eq!(lexican_in(folder, &[&device[..], &["--html", "report.html"]].concat()).code, Some(1));
 }
 
 /// Headless Chromium, by one of its names.
@@ -80,8 +85,6 @@ impl Page {
     }
 }
 
-const FAILED: [&str; 2] = ["306-1/6.5.2/2", "306-1/6.5.2/8"];
-
 /// Does what a user does, one thing after the other, and notes in the title what the address says then.
 const USER: &str = r##"<script>
 addEventListener("load", async () => {
@@ -89,7 +92,7 @@ addEventListener("load", async () => {
   const then = async () => { await new Promise(done => setTimeout(done, 50)); said.push(decodeURIComponent(location.hash)); };
   const key = name => document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true }));
   const one = query => document.querySelector(query);
-  one("button.failed").click(); await then();
+  one("button.known").click(); await then();
   one("button.passed").click(); await then();
   one("button.passed").click(); await then();
   one("#chapter").value = "306-1/6.5.2"; one("#chapter").dispatchEvent(new Event("change")); await then();
@@ -99,7 +102,7 @@ addEventListener("load", async () => {
   document.activeElement.click(); await then();
   key("/"); key("Escape"); await then();
   one("#fold").click(); await then();
-  one("#chapter").value = ""; one("#chapter").dispatchEvent(new Event("change")); one("button.failed").click(); await then();
+  one("#chapter").value = ""; one("#chapter").dispatchEvent(new Event("change")); one("button.known").click(); await then();
   document.title = said.join(" ; ");
 });
 </script></body>"##;
@@ -122,8 +125,9 @@ fn a_report_is_filtered_by_its_address_and_by_hand() {
     assert_eq!(all.between("<span id=\"device\">", "</span>"), "&lt;!--&lt;script&gt;{{report}}");
     assert_eq!(all.between("<p class=\"dim\" id=\"shown\" aria-live=\"polite\">", "</p>"), "");
 
-    let failed = browser.opens("report.html", "verdict=failed&open=306-1/6.5.2/8");
-    assert_eq!(failed.shown(), FAILED);
+    let failed = browser.opens("report.html", "verdict=failed,known&open=306-1/6.5.2/8");
+    assert_eq!(failed.shown(), [FAILED, KNOWN]);
+    assert!(failed.dom.contains("known: as its manual says"));
     assert!(failed.frames() > 10, "those of one case are unfolded");
     assert!(failed.dom.contains("by default [06, 00]") && failed.dom.contains("aria-pressed=\"true\""));
     let count = failed.between("<p class=\"dim\" id=\"shown\" aria-live=\"polite\">", "</p>");
@@ -141,16 +145,16 @@ fn a_report_is_filtered_by_its_address_and_by_hand() {
     std::fs::write(folder.join("used.html"), page.replace("</body>", USER)).unwrap();
     let used = browser.opens("used.html", "");
     let steps = [
-        "#verdict=failed",
-        "#verdict=failed,passed",
-        "#verdict=failed",
-        "#verdict=failed&chapter=306-1/6.5.2",
+        "#verdict=known",
+        "#verdict=known,passed",
+        "#verdict=known",
+        "#verdict=known&chapter=306-1/6.5.2",
         "text",
-        "#verdict=failed&chapter=306-1/6.5.2&text=scan may",
-        FAILED[1],
-        "#verdict=failed&chapter=306-1/6.5.2&text=scan may&open=306-1/6.5.2/8",
-        "#verdict=failed&chapter=306-1/6.5.2&open=306-1/6.5.2/8",
-        "#verdict=failed&chapter=306-1/6.5.2",
+        "#verdict=known&chapter=306-1/6.5.2&text=scan may",
+        KNOWN,
+        "#verdict=known&chapter=306-1/6.5.2&text=scan may&open=306-1/6.5.2/8",
+        "#verdict=known&chapter=306-1/6.5.2&open=306-1/6.5.2/8",
+        "#verdict=known&chapter=306-1/6.5.2",
         "",
     ];
     assert_eq!(used.between("<title>", "</title>").replace("&amp;", "&"), steps.join(" ; "));
