@@ -16,8 +16,10 @@ pub struct EmcyProducer {
     inhibit: Duration,
     inhibited: Option<Instant>,
     register: ErrorRegister,
-    /// What is still to be sent, the oldest first.
-    pending: [Option<Emergency>; EmcyProducer::PENDING],
+    /// What is still to be sent: `len` of them, in a ring that begins at `first`.
+    pending: [Emergency; EmcyProducer::PENDING],
+    first: u8,
+    len: u8,
 }
 
 impl EmcyProducer {
@@ -34,7 +36,9 @@ impl EmcyProducer {
             inhibit: Duration::ZERO,
             inhibited: None,
             register: ErrorRegister::NONE,
-            pending: [None; EmcyProducer::PENDING],
+            pending: [NOTHING; EmcyProducer::PENDING],
+            first: 0,
+            len: 0,
         }
     }
 
@@ -82,10 +86,18 @@ impl EmcyProducer {
     }
 
     fn push(&mut self, emergency: Emergency) {
-        let free = self.pending.iter().position(Option::is_none).unwrap_or(Self::PENDING - 1);
-        if let Some(slot) = self.pending.get_mut(free) {
-            *slot = Some(emergency);
+        let last = usize::from(self.len).min(Self::PENDING - 1);
+        if let Some(place) = self.pending.get_mut((usize::from(self.first) + last) % Self::PENDING) {
+            *place = emergency;
         }
+        self.len = last as u8 + 1;
+    }
+
+    fn pop(&mut self) -> Option<Emergency> {
+        let emergency = self.pending.get(usize::from(self.first) % Self::PENDING).filter(|_| self.len > 0)?;
+        self.first = self.first.wrapping_add(1) % Self::PENDING as u8;
+        self.len -= 1;
+        Some(*emergency)
     }
 
     /// The inhibit time has passed.
@@ -100,11 +112,10 @@ impl EmcyProducer {
         }
         let Some(id) = self.id else {
             // Register and history are kept also while EMCY is switched off.
-            self.pending = [None; Self::PENDING];
+            self.len = 0;
             return None;
         };
-        let emergency = self.pending.first_mut()?.take()?;
-        self.pending.rotate_left(1);
+        let emergency = self.pop()?;
         self.inhibited = if self.inhibit.is_zero() { None } else { Some(now + self.inhibit) };
         Some(Frame::from_array(id, emergency.emit(self.order)))
     }
@@ -112,10 +123,12 @@ impl EmcyProducer {
     /// When the inhibit time passes.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let waiting = self.pending.first().is_some_and(Option::is_some);
-        self.inhibited.filter(|_| waiting)
+        self.inhibited.filter(|_| self.len > 0)
     }
 }
+
+/// What a place of the ring has that is free.
+const NOTHING: Emergency = Emergency { code: ErrorCode::NO_ERROR, register: ErrorRegister::NONE, vendor: [0; 5] };
 
 /// Puts an error on top of the history: 1003h:01 is the newest, 1003h:00 the number of errors.
 fn push_history(error: u32, od: &mut dyn ObjectDictionary) {
