@@ -1,12 +1,14 @@
 //! Time as the core sees it: a number that the caller passes in. Nothing here reads a clock.
 
 use core::fmt;
+use core::num::NonZeroU64;
 use core::ops::{Add, AddAssign, Sub, SubAssign};
 
 /// A point in time: microseconds since an origin that the caller chooses. Enough for 584 000 years,
 /// so nothing here wraps.
-#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Instant(u64);
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+// One more than the microseconds, so that an `Option` takes no more room: a device keeps two dozen deadlines.
+pub struct Instant(NonZeroU64);
 
 /// A span of time in microseconds.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -14,27 +16,27 @@ pub struct Duration(u64);
 
 impl Instant {
     /// The origin.
-    pub const ZERO: Instant = Instant(0);
+    pub const ZERO: Instant = Instant(NonZeroU64::MIN);
 
     /// The last point in time: a wait until then ends by something else.
-    pub const MAX: Instant = Instant(u64::MAX);
+    pub const MAX: Instant = Instant(NonZeroU64::MAX);
 
     /// `us` microseconds after the origin.
     #[must_use]
     pub const fn from_micros(us: u64) -> Self {
-        Instant(us)
+        Instant(NonZeroU64::MIN.saturating_add(us))
     }
 
     /// Microseconds since the origin.
     #[must_use]
     pub const fn as_micros(self) -> u64 {
-        self.0
+        self.0.get() - 1
     }
 
     /// The time since `earlier`; zero when `earlier` is later.
     #[must_use]
     pub const fn since(self, earlier: Instant) -> Duration {
-        Duration(self.0.saturating_sub(earlier.0))
+        Duration(self.0.get().saturating_sub(earlier.0.get()))
     }
 }
 
@@ -100,6 +102,12 @@ impl Duration {
     }
 }
 
+impl Default for Instant {
+    fn default() -> Self {
+        Instant::ZERO
+    }
+}
+
 impl Add<Duration> for Instant {
     type Output = Instant;
     fn add(self, span: Duration) -> Instant {
@@ -117,7 +125,7 @@ impl AddAssign<Duration> for Instant {
 impl Sub<Duration> for Instant {
     type Output = Instant;
     fn sub(self, span: Duration) -> Instant {
-        Instant(self.0.saturating_sub(span.0))
+        Instant::from_micros(self.as_micros().saturating_sub(span.0))
     }
 }
 
@@ -172,7 +180,8 @@ impl From<core::time::Duration> for Duration {
 /// Seconds with six decimals, as `candump -L` stamps frames.
 impl fmt::Display for Instant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}.{:06}", self.0 / 1_000_000, self.0 % 1_000_000)
+        let us = self.as_micros();
+        write!(f, "{}.{:06}", us / 1_000_000, us % 1_000_000)
     }
 }
 
