@@ -15,22 +15,24 @@ use crate::wire::nmt::NmtState;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// A dictionary that is lent on to an SDO server.
-pub(super) struct Checked<'a> {
+pub(super) struct Checked<'a, const MAPPED: usize> {
     pub(super) od: &'a mut dyn ObjectDictionary,
     node: NodeId,
     state: NmtState,
     pub(super) behaviour: &'a Behaviour,
-    pub(super) rpdos: &'a [RpdoSlot],
-    pub(super) tpdos: &'a [TpdoSlot],
+    pub(super) rpdos: &'a [RpdoSlot<MAPPED>],
+    pub(super) tpdos: &'a [TpdoSlot<MAPPED>],
     /// How many heartbeats the device has room to consume.
     monitored: usize,
     /// How many servers the device has room for, the default one among them.
     pub(super) server_room: usize,
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RPDOS, TPDOS, MONITORED> {
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
+    Services<RPDOS, TPDOS, MONITORED, MAPPED>
+{
     /// The dictionary as clients may write it, of a device with room for `server_room` servers.
-    pub(super) fn checked<'a>(&'a self, od: &'a mut dyn ObjectDictionary, server_room: usize) -> Checked<'a> {
+    pub(super) fn checked<'a>(&'a self, od: &'a mut dyn ObjectDictionary, server_room: usize) -> Checked<'a, MAPPED> {
         Checked {
             od,
             node: self.nmt.node(),
@@ -44,7 +46,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
     }
 }
 
-impl ObjectDictionary for Checked<'_> {
+impl<const MAPPED: usize> ObjectDictionary for Checked<'_, MAPPED> {
     fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
         self.od.entry(address)
     }
@@ -83,7 +85,7 @@ impl ObjectDictionary for Checked<'_> {
     }
 }
 
-impl Checked<'_> {
+impl<const MAPPED: usize> Checked<'_, MAPPED> {
     /// Whether `value` may be written now.
     pub(super) fn check(&mut self, address: Address, value: u64) -> Result<(), AbortCode> {
         let (index, sub) = (address.index(), address.sub());
@@ -323,8 +325,8 @@ impl Checked<'_> {
 
     fn check_mapping_length(&mut self, direction: Direction, index: u16, len: u32) -> Result<(), AbortCode> {
         let has_room = |&len: &u8| len == 0 || self.od.entry(Address::new(index, len)).is_ok();
-        let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= Mapping::MAX).filter(has_room);
-        let mut mapping = Mapping::EMPTY;
+        let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= MAPPED).filter(has_room);
+        let mut mapping = Mapping::<MAPPED>::EMPTY;
         for sub in 1..=len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {
             let entry = objects::read_u32(self.od, index, sub).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
             let mapped = Mapped::from_parameter(entry);

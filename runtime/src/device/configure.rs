@@ -15,7 +15,9 @@ use crate::time::{Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RPDOS, TPDOS, MONITORED> {
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
+    Services<RPDOS, TPDOS, MONITORED, MAPPED>
+{
     /// Configures all services.
     pub(super) fn configure(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
         self.load_sync(now, od);
@@ -152,7 +154,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
         }
     }
 
-    fn rpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Rpdo {
+    fn rpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Rpdo<MAPPED> {
         let index = cia301::rpdo(number);
         let deadline_ms = objects::read_u16(od, index, 5).filter(|_| self.behaviour.rpdo_deadlines).unwrap_or(0);
         let parameters = rpdo::Parameters {
@@ -163,7 +165,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
         Rpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od))
     }
 
-    fn tpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Tpdo {
+    fn tpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Tpdo<MAPPED> {
         let index = cia301::tpdo(number);
         let transmission = transmission(index, od);
         let parameters = tpdo::Parameters {

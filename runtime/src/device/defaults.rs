@@ -14,8 +14,8 @@ use crate::service::mapping::{self, Mapping};
 use crate::service::objects;
 use crate::wire::pdo::PdoCobId;
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED>
+impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize, const MAPPED: usize>
+    Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED>
 {
     /// What the dictionary holds after [`Device::restart`] and the device does not serve, or not as it is
     /// written: PDOs, servers and heartbeats beyond the room there is, mappings that cannot be, identifiers that
@@ -28,12 +28,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
 }
 
 /// The defaults that cannot be served, ascending by address.
-struct Defaults<'a> {
-    checked: Checked<'a>,
+struct Defaults<'a, const MAPPED: usize> {
+    checked: Checked<'a, MAPPED>,
     next: Address,
 }
 
-impl Iterator for Defaults<'_> {
+impl<const MAPPED: usize> Iterator for Defaults<'_, MAPPED> {
     type Item = Misconfigured;
 
     fn next(&mut self) -> Option<Misconfigured> {
@@ -59,7 +59,7 @@ impl fmt::Display for Misconfigured {
     }
 }
 
-impl Checked<'_> {
+impl<const MAPPED: usize> Checked<'_, MAPPED> {
     /// Whether the device can serve what a parameter holds. What is not in the dictionary asks for nothing.
     fn check_default(&mut self, address: Address) -> Result<(), AbortCode> {
         let Some(value) = objects::read_at(self.od, address) else { return Ok(()) };
@@ -139,8 +139,8 @@ impl Checked<'_> {
 
     /// Only the length: entries that cannot be mapped are findings of their own.
     fn check_default_length(&mut self, index: u16, len: u64) -> Result<(), AbortCode> {
-        let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= Mapping::MAX);
-        let mut mapping = Mapping::EMPTY;
+        let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= MAPPED);
+        let mut mapping = Mapping::<MAPPED>::EMPTY;
         for sub in 1..=len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {
             let entry = objects::read_u32(self.od, index, sub).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
             require(mapping.push(Mapped::from_parameter(entry)), AbortCode::PDO_LENGTH_EXCEEDED)?;

@@ -8,8 +8,8 @@ use crate::service::heartbeat_consumer::Heartbeat;
 use crate::time::Instant;
 use crate::wire::emcy::{ErrorCode, ErrorRegister};
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED>
+impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize, const MAPPED: usize>
+    Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED>
 {
     /// An error occurred: `register` is set in the error register, the code goes into the history
     /// (1003h), and an EMCY is sent.
@@ -59,7 +59,9 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RPDOS, TPDOS, MONITORED> {
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
+    Services<RPDOS, TPDOS, MONITORED, MAPPED>
+{
     fn raise(
         &mut self,
         code: ErrorCode,

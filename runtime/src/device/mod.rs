@@ -71,11 +71,17 @@ use crate::wire::nmt::NmtState;
 pub use behaviour::{Behaviour, ChangeRule, ErrorControlRule};
 pub use event::{Event, Misconfigured};
 
-/// A device with room for `RPDOS` and `TPDOS` PDOs, `SERVERS` SDO servers, and `MONITORED` nodes whose
-/// heartbeat it consumes. PDO numbers may have gaps: only PDOs that the dictionary has take room.
+/// A device with room for `RPDOS` and `TPDOS` PDOs, `SERVERS` SDO servers, `MONITORED` nodes whose
+/// heartbeat it consumes, and `MAPPED` objects in each PDO. PDO numbers may have gaps: only PDOs that the dictionary
+/// has take room.
 #[derive(Clone, Debug)]
-pub struct Device<const RPDOS: usize = 4, const TPDOS: usize = 4, const SERVERS: usize = 1, const MONITORED: usize = 4>
-{
+pub struct Device<
+    const RPDOS: usize = 4,
+    const TPDOS: usize = 4,
+    const SERVERS: usize = 1,
+    const MONITORED: usize = 4,
+    const MAPPED: usize = 64,
+> {
     /// Which identifiers concern the device: a first check, which may let others through.
     filter: Filter,
     /// How often the filter was made.
@@ -83,11 +89,11 @@ pub struct Device<const RPDOS: usize = 4, const TPDOS: usize = 4, const SERVERS:
     servers: [Option<SdoServer>; SERVERS],
     /// The dictionary has other parameters of servers (1200h and up) than these.
     servers_changed: bool,
-    services: Polled<RPDOS, TPDOS, MONITORED>,
+    services: Polled<RPDOS, TPDOS, MONITORED, MAPPED>,
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED>
+impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize, const MAPPED: usize>
+    Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED>
 {
     /// A device that is silent until [`Device::restart`] is called.
     #[must_use]
@@ -183,7 +189,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
 
     /// An RPDO that the dictionary has.
     #[must_use]
-    pub fn rpdo(&self, number: u16) -> Option<&Rpdo> {
+    pub fn rpdo(&self, number: u16) -> Option<&Rpdo<MAPPED>> {
         let slot = self.services.get().rpdos.iter().find(|slot| slot.number == number && number != 0)?;
         Some(&slot.pdo)
     }
@@ -196,7 +202,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
 
     /// A TPDO that the dictionary has.
     #[must_use]
-    pub fn tpdo(&self, number: u16) -> Option<&Tpdo> {
+    pub fn tpdo(&self, number: u16) -> Option<&Tpdo<MAPPED>> {
         let slot = self.services.get().tpdos.iter().find(|slot| slot.number == number && number != 0)?;
         Some(&slot.pdo)
     }

@@ -15,7 +15,9 @@ use crate::wire::nmt::NmtState;
 use crate::wire::sync::Sync;
 use crate::wire::time;
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RPDOS, TPDOS, MONITORED> {
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
+    Services<RPDOS, TPDOS, MONITORED, MAPPED>
+{
     /// A frame that is no request to a server.
     pub(super) fn dispatch(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
         let (id, state) = (frame.id(), self.nmt.state());
@@ -120,7 +122,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
 }
 
 /// What an RPDO has written is a change for the TPDOs that map it, if it is another value.
-fn compare(tpdos: &mut [TpdoSlot], written: &Mapping, od: &mut dyn ObjectDictionary) {
+fn compare<const N: usize>(tpdos: &mut [TpdoSlot<N>], written: &Mapping<N>, od: &mut dyn ObjectDictionary) {
     tpdos.iter_mut().filter(|slot| slot.pdo.mapping().overlaps(written)).for_each(|slot| slot.pdo.compare(od));
 }
 

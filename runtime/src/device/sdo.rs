@@ -10,8 +10,8 @@ use crate::object::{Address, ObjectDictionary};
 use crate::service::sdo_server::{self, SdoServer};
 use crate::time::Instant;
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED>
+impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize, const MAPPED: usize>
+    Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED>
 {
     /// The place of the server that has requests of this identifier.
     pub(super) fn server_of(&self, id: CobId) -> Option<usize> {

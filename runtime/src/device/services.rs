@@ -25,7 +25,7 @@ use crate::wire::time;
 
 /// The services, as [`Device`](super::Device) configures them from the dictionary.
 #[derive(Clone, Debug)]
-pub(super) struct Services<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> {
+pub(super) struct Services<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize> {
     pub(super) behaviour: Behaviour,
     pub(super) nmt: Nmt,
     pub(super) sync_consumer: SyncConsumer,
@@ -42,8 +42,8 @@ pub(super) struct Services<const RPDOS: usize, const TPDOS: usize, const MONITOR
     pub(super) heartbeat: HeartbeatProducer,
     pub(super) guarding: Guarding,
     pub(super) consumers: [Option<HeartbeatConsumer>; MONITORED],
-    pub(super) rpdos: [RpdoSlot; RPDOS],
-    pub(super) tpdos: [TpdoSlot; TPDOS],
+    pub(super) rpdos: [RpdoSlot<MAPPED>; RPDOS],
+    pub(super) tpdos: [TpdoSlot<MAPPED>; TPDOS],
     /// The error register shows an error of communication that the device has noticed itself.
     pub(super) communication_error: bool,
     /// What the application has set in the error register.
@@ -55,29 +55,28 @@ pub(super) struct Services<const RPDOS: usize, const TPDOS: usize, const MONITOR
 
 /// An RPDO and its number; number 0 is free.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RpdoSlot {
+pub(super) struct RpdoSlot<const MAPPED: usize> {
     pub(super) number: u16,
-    pub(super) pdo: Rpdo,
+    pub(super) pdo: Rpdo<MAPPED>,
 }
 
 /// A TPDO and its number; number 0 is free.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TpdoSlot {
+pub(super) struct TpdoSlot<const MAPPED: usize> {
     pub(super) number: u16,
-    pub(super) pdo: Tpdo,
+    pub(super) pdo: Tpdo<MAPPED>,
 }
 
-impl RpdoSlot {
-    const FREE: RpdoSlot = RpdoSlot { number: 0, pdo: Rpdo::new(rpdo::Parameters::OFF, Mapping::EMPTY) };
+impl<const MAPPED: usize> RpdoSlot<MAPPED> {
+    const FREE: Self = RpdoSlot { number: 0, pdo: Rpdo::new(rpdo::Parameters::OFF, Mapping::EMPTY) };
 
     pub(super) const fn parameter_index(&self) -> u16 {
         cia301::rpdo(self.number)
     }
 }
 
-impl TpdoSlot {
-    const FREE: TpdoSlot =
-        TpdoSlot { number: 0, pdo: Tpdo::new(tpdo::Parameters::OFF, Mapping::EMPTY, Triggers::NONE) };
+impl<const MAPPED: usize> TpdoSlot<MAPPED> {
+    const FREE: Self = TpdoSlot { number: 0, pdo: Tpdo::new(tpdo::Parameters::OFF, Mapping::EMPTY, Triggers::NONE) };
 
     pub(super) const fn parameter_index(&self) -> u16 {
         cia301::tpdo(self.number)
@@ -118,7 +117,9 @@ impl Timers {
     }
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RPDOS, TPDOS, MONITORED> {
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
+    Services<RPDOS, TPDOS, MONITORED, MAPPED>
+{
     pub(super) const fn new(node: NodeId, behaviour: Behaviour) -> Self {
         Services {
             behaviour,
@@ -270,22 +271,24 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Services<RP
 /// nothing which may make a frame due has to reset it. It keeps the cost of an SDO transfer (`tests/bench/sdo.md`: u32
 /// read, whole device) independent of the number of PDOs.
 #[derive(Clone, Debug)]
-pub(super) struct Polled<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> {
-    services: Services<RPDOS, TPDOS, MONITORED>,
+pub(super) struct Polled<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize> {
+    services: Services<RPDOS, TPDOS, MONITORED, MAPPED>,
     /// `Some` while there is nothing to send, with the next deadline.
     quiet: Option<Option<Instant>>,
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize> Polled<RPDOS, TPDOS, MONITORED> {
-    pub(super) const fn new(services: Services<RPDOS, TPDOS, MONITORED>) -> Self {
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
+    Polled<RPDOS, TPDOS, MONITORED, MAPPED>
+{
+    pub(super) const fn new(services: Services<RPDOS, TPDOS, MONITORED, MAPPED>) -> Self {
         Polled { services, quiet: None }
     }
 
-    pub(super) const fn get(&self) -> &Services<RPDOS, TPDOS, MONITORED> {
+    pub(super) const fn get(&self) -> &Services<RPDOS, TPDOS, MONITORED, MAPPED> {
         &self.services
     }
 
-    pub(super) const fn get_mut(&mut self) -> &mut Services<RPDOS, TPDOS, MONITORED> {
+    pub(super) const fn get_mut(&mut self) -> &mut Services<RPDOS, TPDOS, MONITORED, MAPPED> {
         self.quiet = None;
         &mut self.services
     }

@@ -5,38 +5,35 @@ use super::objects;
 use crate::abort::AbortCode;
 use crate::object::{self, Address, DataType, Direction, Entry, Mapped, ObjectDictionary, PdoMapping};
 
-/// The objects of a PDO, at most 64 of them, at most 64 bits in all.
+/// The objects of a PDO, at most `N` of them, at most 64 bits in all. 64 are as many objects as there are bits.
 #[derive(Clone, Copy, Debug)]
-pub struct Mapping {
+pub struct Mapping<const N: usize = 64> {
     // As mapping parameters hold them: half the size of `Mapped`.
-    entries: [u32; Mapping::MAX],
+    entries: [u32; N],
     // Where the dictionary has them, so that a PDO does not search for them.
-    rows: [u16; Mapping::MAX],
+    rows: [u16; N],
     len: u8,
     bits: u8,
 }
 
-impl PartialEq for Mapping {
+impl<const N: usize> PartialEq for Mapping<N> {
     fn eq(&self, other: &Self) -> bool {
-        self.len == other.len && self.entries == other.entries
+        self.iter().eq(other.iter())
     }
 }
 
-impl Eq for Mapping {}
+impl<const N: usize> Eq for Mapping<N> {}
 
-impl Mapping {
+impl<const N: usize> Mapping<N> {
     /// Nothing mapped.
-    pub const EMPTY: Mapping = Mapping { entries: [0; Mapping::MAX], rows: [0; Mapping::MAX], len: 0, bits: 0 };
-
-    /// As many objects as there are bits.
-    pub const MAX: usize = 64;
+    pub const EMPTY: Self = Mapping { entries: [0; N], rows: [0; N], len: 0, bits: 0 };
 
     /// The mapping that the dictionary holds at `index`, 1600h or 1A00h and up. It is empty when there
-    /// is none, when its length is not 1 to 64 (so also for multiplexed PDOs), or when it has more than 64 bits.
+    /// is none, when its length is not 1 to `N` (so also for multiplexed PDOs), or when it has more than 64 bits.
     #[must_use]
     pub fn load(index: u16, od: &mut dyn ObjectDictionary) -> Self {
         let mut mapping = Mapping::EMPTY;
-        let len = objects::read_u8(od, index, 0).filter(|&len| usize::from(len) <= Mapping::MAX).unwrap_or(0);
+        let len = objects::read_u8(od, index, 0).filter(|&len| usize::from(len) <= N).unwrap_or(0);
         for sub in 1..=len {
             let pushed =
                 objects::read_u32(od, index, sub).is_some_and(|entry| mapping.push(Mapped::from_parameter(entry)));
@@ -90,7 +87,7 @@ impl Mapping {
     }
 
     /// Whether any object is in both mappings.
-    pub(crate) fn overlaps(&self, other: &Mapping) -> bool {
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
         self.iter().any(|mapped| other.maps(mapped.address))
     }
 
@@ -213,19 +210,19 @@ mod tests {
 
     #[test]
     fn a_mapping_is_loaded_whole_or_not_at_all() {
-        let mapping = Mapping::load(0x1A00, &mut od());
+        let mapping = Mapping::<64>::load(0x1A00, &mut od());
         assert_eq!((mapping.iter().count(), mapping.bytes()), (3, 4));
         assert!(mapping.maps(Address::new(0x2000, 3)) && !mapping.maps(Address::new(0x2000, 4)));
         // 65 bits, a multiplexed PDO, an entry that is missing, no mapping.
         for index in [0x1A01, 0x1A02, 0x1A03, 0x1A04] {
-            assert_eq!(Mapping::load(index, &mut od()), Mapping::EMPTY, "{index:04X}");
+            assert_eq!(Mapping::<64>::load(index, &mut od()), Mapping::EMPTY, "{index:04X}");
         }
     }
 
     #[test]
     fn what_is_packed_is_unpacked() {
         let mut od = od();
-        let mapping = Mapping::load(0x1A00, &mut od);
+        let mapping = Mapping::<64>::load(0x1A00, &mut od);
         let data = mapping.pack(&mut od);
         // 1 bit, 8 bits, 16 bits, from the lowest up.
         assert_eq!(u64::from_le_bytes(data), 1 | 0x81 << 1 | 0xFFFE << 9);

@@ -64,9 +64,9 @@ pub enum LengthError {
 
 /// Receives one PDO.
 #[derive(Clone, Copy, Debug)]
-pub struct Rpdo {
+pub struct Rpdo<const N: usize = 64> {
     parameters: Parameters,
-    mapping: Mapping,
+    mapping: Mapping<N>,
     /// A synchronous PDO that waits for SYNC.
     waiting: Option<[u8; 8]>,
     /// What the last SYNC did.
@@ -76,10 +76,10 @@ pub struct Rpdo {
     timed_out: bool,
 }
 
-impl Rpdo {
+impl<const N: usize> Rpdo<N> {
     /// Receives `mapping` under `parameters`.
     #[must_use]
-    pub const fn new(parameters: Parameters, mapping: Mapping) -> Self {
+    pub const fn new(parameters: Parameters, mapping: Mapping<N>) -> Self {
         Rpdo { parameters, mapping, waiting: None, applied: None, length_error: None, due: None, timed_out: false }
     }
 
@@ -91,7 +91,7 @@ impl Rpdo {
 
     /// The mapping.
     #[must_use]
-    pub const fn mapping(&self) -> &Mapping {
+    pub const fn mapping(&self) -> &Mapping<N> {
         &self.mapping
     }
 
@@ -128,7 +128,7 @@ impl Rpdo {
 
     /// The parameters of a PDO changed, which was `before`. What was received under the same identifier and mapping
     /// stays valid; the deadline starts with the next PDO.
-    pub fn resume(&mut self, before: &Rpdo) {
+    pub fn resume(&mut self, before: &Self) {
         let same = self.parameters.cob_id == before.parameters.cob_id && self.mapping == before.mapping;
         if same && before.is_active() {
             self.waiting = before.waiting.filter(|_| self.parameters.transmission.is_synchronous());
@@ -201,7 +201,7 @@ mod tests {
     use crate::testing::TestOd;
 
     fn rpdo(transmission: u8) -> Rpdo {
-        let mut mapping = Mapping::EMPTY;
+        let mut mapping: Mapping = Mapping::EMPTY;
         assert!(mapping.push(Mapped::new(0x2000, 0, 16)));
         let cob_id = PdoCobId(0x205);
         let transmission = TransmissionType::from_code(transmission);

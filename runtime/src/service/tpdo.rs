@@ -66,9 +66,9 @@ impl Triggers {
 
 /// Transmits one PDO.
 #[derive(Clone, Copy, Debug)]
-pub struct Tpdo {
+pub struct Tpdo<const N: usize = 64> {
     parameters: Parameters,
-    mapping: Mapping,
+    mapping: Mapping<N>,
     triggers: Triggers,
     acyclic_always: bool,
     /// An event happened that SYNC or `poll_transmit` has not seen yet.
@@ -85,10 +85,10 @@ pub struct Tpdo {
     event: Option<Instant>,
 }
 
-impl Tpdo {
+impl<const N: usize> Tpdo<N> {
     /// Transmits `mapping` under `parameters`, at what `triggers` counts as events.
     #[must_use]
-    pub const fn new(parameters: Parameters, mapping: Mapping, triggers: Triggers) -> Self {
+    pub const fn new(parameters: Parameters, mapping: Mapping<N>, triggers: Triggers) -> Self {
         Tpdo {
             parameters,
             mapping,
@@ -118,7 +118,7 @@ impl Tpdo {
 
     /// The mapping.
     #[must_use]
-    pub const fn mapping(&self) -> &Mapping {
+    pub const fn mapping(&self) -> &Mapping<N> {
         &self.mapping
     }
 
@@ -144,7 +144,7 @@ impl Tpdo {
 
     /// The parameters of a PDO changed, which was `before`: the event timer starts anew, and what
     /// waits to be sent goes on waiting.
-    pub fn resume(&mut self, now: Instant, before: &Tpdo) {
+    pub fn resume(&mut self, now: Instant, before: &Self) {
         self.start(now);
         if !self.is_active() {
             return;
@@ -319,7 +319,7 @@ mod tests {
     use std::vec::Vec;
 
     fn tpdo(transmission: u8, triggers: Triggers) -> Tpdo {
-        let mut mapping = Mapping::EMPTY;
+        let mut mapping: Mapping = Mapping::EMPTY;
         assert!(mapping.push(Mapped::new(0x2000, 0, 8)));
         let parameters = Parameters {
             cob_id: PdoCobId(0x185),

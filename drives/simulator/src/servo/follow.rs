@@ -22,10 +22,10 @@ const SAMPLING: Duration = Duration::from_millis(10);
 /// handled, [`Servo::measure`] puts into the dictionary what is measured then.
 ///
 /// A reset is for the application to follow, by [`Servo::restart`].
-pub fn follow<const R: usize, const T: usize, const S: usize, const M: usize>(
+pub fn follow<const R: usize, const T: usize, const S: usize, const M: usize, const N: usize>(
     servo: &mut Servo,
     now: Instant,
-    device: &Device<R, T, S, M>,
+    device: &Device<R, T, S, M, N>,
     od: &mut dyn Storage,
     event: Option<Event>,
 ) {
@@ -54,10 +54,10 @@ pub fn follow<const R: usize, const T: usize, const S: usize, const M: usize>(
 
 /// Sends what the servo has to report, and TPDOs whose contents have changed. `od` is the dictionary as the device has
 /// it.
-pub fn report<const R: usize, const T: usize, const S: usize, const M: usize>(
+pub fn report<const R: usize, const T: usize, const S: usize, const M: usize, const N: usize>(
     servo: &mut Servo,
     now: Instant,
-    device: &mut Device<R, T, S, M>,
+    device: &mut Device<R, T, S, M, N>,
     od: &mut dyn ObjectDictionary,
 ) {
     while let Some(emergency) = servo.next_emergency() {
@@ -78,9 +78,9 @@ pub fn report<const R: usize, const T: usize, const S: usize, const M: usize>(
 }
 
 /// Whether an RPDO has what the cyclic mode follows.
-fn has_set_point<const R: usize, const T: usize, const S: usize, const M: usize>(
+fn has_set_point<const R: usize, const T: usize, const S: usize, const M: usize, const N: usize>(
     servo: &Servo,
-    device: &Device<R, T, S, M>,
+    device: &Device<R, T, S, M, N>,
     number: u16,
 ) -> bool {
     let object = match servo.mode() {
@@ -94,7 +94,9 @@ fn has_set_point<const R: usize, const T: usize, const S: usize, const M: usize>
 }
 
 /// Whether a TPDO is sent when something changes that is measured.
-fn sends_measured<const R: usize, const T: usize, const S: usize, const M: usize>(device: &Device<R, T, S, M>) -> bool {
+fn sends_measured<const R: usize, const T: usize, const S: usize, const M: usize, const N: usize>(
+    device: &Device<R, T, S, M, N>,
+) -> bool {
     use TransmissionType::{EventManufacturer, EventProfile};
     (1..=512).filter_map(|number| device.tpdo(number)).any(|tpdo| {
         let on_change = matches!(tpdo.parameters().transmission, EventManufacturer | EventProfile);
