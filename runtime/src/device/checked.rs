@@ -3,6 +3,7 @@
 
 use super::behaviour::{Behaviour, ChangeRule, ErrorControlRule};
 use super::identifiers::{self, SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED, identifier, is_cob_id, switched};
+use super::selection::Selection;
 use super::services::{RpdoSlot, Services, TpdoSlot};
 use crate::abort::AbortCode;
 use crate::cia301;
@@ -10,7 +11,7 @@ use crate::id::{CobId, NodeId};
 use crate::object::{Address, Direction, Entry, Mapped, ObjectDictionary};
 use crate::service::mapping::{self, Mapping};
 use crate::service::objects;
-use crate::service::sdo_server::SdoServer;
+use crate::service::sdo_server::default_channel;
 use crate::wire::nmt::NmtState;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
@@ -28,8 +29,8 @@ pub(super) struct Checked<'a, const MAPPED: usize> {
     pub(super) server_room: usize,
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
-    Services<RPDOS, TPDOS, MONITORED, MAPPED>
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
+    Services<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
     /// The dictionary as clients may write it, of a device with room for `server_room` servers.
     pub(super) fn checked<'a>(&'a self, od: &'a mut dyn ObjectDictionary, server_room: usize) -> Checked<'a, MAPPED> {
@@ -220,8 +221,8 @@ impl<const MAPPED: usize> Checked<'_, MAPPED> {
 
     /// CiA 301, 7.5.2.33: the identifiers of the default server are what they are.
     pub(super) fn check_default_sdo(&self, sub: u8, new: u32) -> Result<(), AbortCode> {
-        let server = SdoServer::of_node(self.node);
-        let id = if sub == 1 { server.request_id() } else { server.response_id() };
+        let (request, response) = default_channel(self.node);
+        let id = if sub == 1 { request } else { response };
         require(new == id.to_parameter(), AbortCode::INVALID_VALUE)
     }
 

@@ -2,10 +2,13 @@
 
 use super::checked::consumed_heartbeat;
 use super::identifiers::{self, SYNC_GENERATED, TIME_CONSUMED, TIME_PRODUCED, identifier};
-use super::services::{RpdoSlot, Services, TpdoSlot};
+use super::selection::Selection;
+use super::services::{RpdoSlot, Services, Time, TpdoSlot};
 use crate::cia301;
 use crate::id::CobId;
 use crate::object::{Address, Direction, ObjectDictionary};
+use crate::service::choice::sealed::Choice;
+use crate::service::guarding::Guarding;
 use crate::service::heartbeat_consumer::HeartbeatConsumer;
 use crate::service::mapping::Mapping;
 use crate::service::objects;
@@ -15,11 +18,13 @@ use crate::time::{Duration, Instant};
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
-    Services<RPDOS, TPDOS, MONITORED, MAPPED>
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
+    Services<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
     /// Configures all services.
     pub(super) fn configure(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
+        self.time = S::Time::part(Time::OFF);
+        self.guarding = S::Guarding::part(Guarding::new(self.nmt.node()));
         self.load_sync(now, od);
         self.load_time(od);
         self.load_emcy(od);
@@ -62,7 +67,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         let rpdos = self.rpdos.iter().map(|slot| &slot.pdo).filter(|pdo| pdo.is_active());
         let tpdos = self.tpdos.iter().map(|slot| &slot.pdo).filter(|pdo| pdo.is_active());
         let pdos = rpdos.map(|pdo| pdo.parameters().cob_id).chain(tpdos.map(|pdo| pdo.parameters().cob_id));
-        self.sync_consumer.id().into_iter().chain(self.time_id).chain(heartbeats).chain(pdos.map(PdoCobId::id))
+        self.sync_consumer.id().into_iter().chain(self.time_id()).chain(heartbeats).chain(pdos.map(PdoCobId::id))
     }
 
     fn load_sync(&mut self, now: Instant, od: &mut dyn ObjectDictionary) {
@@ -86,8 +91,9 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     fn load_time(&mut self, od: &mut dyn ObjectDictionary) {
-        self.time_id = identifiers::time(TIME_CONSUMED, od);
-        self.time_producer = identifiers::time(TIME_PRODUCED, od).filter(|_| self.behaviour.produces_time);
+        let Some(time) = &mut self.time else { return };
+        time.consumer = identifiers::time(TIME_CONSUMED, od);
+        time.producer = identifiers::time(TIME_PRODUCED, od).filter(|_| self.behaviour.produces_time);
     }
 
     fn load_emcy(&mut self, od: &mut dyn ObjectDictionary) {
@@ -97,10 +103,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     /// With a heartbeat there is no life guarding (CiA 301, 7.2.8.3.2.2), also where it had begun before.
     fn load_guarding(&mut self, od: &mut dyn ObjectDictionary) {
+        let Some(guarding) = &mut self.guarding else { return };
         let guarded = heartbeat_period(od).is_zero();
         let guard_time_ms = objects::read_u16(od, cia301::GUARD_TIME, 0).filter(|_| guarded).unwrap_or(0);
         let life_time_factor = objects::read_u8(od, cia301::LIFE_TIME_FACTOR, 0).unwrap_or(0);
-        self.guarding.configure(Duration::from_millis(u64::from(guard_time_ms)), life_time_factor);
+        guarding.configure(Duration::from_millis(u64::from(guard_time_ms)), life_time_factor);
     }
 
     /// Entry `sub` of 1016h has the place `sub - 1`.

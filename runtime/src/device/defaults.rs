@@ -6,7 +6,7 @@ use core::fmt;
 use super::checked::{Checked, require, type_exists};
 use super::configure::pdo_exists;
 use super::identifiers::{self, SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED, identifier};
-use super::{Device, Misconfigured};
+use super::{Device, Misconfigured, Selection};
 use crate::abort::AbortCode;
 use crate::cia301;
 use crate::object::{Address, Direction, Mapped, ObjectDictionary};
@@ -14,8 +14,14 @@ use crate::service::mapping::{self, Mapping};
 use crate::service::objects;
 use crate::wire::pdo::PdoCobId;
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize, const MAPPED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED>
+impl<
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const SERVERS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED, S>
 {
     /// What the dictionary holds after [`Device::restart`] and the device does not serve, or not as it is
     /// written: PDOs, servers and heartbeats beyond the room there is, mappings that cannot be, identifiers that

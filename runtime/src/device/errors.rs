@@ -1,6 +1,7 @@
 //! Errors: the register (1001h), the history (1003h), EMCY, and what an error of communication brings with it.
 
 use super::Device;
+use super::selection::Selection;
 use super::services::{Services, Timer};
 use crate::cia301;
 use crate::object::{Address, ObjectDictionary};
@@ -8,8 +9,14 @@ use crate::service::heartbeat_consumer::Heartbeat;
 use crate::time::Instant;
 use crate::wire::emcy::{ErrorCode, ErrorRegister};
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize, const MAPPED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED>
+impl<
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const SERVERS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED, S>
 {
     /// An error occurred: `register` is set in the error register, the code goes into the history
     /// (1003h), and an EMCY is sent.
@@ -59,8 +66,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     }
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
-    Services<RPDOS, TPDOS, MONITORED, MAPPED>
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
+    Services<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
     fn raise(
         &mut self,
@@ -151,7 +158,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     fn has_communication_error(&self) -> bool {
         self.sync_consumer.has_length_error()
-            || self.guarding.is_lost()
+            || self.guarding.is_some_and(|guarding| guarding.is_lost())
             || self.consumers.iter().flatten().any(|consumer| consumer.heartbeat() == Heartbeat::Lost)
             || self.rpdos.iter().any(|slot| slot.pdo.length_error().is_some() || slot.pdo.has_timed_out())
     }

@@ -51,6 +51,7 @@ mod filter;
 mod identifiers;
 mod receive;
 mod sdo;
+mod selection;
 mod services;
 
 use self::filter::Filter;
@@ -68,12 +69,14 @@ use crate::wire::emcy::ErrorRegister;
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
 
+pub use crate::service::choice::{Choice, With, Without};
 pub use behaviour::{Behaviour, ChangeRule, ErrorControlRule};
 pub use event::{Event, Misconfigured};
+pub use selection::{Everything, Selection};
 
 /// A device with room for `RPDOS` and `TPDOS` PDOs, `SERVERS` SDO servers, `MONITORED` nodes whose
 /// heartbeat it consumes, and `MAPPED` objects in each PDO. PDO numbers may have gaps: only PDOs that the dictionary
-/// has take room.
+/// has take room. `S` says which services it has.
 #[derive(Clone, Debug)]
 pub struct Device<
     const RPDOS: usize = 4,
@@ -81,19 +84,26 @@ pub struct Device<
     const SERVERS: usize = 1,
     const MONITORED: usize = 4,
     const MAPPED: usize = 64,
+    S: Selection = Everything,
 > {
     /// Which identifiers concern the device: a first check, which may let others through.
     filter: Filter,
     /// How often the filter was made.
     generation: u32,
-    servers: [Option<SdoServer>; SERVERS],
+    servers: [Option<SdoServer<S::Blocks>>; SERVERS],
     /// The dictionary has other parameters of servers (1200h and up) than these.
     servers_changed: bool,
-    services: Polled<RPDOS, TPDOS, MONITORED, MAPPED>,
+    services: Polled<RPDOS, TPDOS, MONITORED, MAPPED, S>,
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize, const MAPPED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED>
+impl<
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const SERVERS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED, S>
 {
     /// A device that is silent until [`Device::restart`] is called.
     #[must_use]
@@ -183,8 +193,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// that has not been sent yet.
     pub fn send_time(&mut self, time: TimeOfDay) {
         let services = self.services.get_mut();
-        let is_sent = services.time_producer.is_some() && services.nmt.state().allows_messages();
-        services.time = is_sent.then_some(time);
+        let is_allowed = services.nmt.state().allows_messages();
+        if let Some(service) = &mut services.time {
+            service.pending = Some(time).filter(|_| is_allowed && service.producer.is_some());
+        }
     }
 
     /// An RPDO that the dictionary has.

@@ -1,6 +1,7 @@
 //! What frames do to a device.
 
 use super::event::Event;
+use super::selection::Selection;
 use super::services::{Services, Timer, TpdoSlot};
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
@@ -15,8 +16,8 @@ use crate::wire::nmt::NmtState;
 use crate::wire::sync::Sync;
 use crate::wire::time;
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
-    Services<RPDOS, TPDOS, MONITORED, MAPPED>
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
+    Services<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
     /// A frame that is no request to a server.
     pub(super) fn dispatch(&mut self, now: Instant, frame: &Frame, od: &mut dyn ObjectDictionary) -> Option<Event> {
@@ -43,7 +44,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             }
             return Some(self.handle_sync(event.sync, od));
         }
-        if self.time_id == Some(id) && !frame.is_remote() {
+        if self.time_id() == Some(id) && !frame.is_remote() {
             return time::parse(frame.data()).map(Event::Time);
         }
         if !self.is_operational() {
@@ -71,7 +72,9 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         } else {
             self.sync_producer.suspend();
             self.timers.set(Timer::OwnSync, None);
-            self.time = None;
+            if let Some(time) = &mut self.time {
+                time.pending = None;
+            }
         }
         match event {
             nmt::Event::StateChanged(state) => Event::StateChanged(state),
@@ -83,7 +86,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         if node == self.nmt.node() {
             // A device with a heartbeat is not guarded (CiA 301, 7.2.8.3.2.2).
             let guarded = self.heartbeat.period().is_zero();
-            return if guarded { self.guarding.handle_frame(now, frame).map(Event::LifeGuarding) } else { None };
+            let guarding = self.guarding.as_mut().filter(|_| guarded)?;
+            return guarding.handle_frame(now, frame).map(Event::LifeGuarding);
         }
         let consumer = self.consumers.iter_mut().flatten().find(|consumer| consumer.node() == node)?;
         let event = consumer.handle_frame(now, frame)?;

@@ -2,22 +2,28 @@
 //! it, and what they have written takes effect.
 
 use super::event::Event;
-use super::{Device, identifiers};
+use super::{Device, Selection, identifiers};
 use crate::cia301;
 use crate::frame::Frame;
 use crate::id::CobId;
 use crate::object::{Address, ObjectDictionary};
-use crate::service::sdo_server::{self, SdoServer};
+use crate::service::sdo_server::{self, SdoServer, default_channel};
 use crate::time::Instant;
 
-impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITORED: usize, const MAPPED: usize>
-    Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED>
+impl<
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const SERVERS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED, S>
 {
     /// The place of the server that has requests of this identifier.
     pub(super) fn server_of(&self, id: CobId) -> Option<usize> {
         let services = self.services.get();
         // SYNC and TIME go first, should a data sheet give them the identifier of a server.
-        let is_message = services.sync_consumer.id() == Some(id) || services.time_id == Some(id);
+        let is_message = services.sync_consumer.id() == Some(id) || services.time_id() == Some(id);
         if is_message || !services.nmt.state().allows_messages() {
             return None;
         }
@@ -88,17 +94,21 @@ impl<const RPDOS: usize, const TPDOS: usize, const SERVERS: usize, const MONITOR
     /// that stays as it is goes on with its transfer.
     pub(super) fn load_servers(&mut self, od: &mut dyn ObjectDictionary) {
         self.servers_changed = false;
-        let old = core::mem::replace(&mut self.servers, [const { None }; SERVERS]);
         // The identifiers of the default server are fixed, also if 1200h has others (CiA 301, 7.5.2.33).
-        let default = SdoServer::of_node(self.node());
-        let others = (cia301::SDO_SERVER_2..=cia301::SDO_SERVER_128).filter_map(|index| identifiers::sdo(index, od));
-        let others = others.map(|(request, response)| SdoServer::new(request, response));
+        let (request, response) = default_channel(self.node());
         let sizes_indicated = self.behaviour().sdo_sizes_indicated;
-        for (place, new) in self.servers.iter_mut().zip(core::iter::once(default).chain(others)) {
-            let same =
-                |old: &&SdoServer| old.request_id() == new.request_id() && old.response_id() == new.response_id();
-            let running = old.iter().flatten().find(same).cloned();
-            *place = Some(running.unwrap_or(new.with_sizes_indicated(sizes_indicated)));
+        let new = |(request, response)| SdoServer::of_channel(request, response).with_sizes_indicated(sizes_indicated);
+        // One server is the default one, whatever 1201h and up say; firmware with one has no code for more.
+        if let [server] = self.servers.as_mut_slice() {
+            server.get_or_insert(new((request, response)));
+            return;
+        }
+        let old = core::mem::replace(&mut self.servers, [const { None }; SERVERS]);
+        let others = (cia301::SDO_SERVER_2..=cia301::SDO_SERVER_128).filter_map(|index| identifiers::sdo(index, od));
+        let channels = core::iter::once((request, response)).chain(others);
+        for (place, channel) in self.servers.iter_mut().zip(channels) {
+            let same = |old: &&SdoServer<S::Blocks>| (old.request_id(), old.response_id()) == channel;
+            *place = Some(old.iter().flatten().find(same).cloned().unwrap_or(new(channel)));
         }
     }
 }

@@ -2,10 +2,12 @@
 
 use super::behaviour::Behaviour;
 use super::event::Event;
+use super::selection::Selection;
 use crate::cia301;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, ObjectDictionary, TimeOfDay};
+use crate::service::choice::sealed;
 use crate::service::emcy_producer::EmcyProducer;
 use crate::service::guarding::Guarding;
 use crate::service::heartbeat_consumer::HeartbeatConsumer;
@@ -25,22 +27,24 @@ use crate::wire::time;
 
 /// The services, as [`Device`](super::Device) configures them from the dictionary.
 #[derive(Clone, Debug)]
-pub(super) struct Services<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize> {
+pub(super) struct Services<
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> {
     pub(super) behaviour: Behaviour,
     pub(super) nmt: Nmt,
     pub(super) sync_consumer: SyncConsumer,
     pub(super) sync_producer: SyncProducer,
     /// The SYNC that the device itself has sent last: it concerns its own PDOs too.
     own_sync: Sync,
-    /// TIME is consumed under this identifier.
-    pub(super) time_id: Option<CobId>,
-    /// TIME is produced under this identifier.
-    pub(super) time_producer: Option<CobId>,
-    /// The time to send.
-    pub(super) time: Option<TimeOfDay>,
+    /// TIME and guarding are there from the first [`Services::configure`] on, unless the device leaves them out.
+    pub(super) time: Option<Part<S::Time, Time>>,
     pub(super) emcy: EmcyProducer,
     pub(super) heartbeat: HeartbeatProducer,
-    pub(super) guarding: Guarding,
+    pub(super) guarding: Option<Part<S::Guarding, Guarding>>,
     pub(super) consumers: [Option<HeartbeatConsumer>; MONITORED],
     pub(super) rpdos: [RpdoSlot<MAPPED>; RPDOS],
     pub(super) tpdos: [TpdoSlot<MAPPED>; TPDOS],
@@ -51,6 +55,29 @@ pub(super) struct Services<const RPDOS: usize, const TPDOS: usize, const MONITOR
     /// The device enters OPERATIONAL by itself after its boot-up (1F80h).
     pub(super) starts_itself: bool,
     pub(super) timers: Timers,
+}
+
+/// A part of a service that may be left out.
+type Part<C, T> = <C as sealed::Choice>::Part<T>;
+
+/// TIME, consumed and produced.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Time {
+    /// It is consumed under this identifier.
+    pub(super) consumer: Option<CobId>,
+    /// It is produced under this identifier.
+    pub(super) producer: Option<CobId>,
+    /// The time to send.
+    pub(super) pending: Option<TimeOfDay>,
+}
+
+impl Time {
+    pub(super) const OFF: Time = Time { consumer: None, producer: None, pending: None };
+
+    fn poll_transmit(&mut self) -> Option<Frame> {
+        let (id, time) = self.producer.zip(self.pending.take())?;
+        Some(time::frame(id, time))
+    }
 }
 
 /// An RPDO and its number; number 0 is free.
@@ -117,8 +144,8 @@ impl Timers {
     }
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
-    Services<RPDOS, TPDOS, MONITORED, MAPPED>
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
+    Services<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
     pub(super) const fn new(node: NodeId, behaviour: Behaviour) -> Self {
         Services {
@@ -127,12 +154,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             sync_consumer: SyncConsumer::new(),
             sync_producer: SyncProducer::new(),
             own_sync: Sync { counter: None },
-            time_id: None,
-            time_producer: None,
             time: None,
             emcy: EmcyProducer::new(behaviour.emcy_code_order),
             heartbeat: HeartbeatProducer::new(node),
-            guarding: Guarding::new(node),
+            guarding: None,
             consumers: [const { None }; MONITORED],
             rpdos: [RpdoSlot::FREE; RPDOS],
             tpdos: [TpdoSlot::FREE; TPDOS],
@@ -196,6 +221,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         }
     }
 
+    /// The identifier under which TIME is consumed.
+    pub(super) fn time_id(&self) -> Option<CobId> {
+        self.time.as_ref()?.consumer
+    }
+
     fn handle_lost_peers(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Event> {
         let lost = self
             .consumers
@@ -203,7 +233,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             .flatten()
             .find_map(|consumer| Some((consumer.node(), consumer.handle_timeout(now)?)))
             .map(|(node, event)| Event::Heartbeat { node, event })
-            .or_else(|| self.guarding.handle_timeout(now).map(Event::LifeGuarding))?;
+            .or_else(|| self.guarding.as_mut()?.handle_timeout(now).map(Event::LifeGuarding))?;
         self.raise_communication_error(ErrorCode::LIFE_GUARD, od);
         self.timers.set(Timer::Reaction, Some(now));
         Some(lost)
@@ -224,7 +254,9 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         }
         let state = self.nmt.state();
         let message = if state.allows_messages() { self.poll_messages(now, od) } else { None };
-        message.or_else(|| self.heartbeat.poll_transmit(now, state)).or_else(|| self.guarding.poll_transmit(now, state))
+        message
+            .or_else(|| self.heartbeat.poll_transmit(now, state))
+            .or_else(|| self.guarding.as_mut()?.poll_transmit(now, state))
     }
 
     fn poll_messages(&mut self, now: Instant, od: &mut dyn ObjectDictionary) -> Option<Frame> {
@@ -237,8 +269,8 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         if let Some(frame) = self.emcy.poll_transmit(now) {
             return Some(frame);
         }
-        if let Some((id, time)) = self.time_producer.zip(self.time.take()) {
-            return Some(time::frame(id, time));
+        if let Some(frame) = self.time.as_mut().and_then(|time| time.poll_transmit()) {
+            return Some(frame);
         }
         // Outside OPERATIONAL no TPDO is due: they are suspended.
         self.tpdos.iter_mut().find_map(|slot| slot.pdo.poll_transmit(now, od))
@@ -251,7 +283,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             self.sync_producer.poll_timeout(),
             self.sync_consumer.poll_timeout(),
             self.emcy.poll_timeout(),
-            self.guarding.poll_timeout(),
+            self.guarding.as_ref().and_then(|guarding| guarding.poll_timeout()),
             self.timers.next(),
         ]);
         for consumer in self.consumers.iter().flatten() {
@@ -271,24 +303,30 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 /// nothing which may make a frame due has to reset it. It keeps the cost of an SDO transfer (`tests/bench/sdo.md`: u32
 /// read, whole device) independent of the number of PDOs.
 #[derive(Clone, Debug)]
-pub(super) struct Polled<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize> {
-    services: Services<RPDOS, TPDOS, MONITORED, MAPPED>,
+pub(super) struct Polled<
+    const RPDOS: usize,
+    const TPDOS: usize,
+    const MONITORED: usize,
+    const MAPPED: usize,
+    S: Selection,
+> {
+    services: Services<RPDOS, TPDOS, MONITORED, MAPPED, S>,
     /// `Some` while there is nothing to send, with the next deadline.
     quiet: Option<Option<Instant>>,
 }
 
-impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize>
-    Polled<RPDOS, TPDOS, MONITORED, MAPPED>
+impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
+    Polled<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
-    pub(super) const fn new(services: Services<RPDOS, TPDOS, MONITORED, MAPPED>) -> Self {
+    pub(super) const fn new(services: Services<RPDOS, TPDOS, MONITORED, MAPPED, S>) -> Self {
         Polled { services, quiet: None }
     }
 
-    pub(super) const fn get(&self) -> &Services<RPDOS, TPDOS, MONITORED, MAPPED> {
+    pub(super) const fn get(&self) -> &Services<RPDOS, TPDOS, MONITORED, MAPPED, S> {
         &self.services
     }
 
-    pub(super) const fn get_mut(&mut self) -> &mut Services<RPDOS, TPDOS, MONITORED, MAPPED> {
+    pub(super) const fn get_mut(&mut self) -> &mut Services<RPDOS, TPDOS, MONITORED, MAPPED, S> {
         self.quiet = None;
         &mut self.services
     }

@@ -11,6 +11,7 @@
 //! A service handles the frames of its COB-ID and ignores others. The composites
 //! [`Device`](crate::device::Device) and [`Manager`](crate::manager::Manager) see to it that frames reach their service.
 
+pub mod choice;
 pub mod emcy_consumer;
 pub mod emcy_producer;
 pub mod guarding;

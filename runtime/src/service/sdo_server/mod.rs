@@ -28,21 +28,25 @@ use crate::cia301::connection;
 use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, ObjectDictionary};
+use crate::service::choice::{Choice, With};
 use crate::service::sdo_block;
 use crate::time::{Duration, Instant};
 use crate::wire::sdo::{Abort, ClientRequest, Content, Raw, ServerResponse};
 use crate::wire::sdo_block::BlockSegment;
 
 /// One SDO channel of a device, the side that serves.
+///
+/// `B` says whether it knows block transfers; without them it answers their requests with
+/// [`AbortCode::UNKNOWN_COMMAND`].
 #[derive(Clone, Debug)]
-pub struct SdoServer {
+pub struct SdoServer<B: Choice = With> {
     request: CobId,
     response: CobId,
     timeout: Duration,
     sizes_indicated: SizesIndicated,
     padded_writes: bool,
     block_size: u8,
-    state: State,
+    state: State<B>,
     /// What was written so far, of an entry that is not longer.
     stage: Stage,
     /// The answer to the last request, until it is pulled.
@@ -103,12 +107,12 @@ pub enum Side {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum State {
+enum State<B: Choice> {
     Idle,
     Upload(Upload),
     Download(Download),
-    BlockUpload(BlockUpload),
-    BlockDownload(BlockDownload),
+    BlockUpload(B::Part<BlockUpload>),
+    BlockDownload(B::Part<BlockDownload>),
     /// The dictionary failed while segments were pulled; what is left is to report it.
     Failed(Abort),
 }
@@ -129,6 +133,26 @@ impl SdoServer {
     /// without a frame of the client.
     #[must_use]
     pub const fn new(request: CobId, response: CobId) -> Self {
+        SdoServer::of_channel(request, response)
+    }
+
+    /// The default server of a node (1200h): 600h + node-ID, answered with 580h + node-ID.
+    #[must_use]
+    pub const fn of_node(node: NodeId) -> Self {
+        let (request, response) = default_channel(node);
+        SdoServer::new(request, response)
+    }
+}
+
+/// The identifiers of requests and answers of a node's default server.
+pub(crate) const fn default_channel(node: NodeId) -> (CobId, CobId) {
+    (CobId::of_node(connection::SDO_REQUEST, node), CobId::of_node(connection::SDO_RESPONSE, node))
+}
+
+impl<B: Choice> SdoServer<B> {
+    /// As [`SdoServer::new`], with or without block transfers: `SdoServer::<Without>::of_channel(request, response)`.
+    #[must_use]
+    pub const fn of_channel(request: CobId, response: CobId) -> Self {
         SdoServer {
             request,
             response,
@@ -141,12 +165,6 @@ impl SdoServer {
             reply: None,
             deadline: Instant::ZERO,
         }
-    }
-
-    /// The default server of a node (1200h): 600h + node-ID, answered with 580h + node-ID.
-    #[must_use]
-    pub const fn of_node(node: NodeId) -> Self {
-        SdoServer::new(CobId::of_node(connection::SDO_REQUEST, node), CobId::of_node(connection::SDO_RESPONSE, node))
     }
 
     /// Gives a transfer up after `timeout` without a frame of the client.
@@ -289,13 +307,16 @@ impl SdoServer {
                 let progress = if segment.last { Progress::Written } else { Progress::Continues };
                 (progress, ServerResponse::DownloadSegment { toggle: segment.toggle }.to_raw())
             }
-            State::BlockDownload(download) => match download.take(&download.parse(raw)?, &mut self.stage, od) {
-                Ok(Some(confirmation)) => {
-                    (Progress::Continues, ServerResponse::ConfirmBlockDownload(confirmation).to_raw())
+            State::BlockDownload(download) => {
+                let segment = download.parse(raw)?;
+                match download.take(&segment, &mut self.stage, od) {
+                    Ok(Some(confirmation)) => {
+                        (Progress::Continues, ServerResponse::ConfirmBlockDownload(confirmation).to_raw())
+                    }
+                    Ok(None) => return Some(Ok(Progress::Continues)),
+                    Err(code) => return Some(Err(code)),
                 }
-                Ok(None) => return Some(Ok(Progress::Continues)),
-                Err(code) => return Some(Err(code)),
-            },
+            }
             _ => return None,
         };
         self.reply = Some(answer);
@@ -344,7 +365,7 @@ impl SdoServer {
                 if switch_threshold > 0 && size.is_some_and(|size| size <= u32::from(switch_threshold)) {
                     return Ok(self.upload(source, od));
                 }
-                let upload = BlockUpload::new(source, block_size, crc)?;
+                let upload = B::part(BlockUpload::new(source, block_size, crc)?).ok_or(AbortCode::UNKNOWN_COMMAND)?;
                 let size = size.filter(|_| self.sizes_indicated.longer);
                 let answer = ServerResponse::InitiateBlockUpload { address, crc: true, size };
                 Ok(self.begin(State::BlockUpload(upload), answer))
@@ -352,6 +373,7 @@ impl SdoServer {
             ClientRequest::InitiateBlockDownload { address, crc, size } => {
                 let block_size = self.block_size;
                 let download = BlockDownload::new(Sink::open(address, size, od)?, block_size, crc, size);
+                let download = B::part(download).ok_or(AbortCode::UNKNOWN_COMMAND)?;
                 let answer = ServerResponse::InitiateBlockDownload { address, crc: true, block_size };
                 Ok(self.begin(State::BlockDownload(download), answer))
             }
@@ -359,7 +381,7 @@ impl SdoServer {
         }
     }
 
-    fn begin(&mut self, state: State, answer: ServerResponse) -> Progress {
+    fn begin(&mut self, state: State<B>, answer: ServerResponse) -> Progress {
         self.state = state;
         self.answer(answer);
         Progress::Continues
@@ -435,7 +457,7 @@ impl SdoServer {
     #[inline]
     fn await_client(&mut self, now: Instant) {
         let patience = match self.state {
-            State::BlockDownload(_) => sdo_block::silence(self.timeout),
+            State::BlockDownload(..) => sdo_block::silence(self.timeout),
             _ => self.timeout,
         };
         self.deadline = now + patience;

@@ -1,0 +1,64 @@
+//! A device leaves services out, by a type: it does as one that never had them.
+
+mod common;
+
+use common::testing::TestOd;
+use common::{FULL, NODE, NOTHING};
+use lexican_runtime::device::{Behaviour, Device, Event, Everything, Selection, Without};
+use lexican_runtime::{CobId, Frame, Instant};
+
+#[derive(Clone, Copy, Debug)]
+struct Least;
+
+impl Selection for Least {
+    type Blocks = Without;
+    type Guarding = Without;
+    type Time = Without;
+}
+
+/// What a device with a dictionary that asks for everything answers to a frame, and what it reports.
+fn answers<S: Selection>(frame: &Frame) -> (Vec<String>, Option<Event>) {
+    let mut od = TestOd::new(FULL).with("100C:00 u16 rw - 100\n100D:00 u8 rw - 3");
+    let mut device: Device<3, 3, 1, 3, 8, S> = Device::new(NODE, Behaviour::CIA_301);
+    let now = Instant::ZERO;
+    device.restart(now, &mut od);
+    assert_eq!(device.poll_transmit(now, &mut od).map(|frame| frame.to_string()).as_deref(), Some("705#00"));
+    let event = device.handle_frame(now, frame, &mut od);
+    let sent = core::iter::from_fn(|| device.poll_transmit(now, &mut od)).map(|frame| frame.to_string());
+    (sent.collect(), event)
+}
+
+#[track_caller]
+fn check(id: u16, data: Option<[u8; 8]>, with: &[&str], without: &[&str]) {
+    let id = CobId::standard(id).unwrap();
+    let frame = data.map_or_else(|| Frame::remote(id, 1).unwrap(), |data| Frame::from_array(id, data));
+    assert_eq!(answers::<Everything>(&frame).0, with, "with");
+    assert_eq!(answers::<Least>(&frame).0, without, "without");
+}
+
+#[test]
+fn a_service_that_is_left_out_does_not_answer() {
+    // A block read of 1008h, and a block write of 1017h.
+    let refused = "585#8008100001000405";
+    check(0x605, Some([0xA4, 0x08, 0x10, 0, 127, 0, 0, 0]), &["585#C60810000B000000"], &[refused]);
+    let refused = "585#8017100001000405";
+    check(0x605, Some([0xC6, 0x17, 0x10, 0, 2, 0, 0, 0]), &["585#A41710007F000000"], &[refused]);
+    // Guarding.
+    check(0x705, None, &["705#7F"], &NOTHING);
+    // What is not left out stays as it is.
+    let read = Some([0x40, 0x17, 0x10, 0, 0, 0, 0, 0]);
+    check(0x605, read, &["585#4B17100000000000"], &["585#4B17100000000000"]);
+}
+
+#[test]
+fn time_that_is_left_out_is_no_event() {
+    let time = Frame::from_array(CobId::TIME, [1, 0, 0, 0, 2, 0]);
+    assert!(matches!(answers::<Everything>(&time).1, Some(Event::Time(_))));
+    assert_eq!(answers::<Least>(&time).1, None);
+}
+
+#[test]
+fn what_is_left_out_takes_no_room() {
+    let [all, least] = [size_of::<Device<3, 3, 1, 3, 8>>(), size_of::<Device<3, 3, 1, 3, 8, Least>>()];
+    assert!(least + 50 <= all, "{least} of {all} bytes");
+}
