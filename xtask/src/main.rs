@@ -61,7 +61,8 @@ enum Task {
         #[arg(long)]
         simulate: bool,
     },
-    /// Measure what generated code costs: the compiler's time, lines, the instructions of one write
+    /// Measure what a device takes on a microcontroller, and what generated code costs: the compiler's time, lines,
+    /// the instructions of one write
     Size {
         /// Only check what no machine changes: no times
         #[arg(long)]

@@ -1,9 +1,12 @@
-//! What generated code costs: the time that the compiler takes, lines, and the instructions of one write.
+//! What a device takes on a microcontroller (`device`), and what generated code costs: the time that the compiler takes,
+//! lines, and the instructions of one write.
 //!
 //! In the mix of real data sheets handles and plain constants are level, because arrays save what records cost. Of
 //! records alone, a member (a `const fn`) takes some 25 µs more than a constant, independent of its body: shorter
 //! paths, one call in place of three, `self` by value and no alias were tried, and none of them changes that. It is
 //! the price of a member's own documentation and search entry.
+
+mod device;
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -31,6 +34,7 @@ const MAX_LINES_PER_OBJECT: usize = 10;
 
 /// Measures; with `check` only what is the same on every machine.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
+    device::run(root, check)?;
     let workspace = outside::empty_folder(root, "size")?;
     let sheet = Sheet::new();
     let lexican = outside::lexican(root)?;

@@ -1,0 +1,226 @@
+//! What a device takes on a Cortex-M4: `tests/size`, with all services, and with one more or less of them.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionKind, SymbolKind};
+
+use crate::outside;
+use crate::{command, workspace};
+
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Where the figures are.
+const FIGURES: &str = "tests/size/README.md";
+/// What stands above them there is written by hand.
+const HEADING: &str = "## Figures\n";
+
+/// By so much a size may differ from the figure before it is an error, in parts: compilers differ.
+const TOLERANCE: f64 = 0.01;
+
+/// How many functions are listed.
+const LARGEST: usize = 12;
+
+/// A device to measure: its name, the profile, and the features of `tests/size`.
+struct Variant {
+    name: &'static str,
+    profile: &'static str,
+    features: &'static str,
+    /// Whether it has one service more than the first one; those with one less say what that one costs, too.
+    adds: bool,
+}
+
+const fn variant(name: &'static str, profile: &'static str, features: &'static str) -> Variant {
+    Variant { name, profile, features, adds: false }
+}
+
+const VARIANTS: [Variant; 9] = [
+    variant("everything", "release", ""),
+    variant("everything, opt-level s", "speed", ""),
+    variant("without SDO block transfer", "release", "no-blocks"),
+    variant("without guarding", "release", "no-guarding"),
+    variant("without TIME", "release", "no-time"),
+    variant("without heartbeat consumers", "release", "no-heartbeat-consumers"),
+    variant("without guarding and TIME", "release", "no-guarding,no-time"),
+    Variant { adds: true, ..variant("with a second SDO server", "release", "extra-servers") },
+    Variant { adds: true, ..variant("with LSS", "release", "lss") },
+];
+
+/// What a device takes, in bytes.
+struct Size {
+    code: u64,
+    constants: u64,
+    /// Of the device, and of its dictionary.
+    ram: [u64; 2],
+    /// The largest functions, the largest first.
+    functions: Vec<(String, u64)>,
+}
+
+impl Size {
+    fn flash(&self) -> u64 {
+        self.code + self.constants
+    }
+}
+
+/// Measures, and writes the figures; with `check` only compares them.
+pub(super) fn run(root: &Path, check: bool) -> Result<(), String> {
+    if !workspace::installed_targets().lines().any(|line| line == TARGET) {
+        println!("skipped: the size of a device: rustup target add {TARGET}");
+        return Ok(());
+    }
+    let mut sizes = Vec::new();
+    for variant in &VARIANTS {
+        sizes.push(measure(&build(root, variant)?)?);
+    }
+    let figures = table(&sizes);
+    println!("{figures}");
+    let path = root.join(FIGURES);
+    let text = fs::read_to_string(&path).map_err(|error| format!("{FIGURES}: {error}"))?;
+    let (prose, written) = text.split_once(HEADING).ok_or_else(|| format!("{FIGURES} has no {HEADING:?}"))?;
+    if check {
+        return compare(written, &figures);
+    }
+    outside::write(&path, &format!("{prose}{HEADING}{figures}"))
+}
+
+fn build(root: &Path, variant: &Variant) -> Result<PathBuf, String> {
+    let folder = workspace::target_folder(root).join("device-size");
+    let arguments = ["build", "--quiet", "--target", TARGET, "--profile", variant.profile];
+    let features = ["--features", variant.features];
+    let mut cargo = command::cargo();
+    cargo.args(arguments).args(features).current_dir(root.join("tests/size")).env("CARGO_TARGET_DIR", &folder);
+    command::output(&mut cargo)?;
+    Ok(folder.join(TARGET).join(variant.profile).join("device-size"))
+}
+
+/// The sizes in an ELF file.
+fn measure(path: &Path) -> Result<Size, String> {
+    let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let bytes = fs::read(path).map_err(|error| failed(&error))?;
+    let elf = object::File::parse(&*bytes).map_err(|error| failed(&error))?;
+    // Those for unwinding are left out: a program that aborts has no use for them.
+    let sum = |kind| -> u64 {
+        let is_counted = |name: &str| name != ".measured" && !name.starts_with(".ARM.ex");
+        let counted = elf.sections().filter(|section| section.kind() == kind && section.name().is_ok_and(is_counted));
+        counted.map(|section| section.size()).sum()
+    };
+    if sum(SectionKind::Data) + sum(SectionKind::UninitializedData) > 0 {
+        return Err(failed(&"the runtime has statics with state"));
+    }
+    let ram = |name| elf.symbols().find(|symbol| symbol.name() == Ok(name)).map(|symbol| symbol.size());
+    let ram = ["RAM_OF_DEVICE", "RAM_OF_DICTIONARY"].map(ram);
+    let mut functions = BTreeMap::new();
+    for symbol in elf.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0) {
+        // Several names of one function are one function.
+        functions.insert(symbol.address(), (path_of(symbol.name().unwrap_or_default()), symbol.size()));
+    }
+    let mut functions: Vec<_> = functions.into_values().collect();
+    functions.sort_by_key(|(_, size)| std::cmp::Reverse(*size));
+    Ok(Size {
+        code: sum(SectionKind::Text),
+        constants: sum(SectionKind::ReadOnlyData),
+        ram: ram.map(Option::unwrap_or_default),
+        functions,
+    })
+}
+
+/// The last two names of a mangled path; a name that is not mangled as it is.
+fn path_of(symbol: &str) -> String {
+    let mut names = Vec::new();
+    let mut rest = symbol.strip_prefix("_ZN").unwrap_or_default();
+    while let Some(end) = rest.find(|c: char| !c.is_ascii_digit()).filter(|end| *end > 0) {
+        let (len, tail) = rest.split_at(end);
+        let Some((name, tail)) = len.parse().ok().and_then(|len| tail.split_at_checked(len)) else { break };
+        names.push(name);
+        rest = tail;
+    }
+    // The last one is a hash.
+    names.pop();
+    match names.as_slice() {
+        [] => symbol.to_owned(),
+        [name] => (*name).to_owned(),
+        [.., module, name] => {
+            let module = module.rsplit("..").next().unwrap_or(module);
+            format!("{}::{name}", module.split('$').next().unwrap_or(module))
+        }
+    }
+}
+
+/// The figures as they stand in the file.
+fn table(sizes: &[Size]) -> String {
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "\n| device | code | constants | flash | RAM | the difference costs |\n| --- | --: | --: | --: | --: | --: |"
+    );
+    let full = &sizes[0];
+    for (variant, size) in VARIANTS.iter().zip(sizes) {
+        let [less, more] = if variant.adds { [full, size] } else { [size, full] };
+        let cost = match (variant.profile, variant.features) {
+            ("release", features) if !features.is_empty() => (more.flash() as i64 - less.flash() as i64).to_string(),
+            _ => String::new(),
+        };
+        let (code, constants, flash) = (size.code, size.constants, size.flash());
+        let _ = writeln!(text, "| {} | {code} | {constants} | {flash} | {} | {cost} |", variant.name, size.ram[0]);
+    }
+    let _ = writeln!(text, "\nThe dictionary takes {} bytes of RAM.", full.ram[1]);
+    let _ = writeln!(text, "\n| the largest functions | bytes |\n| --- | --: |");
+    for (name, size) in full.functions.iter().take(LARGEST) {
+        let _ = writeln!(text, "| `{name}` | {size} |");
+    }
+    text
+}
+
+/// Whether flash and RAM of all devices are about what the file says.
+fn compare(written: &str, measured: &str) -> Result<(), String> {
+    let (old, new) = (rows(written), rows(measured));
+    let mut wrong = Vec::new();
+    for (name, new) in &new {
+        let Some(old) = old.get(name) else {
+            wrong.push(format!("{name}: not there"));
+            continue;
+        };
+        for (what, column) in [("flash", 2), ("RAM", 3)] {
+            let (old, new) = (old[column], new[column]);
+            if (new - old).abs() > old * TOLERANCE {
+                wrong.push(format!("{name}: {what} is {new} bytes and not {old}"));
+            }
+        }
+    }
+    if wrong.is_empty() {
+        return Ok(());
+    }
+    Err(format!("{FIGURES}: {}\nif it must be so: cargo xtask size, and commit the figures", wrong.join("; ")))
+}
+
+/// The rows about devices: a name and four numbers or more.
+fn rows(figures: &str) -> BTreeMap<&str, Vec<f64>> {
+    let cells = figures.lines().map(|line| line.trim_matches('|').split('|').map(str::trim));
+    let rows = cells.filter_map(|mut cells| Some((cells.next()?, cells.map_while(|cell| cell.parse().ok()).collect())));
+    rows.filter(|(_, numbers): &(&str, Vec<f64>)| numbers.len() >= 4).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_symbol_is_shown_by_its_last_two_names() {
+        let mangled = "_ZN15lexican_runtime6device27Device$LT$_$C$_$GT$10take_frame17h718340dfc93b58b8E";
+        assert_eq!(path_of(mangled), "Device::take_frame");
+        assert_eq!(path_of("__aeabi_memcpy"), "__aeabi_memcpy");
+    }
+
+    #[test]
+    fn growth_is_noticed() {
+        let figures = |flash| format!("| everything | 1 | 2 | {flash} | 100 | |\n| `take_frame` | 3 |\n");
+        assert_eq!(compare(&figures(1000), &figures(1009)), Ok(()));
+        for flash in [900, 1011] {
+            let message = compare(&figures(1000), &figures(flash)).unwrap_err();
+            assert!(message.contains(&format!("flash is {flash} bytes and not 1000")), "{message}");
+        }
+        assert!(compare("", &figures(1)).is_err());
+    }
+}
