@@ -67,6 +67,9 @@ enum Task {
         /// Only check what no machine changes: no times
         #[arg(long)]
         check: bool,
+        /// Only the device
+        #[arg(long)]
+        device: bool,
     },
     /// Fuzz what reads untrusted input with libFuzzer, and look for broken promises
     Fuzz(fuzz::Arguments),
@@ -103,7 +106,8 @@ fn main() -> ExitCode {
         Task::Corpus { folder, simulate: false } => {
             corpus::simulate(&root, &folder).and_then(|()| corpus::compile(&root, &folder))
         }
-        Task::Size { check } => size::run(&root, check),
+        Task::Size { check, device: true } => size::device::run(&root, check),
+        Task::Size { check, device: false } => size::run(&root, check),
         Task::Fuzz(arguments) => arguments.run(&root),
         Task::Firmware => firmware::run(&root),
         Task::Interop { check } => interop::run(&root, check),

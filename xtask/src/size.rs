@@ -6,7 +6,7 @@
 //! paths, one call in place of three, `self` by value and no alias were tried, and none of them changes that. It is
 //! the price of a member's own documentation and search entry.
 
-mod device;
+pub(crate) mod device;
 
 use std::fmt::Write as _;
 use std::path::Path;

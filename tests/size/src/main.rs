@@ -110,9 +110,11 @@ pub extern "C" fn run(board: &Board, node: u8) {
     let mut device = Node::new(node, Behaviour::CIA_301);
     device.restart(now(), &mut od);
     let identity = Identity { vendor: 0x4C58, product: 9, revision: 0x0001_0000, serial: 0 };
-    let mut lss = cfg!(feature = "lss").then(|| LssDevice::new(identity, Some(node)));
+    let mut lss = LssDevice::new(identity, Some(node));
     loop {
-        while let Some(frame) = lss.as_mut().and_then(|lss| lss.poll_transmit(now())) {
+        while cfg!(feature = "lss")
+            && let Some(frame) = lss.poll_transmit(now())
+        {
             (board.send)(&CanFrame::from_frame(&frame));
         }
         while let Some(frame) = device.poll_transmit(now(), &mut od) {
@@ -121,7 +123,8 @@ pub extern "C" fn run(board: &Board, node: u8) {
         let mut received = CanFrame { id: 0, is_remote: false, len: 0, data: [0; 8] };
         let event = if (board.receive)(&mut received) {
             let frame = received.to_frame();
-            if let Some((lss, frame)) = lss.as_mut().zip(frame).filter(|(_, frame)| frame.id() == lss::REQUEST)
+            if cfg!(feature = "lss")
+                && let Some(frame) = frame.filter(|frame| frame.id() == lss::REQUEST)
                 && let Some(lss_device::Event::NodeIdGiven(node)) = lss.handle_frame(now(), &frame, &mut Forgets)
             {
                 device.restart_as(node, now(), &mut od);
