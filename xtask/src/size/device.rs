@@ -1,4 +1,5 @@
-//! What a device takes on a Cortex-M4: `tests/size`, with all services, and with one more or less of them.
+//! What a device takes on a Cortex-M4: `tests/size`, with all services, and with one more or less of them; and how many
+//! instructions it takes for a frame, in QEMU.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -7,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionKind, SymbolKind};
 
-use crate::outside;
-use crate::{command, workspace};
+use crate::qemu::{self, Board};
+use crate::{command, outside, workspace};
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 
@@ -70,11 +71,20 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
         println!("skipped: the size of a device: rustup target add {TARGET}");
         return Ok(());
     }
+    let lock = |folder: &str| root.join(folder).join("Cargo.lock");
+    fs::copy(lock(""), lock("tests/size")).map_err(|error| format!("Cargo.lock: {error}"))?;
     let mut sizes = Vec::new();
     for variant in &VARIANTS {
-        sizes.push(measure(&build(root, variant)?)?);
+        let features = ["--profile", variant.profile, "--features", variant.features];
+        build(root, "tests/size", &features)?;
+        sizes.push(measure(&built(root, variant.profile, "device-size"))?);
     }
-    let figures = table(&sizes);
+    let mut figures = table(&sizes);
+    match qemu::is_installed() {
+        Ok(()) => figures += &instructions(root)?,
+        Err(reason) if check => println!("skipped: instructions of a frame: {reason}"),
+        Err(reason) => return Err(reason),
+    }
     println!("{figures}");
     let path = root.join(FIGURES);
     let text = fs::read_to_string(&path).map_err(|error| format!("{FIGURES}: {error}"))?;
@@ -85,16 +95,28 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     outside::write(&path, &format!("{prose}{HEADING}{figures}"))
 }
 
-fn build(root: &Path, variant: &Variant) -> Result<PathBuf, String> {
-    let folder = workspace::target_folder(root).join("device-size");
-    let lock = |folder: &str| root.join(folder).join("Cargo.lock");
-    fs::copy(lock(""), lock("tests/size")).map_err(|error| format!("Cargo.lock: {error}"))?;
-    let arguments = ["build", "--quiet", "--target", TARGET, "--profile", variant.profile];
-    let features = ["--features", variant.features];
+/// Builds the program in a folder for the microcontroller.
+fn build(root: &Path, folder: &str, arguments: &[&str]) -> Result<(), String> {
     let mut cargo = command::cargo();
-    cargo.args(arguments).args(features).current_dir(root.join("tests/size")).env("CARGO_TARGET_DIR", &folder);
-    command::output(&mut cargo)?;
-    Ok(folder.join(TARGET).join(variant.profile).join("device-size"))
+    cargo.args(["build", "--quiet", "--target", TARGET]).args(arguments).current_dir(root.join(folder));
+    command::output(cargo.env("CARGO_TARGET_DIR", target_folder(root))).map(|_| ())
+}
+
+fn target_folder(root: &Path) -> PathBuf {
+    workspace::target_folder(root).join("device-size")
+}
+
+fn built(root: &Path, profile: &str, program: &str) -> PathBuf {
+    target_folder(root).join(TARGET).join(profile).join(program)
+}
+
+/// The table of instructions, as the program prints its rows.
+fn instructions(root: &Path) -> Result<String, String> {
+    build(root, "tests/size/instructions", &["--release", "--locked"])?;
+    let elf = built(root, "release", "device-instructions");
+    // Each instruction takes a nanosecond.
+    let board = Board { elf: &elf, folder: &target_folder(root).join("board"), icount: Some(0), seconds: 60 };
+    Ok(format!("\n| what a device does for | instructions |\n| --- | --: |\n{}", board.run()?))
 }
 
 /// The sizes in an ELF file.
@@ -175,19 +197,22 @@ fn table(sizes: &[Size]) -> String {
     text
 }
 
-/// Whether flash and RAM of all devices are about what the file says.
+/// Whether flash and RAM of all devices, and instructions, are about what the file says.
 fn compare(written: &str, measured: &str) -> Result<(), String> {
     let (old, new) = (rows(written), rows(measured));
     let mut wrong = Vec::new();
     for (name, new) in &new {
-        let Some(old) = old.get(name) else {
+        let Some(old) = old.get(name).filter(|old| old.len() == new.len()) else {
             wrong.push(format!("{name}: not there"));
             continue;
         };
-        for (what, column) in [("flash", 2), ("RAM", 3)] {
-            let (old, new) = (old[column], new[column]);
+        // Of a device the columns of flash and RAM, of a frame its only one.
+        let columns =
+            if new.len() > 3 { &[("bytes of flash", 2), ("bytes of RAM", 3)][..] } else { &[("instructions", 0)] };
+        for (unit, column) in columns {
+            let (old, new) = (old[*column], new[*column]);
             if (new - old).abs() > old * TOLERANCE {
-                wrong.push(format!("{name}: {what} is {new} bytes and not {old}"));
+                wrong.push(format!("{name}: {new} {unit}, and not {old}"));
             }
         }
     }
@@ -197,11 +222,11 @@ fn compare(written: &str, measured: &str) -> Result<(), String> {
     Err(format!("{FIGURES}: {}\nif it must be so: cargo xtask size, and commit the figures", wrong.join("; ")))
 }
 
-/// The rows about devices: a name and four numbers or more.
+/// The rows that are compared, by name: those about devices and frames, and not those about functions.
 fn rows(figures: &str) -> BTreeMap<&str, Vec<f64>> {
     let cells = figures.lines().map(|line| line.trim_matches('|').split('|').map(str::trim));
     let rows = cells.filter_map(|mut cells| Some((cells.next()?, cells.map_while(|cell| cell.parse().ok()).collect())));
-    rows.filter(|(_, numbers): &(&str, Vec<f64>)| numbers.len() >= 4).collect()
+    rows.filter(|(name, numbers): &(&str, Vec<f64>)| !numbers.is_empty() && !name.starts_with('`')).collect()
 }
 
 #[cfg(test)]
@@ -221,7 +246,7 @@ mod tests {
         assert_eq!(compare(&figures(1000), &figures(1009)), Ok(()));
         for flash in [900, 1011] {
             let message = compare(&figures(1000), &figures(flash)).unwrap_err();
-            assert!(message.contains(&format!("flash is {flash} bytes and not 1000")), "{message}");
+            assert!(message.contains(&format!("{flash} bytes of flash, and not 1000")), "{message}");
         }
         assert!(compare("", &figures(1)).is_err());
     }

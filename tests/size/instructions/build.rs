@@ -1,0 +1,14 @@
+//! Generates the dictionary, and lends the linker the board's memory map.
+
+fn main() -> Result<(), lexican_codegen::Error> {
+    println!("cargo:rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));
+    println!("cargo:rustc-link-arg-bins=-Tlink.x");
+    println!("cargo:rustc-link-arg-bins=--nmagic");
+    println!("cargo:rerun-if-changed=memory.x");
+    lexican_codegen::Config::new()
+        .eds("../ds301.eds")
+        .storage(true)
+        .allow("eds::compact-pdo")
+        .allow("eds::compact-entries")
+        .generate()
+}
