@@ -6,6 +6,7 @@ fn main() -> Result<(), lexican_codegen::Error> {
         .eds("interop/peer.eds")
         .eds("conformance/device.eds")
         .eds("conformance/lss.eds")
+        .eds("conformance/servo.eds")
         .device("kollmorgen/akd")
         .storage(true)
         .generate()

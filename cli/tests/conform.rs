@@ -60,12 +60,22 @@ fn a_plan_says_what_has_to_be_allowed_and_tests_nothing() {
 #[test]
 fn drives_deviate_only_as_their_manuals_say() {
     for (drive, at, known) in
-        [("siko/ag03-1", "siko-ag03-1", 13), ("siko/ag02", "siko-ag02", 13), ("kollmorgen/akd", "kollmorgen-akd", 5)]
+        [("siko/ag03-1", "siko-ag03-1", 13), ("siko/ag02", "siko-ag02", 14), ("kollmorgen/akd", "kollmorgen-akd", 8)]
     {
         let bus = format!("sim:{drive}?node=5");
         let file = format!("{}/../drives/{at}/conform.toml", env!("CARGO_MANIFEST_DIR"));
-        let run =
-            lexican(&["conform", "--bus", &bus, "--allow", "all", "--only", "301,306-1", "--strict", "--known", &file]);
+        let run = lexican(&[
+            "conform",
+            "--bus",
+            &bus,
+            "--allow",
+            "all",
+            "--only",
+            "301,306-1,402",
+            "--strict",
+            "--known",
+            &file,
+        ]);
         run.on_stdout(0, &format!("{known} failed as known"));
         assert_eq!(run.stdout.matches("\n    known: ").count(), known, "{run}");
         assert!(!run.stdout.contains("has passed"), "{run}");
@@ -91,4 +101,20 @@ fn cases_are_listed_chosen_and_shuffled() {
     lexican(&["conform", "--list", "--only", "2.1", "--skip", "2"]).on_stderr(2, "no case is left");
     lexican(&["conform"]).on_stderr(2, "--bus <URL>");
     lexican(&["conform", "--bus", "sim:siko/ag03-1", "--allow", "all,fun"]).on_stderr(2, "motion, outputs");
+}
+
+#[test]
+fn a_drive_is_moved_only_if_that_is_allowed_and_the_plan_says_how_far() {
+    let drive = ["conform", "--bus", "sim:kollmorgen/akd", "--only", "402/8.1,402/607Ah"];
+    let run = lexican(&[&drive[..], &["--plan", "--travel", "400", "--velocity", "250"]].concat());
+    run.on_stdout(0, "motion         not allowed: gives a drive orders");
+    run.on_stdout(0, "With --allow motion THE DRIVE MOVES in 25 cases");
+    run.on_stdout(0, "travels of up to 400 from where it stands (6064h; --travel)");
+    run.on_stdout(0, "at a velocity of 250 (6081h, 60FFh; --velocity)");
+    let run = lexican(&drive);
+    run.on_stdout(0, "25 cases: 25 not allowed");
+    // Its bit 5 passes the target before, and mode 8 is not in 6502h.
+    let run = lexican(&[&drive[..], &["--allow", "motion"]].concat());
+    run.on_stdout(1, "failed 402/607Ah/4 a set-point with bit 5 replaces the one under way");
+    run.on_stdout(1, "25 cases: 22 passed, 1 failed, 2 do not apply");
 }

@@ -172,6 +172,14 @@ fn several_commands_work_with_one_drive() {
 }
 
 #[test]
+fn a_drive_on_a_terminal_takes_the_conformance_test() {
+    let drive = Simulation::begin(&folder("sim-conform"), &["kollmorgen/akd", "--node", "5", "--bus", "pty"]);
+    let only = ["--only", "402/8.1/4,402/607Ah/2", "--allow", "motion", "--boot", "1"];
+    let test = ["conform", "--bus", &drive.buses[0], "--node", "5", "--eds", "kollmorgen/akd"];
+    lexican(&[&test[..], &only].concat()).on_stdout(0, "2 cases: 2 passed");
+}
+
+#[test]
 fn one_terminal_hears_what_happens_on_the_other() {
     let drive = Simulation::begin(&folder("sim-monitor"), &["siko/ag03-1", "--node", "5", "--bus", "pty:2"]);
     let watching = drive.buses[1].clone();

@@ -33,6 +33,8 @@ pub enum Ended {
     Cancelled,
     /// The bus was lost, and not back in [time](crate::Settings::bus): what the link says.
     BusLost(String),
+    /// A drive may still move, and could not be stopped: what is known of it.
+    Moving(String),
 }
 
 impl Display for Ended {
@@ -45,6 +47,7 @@ impl Display for Ended {
             Ended::AtFailure => f.write_str("a case failed, and the test was to end then"),
             Ended::Cancelled => f.write_str("it was cancelled"),
             Ended::BusLost(why) => write!(f, "the bus was lost: {why}"),
+            Ended::Moving(why) => write!(f, "THE DRIVE MAY STILL MOVE, switch off its power: {why}"),
         }
     }
 }

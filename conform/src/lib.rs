@@ -5,6 +5,7 @@
 //! [`Sheet`]. What a data sheet lacks makes a case not applicable. What may move a machine or outlast the test is a
 //! [`Hazard`], and done only if it is [allowed](Settings::allow).
 
+mod axis;
 mod case;
 mod cases;
 mod hazard;
@@ -18,7 +19,7 @@ pub use cases::{cases, profile_cases};
 pub use hazard::Hazard;
 pub use report::{About, Document, Tally};
 pub use suite::{CaseReport, Observer, Report, run};
-pub use tester::{Heard, InputStimulus, Record, Settings, Sheet, Stimuli, Tester, Write};
+pub use tester::{Heard, InputStimulus, Motion, Record, Settings, Sheet, Stimuli, Tester, Write};
 
 /// The README, so that what it shows compiles.
 #[cfg(doctest)]

@@ -8,8 +8,10 @@ use lexican_runtime::host::Link;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId, Duration};
 
+use crate::axis::make_safe;
 use crate::case::{Case, Ended, Level, Outcome, Verdict};
 use crate::cases::lss;
+use crate::hazard::Hazard;
 use crate::tester::{Record, Settings, Sheet, Tester};
 
 /// For how long others on the bus are listened to before the test.
@@ -60,6 +62,8 @@ impl Observer for () {
 
 /// Runs cases one after the other. What they have written is put back after each, also if the test is cancelled.
 ///
+/// A drive is disabled after each case that may have given it orders, also after Ctrl-C; the test goes on only if it stands.
+///
 /// A data sheet of which [nothing correct can be made](Sheet::is_unfit) ends the test before it begins.
 pub fn run(
     link: &mut dyn Link,
@@ -75,7 +79,8 @@ pub fn run(
         return report;
     }
     let tester = Tester::new(link, sheet, settings, cancelled);
-    let mut suite = Suite { tester, cancelled, before: BTreeMap::new(), changed: BTreeSet::new(), stores: false };
+    let mut suite =
+        Suite { tester, cancelled, before: BTreeMap::new(), changed: BTreeSet::new(), stores: false, moving: None };
     report.ended_early = suite.prepare().err();
     for (number, case) in (1..).zip(cases) {
         if report.ended_early.is_none() && cancelled.load(Ordering::Relaxed) {
@@ -125,6 +130,8 @@ struct Suite<'a> {
     changed: BTreeSet<(u16, u8)>,
     /// A case has stored parameters.
     stores: bool,
+    /// The drive may move, and could not be stopped: why that is not known better.
+    moving: Option<String>,
 }
 
 impl Suite<'_> {
@@ -219,6 +226,7 @@ impl Suite<'_> {
             }
             _ => {}
         }
+        end = self.moving.take().map(Ended::Moving).or(end);
         // The report of the whole test says what stays as it is.
         notes.extend(self.put_back());
         (CaseReport { case, outcome, took, frames, known, measured, notes }, end)
@@ -228,12 +236,24 @@ impl Suite<'_> {
     fn once(&mut self, case: &'static Case) -> (Outcome, Vec<Record>) {
         let outcome = self.tester.run(case);
         let frames = self.tester.frames().to_vec();
+        if self.has_ordered(case) {
+            self.moving = self.undo(|suite| make_safe(&mut suite.tester).err());
+        }
         self.undo(|suite| lss::put_back(&mut suite.tester));
         let written = self.tester.written();
         self.stores |= written.iter().any(|&(index, _)| index == 0x1010);
         // What was not known before is nothing to be put back.
         self.changed.extend(written.into_iter().filter(|at| self.before.contains_key(at)));
         (outcome, frames)
+    }
+
+    /// Whether a case may have given orders to a drive.
+    fn has_ordered(&self, case: &Case) -> bool {
+        let device = &self.tester.sheet.device;
+        let is_order = |(index, _)| Hazard::of_write(device, index) == Some(Hazard::Motion);
+        let asks = device.profile == Some(402) && case.needs.contains(&Hazard::Motion);
+        let allowed = self.tester.settings.allow.contains(&Hazard::Motion);
+        allowed && (asks || self.tester.written().into_iter().any(is_order))
     }
 
     /// Whether the device answers, and if not, whether it does so again within some time.

@@ -49,6 +49,10 @@ pub struct Settings {
     pub stimuli: Stimuli,
     /// In what the device is known to deviate: the [id](Case::id) of a case that fails, and why it may.
     pub known: BTreeMap<String, String>,
+    /// How far a drive may travel (6064h), if not what [`Settings::motion`] finds.
+    pub travel: Option<u32>,
+    /// How fast a drive may travel (6081h, 60FFh), if not what [`Settings::motion`] finds.
+    pub velocity: Option<u32>,
 }
 
 impl Settings {
@@ -66,8 +70,38 @@ impl Settings {
             bit_rate_kbit: None,
             stimuli: Stimuli::default(),
             known: BTreeMap::new(),
+            travel: None,
+            velocity: None,
         }
     }
+
+    /// How far and how fast a drive travels in the test. Where it is not set: a tenth of the profile velocity (6081h), at least
+    /// 100 and within the limits of 6081h and 60FFh; as far as that is in a second, and no further than a quarter of the
+    /// range of 607Dh.
+    #[must_use]
+    pub fn motion(&self, sheet: &Sheet) -> Motion {
+        let entry = |index, sub| sheet.device.entry(index, sub);
+        let number = |value: Option<&Value>| value.and_then(Value::as_integer);
+        let default = |index, sub| entry(index, sub).and_then(|entry| number(entry.default.as_ref()));
+        let most = [0x6081, 0x60FF].into_iter().filter_map(|index| number(entry(index, 0)?.high.as_ref()));
+        let most = most.chain(default(0x607F, 0)).filter(|most| *most > 0).min().unwrap_or(i128::MAX);
+        let usual = (default(0x6081, 0).unwrap_or_default() / 10).max(100).min(most);
+        let velocity = self.velocity.map_or(usual, i128::from);
+        let range = default(0x607D, 2).zip(default(0x607D, 1)).map(|(high, low)| high - low);
+        let far = range.filter(|range| *range > 0).map_or(velocity, |range| velocity.min(range / 4));
+        let travel = self.travel.map_or(far, i128::from);
+        let within = |number: i128| number.clamp(1, i128::from(i32::MAX / 40)) as i64;
+        Motion { travel: within(travel), velocity: within(velocity) }
+    }
+}
+
+/// How far and how fast a drive travels in the test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Motion {
+    /// In the units of 6064h.
+    pub travel: i64,
+    /// In the units of 6081h and 60FFh.
+    pub velocity: i64,
 }
 
 /// A value to be written by SDO.

@@ -89,6 +89,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-siko-ag03-1",
             "lexican-siko-profibus",
             "lexican-siko-serial",
+            "lexican-simulator",
             "lexican",
         ],
     ),

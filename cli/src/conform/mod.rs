@@ -29,7 +29,8 @@ use print::Screen;
 /// case. What a case writes is put back after it, also after Ctrl-C. A case that may move a machine, or that outlasts the
 /// test, is run only with --allow. A drive (CiA 402) is also tested as such, with --allow motion: it moves.
 ///
-/// Exit code 1 if a case fails that a standard requires, or something could not be put back; 2 if the bus is lost.
+/// Exit code 1 if a case fails that a standard requires, or something could not be put back; 2 if the bus is lost or a drive
+/// does not stop.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -120,6 +121,14 @@ struct Conditions {
     /// shows the input
     #[arg(long, value_name = "WRITE,WRITE,OBJECT", value_delimiter = ',', num_args = 3)]
     input: Vec<String>,
+
+    /// How far a drive may travel to either side, in the units of 6064h [default: by the data sheet, see --plan]
+    #[arg(long, value_name = "UNITS", value_parser = clap::value_parser!(u32).range(1..))]
+    travel: Option<u32>,
+
+    /// How fast a drive may travel, in the units of 6081h and 60FFh [default: by the data sheet, see --plan]
+    #[arg(long, value_name = "UNITS", value_parser = clap::value_parser!(u32).range(1..))]
+    velocity: Option<u32>,
 }
 
 #[derive(clap::Args, Debug)]
@@ -141,7 +150,8 @@ const EXAMPLES: &str = "\
 Examples:
     lexican conform --bus can0 --node 5 --eds FILE.eds --plan
     lexican conform --bus can0 --node 5 --eds FILE.eds --html report.html
-    lexican conform --bus can0 --node 5 --eds FILE.eds --only 2,301/7.5.2 --allow store,restore";
+    lexican conform --bus can0 --node 5 --eds FILE.eds --only 2,301/7.5.2 --allow store,restore
+    lexican conform --bus can0 --node 5 --eds DRIVE.eds --only 402 --allow motion --travel 1000 --velocity 200";
 
 #[derive(Clone, Debug)]
 struct Allowed(Vec<Hazard>);
@@ -195,7 +205,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let tally = report.tally();
     let counted = tally.failed + tally.unfinished + if args.conditions.strict { tally.advised } else { 0 };
     match &report.ended_early {
-        Some(end @ (Ended::BusLost(_) | Ended::Unfit(_))) => Err(Failure::new(end)),
+        Some(end @ (Ended::BusLost(_) | Ended::Moving(_) | Ended::Unfit(_))) => Err(Failure::new(end)),
         Some(end @ Ended::Silent(_)) if report.cases.is_empty() => Err(Failure::new(end)),
         None if counted == 0 && report.not_put_back.is_empty() => Ok(Outcome::Clean),
         _ => Ok(Outcome::Found),
@@ -264,8 +274,17 @@ impl Conditions {
         let allow = self.allow.iter().flat_map(|allowed| allowed.0.iter().copied()).collect();
         let fail_fast = self.fail_fast.then_some(if self.strict { Level::Should } else { Level::Must });
         let known = self.known.as_deref().map(known).transpose()?.unwrap_or_default();
-        let bit_rate_kbit = self.bit_rate;
-        Ok(Settings { allow, boot: self.boot, bit_rate_kbit, stimuli, fail_fast, known, ..Settings::new(node) })
+        Ok(Settings {
+            allow,
+            boot: self.boot,
+            bit_rate_kbit: self.bit_rate,
+            stimuli,
+            fail_fast,
+            known,
+            travel: self.travel,
+            velocity: self.velocity,
+            ..Settings::new(node)
+        })
     }
 }
 

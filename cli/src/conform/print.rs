@@ -4,7 +4,7 @@ use std::io::Write as _;
 
 use anstyle::{AnsiColor, Style};
 use indicatif::ProgressBar;
-use lexican_conform::{Case, CaseReport, Hazard, Level, Observer, Record, Report, Settings, Sheet, Verdict};
+use lexican_conform::{Case, CaseReport, Hazard, Level, Motion, Observer, Record, Report, Settings, Sheet, Verdict};
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
 
@@ -58,6 +58,27 @@ pub(super) fn plan(cases: &[&Case], sheet: &Sheet, settings: &Settings) -> Resul
         };
         writeln!(stdout, "  {:<14} {answer}: {} ({extent})", hazard.name(), hazard.what())?;
     }
+    let moving =
+        cases.iter().filter(|case| case.profile() == Some(402) && case.needs.contains(&Hazard::Motion)).count();
+    if moving > 0 && sheet.device.profile == Some(402) {
+        motion(moving, settings.motion(sheet))?;
+    }
+    Ok(())
+}
+
+/// How a drive is going to move.
+fn motion(cases: usize, Motion { travel, velocity }: Motion) -> Result<(), Failure> {
+    let mut stdout = stdout();
+    let title = styled(AnsiColor::Yellow.on_default().bold(), "With --allow motion THE DRIVE MOVES");
+    writeln!(stdout, "{title} in {cases} cases, again and again, in both directions:")?;
+    writeln!(stdout, "  travels of up to {travel} from where it stands (6064h; --travel)")?;
+    writeln!(
+        stdout,
+        "  at a velocity of {velocity} (6081h, 60FFh; --velocity); in profile velocity mode it turns, for some seconds"
+    )?;
+    writeln!(stdout, "  with ramps of its own, and between {velocity} and {} (6083h, 6084h, 6085h)", 20 * velocity)?;
+    writeln!(stdout, "  it is stopped in every way that it has, also by faults, and enabled again")?;
+    writeln!(stdout, "  after each case, and with Ctrl-C, it is disabled, and has to stand before the test goes on")?;
     Ok(())
 }
 

@@ -39,5 +39,5 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
 
 /// The cases of device profiles: each is for devices of [its profile](Case::profile).
 pub fn profile_cases() -> impl Iterator<Item = &'static Case> {
-    drive::CASES.iter()
+    drive::cases()
 }

@@ -1,0 +1,55 @@
+//! Modes of operation.
+
+use lexican_runtime::profile::cia402::State;
+
+use super::drive;
+use crate::axis::Axis;
+use crate::case::{Case, Outcome, ensure, not_applicable};
+
+pub(crate) const CASES: &[Case] = &[
+    drive("402/8.3/1", "each mode of 6502h can be chosen, and is shown in 6061h", |t| {
+        let mut axis = Axis::of(t)?;
+        each(&mut axis, true)?.into_iter().try_for_each(|mode| axis.mode(mode, &[]))
+    }),
+    drive("402/8.3/2", "a mode that 6502h lacks is refused, or not shown", |t| {
+        let mut axis = Axis::of(t)?;
+        each(&mut axis, false)?.into_iter().try_for_each(|mode| is_not_taken(&mut axis, mode))
+    })
+    .recommended(),
+    drive("402/8.3/3", "a mode with a number that is reserved is refused, or not shown", |t| {
+        let mut axis = Axis::of(t)?;
+        axis.t.has(&[0x6060, 0x6061])?;
+        [5, 60, 100].into_iter().try_for_each(|mode| is_not_taken(&mut axis, mode))
+    }),
+    drive("402/8.3/4", "another mode does not move a drive that stands, nor does it change the state", |t| {
+        let mut axis = Axis::of(t)?;
+        axis.t.has(&[0x6064])?;
+        axis.enable()?;
+        for mode in each(&mut axis, true)? {
+            // The cyclic modes follow their targets at once; these are zero, and not where the drive stands.
+            if matches!(mode, 1 | 3 | 6) {
+                let before = axis.position()?;
+                axis.mode(mode, &[])?;
+                axis.stands("with another mode")?;
+                axis.is_near(before, "with another mode")?;
+                axis.stays(State::OperationEnabled, "another mode")?;
+            }
+        }
+        Ok(())
+    }),
+];
+
+/// The modes of the standard that 6502h has or lacks.
+fn each(axis: &mut Axis<'_, '_>, listed: bool) -> Outcome<Vec<i8>> {
+    axis.t.has(&[0x6060, 0x6061, 0x6502])?;
+    let modes = axis.modes()?.ok_or_else(|| not_applicable("6502h lists no mode"))?;
+    Ok((1..=10).filter(|mode| *mode != 5 && (modes >> (mode - 1) & 1 == 1) == listed).collect())
+}
+
+fn is_not_taken(axis: &mut Axis<'_, '_>, mode: i8) -> Outcome {
+    if axis.set_if_it_can(0x6060, mode.into())? {
+        axis.t.hear_ms(50)?;
+    }
+    let shown = axis.number(0x6061, 0)?;
+    ensure(shown != i64::from(mode), || format!("mode {mode} is taken: 6061h shows it"))
+}

@@ -1,0 +1,89 @@
+//! The cases of CiA 402, against the simulated servo of `tests/conformance/servo.eds`. Those of the library take them in
+//! `cli/tests/conform.rs`.
+//!
+//! That each case notices what it is about is shown by faults: servos that are wrong in one thing.
+//!
+//! The table of verdicts is shown by `cargo test -p lexican-tests --test conformance_402 -- --nocapture`.
+
+#![allow(unreachable_pub, reason = "none of the modules of a test is reachable")]
+
+mod faults;
+#[path = "../conformance/faulty.rs"]
+#[allow(dead_code, reason = "not every fault of a device is one of a drive")]
+mod faulty;
+mod od;
+mod safety;
+
+use std::collections::BTreeSet;
+use std::sync::atomic::AtomicBool;
+
+use faults::{DriveFault, FAULTS, MODEL};
+use faulty::Faulty;
+use lexican_conform::{Case, Hazard, Outcome, Settings, Sheet, Tester, Verdict, profile_cases};
+use lexican_eds::{Input, Source};
+use lexican_runtime::host::{Node, VirtualBus};
+use lexican_runtime::{Duration, NodeId};
+use simulator::SimulatedServo;
+
+const NODE: NodeId = NodeId::literal(5);
+const DATA_SHEET: &str = include_str!("../../conformance/servo.eds");
+
+fn sheet() -> Sheet {
+    Sheet::of(&Input::new(Source::new("servo.eds", DATA_SHEET)))
+}
+
+fn settings() -> Settings {
+    Settings { allow: [Hazard::Motion].into(), boot: Duration::from_secs(1), ..Settings::new(NODE) }
+}
+
+fn run(case: &Case, sheet: &Sheet, node: impl Node + Send + 'static) -> (Outcome, Vec<String>) {
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(node);
+    let (mut link, settings, cancelled) = (bus.link(), settings(), AtomicBool::new(false));
+    let mut tester = Tester::new(&mut link, sheet, &settings, &cancelled);
+    let outcome = tester.run(case);
+    let frames = tester.frames().iter().map(|record| record.frame.to_string()).collect();
+    (outcome, frames)
+}
+
+fn faulty(fault: &'static DriveFault) -> impl Node {
+    Faulty::new(servo(&fault.model), Some(&fault.frames))
+}
+
+fn servo(model: &'static simulator::servo::ServoModel) -> SimulatedServo {
+    SimulatedServo::new(lexican_runtime::Instant::ZERO, model, NODE)
+}
+
+#[test]
+fn the_servo_passes_every_case() {
+    let (sheet, mut failed) = (sheet(), Vec::new());
+    for case in profile_cases() {
+        let (outcome, _) = run(case, &sheet, servo(&MODEL));
+        let verdict = outcome.as_ref().err().map_or_else(|| "passed".to_owned(), Verdict::to_string);
+        println!("{:<16} {:<90} {verdict}", case.id, case.title);
+        failed.extend(outcome.is_err().then_some(case.id));
+    }
+    assert_eq!(failed, [""; 0]);
+}
+
+/// Each fault makes just those cases fail that are about it, and each case is about one.
+#[test]
+fn every_fault_is_noticed_and_every_case_notices_one() {
+    let sheet = sheet();
+    let plan: Vec<_> = profile_cases().map(|case| (case, run(case, &sheet, servo(&MODEL)).1)).collect();
+    let name = |case: &Case| case.id.trim_start_matches("402/");
+    let all: Vec<&str> = profile_cases().map(name).collect();
+    let (mut noticed, mut wrong) = (BTreeSet::new(), Vec::new());
+    for fault in FAULTS {
+        let concerned = plan.iter().filter(|(_, frames)| fault.concerns(frames)).map(|(case, _)| *case);
+        let fails = |case: &&Case| matches!(run(case, &sheet, faulty(fault)).0, Err(Verdict::Failed(_)));
+        let failed: Vec<&str> = concerned.filter(fails).map(name).collect();
+        if !fault.is_noticed_by(&failed, &all) {
+            wrong.push(format!("{}: {}", fault.frames.title, failed.join(" ")));
+        }
+        noticed.extend(failed);
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let blind: Vec<&str> = all.into_iter().filter(|id| !noticed.contains(id)).collect();
+    assert_eq!(blind, [""; 0], "these cases notice nothing");
+}
