@@ -91,6 +91,14 @@ fn a_known_deviation_names_a_case() {
 }
 
 #[test]
+fn a_device_is_tested_by_lss_and_keeps_its_node_id() {
+    let (_, run) = conform("conform-lss", None, &["--only", "305", "--allow", "all", "--bit-rate", "500"]);
+    run.on_stdout(0, "21 cases: 21 passed\n");
+    let (_, run) = conform("conform-no-lss", Some(("LSS_Supported=1", "LSS_Supported=0")), &["--only", "305"]);
+    run.on_stdout(0, "21 cases: 21 do not apply\n");
+}
+
+#[test]
 fn cases_are_listed_chosen_and_shuffled() {
     let list = lexican(&["conform", "--list"]);
     assert!(list.code == Some(0) && list.stdout.lines().count() > 127, "{list}");

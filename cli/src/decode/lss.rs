@@ -1,12 +1,8 @@
 //! LSS frames as text and JSON (CiA 305).
 
 use lexican_runtime::NodeId;
-use lexican_runtime::wire::lss::{Bound, LssRequest, LssResponse, LssState, Part};
+use lexican_runtime::wire::lss::{BIT_TIMING_TABLE, Bound, LssRequest, LssResponse, LssState, Part};
 use serde_json::{Value as Json, json};
-
-/// CiA 305, table 1: the bit rates in kbit/s by their index. The entry without one is reserved.
-pub(crate) const BIT_TIMING_TABLE: [Option<u16>; 9] =
-    [Some(1000), Some(800), Some(500), Some(250), Some(125), None, Some(50), Some(20), Some(10)];
 
 /// The entry of automatic bit rate detection.
 pub(crate) const AUTOMATIC: u8 = 9;

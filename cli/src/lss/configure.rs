@@ -2,13 +2,14 @@
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Link;
+use lexican_runtime::wire::lss::BIT_TIMING_TABLE;
 use serde_json::json;
 
 use super::args::{DeviceArgs, DevicesArgs};
 use super::print::{describe, print, print_refusal, selected_json, title};
 use super::session::{Selected, Session};
 use crate::bus::NodeOrNone;
-use crate::decode::lss::{AUTOMATIC, BIT_TIMING_TABLE};
+use crate::decode::lss::AUTOMATIC;
 use crate::output::{Failure, Outcome, note, warn};
 
 /// Give a device a node-ID

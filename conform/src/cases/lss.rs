@@ -3,7 +3,7 @@
 //! Only the device under test is configured: it is selected by its identity. What cases give it they note, so that
 //! [`put_back`] takes it away, however a case ends.
 
-use lexican_runtime::wire::lss::{self, Bound, Identity, LssRequest, LssResponse, LssState, Part};
+use lexican_runtime::wire::lss::{self, BIT_TIMING_TABLE, Bound, Identity, LssRequest, LssResponse, LssState, Part};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, NodeId};
 
@@ -17,8 +17,8 @@ const STORE: &[Hazard] = &[Hazard::Store];
 /// How long a device may take to store its configuration.
 const STORING: Duration = Duration::from_secs(3);
 
-/// CiA 305, table 1: the bit rates in kbit/s by their index; 5 is reserved, and 9 is no fixed one.
-const BIT_RATES: [u16; 9] = [1000, 800, 500, 250, 125, 0, 50, 20, 10];
+/// The indices of CiA 305, table 1, but for that of automatic detection.
+const INDICES: std::ops::Range<u8> = 0..BIT_TIMING_TABLE.len() as u8;
 
 pub(crate) const CASES: &[Case] = &[
     case("305/6.3.2/1", "", "switch state global leads to LSS configuration and back to LSS waiting", |t| {
@@ -106,23 +106,16 @@ pub(crate) const CASES: &[Case] = &[
         begin(t)?;
         own_rate(t)?;
         select(t)?;
-        for index in 0..BIT_RATES.len() as u8 {
-            if supports(t, index) {
-                configure_bit_timing(t, index, 0)?;
-            }
-        }
-        Ok(())
+        let supported: Vec<u8> = INDICES.filter(|&index| supports(t, index)).collect();
+        supported.into_iter().try_for_each(|index| configure_bit_timing(t, index, 0))
     })
     .needs(NODE_ID),
     case("305/6.4.3/2", "", "configure bit timing: other bit rates and tables are refused", |t| {
         begin(t)?;
         own_rate(t)?;
         select(t)?;
-        for index in (0..BIT_RATES.len() as u8).chain([10, 255]) {
-            if !supports(t, index) {
-                configure_bit_timing(t, index, 1)?;
-            }
-        }
+        let others: Vec<u8> = INDICES.chain([10, 255]).filter(|&index| !supports(t, index)).collect();
+        others.into_iter().try_for_each(|index| configure_bit_timing(t, index, 1))?;
         let of_reserved_table = LssRequest::ConfigureBitTiming { table: 1, index: 0 };
         answers(t, of_reserved_table, LssResponse::ConfigureBitTiming { error: 1, specific: 0 })
     })
@@ -316,13 +309,13 @@ fn own_rate(t: &Tester<'_>) -> Outcome<u8> {
     let rate = t.settings.bit_rate_kbit.ok_or_else(|| {
         not_applicable("the bit rate of the bus is not given, and a device cannot be asked which one it has")
     })?;
-    let index = (0..).zip(BIT_RATES).find(|(_, known)| *known == rate).map(|(index, _)| index);
+    let index = (0..).zip(BIT_TIMING_TABLE).find(|(_, known)| *known == Some(rate)).map(|(index, _)| index);
     index.ok_or_else(|| not_applicable(format!("CiA 305 has no bit rate of {rate} kbit/s")))
 }
 
 /// Whether the device has the bit rate of an index, by its data sheet.
 fn supports(t: &Tester<'_>, index: u8) -> bool {
-    let rate = BIT_RATES.get(usize::from(index)).copied();
+    let rate = BIT_TIMING_TABLE.get(usize::from(index)).copied().flatten();
     rate.is_some_and(|rate| t.sheet.device.info.bit_rates_kbit.contains(&rate))
 }
 

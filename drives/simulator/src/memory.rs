@@ -8,6 +8,7 @@ use lexican_runtime::host::kept::KeptFormat;
 use lexican_runtime::object::{Address, ObjectDictionary};
 use lexican_runtime::service::lss_device::{LssHost, StoreError};
 use lexican_runtime::service::storage::{Storage, is_of_group};
+use lexican_runtime::wire::lss::BIT_TIMING_TABLE;
 use lexican_runtime::{AbortCode, NodeId};
 
 use crate::eeprom::{EepromError, EepromFile, EepromFormat, entry_of_line};
@@ -23,6 +24,8 @@ const FORMAT: EepromFormat = EepromFormat {
 pub struct Memory {
     /// The entries that can be stored.
     pub writable: Vec<Address>,
+    /// The bit rates in kbit/s that the device takes by LSS.
+    pub bit_rates_kbit: Vec<u16>,
     kept: Kept,
     file: Option<EepromFile<Kept>>,
 }
@@ -42,7 +45,7 @@ impl Memory {
     /// The file cannot be read or written, or something else is in it.
     pub fn open(path: &Path, can_keep: impl Fn(Address, &[u8]) -> bool) -> Result<Self, EepromError> {
         let (file, kept) = EepromFile::open(path, |text| Kept::read(text, &can_keep))?;
-        let mut memory = Memory { kept: kept.unwrap_or_default(), file: Some(file), writable: Vec::new() };
+        let mut memory = Memory { kept: kept.unwrap_or_default(), file: Some(file), ..Memory::default() };
         memory.save()?;
         Ok(memory)
     }
@@ -121,9 +124,9 @@ impl Storage for Memory {
 }
 
 impl LssHost for Memory {
-    /// The bit rates of CiA 305; entry 5 of its table is reserved.
     fn configure_bit_timing(&mut self, table: u8, index: u8) -> bool {
-        table == 0 && index <= 8 && index != 5
+        let rate = BIT_TIMING_TABLE.get(usize::from(index)).copied().flatten();
+        table == 0 && rate.is_some_and(|rate| self.bit_rates_kbit.contains(&rate))
     }
 
     fn store(&mut self, node: Option<NodeId>) -> Result<(), StoreError> {

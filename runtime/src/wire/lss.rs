@@ -214,6 +214,10 @@ const fn lss_id(id: u16) -> CobId {
     }
 }
 
+/// CiA 305, table 1: bit rates in kbit/s by their index in table 0. The entry without one is reserved.
+pub const BIT_TIMING_TABLE: [Option<u16>; 9] =
+    [Some(1000), Some(800), Some(500), Some(250), Some(125), None, Some(50), Some(20), Some(10)];
+
 /// On the wire, 255 is no node-ID.
 const NO_NODE: u8 = 0xFF;
 

@@ -61,7 +61,13 @@ impl VirtualDevice {
     }
 
     /// A device with stored parameters. Without a node-ID it waits for one by LSS.
-    pub(crate) fn with_memory(now: Instant, node: Option<NodeId>, sheet: Arc<model::Device>, memory: Memory) -> Self {
+    pub(crate) fn with_memory(
+        now: Instant,
+        node: Option<NodeId>,
+        sheet: Arc<model::Device>,
+        mut memory: Memory,
+    ) -> Self {
+        memory.bit_rates_kbit.clone_from(&sheet.info.bit_rates_kbit);
         let dictionary = SheetDictionary::new(dictionary::NO_NODE, &sheet);
         let part = |sub| {
             let value = dictionary.value(Address::new(cia301::IDENTITY, sub)).ok()?;
