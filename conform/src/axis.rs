@@ -382,7 +382,9 @@ impl<'t, 'a> Axis<'t, 'a> {
 
     /// Waits for bit 10.
     pub(crate) fn arrives(&mut self) -> Outcome {
-        self.until(TRAVEL, "target reached (bit 10)", |axis| axis.shows(status::TARGET_REACHED))
+        let Motion { travel, velocity } = self.motion;
+        let what = format!("target reached (bit 10), with a travel of {travel} and a velocity of {velocity},");
+        self.until(TRAVEL, &what, |axis| axis.shows(status::TARGET_REACHED))
     }
 
     pub(crate) fn goes_to(&mut self, target: i64) -> Outcome {
@@ -439,20 +441,35 @@ impl<'t, 'a> Axis<'t, 'a> {
             Ramp::SlowDown => (slow_down, 0x6085),
             Ramp::QuickStop => (0x6085, slow_down),
         };
-        let velocity = self.motion.velocity;
         let mut took = [Duration::ZERO; 2];
-        // In one unit for velocities and accelerations, half a second and a twentieth of one.
-        for (took, [own_ramp, other_ramp]) in took.iter_mut().zip([[2, 20], [20, 2]]) {
-            if !self.set_if_it_can(own, own_ramp * velocity)? {
-                return Ok(());
-            }
-            self.set_if_it_can(other, other_ramp * velocity)?;
+        // Half a second and a twentieth of one, if velocities and accelerations have one unit.
+        let [gentle, hard] = self.two_ramps(own, 2)?;
+        let others = self.two_ramps(other, 2).unwrap_or([hard, gentle]);
+        for (took, (own_ramp, other_ramp)) in took.iter_mut().zip([(gentle, others[1]), (hard, others[0])]) {
+            self.set(own, 0, own_ramp)?;
+            self.set_if_it_can(other, other_ramp)?;
             *took = self.stops(&mut stop)?;
         }
         let [gentle, hard] = took.map(|took| took.as_micros() / 1000);
         ensure(gentle >= 2 * hard, || {
-            format!("{own:04X}h does not matter: the drive stops in {gentle} ms with a tenth of it, in {hard} ms else")
+            format!(
+                "{own:04X}h does not matter: the drive stops in {gentle} ms with a small one, in {hard} ms with a large one"
+            )
         })
+    }
+
+    /// A small value of a ramp, which brings the drive to rest within a second divided by `steepness`, and a large one: as
+    /// far as the limits of the data sheet go.
+    pub(crate) fn two_ramps(&self, index: u16, steepness: i64) -> Outcome<[i64; 2]> {
+        let entry = self.t.entry(index, 0)?;
+        let limit = |value: &Option<Value>, otherwise| {
+            let number = value.as_ref().and_then(Value::as_integer).and_then(|number| i64::try_from(number).ok());
+            number.unwrap_or(otherwise)
+        };
+        let (low, high) = (limit(&entry.low, 1).max(1), limit(&entry.high, i64::MAX));
+        let [small, large] = [steepness, 20].map(|factor| (factor * self.motion.velocity).min(high).max(low));
+        let (least, enough) = (small * 4, large >= small * 4);
+        if enough { Ok([small, large]) } else { Err(not_applicable(format!("{index:04X}h cannot be {least}"))) }
     }
 }
 

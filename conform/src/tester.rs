@@ -75,8 +75,8 @@ impl Settings {
         }
     }
 
-    /// How far and how fast a drive travels in the test. Where it is not set: a tenth of the profile velocity (6081h), at least
-    /// 100 and within the limits of 6081h and 60FFh; as far as that is in a second, and no further than a quarter of the
+    /// How far and how fast a drive travels in the test. Where it is not set: a tenth of the profile velocity (6081h), between
+    /// 100 and 1000, and within the limits of 6081h and 60FFh; as far as that is in a second, and no further than a quarter of the
     /// range of 607Dh.
     #[must_use]
     pub fn motion(&self, sheet: &Sheet) -> Motion {
@@ -85,7 +85,7 @@ impl Settings {
         let default = |index, sub| entry(index, sub).and_then(|entry| number(entry.default.as_ref()));
         let most = [0x6081, 0x60FF].into_iter().filter_map(|index| number(entry(index, 0)?.high.as_ref()));
         let most = most.chain(default(0x607F, 0)).filter(|most| *most > 0).min().unwrap_or(i128::MAX);
-        let usual = (default(0x6081, 0).unwrap_or_default() / 10).max(100).min(most);
+        let usual = (default(0x6081, 0).unwrap_or_default() / 10).clamp(100, 1000).min(most);
         let velocity = self.velocity.map_or(usual, i128::from);
         let range = default(0x607D, 2).zip(default(0x607D, 1)).map(|(high, low)| high - low);
         let far = range.filter(|range| *range > 0).map_or(velocity, |range| velocity.min(range / 4));
@@ -151,7 +151,12 @@ impl Sheet {
     /// Reads a data sheet and its overlays.
     #[must_use]
     pub fn of(input: &Input) -> Self {
-        let (device, diagnostics) = load(input);
+        let (mut device, diagnostics) = load(input);
+        // Some drives say what they are in 1000h, and their data sheets do not.
+        let is_drive = [0x6040, 0x6041, 0x6060].iter().all(|index| device.object(*index).is_some());
+        if device.profile.is_none() && is_drive {
+            device.profile = Some(402);
+        }
         let has_errors = diagnostics.iter().any(|finding| finding.severity == Severity::Error);
         let is_unfit = has_errors || device.entry(0x1000, 0).is_none();
         let mut grave = Diagnostics::default();

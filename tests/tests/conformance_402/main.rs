@@ -15,7 +15,9 @@ mod od;
 mod safety;
 
 use std::collections::BTreeSet;
+use std::num::NonZero;
 use std::sync::atomic::AtomicBool;
+use std::thread;
 
 use faults::{DriveFault, FAULTS, MODEL};
 use faulty::Faulty;
@@ -73,16 +75,20 @@ fn every_fault_is_noticed_and_every_case_notices_one() {
     let plan: Vec<_> = profile_cases().map(|case| (case, run(case, &sheet, servo(&MODEL)).1)).collect();
     let name = |case: &Case| case.id.trim_start_matches("402/");
     let all: Vec<&str> = profile_cases().map(name).collect();
-    let (mut noticed, mut wrong) = (BTreeSet::new(), Vec::new());
-    for fault in FAULTS {
+    let look = |fault: &'static DriveFault| {
         let concerned = plan.iter().filter(|(_, frames)| fault.concerns(frames)).map(|(case, _)| *case);
         let fails = |case: &&Case| matches!(run(case, &sheet, faulty(fault)).0, Err(Verdict::Failed(_)));
-        let failed: Vec<&str> = concerned.filter(fails).map(name).collect();
-        if !fault.is_noticed_by(&failed, &all) {
-            wrong.push(format!("{}: {}", fault.frames.title, failed.join(" ")));
-        }
-        noticed.extend(failed);
-    }
+        (fault, concerned.filter(fails).map(name).collect::<Vec<&str>>())
+    };
+    let threads = thread::available_parallelism().map_or(1, NonZero::get);
+    let found: Vec<_> = thread::scope(|scope| {
+        let some = |faults: &'static [DriveFault]| scope.spawn(move || faults.iter().map(look).collect::<Vec<_>>());
+        let running: Vec<_> = FAULTS.chunks(FAULTS.len().div_ceil(threads)).map(some).collect();
+        running.into_iter().flat_map(|faults| faults.join().unwrap()).collect()
+    });
+    let wrong = found.iter().filter(|(fault, failed)| !fault.is_noticed_by(failed, &all));
+    let wrong: Vec<_> = wrong.map(|(fault, failed)| format!("{}: {}", fault.frames.title, failed.join(" "))).collect();
+    let noticed: BTreeSet<&str> = found.iter().flat_map(|(_, failed)| failed.iter().copied()).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     let blind: Vec<&str> = all.into_iter().filter(|id| !noticed.contains(id)).collect();
     assert_eq!(blind, [""; 0], "these cases notice nothing");
