@@ -146,7 +146,10 @@ impl Job {
                 crate::corpus::simulate(root, &folder).and_then(|()| crate::corpus::compile(root, &folder))
             }
             Job::Size => crate::size::run(root, true),
-            Job::Firmware => crate::firmware::run(root),
+            Job::Firmware => {
+                let arguments = crate::firmware::Arguments { check: true, round_trips: 10_000 };
+                crate::firmware::run(root, &arguments)
+            }
             Job::Fuzz => crate::fuzz::run(root, None, 5),
             Job::Interop => crate::interop::run(root, true),
             Job::Vcan => {
@@ -164,14 +167,31 @@ impl Job {
 /// What firmware uses.
 const CORE: &[&str] = &["-p", "lexican-runtime", "--no-default-features", "--features", "defmt"];
 
+/// The firmware, but for the board whose crates take minutes.
+const FIRMWARE: &[&str] = &[
+    "--locked",
+    "--manifest-path",
+    "examples/firmware/Cargo.toml",
+    "--target-dir",
+    "target",
+    "-p",
+    "io-device",
+    "-p",
+    "firmware-mps2",
+];
+
 /// Checks what is compiled for other machines: the command and all drives for hosts, the core for firmware.
 fn targets(root: &Path) -> Result<(), String> {
     let published = package::published(root)?;
     let drives = published.iter().filter(|package| package.folder.starts_with(root.join("drives")));
     let mut host = vec!["--all-features", "-p", "lexican"];
     drives.for_each(|package| host.extend(["-p", &package.name]));
-    let targets =
-        [("x86_64-pc-windows-gnu", &host[..]), ("aarch64-apple-darwin", &host), ("thumbv7em-none-eabihf", CORE)];
+    let targets = [
+        ("x86_64-pc-windows-gnu", &host[..]),
+        ("aarch64-apple-darwin", &host),
+        ("thumbv7em-none-eabihf", CORE),
+        ("thumbv7em-none-eabihf", FIRMWARE),
+    ];
     let installed = workspace::installed_targets();
     for (target, packages) in targets {
         if !installed.lines().any(|line| line == target) {
@@ -193,7 +213,13 @@ fn dependencies(root: &Path) -> Result<(), String> {
     // By its own name: as a command of cargo it would take its name for a folder, since cargo has started this task.
     command::run(&["cargo-machete", "--skip-target-dir", &root.to_string_lossy()]).map_err(hint)?;
     command::run_cargo(root, &["deny", "--offline", "--all-features", "check", "licenses", "bans", "sources"], &[])
-        .map_err(hint)
+        .map_err(hint)?;
+    // What the firmware's boards are made of may come in several versions, but under no other licence.
+    let firmware = ["--manifest-path", "examples/firmware/Cargo.toml"];
+    command::run_cargo(root, &[&["fetch", "--quiet", "--locked"], &firmware[..]].concat(), &[])?;
+    let check =
+        ["--config", "deny.toml", "check", "--allow", "license-exception-not-encountered", "licenses", "sources"];
+    command::run_cargo(root, &[&["deny", "--offline"], &firmware[..], &check].concat(), &[]).map_err(hint)
 }
 
 /// Compiles what is published with the lowest versions that its manifests permit, in a copy: the lock file is another.

@@ -74,7 +74,7 @@ enum Task {
     /// Fuzz what reads untrusted input with libFuzzer, and look for broken promises
     Fuzz(fuzz::Arguments),
     /// Build the firmware, boot it in QEMU, and hold the command's tools against it
-    Firmware,
+    Firmware(firmware::Arguments),
     /// Run lexican against python-canopen, both ways, over slcan and vcan, and write the tables of results
     Interop {
         /// Only check that the tables are right, but for what is measured
@@ -109,7 +109,7 @@ fn main() -> ExitCode {
         Task::Size { check, device: true } => size::device::run(&root, check),
         Task::Size { check, device: false } => size::run(&root, check),
         Task::Fuzz(arguments) => arguments.run(&root),
-        Task::Firmware => firmware::run(&root),
+        Task::Firmware(arguments) => firmware::run(&root, &arguments),
         Task::Interop { check } => interop::run(&root, check),
         Task::Verify { drive, check } => verify::run(&root, drive.as_deref(), check),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),

@@ -1,15 +1,56 @@
-//! The board runs.
+//! The I/O device on Arm's MPS2 board with AN386, as QEMU has it: UART 0 is a serial CAN adapter (slcan), a timer is the
+//! clock, and a file of the host is the flash. The outputs are wired to the inputs.
 #![no_std]
 #![no_main]
 
+mod flash;
+mod hardware;
+mod slcan;
+
 use cortex_m_rt::entry;
-use cortex_m_semihosting::{debug, hprintln};
+use io_device::{Board, Channels, IoDevice, NOTEBOOK};
 use panic_semihosting as _;
+
+use flash::HostFile;
+use hardware::{Clock, Uart};
+use slcan::Slcan;
 
 #[entry]
 fn main() -> ! {
-    hprintln!("boots");
+    // Interrupts end the wait below, and have no handlers.
+    cortex_m::interrupt::disable();
+    let mut clock = Clock::start();
+    let mut adapter = Slcan::new(Uart::start());
+    let notebook = cortex_m::singleton!(: [u8; NOTEBOOK] = [0; NOTEBOOK]).expect("main runs once");
+    let mut device = IoDevice::new(clock.now(), Wires::default(), HostFile::open(), notebook);
     loop {
-        debug::exit(debug::EXIT_SUCCESS);
+        while let Some(frame) = device.poll_transmit(clock.now()) {
+            adapter.send(&frame);
+        }
+        if let Some(frame) = adapter.receive() {
+            device.handle_frame(clock.now(), &frame);
+        } else if device.poll_timeout() <= clock.now() {
+            device.handle_timeout(clock.now());
+        } else {
+            hardware::wait();
+        }
+    }
+}
+
+/// Wires from each output to the input of the same number.
+#[derive(Default)]
+struct Wires(Channels);
+
+impl Board for Wires {
+    fn inputs(&mut self) -> Channels {
+        self.0
+    }
+
+    fn set_outputs(&mut self, outputs: &Channels) {
+        self.0 = *outputs;
+    }
+
+    fn unused_stack(&mut self) -> u32 {
+        hardware::unused_stack()
     }
 }

@@ -1,0 +1,3 @@
+//! The objects of the data sheet.
+
+lexican_runtime::include_od!("io");

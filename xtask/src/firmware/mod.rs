@@ -1,0 +1,266 @@
+//! The firmware of `examples/firmware` on a microcontroller that QEMU plays, and the command's tools against it.
+//!
+//! The board's UART is a serial CAN adapter to the command, so that all of it is what a user runs, but for the CAN
+//! controller. QEMU takes its time from this machine: both run before other processes, and what depends on milliseconds is
+//! tried again when it fails.
+
+mod sizes;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use crate::qemu::{self, Board, Running};
+use crate::{command, outside, workspace};
+
+/// What the firmware is compiled for.
+const TARGET: &str = "thumbv7em-none-eabihf";
+const EDS: &str = "examples/firmware/device/eds/io.eds";
+
+/// How many bytes the block transfers have.
+const BLOCK: usize = 10_240;
+
+/// How many requests one call of the command makes.
+const REQUESTS: usize = 5_000;
+
+/// How often a case of the conformance test is tried, since some of them measure milliseconds.
+const ATTEMPTS: usize = 4;
+
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Only compare the sizes with those in examples/firmware/README.md, which are written otherwise
+    #[arg(long)]
+    pub check: bool,
+    /// How many SDO requests are made one after the other
+    #[arg(long, value_name = "NUMBER", default_value_t = 100_000)]
+    pub round_trips: usize,
+}
+
+/// A test, and what it shows.
+type Test = (&'static str, fn(&mut Bench<'_>) -> Result<(), String>);
+
+const TESTS: [Test; 8] = [
+    ("LSS gives it node-ID 5, and it stores it", get_a_node_id),
+    ("scan finds it", be_scanned),
+    ("check finds all entries as the data sheet has them", be_checked),
+    ("10 kB go there and back in blocks", transfer_blocks),
+    ("a lost heartbeat sets the outputs to their error values, and is over when it is back", lose_a_heartbeat),
+    ("stored parameters outlast a restart, and defaults are restored", store_parameters),
+    ("SDO requests are answered, one after the other", answer_requests),
+    ("it passes the conformance test", conform),
+];
+
+pub(crate) fn run(root: &Path, arguments: &Arguments) -> Result<(), String> {
+    if let Err(reason) = qemu::is_installed().and_then(|()| target_is_installed()) {
+        println!("skipped: firmware on a microcontroller: {reason}");
+        return Ok(());
+    }
+    let lexican = outside::lexican(root)?;
+    // That it is linked is all that is asked of the other board's.
+    build(root, "firmware-stm32")?;
+    let elf = build(root, "firmware-mps2")?;
+    // Without the flash of another run.
+    let folder = outside::empty_folder(root, "firmware")?;
+    let board = Board { elf: &elf, folder: &folder, icount: None, seconds: 1200 };
+    let mut bench = Bench { root, lexican, board: &board, running: board.start()?, round_trips: arguments.round_trips };
+    bench.run(&["eds", "lint", "--strict", EDS])?;
+    for (name, test) in TESTS {
+        println!("test {name}");
+        test(&mut bench).map_err(|error| format!("the firmware: {name}: failed: {error}{}", board.complaints()))?;
+    }
+    let unused_stack = bench.number("2001")?;
+    sizes::run(root, &elf, unused_stack, arguments.check)
+}
+
+/// Builds a program of `examples/firmware` for QEMU's board.
+pub(crate) fn build(root: &Path, program: &str) -> Result<PathBuf, String> {
+    // In the workspace's folder: what both depend on is compiled once.
+    let folder = workspace::target_folder(root);
+    let target = folder.to_string_lossy();
+    let manifest = ["--manifest-path", "examples/firmware/Cargo.toml", "--target-dir", &target];
+    let build = ["build", "--locked", "--release", "--target", TARGET, "-p", program];
+    command::run_cargo(root, &[&build[..], &manifest].concat(), &[])?;
+    Ok(folder.join(TARGET).join("release").join(program))
+}
+
+fn target_is_installed() -> Result<(), String> {
+    let targets = workspace::installed_targets();
+    let is_installed = targets.lines().any(|target| target == TARGET);
+    is_installed.then_some(()).ok_or_else(|| format!("{TARGET} is not installed: rustup target add {TARGET}"))
+}
+
+/// The board and the command at its UART.
+struct Bench<'a> {
+    root: &'a Path,
+    lexican: PathBuf,
+    board: &'a Board<'a>,
+    running: Running,
+    round_trips: usize,
+}
+
+impl Bench<'_> {
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = qemu::in_time(&self.lexican);
+        command.args(arguments).current_dir(self.root);
+        command
+    }
+
+    /// Runs the command; what it prints.
+    fn run(&self, arguments: &[&str]) -> Result<String, String> {
+        let output = command::output(&mut self.command(arguments))?;
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
+    fn bus(&self) -> String {
+        format!("slcan:{}?bitrate=500000", self.running.terminal().display())
+    }
+
+    /// Runs the command on the board's bus.
+    fn on_bus(&self, arguments: &[&str]) -> Result<String, String> {
+        self.run(&[arguments, &["--bus", &self.bus()]].concat())
+    }
+
+    /// Runs the command with node 5, of this data sheet.
+    fn on_node(&self, arguments: &[&str]) -> Result<String, String> {
+        self.on_bus(&[arguments, &["--node", "5", "--device", EDS]].concat())
+    }
+
+    fn write(&self, object: &str, value: &str) -> Result<(), String> {
+        self.on_node(&["write", object, value]).map(|_| ())
+    }
+
+    fn number(&self, object: &str) -> Result<u64, String> {
+        let json = self.on_node(&["read", "--json", object])?;
+        let value = json.split("\"value\":").nth(1).and_then(|rest| rest.split([',', '}']).next()?.parse().ok());
+        value.ok_or_else(|| format!("{object} is no number: {json}"))
+    }
+
+    fn expect(&self, object: &str, expected: u64) -> Result<(), String> {
+        let value = self.number(object)?;
+        if value == expected { Ok(()) } else { Err(format!("{object} is {value}, not {expected}")) }
+    }
+}
+
+fn get_a_node_id(bench: &mut Bench<'_>) -> Result<(), String> {
+    bench.on_bus(&["lss", "node-id", "--unconfigured", "5", "--store"]).map(|_| ())
+}
+
+fn be_scanned(bench: &mut Bench<'_>) -> Result<(), String> {
+    let nodes = bench.on_bus(&["scan"])?;
+    if nodes.contains("node   5  CiA 401") { Ok(()) } else { Err(format!("it finds {nodes}")) }
+}
+
+fn be_checked(bench: &mut Bench<'_>) -> Result<(), String> {
+    bench.on_node(&["check", "--write", "--domains"]).map(|_| ())
+}
+
+fn transfer_blocks(bench: &mut Bench<'_>) -> Result<(), String> {
+    // 251 is prime: no two segments are the same.
+    let bytes: Vec<String> = (0..BLOCK).map(|at| format!("{:02X}", at % 251)).collect();
+    bench.write("2000", &bytes.concat())?;
+    let read = bench.on_node(&["read", "--json", "2000"])?;
+    if read.contains(&bytes.join(" ")) { Ok(()) } else { Err(format!("other bytes came back: {read}")) }
+}
+
+/// Node 1 is the manager, whose heartbeats this test sends itself: one, and after a while all the time.
+fn lose_a_heartbeat(bench: &mut Bench<'_>) -> Result<(), String> {
+    const HEARTBEAT: &str = "t701105\r";
+    // In naps. The command is listening at the first of them, also on a busy machine; the heartbeat is lost between them.
+    const FIRST: u32 = 100;
+    const BACK: u32 = 300;
+    bench.write("6200:01", "15")?;
+    bench.write("1016:01", &(0x0001_0000 | 500).to_string())?;
+    let mut monitor = bench.command(&["monitor", "--json", "--bus", &bench.bus(), "--for", "5"]);
+    let mut monitor = monitor.stdout(Stdio::piped()).spawn().map_err(|error| format!("monitor: {error}"))?;
+    let mut naps = 0;
+    while let Ok(None) = monitor.try_wait() {
+        if naps == FIRST || naps >= BACK {
+            bench.running.send(HEARTBEAT)?;
+        }
+        qemu::nap();
+        naps += 1;
+    }
+    let output = monitor.wait_with_output().map_err(|error| format!("monitor: {error}"))?;
+    let frames = String::from_utf8_lossy(&output.stdout).into_owned();
+    let codes: Vec<&str> = frames.lines().filter_map(|line| line.split("\"code\":\"").nth(1)?.get(..4)).collect();
+    if codes != ["8130", "0000"] {
+        return Err(format!("the emergencies are not 8130 and 0000: {frames}"));
+    }
+    bench.expect("6200:01", 0)?;
+    bench.write("1016:01", "0")
+}
+
+fn store_parameters(bench: &mut Bench<'_>) -> Result<(), String> {
+    const SAVE: u32 = u32::from_le_bytes(*b"save");
+    const LOAD: u32 = u32::from_le_bytes(*b"load");
+    bench.write("1017", "500")?;
+    bench.write("6207:02", "170")?;
+    bench.write("1010:01", &SAVE.to_string())?;
+    bench.write("1017", "700")?;
+    bench.restart()?;
+    bench.expect("1017", 500)?;
+    bench.expect("6207:02", 170)?;
+    bench.write("1011:01", &LOAD.to_string())?;
+    bench.restart()?;
+    bench.expect("1017", 0)?;
+    bench.expect("6207:02", 0)
+}
+
+fn answer_requests(bench: &mut Bench<'_>) -> Result<(), String> {
+    let mut left = bench.round_trips;
+    while left > 0 {
+        let now = left.min(REQUESTS);
+        let answers = bench.on_node(&[&["read"][..], &vec!["1018:01"; now]].concat())?;
+        let right = answers.lines().filter(|line| line.contains("= 19544")).count();
+        if right != now {
+            return Err(format!("{right} of {now} answers are right"));
+        }
+        left -= now;
+    }
+    println!("     {} requests", bench.round_trips);
+    Ok(())
+}
+
+fn conform(bench: &mut Bench<'_>) -> Result<(), String> {
+    let mut only = Vec::new();
+    for attempt in 1..=ATTEMPTS {
+        let output = bench.test_conformance(&only)?;
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        if let Some(sum) = text.lines().last() {
+            println!("     {sum}");
+        }
+        if output.status.success() {
+            return Ok(());
+        }
+        only = text
+            .lines()
+            .filter_map(|line| line.strip_prefix("failed ")?.split(' ').next())
+            .map(str::to_owned)
+            .collect();
+        if attempt == ATTEMPTS || only.is_empty() {
+            return Err(format!("{text}{}", String::from_utf8_lossy(&output.stderr)));
+        }
+        println!("     again: {}", only.join(", "));
+    }
+    Ok(())
+}
+
+impl Bench<'_> {
+    /// Cuts the power, and gives it back.
+    fn restart(&mut self) -> Result<(), String> {
+        self.running.stop();
+        self.running = self.board.start()?;
+        Ok(())
+    }
+
+    /// Runs the conformance test, or only these cases.
+    fn test_conformance(&self, only: &[String]) -> Result<Output, String> {
+        let bus = self.bus();
+        let mut arguments = vec!["conform", "--bus", &bus, "--node", "5", "--eds", EDS, "--allow", "all"];
+        arguments.extend(["--emergency", "2002=0xCDAB3120", "--input", "2003=10", "2003=0", "6000:02"]);
+        let cases = only.join(",");
+        if !only.is_empty() {
+            arguments.extend(["--only", &cases]);
+        }
+        self.command(&arguments).output().map_err(|error| format!("lexican conform: {error}"))
+    }
+}
