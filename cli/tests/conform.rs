@@ -56,6 +56,37 @@ fn a_plan_says_what_has_to_be_allowed_and_tests_nothing() {
     run.on_stdout(0, "1 cases: 1 not allowed");
 }
 
+/// What editors and devices do that is unusual, and no fault of the device: each is a default or a limit of the data sheet.
+#[test]
+fn an_unusual_data_sheet_is_no_failure() {
+    let mut sheet = include_str!("../../tests/conformance/device.eds").to_owned();
+    for (entry, value) in [
+        // A history that has the number of its fields as a default.
+        ("1003sub0", "DefaultValue=0xFE"),
+        // SYNC is produced from the start, and has no period below 20 ms.
+        ("1005", "DefaultValue=0x40000080"),
+        ("1006", "DefaultValue=20000\nLowLimit=20000\nHighLimit=100000"),
+        // The heartbeat takes the place of guarding.
+        ("1017", "DefaultValue=500"),
+        // Limits of numbers that are put together.
+        ("1016sub1", "DefaultValue=0\nLowLimit=0\nHighLimit=0x7FFFFF"),
+        ("1600sub1", "DefaultValue=0x60400010\nLowLimit=0\nHighLimit=0xFFFFFFFF"),
+        // No identifier, but not switched off.
+        ("1201sub1", "DefaultValue=0"),
+    ] {
+        let (head, section) = sheet.split_once(&format!("[{entry}]\n")).unwrap();
+        let (section, rest) = section.split_once("\n\n").unwrap();
+        let kept: Vec<_> = section.lines().filter(|line| !line.starts_with("DefaultValue")).collect();
+        sheet = format!("{head}[{entry}]\n{}\n{value}\n\n{rest}", kept.join("\n"));
+    }
+    let folder = folder("conform-unusual");
+    std::fs::write(folder.join("unusual.eds"), sheet).unwrap();
+    // Its status word is that of no drive.
+    let allow = "outputs,manufacturer,store,restore,node-id";
+    let run = lexican_in(&folder, &["conform", "--bus", "sim:unusual.eds?node=5", "--allow", allow, "--skip", "1.0"]);
+    run.on_stdout(0, " passed");
+}
+
 /// What fails on a simulated drive is what its manual says, and nothing else: each in the file beside the drive.
 #[test]
 fn drives_deviate_only_as_their_manuals_say() {

@@ -38,6 +38,8 @@ impl Initial {
 /// unless it can be written, groups of parameters (1010h and 1011h) are stored and restored on command, and anything else
 /// is the value nearest to zero that the limits allow.
 ///
+/// No error has occurred (1003h:00), even where editors write the number of fields or FEh as its default.
+///
 /// A default of 1014h with a node-ID worked in, as editors do, is that of CiA 301 in every node: 80h plus the node-ID.
 #[must_use]
 pub fn initial(device: &Device, entry: &Entry) -> Initial {
@@ -84,6 +86,9 @@ fn number(device: &Device, entry: &Entry) -> Number {
 
 /// The number that the data sheet gives, in one place or another.
 fn stated(device: &Device, entry: &Entry) -> Option<Number> {
+    if (entry.index, entry.sub) == (cia301::PREDEFINED_ERROR_FIELD, 0) {
+        return Some(Number::Integer(0));
+    }
     let given = given(entry).and_then(|value| fitting(value, entry.data_type));
     let info = &device.info;
     let elsewhere = || match (entry.index, entry.sub) {
@@ -219,6 +224,14 @@ ParameterName=Entry
         let (device, _) = lexican_eds::load(&input);
         let initial = initial(&device, device.entry(address.0, address.1).unwrap());
         assert_eq!(initial.of_node(5), expected, "{address:04X?} {keys}");
+    }
+
+    #[test]
+    fn no_error_has_occurred_before_the_first() {
+        let history = "ObjectType=8 SubNumber=2 [1003sub0] ParameterName=N DataType=5 AccessType=rw DefaultValue=0xFE \
+                       [1003sub1] ParameterName=E DataType=7 AccessType=ro";
+        let keys = format!("[OptionalObjects] SupportedObjects=1 1=0x1003 [1003] ParameterName=Errors {history}");
+        check((0x1003, 0), &format!("ObjectType=7 DataType=5 AccessType=rw {keys}"), &[0]);
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! SDO as the tester speaks it, byte by byte: some cases break the protocol on purpose.
 
-use lexican_eds::model::Entry;
+use lexican_eds::model::{Entry, Value};
 use lexican_runtime::wire::crc::Crc;
 use lexican_runtime::{AbortCode, CobId};
 
-use crate::case::{Outcome, ensure, failed};
+use crate::case::{Outcome, ensure, failed, not_applicable};
 use crate::tester::{Tester, Write};
 
 /// What the server says to a whole transfer.
@@ -245,9 +245,21 @@ impl Tester<'_> {
         self.download(entry.index, entry.sub, &padded)
     }
 
+    /// Writes a number that the data sheet allows; the case does not apply to a device that has no such number.
     pub(crate) fn write(&mut self, index: u16, sub: u8, value: u32) -> Outcome {
+        if !self.has_value(index, sub, value) {
+            return Err(not_applicable(format!("{index:04X}:{sub:02X} is never {value:X}h")));
+        }
         let answer = self.try_write(index, sub, value)?;
         answer.map_err(|code| failed(format!("writing {value:X}h to {index:04X}:{sub:02X}: {code}")))
+    }
+
+    /// Whether a number is within the limits of the data sheet.
+    pub(crate) fn has_value(&self, index: u16, sub: u8, value: u32) -> bool {
+        let Some(entry) = self.sheet.device.entry(index, sub) else { return true };
+        let limit = |limit: &Option<Value>| limit.as_ref().and_then(Value::as_integer);
+        let value = i128::from(value);
+        limit(&entry.low).is_none_or(|low| low <= value) && limit(&entry.high).is_none_or(|high| value <= high)
     }
 
     pub(crate) fn apply(&mut self, write: Write) -> Outcome {

@@ -197,10 +197,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut screen = Screen::new(node, &sheet.device);
     let report = test(&mut link, &sheet, &settings, &cases, &*ctrl_c()?, &mut screen);
     screen.finish();
-    let mut decoder = Decoder::new();
-    decoder.introduce(node, &sheet.device);
-    let document = report.document(about, |frame| print::words(&decoder.decode(frame)));
-    args.reports.write(&document)?;
+    if args.reports.are_wanted() {
+        let mut decoder = Decoder::new();
+        decoder.introduce(node, &sheet.device);
+        let document = report.document(about, |frame| print::words(&decoder.decode(frame)));
+        args.reports.write(&document)?;
+    }
     print::sum(&report)?;
     let tally = report.tally();
     let counted = tally.failed + tally.unfinished + if args.conditions.strict { tally.advised } else { 0 };
@@ -317,6 +319,10 @@ fn write(device: &Device, text: &str) -> Result<Write, Failure> {
 }
 
 impl Reports {
+    fn are_wanted(&self) -> bool {
+        [&self.junit, &self.json, &self.html].into_iter().any(Option::is_some)
+    }
+
     fn write(&self, document: &Document) -> Result<(), Failure> {
         type Format = fn(&Document) -> String;
         let files: [(&Option<PathBuf>, Format); 3] =

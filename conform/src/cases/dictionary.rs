@@ -1,8 +1,8 @@
 //! 4: the object dictionary against the data sheet.
 
 use lexican_eds::model::{Entry, ObjectKind, Value};
-use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{AbortCode, CobId};
 
 use crate::case::{Case, Outcome, case, ensure, failed};
 use crate::hazard::Hazard;
@@ -91,6 +91,12 @@ pub(crate) const CASES: &[Case] = &[
                 continue;
             }
             let before = t.read_bytes(index, sub)?;
+            // What is no identifier need not be taken for one.
+            let identifier =
+                <[u8; 4]>::try_from(&before[..]).map(|bytes| CobId::from_parameter(u32::from_le_bytes(bytes)));
+            if is_identifier(&entry) && identifier.is_ok_and(CobId::is_restricted) {
+                continue;
+            }
             let answer = t.write_back(&entry, &before)?;
             // In another state, perhaps.
             if answer == Err(AbortCode::DEVICE_STATE) {
@@ -183,6 +189,16 @@ fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
     Ok(())
 }
 
+/// Whether an entry holds the identifier of a service.
+fn is_identifier(entry: &Entry) -> bool {
+    match entry.index {
+        0x1005 | 0x1012 | 0x1014 => true,
+        0x1200..=0x12FF => matches!(entry.sub, 1 | 2),
+        0x1400..=0x15FF | 0x1800..=0x19FF => entry.sub == 1,
+        _ => false,
+    }
+}
+
 /// The highest number that the type of an entry has.
 pub(crate) fn highest(t: &Tester<'_>, entry: &Entry) -> i128 {
     let of_bits = (1 << t.bits(entry).unwrap_or(0)) - 1;
@@ -196,16 +212,11 @@ pub(crate) fn limited(t: &Tester<'_>) -> Outcome<Vec<(Entry, i128, i128)>> {
         let (low, high) = (number(&entry.low)?, number(&entry.high)?);
         let can_be_tried =
             entry.access.writable() && entry.access.readable() && t.bits(entry).is_some_and(|bits| bits <= 32);
-        // With another node-ID it would not be found again; 1003h:00 counts errors, a mapping the entries that it has, and in
-        // 1016h and identifiers not every number between two has a meaning.
+        // With another node-ID it would not be found again; 1003h:00 counts errors, a mapping the entries that it has; and in
+        // mappings, in 1016h and in identifiers not every number between two has a meaning.
         let is_node_id = Hazard::of_write(&t.sheet.device, entry.index) == Some(Hazard::NodeId);
-        let counts = entry.sub == 0 && matches!(entry.index, 0x1003 | 0x1600..=0x17FF | 0x1A00..=0x1BFF);
-        let is_put_together = match entry.index {
-            0x1005 | 0x1012 | 0x1014 | 0x1016 => true,
-            0x1200..=0x12FF => matches!(entry.sub, 1 | 2),
-            0x1400..=0x15FF | 0x1800..=0x19FF => entry.sub == 1,
-            _ => false,
-        };
+        let counts = matches!((entry.index, entry.sub), (0x1003, 0) | (0x1600..=0x17FF | 0x1A00..=0x1BFF, _));
+        let is_put_together = entry.index == 0x1016 || is_identifier(entry);
         let can_be_tried = can_be_tried && !counts && !is_node_id && !is_put_together;
         (can_be_tried && low >= 0 && low < high).then_some((low, high))
     };

@@ -114,8 +114,7 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     }),
     case("301/7.5.2.22/1", "6.5", "the counter overflow has a range", |t| {
-        t.entry(0x1019, 0)?;
-        produce_nothing(t)?;
+        without_period(t)?;
         for bad in [1, 241, 255] {
             t.refuses(
                 0x1019,
@@ -141,9 +140,8 @@ pub(crate) const CASES: &[Case] = &[
         ensure(counters == [[2], [3], [1], [2], [3], [1], [2]], || text(&syncs))
     }),
     case("301/7.5.2.22/4", "6.8", "the counter overflow is stored", |t| {
-        t.entry(0x1019, 0)?;
         t.entry(0x1010, 1)?;
-        produce_nothing(t)?;
+        without_period(t)?;
         t.write(0x1019, 0, 10)?;
         t.write(0x1010, 1, SAVE)?;
         t.nmt(NmtCommand::ResetNode)?;
@@ -204,19 +202,35 @@ pub(crate) fn produce(t: &mut Tester<'_>) -> Outcome {
     t.write(0x1005, 0, 0x4000_0080)
 }
 
-/// No SYNC, and no period of it: the counter overflow may be written.
+/// In 1005h: the device produces SYNC.
+const PRODUCES: u32 = 1 << 30;
+
+/// No SYNC, and no period of it if the device can have none.
 pub(crate) fn produce_nothing(t: &mut Tester<'_>) -> Outcome {
-    for (index, value) in [(0x1005, 0x80), (0x1006, 0)] {
-        if t.entry(index, 0).is_ok() && t.read(index, 0)? != value {
-            t.write(index, 0, value as u32)?;
+    if t.entry(0x1005, 0).is_ok() {
+        let cob_id = t.read(0x1005, 0)? as u32;
+        if cob_id & PRODUCES != 0 {
+            t.write(0x1005, 0, cob_id & !PRODUCES)?;
         }
+    }
+    // A device may have no period for "never".
+    if t.entry(0x1006, 0).is_ok() && t.has_value(0x1006, 0, 0) && t.read(0x1006, 0)? != 0 {
+        t.write(0x1006, 0, 0)?;
     }
     Ok(())
 }
 
-fn counts(t: &mut Tester<'_>, overflow: u32) -> Outcome {
+/// 1019h may be written: there is no period of SYNC.
+pub(crate) fn without_period(t: &mut Tester<'_>) -> Outcome {
     t.entry(0x1019, 0)?;
-    produce_nothing(t)?;
+    if t.entry(0x1006, 0).is_ok() && !t.has_value(0x1006, 0, 0) {
+        return Err(not_applicable("1006h has no value for no period, with which 1019h could be written"));
+    }
+    produce_nothing(t)
+}
+
+fn counts(t: &mut Tester<'_>, overflow: u32) -> Outcome {
+    without_period(t)?;
     t.write(0x1019, 0, overflow)?;
     produce(t)
 }

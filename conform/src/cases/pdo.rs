@@ -4,7 +4,7 @@ use lexican_eds::model::{Direction, Pdo, Value};
 use lexican_runtime::CobId;
 use lexican_runtime::wire::nmt::NmtState;
 
-use super::messages::produce_nothing;
+use super::messages::{produce_nothing, without_period};
 use crate::case::{Case, Outcome, Verdict, case, ensure, not_applicable};
 use crate::tester::{InputStimulus, Tester};
 
@@ -119,7 +119,13 @@ fn each(
     state: NmtState,
     look: impl Fn(&mut Tester<'_>, &Tpdo) -> Outcome,
 ) -> Outcome {
+    let is_synchronous = how.code <= 240;
     for pdo in tpdos(t)? {
+        // SYNC is the tester's. With a counter there already is none of the device.
+        if is_synchronous && how.sync_start == 0 {
+            t.enter(NmtState::PreOperational)?;
+            produce_nothing(t)?;
+        }
         let tpdo = configure(t, &pdo, how)?;
         t.enter(state)?;
         look(t, &tpdo)?;
@@ -219,6 +225,7 @@ fn cyclic(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 
 fn acyclic(t: &mut Tester<'_>, state: NmtState) -> Outcome {
     let (pdo, input) = with_input(t)?;
+    produce_nothing(t)?;
     let tpdo = configure(t, &pdo, transmission(0))?;
     t.apply(input.starts)?;
     t.enter(state)?;
@@ -237,8 +244,7 @@ fn acyclic(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 }
 
 fn sync_start(t: &mut Tester<'_>, state: NmtState) -> Outcome {
-    t.entry(0x1019, 0)?;
-    produce_nothing(t)?;
+    without_period(t)?;
     t.write(0x1019, 0, 10)?;
     let how = Transmission { code: 2, event_timer_ms: 0, sync_start: 5 };
     each(t, how, state, |t, tpdo| {

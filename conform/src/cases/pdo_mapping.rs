@@ -5,6 +5,7 @@ use lexican_eds::types::DataType;
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
+use super::messages::produce_nothing;
 use super::pdo::{configure, transmission};
 use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
 use crate::sdo::Answer;
@@ -21,6 +22,7 @@ pub(crate) const CASES: &[Case] = &[
         let pdo = dynamic(t, Direction::Transmit)?;
         let entry = of_some_value(t, &pdo)?;
         map(t, &pdo, &[parameter(t, &entry)])?.map_err(|code| failed(format!("the mapping is refused: {code}")))?;
+        produce_nothing(t)?;
         let tpdo = configure(t, &pdo, transmission(1))?;
         t.enter(NmtState::Operational)?;
         let value = t.read_bytes(entry.index, entry.sub)?;

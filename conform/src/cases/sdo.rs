@@ -176,7 +176,7 @@ pub(crate) fn changed_parameters(t: &mut Tester<'_>) -> Outcome<Vec<((u16, u8), 
     ];
     let mut changed = Vec::new();
     for (index, sub, value) in candidates {
-        if t.entry(index, sub).is_ok_and(|entry| entry.access.writable()) {
+        if t.entry(index, sub).is_ok_and(|entry| entry.access.writable()) && t.has_value(index, sub, value) {
             changed.push(((index, sub), t.read(index, sub)?));
             t.write(index, sub, value)?;
             t.reads(index, sub, u64::from(value))?;

@@ -4,6 +4,7 @@ use lexican_eds::model::{Pdo, Value};
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
+use super::messages::produce_nothing;
 use super::nmt::{received, values};
 use super::pdo::{Tpdo, Transmission, configure, tpdos, transmission};
 use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
@@ -26,6 +27,7 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.2.2.2/4", "", "a TPDO comes with every nth SYNC", |t| {
         let pdo = tpdos(t)?.remove(0);
+        produce_nothing(t)?;
         for every in [1, 2, 7, 240] {
             let tpdo = configure(t, &pdo, transmission(every))?;
             t.enter(NmtState::Operational)?;
@@ -40,10 +42,12 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     }),
     case("301/7.2.2.3/4", "", "type 252: a remote frame asks for what SYNC has sampled", |t| {
+        produce_nothing(t)?;
         let tpdo = of_type(t, 252)?;
         t.enter(NmtState::Operational)?;
         t.sync(None)?;
-        t.silence(20)?;
+        let heard = t.hear_id(tpdo.id, 20)?;
+        ensure(heard.is_empty(), || format!("{} came with SYNC", text(&heard)))?;
         for _ in 0..2 {
             t.send_remote(tpdo.id, tpdo.len)?;
             let heard = t.hear_id(tpdo.id, 50)?;
@@ -120,6 +124,7 @@ pub(crate) const CASES: &[Case] = &[
             ensure(is_of_value(refused), || format!("type 1 is refused with {refused}"))?;
             return Err(not_applicable("the RPDO is not synchronous"));
         }
+        produce_nothing(t)?;
         let before = values(t, &pdo)?;
         let sent: Vec<u8> = before.iter().map(|byte| byte ^ 1).collect();
         t.enter(NmtState::Operational)?;
