@@ -22,23 +22,40 @@ impl Crc {
     /// Takes more bytes.
     #[inline]
     pub fn update(&mut self, data: &[u8]) {
+        if IS_SMALL {
+            return data.iter().for_each(|byte| self.update_byte(*byte));
+        }
         let (segments, rest) = data.as_chunks::<7>();
         for segment in segments {
             self.update_segment(segment);
         }
         for byte in rest {
-            let [high, low] = self.0.to_be_bytes();
-            self.0 = u16::from(low) << 8 ^ term(0, high ^ byte);
+            self.update_byte(*byte);
         }
+    }
+
+    /// Takes one byte, without a table: it is divided in two steps of four bits, the second of which depends on the first.
+    fn update_byte(&mut self, byte: u8) {
+        let [high, low] = self.0.to_be_bytes();
+        let first = high ^ byte;
+        let both = u16::from(first ^ first >> 4);
+        self.0 = u16::from(low) << 8 ^ both << 12 ^ both << 5 ^ both;
     }
 
     /// Takes the bytes of one full segment. Their terms do not depend on each other (README: SDO block read).
     #[inline]
-    pub fn update_segment(&mut self, &[a, b, c, d, e, f, g]: &[u8; 7]) {
+    pub fn update_segment(&mut self, segment: &[u8; 7]) {
+        if IS_SMALL {
+            return self.update(segment);
+        }
+        let [a, b, c, d, e, f, g] = *segment;
         let [high, low] = self.0.to_be_bytes();
         self.0 = term(6, a ^ high) ^ term(5, b ^ low) ^ term(4, c) ^ term(3, d) ^ term(2, e) ^ term(1, f) ^ term(0, g);
     }
 }
+
+/// On a microcontroller, the tables would take more room than the time is worth.
+const IS_SMALL: bool = cfg!(target_pointer_width = "32");
 
 /// What a byte contributes to the checksum when `after` more bytes follow it. The checksum is linear,
 /// so a byte is the sum of its two nibbles, and sixteen values per nibble (448 bytes for a segment)
@@ -127,6 +144,9 @@ mod tests {
         let mut in_pieces = Crc::new();
         data.chunks(3).for_each(|piece| in_pieces.update(piece));
         assert_eq!(in_pieces, whole);
+        let mut in_bytes = Crc::new();
+        data.iter().for_each(|byte| in_bytes.update_byte(*byte));
+        assert_eq!(in_bytes, whole);
     }
 
     #[test]
