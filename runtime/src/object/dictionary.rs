@@ -218,19 +218,19 @@ impl<const N: usize> Dictionary<N> {
     pub fn new(table: &'static Table, node: NodeId) -> Self {
         let image = <[u8; N]>::try_from(table.image).expect("the generated image has the generated size");
         let mut dictionary = Dictionary { table, image };
-        for relative in table.node_relative {
-            let bytes = dictionary
-                .image
-                .get_mut(relative.offset as usize..)
-                .and_then(|rest| rest.get_mut(..usize::from(relative.size)));
-            if let Some(bytes) = bytes {
-                let mut raw = [0; 8];
-                raw.iter_mut().zip(&*bytes).for_each(|(to, from)| *to = *from);
-                let sum = u64::from_le_bytes(raw).wrapping_add(u64::from(node.get()));
-                bytes.iter_mut().zip(sum.to_le_bytes()).for_each(|(to, from)| *to = from);
-            }
-        }
+        table.node_relative.iter().for_each(|relative| dictionary.add_node(relative, node));
         dictionary
+    }
+
+    /// Adds the node-ID to a default.
+    fn add_node(&mut self, relative: &NodeRelative, node: NodeId) {
+        let start = relative.offset as usize;
+        if let Some(bytes) = self.image.get_mut(start..start + usize::from(relative.size)) {
+            let mut raw = [0; 8];
+            raw.iter_mut().zip(&*bytes).for_each(|(to, from)| *to = *from);
+            let sum = u64::from_le_bytes(raw).wrapping_add(u64::from(node.get()));
+            bytes.iter_mut().zip(sum.to_le_bytes()).for_each(|(to, from)| *to = from);
+        }
     }
 
     /// What the generated code says of the device.
@@ -242,12 +242,13 @@ impl<const N: usize> Dictionary<N> {
     /// Gives all entries of these indices the defaults of the data sheet for this node-ID: `0x1000..=0x1FFF`
     /// for a reset of the communication (CiA 301, 7.3.2.2), `0..=0xFFFF` for a reset of the node.
     pub fn reset(&mut self, node: NodeId, indices: RangeInclusive<u16>) {
-        let new = Dictionary::<N>::new(self.table, node);
         for entry in self.table.entries.iter().filter(|entry| indices.contains(&entry.address.index())) {
             let range = slot_range(entry);
-            if let (Some(to), Some(from)) = (self.image.get_mut(range.clone()), new.image.get(range)) {
+            if let (Some(to), Some(from)) = (self.image.get_mut(range.clone()), self.table.image.get(range)) {
                 to.copy_from_slice(from);
             }
+            let own = self.table.node_relative.iter().filter(|relative| relative.offset == entry.offset);
+            own.filter(|_| entry.capacity > 0).for_each(|relative| self.add_node(relative, node));
         }
     }
 
@@ -350,20 +351,20 @@ fn slot_range(entry: &Entry) -> Range<usize> {
     start.saturating_sub(prefix)..start + usize::from(entry.capacity)
 }
 
-/// A number that orders wire forms as their values order.
-fn order_key(data_type: DataType, bits: u8, raw: u64) -> i128 {
+/// A number that orders the wire forms of a type as their values order.
+fn order_key(data_type: DataType, bits: u8, raw: u64) -> i64 {
     let up = 64 - u32::from(bits);
     match data_type {
         DataType::Real32 => float_key(u64::from(raw as u32), 31),
         DataType::Real64 => float_key(raw, 63),
-        signed if signed.is_signed() => i128::from(((raw << up) as i64) >> up),
-        _ => i128::from((raw << up) >> up),
+        signed if signed.is_signed() => (raw << up) as i64,
+        _ => (raw << up) as i64 ^ i64::MIN,
     }
 }
 
 /// IEEE 754 numbers order by magnitude when their bits do, and in reverse when negative.
-fn float_key(raw: u64, sign: u32) -> i128 {
-    let magnitude = i128::from(raw & !(1 << sign));
+fn float_key(raw: u64, sign: u32) -> i64 {
+    let magnitude = (raw & !(1 << sign)) as i64;
     if raw >> sign == 0 { magnitude } else { -magnitude }
 }
 
