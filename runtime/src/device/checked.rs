@@ -76,7 +76,8 @@ impl<const MAPPED: usize> ObjectDictionary for Checked<'_, MAPPED> {
         if is_communication && entry.data_type.size() == Some(data.len()) {
             let mut raw = [0; 8];
             raw.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-            self.check(entry.address, u64::from_le_bytes(raw))?;
+            // No object that is checked is longer than 32 bits.
+            self.check(entry.address, u32::try_from(u64::from_le_bytes(raw)).unwrap_or(u32::MAX))?;
         }
         self.od.write(entry, offset, data, last)?;
         if index == cia301::PREDEFINED_ERROR_FIELD {
@@ -88,29 +89,29 @@ impl<const MAPPED: usize> ObjectDictionary for Checked<'_, MAPPED> {
 
 impl<const MAPPED: usize> Checked<'_, MAPPED> {
     /// Whether `value` may be written now.
-    pub(super) fn check(&mut self, address: Address, value: u64) -> Result<(), AbortCode> {
+    pub(super) fn check(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
         let (index, sub) = (address.index(), address.sub());
-        require(!is_cob_id(address) || CobId::is_parameter(value as u32), AbortCode::INVALID_VALUE)?;
+        require(!is_cob_id(address) || CobId::is_parameter(value), AbortCode::INVALID_VALUE)?;
         match (index, sub) {
             (cia301::PREDEFINED_ERROR_FIELD, 0) => require(value == 0, AbortCode::INVALID_VALUE),
-            (cia301::COB_ID_SYNC, 0) => self.check_sync_cob_id(value as u32),
+            (cia301::COB_ID_SYNC, 0) => self.check_sync_cob_id(value),
             (cia301::GUARD_TIME | cia301::LIFE_TIME_FACTOR, 0) => self.check_guarding(index, value),
-            (cia301::COB_ID_TIME, 0) => self.check_time_cob_id(value as u32),
-            (cia301::COB_ID_EMCY, 0) => self.check_emcy_cob_id(value as u32),
-            (cia301::CONSUMER_HEARTBEAT_TIME, 1..) => self.check_consumed_heartbeat(sub, value as u32),
+            (cia301::COB_ID_TIME, 0) => self.check_time_cob_id(value),
+            (cia301::COB_ID_EMCY, 0) => self.check_emcy_cob_id(value),
+            (cia301::CONSUMER_HEARTBEAT_TIME, 1..) => self.check_consumed_heartbeat(sub, value),
             (cia301::PRODUCER_HEARTBEAT_TIME, 0) => self.check_heartbeat(value),
             (cia301::SYNCHRONOUS_COUNTER_OVERFLOW, 0) => self.check_sync_overflow(value),
-            (cia301::EMERGENCY_CONSUMER, 1..) => self.check_consumed_emcy(address, value as u32),
+            (cia301::EMERGENCY_CONSUMER, 1..) => self.check_consumed_emcy(address, value),
             (cia301::ERROR_BEHAVIOUR, 1..) => require(value <= 2, AbortCode::INVALID_VALUE),
-            (cia301::SDO_SERVER_1, 1 | 2) => self.check_default_sdo(sub, value as u32),
-            (cia301::SDO_SERVER_2..=cia301::SDO_CLIENT_128, 1 | 2) => self.check_sdo(address, value as u32),
-            (cia301::RPDO_1..=cia301::RPDO_512, _) => self.check_parameter(Direction::Receive, address, value as u32),
-            (cia301::TPDO_1..=cia301::TPDO_512, _) => self.check_parameter(Direction::Transmit, address, value as u32),
+            (cia301::SDO_SERVER_1, 1 | 2) => self.check_default_sdo(sub, value),
+            (cia301::SDO_SERVER_2..=cia301::SDO_CLIENT_128, 1 | 2) => self.check_sdo(address, value),
+            (cia301::RPDO_1..=cia301::RPDO_512, _) => self.check_parameter(Direction::Receive, address, value),
+            (cia301::TPDO_1..=cia301::TPDO_512, _) => self.check_parameter(Direction::Transmit, address, value),
             (cia301::RPDO_MAPPING_1..=cia301::RPDO_MAPPING_512, _) => {
-                self.check_mapping(Direction::Receive, address, value as u32)
+                self.check_mapping(Direction::Receive, address, value)
             }
             (cia301::TPDO_MAPPING_1..=cia301::TPDO_MAPPING_512, _) => {
-                self.check_mapping(Direction::Transmit, address, value as u32)
+                self.check_mapping(Direction::Transmit, address, value)
             }
             _ => Ok(()),
         }
@@ -183,14 +184,14 @@ impl<const MAPPED: usize> Checked<'_, MAPPED> {
         require(self.state == NmtState::PreOperational, AbortCode::DEVICE_STATE)
     }
 
-    fn check_guarding(&mut self, index: u16, new: u64) -> Result<(), AbortCode> {
+    fn check_guarding(&mut self, index: u16, new: u32) -> Result<(), AbortCode> {
         let other = if index == cia301::GUARD_TIME { cia301::LIFE_TIME_FACTOR } else { cia301::GUARD_TIME };
         let guards = new != 0 && self.current(other, 0) != 0;
         let clashes = guards && self.current(cia301::PRODUCER_HEARTBEAT_TIME, 0) != 0;
         self.check_error_control(clashes)
     }
 
-    fn check_heartbeat(&mut self, new: u64) -> Result<(), AbortCode> {
+    fn check_heartbeat(&mut self, new: u32) -> Result<(), AbortCode> {
         let guards = self.current(cia301::GUARD_TIME, 0) != 0 && self.current(cia301::LIFE_TIME_FACTOR, 0) != 0;
         self.check_error_control(guards && new != 0)
     }
@@ -214,7 +215,7 @@ impl<const MAPPED: usize> Checked<'_, MAPPED> {
     }
 
     /// CiA 301, 7.5.2.22: only while no SYNC is produced, and not 1.
-    fn check_sync_overflow(&mut self, new: u64) -> Result<(), AbortCode> {
+    fn check_sync_overflow(&mut self, new: u32) -> Result<(), AbortCode> {
         require(matches!(new, 0 | 2..=240), AbortCode::INVALID_VALUE)?;
         require(self.current(cia301::COMMUNICATION_CYCLE_PERIOD, 0) == 0, AbortCode::DEVICE_STATE)
     }

@@ -141,7 +141,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     fn reload_rpdo(&mut self, number: u16, od: &mut dyn ObjectDictionary) {
         let new = self.rpdo_of(number, od);
-        for slot in self.rpdos.iter_mut().filter(|slot| slot.number == number) {
+        if let Some(slot) = self.rpdos.iter_mut().find(|slot| slot.number == number) {
             let before = core::mem::replace(&mut slot.pdo, new);
             slot.pdo.resume(&before);
         }
@@ -151,7 +151,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     fn reload_tpdo(&mut self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) {
         let new = self.tpdo_of(number, od);
         let operational = self.is_operational();
-        for slot in self.tpdos.iter_mut().filter(|slot| slot.number == number) {
+        if let Some(slot) = self.tpdos.iter_mut().find(|slot| slot.number == number) {
             let before = core::mem::replace(&mut slot.pdo, new);
             match (operational, before.is_active()) {
                 (false, _) => {}

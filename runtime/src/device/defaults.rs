@@ -69,33 +69,30 @@ impl<const MAPPED: usize> Checked<'_, MAPPED> {
     /// Whether the device can serve what a parameter holds. What is not in the dictionary asks for nothing.
     fn check_default(&mut self, address: Address) -> Result<(), AbortCode> {
         let Some(value) = objects::read_at(self.od, address) else { return Ok(()) };
+        let value = u32::try_from(value).unwrap_or(u32::MAX);
         let (index, sub) = (address.index(), address.sub());
         match index {
             cia301::COB_ID_SYNC | cia301::COB_ID_TIME | cia301::COB_ID_EMCY if sub == 0 => {
-                self.check_default_message(address, value as u32)
+                self.check_default_message(address, value)
             }
             cia301::CONSUMER_HEARTBEAT_TIME | cia301::ERROR_BEHAVIOUR if sub > 0 => self.check(address, value),
             cia301::PRODUCER_HEARTBEAT_TIME if sub == 0 => self.check(address, value),
             cia301::SYNCHRONOUS_COUNTER_OVERFLOW if sub == 0 => {
                 require(matches!(value, 0 | 2..=240), AbortCode::INVALID_VALUE)
             }
-            cia301::SDO_SERVER_1 if matches!(sub, 1 | 2) => self.check_default_sdo(sub, value as u32),
+            cia301::SDO_SERVER_1 if matches!(sub, 1 | 2) => self.check_default_sdo(sub, value),
             cia301::SDO_SERVER_2..=cia301::SDO_SERVER_128 if matches!(sub, 1 | 2) => {
-                self.check_default_server(address, value as u32)
+                self.check_default_server(address, value)
             }
-            cia301::RPDO_1..=cia301::RPDO_512 => {
-                self.check_default_parameter(Direction::Receive, address, value as u32)
-            }
-            cia301::TPDO_1..=cia301::TPDO_512 => {
-                self.check_default_parameter(Direction::Transmit, address, value as u32)
-            }
+            cia301::RPDO_1..=cia301::RPDO_512 => self.check_default_parameter(Direction::Receive, address, value),
+            cia301::TPDO_1..=cia301::TPDO_512 => self.check_default_parameter(Direction::Transmit, address, value),
             cia301::RPDO_MAPPING_1..=cia301::RPDO_MAPPING_512 if sub == 0 => self.check_default_length(index, value),
             cia301::TPDO_MAPPING_1..=cia301::TPDO_MAPPING_512 if sub == 0 => self.check_default_length(index, value),
             cia301::RPDO_MAPPING_1..=cia301::RPDO_MAPPING_512 => {
-                self.check_default_entry(Direction::Receive, address, value as u32)
+                self.check_default_entry(Direction::Receive, address, value)
             }
             cia301::TPDO_MAPPING_1..=cia301::TPDO_MAPPING_512 => {
-                self.check_default_entry(Direction::Transmit, address, value as u32)
+                self.check_default_entry(Direction::Transmit, address, value)
             }
             _ => Ok(()),
         }
@@ -144,7 +141,7 @@ impl<const MAPPED: usize> Checked<'_, MAPPED> {
     }
 
     /// Only the length: entries that cannot be mapped are findings of their own.
-    fn check_default_length(&mut self, index: u16, len: u64) -> Result<(), AbortCode> {
+    fn check_default_length(&mut self, index: u16, len: u32) -> Result<(), AbortCode> {
         let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= MAPPED);
         let mut mapping = Mapping::<MAPPED>::EMPTY;
         for sub in 1..=len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {

@@ -150,7 +150,11 @@ impl<
 
     /// The same under another node-ID, as LSS may give one.
     pub fn restart_as(&mut self, node: NodeId, now: Instant, od: &mut dyn ObjectDictionary) {
-        *self = Device { generation: self.generation, ..Device::new(node, *self.behaviour()) };
+        // A whole new device would be on the stack for a moment.
+        let behaviour = *self.behaviour();
+        self.filter = Filter::NOTHING;
+        self.servers = [const { None }; SERVERS];
+        *self.services.get_mut() = Services::new(node, behaviour);
         objects::write(od, cia301::ERROR_REGISTER, 0, 0);
         let services = self.services.get_mut();
         services.configure(now, od);

@@ -163,8 +163,10 @@ impl<const N: usize> Tpdo<N> {
 
     /// The device left OPERATIONAL.
     pub const fn suspend(&mut self) {
-        let fresh = Tpdo::new(self.parameters, self.mapping, self.triggers);
-        *self = fresh.with_acyclic_always(self.acyclic_always);
+        self.changed = false;
+        (self.pending, self.sampled, self.sent) = (None, None, None);
+        self.syncs = None;
+        (self.inhibited, self.event) = (None, None);
     }
 
     /// Asks for the PDO to be sent, as an event of the application. Does nothing if the PDO does not exist.

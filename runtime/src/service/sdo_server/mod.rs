@@ -357,7 +357,7 @@ impl<B: Choice> SdoServer<B> {
             }
             ClientRequest::InitiateDownload { address, content: Content::Segmented { size } } => {
                 let download = Download::new(Sink::open(address, size, od)?);
-                Ok(self.begin(State::Download(download), ServerResponse::InitiateDownload { address }))
+                Ok(self.begin(State::Download(download), ServerResponse::InitiateDownload { address }.to_raw()))
             }
             ClientRequest::InitiateBlockUpload { address, crc, block_size, switch_threshold } => {
                 let source = Source::open(address, od)?;
@@ -368,22 +368,22 @@ impl<B: Choice> SdoServer<B> {
                 let upload = B::part(BlockUpload::new(source, block_size, crc)?).ok_or(AbortCode::UNKNOWN_COMMAND)?;
                 let size = size.filter(|_| self.sizes_indicated.longer);
                 let answer = ServerResponse::InitiateBlockUpload { address, crc: true, size };
-                Ok(self.begin(State::BlockUpload(upload), answer))
+                Ok(self.begin(State::BlockUpload(upload), answer.to_raw()))
             }
             ClientRequest::InitiateBlockDownload { address, crc, size } => {
                 let block_size = self.block_size;
                 let download = BlockDownload::new(Sink::open(address, size, od)?, block_size, crc, size);
                 let download = B::part(download).ok_or(AbortCode::UNKNOWN_COMMAND)?;
                 let answer = ServerResponse::InitiateBlockDownload { address, crc: true, block_size };
-                Ok(self.begin(State::BlockDownload(download), answer))
+                Ok(self.begin(State::BlockDownload(download), answer.to_raw()))
             }
             _ => Err(AbortCode::UNKNOWN_COMMAND),
         }
     }
 
-    fn begin(&mut self, state: State<B>, answer: ServerResponse) -> Progress {
+    fn begin(&mut self, state: State<B>, answer: Raw) -> Progress {
         self.state = state;
-        self.answer(answer);
+        self.reply = Some(answer);
         Progress::Continues
     }
 
@@ -398,7 +398,7 @@ impl<B: Choice> SdoServer<B> {
         }
         let size = if self.sizes_indicated.longer { source.size(od) } else { None };
         let answer = ServerResponse::InitiateUpload { address, content: Content::Segmented { size } };
-        self.begin(State::Upload(Upload::new(source)), answer)
+        self.begin(State::Upload(Upload::new(source)), answer.to_raw())
     }
 
     /// Goes on with the transfer under way; a request that does not belong to it ends it.
@@ -463,7 +463,8 @@ impl<B: Choice> SdoServer<B> {
         self.deadline = now + patience;
     }
 
-    #[inline]
+    // Always inlined, as `to_raw` is: out of line, the match on the response would be there whole.
+    #[inline(always)]
     fn answer(&mut self, response: ServerResponse) {
         self.reply = Some(response.to_raw());
     }
