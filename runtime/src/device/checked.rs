@@ -288,10 +288,10 @@ impl<const MAPPED: usize> Checked<'_, MAPPED> {
 
     /// Whether a service of the device has the identifier. The service that has the parameter `owner` does not count.
     pub(super) fn is_taken(&mut self, id: CobId, owner: Address) -> bool {
-        let rpdos = self.rpdos.iter().map(|slot| (slot.parameter_index(), slot.pdo.parameters().cob_id));
-        let tpdos = self.tpdos.iter().map(|slot| (slot.parameter_index(), slot.pdo.parameters().cob_id));
         let is_other = |index, cob_id: PdoCobId| index != owner.index() && cob_id.is_valid() && cob_id.id() == id;
-        rpdos.chain(tpdos).any(|(index, cob_id)| is_other(index, cob_id)) || identifiers::is_taken(id, owner, self.od)
+        self.rpdos.iter().any(|slot| is_other(slot.parameter_index(), slot.pdo.parameters().cob_id))
+            || self.tpdos.iter().any(|slot| is_other(slot.parameter_index(), slot.pdo.parameters().cob_id))
+            || identifiers::is_taken(id, owner, self.od)
     }
 
     pub(super) fn is_valid(&self, cob_id: PdoCobId) -> bool {

@@ -1,5 +1,6 @@
 //! How the communication objects of the dictionary configure the services.
 
+use super::behaviour::Behaviour;
 use super::checked::consumed_heartbeat;
 use super::identifiers::{self, SYNC_GENERATED, TIME_CONSUMED, TIME_PRODUCED, identifier};
 use super::selection::Selection;
@@ -118,41 +119,35 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     fn load_rpdos(&mut self, od: &mut dyn ObjectDictionary) {
-        let mut numbers = 1..=512;
-        for at in 0..RPDOS {
-            let Some(number) = numbers.find(|&number| pdo_exists(Direction::Receive, number, od)) else { return };
-            let slot = RpdoSlot { number, pdo: self.rpdo_of(number, od) };
-            if let Some(place) = self.rpdos.get_mut(at) {
-                *place = slot;
-            }
+        let mut last = 0;
+        for slot in &mut self.rpdos {
+            let Some(number) = next_pdo(Direction::Receive, last, od) else { return };
+            *slot = RpdoSlot { number, pdo: rpdo_of(&self.behaviour, number, od) };
+            last = number;
         }
     }
 
     fn load_tpdos(&mut self, od: &mut dyn ObjectDictionary) {
-        let mut numbers = 1..=512;
-        for at in 0..TPDOS {
-            let Some(number) = numbers.find(|&number| pdo_exists(Direction::Transmit, number, od)) else { return };
-            let slot = TpdoSlot { number, pdo: self.tpdo_of(number, od) };
-            if let Some(place) = self.tpdos.get_mut(at) {
-                *place = slot;
-            }
+        let mut last = 0;
+        for slot in &mut self.tpdos {
+            let Some(number) = next_pdo(Direction::Transmit, last, od) else { return };
+            *slot = TpdoSlot { number, pdo: tpdo_of(&self.behaviour, number, od) };
+            last = number;
         }
     }
 
     fn reload_rpdo(&mut self, number: u16, od: &mut dyn ObjectDictionary) {
-        let new = self.rpdo_of(number, od);
         if let Some(slot) = self.rpdos.iter_mut().find(|slot| slot.number == number) {
-            let before = core::mem::replace(&mut slot.pdo, new);
+            let before = core::mem::replace(&mut slot.pdo, rpdo_of(&self.behaviour, number, od));
             slot.pdo.resume(&before);
         }
     }
 
     /// In OPERATIONAL, a TPDO that is switched on starts as it does when the state is entered.
     fn reload_tpdo(&mut self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) {
-        let new = self.tpdo_of(number, od);
         let operational = self.is_operational();
         if let Some(slot) = self.tpdos.iter_mut().find(|slot| slot.number == number) {
-            let before = core::mem::replace(&mut slot.pdo, new);
+            let before = core::mem::replace(&mut slot.pdo, tpdo_of(&self.behaviour, number, od));
             match (operational, before.is_active()) {
                 (false, _) => {}
                 (true, false) => slot.pdo.start(now),
@@ -160,48 +155,47 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             }
         }
     }
-
-    fn rpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Rpdo<MAPPED> {
-        let index = cia301::rpdo(number);
-        let deadline_ms = objects::read_u16(od, index, 5).filter(|_| self.behaviour.rpdo_deadlines).unwrap_or(0);
-        let parameters = rpdo::Parameters {
-            cob_id: self.pdo_cob_id(index, od),
-            transmission: transmission(index, od),
-            deadline: Duration::from_millis(u64::from(deadline_ms)),
-        };
-        Rpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od))
-    }
-
-    fn tpdo_of(&self, number: u16, od: &mut dyn ObjectDictionary) -> Tpdo<MAPPED> {
-        let index = cia301::tpdo(number);
-        let transmission = transmission(index, od);
-        let parameters = tpdo::Parameters {
-            cob_id: self.pdo_cob_id(index, od),
-            transmission,
-            inhibit: Duration::from_100us(objects::read_u16(od, index, 3).unwrap_or(0)),
-            event_timer: Duration::from_millis(u64::from(objects::read_u16(od, index, 5).unwrap_or(0))),
-            sync_start: objects::read_u8(od, index, 6).unwrap_or(0),
-        };
-        let triggers = self.behaviour.triggers(number, transmission);
-        Tpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od), triggers)
-            .with_acyclic_always(self.behaviour.type_0_at_every_sync)
-    }
-
-    /// The COB-ID parameter, without the bits that the device ignores; switched off if no PDO may have its identifier.
-    fn pdo_cob_id(&self, index: u16, od: &mut dyn ObjectDictionary) -> PdoCobId {
-        let Some(cob_id) = objects::read_u32(od, index, 1) else { return PdoCobId::OFF };
-        let mut unknown = 0;
-        if !self.behaviour.pdo_bit_31 {
-            unknown |= 1 << 31;
-        }
-        if !self.behaviour.pdo_bit_30 {
-            unknown |= 1 << 30;
-        }
-        let cob_id = PdoCobId(cob_id & !unknown);
-        if identifier(cob_id.0).is_some() { cob_id } else { cob_id.switched_off() }
-    }
 }
 
+fn rpdo_of<const N: usize>(behaviour: &Behaviour, number: u16, od: &mut dyn ObjectDictionary) -> Rpdo<N> {
+    let index = cia301::rpdo(number);
+    let deadline_ms = objects::read_u16(od, index, 5).filter(|_| behaviour.rpdo_deadlines).unwrap_or(0);
+    let parameters = rpdo::Parameters {
+        cob_id: pdo_cob_id(behaviour, index, od),
+        transmission: transmission(index, od),
+        deadline: Duration::from_millis(u64::from(deadline_ms)),
+    };
+    Rpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od))
+}
+
+fn tpdo_of<const N: usize>(behaviour: &Behaviour, number: u16, od: &mut dyn ObjectDictionary) -> Tpdo<N> {
+    let index = cia301::tpdo(number);
+    let transmission = transmission(index, od);
+    let parameters = tpdo::Parameters {
+        cob_id: pdo_cob_id(behaviour, index, od),
+        transmission,
+        inhibit: Duration::from_100us(objects::read_u16(od, index, 3).unwrap_or(0)),
+        event_timer: Duration::from_millis(u64::from(objects::read_u16(od, index, 5).unwrap_or(0))),
+        sync_start: objects::read_u8(od, index, 6).unwrap_or(0),
+    };
+    let triggers = behaviour.triggers(number, transmission);
+    Tpdo::new(parameters, Mapping::load(index + cia301::TO_MAPPING, od), triggers)
+        .with_acyclic_always(behaviour.type_0_at_every_sync)
+}
+
+/// The COB-ID parameter, without the bits that the device ignores; switched off if no PDO may have its identifier.
+fn pdo_cob_id(behaviour: &Behaviour, index: u16, od: &mut dyn ObjectDictionary) -> PdoCobId {
+    let Some(cob_id) = objects::read_u32(od, index, 1) else { return PdoCobId::OFF };
+    let mut unknown = 0;
+    if !behaviour.pdo_bit_31 {
+        unknown |= 1 << 31;
+    }
+    if !behaviour.pdo_bit_30 {
+        unknown |= 1 << 30;
+    }
+    let cob_id = PdoCobId(cob_id & !unknown);
+    if identifier(cob_id.0).is_some() { cob_id } else { cob_id.switched_off() }
+}
 /// CiA 302-2, 1F80h: a device that is no manager (bit 0) enters OPERATIONAL by itself, unless bit 2 forbids it. A
 /// manager first boots its network.
 fn starts_itself(od: &mut dyn ObjectDictionary) -> bool {
@@ -212,6 +206,11 @@ fn starts_itself(od: &mut dyn ObjectDictionary) -> bool {
 
 fn heartbeat_period(od: &mut dyn ObjectDictionary) -> Duration {
     Duration::from_millis(u64::from(objects::read_u16(od, cia301::PRODUCER_HEARTBEAT_TIME, 0).unwrap_or(0)))
+}
+
+/// The PDO with the lowest number above `last` that the dictionary has.
+fn next_pdo(direction: Direction, last: u16, od: &dyn ObjectDictionary) -> Option<u16> {
+    (last + 1..513).find(|&number| pdo_exists(direction, number, od))
 }
 
 /// Whether the dictionary has both parameters of a PDO. Compatibility entries may have one only.

@@ -64,7 +64,7 @@ use crate::service::objects;
 use crate::service::rpdo::{self, Rpdo};
 use crate::service::sdo_server::SdoServer;
 use crate::service::tpdo::Tpdo;
-use crate::time::Instant;
+use crate::time::{Instant, earliest};
 use crate::wire::emcy::ErrorRegister;
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
@@ -283,7 +283,10 @@ impl<
         if self.nmt_state() == NmtState::Initialising {
             return None;
         }
-        let servers = self.servers.iter().flatten().filter_map(SdoServer::poll_timeout);
-        servers.chain(self.services.poll_timeout()).min()
+        let mut next = self.services.poll_timeout();
+        for server in self.servers.iter().flatten() {
+            next = earliest([next, server.poll_timeout()]);
+        }
+        next
     }
 }

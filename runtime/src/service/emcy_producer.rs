@@ -133,8 +133,11 @@ const NOTHING: Emergency = Emergency { code: ErrorCode::NO_ERROR, register: Erro
 /// Puts an error on top of the history: 1003h:01 is the newest, 1003h:00 the number of errors.
 fn push_history(error: u32, od: &mut dyn ObjectDictionary) {
     let Some(len) = objects::read_u8(od, cia301::PREDEFINED_ERROR_FIELD, 0) else { return };
-    let exists = |od: &dyn ObjectDictionary, sub| od.entry(Address::new(cia301::PREDEFINED_ERROR_FIELD, sub)).is_ok();
-    let room = (1..=len.saturating_add(1)).take_while(|&sub| exists(od, sub)).last().unwrap_or(0);
+    let exists = |sub| od.entry(Address::new(cia301::PREDEFINED_ERROR_FIELD, sub)).is_ok();
+    let mut room = 0;
+    while room < len.saturating_add(1) && exists(room + 1) {
+        room += 1;
+    }
     for sub in (2..=room).rev() {
         let older = objects::read_u32(od, cia301::PREDEFINED_ERROR_FIELD, sub - 1).unwrap_or(0);
         objects::write(od, cia301::PREDEFINED_ERROR_FIELD, sub, u64::from(older));
