@@ -43,10 +43,16 @@ impl Instant {
 /// The earliest of some deadlines. Out of `flatten().min()` the compiler makes ten times the instructions, for every
 /// frame (tests/bench/instructions.md).
 pub(crate) fn earliest<const N: usize>(deadlines: [Option<Instant>; N]) -> Option<Instant> {
-    deadlines.iter().fold(None, |first, &deadline| match (first, deadline) {
-        (Some(first), Some(deadline)) => Some(deadline.min(first)),
-        _ => first.or(deadline),
-    })
+    deadlines.into_iter().fold(None, sooner)
+}
+
+/// The earlier one of two deadlines.
+#[inline]
+pub(crate) fn sooner(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.min(other)),
+        _ => one.or(other),
+    }
 }
 
 impl Duration {

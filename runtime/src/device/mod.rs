@@ -64,7 +64,7 @@ use crate::service::objects;
 use crate::service::rpdo::{self, Rpdo};
 use crate::service::sdo_server::SdoServer;
 use crate::service::tpdo::Tpdo;
-use crate::time::{Instant, earliest};
+use crate::time::{Instant, sooner};
 use crate::wire::emcy::ErrorRegister;
 use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
@@ -285,7 +285,7 @@ impl<
         }
         let mut next = self.services.poll_timeout();
         for server in self.servers.iter().flatten() {
-            next = earliest([next, server.poll_timeout()]);
+            next = sooner(next, server.poll_timeout());
         }
         next
     }

@@ -19,7 +19,7 @@ use crate::service::rpdo::{self, Rpdo};
 use crate::service::sync_consumer::SyncConsumer;
 use crate::service::sync_producer::SyncProducer;
 use crate::service::tpdo::{self, Tpdo, Triggers};
-use crate::time::{Instant, earliest};
+use crate::time::{Instant, earliest, sooner};
 use crate::wire::emcy::{ErrorCode, ErrorRegister};
 use crate::wire::nmt::NmtState;
 use crate::wire::sync::Sync;
@@ -287,13 +287,13 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             self.timers.next(),
         ]);
         for consumer in self.consumers.iter().flatten() {
-            next = earliest([next, consumer.poll_timeout()]);
+            next = sooner(next, consumer.poll_timeout());
         }
         for slot in &self.rpdos {
-            next = earliest([next, slot.pdo.poll_timeout()]);
+            next = sooner(next, slot.pdo.poll_timeout());
         }
         for slot in &self.tpdos {
-            next = earliest([next, slot.pdo.poll_timeout()]);
+            next = sooner(next, slot.pdo.poll_timeout());
         }
         next
     }
