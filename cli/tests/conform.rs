@@ -71,6 +71,8 @@ fn an_unusual_data_sheet_is_no_failure() {
         // Limits of numbers that are put together.
         ("1016sub1", "DefaultValue=0\nLowLimit=0\nHighLimit=0x7FFFFF"),
         ("1600sub1", "DefaultValue=0x60400010\nLowLimit=0\nHighLimit=0xFFFFFFFF"),
+        // What 1011h:01 reads as, and not the signature that it takes.
+        ("1011sub1", "DefaultValue=1\nLowLimit=0\nHighLimit=1"),
         // No identifier, but not switched off.
         ("1201sub1", "DefaultValue=0"),
     ] {
@@ -85,6 +87,7 @@ fn an_unusual_data_sheet_is_no_failure() {
     let allow = "outputs,manufacturer,store,restore,node-id";
     let run = lexican_in(&folder, &["conform", "--bus", "sim:unusual.eds?node=5", "--allow", allow, "--skip", "1.0"]);
     run.on_stdout(0, " passed");
+    assert!(!run.stdout.contains("NOT PUT BACK"), "{run}");
 }
 
 /// What fails on a simulated drive is what its manual says, and nothing else: each in the file beside the drive.

@@ -212,10 +212,11 @@ pub(crate) fn limited(t: &Tester<'_>) -> Outcome<Vec<(Entry, i128, i128)>> {
         let (low, high) = (number(&entry.low)?, number(&entry.high)?);
         let can_be_tried =
             entry.access.writable() && entry.access.readable() && t.bits(entry).is_some_and(|bits| bits <= 32);
-        // With another node-ID it would not be found again; 1003h:00 counts errors, a mapping the entries that it has; and in
+        // With another node-ID it would not be found again; 1003h:00 counts errors, 1010h takes a signature; and in
         // mappings, in 1016h and in identifiers not every number between two has a meaning.
         let is_node_id = Hazard::of_write(&t.sheet.device, entry.index) == Some(Hazard::NodeId);
-        let counts = matches!((entry.index, entry.sub), (0x1003, 0) | (0x1600..=0x17FF | 0x1A00..=0x1BFF, _));
+        let counts =
+            matches!((entry.index, entry.sub), (0x1003, 0) | (0x1010 | 0x1011 | 0x1600..=0x17FF | 0x1A00..=0x1BFF, _));
         let is_put_together = entry.index == 0x1016 || is_identifier(entry);
         let can_be_tried = can_be_tried && !counts && !is_node_id && !is_put_together;
         (can_be_tried && low >= 0 && low < high).then_some((low, high))
