@@ -23,6 +23,9 @@ const LATER_MS: u64 = 50;
 /// For how long a state has to last, to be one that the drive stays in.
 const STAYS_MS: u64 = 150;
 
+/// A drive that takes longer for a fiftieth of its travel is too slow for the test.
+const SLOW: Duration = Duration::from_millis(500);
+
 /// Without a change of the position for so long, the drive stands.
 const QUIET: Duration = Duration::from_millis(100);
 
@@ -332,7 +335,24 @@ impl<'t, 'a> Axis<'t, 'a> {
     pub(crate) fn moves(&mut self, direction: i64, by: i64) -> Outcome {
         let (before, by) = (self.position()?, by.max(self.noise() + 1));
         let way = if direction < 0 { "a move in negative direction" } else { "a move in positive direction" };
-        self.until(REACTION, way, |axis| Ok((axis.position()? - before) * direction.signum() >= by))
+        let begun = self.t.now();
+        self.until(REACTION, way, |axis| Ok((axis.position()? - before) * direction.signum() >= by))?;
+        if self.t.now().since(begun) > SLOW { Err(self.is_too_slow()) } else { Ok(()) }
+    }
+
+    /// What is measured of such a motion means nothing.
+    pub(crate) fn is_too_slow(&self) -> Verdict {
+        let Motion { travel, velocity } = self.motion;
+        not_applicable(format!(
+            "the drive is too slow with a travel of {travel} and a velocity of {velocity}: set --velocity"
+        ))
+    }
+
+    /// Whether the position changes in a direction, if only little.
+    pub(crate) fn creeps(&mut self, direction: i64) -> Outcome<bool> {
+        let before = self.position()?;
+        self.t.hear(SLOW.times(4))?;
+        Ok((self.position()? - before) * direction > 0)
     }
 
     /// Profile position mode, enabled, with the velocity of the test.
@@ -382,9 +402,10 @@ impl<'t, 'a> Axis<'t, 'a> {
 
     /// Waits for bit 10.
     pub(crate) fn arrives(&mut self) -> Outcome {
-        let Motion { travel, velocity } = self.motion;
-        let what = format!("target reached (bit 10), with a travel of {travel} and a velocity of {velocity},");
-        self.until(TRAVEL, &what, |axis| axis.shows(status::TARGET_REACHED))
+        match self.until(TRAVEL, "target reached (bit 10)", |axis| axis.shows(status::TARGET_REACHED)) {
+            Err(Verdict::Failed(_)) if self.creeps(1)? || self.creeps(-1)? => Err(self.is_too_slow()),
+            other => other,
+        }
     }
 
     pub(crate) fn goes_to(&mut self, target: i64) -> Outcome {

@@ -151,7 +151,7 @@ Examples:
     lexican conform --bus can0 --node 5 --eds FILE.eds --plan
     lexican conform --bus can0 --node 5 --eds FILE.eds --html report.html
     lexican conform --bus can0 --node 5 --eds FILE.eds --only 2,301/7.5.2 --allow store,restore
-    lexican conform --bus can0 --node 5 --eds DRIVE.eds --only 402 --allow motion --travel 1000 --velocity 200";
+    lexican conform --bus can0 --node 5 --eds DRIVE.eds --only 402 --allow motion --velocity 200";
 
 #[derive(Clone, Debug)]
 struct Allowed(Vec<Hazard>);

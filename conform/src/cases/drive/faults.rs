@@ -139,7 +139,9 @@ fn consumes_heartbeat(axis: &mut Axis<'_, '_>) -> Outcome {
     axis.t.has(&[0x1016])?;
     axis.t.entry(0x1016, 1)?;
     let node = u32::from(manager(axis.t).get());
-    axis.t.write(0x1016, 1, node << 16 | CONSUMER_MS)?;
+    let answer = axis.t.try_write(0x1016, 1, node << 16 | CONSUMER_MS)?;
+    answer
+        .map_err(|code| not_applicable(format!("1016h:01h does not take node {node} and {CONSUMER_MS} ms: {code}")))?;
     axis.set_if_it_can(0x6007, 1).map(|_| ())
 }
 
