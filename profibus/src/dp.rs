@@ -247,6 +247,20 @@ mod tests {
     }
 
     #[test]
+    fn each_bit_of_the_station_status_is_one_thing() {
+        let of = |status| {
+            let payload = [status, 1, 1, 0, 0, 0, 0];
+            let read = Parameters::parse(&payload).unwrap();
+            assert_eq!(read.head()[0], status & 0xF8);
+            [read.lock, read.unlock, read.sync, read.freeze, read.watchdog.is_some()]
+        };
+        for (place, bit) in [0x80, 0x40, 0x20, 0x10, 0x08].into_iter().enumerate() {
+            assert_eq!(of(bit), core::array::from_fn(|flag| flag == place));
+        }
+        assert_eq!(of(0x07), [false; 5]);
+    }
+
+    #[test]
     fn global_control_is_read_as_it_is_written() {
         for command in 0..=0xFF_u8 {
             let read = GlobalControl::parse(&[command, 0x11]).unwrap();
@@ -276,6 +290,7 @@ mod tests {
         // Four and three words in both directions; one byte of inputs; two bytes of outputs.
         assert_eq!(lengths(&[0xF3, 0xF2]), Some(Lengths { inputs: 14, outputs: 14 }));
         assert_eq!(lengths(&[0x10, 0x21]), Some(Lengths { inputs: 1, outputs: 2 }));
+        assert_eq!(lengths(&[0x11]), Some(Lengths { inputs: 2, outputs: 0 }));
         assert_eq!(lengths(&[0x00]), None);
     }
 }

@@ -268,7 +268,8 @@ impl Telegram<'_> {
 impl Data<'_> {
     fn encode(&self, wire: &mut Wire) -> Option<()> {
         let saps = usize::from(self.to_sap.is_some()) + usize::from(self.from_sap.is_some());
-        let len = u8::try_from(3 + saps + self.payload.len()).ok().filter(|len| *len <= 249)?;
+        // With more than 249 bytes, `wire` is too short.
+        let len = u8::try_from(3 + saps + self.payload.len()).ok()?;
         match len {
             3 => wire.push(&[SD1])?,
             11 => wire.push(&[SD3])?,
@@ -306,9 +307,8 @@ impl Wire {
         Some(())
     }
 
-    /// Takes the first bytes away.
+    /// Takes the first bytes away; there are as many.
     pub(crate) fn drop_first(&mut self, count: usize) {
-        let count = count.min(self.len.into());
         self.bytes.copy_within(count..self.len.into(), 0);
         self.len -= count as u8;
     }
@@ -359,6 +359,9 @@ mod tests {
         let function = Function::Response { station: 0, status: Status::DataLow };
         let answer = Data { to: 2, from: 7, function, payload: &[1, 2, 3, 4, 5, 6, 7, 8], ..STATUS };
         check(Telegram::Data(answer), &[0xA2, 2, 7, 8, 1, 2, 3, 4, 5, 6, 7, 8, 0x35, 0x16]);
+        // Another master that has the token.
+        let function = Function::Response { station: 3, status: Status::Ok };
+        check(Telegram::Data(Data { to: 2, from: 3, function, ..STATUS }), &[0x10, 2, 3, 0x30, 0x35, 0x16]);
     }
 
     #[test]
@@ -370,7 +373,9 @@ mod tests {
             &[0x68, 5, 6, 0x68],
             &[0x68, 5, 5, 0x69],
             &[0x68, 3, 3, 0x68],
-            &[0xDC, 0x82, 1],
+            &[0x68, 250, 250, 0x68],
+            &[0xDC, 0x80, 1],
+            &[0xDC, 1, 0x80],
             &[0x68, 4, 4, 0x68, 0x87, 0x82, 0x6C, 60, 0xB1, 0x16],
             &[0x00],
         ] {
@@ -383,7 +388,9 @@ mod tests {
         let long = [0; MAX_PAYLOAD + 1];
         assert!(Telegram::Data(Data { payload: &long, ..STATUS }).encode().is_none());
         assert!(Telegram::Data(Data { payload: &long[1..], ..STATUS }).encode().is_some());
-        assert!(Telegram::Data(Data { to: 128, ..STATUS }).encode().is_none());
-        assert!(Telegram::Token { to: 1, from: 200 }.encode().is_none());
+        for (to, from) in [(128, 2), (7, 128), (200, 2), (7, 200)] {
+            assert!(Telegram::Data(Data { to, from, ..STATUS }).encode().is_none());
+            assert!(Telegram::Token { to, from }.encode().is_none());
+        }
     }
 }

@@ -164,6 +164,8 @@ mod tests {
     #[test]
     fn the_types_have_the_lengths_of_the_profile() {
         assert_eq!(Ppo::TYPES.map(Ppo::len), [12, 20, 4, 12, 28]);
+        assert_eq!(Ppo::TYPES.map(Ppo::is_empty), [false; 5]);
+        assert!(Ppo { parameters: false, process_words: 0 }.is_empty());
     }
 
     #[test]
@@ -175,6 +177,18 @@ mod tests {
         ppo.set_word(&mut data, 3, 0xAAAA);
         assert_eq!(data, [0, 0, 0, 0, 0, 0, 0, 0, 0x00, 0x3B, 0xFF, 0xFF, 0xFF, 0xFE]);
         assert_eq!((ppo.word(&data, 0), ppo.double_word(&data, 1)), (Some(0x3B), Some(-2)));
+        ppo.set_word(&mut data, 2, 0x1234);
+        assert_eq!((ppo.word(&data, 1), ppo.word(&data, 2)), (Some(0xFFFF), Some(0x1234)));
         assert_eq!((ppo.word(&data, 3), ppo.double_word(&data, 2), ppo.word(&data[..13], 0)), (None, None, None));
+    }
+
+    #[test]
+    fn without_parameters_the_words_come_first() {
+        let ppo = Ppo { parameters: false, process_words: 6 };
+        let mut data = [0; 12];
+        ppo.set_pkw(&mut data, Pkw { identifier: 1, number: 1018, index: 0, value: 0 });
+        ppo.set_double_word(&mut data, 4, 0x0102_0304);
+        assert_eq!(data, [0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4]);
+        assert_eq!((ppo.pkw(&data), ppo.double_word(&data, 4)), (None, Some(0x0102_0304)));
     }
 }

@@ -113,7 +113,7 @@ pub struct Slave<A> {
     diagnosis_waits: bool,
     received: Wire,
     received_at: Instant,
-    /// Who sent the last request that counts, to which SAP, with which frame count bit.
+    /// Who sent the last request, to which SAP, with which frame count bit; `None` if that bit does not count.
     counted: Option<(u8, Option<u8>, bool)>,
     answer: Wire,
     answer_due: Option<Instant>,
@@ -213,9 +213,8 @@ impl<A: Application> Slave<A> {
         }
         self.received_at = now;
         for byte in bytes {
-            if self.received.push(&[*byte]).is_none() {
-                self.received = Wire::EMPTY;
-            }
+            // There is room: what begins no telegram is dropped, and a telegram fits.
+            let _ = self.received.push(&[*byte]);
             self.take_telegrams(now);
         }
     }
@@ -251,9 +250,6 @@ impl<A: Application> Slave<A> {
                         self.handle_data(now, data);
                     }
                 }
-            }
-            if self.received.is_empty() {
-                return;
             }
         }
     }
@@ -297,14 +293,12 @@ impl<A: Application> Slave<A> {
         self.answer = telegram.encode().unwrap_or(Wire::EMPTY);
     }
 
-    /// A request that is repeated has the frame count bit of the one before: the answer has been lost.
+    /// A request that is repeated has the frame count bit of the one before: the answer has been lost. After a request
+    /// without that bit there is no answer to repeat.
     fn is_repeated(&mut self, data: &Data<'_>, count: FrameCount) -> bool {
-        if !count.valid && !count.bit {
-            return false;
-        }
-        let counted = Some((data.from, data.to_sap, count.bit));
+        let counted = (count.valid || count.bit).then_some((data.from, data.to_sap, count.bit));
         let before = core::mem::replace(&mut self.counted, counted);
-        count.valid && before == counted && !self.answer.is_empty()
+        count.valid && before == counted
     }
 
     fn serve(&mut self, now: Instant, data: Data<'_>) -> (Status, Wire) {
@@ -389,10 +383,10 @@ impl<A: Application> Slave<A> {
     }
 
     fn check_configuration(&mut self, now: Instant, configuration: &[u8]) {
-        if self.state == State::WaitParameters || configuration != self.identity.configuration {
-            self.leave(now, diagnosis::CONFIGURATION_FAULT);
-        } else if self.state == State::WaitConfiguration {
+        if configuration == self.identity.configuration {
             self.go(now, State::DataExchange);
+        } else {
+            self.leave(now, diagnosis::CONFIGURATION_FAULT);
         }
     }
 

@@ -247,3 +247,126 @@ fn a_restart_takes_another_address() {
     assert_eq!((bench.slave.address(), bench.slave.application().last()), (99, &[0; 4][..]));
     assert_eq!(bench.exchange(&[1; 4]), Answer::Nothing);
 }
+
+#[test]
+fn it_answers_after_11_bits_or_as_its_parameters_say() {
+    let mut bench = Bench::new();
+    let status = bench.telegram(ADDRESS, Service::FdlStatus, NONE, None, &[]);
+    let waits = |bench: &mut Bench| {
+        bench.pass(Duration::from_millis(1));
+        bench.slave.handle_bytes(bench.now, &status);
+        // That of the watchdog is later.
+        let due = bench.slave.poll_timeout().unwrap();
+        assert!(bench.slave.poll_transmit(due).is_some());
+        due.since(bench.now).as_micros()
+    };
+    assert_eq!(waits(&mut bench), 22);
+    for (min_tsdr_bits, micros) in [(5, 22), (200, 400), (0, 400)] {
+        bench.parameterise(Parameters { min_tsdr_bits, ..parameters() });
+        assert_eq!(waits(&mut bench), micros);
+    }
+}
+
+#[test]
+fn a_silence_of_33_bits_begins_a_telegram() {
+    // 66 and 68 microseconds.
+    for (micros, is_answered) in [(66, true), (67, false)] {
+        let mut bench = Bench::new();
+        let status = bench.telegram(ADDRESS, Service::FdlStatus, NONE, None, &[]);
+        bench.pass(Duration::from_millis(1));
+        bench.slave.handle_bytes(bench.now, &status[..3]);
+        bench.now += Duration::from_micros(micros);
+        bench.slave.handle_bytes(bench.now, &status[3..]);
+        assert_eq!(bench.slave.poll_timeout().is_some(), is_answered);
+    }
+}
+
+#[test]
+fn a_request_is_found_behind_noise() {
+    let status = Bench::new().telegram(ADDRESS, Service::FdlStatus, NONE, None, &[]);
+    // The beginning of a telegram, and a whole header whose length the request happens to have.
+    for noise in [&[0x68][..], &[0x68, 4, 4, 0x68]] {
+        assert_eq!(Bench::new().send(&[noise, &status].concat()), Answer::Data(Status::Ok, Vec::new()));
+    }
+}
+
+#[test]
+fn what_was_to_be_answered_is_forgotten_with_the_next_telegram_and_by_a_restart() {
+    let mut bench = Bench::new();
+    let status = bench.telegram(ADDRESS, Service::FdlStatus, NONE, None, &[]);
+    let other = bench.telegram(ADDRESS + 1, Service::FdlStatus, NONE, None, &[]);
+    bench.pass(Duration::from_millis(1));
+    bench.slave.handle_bytes(bench.now, &[&status[..], &other].concat());
+    assert_eq!(bench.slave.poll_timeout(), None);
+    bench.slave.handle_bytes(bench.now, &status);
+    bench.slave.restart(bench.now, ADDRESS);
+    assert_eq!(bench.slave.poll_timeout(), None);
+}
+
+#[test]
+fn a_request_that_does_not_count_leaves_nothing_to_repeat() {
+    let mut bench = Bench::in_data_exchange();
+    bench.exchange(&[1, 2, 3, 4]);
+    let status = bench.telegram(ADDRESS, Service::FdlStatus, NONE, None, &[]);
+    bench.send(&status);
+    let repeated = bench.request(None, &[1, 2, 3, 4]);
+    assert_eq!(bench.send(&repeated), data(&[0xFE, 0xFD, 0xFC, 0xFB]));
+}
+
+#[test]
+fn repeated_requests_and_commands_keep_the_watchdog_quiet() {
+    let mut bench = Bench::in_data_exchange();
+    bench.exchange(&[1, 2, 3, 4]);
+    let repeated = bench.request(None, &[1, 2, 3, 4]);
+    for _ in 0..3 {
+        bench.pass(Duration::from_millis(90));
+        bench.send(&repeated);
+    }
+    for _ in 0..3 {
+        bench.pass(Duration::from_millis(90));
+        bench.control(GlobalControl { groups: 0x02, ..GlobalControl::default() });
+    }
+    assert_eq!(bench.slave.state(), State::DataExchange);
+}
+
+#[test]
+fn a_command_is_for_the_slave_or_for_all_and_for_its_sap() {
+    let clear = GlobalControl { clear: true, ..GlobalControl::default() }.bytes();
+    for (to, to_sap, outputs) in [
+        (127, sap::GLOBAL_CONTROL, [0; 4]),
+        (ADDRESS, sap::GLOBAL_CONTROL, [0; 4]),
+        (ADDRESS + 1, sap::GLOBAL_CONTROL, [1; 4]),
+        (127, sap::DIAGNOSIS, [1; 4]),
+    ] {
+        let mut bench = Bench::in_data_exchange();
+        bench.exchange(&[1; 4]);
+        let telegram = bench.telegram(to, Service::SdnHigh, NONE, Some(to_sap), &clear);
+        assert_eq!((bench.send(&telegram), bench.slave.application().last()), (Answer::Nothing, &outputs[..]));
+    }
+}
+
+#[test]
+fn before_data_exchange_no_data_and_no_commands_are_taken() {
+    let mut bench = Bench::new();
+    let all = Parameters { sync: true, freeze: true, ..parameters() };
+    assert_eq!(bench.parameterise(all), Answer::Acknowledgement);
+    bench.control(GlobalControl { sync: true, freeze: true, clear: true, ..GlobalControl::default() });
+    assert_eq!(bench.diagnosis(), "ident 1234, master 2: not ready for data exchange; the watchdog is on");
+    assert_eq!(bench.exchange(&[1; 4]), refused());
+    assert!(bench.slave.application().outputs.is_empty());
+}
+
+#[test]
+fn inputs_are_read_as_they_are_now() {
+    let mut bench = Bench::in_data_exchange();
+    bench.exchange(&[1; 4]);
+    bench.slave.application_mut().outputs.push(vec![2; 4]);
+    assert_eq!(bench.service(sap::READ_INPUTS, &[]), data(&[0xFD; 4]));
+}
+
+#[test]
+fn bits_take_time() {
+    assert_eq!(lexican_profibus::BitRate(500_000).bits(33), Duration::from_micros(66));
+    assert_eq!(lexican_profibus::BitRate(45_450).bits(1), Duration::from_micros(23));
+    assert_eq!(lexican_profibus::BitRate(0).bits(1), Duration::from_secs(1));
+}

@@ -155,8 +155,9 @@ mod tests {
         assert!(master.start(ms(0), READ) && master.is_busy());
         assert!(!master.start(ms(0), READ));
         let reply = Reply::Value(Value::DoubleWord(10_000));
-        for stale in [Pkw::default(), reply.pkw(Task::Read { number: 1017 }.pkw()), Pkw { identifier: 9, ..READ.pkw() }]
-        {
+        let foreign = [Reply::Count(1), Reply::Element(Value::Word(1))].map(|reply| reply.pkw(READ.pkw()));
+        let other = reply.pkw(Task::Read { number: 1017 }.pkw());
+        for stale in [Pkw::default(), other, Pkw { identifier: 9, ..READ.pkw() }].into_iter().chain(foreign) {
             assert_eq!((master.handle_input(stale), master.output()), (None, READ.pkw()));
         }
         let answered = Event::Answered { task: READ, reply };
