@@ -187,11 +187,11 @@ impl Reply {
         if fits && bytes.len() == self.len() {
             return self.read_whole(bytes);
         }
-        let refuses = bytes.len() < Self::REFUSAL
-            && bytes.iter().zip(PATTERN).all(|(byte, like)| match like {
-                b'0' => byte.is_ascii_digit(),
-                _ => byte == like,
-            });
+        // As far as they go: a whole refusal has been read above.
+        let refuses = bytes.iter().zip(PATTERN).all(|(byte, like)| match like {
+            b'0' => byte.is_ascii_digit(),
+            _ => byte == like,
+        });
         if fits || refuses { Reading::Begun } else { Reading::Foreign }
     }
 

@@ -45,8 +45,8 @@ pub fn writing(row: &Row, number: i64) -> Option<Command> {
             Some(Command::WriteShort(short, u32::try_from(number).ok()?))
         }
         (letter, _) => {
-            let digit = u8::try_from(number).ok().filter(|digit| *digit <= 9)?;
-            Command::parse(&[*letter, b'0' + digit]).ok()
+            let digit = b'0'.checked_add(u8::try_from(number).ok()?)?;
+            Command::parse(&[*letter, digit]).ok()
         }
     }
 }

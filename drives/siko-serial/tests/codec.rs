@@ -9,6 +9,7 @@ use siko_serial::client::{Client, Event, Settings};
 use siko_serial::command::{Command, Decoder, Identity, Long, Mode, PosType, Setting, Short, Turning};
 use siko_serial::error::ErrorNumber;
 use siko_serial::sim::SerialDrive;
+use siko_serial::telegram::Telegram;
 
 const PLAIN: [Command; 14] = [
     Command::Abort,
@@ -123,11 +124,60 @@ fn what_is_too_long_for_its_telegram_is_none() {
         Answer::Count(100),
         Answer::Velocity(1000),
         Answer::Text(*b"AG02\0\0\0\0"),
+        Answer::Letters(*b"AB--\0-----"),
         Answer::Binary(i32::from_be_bytes(*b"?00\r")),
     ] {
         assert_eq!(answer.encode(), None, "{answer:?}");
     }
     assert_eq!(ErrorNumber::new(100), None);
+}
+
+#[test]
+fn the_longest_that_fits_is_sent() {
+    let of = |telegram: Option<Telegram>| telegram.map(|telegram| telegram.as_bytes().to_vec());
+    for (command, bytes) in [
+        (Command::WriteLong(Long::Setpoint, 9_999_999), &b"F0+9999999"[..]),
+        (Command::WriteLong(Long::Setpoint, -9_999_999), b"F0-9999999"),
+        (Command::WriteShort(Short::Window, 99_999), b"H0999999"),
+    ] {
+        assert_eq!(of(command.encode()).as_deref(), Some(bytes));
+    }
+    for (answer, bytes) in [
+        (Answer::Long(-9_999_999), &b"-9999999>\r"[..]),
+        (Answer::Short(99_999), b"99999>\r"),
+        (Answer::Count(99), b"99>\r"),
+        (Answer::Velocity(-999), b"-999>\r"),
+    ] {
+        assert_eq!(of(answer.encode()).as_deref(), Some(bytes));
+    }
+}
+
+#[test]
+fn the_first_byte_that_cannot_belong_to_a_command_ends_it() {
+    use Command::{Start, Status, WriteLong};
+    let (number, range) = (Err(ErrorNumber::PARAMETER_NUMBER), Err(ErrorNumber::VALUE_RANGE));
+    for (bytes, commands) in [
+        ("\r\n R", &[Ok(Status)][..]),
+        ("\r\nF0+0005000\rM", &[Ok(WriteLong(Long::Setpoint, 5000)), Ok(Start)]),
+        ("f0-0000001m", &[Ok(WriteLong(Long::Setpoint, -1)), Ok(Start)]),
+        // No line end, sign or letter belongs into a number, and no digit stands where the sign does.
+        ("F0\rR", &[range, Ok(Status)]),
+        ("E+R", &[range, Ok(Status)]),
+        ("F-R", &[range, Ok(Status)]),
+        ("F00R", &[range, Ok(Status)]),
+        ("F0+0-R", &[range, Ok(Status)]),
+        ("H0 R", &[range, Ok(Status)]),
+        ("EaR", &[range, Ok(Status)]),
+        ("#5R", &[number, number, Ok(Status)]),
+    ] {
+        let mut decoder = Decoder::default();
+        let taken: Vec<_> = bytes.bytes().filter_map(|byte| decoder.take(byte)).collect();
+        assert_eq!(taken, commands, "{bytes:?}");
+    }
+    let mut decoder = Decoder::default();
+    assert_eq!(decoder.take(b'F'), None);
+    decoder.reset();
+    assert_eq!(decoder.take(b'R'), Some(Ok(Status)));
 }
 
 /// Xorshift: the same bytes in each run.

@@ -200,6 +200,94 @@ fn a_late_answer_is_not_that_to_another_command() {
     assert_eq!(client.handle_bytes(now, b"0880>\r"), Some(Event::Answered(Answer::Status(0x0880))));
 }
 
+/// A client that has found its drive, and is idle.
+fn synchronised() -> (Client, Instant) {
+    let (mut client, now) = (Client::new(Settings::default()), Instant::from_micros(1_000_000));
+    client.request(Command::Status).unwrap();
+    assert_eq!(sent(&mut client, now), b"R");
+    client.handle_bytes(now, b"0080>\r");
+    let now = client.poll_timeout().unwrap();
+    client.handle_timeout(now);
+    assert_eq!(sent(&mut client, now), b"R");
+    let now = now + client.settings().on_line(7);
+    assert_eq!(client.handle_bytes(now, b"0080>\r"), Some(Event::Answered(Answer::Status(0x80))));
+    (client, now)
+}
+
+fn sent(client: &mut Client, now: Instant) -> Vec<u8> {
+    client.poll_transmit(now).unwrap().as_bytes().to_vec()
+}
+
+#[test]
+fn after_a_foreign_byte_or_an_abandoned_command_the_status_is_asked_for() {
+    let (mut client, now) = synchronised();
+    client.request(Command::Velocity).unwrap();
+    assert_eq!(sent(&mut client, now), b"V");
+    client.abandon();
+    client.request(Command::Velocity).unwrap();
+    assert_eq!(sent(&mut client, now), b"R");
+    let (mut client, now) = synchronised();
+    assert_eq!(client.handle_bytes(now, b"x"), None);
+    client.request(Command::Velocity).unwrap();
+    assert_eq!(sent(&mut client, now), b"R");
+}
+
+/// While a command is on the line, only a part of it can have been answered.
+#[test]
+fn an_answer_to_a_command_that_is_still_on_its_way_counts_if_nothing_follows() {
+    for (answer, follows) in [(&b">\r"[..], &b""[..]), (b">\r", b"?01\r"), (b"?01\r", b""), (b"?01\r", b"?01\r")] {
+        let (mut client, now) = synchronised();
+        client.request(Command::WriteShort(Short::VPos, 7)).unwrap();
+        assert_eq!(sent(&mut client, now), b"H0400007");
+        assert_eq!(client.handle_bytes(now, answer), None);
+        // The last byte is on the line after seven others, and an answer has two at least.
+        let due = client.poll_timeout().unwrap();
+        let bytes = |count| now + client.settings().on_line(count);
+        assert_eq!(due.since(bytes(7)), client.settings().on_line(2));
+        assert_eq!(client.handle_bytes(bytes(7), follows), None);
+        let due = client.poll_timeout().unwrap();
+        let event = client.handle_timeout(due).unwrap();
+        assert_eq!(matches!(event, Event::Failed(Trouble::Garbled)), !follows.is_empty(), "{event:?}");
+    }
+}
+
+#[test]
+fn what_is_foreign_is_listened_to_until_the_line_is_quiet_or_the_time_is_over() {
+    // A CR is left out before an answer, and not in it.
+    let (mut client, now) = synchronised();
+    client.request(Command::Status).unwrap();
+    sent(&mut client, now);
+    assert_eq!(client.handle_bytes(now, b"\r00\r0080>\r"), None);
+    let quiet = now + client.settings().on_line(12);
+    assert_eq!(client.poll_timeout(), Some(quiet));
+    assert_eq!(client.handle_timeout(quiet - Duration::from_micros(1)), None);
+    let until = now + client.settings().exchange(1, Reply::Status);
+    let late = until - Duration::from_millis(1);
+    assert_eq!((client.handle_bytes(late, b"x"), client.poll_timeout()), (None, Some(until)));
+    assert_eq!(client.handle_timeout(until), Some(Event::Failed(Trouble::Garbled)));
+}
+
+#[test]
+fn a_wait_for_a_status_ends_in_time() {
+    let mut bench = Bench::new();
+    bench.done(Command::Release);
+    let begin = bench.drive.line().now();
+    assert_eq!(bench.drive.await_status(Duration::from_millis(100), |_| false).unwrap(), None);
+    let spent = bench.drive.line().now().since(begin);
+    assert!(spent >= Duration::from_millis(100) && spent < Duration::from_millis(130), "{spent:?}");
+}
+
+/// Also while such a character is on the line.
+#[test]
+fn a_command_between_characters_of_inching_is_taken_at_any_time() {
+    let mut bench = Bench::new();
+    bench.drive.start_inching(Direction::Positive);
+    for micros in 0..100 {
+        bench.pass(Duration::from_micros(700 * micros));
+        bench.drive.status().unwrap();
+    }
+}
+
 #[test]
 fn a_command_that_is_under_way_keeps_others_out_until_it_is_abandoned() {
     let mut client = Client::new(Settings::default());
@@ -241,6 +329,8 @@ fn an_exchange_takes_as_long_as_its_bytes_and_no_longer_than_its_time_out() {
         assert!(spent + Duration::from_micros(2) >= settings.on_line(11) && spent <= settings.on_line(11), "{spent:?}");
         assert_eq!(settings.exchange(1, Reply::Long), settings.on_line(11) + settings.reaction);
     }
+    // Ten bits a byte.
+    assert_eq!(Settings { baud: 10, ..Settings::default() }.on_line(100), Duration::from_secs(100));
 }
 
 #[test]
@@ -264,7 +354,6 @@ fn a_drive_that_restarts_is_asked_for_its_status_first() {
 #[test]
 fn a_command_right_behind_a_character_of_inching_needs_no_probe() {
     let (mut client, mut now) = (Client::new(Settings::default()), Instant::ZERO);
-    let sent = |client: &mut Client, now: Instant| client.poll_transmit(now).unwrap().as_bytes().to_vec();
     client.start_inching(now, Direction::Positive);
     assert_eq!(sent(&mut client, now), b"R");
     client.handle_bytes(now, b"0080>\r");
@@ -277,8 +366,10 @@ fn a_command_right_behind_a_character_of_inching_needs_no_probe() {
     assert_eq!(client.handle_bytes(now, b"+030>\r"), Some(Event::Answered(Answer::Velocity(30))));
     now = client.poll_timeout().unwrap();
     assert_eq!(sent(&mut client, now), b",");
+    let next = now + Duration::from_millis(50);
     now = client.poll_timeout().unwrap();
     assert_eq!(client.handle_timeout(now), None, "a character has no event");
+    assert_eq!(client.poll_timeout(), Some(next));
 }
 
 #[test]
@@ -296,4 +387,21 @@ fn trouble_ends_inching() {
     check(bench.drive.status(), Trouble::TimedOut);
     bench.drive.start_inching(Direction::Positive);
     check(bench.drive.wait(Duration::from_secs(5)), Trouble::Silent);
+}
+
+#[test]
+fn bytes_of_a_simulated_line_come_one_behind_the_other() {
+    let mut line = VirtualLine::new(SerialDrive::default());
+    let begin = line.now();
+    line.disturb(b"ab");
+    line.disturb(b"cd");
+    line.with_drive(|drive, now| drive.handle_bytes(now, b"R"));
+    let (mut buffer, mut came) = ([0; 64], Vec::new());
+    while came.len() < 10 {
+        let len = line.receive(Instant::MAX, &mut buffer).unwrap();
+        came.extend_from_slice(&buffer[..len]);
+    }
+    assert!(came.starts_with(b"abcd") && came.ends_with(b">\r"), "{came:?}");
+    let spent = line.now().since(begin);
+    assert!(spent + Duration::from_micros(5) >= Settings::default().on_line(10), "{spent:?}");
 }

@@ -19,10 +19,12 @@ fn parameters_have_the_types_of_their_objects() -> Result<(), Error> {
     assert_eq!(drive.read(serial::UPPER_LIMIT)?, Position(250_000));
     assert_eq!(drive.read(serial::LOWER_LIMIT)?, Position(-250_000));
     assert_eq!(Direction::of(drive.read(serial::DELTA_JOG)?.0.into()), Direction::Negative);
-    drive.write(serial::POS_TYPE, PositioningType::LOOP_MINUS)?;
+    for pos_type in [PositioningType::LOOP_PLUS, PositioningType::DIRECT, PositioningType::LOOP_MINUS] {
+        drive.write(serial::POS_TYPE, pos_type)?;
+        assert_eq!(drive.read(serial::POS_TYPE)?, pos_type);
+    }
     drive.write(serial::SENSE_OF_ROTATION, SenseOfRotation::E)?;
     drive.write(serial::STOP_MODE_INCHING_MODE_2, InchingStop::PROGRAMMED_DECELERATION)?;
-    assert_eq!(drive.read(serial::POS_TYPE)?, PositioningType::LOOP_MINUS);
     assert_eq!(drive.read(serial::SENSE_OF_ROTATION)?, SenseOfRotation::E);
     Ok(())
 }
