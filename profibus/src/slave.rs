@@ -296,9 +296,9 @@ impl<A: Application> Slave<A> {
     /// A request that is repeated has the frame count bit of the one before: the answer has been lost. After a request
     /// without that bit there is no answer to repeat.
     fn is_repeated(&mut self, data: &Data<'_>, count: FrameCount) -> bool {
-        let counted = (count.valid || count.bit).then_some((data.from, data.to_sap, count.bit));
+        let counted = count.valid.then_some((data.from, data.to_sap, count.bit));
         let before = core::mem::replace(&mut self.counted, counted);
-        count.valid && before == counted
+        counted.is_some() && before == counted
     }
 
     fn serve(&mut self, now: Instant, data: Data<'_>) -> (Status, Wire) {
