@@ -65,15 +65,16 @@ fn has_data_sheet(drive: &Drive) -> bool {
     drive.interface == Interface::CanOpen
 }
 
-/// The section of another interface is compared through that. Names of its parameters stand in PARAMETERS.md, which
-/// another test keeps current.
+/// The section of another interface is compared through that, but for what the EEPROM keeps, which is a column of CANopen's
+/// table 6. Names of its parameters stand in PARAMETERS.md, which another test keeps current.
 fn is_compared(drive: &Drive, cell: &Cell) -> bool {
     // Of what the AG02 has no object: PNU 970, and parameter 25.
     let is_of = |name: &str| cell.name.starts_with(&format!("[enumeration.{name}]"));
     match drive.interface {
         Interface::CanOpen => {
             let elsewhere = is_of("DataRecord") || drive.name == "siko/ag02" && is_of("InchingStop");
-            !elsewhere && !cell.name.starts_with("[interface.")
+            let of_interface = cell.name.starts_with("[interface.") && !cell.name.ends_with(" persistent");
+            !elsewhere && !of_interface
         }
         Interface::Other { section, .. } => {
             let key = cell.name.strip_prefix(&format!("[interface.{section}] "));

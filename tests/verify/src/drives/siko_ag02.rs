@@ -28,8 +28,14 @@ impl Siko for Ag02 {
     const ACKNOWLEDGE: &'static str = "acknowledge by S11103";
     const RESERVED: &'static str = "reserviert";
     const IS_TRANSLATED: bool = true;
-    const NAMES: &'static [(u8, &'static str)] =
-        &[(11, "ue-Zaehler"), (12, "ue-Nenner"), (17, "Delta Tipp"), (19, "Pos-Art"), (22, "Adresse")];
+    const NAMES: &'static [(u8, &'static str)] = &[
+        (11, "ue-Zaehler"),
+        (12, "ue-Nenner"),
+        (17, "Delta Tipp"),
+        (19, "Pos-Art"),
+        (22, "Adresse"),
+        (25, "Stoppmode Tipp 2"),
+    ];
 
     fn hinder(inputs: &mut Inputs) {
         inputs.enable = false;
@@ -53,7 +59,6 @@ pub(super) const DRIVE: Drive = Drive {
         &[
             ("facts.csv", "10.2:communication profile", tables::DOCUMENT),
             ("facts.csv", "10.2:device profile", tables::PROFILE),
-            ("parameters.csv", "25", "no object holds it; that it is 0, the drive shows (2.2.1.2)"),
         ],
         &[
             tables::BATTERY,

@@ -2,6 +2,7 @@
 
 use lexican_driver::ParameterSet;
 use lexican_eds::model::{ConditionalRange, Entry, Meaning};
+use siko::order::Braking;
 
 use super::bench::{Bench, LOAD, Siko};
 use super::objects::in_words as unit_in_words;
@@ -22,6 +23,10 @@ pub(crate) fn check<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>) {
             continue;
         }
         let Some(parameter) = D::MODEL.parameters.iter().find(|parameter| parameter.number == number) else {
+            if number == 25 && parameters_25(case).next().is_some() {
+                of_other_interfaces::<D>(checker, case, row);
+                continue;
+            }
             checker.cell(row, "kind", Against::Code, "reserved");
             for column in ["name", "range", "default", "unit", "object", "eeprom"] {
                 checker.cell(row, column, Against::Code, "");
@@ -90,6 +95,33 @@ fn lasting<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row, index
         })
     });
     checker.cell(row, "kind", Against::Drive, if restored { "restored" } else { "" });
+}
+
+/// Parameter 25, which other interfaces have, and no object.
+fn parameters_25<'a>(case: &'a Case<'_>) -> impl Iterator<Item = &'a Entry> {
+    let parameters = case.sheet.device.interfaces.values().flat_map(|interface| &interface.parameters);
+    let entries = parameters.map(|parameter| &parameter.entry).filter(|entry| entry.index == 0);
+    entries.filter(|entry| matches!(&entry.meaning, Meaning::Enumeration(name) if name == "InchingStop"))
+}
+
+fn of_other_interfaces<D: Siko>(checker: &mut Checker<'_>, case: &Case<'_>, row: &Row) {
+    checker.that(row, "name", Against::Manual, is_named::<D>(row, ""), "another name");
+    checker.cell(row, "object", Against::Sheet, "");
+    for entry in parameters_25(case) {
+        let limits = [&entry.low, &entry.high].map(|limit| case.sheet.number(limit.as_ref()).unwrap_or(-1));
+        checker.cell(row, "range", Against::Sheet, format!("{}..{}", limits[0], limits[1]));
+        checker.cell(row, "unit", Against::Sheet, "");
+        checker.cell(row, "eeprom", Against::Sheet, yes(entry.persistent));
+        checker.cell(row, "default", Against::Sheet, entry.default.as_ref().map_or("", |_| "a default"));
+    }
+    for (sub, kind) in [(2, "standard"), (3, "controller")] {
+        let mut bench = Bench::<D>::as_delivered();
+        bench.see(|drive, now| drive.set_inching_stop(now, Braking::Programmed));
+        checker.require(bench.set(&[(0x1011, sub, LOAD, 4)]), || format!("1011:{sub:02X} restores nothing"));
+        let restored = bench.see(|drive, now| drive.non_volatile(now).inching_stop == 0);
+        let agrees = restored == (row.get("kind") == kind);
+        checker.that(row, "kind", Against::Drive, agrees, if restored { "restored" } else { "not restored" });
+    }
 }
 
 /// Number 24 is two objects: one for each operating mode.
