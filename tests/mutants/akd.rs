@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use kollmorgen_akd::mutant::{MUTANTS, VARIABLE};
+use kollmorgen_akd::mutant::{MUTANTS, PACKAGE, VARIABLE};
 use lexican_verify::{DRIVES, Inputs, finds};
 use runner::Mutants;
 
@@ -24,7 +24,15 @@ const UNFOUND: &[(&str, &str)] = &[
 
 #[test]
 fn every_mutant_is_found() {
-    let mutants = Mutants { names: MUTANTS, variable: VARIABLE, unfound: UNFOUND, trials: &TRIALS };
+    let mutants = Mutants {
+        package: PACKAGE,
+        variable: VARIABLE,
+        names: MUTANTS,
+        are_tried: |_| true,
+        unfound: UNFOUND,
+        trials: &TRIALS,
+        samples: 25,
+    };
     println!("{}", mutants.find());
 }
 

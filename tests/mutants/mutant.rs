@@ -3,19 +3,28 @@
 use std::cell::Cell;
 use std::sync::OnceLock;
 
-pub use crate::mutated::MUTANTS;
+/// What the mutants are, by number, and the unit tests of the sources, by path.
+pub use crate::mutated::{MUTANTS, TESTS};
 
-/// The environment variable that holds the number of a mutant in [`MUTANTS`].
+/// The crate.
+pub const PACKAGE: &str = env!("CARGO_PKG_NAME");
+
+/// The environment variable that names a mutant: the crate and its number there, `lexican-mutated-siko:7`.
 pub const VARIABLE: &str = "LEXICAN_MUTANT";
 
 /// A mutant that takes as many is one that never ends: the verification of a drive takes six million.
-const STEPS: u64 = 20_000_000;
+const STEPS: u64 = 60_000_000;
 
 /// Whether this process is that mutant.
 #[must_use]
 pub fn is(number: usize) -> bool {
     static CHOSEN: OnceLock<Option<usize>> = OnceLock::new();
-    *CHOSEN.get_or_init(|| std::env::var(VARIABLE).ok()?.parse().ok()) == Some(number)
+    *CHOSEN.get_or_init(|| {
+        let chosen = std::env::var(VARIABLE).ok()?.strip_prefix(PACKAGE)?.strip_prefix(':')?.parse().ok()?;
+        // It is found: no other test has to run.
+        std::panic::set_hook(Box::new(|_| std::process::exit(101)));
+        Some(chosen)
+    }) == Some(number)
 }
 
 thread_local! {
@@ -63,6 +72,7 @@ numbers! {
     i16: |number| number + 1;
     u32: |number| number + 1;
     i32: |number| number + 1;
+    i64: |number| number + 1;
     f64: |number| number * 1.5;
     lexican_runtime::Duration: |span| span + lexican_runtime::Duration::from_micros(span.as_micros() / 2);
 }

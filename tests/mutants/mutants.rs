@@ -7,7 +7,7 @@ use std::path::Path;
 
 use lexican_verify::{DRIVES, Inputs, finds};
 use runner::Mutants;
-use siko::mutant::{MUTANTS, VARIABLE};
+use siko::mutant::{MUTANTS, PACKAGE, VARIABLE};
 
 #[path = "../../drives/siko-ag02/tests/simulator.rs"]
 mod ag02;
@@ -53,7 +53,15 @@ const TRIALS: [&[&str]; 3] = [
 
 #[test]
 fn every_mutant_of_the_simulated_drive_is_found() {
-    let mutants = Mutants { names: MUTANTS, variable: VARIABLE, unfound: unfound::UNFOUND, trials: &TRIALS };
+    let mutants = Mutants {
+        package: PACKAGE,
+        variable: VARIABLE,
+        names: MUTANTS,
+        are_tried: |name| !name.starts_with("gateway"),
+        unfound: unfound::UNFOUND,
+        trials: &TRIALS,
+        samples: 25,
+    };
     println!("{}", mutants.find());
 }
 

@@ -8,7 +8,8 @@ use std::{env, fs};
 use quote::{ToTokens, quote};
 use syn::visit_mut::{self, VisitMut};
 use syn::{
-    Arm, Attribute, BinOp, Block, Expr, ImplItem, Item, ItemMod, Lit, Pat, Signature, Stmt, Type, UnOp, parse_quote,
+    Arm, Attribute, BinOp, Block, Expr, ImplItem, Item, ItemMod, Lit, Pat, Signature, Stmt, Type, UnOp, Visibility,
+    parse_quote,
 };
 
 #[path = "data.rs"]
@@ -28,7 +29,8 @@ pub(crate) struct Sources {
     pub(crate) constants: &'static [&'static str],
     /// What begins each path of the folder and is left out of the names of mutants.
     pub(crate) prefix: &'static str,
-    /// Functions that are called when the program is compiled, or that tests and scripts call and the drive does not.
+    /// Functions that are called when the program is compiled, or that tests and scripts call and the drive does not: the
+    /// name, of every file, or the file and the name.
     pub(crate) others: &'static [&'static str],
     /// What is added to an instant or subtracted from one, for which there is no other operator.
     pub(crate) spans: &'static [&'static str],
@@ -39,7 +41,7 @@ pub(crate) struct Sources {
 }
 
 impl Sources {
-    /// Writes the modules with their mutants, and `MUTANTS`, into `mutated.rs`.
+    /// Writes the modules with their mutants, `MUTANTS` and `TESTS` into `mutated.rs`.
     pub(crate) fn mutate(&'static self) {
         let drives = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../../drives");
         let source = drives.join(self.folder);
@@ -57,10 +59,11 @@ impl Sources {
         // The modules are no longer below the root of their crate.
         let text = modules.collect::<String>().replace("crate ::", "crate :: mutated ::");
         let text = text.replace("crate :: mutated :: mutant", "crate :: mutant");
-        let (names, before) = (&mutator.names, self.before);
+        let (names, tests, before) = (&mutator.names, &mutator.tests, self.before);
+        let paths = tests.iter().map(|test| syn::parse_str::<syn::Path>(test).unwrap());
         let names = quote! {
-            /// What the mutants are, by number.
             pub const MUTANTS: &[&str] = &[#(#names),*];
+            pub const TESTS: &[(&str, fn())] = &[#((#tests, #paths)),*];
         };
         let out = env::var("OUT_DIR").unwrap();
         fs::write(Path::new(&out).join("mutated.rs"), format!("{before}\n{names}\n{text}")).unwrap();
@@ -109,9 +112,19 @@ fn module(source: &Path, name: &str, mutator: &mut Mutator) -> Vec<Item> {
     let mut file = parse(&file(source, name));
     Bare.visit_file_mut(&mut file);
     for item in &mut file.items {
-        if let Item::Mod(ItemMod { ident, content: content @ None, semi, .. }) = item {
-            let items = module(source, &format!("{name}/{ident}"), mutator);
-            (*content, *semi) = (Some((syn::token::Brace::default(), items)), None);
+        if let Item::Mod(ItemMod { ident, vis, content, semi, .. }) = item
+            && (content.is_none() || ident == "tests")
+        {
+            let name = format!("{name}/{ident}");
+            match content {
+                Some((_, items)) => mutator.tests.extend(take_tests(&name, items)),
+                None => *content = Some((syn::token::Brace::default(), module(source, &name, mutator))),
+            }
+            *semi = None;
+            if matches!(vis, Visibility::Inherited) {
+                // The list of tests names it.
+                *vis = parse_quote! { pub(crate) };
+            }
         } else if mutator.sources.mutated.contains(&name) {
             mutator.file = name.trim_start_matches(mutator.sources.prefix).to_owned();
             if !mutator.lazy(item) {
@@ -122,7 +135,21 @@ fn module(source: &Path, name: &str, mutator: &mut Mutator) -> Vec<Item> {
     file.items
 }
 
-/// Takes away tests, docs and what depends on features: none of it is here.
+/// The paths of the unit tests in a module, which can be called from now on.
+fn take_tests(module: &str, items: &mut [Item]) -> Vec<String> {
+    let mut found = Vec::new();
+    for item in items {
+        if let Item::Fn(function) = item
+            && function.attrs.iter().any(|attribute| attribute.path().is_ident("test"))
+        {
+            (function.attrs, function.vis) = (Vec::new(), parse_quote! { pub(crate) });
+            found.push(format!("{}::{}", module.replace('/', "::"), function.sig.ident));
+        }
+    }
+    found
+}
+
+/// Takes away docs, and what depends on features, which are not here.
 struct Bare;
 
 impl VisitMut for Bare {
@@ -138,7 +165,7 @@ impl VisitMut for Bare {
     }
 
     fn visit_attributes_mut(&mut self, attributes: &mut Vec<Attribute>) {
-        attributes.retain(|attribute| !attribute.path().is_ident("doc"));
+        attributes.retain(|attribute| !attribute.path().is_ident("doc") && !attribute.path().is_ident("cfg"));
     }
 }
 
@@ -156,13 +183,16 @@ fn item_attributes(item: &Item) -> &[Attribute] {
 }
 
 fn is_absent(attributes: &[Attribute]) -> bool {
-    attributes.iter().any(|attribute| attribute.path().is_ident("cfg"))
+    let is_test = |attribute: &Attribute| attribute.meta.to_token_stream().to_string().replace(' ', "") == "cfg(test)";
+    attributes.iter().any(|attribute| attribute.path().is_ident("cfg") && !is_test(attribute))
 }
 
 struct Mutator {
     sources: &'static Sources,
     constants: BTreeSet<String>,
     names: Vec<String>,
+    /// The unit tests of the sources, by path.
+    tests: Vec<String>,
     /// How often a name was given already.
     given: BTreeMap<String, usize>,
     file: String,
@@ -176,8 +206,8 @@ struct Mutator {
 
 impl Mutator {
     fn new(sources: &'static Sources) -> Self {
-        let (constants, names, given, data, file, function) = Default::default();
-        Mutator { sources, constants, names, given, file, function, runs: false, data, is_data: false }
+        let (constants, names, tests, given, data, file, function) = Default::default();
+        Mutator { sources, constants, names, tests, given, file, function, runs: false, data, is_data: false }
     }
 
     /// The expression that asks whether a new mutant is chosen.
@@ -207,7 +237,8 @@ impl Mutator {
     }
 
     fn function(&mut self, signature: &mut Signature, block: &mut Block) {
-        if self.sources.others.iter().any(|name| signature.ident == name) {
+        let file = format!("{} ", self.file);
+        if self.sources.others.iter().any(|name| signature.ident == name.strip_prefix(&file).unwrap_or(name)) {
             return;
         }
         signature.constness = None;
@@ -398,10 +429,11 @@ impl VisitMut for Mutator {
                 _ => None,
             },
             Expr::Path(path) => {
-                // A fault has the name of a bit.
+                // Faults and refusals have names of bits, and a range has that of an identifier.
                 let segments: Vec<String> =
                     path.path.segments.iter().map(|segment| segment.ident.to_string()).collect();
-                let named = segments.last().is_some_and(|last| self.constants.contains(last)) && segments[0] != "Fault";
+                let named = segments.last().is_some_and(|last| self.constants.contains(last))
+                    && !["Fault", "ErrorNumber", "cia301"].contains(&segments[0].as_str());
                 if let Some(lazy) = self.lazily(path) {
                     return *expr = lazy;
                 }

@@ -6,19 +6,22 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// So many mutants of each file, unless `LEXICAN_VERIFY_ALL` is set. `LEXICAN_VERIFY_SEED` is a number that chooses others.
-const SAMPLES: usize = 25;
-
 /// The mutants of a crate.
 pub(crate) struct Mutants {
+    /// The crate that has them.
+    pub(crate) package: &'static str,
+    /// The environment variable that holds its name and the number of one.
+    pub(crate) variable: &'static str,
     /// What they are, by number.
     pub(crate) names: &'static [&'static str],
-    /// The environment variable that holds the number of one.
-    pub(crate) variable: &'static str,
+    /// Which of them are tried here, by name.
+    pub(crate) are_tried: fn(&str) -> bool,
     /// Those that are not found, because they do the same, and why.
     pub(crate) unfound: &'static [(&'static str, &'static str)],
     /// What each is tried by, until one fails: names of tests of the program.
     pub(crate) trials: &'static [&'static [&'static str]],
+    /// So many of each file, unless `LEXICAN_VERIFY_ALL` is set. `LEXICAN_VERIFY_SEED` is a number that chooses others.
+    pub(crate) samples: usize,
 }
 
 impl Mutants {
@@ -44,12 +47,14 @@ impl Mutants {
         let mut outcomes = outcomes.into_inner().unwrap();
         outcomes.sort_unstable();
         let survivors = outcomes.iter().filter(|(_, found)| found.is_none());
-        let names: Vec<String> =
-            survivors.map(|(number, _)| format!("{}={number}: {}", self.variable, self.names[*number])).collect();
+        let names: Vec<String> = survivors
+            .map(|(number, _)| format!("{}={}: {}", self.variable, self.chosen(*number), self.names[*number]))
+            .collect();
         assert!(names.is_empty(), "{} of {} not found:\n{}", names.len(), chosen.len(), names.join("\n"));
         let by = |trial| outcomes.iter().filter(|(_, found)| *found == Some(trial)).count().to_string();
         let found: Vec<String> = (0..self.trials.len()).map(by).collect();
-        format!("of {} mutants {} tried, found by each trial: {}", self.names.len(), chosen.len(), found.join(", "))
+        let all = self.names.iter().filter(|name| (self.are_tried)(name)).count();
+        format!("{}: of {all} mutants {} tried, found by each trial: {}", self.package, chosen.len(), found.join(", "))
     }
 
     /// The mutants to try, in their order.
@@ -58,7 +63,8 @@ impl Mutants {
         let seed = std::env::var("LEXICAN_VERIFY_SEED").map_or(0, |seed| seed.parse::<u64>().expect("a number"));
         let is_found = |name: &str| !self.unfound.iter().any(|(known, _)| *known == name);
         let mut files: BTreeMap<&str, Vec<(u64, usize)>> = BTreeMap::new();
-        for (number, name) in self.names.iter().enumerate().filter(|(_, name)| is_found(name)) {
+        let is_tried = |name: &str| is_found(name) && (self.are_tried)(name);
+        for (number, name) in self.names.iter().enumerate().filter(|(_, name)| is_tried(name)) {
             let mut hasher = DefaultHasher::new();
             (seed, name).hash(&mut hasher);
             files.entry(name.split(' ').next().unwrap()).or_default().push((hasher.finish(), number));
@@ -66,16 +72,24 @@ impl Mutants {
         let mut chosen = Vec::new();
         for mut of_file in files.into_values() {
             of_file.sort_unstable();
-            let count = if all { of_file.len() } else { SAMPLES.min(of_file.len()) };
+            let count = if all { of_file.len() } else { self.samples.min(of_file.len()) };
             chosen.extend(of_file[..count].iter().map(|(_, number)| *number));
         }
         chosen.sort_unstable();
         chosen
     }
 
+    /// What the variable holds when a mutant is chosen.
+    fn chosen(&self, number: usize) -> String {
+        format!("{}:{number}", self.package)
+    }
+
     fn passes(&self, number: usize, tests: &[&str]) -> bool {
         let mut run = Command::new(std::env::current_exe().unwrap());
-        run.args(tests).arg("--test-threads=1").env(self.variable, number.to_string()).env("RUST_BACKTRACE", "0");
+        run.args(tests).arg("--test-threads=1").env(self.variable, self.chosen(number)).env("RUST_BACKTRACE", "0");
+        // Properties are tried by the same values each time; one that fails is not simplified, and is no regression.
+        run.env("PROPTEST_RNG_SEED", "0").env("PROPTEST_MAX_SHRINK_ITERS", "0");
+        run.env("PROPTEST_DISABLE_FAILURE_PERSISTENCE", "1");
         run.stdout(Stdio::null()).stderr(Stdio::null()).status().unwrap().success()
     }
 }

@@ -1,6 +1,6 @@
 //! Mutants that are not found, because they do the same.
 
-/// What they are called, and why they do the same.
+/// What they are called, and why they do the same: of the simulated drive.
 pub(crate) const UNFOUND: &[(&str, &str)] = &[
     ("drive power_on: false => true", "every frame sets it anew, and only frames write"),
     ("drive set_inputs: self.power == Power::Off => false", WAKES_ANEW),

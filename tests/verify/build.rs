@@ -26,11 +26,6 @@ fn main() {
         fs::write(file, function(name, &device)).unwrap();
     }
     println!("cargo::rerun-if-changed=build.rs");
-    // `lexican-mutants` has mutants of CANopen's side only.
-    println!("cargo::rustc-check-cfg=cfg(interfaces)");
-    if env::var("CARGO_PKG_NAME").unwrap() == "lexican-verify" {
-        println!("cargo::rustc-cfg=interfaces");
-    }
 }
 
 fn function(name: &str, device: &Device) -> String {

@@ -138,8 +138,9 @@ impl Job {
             }
             Job::Verify => {
                 crate::verify::run(root, None, true)?;
-                // The tests try some of the mutants of SIKO's simulated drives; here it is all of them.
-                command::run_cargo(root, &["test", "-p", "lexican-mutants"], &[("LEXICAN_VERIFY_ALL", "1")])
+                // The tests try some mutants of each crate; here it is all of SIKO's simulated drives and of the AKD.
+                let tests = ["test", "-p", "lexican-mutants", "--test", "mutants", "--test", "akd"];
+                command::run_cargo(root, &tests, &[("LEXICAN_VERIFY_ALL", "1")])
             }
             Job::Corpus => {
                 let folder = root.join("eds/tests/golden");

@@ -112,6 +112,22 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-mutated-siko", &["lexican-driver", "lexican-runtime", "lexican-simulator", "lexican-siko"]),
     ("lexican-mutated-siko-ag02", &["lexican-mutated-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
     ("lexican-mutated-siko-ag03-1", &["lexican-mutated-siko", "lexican-driver", "lexican-runtime", "lexican-codegen"]),
+    ("lexican-mutated-profibus", &["lexican-runtime"]),
+    (
+        "lexican-mutated-siko-serial",
+        &["lexican-mutated-siko", "lexican-mutated-siko-ag02", "lexican-driver", "lexican-runtime"],
+    ),
+    (
+        "lexican-mutated-siko-profibus",
+        &[
+            "lexican-driver",
+            "lexican-mutated-profibus",
+            "lexican-mutated-siko",
+            "lexican-mutated-siko-ag02",
+            "lexican-mutated-siko-ag03-1",
+            "lexican-runtime",
+        ],
+    ),
     (
         "lexican-mutated-kollmorgen-akd",
         &["lexican-driver", "lexican-kollmorgen-akd", "lexican-runtime", "lexican-simulator"],
@@ -122,6 +138,9 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lexican-driver",
             "lexican-eds",
             "lexican-mutated-kollmorgen-akd",
+            "lexican-mutated-profibus",
+            "lexican-mutated-siko-profibus",
+            "lexican-mutated-siko-serial",
             "lexican-runtime",
             "lexican-simulator",
             "lexican-mutated-siko",
@@ -181,8 +200,10 @@ fn arrows_of(shown: &str, manifest: &toml::Table) -> Vec<String> {
     let targets = targets.into_iter().flat_map(toml::Table::values).filter_map(toml::Value::as_table);
     let tables = [manifest].into_iter().chain(targets);
     let sections = tables.flat_map(|table| ["dependencies", "build-dependencies"].map(|section| table.get(section)));
-    let used = sections.flatten().filter_map(toml::Value::as_table).flat_map(toml::Table::keys);
-    let wrong = used.filter(|used| used.starts_with("lexican") && !allowed.contains(&used.as_str()));
+    let used = sections.flatten().filter_map(toml::Value::as_table).flatten();
+    // A dependency may have another name than its package.
+    let used = used.map(|(key, value)| value.get("package").and_then(toml::Value::as_str).unwrap_or(key));
+    let wrong = used.filter(|used| used.starts_with("lexican") && !allowed.contains(used));
     wrong.map(|used| format!("{shown}: {name} must not use {used}")).collect()
 }
 
@@ -308,6 +329,7 @@ mod tests {
         assert_eq!(found("[dependencies]\nlexican-codegen = \"1\"\n"), wrong);
         assert_eq!(found("[build-dependencies]\nlexican-codegen = \"1\"\n"), wrong);
         assert_eq!(found("[target.'cfg(unix)'.dependencies]\nlexican-codegen = \"1\"\n"), wrong);
+        assert_eq!(found("[dependencies]\ncode = { package = \"lexican-codegen\", version = \"1\" }\n"), wrong);
         let unknown: toml::Table = "package.name = \"lexican-new\"\n".parse().unwrap();
         assert_eq!(arrows_of("new/Cargo.toml", &unknown).len(), 1);
     }

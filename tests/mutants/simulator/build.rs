@@ -1,4 +1,4 @@
-//! Puts mutants into the sources of SIKO's simulated drives.
+//! Puts mutants into the sources of SIKO's simulated drives, and of the gateway to them.
 
 #[path = "../mutator.rs"]
 mod mutator;
@@ -9,8 +9,13 @@ use mutator::Sources;
 /// `setup`, which are data that the verification reads.
 static SIKO: Sources = Sources {
     folder: "siko/src",
-    modules: &["state", "sim"],
+    modules: &["state", "sim", "gateway"],
     mutated: &[
+        "gateway",
+        "gateway/face",
+        "gateway/link",
+        "gateway/node",
+        "gateway/objects",
         "state",
         "sim/controller",
         "sim/drive",

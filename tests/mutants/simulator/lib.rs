@@ -1,17 +1,17 @@
-//! What SIKO's drives share, with all mutants of the simulated drive in it: `build.rs` makes it of the sources of
+//! What SIKO's drives share, with all mutants of the simulated drive and the gateway in it: `build.rs` makes it of the sources of
 //! `lexican-siko`.
 //!
 //! Every place that can be wrong asks [`mutant::is`] whether it is to be, so that one build has all mutants and a
 //! process chooses one by its environment.
 
-pub use shared::{assert_describes, description, fault, faults, words, worked_examples};
+pub use shared::{assert_describes, description, fault, faults, order, words, worked_examples};
 
 #[allow(warnings, clippy::all, reason = "mutants are not written, but made")]
 mod mutated {
     include!(concat!(env!("OUT_DIR"), "/mutated.rs"));
 }
 
-pub use mutated::{sim, state};
+pub use mutated::{gateway, sim, state};
 
 #[path = "../mutant.rs"]
 pub mod mutant;

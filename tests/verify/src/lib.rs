@@ -14,8 +14,6 @@
 //! - `siko`: what the manuals of SIKO's drives share beyond that, and their other interfaces;
 //! - `drives`: one file per drive: its paths, its simulator, its list of comparisons.
 
-#![cfg_attr(not(interfaces), allow(dead_code, reason = "what other interfaces than CANopen are compared by"))]
-
 mod bench;
 mod checker;
 mod code;

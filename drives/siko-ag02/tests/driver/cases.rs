@@ -7,7 +7,7 @@ use siko_ag02::fault::{self, Cause, FaultKind};
 use siko_ag02::od;
 use siko_ag02::sim::inputs::Shaft;
 
-use crate::bench::Bench;
+use super::bench::Bench;
 
 #[track_caller]
 pub(crate) fn is_refused<T: std::fmt::Debug>(result: Result<T, Error>, missing: &[Missing]) {

@@ -7,7 +7,7 @@ use siko_serial::Settings;
 use siko_serial::gateway::{self, SerialNode};
 use siko_serial::sim::{SerialDrive, VirtualLine};
 
-use crate::bench::NODE;
+use super::bench::NODE;
 
 type Gateway = SerialNode<VirtualLine>;
 

@@ -11,7 +11,7 @@ use siko_serial::Settings;
 use siko_serial::gateway::{self, SerialNode};
 use siko_serial::sim::{SerialDrive, VirtualLine};
 
-use crate::noisy::Noisy;
+use super::noisy::Noisy;
 
 pub(crate) const NODE: NodeId = NodeId::literal(5);
 

@@ -10,7 +10,7 @@ use siko_serial::Settings;
 use siko_serial::gateway::{self, NODE};
 use siko_serial::sim::{SerialDrive, VirtualLine};
 
-use crate::bench::Bench;
+use super::bench::Bench;
 
 #[test]
 fn an_object_that_the_interface_lacks_is_aborted_before_anything_is_sent() {

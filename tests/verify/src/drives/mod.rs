@@ -2,10 +2,8 @@
 
 mod kollmorgen_akd;
 mod siko_ag02;
-#[cfg(interfaces)]
 mod siko_ag02_serial;
 mod siko_ag03_1;
-#[cfg(interfaces)]
 mod siko_profibus;
 
 use crate::drive::Drive;
@@ -15,10 +13,7 @@ pub const ALL: &[Drive] = &[
     siko_ag03_1::DRIVE,
     siko_ag02::DRIVE,
     kollmorgen_akd::DRIVE,
-    #[cfg(interfaces)]
     siko_ag02_serial::DRIVE,
-    #[cfg(interfaces)]
     siko_profibus::AG02,
-    #[cfg(interfaces)]
     siko_profibus::AG03_1,
 ];

@@ -11,9 +11,7 @@ pub(crate) mod leds;
 pub(crate) mod network;
 pub(crate) mod objects;
 pub(crate) mod parameters;
-#[cfg(interfaces)]
 pub(crate) mod profibus;
-#[cfg(interfaces)]
 pub(crate) mod serial;
 pub(crate) mod statements;
 pub(crate) mod states;

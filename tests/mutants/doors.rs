@@ -1,0 +1,88 @@
+//! Each mutant of the drives' other interfaces is found, as far as they are codecs, clients and simulated drives: by their own
+//! tests, or by the verification against the manual.
+
+#![allow(clippy::duplicate_mod, reason = "each file of tests brings its own bench")]
+
+use std::path::Path;
+
+use lexican_verify::{DRIVES, Inputs, finds};
+use runner::Mutants;
+
+#[path = "../../profibus/tests/any_bytes.rs"]
+mod profibus_any_bytes;
+#[path = "../../profibus/tests/slave.rs"]
+mod profibus_slave;
+#[path = "../../drives/siko-profibus/tests/parameters.rs"]
+mod siko_profibus_parameters;
+#[path = "../../drives/siko-serial/tests/authority.rs"]
+mod siko_serial_authority;
+#[path = "../../drives/siko-serial/tests/codec.rs"]
+mod siko_serial_codec;
+#[path = "../../drives/siko-serial/tests/flow_charts.rs"]
+mod siko_serial_flow_charts;
+#[path = "../../drives/siko-serial/tests/trouble.rs"]
+mod siko_serial_trouble;
+#[path = "../../drives/siko-serial/tests/typed.rs"]
+mod siko_serial_typed;
+
+mod runner;
+#[path = "doors_unfound.rs"]
+mod unfound;
+
+/// What each mutant is tried by, until one fails: names of tests of this file, the quicker ones first.
+const OF_SERIAL: &[&[&str]] = &[
+    &[
+        "siko_serial_authority::",
+        "siko_serial_codec::a_command",
+        "siko_serial_codec::an",
+        "siko_serial_codec::the",
+        "siko_serial_codec::what",
+        "siko_serial_flow_charts::",
+        "siko_serial_trouble::",
+        "siko_serial_typed::",
+    ],
+    &["it_agrees_with_its_manual"],
+];
+const OF_PROFIBUS: &[&[&str]] =
+    &[&["unit_tests_of_profibus", "profibus_slave::"], &["siko_profibus_parameters::", "profibus_any_bytes::"]];
+
+macro_rules! mutants_of {
+    ($($test:ident: $package:ident, $name:ident;)*) => {
+        $(#[test]
+        fn $test() {
+            use $package::mutant::{MUTANTS, PACKAGE, VARIABLE};
+            let mutants = Mutants {
+                package: PACKAGE,
+                variable: VARIABLE,
+                names: MUTANTS,
+                are_tried: |name| !NOT_YET.iter().any(|file| name.split([' ', '/']).next() == Some(file)),
+                unfound: unfound::$name,
+                trials: $name,
+                samples: 3,
+            };
+            println!("{}", mutants.find());
+        })*
+    };
+}
+
+/// Files of which some mutants are not found, or not tried: so is all of `lexican-siko-profibus`.
+const NOT_YET: &[&str] = &["bus", "gateway", "master", "sim", "slave", "virtual_bus"];
+
+mutants_of! {
+    every_mutant_of_the_serial_port_is_found: siko_serial, OF_SERIAL;
+    every_mutant_of_profibus_is_found: lexican_profibus, OF_PROFIBUS;
+}
+
+/// The tests beside the sources.
+#[test]
+fn unit_tests_of_profibus() {
+    lexican_profibus::mutant::TESTS.iter().for_each(|(_, test)| test());
+}
+
+/// The drive at its serial port as it is, or as the mutant that the environment names.
+#[test]
+fn it_agrees_with_its_manual() {
+    let drive = DRIVES.iter().find(|drive| drive.name == "siko/ag02-serial").unwrap();
+    let inputs = Inputs::read(drive, &Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")).unwrap();
+    assert!(!finds(drive, &inputs));
+}
