@@ -10,7 +10,7 @@ pub mod od;
 mod process;
 mod values;
 
-use lexican_runtime::device::{Behaviour, Device, Event};
+use lexican_runtime::device::{Behaviour, Event};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::lss_device::{self, LssDevice, LssHost, StoreError};
 use lexican_runtime::service::nmt::Reset;
@@ -46,7 +46,7 @@ pub const NOTEBOOK: usize = 10_240;
 pub struct IoDevice<B, F> {
     board: B,
     /// `None` while it has no node-ID.
-    device: Option<Device<3, 3, 1, 2>>,
+    device: Option<od::Services>,
     values: Values,
     stored: Snapshot<F>,
     lss: LssDevice,
@@ -98,7 +98,7 @@ impl<B: Board, F: Flash> IoDevice<B, F> {
         self.values.od.reset(node, indices.clone());
         // A flash that fails leaves defaults, and the device in reach.
         let loaded = self.stored.load(node, indices, &mut self.values.od);
-        let device = self.device.get_or_insert(Device::new(node, Behaviour::CIA_301));
+        let device = self.device.get_or_insert(od::Services::new(node, Behaviour::CIA_301));
         device.restart_as(node, now, &mut self.values);
         if loaded.is_err() {
             device.emergency(ErrorCode::DATA_SET, ErrorRegister::MANUFACTURER, [0; 5], &mut self.values);
@@ -147,7 +147,7 @@ impl<B: Board, F: Flash> IoDevice<B, F> {
 
     /// When to call [`IoDevice::handle_timeout`].
     pub fn poll_timeout(&self) -> Instant {
-        let device = self.device.as_ref().and_then(Device::poll_timeout);
+        let device = self.device.as_ref().and_then(od::Services::poll_timeout);
         let own = self.next_sample.min(self.next_measurement);
         device.map_or(own, |device| device.min(own))
     }

@@ -1,6 +1,5 @@
 //! Inputs and outputs as CiA 401 has them: polarity, interrupts of analogue inputs, values in case of an error.
 
-use lexican_runtime::device::Device;
 use lexican_runtime::object::{Array, Value};
 use lexican_runtime::{Duration, Instant};
 
@@ -25,7 +24,7 @@ impl Process {
         now: Instant,
         board: &mut impl Board,
         od: &mut od::Storage,
-        mut device: Option<&mut Device<3, 3, 1, 2>>,
+        mut device: Option<&mut od::Services>,
     ) {
         let mut inputs = board.inputs();
         if self.test_signal(now, od)
