@@ -189,6 +189,11 @@ pub(crate) fn fields(object: Json) -> Map<String, Json> {
     }
 }
 
+/// `1 case`, `2 cases`.
+pub(crate) fn plural(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Text in a style, which [`anstream`] removes if stdout is no terminal.
 pub(crate) fn styled(style: Style, text: impl Display) -> String {
     format!("{style}{text}{style:#}")

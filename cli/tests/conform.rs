@@ -35,7 +35,7 @@ fn a_failure_has_its_clause_its_frames_in_words_and_all_reports() {
     let (folder, run) = conform("conform-fails", Some(wrong), &reports);
     run.on_stdout(1, "failed 306-1/6.5.2/2 values are the defaults: 2001:00 is [05, 00], by default [06, 00]");
     run.on_stdout(1, "2001:00 Averaged Samples = 5");
-    run.on_stdout(1, "1 cases: 1 failed");
+    run.on_stdout(1, "1 case: 1 failed");
     let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
     let json: Value = serde_json::from_str(&read("r.json")).unwrap();
     assert_eq!((&json["failed"], &json["cases"][0]["verdict"]), (&1.into(), &"failed".into()), "{json}");
@@ -53,7 +53,7 @@ fn a_plan_says_what_has_to_be_allowed_and_tests_nothing() {
     run.on_stdout(0, " cases for");
     run.on_stdout(0, "manufacturer   allowed: writes objects of the manufacturer");
     let (_, run) = conform("conform-not-allowed", None, &["--only", "4.6"]);
-    run.on_stdout(0, "1 cases: 1 not allowed");
+    run.on_stdout(0, "1 case: 1 not allowed");
 }
 
 /// What editors and devices do that is unusual, and no fault of the device: each is a default or a limit of the data sheet.

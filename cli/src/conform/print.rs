@@ -9,7 +9,7 @@ use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
 
 use crate::decode::{Decoded, Decoder};
-use crate::output::{Failure, progress, stdout, styled};
+use crate::output::{Failure, plural, progress, stdout, styled};
 
 /// So many frames before its end are shown of a case that fails.
 const EXCERPT: usize = 12;
@@ -37,8 +37,8 @@ pub(super) fn plan(cases: &[&Case], sheet: &Sheet, settings: &Settings) -> Resul
     let node = settings.node;
     writeln!(
         stdout,
-        "{} cases for {device} at node {node}: it is reset before each, and what is written is put back",
-        cases.len()
+        "{} for {device} at node {node}: it is reset before each, and what is written is put back",
+        plural(cases.len(), "case")
     )?;
     for hazard in Hazard::ALL {
         let allowed = settings.allow.contains(&hazard);
@@ -52,10 +52,12 @@ pub(super) fn plan(cases: &[&Case], sheet: &Sheet, settings: &Settings) -> Resul
             continue;
         }
         let answer = if allowed { styled(AnsiColor::Yellow.on_default(), "allowed") } else { "not allowed".to_owned() };
-        let extent = match asked {
-            0 => format!("{objects} objects"),
-            _ => format!("{objects} objects, {asked} cases"),
-        };
+        let extent: Vec<_> = [(objects, "object"), (asked, "case")]
+            .into_iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, what)| plural(count, what))
+            .collect();
+        let extent = extent.join(", ");
         writeln!(stdout, "  {:<14} {answer}: {} ({extent})", hazard.name(), hazard.what())?;
     }
     let moving =
@@ -182,9 +184,10 @@ fn last_line(report: &Report) -> String {
     let counts: Vec<_> = counts.map(|(count, what)| format!("{count} {what}")).collect();
     let left = match report.not_put_back.len() {
         0 => String::new(),
+        1 => "; 1 entry NOT PUT BACK".to_owned(),
         left => format!("; {left} entries NOT PUT BACK"),
     };
-    format!("{} cases: {}{left}", report.cases.len(), counts.join(", "))
+    format!("{}: {}{left}", plural(report.cases.len(), "case"), counts.join(", "))
 }
 
 #[cfg(test)]

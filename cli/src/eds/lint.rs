@@ -10,7 +10,7 @@ use lexican_eds::{Diagnostic, Input, Severity};
 use serde_json::Value;
 
 use crate::device::{input, no_object, with_overlays};
-use crate::output::{self, Failure, Outcome, progress};
+use crate::output::{self, Failure, Outcome, plural, progress};
 
 /// Check data sheets: prints each finding with its place, the line, and a remedy
 ///
@@ -247,7 +247,6 @@ impl Summary {
     }
 
     fn print(&self) {
-        let plural = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
         let lost = if self.unreadable > 0 { format!(", {} not readable", self.unreadable) } else { String::new() };
         let [errors, warnings, notes] = self.counts;
         let _ = writeln!(
