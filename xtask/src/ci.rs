@@ -35,6 +35,8 @@ pub(crate) enum Job {
     Page,
     /// drives against every table of their manuals
     Verify,
+    /// devices of many kinds, simulated: what `lexican conform` says of them
+    Conform,
     /// every golden data sheet, simulated, and as generated code under clippy
     Corpus,
     /// what generated code costs, but for times
@@ -142,6 +144,7 @@ impl Job {
                 let tests = ["test", "-p", "lexican-mutants", "--test", "mutants", "--test", "akd"];
                 command::run_cargo(root, &tests, &[("LEXICAN_VERIFY_ALL", "1")])
             }
+            Job::Conform => crate::conform::run(root, true),
             Job::Corpus => {
                 let folder = root.join("eds/tests/golden");
                 crate::corpus::simulate(root, &folder).and_then(|()| crate::corpus::compile(root, &folder))

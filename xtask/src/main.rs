@@ -7,6 +7,7 @@ mod bench;
 mod checkout;
 mod ci;
 mod command;
+mod conform;
 mod corpus;
 mod disk;
 mod firmware;
@@ -81,6 +82,12 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
+    /// Test devices of many kinds with `lexican conform`, and write the page of what it says of them
+    Conform {
+        /// Only test those that are simulated, and check that the page is right
+        #[arg(long)]
+        check: bool,
+    },
     /// Compare drives with every table of their manuals, and write each drive's report
     Verify {
         /// The drive, such as siko/ag03-1; all of them when none is named
@@ -111,6 +118,7 @@ fn main() -> ExitCode {
         Task::Fuzz(arguments) => arguments.run(&root),
         Task::Firmware(arguments) => firmware::run(&root, &arguments),
         Task::Interop { check } => interop::run(&root, check),
+        Task::Conform { check } => conform::run(&root, check),
         Task::Verify { drive, check } => verify::run(&root, drive.as_deref(), check),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
