@@ -30,7 +30,7 @@ fn typed(folder: &Path, line: &str) -> String {
 }
 
 #[test]
-fn the_page_certifies_an_encoder() {
+fn the_golden_page_certifies_an_encoder() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let path = root.join("conform/certify-a-device.md");
     let page = fs::read_to_string(&path).expect("there is the page");

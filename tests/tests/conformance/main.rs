@@ -14,6 +14,7 @@ mod faulty;
 mod lss;
 mod lss_faults;
 mod od;
+mod page;
 mod suite;
 
 use std::collections::BTreeSet;
@@ -133,4 +134,16 @@ fn every_fault_is_noticed_and_every_case_notices_one() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     let blind: Vec<&str> = cases().map(name).filter(|id| !noticed.contains(id)).collect();
     assert_eq!(blind, [""; 0], "these cases notice nothing");
+}
+
+/// What that test has seen, for people.
+#[test]
+fn the_golden_page_of_faults_is_current() {
+    let rows = SUBJECTS.iter().flat_map(|subject| {
+        subject.cases().map(|case| {
+            let notices = |fault: &&Fault| fault.fails.split(' ').any(|id| id == name(case));
+            (case, subject.faults.iter().filter(notices).map(|fault| fault.title).collect())
+        })
+    });
+    page::is_current("FAULTS.md", "Faults of devices, and the cases that notice them", rows);
 }

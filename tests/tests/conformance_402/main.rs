@@ -12,6 +12,8 @@ mod faults;
 #[allow(dead_code, reason = "not every fault of a device is one of a drive")]
 mod faulty;
 mod od;
+#[path = "../conformance/page.rs"]
+mod page;
 mod safety;
 
 use std::collections::BTreeSet;
@@ -68,12 +70,15 @@ fn the_servo_passes_every_case() {
     assert_eq!(failed, [""; 0]);
 }
 
+fn name(case: &Case) -> &'static str {
+    case.id.trim_start_matches("402/")
+}
+
 /// Each fault makes just those cases fail that are about it, and each case is about one.
 #[test]
 fn every_fault_is_noticed_and_every_case_notices_one() {
     let sheet = sheet();
     let plan: Vec<_> = profile_cases().map(|case| (case, run(case, &sheet, servo(&MODEL)).1)).collect();
-    let name = |case: &Case| case.id.trim_start_matches("402/");
     let all: Vec<&str> = profile_cases().map(name).collect();
     let look = |fault: &'static DriveFault| {
         let concerned = plan.iter().filter(|(_, frames)| fault.concerns(frames)).map(|(case, _)| *case);
@@ -92,4 +97,17 @@ fn every_fault_is_noticed_and_every_case_notices_one() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     let blind: Vec<&str> = all.into_iter().filter(|id| !noticed.contains(id)).collect();
     assert_eq!(blind, [""; 0], "these cases notice nothing");
+}
+
+/// What that test has seen, for people.
+#[test]
+fn the_golden_page_of_faults_is_current() {
+    let rows = profile_cases().map(|case| {
+        let notices = |fault: &&DriveFault| match fault.frames.fails.strip_prefix("all but ") {
+            Some(passed) => passed.split(' ').all(|id| id != name(case)),
+            None => fault.frames.fails.split(' ').any(|id| id == name(case)),
+        };
+        (case, FAULTS.iter().filter(notices).map(|fault| fault.frames.title).collect())
+    });
+    page::is_current("FAULTS-402.md", "Faults of drives, and the cases of CiA 402 that notice them", rows);
 }
