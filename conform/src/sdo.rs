@@ -35,7 +35,31 @@ impl Tester<'_> {
     /// Sends a request that is answered by one message.
     pub(crate) fn request(&mut self, request: Message) -> Outcome<Message> {
         self.send_request(request)?;
-        self.answer()
+        let answer = self.answer()?;
+        if begins_block(request[0]) && abort_of(&answer) == Some(AbortCode::UNKNOWN_COMMAND) {
+            self.has_blocks(request)?;
+        }
+        Ok(answer)
+    }
+
+    /// Blocks are optional (CiA 301, 7.2.4.1): where one was refused as unknown, the case does not apply if that of another
+    /// entry is too, be it with a checksum or without.
+    fn has_blocks(&mut self, refused: Message) -> Outcome {
+        let is_download = begins_download(refused[0]);
+        let is_other = |entry: &Entry| initiate(refused[0], (entry.index, entry.sub), &[])[1..4] != refused[1..4];
+        let others = self.entries(|entry| {
+            let access = entry.access;
+            is_other(entry) && if is_download { access.writable() && self.may_write(entry) } else { access.readable() }
+        });
+        let Some(other) = others.first() else { return Ok(()) };
+        let at = (other.index, other.sub);
+        let size = self.size(other).unwrap_or(4) as u8;
+        self.send_request(initiate(refused[0] ^ CRC, at, &[if is_download { size } else { 127 }]))?;
+        if abort_of(&self.answer()?) == Some(AbortCode::UNKNOWN_COMMAND) {
+            let what = if is_download { "download" } else { "upload" };
+            return Err(not_applicable(format!("the SDO server refuses every block {what} with 0504 0001h")));
+        }
+        self.send_request(initiate(0x80, at, &AbortCode::GENERAL.0.to_le_bytes()))
     }
 
     /// Sends a request without looking for an answer.
@@ -309,6 +333,11 @@ impl Tester<'_> {
 /// Whether a command begins to write an object: at once, in segments or in blocks.
 const fn begins_download(command: u8) -> bool {
     command >> 5 == 1 || command >> 5 == 6 && command & 1 == 0
+}
+
+/// Whether a command begins a transfer in blocks.
+const fn begins_block(command: u8) -> bool {
+    command >> 5 == 6 && command & 1 == 0 || command >> 5 == 5 && command & 3 == 0
 }
 
 /// Whether a transfer was refused as it should be. The general error 0800 0000h is always allowed.

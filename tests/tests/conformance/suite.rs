@@ -1,6 +1,6 @@
 //! What a whole test leaves in a device, and what it does not touch.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -142,6 +142,11 @@ impl Bench {
     }
 }
 
+/// The device has objects of a drive, and no drive that could be seen to stand.
+fn without_motion() -> Settings {
+    Settings { allow: [Hazard::Manufacturer, Hazard::Outputs].into(), ..settings() }
+}
+
 #[test]
 fn what_is_not_allowed_is_not_written() {
     let bench = Bench::of(&RIGHT);
@@ -169,9 +174,8 @@ fn what_was_written_is_put_back_even_if_no_reset_does_so() {
     for fault in [&RIGHT, &KEEPS] {
         let bench = Bench::of(fault);
         let before = bench.values();
-        let allow = [Hazard::Manufacturer, Hazard::Outputs, Hazard::Motion].into();
-        let settings = Settings { allow, ..settings() };
-        let report = bench.test(&settings, &["2", "3", "4", "6", "7"]);
+        let report = bench.test(&without_motion(), &["2", "3", "4", "6", "7"]);
+        assert_eq!(report.ended_early, None);
         let notes: Vec<_> = report.cases.iter().flat_map(|case| &case.notes).collect();
         assert_eq!((notes, report.not_put_back), (Vec::new(), Vec::new()));
         assert_eq!(bench.values(), before);
@@ -253,6 +257,73 @@ fn a_device_that_does_not_take_its_node_id_back_is_in_the_report() {
     let bench = Bench { sheet: sheet(lss::DATA_SHEET), ..Bench::with(node) };
     let report = bench.test(&settings(), &["305/6.6.4/2"]);
     assert!(report.not_put_back[0].starts_with("node-ID 5 could not be put back: "), "{:?}", report.not_put_back);
+}
+
+const UNKNOWN: &str = "585#80......01000405";
+const NO_BLOCK_DOWNLOADS: Fault =
+    fault("no block downloads", &[heard("605#C2*").is_answered(UNKNOWN), heard("605#C6*").is_answered(UNKNOWN)], "");
+const NO_BLOCK_UPLOADS: Fault =
+    fault("no block uploads", &[heard("605#A0*").is_answered(UNKNOWN), heard("605#A4*").is_answered(UNKNOWN)], "");
+const NO_CHECKSUMS: Fault = fault("no blocks with a checksum", &[heard("605#C6*").is_answered(UNKNOWN)], "");
+
+/// Blocks are optional, in either direction.
+#[test]
+fn a_server_without_blocks_is_not_tested_by_them() {
+    for (fault, excused, failed) in [
+        (&NO_BLOCK_DOWNLOADS, "2.20 2.21 2.24 2.25 301/7.2.4.3.10/1 301/7.2.4.3.9/3", ""),
+        (&NO_BLOCK_UPLOADS, "2.19 2.22 2.23 2.26 2.27 301/7.2.4.3.14/3 301/7.2.4.3.14/4", ""),
+        (&NO_CHECKSUMS, "", "2.24 2.25 301/7.2.4.3.10/1"),
+    ] {
+        let report = Bench::of(fault).test(&without_motion(), &["2", "301/7.2.4.3"]);
+        assert_eq!(report.ended_early, None);
+        let names = |wanted: fn(&Verdict) -> bool| {
+            let cases = report.cases.iter().filter(|case| case.outcome.as_ref().is_err_and(wanted));
+            cases.map(|report| crate::name(report.case)).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(names(|verdict| matches!(verdict, Verdict::Failed(_))), failed, "{}", fault.title);
+        assert_eq!(names(|verdict| matches!(verdict, Verdict::NotApplicable(_))), excused, "{}", fault.title);
+        for case in report.cases {
+            if let Err(Verdict::NotApplicable(why)) = case.outcome {
+                assert!(why.starts_with("the SDO server refuses every block "), "{why}");
+            }
+        }
+    }
+}
+
+/// A device that takes its time for each answer.
+struct Slow {
+    inner: DeviceUnderTest,
+    answers: VecDeque<(Instant, Frame)>,
+}
+
+impl Node for Slow {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        self.inner.handle_frame(now, frame);
+    }
+    fn handle_timeout(&mut self, now: Instant) {
+        self.inner.handle_timeout(now);
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        while let Some(frame) = self.inner.poll_transmit(now) {
+            self.answers.push_back((now + Duration::from_millis(15), frame));
+        }
+        let is_due = self.answers.front().is_some_and(|(due, _)| *due <= now);
+        if is_due { self.answers.pop_front().map(|(_, frame)| frame) } else { None }
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.answers.front().map(|(due, _)| *due).into_iter().chain(self.inner.poll_timeout()).min()
+    }
+}
+
+#[test]
+fn a_slow_device_passes_all_cases_of_sdo() {
+    let slow = Slow { inner: DeviceUnderTest::new(), answers: VecDeque::new() };
+    let report = Bench::with(slow).test(&without_motion(), &["2", "301/7.2.4.3"]);
+    assert_eq!(report.ended_early, None);
+    for case in report.cases {
+        let needs = case.case.needs.iter().any(|hazard| !without_motion().allow.contains(hazard));
+        assert!(needs || case.outcome == Ok(()), "{} {:?}", case.case.id, case.outcome);
+    }
 }
 
 #[test]
