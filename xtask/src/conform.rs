@@ -7,7 +7,7 @@ use std::process::Command;
 
 use serde::Deserialize;
 
-use crate::{outside, python};
+use crate::{firmware, outside, python};
 
 /// Where the results are written.
 const PAGE: &str = "conform/REPORTS.md";
@@ -95,9 +95,9 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
             return Err(format!("{PAGE} is stale\nmend it: cargo xtask conform"));
         }
     } else {
-        let local_node = bench.python_canopen()?;
+        let reports = [bench.python_canopen()?, bench.firmware()?];
         let _ = write!(page, "{MEASURED}{INTRODUCTION}");
-        write_table(&mut page, [(&PYTHON_CANOPEN, &local_node)].into_iter());
+        write_table(&mut page, [&PYTHON_CANOPEN, &FIRMWARE].into_iter().zip(&reports));
         fs::write(root.join(PAGE), &page).map_err(|error| format!("{PAGE}: {error}"))?;
     }
     println!("{page}");
@@ -113,6 +113,8 @@ const INTRODUCTION: &str = "\nOver a serial line (slcan) between two pseudo-term
 
 const PYTHON_CANOPEN: Subject =
     simulated("LocalNode", "python-canopen's device, with the PDOs that its users write", "tests/interop/peer.eds");
+
+const FIRMWARE: Subject = simulated("I/O device", "firmware on a Cortex-M4, in QEMU", firmware::EDS);
 
 struct Bench<'a> {
     root: &'a Path,
@@ -138,22 +140,36 @@ impl Bench<'_> {
         self.report(&PYTHON_CANOPEN, &mut command)
     }
 
+    fn firmware(&self) -> Result<Report, String> {
+        let path = self.path(&FIRMWARE)?;
+        firmware::report(self.root, self.lexican.clone(), &path)?;
+        read(&FIRMWARE, &path)
+    }
+
     /// Runs a command that takes the report's name as its last argument. Cases may fail, which the exit code 1 says.
     fn report(&self, subject: &Subject, command: &mut Command) -> Result<Report, String> {
-        let name = subject.name;
-        println!("conform: {name}");
-        let path = self.folder.join(name.replace('/', "-")).with_extension("json");
-        outside::write(&path, "")?;
+        let path = self.path(subject)?;
         let output = command.arg(&path).output().map_err(|error| format!("{command:?}: {error}"))?;
         if !matches!(output.status.code(), Some(0 | 1)) {
-            return Err(format!("{name}: {}\n{}", output.status, String::from_utf8_lossy(&output.stderr)));
+            return Err(format!("{}: {}\n{}", subject.name, output.status, String::from_utf8_lossy(&output.stderr)));
         }
-        let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let report: Report = serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-        match report.ended_early {
-            Some(why) => Err(format!("{name}: the test ended early: {why}")),
-            None => Ok(report),
-        }
+        read(subject, &path)
+    }
+
+    /// Where the report on a device is written.
+    fn path(&self, subject: &Subject) -> Result<PathBuf, String> {
+        println!("conform: {}", subject.name);
+        let path = self.folder.join(subject.name.replace('/', "-")).with_extension("json");
+        outside::write(&path, "").map(|()| path)
+    }
+}
+
+fn read(subject: &Subject, path: &Path) -> Result<Report, String> {
+    let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let report: Report = serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+    match report.ended_early {
+        Some(why) => Err(format!("{}: the test ended early: {why}", subject.name)),
+        None => Ok(report),
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{command, outside, workspace};
 
 /// What the firmware is compiled for.
 const TARGET: &str = "thumbv7em-none-eabihf";
-const EDS: &str = "examples/firmware/device/eds/io.eds";
+pub(crate) const EDS: &str = "examples/firmware/device/eds/io.eds";
 
 /// How many bytes the block transfers have.
 const BLOCK: usize = 10_240;
@@ -34,6 +34,9 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NUMBER", default_value_t = 100_000)]
     pub round_trips: usize,
 }
+
+/// What runs in QEMU.
+const PROGRAM: &str = "firmware-mps2";
 
 /// A test, and what it shows.
 type Test = (&'static str, fn(&mut Bench<'_>) -> Result<(), String>);
@@ -57,7 +60,7 @@ pub(crate) fn run(root: &Path, arguments: &Arguments) -> Result<(), String> {
     let lexican = outside::lexican(root)?;
     // That it is linked is all that is asked of the other board's.
     build(root, "firmware-stm32")?;
-    let elf = build(root, "firmware-mps2")?;
+    let elf = build(root, PROGRAM)?;
     // Without the flash of another run.
     let folder = outside::empty_folder(root, "firmware")?;
     let board = Board { elf: &elf, folder: &folder, icount: None, seconds: 1200 };
@@ -69,6 +72,17 @@ pub(crate) fn run(root: &Path, arguments: &Arguments) -> Result<(), String> {
     }
     let unused_stack = bench.number("2001")?;
     sizes::run(root, &elf, unused_stack, arguments.check)
+}
+
+/// Has the conformance test write what it says of the firmware, as JSON. Cases may fail.
+pub(crate) fn report(root: &Path, lexican: PathBuf, path: &Path) -> Result<(), String> {
+    qemu::is_installed().and_then(|()| target_is_installed())?;
+    let elf = build(root, PROGRAM)?;
+    let folder = outside::empty_folder(root, "firmware")?;
+    let board = Board { elf: &elf, folder: &folder, icount: None, seconds: 1200 };
+    let mut bench = Bench { root, lexican, board: &board, running: board.start()?, round_trips: 0 };
+    get_a_node_id(&mut bench)?;
+    bench.test_conformance(&["--json", &path.to_string_lossy()]).map(drop)
 }
 
 /// Builds a program of `examples/firmware` for QEMU's board.
@@ -221,9 +235,10 @@ fn answer_requests(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn conform(bench: &mut Bench<'_>) -> Result<(), String> {
-    let mut only = Vec::new();
+    let mut only = String::new();
     for attempt in 1..=ATTEMPTS {
-        let output = bench.test_conformance(&only)?;
+        let some = ["--only", &*only];
+        let output = bench.test_conformance(if only.is_empty() { &[] } else { &some })?;
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         if let Some(sum) = text.lines().last() {
             println!("     {sum}");
@@ -231,15 +246,12 @@ fn conform(bench: &mut Bench<'_>) -> Result<(), String> {
         if output.status.success() {
             return Ok(());
         }
-        only = text
-            .lines()
-            .filter_map(|line| line.strip_prefix("failed ")?.split(' ').next())
-            .map(str::to_owned)
-            .collect();
+        let failed = text.lines().filter_map(|line| line.strip_prefix("failed ")?.split(' ').next());
+        only = failed.collect::<Vec<_>>().join(",");
         if attempt == ATTEMPTS || only.is_empty() {
             return Err(format!("{text}{}", String::from_utf8_lossy(&output.stderr)));
         }
-        println!("     again: {}", only.join(", "));
+        println!("     again: {only}");
     }
     Ok(())
 }
@@ -252,15 +264,12 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Runs the conformance test, or only these cases.
-    fn test_conformance(&self, only: &[String]) -> Result<Output, String> {
+    /// Runs the conformance test, with further arguments.
+    fn test_conformance(&self, further: &[&str]) -> Result<Output, String> {
         let bus = self.bus();
         let mut arguments = vec!["conform", "--bus", &bus, "--node", "5", "--eds", EDS, "--allow", "all"];
         arguments.extend(["--emergency", "2002=0xCDAB3120", "--input", "2003=10", "2003=0", "6000:02"]);
-        let cases = only.join(",");
-        if !only.is_empty() {
-            arguments.extend(["--only", &cases]);
-        }
+        arguments.extend(further);
         self.command(&arguments).output().map_err(|error| format!("lexican conform: {error}"))
     }
 }
