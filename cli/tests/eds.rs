@@ -250,13 +250,13 @@ fn a_dump_says_what_is_configured_and_what_the_device_can() {
     let commissioned = "[DeviceComissioning]\nNodeID=5\nBaudrate=125\n\n[1000]";
     let text = SHEET
         .replace("[1000]", commissioned)
-        .replace("BaudRate_500=1", "BaudRate_125=1")
+        .replace("BaudRate_500=1", "BaudRate_1000=1")
         .replace("ParameterName=Error Register\n", "ParameterName=Error Register\nObjFlags=1\nParameterValue=7\n");
     std::fs::write(folder.join("x.dcf"), text).unwrap();
     let dump = |format: &str| lexican_in(&folder, &["eds", "dump", "x.dcf", "--format", format]).stdout;
     assert!(dump("csv").lines().any(|line| line.starts_with("1001,00,") && line.ends_with(",7,1")));
     let md = dump("md");
-    for row in ["| NodeID | 5 |", "| Baudrate | 125 |", "| BaudRate | 125 |", "| LSS_Supported | 1 |"] {
+    for row in ["| NodeID | 5 |", "| Baudrate | 125 |", "| BaudRate | 250, 1000 |", "| LSS_Supported | 1 |"] {
         assert!(md.contains(row), "{row}:\n{md}");
     }
     let json: serde_json::Value = serde_json::from_str(&dump("json")).unwrap();
