@@ -5,7 +5,7 @@ mod common;
 use common::testing::TestOd;
 use common::{FULL, NODE, NOTHING};
 use lexican_runtime::device::{Behaviour, Device, Event, Everything, Selection, Without};
-use lexican_runtime::{CobId, Frame, Instant};
+use lexican_runtime::{AbortCode, CobId, Frame, Instant};
 
 #[derive(Clone, Copy, Debug)]
 struct Least;
@@ -16,12 +16,24 @@ impl Selection for Least {
     type Time = Without;
 }
 
-/// What a device with a dictionary that asks for everything answers to a frame, and what it reports.
-fn answers<S: Selection>(frame: &Frame) -> (Vec<String>, Option<Event>) {
+/// A device with a dictionary that asks for everything.
+fn device<S: Selection>() -> (Device<3, 3, 1, 3, 8, S>, TestOd) {
     let mut od = TestOd::new(FULL).with("100C:00 u16 rw - 100\n100D:00 u8 rw - 3");
-    let mut device: Device<3, 3, 1, 3, 8, S> = Device::new(NODE, Behaviour::CIA_301);
+    let mut device = Device::new(NODE, Behaviour::CIA_301);
+    device.restart(Instant::ZERO, &mut od);
+    (device, od)
+}
+
+/// What the dictionary asks for and the device does not serve.
+fn misconfigured<S: Selection>() -> Vec<String> {
+    let (device, mut od) = device::<S>();
+    device.misconfigured(&mut od).map(|fault| fault.to_string()).collect()
+}
+
+/// What the device answers to a frame, and what it reports.
+fn answers<S: Selection>(frame: &Frame) -> (Vec<String>, Option<Event>) {
+    let (mut device, mut od) = device::<S>();
     let now = Instant::ZERO;
-    device.restart(now, &mut od);
     assert_eq!(device.poll_transmit(now, &mut od).map(|frame| frame.to_string()).as_deref(), Some("705#00"));
     let event = device.handle_frame(now, frame, &mut od);
     let sent = core::iter::from_fn(|| device.poll_transmit(now, &mut od)).map(|frame| frame.to_string());
@@ -48,6 +60,24 @@ fn a_service_that_is_left_out_does_not_answer() {
     // What is not left out stays as it is.
     let read = Some([0x40, 0x17, 0x10, 0, 0, 0, 0, 0]);
     check(0x605, read, &["585#4B17100000000000"], &["585#4B17100000000000"]);
+}
+
+#[test]
+fn what_asks_for_a_service_that_is_left_out_is_refused() {
+    // The guard time, the life time factor and TIME: asked for, and switched off.
+    for (index, [on, off]) in [
+        (0x0C, [[0x2B, 0x0C, 0x10, 0, 50, 0, 0, 0], [0x2B, 0x0C, 0x10, 0, 0, 0, 0, 0]]),
+        (0x0D, [[0x2F, 0x0D, 0x10, 0, 2, 0, 0, 0], [0x2F, 0x0D, 0x10, 0, 0, 0, 0, 0]]),
+        (0x12, [[0x23, 0x12, 0x10, 0, 0, 1, 0, 0x80], [0x23, 0x12, 0x10, 0, 0, 1, 0, 0]]),
+    ] {
+        let [taken, refused] = ["60", "80"].map(|command| format!("585#{command}{index:02X}1000"));
+        let [taken, refused] = [taken + "00000000", refused + "47000406"];
+        check(0x605, Some(on), &[&taken], &[&refused]);
+        check(0x605, Some(off), &[&taken], &[&taken]);
+    }
+    assert_eq!(misconfigured::<Everything>(), NOTHING);
+    let reason = AbortCode::DEVICE_INCOMPATIBLE;
+    assert_eq!(misconfigured::<Least>(), ["100C:00", "100D:00", "1012:00"].map(|at| format!("{at}: {reason}")));
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! The dictionary as SDO clients see it: writes to communication objects are checked before they take
 //! effect, with the rules of CiA 301, 7.5.2, that no limit of a data sheet can express.
 
+use core::marker::PhantomData;
+
 use super::behaviour::{Behaviour, ChangeRule, ErrorControlRule};
 use super::identifiers::{self, SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED, identifier, is_cob_id, switched};
 use super::selection::Selection;
@@ -9,6 +11,7 @@ use crate::abort::AbortCode;
 use crate::cia301;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, Direction, Entry, Mapped, ObjectDictionary};
+use crate::service::choice::sealed::Choice;
 use crate::service::mapping::{self, Mapping};
 use crate::service::objects;
 use crate::service::sdo_server::default_channel;
@@ -16,7 +19,7 @@ use crate::wire::nmt::NmtState;
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// A dictionary that is lent on to an SDO server.
-pub(super) struct Checked<'a, const MAPPED: usize> {
+pub(super) struct Checked<'a, const MAPPED: usize, S: Selection> {
     pub(super) od: &'a mut dyn ObjectDictionary,
     node: NodeId,
     state: NmtState,
@@ -27,13 +30,18 @@ pub(super) struct Checked<'a, const MAPPED: usize> {
     monitored: usize,
     /// How many servers the device has room for, the default one among them.
     pub(super) server_room: usize,
+    selection: PhantomData<S>,
 }
 
 impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
     Services<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
     /// The dictionary as clients may write it, of a device with room for `server_room` servers.
-    pub(super) fn checked<'a>(&'a self, od: &'a mut dyn ObjectDictionary, server_room: usize) -> Checked<'a, MAPPED> {
+    pub(super) fn checked<'a>(
+        &'a self,
+        od: &'a mut dyn ObjectDictionary,
+        server_room: usize,
+    ) -> Checked<'a, MAPPED, S> {
         Checked {
             od,
             node: self.nmt.node(),
@@ -43,11 +51,12 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             tpdos: &self.tpdos,
             monitored: MONITORED,
             server_room,
+            selection: PhantomData,
         }
     }
 }
 
-impl<const MAPPED: usize> ObjectDictionary for Checked<'_, MAPPED> {
+impl<const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, MAPPED, S> {
     fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
         self.od.entry(address)
     }
@@ -87,11 +96,12 @@ impl<const MAPPED: usize> ObjectDictionary for Checked<'_, MAPPED> {
     }
 }
 
-impl<const MAPPED: usize> Checked<'_, MAPPED> {
+impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
     /// Whether `value` may be written now.
     pub(super) fn check(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
         let (index, sub) = (address.index(), address.sub());
         require(!is_cob_id(address) || CobId::is_parameter(value), AbortCode::INVALID_VALUE)?;
+        self.check_selection(index, value)?;
         match (index, sub) {
             (cia301::PREDEFINED_ERROR_FIELD, 0) => require(value == 0, AbortCode::INVALID_VALUE),
             (cia301::COB_ID_SYNC, 0) => self.check_sync_cob_id(value),
@@ -115,6 +125,16 @@ impl<const MAPPED: usize> Checked<'_, MAPPED> {
             }
             _ => Ok(()),
         }
+    }
+
+    /// A value that asks for a service which the device has left out is refused.
+    pub(super) fn check_selection(&self, index: u16, value: u32) -> Result<(), AbortCode> {
+        let is_there = match index {
+            cia301::GUARD_TIME | cia301::LIFE_TIME_FACTOR if value != 0 => S::Guarding::IS_THERE,
+            cia301::COB_ID_TIME if value & TIME_EXISTS != 0 => S::Time::IS_THERE,
+            _ => true,
+        };
+        require(is_there, AbortCode::DEVICE_INCOMPATIBLE)
     }
 
     /// What is in the dictionary now; 0 for what is not there.

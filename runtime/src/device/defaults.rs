@@ -24,7 +24,7 @@ impl<
 > Device<RPDOS, TPDOS, SERVERS, MONITORED, MAPPED, S>
 {
     /// What the dictionary holds after [`Device::restart`] and the device does not serve, or not as it is
-    /// written: PDOs, servers and heartbeats beyond the room there is, mappings that cannot be, identifiers that
+    /// written: services that its [`Selection`] leaves out, PDOs, servers and heartbeats beyond the room there is, mappings that cannot be, identifiers that
     /// are restricted (no service has them) or that two services have (SYNC and TIME go before SDO, and SDO before
     /// RPDOs). Defaults of a data sheet are not checked when they are loaded, as a manager's writes are.
     pub fn misconfigured<'a>(&'a self, od: &'a mut dyn ObjectDictionary) -> impl Iterator<Item = Misconfigured> + 'a {
@@ -34,12 +34,12 @@ impl<
 }
 
 /// The defaults that cannot be served, ascending by address.
-struct Defaults<'a, const MAPPED: usize> {
-    checked: Checked<'a, MAPPED>,
+struct Defaults<'a, const MAPPED: usize, S: Selection> {
+    checked: Checked<'a, MAPPED, S>,
     next: Address,
 }
 
-impl<const MAPPED: usize> Iterator for Defaults<'_, MAPPED> {
+impl<const MAPPED: usize, S: Selection> Iterator for Defaults<'_, MAPPED, S> {
     type Item = Misconfigured;
 
     fn next(&mut self) -> Option<Misconfigured> {
@@ -65,12 +65,13 @@ impl fmt::Display for Misconfigured {
     }
 }
 
-impl<const MAPPED: usize> Checked<'_, MAPPED> {
+impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
     /// Whether the device can serve what a parameter holds. What is not in the dictionary asks for nothing.
     fn check_default(&mut self, address: Address) -> Result<(), AbortCode> {
         let Some(value) = objects::read_at(self.od, address) else { return Ok(()) };
         let value = u32::try_from(value).unwrap_or(u32::MAX);
         let (index, sub) = (address.index(), address.sub());
+        self.check_selection(index, value)?;
         match index {
             cia301::COB_ID_SYNC | cia301::COB_ID_TIME | cia301::COB_ID_EMCY if sub == 0 => {
                 self.check_default_message(address, value)

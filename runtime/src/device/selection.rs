@@ -7,6 +7,11 @@ use crate::service::choice::{Choice, With};
 /// The services of CiA 301 that a [`Device`](super::Device) may have or leave out. All devices have NMT, SDO, PDO and a
 /// heartbeat; how many servers, PDOs and heartbeats of others there are, its numbers say, and 0 leaves the code out, too.
 ///
+/// A write that asks for a service which is left out is refused with
+/// [`AbortCode::DEVICE_INCOMPATIBLE`](crate::AbortCode::DEVICE_INCOMPATIBLE): a guard time or life time factor other than
+/// 0, and TIME that exists. Defaults that ask for it are among
+/// [`Device::misconfigured`](super::Device::misconfigured). A data sheet of such firmware has none of these objects.
+///
 /// Firmware that has no room for all of them says which it wants. What each one costs is in `tests/size/README.md`.
 ///
 /// ```

@@ -37,12 +37,16 @@ pub(crate) mod sealed {
         /// A `T`, or a type without values.
         type Part<T: Copy + Debug>: Copy + Debug + DerefMut<Target = T>;
 
+        /// Whether it is there.
+        const IS_THERE: bool;
+
         /// `None` if it is left out.
         fn part<T: Copy + Debug>(value: T) -> Option<Self::Part<T>>;
     }
 
     impl Choice for With {
         type Part<T: Copy + Debug> = Held<T>;
+        const IS_THERE: bool = true;
 
         fn part<T: Copy + Debug>(value: T) -> Option<Held<T>> {
             Some(Held(value))
@@ -51,6 +55,7 @@ pub(crate) mod sealed {
 
     impl Choice for Without {
         type Part<T: Copy + Debug> = LeftOut<T>;
+        const IS_THERE: bool = false;
 
         fn part<T: Copy + Debug>(_: T) -> Option<LeftOut<T>> {
             None
