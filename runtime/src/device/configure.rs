@@ -138,8 +138,9 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     fn reload_rpdo(&mut self, number: u16, od: &mut dyn ObjectDictionary) {
         if let Some(slot) = self.rpdos.iter_mut().find(|slot| slot.number == number) {
-            let before = core::mem::replace(&mut slot.pdo, rpdo_of(&self.behaviour, number, od));
-            slot.pdo.resume(&before);
+            let mut pdo = rpdo_of(&self.behaviour, number, od);
+            pdo.resume(&slot.pdo);
+            slot.pdo = pdo;
         }
     }
 
@@ -147,12 +148,13 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     fn reload_tpdo(&mut self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) {
         let operational = self.is_operational();
         if let Some(slot) = self.tpdos.iter_mut().find(|slot| slot.number == number) {
-            let before = core::mem::replace(&mut slot.pdo, tpdo_of(&self.behaviour, number, od));
-            match (operational, before.is_active()) {
+            let mut pdo = tpdo_of(&self.behaviour, number, od);
+            match (operational, slot.pdo.is_active()) {
                 (false, _) => {}
-                (true, false) => slot.pdo.start(now),
-                (true, true) => slot.pdo.resume(now, &before),
+                (true, false) => pdo.start(now),
+                (true, true) => pdo.resume(now, &slot.pdo),
             }
+            slot.pdo = pdo;
         }
     }
 }
