@@ -12,7 +12,7 @@ use crate::cia301;
 use crate::id::{CobId, NodeId};
 use crate::object::{Address, Direction, Entry, Mapped, ObjectDictionary};
 use crate::service::choice::sealed::Choice;
-use crate::service::mapping::{self, Mapping};
+use crate::service::mapping;
 use crate::service::objects;
 use crate::service::sdo_server::default_channel;
 use crate::wire::nmt::NmtState;
@@ -348,12 +348,12 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
     fn check_mapping_length(&mut self, direction: Direction, index: u16, len: u32) -> Result<(), AbortCode> {
         let has_room = |&len: &u8| len == 0 || self.od.entry(Address::new(index, len)).is_ok();
         let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= MAPPED).filter(has_room);
-        let mut mapping = Mapping::<MAPPED>::EMPTY;
+        let mut bits = 0;
         for sub in 1..=len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {
             let entry = objects::read_u32(self.od, index, sub).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
             let mapped = Mapped::from_parameter(entry);
             mapping::check(mapped, direction, self.behaviour.dummies, self.od)?;
-            require(mapping.push(mapped), AbortCode::PDO_LENGTH_EXCEEDED)?;
+            bits = mapping::bits_with(bits, mapped).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
         }
         Ok(())
     }

@@ -10,7 +10,7 @@ use super::{Device, Misconfigured, Selection};
 use crate::abort::AbortCode;
 use crate::cia301;
 use crate::object::{Address, Direction, Mapped, ObjectDictionary};
-use crate::service::mapping::{self, Mapping};
+use crate::service::mapping;
 use crate::service::objects;
 use crate::wire::pdo::PdoCobId;
 
@@ -144,10 +144,10 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
     /// Only the length: entries that cannot be mapped are findings of their own.
     fn check_default_length(&mut self, index: u16, len: u32) -> Result<(), AbortCode> {
         let len = u8::try_from(len).ok().filter(|&len| usize::from(len) <= MAPPED);
-        let mut mapping = Mapping::<MAPPED>::EMPTY;
+        let mut bits = 0;
         for sub in 1..=len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {
             let entry = objects::read_u32(self.od, index, sub).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
-            require(mapping.push(Mapped::from_parameter(entry)), AbortCode::PDO_LENGTH_EXCEEDED)?;
+            bits = mapping::bits_with(bits, Mapped::from_parameter(entry)).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
         }
         Ok(())
     }

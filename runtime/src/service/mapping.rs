@@ -32,13 +32,15 @@ impl<const N: usize> Mapping<N> {
     /// is none, when its length is not 1 to `N` (so also for multiplexed PDOs), or when it has more than 64 bits.
     #[must_use]
     pub fn load(index: u16, od: &mut dyn ObjectDictionary) -> Self {
-        let mut mapping = Mapping::EMPTY;
         let len = objects::read_u8(od, index, 0).filter(|&len| usize::from(len) <= N).unwrap_or(0);
+        let mut mapping = Mapping::EMPTY;
         for sub in 1..=len {
             let pushed =
                 objects::read_u32(od, index, sub).is_some_and(|entry| mapping.push(Mapped::from_parameter(entry)));
             if !pushed {
-                return Mapping::EMPTY;
+                // The objects before stay behind its end.
+                (mapping.len, mapping.bits) = (0, 0);
+                break;
             }
         }
         for (entry, row) in mapping.entries.iter().zip(&mut mapping.rows).take(usize::from(mapping.len)) {
@@ -50,7 +52,7 @@ impl<const N: usize> Mapping<N> {
 
     /// Appends an object; false, and nothing appended, when it does not fit any more.
     pub fn push(&mut self, mapped: Mapped) -> bool {
-        let Some(bits) = self.bits.checked_add(mapped.bits).filter(|&bits| bits <= 64) else { return false };
+        let Some(bits) = bits_with(self.bits, mapped) else { return false };
         let Some(slot) = self.entries.get_mut(usize::from(self.len)) else { return false };
         *slot = mapped.to_parameter();
         self.len += 1;
@@ -125,6 +127,11 @@ impl<const N: usize> Mapping<N> {
         }
         result
     }
+}
+
+/// How many bits a PDO has with another object behind `bits`; `None` if they are more than 64.
+pub(crate) fn bits_with(bits: u8, mapped: Mapped) -> Option<u8> {
+    bits.checked_add(mapped.bits).filter(|&bits| bits <= 64)
 }
 
 fn read(mapped: Mapped, mut row: u16, od: &mut dyn ObjectDictionary) -> Option<u64> {
