@@ -43,8 +43,8 @@ impl SyncConsumer {
     pub fn configure(&mut self, id: Option<CobId>, overflow: u8, window: Duration) {
         let counts = overflow != 0;
         // Another SYNC, or one of another length, has not had an error yet.
-        let length_error = self.length_error && id == self.id && counts == self.counts;
-        *self = SyncConsumer { id, counts, window, length_error, ..*self };
+        self.length_error &= id == self.id && counts == self.counts;
+        (self.id, self.counts, self.window) = (id, counts, window);
     }
 
     /// The COB-ID, if it receives SYNC.

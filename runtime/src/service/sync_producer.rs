@@ -37,7 +37,7 @@ impl SyncProducer {
         if period != self.period {
             self.next = Some(now + period);
         }
-        *self = SyncProducer { id, period, overflow, ..*self };
+        (self.id, self.period, self.overflow) = (id, period, overflow);
     }
 
     /// Sends no SYNC, not even one that is due, until [`SyncProducer::resume`].
