@@ -8,6 +8,7 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Duration, Instant};
 
 use crate::case::{Outcome, Verdict, ensure, failed, not_applicable};
+use crate::sdo;
 use crate::tester::{Motion, Tester};
 
 /// How long a change of the state may take, switching power on included.
@@ -82,7 +83,7 @@ impl<'t, 'a> Axis<'t, 'a> {
     /// The number in an object, with its sign.
     pub(crate) fn number(&mut self, index: u16, sub: u8) -> Outcome<i64> {
         let bytes = self.t.read_bytes(index, sub)?;
-        let raw = bytes.iter().rev().fold(0_u64, |number, byte| number << 8 | u64::from(*byte));
+        let raw = sdo::number(&bytes);
         let is_signed = self.t.entry(index, sub).is_ok_and(|entry| {
             matches!(entry.data_type, DataType::Integer8 | DataType::Integer16 | DataType::Integer32)
         });

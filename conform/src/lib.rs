@@ -13,6 +13,7 @@ mod report;
 mod sdo;
 mod suite;
 mod tester;
+mod value;
 
 pub use case::{Case, Ended, Level, Outcome, Verdict};
 pub use cases::{cases, profile_cases};

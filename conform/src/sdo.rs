@@ -230,13 +230,16 @@ impl Tester<'_> {
 
     /// The number in an entry that can be read.
     pub(crate) fn read(&mut self, index: u16, sub: u8) -> Outcome<u64> {
-        let bytes = self.read_bytes(index, sub)?;
-        Ok(bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte)))
+        Ok(number(&self.read_bytes(index, sub)?))
     }
 
     pub(crate) fn reads(&mut self, index: u16, sub: u8, expected: u64) -> Outcome {
-        let value = self.read(index, sub)?;
-        ensure(value == expected, || format!("{index:04X}:{sub:02X} is {value:X}h, not {expected:X}h"))
+        let bytes = self.read_bytes(index, sub)?;
+        let right = &expected.to_le_bytes()[..bytes.len().min(8)];
+        ensure(number(&bytes) == expected, || {
+            let [value, right] = [&bytes, right].map(|bytes| self.shown((index, sub), bytes));
+            format!("{index:04X}:{sub:02X} is {value}, not {right}")
+        })
     }
 
     /// The value is the default of the data sheet, if it has one.
@@ -244,7 +247,10 @@ impl Tester<'_> {
         let (index, sub) = (entry.index, entry.sub);
         let bytes = self.read_bytes(index, sub)?;
         let default = self.power_on_value(entry).unwrap_or(bytes.clone());
-        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}, by default {default:02X?}"))
+        ensure(bytes == default, || {
+            let [value, default] = [bytes, default].map(|bytes| self.shown((index, sub), &bytes));
+            format!("{index:04X}:{sub:02X} is {value}, by default {default}")
+        })
     }
 
     /// How many bytes a number is written with: its own, or four where the device takes nothing else.
@@ -271,11 +277,12 @@ impl Tester<'_> {
 
     /// Writes a number that the data sheet allows; the case does not apply to a device that has no such number.
     pub(crate) fn write(&mut self, index: u16, sub: u8, value: u32) -> Outcome {
+        let shown = self.shown((index, sub), &value.to_le_bytes()[..self.written_size(index, sub)?]);
         if !self.has_value(index, sub, value) {
-            return Err(not_applicable(format!("{index:04X}:{sub:02X} is never {value:X}h")));
+            return Err(not_applicable(format!("{index:04X}:{sub:02X} is never {shown}")));
         }
         let answer = self.try_write(index, sub, value)?;
-        answer.map_err(|code| failed(format!("writing {value:X}h to {index:04X}:{sub:02X}: {code}")))
+        answer.map_err(|code| failed(format!("writing {shown} to {index:04X}:{sub:02X}: {code}")))
     }
 
     /// Whether a number is within the limits of the data sheet.
@@ -311,7 +318,7 @@ impl Tester<'_> {
         let readable = self.entry(index, sub).is_ok_and(|entry: Entry| entry.access.readable());
         let before = if readable { Some(self.upload(index, sub)?) } else { None };
         let answer = self.download(index, sub, data)?;
-        aborted(answer, codes, || format!("writing {data:02X?} to {index:04X}:{sub:02X}"))?;
+        aborted(answer, codes, || format!("writing {} to {index:04X}:{sub:02X}", self.shown((index, sub), data)))?;
         let after = if readable { Some(self.upload(index, sub)?) } else { None };
         ensure(before == after, || format!("{index:04X}:{sub:02X} is not what it was before a refused write"))
     }
@@ -328,6 +335,11 @@ impl Tester<'_> {
         aborted(got, &[code], || format!("{request:02X?}"))?;
         self.read(0x1000, 0).map(|_| ())
     }
+}
+
+/// The number that SDO carries.
+pub(crate) fn number(bytes: &[u8]) -> u64 {
+    bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte))
 }
 
 /// Whether a command begins to write an object: at once, in segments or in blocks.

@@ -12,6 +12,7 @@ use crate::axis::make_safe;
 use crate::case::{Case, Ended, Level, Outcome, Verdict};
 use crate::cases::lss;
 use crate::hazard::Hazard;
+use crate::sdo;
 use crate::tester::{Record, Settings, Sheet, Tester};
 
 /// For how long others on the bus are listened to before the test.
@@ -307,7 +308,8 @@ impl Suite<'_> {
             }
         });
         let was = |&(index, sub): &(u16, u8)| {
-            format!("{index:04X}:{sub:02X} could not be put back to {:02X?}", self.before[&(index, sub)])
+            let before = self.tester.shown((index, sub), &self.before[&(index, sub)]);
+            format!("{index:04X}:{sub:02X} could not be put back to {before}")
         };
         by_lss.into_iter().chain(self.changed.iter().map(was)).collect()
     }
@@ -340,8 +342,7 @@ impl Suite<'_> {
     }
 
     fn number(&self, index: u16, sub: u8) -> u32 {
-        let bytes = self.before.get(&(index, sub)).map_or(&[][..], |bytes| bytes);
-        bytes.iter().rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
+        self.before.get(&(index, sub)).map_or(0, |bytes| sdo::number(bytes) as u32)
     }
 
     fn differs(&mut self, at: (u16, u8)) -> bool {

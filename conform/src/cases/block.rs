@@ -48,7 +48,7 @@ pub(crate) const CASES: &[Case] = &[
         ensure(end[0] & 0xE3 == 0xC1, || format!("{end:02X?} does not end the transfer"))?;
         t.send_request(message(&[0xA1], &[]))?;
         bytes.truncate(bytes.len() - usize::from(end[0] >> 2 & 7));
-        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}"))
+        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {}", t.shown((index, sub), &bytes)))
     }),
     case("301/7.2.4.3.10/1", "", "segments of a block that did not come are asked for", |t| {
         let entries = t.some_to_write("of more than four bytes can be written", |entry| {
@@ -60,7 +60,8 @@ pub(crate) const CASES: &[Case] = &[
             if (8..=127 * 7).contains(&value.len()) {
                 t.download_block_without(at, &value, true, 1)?;
                 let after = t.read_bytes(at.0, at.1)?;
-                return ensure(after == value, || format!("{:04X}:{:02X} is {after:02X?} afterwards", at.0, at.1));
+                let shown = t.shown(at, &after);
+                return ensure(after == value, || format!("{:04X}:{:02X} is {shown} afterwards", at.0, at.1));
             }
         }
         Err(not_applicable("no value that can be written has several segments"))

@@ -102,9 +102,14 @@ pub(crate) const CASES: &[Case] = &[
             if answer == Err(AbortCode::DEVICE_STATE) {
                 continue;
             }
-            answer.map_err(|code| failed(format!("{index:04X}:{sub:02X} does not take {before:02X?}: {code}")))?;
+            answer.map_err(|code| {
+                failed(format!("{index:04X}:{sub:02X} does not take {}: {code}", t.shown((index, sub), &before)))
+            })?;
             let after = t.read_bytes(index, sub)?;
-            ensure(before == after, || format!("{index:04X}:{sub:02X} was {before:02X?} and is {after:02X?}"))?;
+            ensure(before == after, || {
+                let [before, after] = [before, after].map(|bytes| t.shown((index, sub), &bytes));
+                format!("{index:04X}:{sub:02X} was {before} and is {after}")
+            })?;
         }
         Ok(())
     }),

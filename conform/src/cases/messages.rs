@@ -18,7 +18,9 @@ pub(crate) const CASES: &[Case] = &[
         t.has(&[0x1003])?;
         t.reads(0x1003, 0, 0)?;
         match t.upload(0x1003, 1)? {
-            Ok(bytes) => ensure(bytes.iter().all(|&byte| byte == 0), || format!("1003:01 is {bytes:02X?}")),
+            Ok(bytes) => {
+                ensure(bytes.iter().all(|&byte| byte == 0), || format!("1003:01 is {}", t.shown((0x1003, 1), &bytes)))
+            }
             Err(AbortCode::NO_DATA) => Ok(()),
             Err(code) => Err(failed(format!("1003:01: {code}"))),
         }

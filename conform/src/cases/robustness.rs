@@ -26,7 +26,7 @@ pub(crate) const CASES: &[Case] = &[
         t.request([0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0])?;
         t.read(0x1000, 0)?;
         let bytes = t.read_bytes(index, sub)?;
-        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?} afterwards"))
+        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {} afterwards", t.shown((index, sub), &bytes)))
     }),
     case("301/7.2.4.3.17/10", "", "an abort by the client ends a transfer, and is not answered", |t| {
         let (index, sub, _) = long_text(t)?;

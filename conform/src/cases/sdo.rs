@@ -18,7 +18,9 @@ pub(crate) const CASES: &[Case] = &[
         ensure(right, || format!("{answer:02X?}"))?;
         let entry = t.entry(0x1000, 0)?;
         let default = t.power_on_value(&entry);
-        ensure(default.is_none_or(|default| default == answer[4..]), || format!("1000h is {:02X?}", &answer[4..]))
+        ensure(default.is_none_or(|default| default == answer[4..]), || {
+            format!("1000h is {}", t.shown((0x1000, 0), &answer[4..]))
+        })
     }),
     case("301/7.5.2/1", "2.2", "communication parameters are written and read back", |t| {
         changed_parameters(t).map(|_| ())
@@ -83,7 +85,7 @@ pub(crate) const CASES: &[Case] = &[
         let sized = answer[0] == 0x41 && answer[4..] == size;
         ensure(sized || answer[0] == 0x40, || format!("{answer:02X?} begins {} bytes", default.len()))?;
         let bytes = t.read_bytes(index, sub)?;
-        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}"))
+        ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {}", t.shown((index, sub), &bytes)))
     }),
     case("301/7.2.4.3.7/2", "2.17", "a wrong toggle bit is aborted", |t| {
         let (index, sub, _) = long_text(t)?;
@@ -94,7 +96,7 @@ pub(crate) const CASES: &[Case] = &[
         let (index, sub, default) = long_text(t)?;
         for _ in 0..3 {
             let bytes = t.read_bytes(index, sub)?;
-            ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?}"))?;
+            ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {}", t.shown((index, sub), &bytes)))?;
             // There is no segment behind the last.
             t.aborts([0x60, 0, 0, 0, 0, 0, 0, 0], AbortCode::UNKNOWN_COMMAND)?;
         }
@@ -103,7 +105,10 @@ pub(crate) const CASES: &[Case] = &[
     case("301/7.2.4.3.13/1", "2.19", "1000h is read as a block without checksum", |t| {
         let bytes = t.upload_block((0x1000, 0), false)?;
         let value = t.read_bytes(0x1000, 0)?;
-        ensure(bytes == value, || format!("{bytes:02X?} as a block, {value:02X?} else"))
+        ensure(bytes == value, || {
+            let [block, value] = [bytes, value].map(|bytes| t.shown((0x1000, 0), &bytes));
+            format!("{block} as a block, {value} else")
+        })
     }),
     case("301/7.2.4.3.9/1", "2.20", "100Ch is written as a block without checksum", |t| as_block(t, 0x100C, false)),
     case("301/7.2.4.3.9/2", "2.21", "1017h is written as a block without checksum", |t| as_block(t, 0x1017, false)),
@@ -247,7 +252,7 @@ pub(crate) fn long_text(t: &Tester<'_>) -> Outcome<(u16, u8, Vec<u8>)> {
 fn text_as_block(t: &mut Tester<'_>, with_crc: bool) -> Outcome {
     let (index, sub, default) = long_text(t)?;
     let bytes = t.upload_block((index, sub), with_crc)?;
-    ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {bytes:02X?} as a block"))
+    ensure(bytes == default, || format!("{index:04X}:{sub:02X} is {} as a block", t.shown((index, sub), &bytes)))
 }
 
 fn servers(t: &Tester<'_>) -> Outcome<Vec<u16>> {

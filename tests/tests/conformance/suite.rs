@@ -219,7 +219,7 @@ fn what_a_case_has_written_that_took_too_long_is_put_back() {
 fn what_could_not_be_put_back_is_in_the_report() {
     let bench = Bench::of(&IS_WRITTEN_ONCE);
     let report = bench.test(&settings(), &["2.2", "2.3"]);
-    let sentence = "1015:00 could not be put back to [00, 00]";
+    let sentence = "1015:00 could not be put back to 0";
     assert_eq!((report.not_put_back, report.cases.len()), (vec![sentence.to_owned()], 2));
     assert_eq!(report.cases[0].notes, [sentence]);
 }
