@@ -180,6 +180,24 @@ fn a_drive_on_a_terminal_takes_the_conformance_test() {
 }
 
 #[test]
+fn a_conformance_test_whose_bus_is_gone_says_so_and_ends() {
+    let mut drive = Simulation::begin(&folder("sim-conform-lost"), &["siko/ag03-1", "--node", "5", "--bus", "pty"]);
+    let test = Command::new(env!("CARGO_BIN_EXE_lexican"))
+        .args(["conform", "--bus", &drive.buses[0], "--node", "5", "--eds", "siko/ag03-1", "--reconnect", "1"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The first case has begun, by a reset.
+    drive.until("nmt");
+    drop(drive);
+    let output = test.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("error: the bus was lost: "), "{stderr}");
+}
+
+#[test]
 fn one_terminal_hears_what_happens_on_the_other() {
     let drive = Simulation::begin(&folder("sim-monitor"), &["siko/ag03-1", "--node", "5", "--bus", "pty:2"]);
     let watching = drive.buses[1].clone();

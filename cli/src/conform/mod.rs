@@ -109,6 +109,10 @@ struct Conditions {
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
     boot: Duration,
 
+    /// For how many seconds a bus that is lost is waited for
+    #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    reconnect: Duration,
+
     /// The bit rate of the bus in kbit/s, so that the device has it again after others were given to it by LSS
     #[arg(long, value_name = "KBIT")]
     bit_rate: Option<u16>,
@@ -279,6 +283,7 @@ impl Conditions {
         Ok(Settings {
             allow,
             boot: self.boot,
+            bus: self.reconnect,
             bit_rate_kbit: self.bit_rate,
             stimuli,
             fail_fast,
