@@ -407,13 +407,13 @@ impl<A: Application> Slave<A> {
         }
         // A command that takes back goes before the one that gives.
         if command.unsync || command.sync && self.identity.sync {
-            self.synchronised = command.sync && !command.unsync;
+            self.synchronised = !command.unsync;
             self.application.take_outputs(now, &self.outputs[..outputs]);
         }
         if command.unfreeze || command.freeze && self.identity.freeze {
             self.frozen = false;
             self.look(now);
-            self.frozen = command.freeze && !command.unfreeze;
+            self.frozen = !command.unfreeze;
         }
     }
 

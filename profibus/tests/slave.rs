@@ -4,7 +4,7 @@ mod support;
 
 use lexican_profibus::dp::{GlobalControl, Parameters, sap};
 use lexican_profibus::fdl::{FrameCount, Service, Status};
-use lexican_profibus::{Application, State};
+use lexican_profibus::{Application, BitRate, Identity, Slave, State};
 use lexican_runtime::Duration;
 use support::{ADDRESS, Answer, Bench, IDENTITY, data, parameters, refused};
 
@@ -89,14 +89,9 @@ fn wrong_parameters_are_a_fault() {
     ] {
         let mut bench = Bench::in_data_exchange();
         bench.exchange(&[1, 2, 3, 4]);
-        let identity = lexican_profibus::Identity { sync: false, freeze: false, ..IDENTITY };
+        let identity = Identity { sync: false, freeze: false, ..IDENTITY };
         if text == unknown {
-            bench.slave = lexican_profibus::Slave::new(
-                ADDRESS,
-                identity,
-                lexican_profibus::BitRate(500_000),
-                bench.slave.application().clone(),
-            );
+            bench.slave = Slave::new(ADDRESS, identity, BitRate(500_000), bench.slave.application().clone());
         }
         assert_eq!(bench.parameterise(parameters), Answer::Acknowledgement);
         let diagnosis = bench.diagnosis();
@@ -129,7 +124,7 @@ fn another_configuration_is_a_fault_and_outputs_become_zero() {
 fn the_watchdog_takes_the_outputs_back() {
     let mut bench = Bench::in_data_exchange();
     bench.exchange(&[1, 2, 3, 4]);
-    // 10 times 1 times 10 ms; the bench takes 1 ms before each request and after it.
+    // 5 times 2 times 10 ms; the bench takes 1 ms before each request and after it.
     bench.pass(Duration::from_millis(97));
     bench.exchange(&[1, 2, 3, 4]);
     bench.pass(Duration::from_millis(98));
@@ -194,6 +189,56 @@ fn sync_holds_the_outputs_and_freeze_the_inputs() {
 }
 
 #[test]
+fn a_command_that_takes_back_goes_before_the_one_that_gives() {
+    let mut bench = Bench::in_data_exchange();
+    bench.control(GlobalControl { sync: true, unsync: true, freeze: true, unfreeze: true, ..GlobalControl::default() });
+    assert_eq!(bench.diagnosis(), "ident 1234, master 2: the watchdog is on");
+}
+
+#[test]
+fn a_slave_without_sync_and_freeze_does_neither() {
+    let mut bench = Bench::new();
+    let identity = Identity { sync: false, freeze: false, ..IDENTITY };
+    bench.slave = Slave::new(ADDRESS, identity, BitRate(500_000), bench.slave.application().clone());
+    assert_eq!(bench.parameterise(parameters()), Answer::Acknowledgement);
+    assert_eq!(bench.service(sap::CHECK_CONFIGURATION, &[0xF1]), Answer::Acknowledgement);
+    bench.control(GlobalControl { sync: true, freeze: true, ..GlobalControl::default() });
+    assert_eq!(bench.diagnosis(), "ident 1234, master 2: the watchdog is on");
+    assert_eq!(bench.exchange(&[1; 4]), data(&[0xFE; 4]));
+}
+
+#[test]
+fn new_parameters_end_sync_freeze_and_an_announcement() {
+    let mut bench = Bench::in_data_exchange();
+    bench.exchange(&[1; 4]);
+    bench.control(GlobalControl { sync: true, freeze: true, ..GlobalControl::default() });
+    bench.slave.announce_diagnosis();
+    assert_eq!(bench.parameterise(parameters()), Answer::Acknowledgement);
+    assert_eq!(bench.service(sap::CHECK_CONFIGURATION, &[0xF1]), Answer::Acknowledgement);
+    assert_eq!(bench.exchange(&[2; 4]), data(&[0xFD; 4]));
+    assert_eq!(bench.slave.application().last(), [2; 4]);
+}
+
+#[test]
+fn another_master_does_not_keep_the_watchdog_quiet() {
+    let mut bench = Bench::in_data_exchange();
+    bench.exchange(&[1; 4]);
+    bench.from = 3;
+    for _ in 0..3 {
+        bench.pass(Duration::from_millis(40));
+        bench.diagnosis();
+    }
+    assert_eq!((bench.slave.state(), bench.slave.application().last()), (State::WaitParameters, &[0; 4][..]));
+}
+
+#[test]
+fn an_identity_has_as_many_bytes_as_its_configuration() {
+    for (inputs, outputs, is_consistent) in [(4, 4, true), (3, 4, false), (4, 3, false)] {
+        assert_eq!(Identity { inputs, outputs, ..IDENTITY }.is_consistent(), is_consistent);
+    }
+}
+
+#[test]
 fn a_command_is_for_its_groups() {
     let mut bench = Bench::in_data_exchange();
     bench.exchange(&[1; 4]);
@@ -223,9 +268,9 @@ fn a_slave_without_inputs_acknowledges_its_outputs() {
             assert!(inputs.is_empty());
         }
     }
-    let identity = lexican_profibus::Identity { configuration: &[0x20], inputs: 0, outputs: 1, ..IDENTITY };
+    let identity = Identity { configuration: &[0x20], inputs: 0, outputs: 1, ..IDENTITY };
     assert!(identity.is_consistent() && IDENTITY.is_consistent());
-    let mut slave = lexican_profibus::Slave::new(ADDRESS, identity, lexican_profibus::BitRate(500_000), Deaf);
+    let mut slave = Slave::new(ADDRESS, identity, BitRate(500_000), Deaf);
     let bench = Bench::new();
     let mut now = bench.now;
     for (sap, payload) in
@@ -366,7 +411,7 @@ fn inputs_are_read_as_they_are_now() {
 
 #[test]
 fn bits_take_time() {
-    assert_eq!(lexican_profibus::BitRate(500_000).bits(33), Duration::from_micros(66));
-    assert_eq!(lexican_profibus::BitRate(45_450).bits(1), Duration::from_micros(23));
-    assert_eq!(lexican_profibus::BitRate(0).bits(1), Duration::from_secs(1));
+    assert_eq!(BitRate(500_000).bits(33), Duration::from_micros(66));
+    assert_eq!(BitRate(45_450).bits(1), Duration::from_micros(23));
+    assert_eq!(BitRate(0).bits(1), Duration::from_secs(1));
 }

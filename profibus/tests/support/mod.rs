@@ -167,7 +167,7 @@ pub(crate) fn parameters() -> Parameters<'static> {
         unlock: false,
         sync: false,
         freeze: false,
-        watchdog: Some((10, 1)),
+        watchdog: Some((5, 2)),
         min_tsdr_bits: 11,
         ident: IDENTITY.ident,
         groups: 0x01,
