@@ -126,6 +126,13 @@ fn a_drive_at_its_serial_interface_is_a_node_for_every_command() {
     drive.run("check", &[]).on_stdout(1, "node 1: 98 entries, 2 are not as the data sheet says");
     drive.check("nmt start --node 1", &["--wait", "2000"], "OPERATIONAL");
     drive.check("monitor --for 1", &[], "boot-up node 1");
+    let network = folder("sim-serial").join("network.toml");
+    let text = "[[node]]\nid = 1\ndevice = \"siko/ag02\"\nsettings = [\"2413 = loop minus\"]\nheartbeat = 100\n";
+    std::fs::write(&network, text).unwrap();
+    let network = network.display().to_string();
+    drive.check("boot", &[&network, "--for", "1"], "node 1: has booted\nthe network is ready\n");
+    drive.check("read", &["2413"], "loop minus");
+    drive.check("boot", &["--node", "1", "--guarding", "100", "--for", "1"], "the network is ready\n");
     // Another drive, another speed, another node-ID.
     let refused = |suffix: &str, words: &str| {
         let url = format!("{}{suffix}", drive.buses[0].replace("?device=siko/ag02", ""));
@@ -136,7 +143,7 @@ fn a_drive_at_its_serial_interface_is_a_node_for_every_command() {
     refused("?device=siko/ag02&baud=fast", "baud=fast is not a number");
     refused("?device=siko/ag02&speed=1", "there is device, baud, node");
     let url = format!("{}&node=7&baud=19200", drive.buses[0]);
-    lexican(&["read", "--bus", &url, "--node", "7", "2413"]).on_stdout(0, "loop plus");
+    lexican(&["read", "--bus", &url, "--node", "7", "2413"]).on_stdout(0, "loop minus");
     // The drive is moved by hand, so to say.
     drive.asks("power off", "state");
     drive.run("read", &["6064"]).on_stderr(2, "no answer");
