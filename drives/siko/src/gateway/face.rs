@@ -77,7 +77,7 @@ impl Face {
 
     /// 6060h has this value now.
     pub(super) fn set_mode(&mut self, mode: Option<Mode>) {
-        if self.mode.is_some() && self.mode != mode {
+        if self.mode != mode {
             (self.work, self.acknowledged) = (Work::None, false);
         }
         self.mode = mode;
@@ -195,14 +195,14 @@ impl Face {
         if self.state != State::Fault {
             self.state = State::SwitchOnDisabled;
         }
-        (self.acknowledged, self.holds) = (false, false);
+        self.acknowledged = false;
     }
 
-    /// Takes what the drive shows; returns what has become of it by itself.
-    pub(super) fn see(&mut self, facts: &Facts) -> Option<Change> {
+    /// Takes what the drive shows; returns what has become of it by itself, and not because an order that is under way
+    /// releases the motor.
+    pub(super) fn see(&mut self, facts: &Facts, is_releasing: bool) -> Option<Change> {
         let released = facts.has(system::MOTOR_RELEASED);
         if facts.has(system::FAULT) {
-            self.holds = false;
             let is_new = self.state != State::Fault;
             self.state = State::Fault;
             return is_new.then_some(Change::Fault);
@@ -215,7 +215,8 @@ impl Face {
             return None;
         }
         // Without supply or enable input it has no torque in any state.
-        let lost = std::mem::replace(&mut self.holds, !released) && released && !facts.has(system::NO_SUPPLY);
+        let held = std::mem::replace(&mut self.holds, !released);
+        let lost = held && released && !is_releasing && !facts.has(system::NO_SUPPLY);
         if lost {
             self.work = Work::None;
             self.disable();
@@ -239,7 +240,7 @@ impl Face {
             (status::TARGET_REACHED, has(system::IN_POSITION) && (velocity || arrived)),
             (status::INTERNAL_LIMIT, limit),
             (status::STANDSTILL, velocity && !has(system::MOVING)),
-            (status::ACKNOWLEDGED, !velocity && self.acknowledged),
+            (status::ACKNOWLEDGED, self.acknowledged),
             (status::POSITIONING, !velocity && has(system::POSITIONING)),
             (status::MOVING, !velocity && has(system::MOVING)),
         ]

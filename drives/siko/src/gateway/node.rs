@@ -153,7 +153,8 @@ impl<D: Door> Gateway<D> {
     fn see(&mut self, now: Instant, facts: Facts) {
         self.facts = facts;
         let came = !std::mem::replace(&mut self.connected, true);
-        let change = self.face.see(&facts);
+        let is_releasing = matches!(self.current, Some(Current::Ordering(Step { order: Order::Release, .. })));
+        let change = self.face.see(&facts, is_releasing);
         if came && (!std::mem::replace(&mut self.known, true) || change == Some(Change::Released)) {
             self.restart(now);
         } else if came {

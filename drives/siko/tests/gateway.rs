@@ -1,0 +1,532 @@
+//! The gateway with a door that does what the test says: frames become jobs, and reports become frames.
+
+use std::collections::VecDeque;
+
+use lexican_driver::Direction;
+use lexican_runtime::host::Node;
+use lexican_runtime::host::candump::Line;
+use lexican_runtime::object::Address;
+use lexican_runtime::{AbortCode, Instant, NodeId};
+use siko::gateway::{Door, Facts, Gateway, Job, Report};
+use siko::order::{Braking, Order};
+use siko::words::system::{
+    ABOVE_UPPER_LIMIT, BATTERY_LOW, BELOW_LOWER_LIMIT, ENABLE_INACTIVE, FAULT, IN_POSITION, LAG_ERROR, MOTOR_RELEASED,
+    MOVING, NO_SUPPLY, NOT_READY, OVERCURRENT, POSITIONING,
+};
+
+const NODE: NodeId = NodeId::literal(5);
+const MODE: Address = Address::new(0x6060, 0);
+const FAULTS: Address = Address::new(0x1003, 1);
+
+const STOPPED: Order = Order::Interrupt(Braking::Programmed);
+const UP: Order = Order::Inch(Direction::Positive);
+const DOWN: Order = Order::Inch(Direction::Negative);
+
+#[derive(Default)]
+struct Scripted {
+    jobs: Vec<Job>,
+    reports: VecDeque<Report>,
+}
+
+impl Door for Scripted {
+    fn has(&self, address: Address) -> bool {
+        match address.index() {
+            0x1003 | 0x1011 | 0x2410 => (1..=8).contains(&address.sub()),
+            index => [0x6060, 0x6064, 0x606C, 0x60FF].contains(&index),
+        }
+    }
+
+    fn begin(&mut self, _: Instant, job: Job) {
+        self.jobs.push(job);
+    }
+
+    fn poll(&mut self, _: Instant) -> Option<Report> {
+        self.reports.pop_front()
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        None
+    }
+
+    fn handle_timeout(&mut self, _: Instant) {}
+}
+
+struct Bench(Gateway<Scripted>);
+
+impl Bench {
+    /// The drive has not answered yet.
+    fn silent() -> Self {
+        Bench(Gateway::new(&siko_ag02::sim::MODEL, NODE, Scripted::default()))
+    }
+
+    /// OPERATIONAL, with the motor released, in a mode of 6060h.
+    fn operational(mode: i64) -> Self {
+        let mut bench = Bench::silent();
+        assert_eq!(bench.sees(MOTOR_RELEASED), [Job::Read(MODE)]);
+        assert_eq!((bench.done(Ok(mode)), bench.frames()), (vec![], vec!["705#00".to_owned()]));
+        assert_eq!(bench.send("000#0105"), []);
+        bench
+    }
+
+    /// OPERATION ENABLED, at rest, with Stop in the control word.
+    fn enabled(mode: i64) -> Self {
+        let mut bench = Bench::operational(mode);
+        assert_eq!([bench.control(0x0106), bench.control(0x0107)], [[], []]);
+        assert_eq!(bench.control(0x010F), [order(Order::Enable, 0)]);
+        assert_eq!(bench.sees_and_is_done(0), []);
+        bench
+    }
+
+    /// A travel, in positioning mode.
+    fn travelling() -> Self {
+        let mut bench = Bench::enabled(1);
+        assert_eq!(bench.starts(0x001F), [order(Order::Start, 0)]);
+        assert_eq!(bench.sees_and_is_done(POSITIONING | MOVING), []);
+        bench
+    }
+
+    fn jobs(&mut self) -> Vec<Job> {
+        std::mem::take(&mut self.0.door_mut().jobs)
+    }
+
+    fn report(&mut self, reports: &[Report]) -> Vec<Job> {
+        self.0.door_mut().reports.extend(reports);
+        self.0.advance(Instant::ZERO);
+        self.jobs()
+    }
+
+    fn sees(&mut self, system: u16) -> Vec<Job> {
+        self.report(&[facts(system)])
+    }
+
+    fn done(&mut self, result: Result<i64, AbortCode>) -> Vec<Job> {
+        self.report(&[Report::Done(result)])
+    }
+
+    fn sees_and_is_done(&mut self, system: u16) -> Vec<Job> {
+        self.report(&[facts(system), Report::Done(Ok(0))])
+    }
+
+    fn send(&mut self, text: &str) -> Vec<Job> {
+        let frame = format!("(0000000000.000000) can0 {text}").parse::<Line>().unwrap().frame;
+        self.0.handle_frame(Instant::ZERO, &frame);
+        self.jobs()
+    }
+
+    fn frames(&mut self) -> Vec<String> {
+        std::iter::from_fn(|| self.0.poll_transmit(Instant::ZERO)).map(|frame| frame.to_string()).collect()
+    }
+
+    fn control(&mut self, word: u16) -> Vec<Job> {
+        let [low, high] = word.to_le_bytes();
+        let jobs = self.send(&format!("605#23406000{low:02X}{high:02X}0000"));
+        assert_eq!(self.frames(), ["585#6040600000000000"]);
+        jobs
+    }
+
+    /// A control word that is judged after a look.
+    #[track_caller]
+    fn starts(&mut self, word: u16) -> Vec<Job> {
+        assert_eq!(self.control(word), [Job::Look], "{word:04X}");
+        self.done(Ok(0))
+    }
+
+    /// 6041h.
+    #[track_caller]
+    fn status(&mut self) -> u16 {
+        assert_eq!(self.send("605#4041600000000000"), [Job::Look]);
+        self.done(Ok(0));
+        let frames = self.frames();
+        let answer = frames.iter().find_map(|frame| frame.split_once("416000")).unwrap_or_else(|| panic!("{frames:?}"));
+        u16::from_str_radix(&answer.1[..4], 16).unwrap().swap_bytes()
+    }
+}
+
+fn facts(system: u16) -> Report {
+    Report::Facts(Facts { system, ..Facts::default() })
+}
+
+fn order(order: Order, target: i32) -> Job {
+    Job::Order { order, target }
+}
+
+#[test]
+fn the_states_are_those_of_table_22() {
+    let mut bench = Bench::operational(1);
+    let mut shows = |word: u16, ordered: Option<Order>, released: bool, state: u16| {
+        let jobs: Vec<Job> = ordered.into_iter().map(|ordered| order(ordered, 0)).collect();
+        assert_eq!(bench.control(word), jobs, "{word:04X}");
+        if ordered.is_some() {
+            bench.sees_and_is_done(if released { MOTOR_RELEASED } else { 0 });
+        }
+        assert_eq!(bench.status(), state, "after {word:04X}");
+    };
+    shows(0x010F, None, true, 0x0270);
+    shows(0x0106, None, true, 0x0231);
+    shows(0x0107, None, true, 0x0233);
+    shows(0x010F, Some(Order::Enable), false, 0x0337);
+    shows(0x0107, Some(Order::Release), true, 0x0233);
+    shows(0x010F, Some(Order::Enable), false, 0x0337);
+    shows(0x0106, Some(Order::Release), true, 0x0231);
+    shows(0x0107, None, true, 0x0233);
+    shows(0x010F, Some(Order::Enable), false, 0x0337);
+    shows(0x0102, Some(Order::Hold), false, 0x0217);
+    shows(0x0100, Some(Order::Release), true, 0x0270);
+}
+
+#[test]
+fn a_word_is_at_most_one_order() {
+    let rest: fn() -> Bench = || Bench::enabled(1);
+    let travel: fn() -> Bench = Bench::travelling;
+    let ready: fn() -> Bench = || {
+        let mut bench = Bench::operational(1);
+        bench.control(0x0106);
+        bench
+    };
+    for (from, word, jobs) in [
+        (rest, 0x010F, vec![]),
+        (rest, 0x011F, vec![]),
+        (rest, 0xE10F, vec![]),
+        (rest, 0x000F, vec![Job::Look]),
+        (rest, 0x001F, vec![Job::Look, order(Order::Start, 0)]),
+        (rest, 0x200F, vec![Job::Look, order(Order::Step, 0)]),
+        (rest, 0x400F, vec![Job::Look, order(UP, 0)]),
+        (rest, 0x800F, vec![Job::Look, order(DOWN, 0)]),
+        (rest, 0xE01F, vec![Job::Look, order(Order::Start, 0)]),
+        (travel, 0x001F, vec![]),
+        (travel, 0x000F, vec![Job::Look]),
+        (travel, 0xE00F, vec![Job::Look]),
+        (travel, 0x011F, vec![order(STOPPED, 0)]),
+        (travel, 0x0002, vec![order(Order::Hold, 0)]),
+        (travel, 0x0006, vec![order(Order::Release, 0)]),
+        (ready, 0x0016, vec![]),
+    ] {
+        let mut bench = from();
+        let mut found = bench.control(word);
+        if found == [Job::Look] {
+            found.extend(bench.done(Ok(0)));
+        }
+        assert_eq!(found, jobs, "{word:04X}");
+    }
+}
+
+#[test]
+fn a_travel_is_interrupted_and_resumed_by_stop() {
+    let mut bench = Bench::travelling();
+    assert_eq!(bench.status() & 0xD000, 0xD000);
+    for _ in 0..2 {
+        assert_eq!(bench.control(0x011F), [order(STOPPED, 0)]);
+        bench.sees_and_is_done(POSITIONING);
+        assert_eq!(bench.starts(0x001F), [order(Order::Resume, 0)]);
+        bench.sees_and_is_done(POSITIONING | MOVING);
+    }
+    bench.sees(IN_POSITION);
+    assert_eq!(bench.status(), 0x1737);
+    bench.sees(POSITIONING | MOVING);
+    // Once it is over, it is not resumed, and the next edge begins another one.
+    bench.control(0x011F);
+    bench.sees_and_is_done(IN_POSITION);
+    assert_eq!((bench.starts(0x001F), bench.starts(0x000F)), (vec![], vec![]));
+    assert_eq!(bench.starts(0x001F), [order(Order::Start, 0)]);
+}
+
+#[test]
+fn inching_ends_with_its_own_bit() {
+    for (own, other, inching) in [(0x400F, 0x800F, UP), (0x800F, 0x400F, DOWN)] {
+        let mut bench = Bench::enabled(1);
+        assert_eq!(bench.starts(own), [order(inching, 0)]);
+        bench.sees_and_is_done(MOVING);
+        assert_eq!((bench.starts(own | other), bench.starts(own)), (vec![], vec![]));
+        assert_eq!(bench.starts(0x000F), [order(Order::StopInching, 0)]);
+        bench.sees_and_is_done(0);
+        assert_eq!(bench.starts(other), [order(if inching == UP { DOWN } else { UP }, 0)]);
+    }
+    let mut bench = Bench::enabled(1);
+    assert_eq!(bench.starts(0x200F), [order(Order::Step, 0)]);
+    bench.sees_and_is_done(MOVING);
+    assert_eq!((bench.starts(0x000F), bench.starts(0x001F)), (vec![], vec![]), "it moves");
+    assert_eq!(bench.sees(IN_POSITION), []);
+    assert_eq!(bench.status(), 0x0737);
+}
+
+#[test]
+fn in_velocity_mode_stop_and_new_targets_are_orders() {
+    let mut bench = Bench::enabled(2);
+    assert_eq!(bench.status(), 0x1337);
+    let velocity = |bench: &mut Bench, velocity: u8| {
+        let write = Job::Write(Address::new(0x60FF, 0), velocity.into());
+        assert_eq!(bench.send(&format!("605#23FF6000{velocity:02X}000000")), [write]);
+        assert_eq!(bench.done(Ok(0)), []);
+        assert_eq!(bench.frames(), ["585#60FF600000000000"]);
+    };
+    velocity(&mut bench, 20);
+    // One that the drive refuses does not count.
+    bench.send("605#23FF600028000000");
+    bench.done(Err(AbortCode::INVALID_VALUE));
+    assert_eq!(bench.frames(), ["585#80FF600030000906"]);
+    assert_eq!(bench.control(0x011F), []);
+    assert_eq!(bench.starts(0x000F), [order(Order::Start, 20)]);
+    bench.sees_and_is_done(MOVING);
+    assert_eq!(bench.status(), 0x0337);
+    assert_eq!(bench.starts(0x001F), []);
+    velocity(&mut bench, 30);
+    assert_eq!(bench.starts(0x000F), [order(Order::Start, 30)]);
+    bench.sees_and_is_done(MOVING | IN_POSITION);
+    assert_eq!(bench.status(), 0x0737);
+    assert_eq!(bench.control(0x010F), [order(STOPPED, 30)]);
+    bench.sees_and_is_done(0);
+    assert_eq!(bench.control(0x011F), []);
+    assert_eq!(bench.starts(0x000F), [order(Order::Start, 30)]);
+    bench.sees_and_is_done(MOVING);
+    // By PDO, the target comes with the word.
+    assert_eq!(bench.send("505#0F0028000000"), [order(Order::Start, 40)]);
+}
+
+#[test]
+fn the_status_word_shows_what_the_drive_shows() {
+    for (mode, shown, word) in [
+        (1, 0, 0x0337),
+        (1, NOT_READY, 0x0237),
+        (1, BATTERY_LOW, 0x03B7),
+        (1, OVERCURRENT, 0x03B7),
+        (1, LAG_ERROR, 0x03B7),
+        (1, IN_POSITION, 0x0337),
+        (1, ABOVE_UPPER_LIMIT, 0x0B37),
+        (1, BELOW_LOWER_LIMIT, 0x0B37),
+        (1, POSITIONING, 0x4337),
+        (1, MOVING, 0x8337),
+        (2, 0, 0x1337),
+        (2, IN_POSITION, 0x1737),
+        (2, ABOVE_UPPER_LIMIT | BELOW_LOWER_LIMIT | POSITIONING, 0x1337),
+        (2, MOVING, 0x0337),
+        // The enable input is not the supply.
+        (1, ENABLE_INACTIVE | MOTOR_RELEASED, 0x0337),
+    ] {
+        let mut bench = Bench::enabled(mode);
+        bench.sees(shown);
+        assert_eq!(bench.status(), word, "mode {mode}, {shown:04X}");
+    }
+    let mut bench = Bench::enabled(1);
+    bench.send("000#8005");
+    bench.sees_and_is_done(MOTOR_RELEASED);
+    assert_eq!(bench.status(), 0x0070, "it takes no control words");
+}
+
+#[test]
+fn a_target_is_reached_by_a_travel_or_a_step_and_acknowledged_until_bit_4_falls() {
+    let mut bench = Bench::travelling();
+    for (shown, word) in [(MOVING, 0x9337), (POSITIONING, 0x5337)] {
+        bench.sees(IN_POSITION | shown);
+        assert_eq!(bench.status(), word);
+    }
+    bench.sees(IN_POSITION);
+    assert_eq!(bench.status(), 0x1737);
+    bench.starts(0x000F);
+    assert_eq!(bench.status(), 0x0737);
+    // What is finished stays known as such, also without torque.
+    assert_eq!(bench.control(0x0007), [order(Order::Release, 0)]);
+    bench.sees_and_is_done(IN_POSITION | MOTOR_RELEASED);
+    assert_eq!(bench.status(), 0x0633);
+    // What is given up is not.
+    let mut bench = Bench::travelling();
+    assert_eq!(bench.control(0x0007), [order(Order::Release, 0)]);
+    bench.sees_and_is_done(POSITIONING | MOTOR_RELEASED);
+    bench.sees(IN_POSITION | MOTOR_RELEASED);
+    assert_eq!(bench.status(), 0x0233);
+    let mut bench = Bench::travelling();
+    assert_eq!(bench.control(0x0002), [order(Order::Hold, 0)]);
+    bench.sees_and_is_done(IN_POSITION);
+    assert_eq!(bench.status(), 0x0217);
+}
+
+#[test]
+fn another_mode_forgets_the_travel_and_the_same_one_does_not() {
+    for mode in [1, 2] {
+        let mut bench = Bench::travelling();
+        bench.sees(IN_POSITION);
+        assert_eq!(bench.send(&format!("605#23606000{mode:02X}000000")), [Job::Write(MODE, mode)]);
+        assert_eq!(bench.done(Ok(0)), []);
+        bench.frames();
+        assert_eq!(bench.status(), 0x1737, "mode {mode}");
+        bench.send("605#2360600001000000");
+        bench.done(Ok(0));
+        bench.frames();
+        assert_eq!(bench.status(), if mode == 1 { 0x1737 } else { 0x0337 });
+    }
+}
+
+#[test]
+fn what_an_order_has_become_is_seen_if_it_is_not_known() {
+    let unknown = Err(AbortCode::HARDWARE_ERROR);
+    let rest: fn() -> Bench = || Bench::enabled(1);
+    let travel: fn() -> Bench = Bench::travelling;
+    for (from, word, result, shown, status) in [
+        (rest, 0x001F, Ok(0), 0, 0x1337),
+        (rest, 0x001F, Err(AbortCode::DEVICE_STATE), 0, 0x0337),
+        (rest, 0x001F, Err(AbortCode::LOCAL_CONTROL), 0, 0x0137),
+        (rest, 0x001F, unknown, 0, 0x0337),
+        (rest, 0x001F, unknown, MOVING, 0x9337),
+        (rest, 0x001F, unknown, POSITIONING, 0x5337),
+        (travel, 0x0007, unknown, 0, 0x0337),
+        (travel, 0x0007, unknown, MOTOR_RELEASED, 0x0233),
+        (travel, 0x0002, unknown, 0, 0x0337),
+        (travel, 0x0002, Err(AbortCode::DEVICE_STATE), 0, 0x0337),
+    ] {
+        let mut bench = from();
+        if bench.control(word) == [Job::Look] {
+            bench.done(Ok(0));
+        }
+        bench.report(&[facts(shown), Report::Done(result)]);
+        assert_eq!(bench.status(), status, "{word:04X}, {result:?}, {shown:04X}");
+    }
+}
+
+#[test]
+fn a_fault_is_reported_and_reset_by_an_edge() {
+    let mut bench = Bench::operational(1);
+    bench.send("000#8005");
+    assert_eq!((bench.send("605#2314100085000040"), bench.frames()), (vec![], vec!["585#6014100000000000".to_owned()]));
+    bench.send("000#0105");
+    assert_eq!(bench.sees(FAULT | MOTOR_RELEASED), [Job::Read(FAULTS)]);
+    assert_eq!(bench.done(Ok(0x4210)), []);
+    assert_eq!(bench.frames(), ["085#1042010000000000"]);
+    assert_eq!(bench.sees(FAULT | MOTOR_RELEASED), [], "it is reported once");
+    assert_eq!(bench.status() & 0x6F, 0x28);
+    for (result, shown, state) in [
+        (Err(AbortCode::DEVICE_STATE), FAULT | MOTOR_RELEASED, 0x28),
+        (Err(AbortCode::HARDWARE_ERROR), FAULT | MOTOR_RELEASED, 0x28),
+        (Ok(0), MOTOR_RELEASED, 0x60),
+    ] {
+        assert_eq!(bench.control(0x0000), []);
+        assert_eq!(bench.control(0x0080), [order(Order::ResetFault, 0)]);
+        bench.report(&[facts(shown), Report::Done(result)]);
+        assert_eq!(bench.status() & 0x6F, state, "{result:?}");
+    }
+    // The node is stopped meanwhile: it stays a fault, and the word begins anew.
+    bench.sees(FAULT | MOTOR_RELEASED);
+    bench.done(Ok(0x4210));
+    bench.send("000#8005");
+    bench.send("000#0105");
+    assert_eq!(bench.status() & 0x6F, 0x28);
+    assert_eq!(bench.control(0x0080), [order(Order::ResetFault, 0)]);
+    // One that comes with an order is the last word.
+    let mut bench = Bench::enabled(1);
+    assert_eq!(bench.starts(0x001F), [order(Order::Start, 0)]);
+    assert_eq!(bench.sees_and_is_done(FAULT), [Job::Read(FAULTS)]);
+    bench.done(Ok(0x4210));
+    assert_eq!(bench.status(), 0x0238);
+    // It ends by itself, too.
+    let mut bench = Bench::operational(1);
+    bench.sees(FAULT | MOTOR_RELEASED);
+    bench.done(Ok(0x4210));
+    bench.sees(MOTOR_RELEASED);
+    assert_eq!(bench.status(), 0x0270);
+}
+
+#[test]
+fn torque_that_is_lost_is_noticed_once_it_was_there() {
+    let mut bench = Bench::travelling();
+    bench.sees(IN_POSITION);
+    bench.sees(IN_POSITION | MOTOR_RELEASED);
+    assert_eq!(bench.status(), 0x0270, "the travel is forgotten");
+    let mut bench = Bench::operational(1);
+    bench.control(0x0106);
+    bench.sees(0);
+    bench.sees(MOTOR_RELEASED);
+    assert_eq!(bench.control(0x0107), [], "no state without torque is lost");
+    assert_eq!(bench.control(0x010F), [order(Order::Enable, 0)]);
+    bench.sees_and_is_done(MOTOR_RELEASED);
+    bench.sees(MOTOR_RELEASED);
+    assert_eq!(bench.status() & 0x6F, 0x27, "it has had no torque yet");
+    bench.sees(0);
+    bench.sees(MOTOR_RELEASED | ENABLE_INACTIVE);
+    assert_eq!(bench.status() & 0x6F, 0x27, "the enable input takes it away, and gives it back");
+}
+
+#[test]
+fn before_the_drive_answers_the_node_is_silent() {
+    let mut bench = Bench::silent();
+    assert!(!bench.0.is_connected() && !bench.0.is_busy());
+    assert_eq!((bench.send("605#4000100000000000"), bench.frames()), (vec![], vec![]));
+    assert_eq!(bench.send("000#0105"), []);
+    assert!(bench.0.is_busy());
+    bench.sees(MOTOR_RELEASED);
+    assert_eq!((bench.0.is_connected(), bench.frames()), (true, vec!["705#00".to_owned()]));
+    bench.done(Ok(1));
+    assert_eq!(bench.frames(), ["585#4200100092010000"]);
+    assert_eq!(bench.status() & 0x0200, 0x0200, "it has been started");
+    // One that is lost is silent, and has forgotten what waited.
+    bench.control(0x0106);
+    assert_eq!(bench.send("605#4060600000000000"), [Job::Read(MODE)]);
+    assert_eq!(bench.report(&[Report::Lost]), []);
+    assert!(!bench.0.is_busy() && !bench.0.is_connected());
+    assert_eq!((bench.send("605#4000100000000000"), bench.frames()), (vec![], vec![]));
+    assert_eq!(bench.sees(MOTOR_RELEASED), [Job::Read(MODE)]);
+    bench.done(Ok(1));
+    assert_eq!((bench.frames(), bench.status()), (vec![], 0x0231), "it is as it was");
+}
+
+#[test]
+fn a_node_that_is_stopped_releases_the_motor_until_that_is_known() {
+    let mut bench = Bench::enabled(1);
+    assert_eq!(bench.send("000#8005"), [order(Order::Release, 0)]);
+    assert_eq!(bench.done(Err(AbortCode::HARDWARE_ERROR)), [order(Order::Release, 0)]);
+    let unknown = Report::Done(Err(AbortCode::HARDWARE_ERROR));
+    assert_eq!(bench.report(&[facts(MOTOR_RELEASED), unknown]), []);
+    assert_eq!(bench.status(), 0x0070);
+    assert_eq!(bench.send("000#8105"), [Job::Read(MODE)]);
+    assert_eq!((bench.done(Ok(1)), bench.frames()), (vec![], vec!["705#00".to_owned()]));
+}
+
+#[test]
+fn objects_of_the_door_are_read_and_written_there() {
+    let address = Address::new(0x2410, 1);
+    let mut bench = Bench::operational(1);
+    for (result, answer) in [(Ok(7), "585#4210240107000000"), (Err(AbortCode::DEVICE_STATE), "585#8010240122000008")] {
+        assert_eq!(bench.send("605#4010240100000000"), [Job::Read(address)]);
+        assert_eq!((bench.done(result), bench.frames()), (vec![], vec![answer.to_owned()]));
+    }
+    for (result, answer) in [(Ok(0), "585#6010240100000000"), (Err(AbortCode::INVALID_VALUE), "585#8010240130000906")] {
+        assert_eq!(bench.send("605#2310240108000000"), [Job::Write(address, 8)]);
+        assert_eq!((bench.done(result), bench.frames()), (vec![], vec![answer.to_owned()]));
+    }
+    // What a client has given up is not answered; the next request is.
+    assert_eq!(bench.send("605#4010240100000000"), [Job::Read(address)]);
+    assert_eq!(bench.send("605#4060600000000000"), []);
+    assert_eq!((bench.done(Ok(9)), bench.frames()), (vec![Job::Read(MODE)], vec![]));
+    bench.done(Ok(1));
+    assert_eq!(bench.frames(), ["585#4260600001000000"]);
+    for (request, answer) in [
+        ("605#400C100000000000", "585#800C100000000206"),
+        ("605#4020240000000000", "585#8020240000000206"),
+        ("605#4013240000000000", "585#8013240000000206"),
+        ("605#4010240900000000", "585#8010240900000206"),
+        ("605#4010240000000000", "585#4210240009000000"),
+        ("605#4017100000000000", "585#4217100000000000"),
+    ] {
+        assert_eq!((bench.send(request), bench.frames()), (vec![], vec![answer.to_owned()]), "{request}");
+    }
+    // The target of the other mode waits in the gateway, and one that the door does not have.
+    for object in ["FF6000", "7A6000"] {
+        let jobs = bench.send(&format!("605#23{object}14000000"));
+        assert_eq!((jobs, bench.frames()), (vec![], vec![format!("585#60{object}00000000")]));
+    }
+    assert!(!bench.0.is_busy());
+    // After 1011h, the mode may be another one.
+    let restore = Job::Write(Address::new(0x1011, 1), 0x6461_6F6C);
+    assert_eq!(bench.send("605#231110016C6F6164"), [restore]);
+    assert!(bench.0.is_busy());
+    assert_eq!(bench.done(Ok(0)), [Job::Read(MODE)]);
+}
+
+#[test]
+fn without_an_enable_input_bit_4_is_the_supply() {
+    let mut bench = Bench(Gateway::new(&siko_ag03_1::sim::MODEL, NODE, Scripted::default()));
+    bench.sees(MOTOR_RELEASED);
+    bench.done(Ok(1));
+    bench.frames();
+    for (shown, word) in [(MOTOR_RELEASED, 0x0010), (MOTOR_RELEASED | NO_SUPPLY, 0)] {
+        bench.sees(shown);
+        assert_eq!(bench.status() & 0x0010, word);
+    }
+}
