@@ -10,3 +10,11 @@ pub(crate) const OF_SERIAL: &[(&str, &str)] = &[
 ];
 
 pub(crate) const OF_PROFIBUS: &[(&str, &str)] = &[("slave new: false => true #3", "Set_Prm clears it")];
+
+pub(crate) const OF_GATEWAY: &[(&str, &str)] = &[
+    (
+        "gateway/face new: false => true",
+        "the drive is taken for disabled when it answers for the first time, which clears it",
+    ),
+    ("gateway/face new: false => true #2", "the order that enables the drive clears it"),
+];
