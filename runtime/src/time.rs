@@ -46,9 +46,8 @@ pub(crate) fn earliest<const N: usize>(deadlines: [Option<Instant>; N]) -> Optio
     deadlines.into_iter().fold(None, sooner)
 }
 
-/// The earlier one of two deadlines. On a microcontroller a call takes less code than the comparison (tests/size).
-#[cfg_attr(target_pointer_width = "32", inline(never))]
-#[cfg_attr(not(target_pointer_width = "32"), inline)]
+/// The earlier one of two deadlines.
+#[inline]
 pub(crate) fn sooner(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     match (one, other) {
         (Some(one), Some(other)) => Some(one.min(other)),
