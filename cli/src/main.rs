@@ -63,7 +63,7 @@ enum Command {
     Lss(lss::Command),
     Monitor(monitor::Args),
     Check(check::Args),
-    Conform(conform::Args),
+    Conform(Box<conform::Args>),
     Simulate(simulate::Args),
     /// List the devices that lexican knows
     Devices,
