@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::ops::Deref;
+use std::sync::Arc;
 
+use crate::patch::Patch;
 use crate::text::Span;
 
 /// So many findings of one code are kept; the rest is counted.
@@ -21,6 +23,9 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// How to mend it.
     pub help: Option<String>,
+    /// What mends it in the data sheet, if there is one right answer: what [`fix`](mod@crate::fix) applies.
+    /// Findings may have one in common.
+    pub fix: Option<Arc<Patch>>,
 }
 
 /// A place with a remark.
@@ -60,7 +65,7 @@ impl Severity {
 impl Diagnostic {
     /// A finding without place.
     pub fn new(code: &'static str, severity: Severity, message: impl Into<String>) -> Self {
-        Self { code, severity, message: message.into(), labels: Vec::new(), help: None }
+        Self { code, severity, message: message.into(), labels: Vec::new(), help: None, fix: None }
     }
 
     /// Here it is.

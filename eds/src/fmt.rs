@@ -12,8 +12,7 @@ use crate::text::Source;
 /// What is no line of a data sheet becomes a comment. Lines end as most of them did before.
 #[must_use]
 pub fn normalise(source: &Source) -> String {
-    let end =
-        if source.text().matches("\r\n").count() * 2 > source.text().matches('\n').count() { "\r\n" } else { "\n" };
+    let end = source.end_of_line();
     let mut writer = Writer { out: String::with_capacity(source.text().len()), end, pending: Vec::new() };
     let mut section = SectionKind::Unnamed;
     for number in 0..source.line_count() {

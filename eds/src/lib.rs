@@ -11,7 +11,8 @@
 //! ```
 //!
 //! From the model, [`dump`] shows a device as a table, [`diff`] compares two, [`write`](mod@write) makes EDS and
-//! DCF; [`fmt`] brings a file into the form of the standard. [`library`] holds the data sheets that are shipped.
+//! DCF; [`template`] is a new one to begin from. [`fmt`] brings a file into the form of the standard, [`edit`] changes keys and
+//! objects of it, [`fix`](mod@fix) what has one right answer. [`library`] holds the data sheets that are shipped.
 //!
 //! [`cia301`] and [`standard`] say what the objects of CiA 301 and CiA 402 are, for rules and for generated code; [`drive`]
 //! says what a data sheet has of a drive of CiA 402, for drivers.
@@ -25,15 +26,19 @@ mod diagnostic;
 pub mod diff;
 pub mod drive;
 pub mod dump;
+pub mod edit;
 mod finding;
+pub mod fix;
 pub mod fmt;
 pub mod library;
 pub mod model;
 pub mod overlay;
 mod parse;
+pub mod patch;
 pub mod report;
 pub mod rules;
 pub mod standard;
+pub mod template;
 pub mod text;
 pub mod write;
 

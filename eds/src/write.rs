@@ -19,6 +19,29 @@ pub fn dcf(device: &Device) -> String {
     Writer { out: String::new(), configured: true }.device(device)
 }
 
+/// The sections of an object, line by line.
+pub(crate) fn object_lines(object: &Object) -> Vec<String> {
+    let mut writer = Writer { out: String::new(), configured: true };
+    writer.object("", object);
+    writer.lines()
+}
+
+/// The section of a sub-index, line by line.
+pub(crate) fn entry_lines(entry: &Entry) -> Vec<String> {
+    let mut writer = Writer { out: String::new(), configured: true };
+    writer.sub(&format!("{:04X}", entry.index), entry);
+    writer.lines()
+}
+
+/// What the section of a list is called.
+pub(crate) fn list_name(list: ObjectList) -> &'static str {
+    match list {
+        ObjectList::Mandatory => "MandatoryObjects",
+        ObjectList::Optional => "OptionalObjects",
+        ObjectList::Manufacturer => "ManufacturerObjects",
+    }
+}
+
 struct Writer {
     out: String,
     /// Whether a DCF is written.
@@ -39,14 +62,9 @@ impl Writer {
         self.tools(device);
         self.channels(device);
         self.modules(device);
-        let lists = [
-            ("MandatoryObjects", ObjectList::Mandatory),
-            ("OptionalObjects", ObjectList::Optional),
-            ("ManufacturerObjects", ObjectList::Manufacturer),
-        ];
-        for (name, list) in lists {
+        for list in [ObjectList::Mandatory, ObjectList::Optional, ObjectList::Manufacturer] {
             let objects = device.objects.iter().filter(|object| object.list == list);
-            self.numbered(name, "SupportedObjects", objects.map(|object| hex4(object.index)));
+            self.numbered(list_name(list), "SupportedObjects", objects.map(|object| hex4(object.index)));
             for object in device.objects.iter().filter(|object| object.list == list) {
                 self.object("", object);
             }
@@ -221,19 +239,28 @@ impl Writer {
         }
         for entry in &object.entries {
             if object.kind.has_subs() {
-                self.section(&format!("{name}sub{:X}", entry.sub));
-                let kind = if entry.data_type == DataType::Domain { ObjectKind::Domain } else { ObjectKind::Variable };
-                self.name(&entry.name);
-                self.pair("ObjectType", format_args!("0x{:X}", kind.code()));
+                self.sub(&name, entry);
             } else {
-                self.name(&entry.name);
+                self.entry(entry);
             }
-            self.attributes(entry);
         }
         if !object.links.is_empty() {
             let links = object.links.iter().map(|&link| hex4(link));
             self.numbered(&format!("{name}ObjectLinks"), "ObjectLinks", links);
         }
+    }
+
+    fn sub(&mut self, object: &str, entry: &Entry) {
+        self.section(&format!("{object}sub{:X}", entry.sub));
+        let kind = if entry.data_type == DataType::Domain { ObjectKind::Domain } else { ObjectKind::Variable };
+        self.name(&entry.name);
+        self.pair("ObjectType", format_args!("0x{:X}", kind.code()));
+        self.attributes(entry);
+    }
+
+    /// What was written, without the empty lines between sections.
+    fn lines(self) -> Vec<String> {
+        self.out.lines().filter(|line| !line.is_empty()).map(str::to_owned).collect()
     }
 
     fn entry(&mut self, entry: &Entry) {

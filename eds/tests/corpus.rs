@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs, thread};
 
+use lexican_eds::fix::fix;
 use lexican_eds::model::Device;
-use lexican_eds::{Diagnostics, Input, Source, load, write};
+use lexican_eds::{Diagnostic, Diagnostics, Input, Source, load, write};
 
 #[test]
 fn every_eds_and_dcf_is_read_and_every_section_is_counted() {
@@ -38,6 +39,7 @@ fn is_read(path: &Path) -> bool {
     compare(path, &count(input.eds.text()), &device, &diagnostics);
     survives_writing(path, device);
     survives_formatting(path, &input);
+    survives_fixing(path, &input, &diagnostics);
     true
 }
 
@@ -127,6 +129,22 @@ fn survives_formatting(path: &Path, input: &Input) {
         device
     };
     assert!(read(Source::new("once", once)) == read(input.eds.clone()), "{} is another device", path.display());
+}
+
+/// Nothing is left to fix, nothing else is found, and a file without such a finding stays as it is.
+fn survives_fixing(path: &Path, input: &Input, before: &Diagnostics) {
+    let fixed = fix(input);
+    let of_code = |found: &[Diagnostic], code: &str| found.iter().filter(|finding| finding.code == code).count();
+    for finding in fixed.left.iter() {
+        let (count, code) = (of_code(&fixed.left, finding.code), finding.code);
+        assert!(count <= of_code(before, code), "{code} in {}", path.display());
+        assert!(finding.fix.is_none(), "{code} is left in {}", path.display());
+    }
+    assert_eq!(fixed.fixed.is_empty(), fixed.input.eds.text() == input.eds.text(), "{}", path.display());
+    assert_eq!(fix(&fixed.input).input, fixed.input, "{} is fixed differently the second time", path.display());
+    for (code, count) in fixed.fixed {
+        println!("{code}: {count} fixed in {}", path.display());
+    }
 }
 
 /// The files, or nothing and a loud word.

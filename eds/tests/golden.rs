@@ -60,14 +60,25 @@ fn every_case_belongs_to_a_rule_and_shows_little_else() {
 }
 
 #[test]
+fn a_rule_says_whether_it_fixes_something() {
+    let cases = cases();
+    for rule in rules::rules() {
+        let fixes = |case: &Case| findings(case).iter().any(|it| it.code == rule.code && it.fix.is_some());
+        assert_eq!(cases.iter().any(fixes), rule.fixes.is_some(), "{}", rule.code);
+    }
+}
+
+#[test]
 fn the_list_of_rules_is_up_to_date() {
     let mut list = String::from(
         "# What lexican finds in data sheets and overlays\n\n\
-         Made from the rules by `LEXICAN_BLESS=1 cargo test -p lexican-eds`; each has an example under `tests/golden/`.\n",
+         Made from the rules by `LEXICAN_BLESS=1 cargo test -p lexican-eds`; each has an example under `tests/golden/`.\n\
+         `lexican eds lint --fix` mends what has one right answer; the rules say below what that is.\n",
     );
     for rule in rules::rules() {
         let (code, severity) = (rule.code, rule.severity.name());
         list += &format!("\n## `{code}` ({severity})\n\n**{}** {}\n", rule.holds, rule.why);
+        list += &rule.fixes.map(|fixes| format!("\n`--fix`: {fixes}\n")).unwrap_or_default();
     }
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("RULES.md");
     if env::var_os("LEXICAN_BLESS").is_some() {

@@ -4,6 +4,7 @@
 mod cases;
 
 use cases::cases;
+use lexican_eds::fix::fix;
 use lexican_eds::model::Device;
 use lexican_eds::{Diagnostic, Input, Source, diff, load};
 
@@ -102,8 +103,32 @@ fn remedies_fit_the_finding_at_hand() {
     assert!(applied > 100, "{applied} remedies");
 }
 
+/// What is fixed is gone, nothing else is found, no other line changes, and there is nothing to fix any more.
+fn fixing_is_done_once(input: &Input) {
+    let (_, before) = load(input);
+    let fixed = fix(input);
+    let render = |found: &[Diagnostic]| found.iter().map(|it| it.render_short(input) + "\n").collect::<String>();
+    let what = || format!("{}\n{}\nbecomes\n{}", render(&before), input.eds.text(), fixed.input.eds.text());
+    for code in before.iter().chain(fixed.left.iter()).map(|finding| finding.code) {
+        let of_code = |found: &[Diagnostic]| found.iter().filter(|finding| finding.code == code).count();
+        let mended = fixed.fixed.get(code).copied().unwrap_or(0);
+        assert!(of_code(&fixed.left) + mended <= of_code(&before), "{code}: {}", what());
+    }
+    assert!(fixed.left.iter().all(|finding| finding.fix.is_none()), "{}{}", render(&fixed.left), what());
+    for other in before.iter().filter(|finding| finding.fix.is_none()) {
+        let gone = count(&fixed.left, other) < count(&before, other);
+        assert!(!gone || !fixed.fixed.is_empty(), "{}", what());
+    }
+    let again = fix(&fixed.input);
+    assert_eq!((again.input.eds.text(), again.fixed.len()), (fixed.input.eds.text(), 0), "{}", what());
+    if before.iter().all(|finding| finding.fix.is_none()) {
+        assert_eq!(fixed.input.eds.text(), input.eds.text());
+    }
+}
+
 /// Applies each remedy of each finding to the input; how many there were.
 fn all_remedies_help(input: &Input) -> usize {
+    fixing_is_done_once(input);
     let (device, findings) = load(input);
     let mut applied = 0;
     for finding in findings.iter() {
@@ -208,8 +233,10 @@ impl Remedy {
             Place::Encoding => false,
             Place::Overlay => self.text.contains(&format!("\"{index}")),
             Place::DataSheet => {
-                // What follows from `[DeviceInfo]`: the PDO parameters of `CompactPDO`.
-                let of_info = finding.code == "eds::bad-compact-pdo" || place == "DeviceInfo" || place == "FileInfo";
+                // What follows from other sections: the PDO parameters of `CompactPDO`, the list of an object.
+                let of_info = matches!(finding.code, "eds::bad-compact-pdo" | "eds::wrong-list")
+                    || place == "DeviceInfo"
+                    || place == "FileInfo";
                 let lines =
                     input.eds.text().lines().take(
                         finding.labels.first().map_or(0, |label| input.eds.position(label.span.start).line as usize),

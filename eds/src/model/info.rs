@@ -65,3 +65,12 @@ pub struct DeviceInfo {
     /// `CompactPDO`: which PDO parameters the data sheet leaves out because they can be computed.
     pub compact_pdo: u32,
 }
+
+/// A program that belongs to the device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tool {
+    /// `Name`.
+    pub name: String,
+    /// `Command`.
+    pub command: String,
+}

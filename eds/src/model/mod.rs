@@ -9,8 +9,9 @@ pub mod types;
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 
-pub use info::{DeviceInfo, FileInfo};
+pub use info::{DeviceInfo, FileInfo, Tool};
 
+use crate::cia301;
 use crate::model::types::DataType;
 use crate::text::Span;
 
@@ -463,15 +464,6 @@ pub struct DynamicChannel {
     pub span: Span,
 }
 
-/// A program that belongs to the device.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Tool {
-    /// `Name`.
-    pub name: String,
-    /// `Command`.
-    pub command: String,
-}
-
 impl Device {
     /// The object with this index.
     #[must_use]
@@ -557,6 +549,18 @@ impl Entry {
     #[must_use]
     pub fn with_details(self, details: EntryDetails) -> Self {
         Self { details: Sparse::new(details), ..self }
+    }
+}
+
+impl ObjectList {
+    /// The list that an object belongs into by its index.
+    #[must_use]
+    pub const fn of_index(index: u16) -> Self {
+        match index {
+            cia301::DEVICE_TYPE | cia301::ERROR_REGISTER | cia301::IDENTITY => Self::Mandatory,
+            0x2000..=0x5FFF => Self::Manufacturer,
+            _ => Self::Optional,
+        }
     }
 }
 

@@ -1,6 +1,5 @@
 //! What a data sheet says of itself and of the device (CiA 306-1, 6.3, 6.4 and 7).
 
-use crate::cia301;
 use crate::finding::Kind;
 use crate::model::keys::{BIT_RATES_KBIT, COMMISSIONING, DEVICE_INFO, FILE_INFO};
 use crate::model::types::DataType;
@@ -139,14 +138,5 @@ impl<'a, 's> Reader<'a, 's> {
             }
         }
         Some(List { list, span: self.syntax.name_span(section), said, entries })
-    }
-}
-
-/// The list that an object belongs into by its index, when none names it.
-pub(crate) fn natural_list(index: u16) -> ObjectList {
-    match index {
-        cia301::DEVICE_TYPE | cia301::ERROR_REGISTER | cia301::IDENTITY => ObjectList::Mandatory,
-        0x2000..=0x5FFF => ObjectList::Manufacturer,
-        _ => ObjectList::Optional,
     }
 }

@@ -7,7 +7,7 @@ mod info;
 mod modules;
 pub(crate) mod number;
 mod object;
-mod reader;
+pub(crate) mod reader;
 pub(crate) mod section;
 pub(crate) mod syntax;
 
@@ -168,6 +168,6 @@ fn assign_lists(device: &mut Device, facts: &mut Facts<'_>) {
     for (object, facts) in device.objects.iter_mut().zip(&mut facts.objects) {
         let at = listed.partition_point(|&(index, _)| index < object.index);
         facts.listed = listed.get(at).filter(|(index, _)| *index == object.index).map(|&(_, list)| list);
-        object.list = facts.listed.unwrap_or_else(|| info::natural_list(object.index));
+        object.list = facts.listed.unwrap_or_else(|| ObjectList::of_index(object.index));
     }
 }

@@ -197,7 +197,7 @@ impl<'a, 's> Reader<'a, 's> {
     }
 }
 
-fn number_of_key(key: &str, prefix: &str, radix: u32) -> Option<u32> {
+pub(crate) fn number_of_key(key: &str, prefix: &str, radix: u32) -> Option<u32> {
     let rest = key.get(prefix.len()..).filter(|_| key[..prefix.len()].eq_ignore_ascii_case(prefix))?;
     let (digits, radix) = match rest.strip_prefix("0x").or_else(|| rest.strip_prefix("0X")) {
         Some(hex) => (hex, 16),

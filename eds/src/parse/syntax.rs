@@ -10,6 +10,7 @@ use ini::{Ini, ParseOption};
 use crate::finding::{Findings, Kind, Separator};
 use crate::model::keys::Key;
 use crate::parse::section::{SectionKind, position};
+use crate::patch::Change;
 use crate::text::{Source, Span};
 
 /// The longest line that CiA 306-1 allows.
@@ -278,6 +279,19 @@ impl<'a> Syntax<'a> {
         let (start, text) = self.line(pair.line);
         let Line::Pair { value, .. } = Line::of(text) else { return Span::eds(start, start) };
         part(start, text, value)
+    }
+
+    /// The line of a place with another text there.
+    pub(crate) fn with(&self, span: Span, by: &str) -> Change {
+        let line = self.source.position(span.start).line;
+        let (start, text) = self.line(line - 1);
+        let [from, to] = [span.start, span.end].map(|at| (at.saturating_sub(start) as usize).min(text.len()));
+        Change::Line(line, [&text[..from], by, &text[to..]].concat())
+    }
+
+    /// The line of a pair with another value.
+    pub(crate) fn with_value(&self, pair: &Pair<'_>, value: &str) -> Change {
+        self.with(self.value_span(pair), value)
     }
 
     /// The section whose name has this span.

@@ -185,6 +185,7 @@ pub(super) fn identity(cx: &Context<'_>, out: &mut Out<'_>) {
         let note = note.at(span, "").and(cx.entry_span(entry, Key::DefaultValue), "says otherwise");
         let corrected = cx.can_default(entry, said.into()).then(|| cx.correct(entry, &format!("default = {said:#X}")));
         let other = cx.replace(span, &format!("0x{value:X}")).filter(|_| u32::try_from(value).is_ok());
+        let other = other.map(|other| other.to_string());
         let remedies = [(corrected, format!("if `{key}` is right, ")), (other, "if the object is right, ".to_owned())];
         let remedies: Vec<String> = remedies.into_iter().filter_map(|(remedy, when)| Some(when + &remedy?)).collect();
         out.push(note.mend(Some(remedies.join("\n")).filter(|remedy| !remedy.is_empty())));

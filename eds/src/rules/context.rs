@@ -7,6 +7,7 @@ use crate::model::{Device, Direction, Entry, Mapped, Object, Pdo, Value};
 use crate::overlay::{Changes, Extra};
 use crate::parse::facts::{Facts, ObjectFacts};
 use crate::parse::section::{ObjectPart, SectionKind};
+use crate::patch::Patch;
 use crate::text::Span;
 
 /// What a rule looks at.
@@ -95,6 +96,18 @@ impl<'a> Context<'a> {
         let is_of_entry = |key: &str| key.trim().parse() == Ok(entry.sub);
         let pair = section.pairs.iter().find(|pair| is_of_entry(pair.key))?;
         Some(self.facts.syntax.value_span(pair))
+    }
+
+    /// The data sheet with another value of a key of an entry; `None` if the entry has no section of its own, or if an
+    /// overlay corrects that value.
+    pub(super) fn set_own(&self, entry: &Entry, key: Key, value: &str) -> Option<Patch> {
+        let section = self.facts.syntax.section_at(entry.span)?;
+        let own = match section.kind {
+            SectionKind::Object(_, ObjectPart::Sub(_)) => true,
+            _ => !self.device.object(entry.index)?.kind.has_subs(),
+        };
+        let corrected = self.changes.correction(entry.index, entry.sub, key).is_some();
+        (own && !corrected).then(|| Patch::from_iter([self.set_in(section, key.name(), value)]))
     }
 
     /// The object or entry that a place is about: in the data sheet, or in an overlay that corrects one.

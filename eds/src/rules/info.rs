@@ -59,7 +59,7 @@ pub(super) fn bad_date(cx: &Context<'_>, out: &mut Out<'_>) {
         if !good {
             let span = cx.facts.syntax.value_span(pair);
             let note = note(format!("`{key}` is not in the form of CiA 306")).at(span, format!("expected {form}"));
-            out.push(note.mend(mended.and_then(|mended| cx.replace(span, &mended))));
+            out.push(note.fix(mended.and_then(|mended| cx.replace(span, &mended))));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Values against data types, limits and access rights.
 
 use super::context::{Context, place};
-use super::remedy::{Edit, MAX_STEPS, edits, toml};
+use super::remedy::toml;
 use super::rule::{Out, note};
 use crate::cia301;
 use crate::diagnostic::Diagnostic;
@@ -11,6 +11,7 @@ use crate::model::types::DataType;
 use crate::model::{AccessType, Entry, ObjectKind, Value};
 use crate::parse::facts::Unlimited;
 use crate::parse::number;
+use crate::patch::{Change, Patch};
 
 /// Whether one number is above another.
 fn above(a: &Value, b: &Value) -> bool {
@@ -129,11 +130,12 @@ pub(super) fn zero_limits(cx: &Context<'_>, out: &mut Out<'_>) {
         finding = if at == 0 { finding.at(*low, "no limit") } else { finding.and(*low, "nor here") };
     }
     let lines = unlimited.iter().flat_map(|at| at.limits).filter_map(|span| cx.line(span));
-    let remedy = match unlimited.len() * 2 <= MAX_STEPS {
-        true => edits(lines.map(|(line, _)| Edit::Remove(line, line))),
-        false => "what can really be 0 only has `low = 0` and `high = 0` in an overlay, with a reason".to_owned(),
-    };
-    out.push(finding.help(remedy));
+    let removed: Patch = lines.map(|(line, _)| Change::Remove(line, line)).collect();
+    let finding = finding.fix(Some(removed));
+    out.push(match finding.help {
+        Some(_) => finding,
+        None => finding.help("what can really be 0 only has `low = 0` and `high = 0` in an overlay, with a reason"),
+    });
 }
 
 pub(super) fn real_bits(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
@@ -149,8 +151,10 @@ pub(super) fn real_bits(cx: &Context<'_>, finding: &Finding) -> Option<Diagnosti
     let times = if *count == 1 { String::new() } else { format!(" ({count} times)") };
     let note = note(format!("`{key}` of a REAL is given by its bits{times}"));
     let note = note.at(finding.span, format!("read as {decimal}"));
-    let remedy = (*count == 1).then(|| edits([Edit::Line(line, format!("{key}={decimal}"))]));
-    Some(note.help(remedy.unwrap_or_else(|| "other readers may expect decimal numbers here".to_owned())))
+    let remedy = (*count == 1).then(|| Patch::from_iter([Change::Line(line, format!("{key}={decimal}"))]));
+    Some(note.help(
+        remedy.map_or_else(|| "other readers may expect decimal numbers here".to_owned(), |remedy| remedy.to_string()),
+    ))
 }
 
 pub(super) fn equal_limits(cx: &Context<'_>, out: &mut Out<'_>) {
@@ -185,7 +189,14 @@ pub(super) fn constant_without_default(cx: &Context<'_>, out: &mut Out<'_>) {
         if entry.access == AccessType::Const && entry.default.is_none() && entry.configured.is_none() && number {
             let note = note(format!("the constant {} has no value", place(entry)));
             let note = note.at(cx.entry_span(entry, Key::AccessType), "");
-            out.push(note.mend(highest_sub(cx, entry).map(|sub| cx.correct(entry, &format!("default = {sub}")))));
+            let Some(sub) = highest_sub(cx, entry) else {
+                out.push(note);
+                continue;
+            };
+            let note = note.mend(Some(cx.correct(entry, &format!("default = {sub}"))));
+            // A default that could not be read says something that is not known here.
+            let absent = cx.entry_span(entry, Key::DefaultValue) == entry.span;
+            out.push(note.fix(absent.then(|| cx.set_own(entry, Key::DefaultValue, &sub.to_string())).flatten()));
         }
     }
 }

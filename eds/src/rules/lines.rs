@@ -1,14 +1,15 @@
 //! Files, lines, sections and keys.
 
 use super::context::{Context, plural};
-use super::remedy::{Edit, MAX_STEPS, edits};
+use super::remedy::MAX_STEPS;
 use super::rule::note;
 use crate::diagnostic::Diagnostic;
 use crate::finding::{Finding, Kind, Repeated, Separator};
-use crate::model::keys::{COMMISSIONING, DEVICE_INFO, FILE_INFO};
+use crate::model::keys::{COMMISSIONING, DEVICE_INFO, FILE_INFO, KEYS};
 use crate::parse::position;
 use crate::parse::section::SectionKind;
 use crate::parse::syntax::Line;
+use crate::patch::{Change, Patch};
 use crate::text::{Encoding, MAX_BYTES, MAX_LINES, Refusal, Span};
 
 pub(super) fn file_size(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
@@ -46,54 +47,50 @@ pub(super) fn encoding(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic
     Some(note(message).at(finding.span, text).help("save the file as UTF-8 without byte order mark"))
 }
 
-pub(super) fn long_line(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
+pub(super) fn long_line(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::LongLine { characters } = finding.kind else { return None };
     let note = note(format!("the line has {characters} characters"));
-    Some(note.at(finding.span, "other readers may cut this off").mend(wrapped(cx, finding.span)))
-}
-
-/// A comment can go on in the next line.
-fn wrapped(cx: &Context<'_>, span: Span) -> Option<String> {
-    const PIECE: usize = 200;
-    let (line, text) = cx.line(span)?;
-    let Line::Comment(comment) = Line::of(text) else { return None };
-    let letters: Vec<char> = comment.chars().collect();
-    let mut pieces = letters.chunks(PIECE).map(|piece| piece.iter().collect::<String>());
-    let first = Edit::Line(line, pieces.next()?);
-    Some(edits([first].into_iter().chain(pieces.map(|piece| Edit::After(line, format!("; {piece}"))))))
+    Some(note.at(finding.span, "other readers may cut this off"))
 }
 
 pub(super) fn unclosed_section(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::UnclosedSection = finding.kind else { return None };
     let mended = cx.line(finding.span).and_then(|(line, text)| match Line::of(text) {
-        Line::Section { name, .. } => Some(edits([Edit::Line(line, format!("[{name}]"))])),
+        Line::Section { name, .. } => Some(Patch::from_iter([Change::Line(line, format!("[{name}]"))])),
         _ => None,
     });
-    Some(note("the section name has no closing bracket").at(finding.span, "read as the name").mend(mended))
+    let note = note("the section name has no closing bracket").at(finding.span, "read as the name");
+    // Of a name that is unknown, it is not known either where it ends.
+    let known = cx.facts.syntax.section_at(finding.span).is_some_and(|section| section.kind != SectionKind::Unknown);
+    Some(if known { note.fix(mended) } else { note.mend(mended) })
 }
 
 pub(super) fn text_after_section(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::TextAfterSection = finding.kind else { return None };
     let mended = cx.line(finding.span).and_then(|(line, text)| match Line::of(text) {
-        Line::Section { name, rest, .. } => Some(edits([Edit::Line(line, format!("[{name}] ; {rest}"))])),
+        Line::Section { name, rest, .. } => Some(Patch::from_iter([Change::Line(line, format!("[{name}] ; {rest}"))])),
         _ => None,
     });
-    Some(note("there is text behind the section name").at(finding.span, "ignored").mend(mended))
+    Some(note("there is text behind the section name").at(finding.span, "ignored").fix(mended))
 }
 
 pub(super) fn no_equals_sign(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::NoEqualsSign(separator) = finding.kind else { return None };
     let what = if separator == Separator::Colon { "a colon" } else { "a blank" };
-    let mended = cx.line(finding.span).and_then(|(line, text)| match Line::of(text) {
-        Line::Pair { key, value, .. } => Some(edits([Edit::Line(line, format!("{key}={value}"))])),
-        _ => None,
-    });
-    Some(note(format!("{what} stands for the equals sign")).at(finding.span, "read as a key").mend(mended))
+    let note = note(format!("{what} stands for the equals sign")).at(finding.span, "read as a key");
+    let (line, text) = cx.line(finding.span)?;
+    let Line::Pair { key, value, .. } = Line::of(text) else { return Some(note) };
+    let mended = Some(Patch::from_iter([Change::Line(line, format!("{key}={value}"))]));
+    // Text with a colon in it looks like a key, too.
+    let known =
+        [&KEYS[..], &FILE_INFO, &DEVICE_INFO, &COMMISSIONING].iter().any(|table| position(table, key).is_some());
+    Some(if known { note.fix(mended) } else { note.mend(mended) })
 }
 
 pub(super) fn stray_text(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::StrayText = finding.kind else { return None };
-    let mended = cx.line(finding.span).map(|(line, text)| edits([Edit::Line(line, format!("; {}", text.trim()))]));
+    let mended = cx.line(finding.span).map(|(line, text)| Change::Line(line, format!("; {}", text.trim())));
+    let mended = mended.map(|mended| Patch::from_iter([mended]));
     Some(note("the line is neither section, key nor comment").at(finding.span, "ignored").mend(mended))
 }
 
@@ -112,19 +109,19 @@ pub(super) fn key_outside_section(cx: &Context<'_>, finding: &Finding) -> Option
     Some(note(message).at(finding.span, "ignored").mend(commented_out(cx, finding.span)))
 }
 
-fn commented_out(cx: &Context<'_>, span: Span) -> Option<String> {
+fn commented_out(cx: &Context<'_>, span: Span) -> Option<Patch> {
     let (line, _) = cx.line(span)?;
     let sections = &cx.facts.syntax.sections;
     let after = sections.partition_point(|section| section.line < line);
     let section = sections.get(after.checked_sub(1)?)?;
     let source = cx.facts.syntax.source;
     let header = matches!(Line::of(source.line(section.line as usize)), Line::Section { .. });
-    let header = header.then(|| Edit::Remove(section.line + 1, section.line + 1));
+    let header = header.then(|| Change::Remove(section.line + 1, section.line + 1));
     let keys = section.pairs.iter().map(|pair| {
         let text = source.line(pair.line as usize).trim();
-        Edit::Line(pair.line + 1, format!("; {text}"))
+        Change::Line(pair.line + 1, format!("; {text}"))
     });
-    (section.pairs.len() < MAX_STEPS).then(|| edits(header.into_iter().chain(keys)))
+    (section.pairs.len() < MAX_STEPS).then(|| header.into_iter().chain(keys).collect())
 }
 
 pub(super) fn unknown_section(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
@@ -137,20 +134,23 @@ const IS_IT_MISSPELT: &str = "see whether it is misspelt; what the tool of a ven
 
 pub(super) fn duplicate_section(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::DuplicateSection { name, same, first } = &finding.kind else { return None };
-    let same = if *same { "with the same content" } else { "with other content" };
-    let removed = cx.facts.syntax.section_at(finding.span).map(|section| {
-        let last = section.pairs.last().map_or(section.line, |pair| pair.line);
-        edits([Edit::Remove(section.line + 1, last + 1)])
-    });
-    let note = note(format!("the section `{name}` comes again {same}")).at(finding.span, "ignored");
-    Some(note.and(*first, "this one counts").mend(removed))
+    let words = if *same { "with the same content" } else { "with other content" };
+    let section = cx.facts.syntax.section_at(finding.span);
+    let lines = section.map(|section| section.line..=section.pairs.last().map_or(section.line, |pair| pair.line));
+    let removed = lines.clone().map(|lines| Patch::from_iter([Change::Remove(lines.start() + 1, lines.end() + 1)]));
+    let note = note(format!("the section `{name}` comes again {words}")).at(finding.span, "ignored");
+    let note = note.and(*first, "this one counts");
+    let is_comment = |line: u32| matches!(Line::of(cx.facts.syntax.source.line(line as usize)), Line::Comment(_));
+    let says_more = lines.into_iter().flatten().any(is_comment);
+    Some(if *same && !says_more { note.fix(removed) } else { note.mend(removed) })
 }
 
 pub(super) fn duplicate_key(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::DuplicateKey { key, same, first } = &finding.kind else { return None };
-    let same = if *same { "with the same value" } else { "with another value" };
-    let note = note(format!("the key `{key}` comes again {same}")).at(finding.span, "ignored");
-    Some(note.and(*first, "this one counts").mend(cx.remove(finding.span)))
+    let words = if *same { "with the same value" } else { "with another value" };
+    let note = note(format!("the key `{key}` comes again {words}")).at(finding.span, "ignored");
+    let (note, removed) = (note.and(*first, "this one counts"), cx.remove(finding.span));
+    Some(if *same { note.fix(removed) } else { note.mend(removed) })
 }
 
 pub(super) fn unknown_key(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
@@ -179,7 +179,7 @@ fn repeated(key: &Repeated, what: &str, first: Span) -> Diagnostic {
 fn removable(cx: &Context<'_>, key: &Repeated, note: Diagnostic) -> Diagnostic {
     let only = note.span().filter(|_| key.count == 1 && !is_required(&key.key));
     match only.and_then(|span| cx.remove(span)) {
-        Some(remedy) => note.help(remedy),
+        Some(remedy) => note.help(remedy.to_string()),
         None => note.help("nothing is read from these lines; they do no harm, and may go where nothing requires them"),
     }
 }
@@ -192,7 +192,7 @@ fn is_required(key: &str) -> bool {
 }
 
 /// Without a key that is read as absent: in sections where nothing else counts or refers to it.
-pub(super) fn without_key(cx: &Context<'_>, span: Span, key: &str) -> Option<String> {
+pub(super) fn without_key(cx: &Context<'_>, span: Span, key: &str) -> Option<Patch> {
     let (line, _) = cx.line(span)?;
     let sections = &cx.facts.syntax.sections;
     let after = sections.partition_point(|section| section.line < line);
@@ -203,5 +203,5 @@ pub(super) fn without_key(cx: &Context<'_>, span: Span, key: &str) -> Option<Str
         _ => return None,
     };
     let can_go = position(table, key).is_some() && !is_required(key);
-    can_go.then(|| edits([Edit::Remove(line, line)]))
+    can_go.then(|| Patch::from_iter([Change::Remove(line, line)]))
 }

@@ -1,14 +1,17 @@
 //! The lists of objects.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use super::context::{Context, listed, plural};
-use super::remedy::{Edit, MAX_STEPS, edits};
+use super::remedy::MAX_STEPS;
 use super::rule::{Out, note};
 use crate::diagnostic::Diagnostic;
+use crate::edit::lists::{COUNT, rewritten};
 use crate::finding::{Finding, Kind};
 use crate::model::{Object, ObjectList};
-use crate::parse::facts::List;
+use crate::parse::syntax::Pair;
+use crate::patch::{Change, Patch};
 use crate::text::Span;
 
 /// So many places are shown.
@@ -24,15 +27,15 @@ pub(super) fn object_without_section(_: &Context<'_>, finding: &Finding) -> Opti
 pub(super) fn list_count(cx: &Context<'_>, out: &mut Out<'_>) {
     for list in &cx.facts.lists {
         let found = list.entries.len();
-        let set = || cx.set(list.span, "SupportedObjects", &found.to_string());
+        let set = || cx.set(list.span, COUNT, &found.to_string());
         match list.said {
             Some((said, span)) if said as usize != found => {
                 let note = note(format!("the list has {}, not {said}", plural(found, "object")));
-                out.push(note.at(span, "says otherwise").mend(set()));
+                out.push(note.at(span, "says otherwise").fix(set()));
             }
             None if found > 0 => {
                 let note = note("the list does not say how many objects it has");
-                out.push(note.at(list.span, "").mend(set()));
+                out.push(note.at(list.span, "").fix(set()));
             }
             _ => {}
         }
@@ -40,25 +43,56 @@ pub(super) fn list_count(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn list_gap(cx: &Context<'_>, out: &mut Out<'_>) {
+    let mut in_order = InOrder::default();
     for list in &cx.facts.lists {
         let gap = list.entries.iter().zip(1..).find(|(listed, number)| listed.number != *number);
         if let Some((listed, number)) = gap {
             let note = note(format!("the list has no number {number}"));
             let note = note.at(listed.span, format!("this is number {}", listed.number));
-            out.push(note.mend(renumbered(cx, list)));
+            out.push(note.fix(in_order.get(cx)));
         }
     }
 }
 
-fn renumbered(cx: &Context<'_>, list: &List) -> Option<String> {
-    let wrong = list.entries.iter().zip(1..).filter(|(listed, number)| listed.number != *number);
-    let wrong: Vec<_> = wrong.collect();
-    let line = |(listed, number): &(&crate::parse::facts::Listed, u32)| {
-        let (line, _) = cx.line(listed.span)?;
-        Some(Edit::Line(line, format!("{number}=0x{:04X}", listed.index)))
+/// What [`in_order`] returns, found out once for all findings.
+#[derive(Default)]
+struct InOrder(Option<Option<Arc<Patch>>>);
+
+impl InOrder {
+    fn get(&mut self, cx: &Context<'_>) -> Option<Arc<Patch>> {
+        self.0.get_or_insert_with(|| in_order(cx).map(Arc::new)).clone()
+    }
+}
+
+/// All lists with each object once, in the list that its index belongs to, numbered from 1.
+fn in_order(cx: &Context<'_>) -> Option<Patch> {
+    let is_misplaced = |list: ObjectList, index: u16| {
+        (list == ObjectList::Manufacturer) != (ObjectList::of_index(index) == ObjectList::Manufacturer)
     };
-    let lines = wrong.iter().map(line).collect::<Option<Vec<_>>>()?;
-    (lines.len() <= MAX_STEPS).then(|| edits(lines))
+    let mut kept = BTreeSet::new();
+    let mut goes = BTreeSet::new();
+    let mut moved: Vec<u16> = Vec::new();
+    for list in &cx.facts.lists {
+        for listed in &list.entries {
+            if is_misplaced(list.list, listed.index) {
+                goes.insert(listed.span);
+                moved.push(listed.index);
+            } else if !kept.insert(listed.index) {
+                goes.insert(listed.span);
+            }
+        }
+    }
+    moved.retain(|&index| kept.insert(index));
+    let mut patch = Patch::default();
+    for list in &cx.facts.lists {
+        let section = cx.facts.syntax.section_at(list.span)?;
+        let (here, elsewhere) = moved.into_iter().partition(|&index| ObjectList::of_index(index) == list.list);
+        moved = elsewhere;
+        let goes = |pair: &Pair<'_>, _| goes.contains(&cx.facts.syntax.value_span(pair));
+        patch.extend(rewritten(&cx.facts.syntax, section, goes, &here)?);
+    }
+    // Otherwise there is no list that they belong to.
+    moved.is_empty().then_some(patch)
 }
 
 pub(super) fn object_not_listed(cx: &Context<'_>, out: &mut Out<'_>) {
@@ -92,20 +126,21 @@ fn added(cx: &Context<'_>, objects: &[&Object]) -> Option<String> {
         let last = list.entries.iter().map(|listed| listed.number).max().unwrap_or(0);
         let end = section.pairs.last().map_or(section.line, |pair| pair.line) + 1;
         let said = list.said.filter(|&(said, _)| said as usize == list.entries.len())?.0;
-        lines.push(cx.set_in(section, "SupportedObjects", &(said as usize + new.len()).to_string()));
-        let add = |(object, number): (&&&Object, u32)| Edit::After(end, format!("{number}=0x{:04X}", object.index));
+        lines.push(cx.set_in(section, COUNT, &(said as usize + new.len()).to_string()));
+        let add = |(object, number): (&&&Object, u32)| Change::After(end, format!("{number}=0x{:04X}", object.index));
         lines.extend(new.iter().zip(last + 1..).map(add));
     }
-    (lines.len() <= MAX_STEPS).then(|| edits(lines))
+    (lines.len() <= MAX_STEPS).then(|| Patch::from_iter(lines).to_string())
 }
 
 pub(super) fn listed_twice(cx: &Context<'_>, out: &mut Out<'_>) {
     let mut seen: BTreeMap<u16, Span> = BTreeMap::new();
+    let mut in_order = InOrder::default();
     for listed in cx.facts.lists.iter().flat_map(|list| &list.entries) {
         match seen.get(&listed.index) {
             Some(&first) => {
                 let note = note(format!("the object {:04X} is listed again", listed.index));
-                out.push(note.at(listed.span, "").and(first, "first here"));
+                out.push(note.at(listed.span, "").and(first, "first here").fix(in_order.get(cx)));
             }
             None => {
                 seen.insert(listed.index, listed.span);
@@ -115,13 +150,14 @@ pub(super) fn listed_twice(cx: &Context<'_>, out: &mut Out<'_>) {
 }
 
 pub(super) fn wrong_list(cx: &Context<'_>, out: &mut Out<'_>) {
+    let mut in_order = InOrder::default();
     for list in &cx.facts.lists {
         for listed in &list.entries {
             let manufacturers = matches!(listed.index, 0x2000..=0x5FFF);
             if manufacturers != (list.list == ObjectList::Manufacturer) {
                 let right = if manufacturers { "the manufacturer's" } else { "not the manufacturer's" };
                 let note = note(format!("the object {:04X} is {right}", listed.index));
-                out.push(note.at(listed.span, "").and(list.span, "in this list"));
+                out.push(note.at(listed.span, "").and(list.span, "in this list").fix(in_order.get(cx)));
             }
         }
     }

@@ -2,7 +2,6 @@
 
 use super::context::{Context, are};
 use super::lines::without_key;
-use super::remedy::{Edit, edits};
 use super::rule::note;
 use crate::diagnostic::Diagnostic;
 use crate::dump::value_text;
@@ -10,6 +9,7 @@ use crate::finding::{Finding, Kind, Oddity};
 use crate::model::Value;
 use crate::model::types::DataType;
 use crate::parse::number;
+use crate::patch::{Change, Patch};
 
 pub(super) fn bad_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::BadNumber { key } = &finding.kind else { return None };
@@ -25,7 +25,7 @@ pub(super) fn number_too_large(cx: &Context<'_>, finding: &Finding) -> Option<Di
 
 pub(super) fn bad_flag(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::BadFlag { key } = &finding.kind else { return None };
-    Some(note(format!("`{key}` is neither 0 nor 1")).at(finding.span, "").mend(cx.replace(finding.span, "1")))
+    Some(note(format!("`{key}` is neither 0 nor 1")).at(finding.span, "").fix(cx.replace(finding.span, "1")))
 }
 
 pub(super) fn octal_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
@@ -38,12 +38,14 @@ pub(super) fn octal_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagno
     let value = number::integer(text).map_or(0, |read| read.value);
     let note = note(format!("`{key}` {what}")).at(finding.span, format!("read as decimal {value}"));
     let digits = text.trim_start_matches(['0', '+', '-']);
-    let meant = match oddity {
-        Oddity::Octal if text.bytes().all(|b| b.is_ascii_digit()) => format!("unless decimal {digits} was meant, "),
-        _ => String::new(),
-    };
     let plain = plain(text).and_then(|plain| cx.replace(finding.span, &plain));
-    Some(note.mend(plain.map(|remedy| meant + &remedy)))
+    Some(match oddity {
+        Oddity::NotOctal => note.fix(plain),
+        _ if text.bytes().all(|b| b.is_ascii_digit()) => {
+            note.mend(plain.map(|remedy| format!("unless decimal {digits} was meant, {remedy}")))
+        }
+        _ => note.mend(plain),
+    })
 }
 
 pub(super) fn inline_comment(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
@@ -52,9 +54,9 @@ pub(super) fn inline_comment(cx: &Context<'_>, finding: &Finding) -> Option<Diag
     let at = text.find([';', '#'])?;
     let moved = cx.line(finding.span).map(|(line, _)| {
         let value = format!("{key}={}", text[..at].trim_end());
-        edits([Edit::Line(line, value), Edit::After(line, text[at..].to_owned())])
+        Patch::from_iter([Change::Line(line, value), Change::After(line, text[at..].to_owned())])
     });
-    Some(note.mend(moved))
+    Some(note.fix(moved))
 }
 
 pub(super) fn odd_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
@@ -65,7 +67,7 @@ pub(super) fn odd_number(cx: &Context<'_>, finding: &Finding) -> Option<Diagnost
         None => plain(text).or_else(|| Some(text.trim_end_matches(['f', 'F']).replace(',', "."))),
     };
     let note = note(format!("`{text}` is an odd spelling for `{key}`")).at(finding.span, "");
-    Some(note.mend(plain.and_then(|plain| cx.replace(finding.span, &plain))))
+    Some(note.fix(plain.and_then(|plain| cx.replace(finding.span, &plain))))
 }
 
 pub(super) fn unknown_variable(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
@@ -113,7 +115,7 @@ pub(super) fn bad_value(cx: &Context<'_>, finding: &Finding) -> Option<Diagnosti
 pub(super) fn entry_count(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::EntryCount { said, found } = finding.kind else { return None };
     let note = note(format!("there {}, not {said}", are(found, "entry"))).at(finding.span, "says otherwise");
-    Some(note.mend(cx.replace(finding.span, &found.to_string())))
+    Some(note.fix(cx.replace(finding.span, &found.to_string())))
 }
 
 pub(super) fn value_without_entry(_: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {

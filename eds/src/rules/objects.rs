@@ -1,7 +1,7 @@
 //! Objects, their sub-indices, names, data types and access types.
 
 use super::context::{Context, are, listed, place, plural};
-use super::remedy::{Edit, MAX_STEPS, edits, overlay, overlays, quoted};
+use super::remedy::{MAX_STEPS, overlay, overlays, quoted};
 use super::rule::{Out, note};
 use crate::cia301;
 use crate::diagnostic::Diagnostic;
@@ -9,6 +9,7 @@ use crate::finding::{Finding, Kind};
 use crate::model::keys::Key;
 use crate::model::types::DataType;
 use crate::model::{Device, Entry, Object, ObjectKind, Value};
+use crate::patch::{Change, Patch};
 use crate::standard;
 use crate::text::Span;
 
@@ -140,11 +141,11 @@ pub(super) fn sub_count(cx: &Context<'_>, out: &mut Out<'_>) {
                 let note = note(format!("there {found}, not {said}")).at(span, "says otherwise");
                 let last = object.entries.last().filter(|entry| entry.span != object.span);
                 let note = last.into_iter().fold(note, |note, last| note.and(last.span, "the last one"));
-                out.push(note.mend(set()));
+                out.push(note.fix(set()));
             }
             None if facts.subs > 0 && facts.header => {
                 let note = note(format!("there {found}, but no `SubNumber`")).at(object.span, "");
-                out.push(note.mend(set()));
+                out.push(note.fix(set()));
             }
             _ => {}
         }
@@ -194,8 +195,12 @@ pub(super) fn sub_0_type(cx: &Context<'_>, out: &mut Out<'_>) {
         if entry.data_type != DataType::Unsigned8 && !entry.data_type.is_unknown() {
             let note = note(format!("{} is {}", place(entry), entry.data_type));
             let note = note.at(cx.entry_span(entry, Key::DataType), "expected UNSIGNED8");
-            let fits = cx.can_become(entry, DataType::Unsigned8);
-            out.push(note.mend(fits.then(|| cx.correct(entry, "data_type = \"UNSIGNED8\""))));
+            if !cx.can_become(entry, DataType::Unsigned8) {
+                out.push(note);
+                continue;
+            }
+            let note = note.mend(Some(cx.correct(entry, "data_type = \"UNSIGNED8\"")));
+            out.push(note.fix(cx.set_own(entry, Key::DataType, "0x0005")));
         }
     }
 }
@@ -300,7 +305,7 @@ pub(super) fn broken_link(cx: &Context<'_>, out: &mut Out<'_>) {
 pub(super) fn nested_object(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::NestedObject(kind) = finding.kind else { return None };
     let note = note(format!("a sub-index cannot be of object type {}", kind.name())).at(finding.span, "read as VAR");
-    Some(note.mend(cx.replace(finding.span, "0x7")))
+    Some(note.fix(cx.replace(finding.span, "0x7")))
 }
 
 pub(super) fn bad_object_type(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
@@ -337,7 +342,8 @@ fn standard_type(cx: &Context<'_>, span: Span) -> Option<String> {
 pub(super) fn missing_access_type(cx: &Context<'_>, finding: &Finding) -> Option<Diagnostic> {
     let Kind::MissingAccessType = finding.kind else { return None };
     let note = note("the entry names no access type").at(finding.span, "read as rw");
-    let said = cx.line(finding.span).map(|(line, _)| edits([Edit::After(line, "AccessType=rw".to_owned())]));
+    let said =
+        cx.line(finding.span).map(|(line, _)| Patch::from_iter([Change::After(line, "AccessType=rw".to_owned())]));
     Some(note.mend(said.map(|said| format!("as it is read, {said}"))))
 }
 
@@ -346,6 +352,8 @@ pub(super) fn bad_access_type(cx: &Context<'_>, finding: &Finding) -> Option<Dia
     let note = note(format!("there is no access type `{word}`"));
     let note = note.at(finding.span, format!("read as {}", access.name()));
     let said = cx.replace(finding.span, access.name());
-    let doubt = if *sure { "" } else { "as it is read, unless the manual has another one, " };
-    Some(note.mend(said.map(|said| format!("{doubt}{said}"))))
+    Some(match sure {
+        true => note.fix(said),
+        false => note.mend(said.map(|said| format!("as it is read, unless the manual has another one, {said}"))),
+    })
 }

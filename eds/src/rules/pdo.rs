@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::context::{BASE_IDENTIFIER, Context, EXTENDED, IDENTIFIER, INVALID};
 use super::context::{are, held_by, is_dummy, listed, pdo_name, place, plural};
-use super::remedy::{Edit, edits, overlay};
+use super::remedy::overlay;
 use super::rule::{Out, note};
 use crate::cia301;
 use crate::model::keys::Key;
@@ -12,6 +12,7 @@ use crate::model::pdo::held;
 use crate::model::types::DataType;
 use crate::model::{AccessType, Direction, Mapped, Pdo, Value};
 use crate::parse::section::SectionKind;
+use crate::patch::{Change, Patch};
 
 pub(super) fn missing_object(cx: &Context<'_>, out: &mut Out<'_>) {
     const MAX_PLACES: usize = 4;
@@ -140,11 +141,11 @@ pub(super) fn unusable_dummy(cx: &Context<'_>, out: &mut Out<'_>) {
             let note = note(format!("{data_type} is mapped as a dummy, but `[DummyUsage]` forbids it"));
             let key = format!("Dummy{:04X}", mapped.index);
             let allowed = data_type.bits().map(|_| match cx.facts.section(SectionKind::DummyUsage) {
-                Some(section) => edits([cx.set_in(section, &key, "1")]),
+                Some(section) => Patch::from_iter([cx.set_in(section, &key, "1")]),
                 None => {
                     let end = cx.facts.syntax.source.line_count() as u32;
                     let lines = ["[DummyUsage]".to_owned(), format!("{key}=1")];
-                    edits(lines.map(|line| Edit::After(end, line)))
+                    lines.map(|line| Change::After(end, line)).into_iter().collect()
                 }
             });
             out.push(note.at(cx.mapping_span(pdo, number), "").mend(allowed));
@@ -177,7 +178,9 @@ pub(super) fn count(cx: &Context<'_>, out: &mut Out<'_>) {
         let Some((said, span)) = said.zip(cx.device_info(key)) else { continue };
         if usize::from(said) != found {
             let note = note(format!("there {}, not {said}", are(found, "PDO"))).at(span, "says otherwise");
-            out.push(note.mend(cx.replace(span, &found.to_string())));
+            let mended = cx.replace(span, &found.to_string());
+            // A number that is too large may be right, and the parameters of a PDO missing.
+            out.push(if usize::from(said) < found { note.fix(mended) } else { note.mend(mended) });
         }
     }
 }

@@ -3,7 +3,8 @@
 //! A remedy is a line that says where, `in the data sheet:` or `in an overlay:`, and what to write there below it.
 //! Several of them below each other are alternatives.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
+use std::sync::Arc;
 
 use super::context::{Context, place};
 use crate::diagnostic::Diagnostic;
@@ -11,34 +12,11 @@ use crate::dump::value_text;
 use crate::model::{Entry, Value};
 use crate::parse::section::SectionKind;
 use crate::parse::syntax::Section;
+use crate::patch::{Change, Patch};
 use crate::text::Span;
 
 /// So many lines of a file, or tables of an overlay, are written out in one remedy.
 pub(super) const MAX_STEPS: usize = 8;
-
-/// A change of the data sheet; lines count from 1, as they are before any change.
-pub(super) enum Edit {
-    /// The line becomes this.
-    Line(u32, String),
-    /// This comes after the line.
-    After(u32, String),
-    /// These lines go.
-    Remove(u32, u32),
-}
-
-/// `in the data sheet:` and the changes.
-pub(super) fn edits(edits: impl IntoIterator<Item = Edit>) -> String {
-    let mut text = "in the data sheet:".to_owned();
-    for edit in edits {
-        let _ = match edit {
-            Edit::Line(line, becomes) => write!(text, "\nline {line}: {becomes}"),
-            Edit::After(line, added) => write!(text, "\nafter line {line}: {added}"),
-            Edit::Remove(first, last) if first == last => write!(text, "\nno line {first}"),
-            Edit::Remove(first, last) => write!(text, "\nno lines {first} to {last}"),
-        };
-    }
-    text
-}
 
 /// `in an overlay:` and a table for an object or entry, with a reason.
 pub(super) fn overlay(address: &str, keys: &str) -> String {
@@ -75,34 +53,31 @@ pub(super) fn quoted(text: &str) -> String {
 
 impl Context<'_> {
     /// The data sheet with this in the place of a span.
-    pub(super) fn replace(&self, span: Span, by: &str) -> Option<String> {
-        let (line, text) = self.line(span)?;
-        let start = self.facts.syntax.source.line_range(line as usize - 1).0;
-        let (before, after) = (text.get(..(span.start - start) as usize)?, text.get((span.end - start) as usize..)?);
-        Some(edits([Edit::Line(line, format!("{before}{by}{after}"))]))
+    pub(super) fn replace(&self, span: Span, by: &str) -> Option<Patch> {
+        (span.source == 0).then(|| Patch::from_iter([self.facts.syntax.with(span, by)]))
     }
 
     /// The data sheet without the line of a span.
-    pub(super) fn remove(&self, span: Span) -> Option<String> {
+    pub(super) fn remove(&self, span: Span) -> Option<Patch> {
         let (line, _) = self.line(span)?;
-        Some(edits([Edit::Remove(line, line)]))
+        Some(Patch::from_iter([Change::Remove(line, line)]))
     }
 
     /// The data sheet with another value of a key in the section whose name is at `section`.
-    pub(super) fn set(&self, section: Span, key: &str, value: &str) -> Option<String> {
+    pub(super) fn set(&self, section: Span, key: &str, value: &str) -> Option<Patch> {
         let section = self.facts.syntax.section_at(section)?;
-        Some(edits([self.set_in(section, key, value)]))
+        Some(Patch::from_iter([self.set_in(section, key, value)]))
     }
 
     /// The same for a section that there is once.
-    pub(super) fn set_info(&self, kind: SectionKind, key: &str, value: &str) -> Option<String> {
-        Some(edits([self.set_in(self.facts.section(kind)?, key, value)]))
+    pub(super) fn set_info(&self, kind: SectionKind, key: &str, value: &str) -> Option<Patch> {
+        Some(Patch::from_iter([self.set_in(self.facts.section(kind)?, key, value)]))
     }
 
-    pub(super) fn set_in(&self, section: &Section<'_>, key: &str, value: &str) -> Edit {
+    pub(super) fn set_in(&self, section: &Section<'_>, key: &str, value: &str) -> Change {
         match section.get(key) {
-            Some(pair) => Edit::Line(pair.line + 1, format!("{key}={value}")),
-            None => Edit::After(section.line + 1, format!("{key}={value}")),
+            Some(pair) => self.facts.syntax.with_value(pair, value),
+            None => Change::After(section.line + 1, format!("{key}={value}")),
         }
     }
 
@@ -119,11 +94,19 @@ impl Context<'_> {
 
 impl Diagnostic {
     /// The remedy, if there is one; else [`rest`] finds one.
-    pub(super) fn mend(self, remedy: Option<String>) -> Self {
+    pub(super) fn mend(self, remedy: Option<impl Display>) -> Self {
         match remedy {
-            Some(remedy) => self.help(remedy),
+            Some(remedy) => self.help(remedy.to_string()),
             None => self,
         }
+    }
+
+    /// The one right answer, if there is one. It is the remedy as well, unless it is long or there is another.
+    pub(super) fn fix(mut self, fix: Option<impl Into<Arc<Patch>>>) -> Self {
+        self.fix = fix.map(Into::into);
+        let short = self.fix.as_ref().filter(|fix| fix.changes().len() <= MAX_STEPS && self.help.is_none());
+        self.help = short.map(ToString::to_string).or(self.help);
+        self
     }
 }
 

@@ -15,6 +15,8 @@ pub struct Rule {
     pub holds: &'static str,
     /// Why that matters, and what is done about it: one paragraph.
     pub why: &'static str,
+    /// What [`fix`](mod@crate::fix) does about its findings, if there is one right answer: one sentence.
+    pub fixes: Option<&'static str>,
     pub(super) find: Find,
 }
 

@@ -5,12 +5,14 @@ use super::rule::Rule;
 use super::{cia301, info, limits, lines, lists, numbers, objects, overlays, pdo};
 use crate::diagnostic::Severity;
 
-/// A row each: the code, how bad its findings are, where they come from, what holds, and why that matters.
+/// A row each: the code, how bad its findings are, where they come from, what holds, why that matters, and what is fixed
+/// without asking.
 macro_rules! rules {
-    ($($code:literal $severity:ident $find:expr, $holds:literal, $why:literal;)*) => {
-        pub(super) const RULES: &[Rule] = &[$(
-            Rule { code: $code, severity: Severity::$severity, holds: $holds, why: $why, find: $find },
-        )*];
+    ($($code:literal $severity:ident $find:expr, $holds:literal, $why:literal $(, fixes $fixes:literal)?;)*) => {
+        pub(super) const RULES: &[Rule] = &[$({
+            let fixes: &[&str] = &[$($fixes)?];
+            Rule { code: $code, severity: Severity::$severity, holds: $holds, why: $why, fixes: fixes.first().copied(), find: $find }
+        },)*];
     };
 }
 
@@ -38,14 +40,17 @@ rules! {
     "eds::unclosed-section" Warning Read(lines::unclosed_section),
         "A section name ends with a bracket.",
         "Without the closing bracket other readers take the section for a key or swallow the lines after it. The \
-         rest of the line is taken for the name.";
+         rest of the line is taken for the name.",
+        fixes "Closes the name of a section that is known.";
     "eds::text-after-section" Warning Read(lines::text_after_section),
         "Nothing but a comment follows a section name on its line.",
-        "Some readers refuse the file, others take the text for a key. It is ignored here.";
+        "Some readers refuse the file, others take the text for a key. It is ignored here.",
+        fixes "Makes a comment of the text.";
     "eds::no-equals-sign" Warning Read(lines::no_equals_sign),
         "A key and its value are separated by an equals sign.",
         "A colon or a blank instead is read as an equals sign where the line leaves no doubt. Other readers lose the \
-         line, or take the next one for a part of it.";
+         line, or take the next one for a part of it.",
+        fixes "Writes an equals sign after a key that is known.";
     "eds::stray-text" Warning Read(lines::stray_text),
         "A line is empty, a comment, a section or a key with a value.",
         "A line that is none of these says nothing that could be used. Often it is the rest of a text that an editor \
@@ -64,7 +69,8 @@ rules! {
     "eds::duplicate-section" Warning Read(lines::duplicate_section),
         "No two sections have the same name.",
         "Readers differ in which one they take. The first one counts here, as with the functions of Windows that \
-         data sheets were made for.";
+         data sheets were made for.",
+        fixes "Removes the second section if it says the same.";
     "eds::unknown-key" Note Read(lines::unknown_key),
         "Every key is one that CiA 306 knows for its section.",
         "Vendors add keys for their own tools; CiA 306-1 lets other readers ignore them. A misspelt key looks the \
@@ -77,7 +83,8 @@ rules! {
     "eds::duplicate-key" Warning Read(lines::duplicate_key),
         "No key comes twice in a section.",
         "Readers differ in which one they take. The first one counts here, as with the functions of Windows that \
-         data sheets were made for.";
+         data sheets were made for.",
+        fixes "Removes the second line if it says the same.";
     "eds::empty-number" Note Read(lines::empty_number),
         "Keys that hold numbers hold one.",
         "Editors write keys without value where nothing was entered. They are read as absent keys.";
@@ -91,18 +98,22 @@ rules! {
          as absent.";
     "eds::bad-flag" Warning Read(numbers::bad_flag),
         "Flags are 0 or 1.",
-        "CiA 306 knows 0 for no and 1 for yes. Every other number is read as yes.";
+        "CiA 306 knows 0 for no and 1 for yes. Every other number is read as yes.",
+        fixes "Writes 1.";
     "eds::octal-number" Warning Read(numbers::octal_number),
         "A decimal number has no leading zero.",
         "CiA 306-1 follows C: a leading zero means octal, so 010 is eight. People who pad numbers with zeros mean \
-         decimal. The standard is followed where all digits are octal; an overlay can say what was meant.";
+         decimal. The standard is followed where all digits are octal; an overlay can say what was meant.",
+        fixes "Removes the zero if the digits are not octal.";
     "eds::inline-comment" Warning Read(numbers::inline_comment),
         "No comment follows a number on its line.",
-        "In CiA 306-1 a comment has a line of its own. Other readers refuse the number or take it for text.";
+        "In CiA 306-1 a comment has a line of its own. Other readers refuse the number or take it for text.",
+        fixes "Moves the comment to a line of its own.";
     "eds::odd-number" Note Read(numbers::odd_number),
         "Numbers are spelled as CiA 306 spells them.",
         "`true`, `NULL`, `1.0f`, `1F80h` or the name of a data type mean one thing only and are read so, but other \
-         readers refuse them.";
+         readers refuse them.",
+        fixes "Writes the number as CiA 306 does.";
     "eds::real-bits" Note Read(limits::real_bits),
         "A REAL is given as a decimal number.",
         "Some editors write the bits of IEEE 754 as a hexadecimal number where others write 1.5. Hexadecimal is read as \
@@ -120,14 +131,16 @@ rules! {
          overlay mends both.";
     "eds::entry-count" Warning Read(numbers::entry_count),
         "NrOfEntries, Lines and the like are the number of entries that follow.",
-        "Readers that trust the number lose the entries beyond it. Here all entries are read.";
+        "Readers that trust the number lose the entries beyond it. Here all entries are read.",
+        fixes "Writes the number of entries.";
     "eds::value-without-entry" Warning Read(numbers::value_without_entry),
         "Names and values are given to sub-indices that exist.",
         "`[xxxxName]`, `[xxxxValue]` and `[xxxxDenotation]` belong to sub-indices of the object; the key is the \
          sub-index in decimal.";
     "eds::nested-object" Warning Read(objects::nested_object),
         "A sub-index is a VAR or a DOMAIN.",
-        "CANopen has two levels only, objects and sub-indices (CiA 301, 7.4.3). The entry is read as a VAR.";
+        "CANopen has two levels only, objects and sub-indices (CiA 301, 7.4.3). The entry is read as a VAR.",
+        fixes "Writes VAR.";
     "eds::bad-object-type" Warning Read(objects::bad_object_type),
         "ObjectType is one of the object codes of CiA 301.",
         "NULL 0, DOMAIN 2, DEFTYPE 5, DEFSTRUCT 6, VAR 7, ARRAY 8, RECORD 9 (CiA 301, table 42). Another code is \
@@ -144,7 +157,8 @@ rules! {
         "Without access type the entry is read as `rw`, and the device decides.";
     "eds::bad-access-type" Warning Read(objects::bad_access_type),
         "Access types are ro, wo, rw, rwr, rww or const.",
-        "CiA 306-1 (6.5.2) knows six words, in any case. Others are read as what they seem to mean.";
+        "CiA 306-1 (6.5.2) knows six words, in any case. Others are read as what they seem to mean.",
+        fixes "Writes the word of CiA 306 if it is beyond doubt.";
     "eds::bad-dummy" Warning Read(info::bad_dummy),
         "Dummies are data types of a fixed size.",
         "A dummy (CiA 301) is the index of a data type that a PDO maps to leave a gap, so it needs a size.";
@@ -244,7 +258,8 @@ rules! {
         "Every `BaudRate_` is 0 or missing, so no bus could have the device on it.";
     "eds::bad-date" Note Check(info::bad_date),
         "Dates are mm-dd-yyyy and times hh:mmAM or hh:mmPM.",
-        "CiA 306-1 (6.3) has one form for dates and one for times. Others are kept as they are.";
+        "CiA 306-1 (6.3) has one form for dates and one for times. Others are kept as they are.",
+        fixes "Writes date and time in the form of CiA 306 if their order is beyond doubt.";
     "eds::bad-granularity" Warning Check(info::bad_granularity),
         "The granularity is at most 64 bits.",
         "Granularity (CiA 306-1, 6.4) is the smallest piece in bits that a PDO can map, from 1 to 64; 0 means that \
@@ -278,20 +293,24 @@ rules! {
     "eds::list-count" Warning Check(lists::list_count),
         "SupportedObjects is the number of objects in its list.",
         "Readers that trust the number lose the objects beyond it. All objects that are listed or described are \
-         read.";
+         read.",
+        fixes "Writes the number of objects.";
     "eds::list-gap" Warning Check(lists::list_gap),
         "The objects of a list are numbered from 1 without gap.",
-        "Readers that count up from 1 stop at the first gap and lose what comes after it.";
+        "Readers that count up from 1 stop at the first gap and lose what comes after it.",
+        fixes "Numbers the objects from 1.";
     "eds::object-not-listed" Warning Check(lists::object_not_listed),
         "Every object that is described is in a list.",
         "CiA 306-1 lets a reader ignore objects that no list names, and several do. They are read here.";
     "eds::listed-twice" Warning Check(lists::listed_twice),
         "An object is listed once.",
-        "Readers that build an object for each line of a list build two.";
+        "Readers that build an object for each line of a list build two.",
+        fixes "Removes the second line.";
     "eds::wrong-list" Warning Check(lists::wrong_list),
         "Objects are in the list that their index belongs to.",
         "2000h to 5FFFh are the manufacturer's; mandatory are 1000h, 1001h and 1018h, and what a profile demands \
-         (CiA 306-1).";
+         (CiA 306-1).",
+        fixes "Moves the object to its list.";
     "cia301::missing-object" Warning Check(cia301::missing_object),
         "The objects that CiA 301 demands of every device are there.",
         "Every device has a device type (1000h), an error register (1001h) and an identity (1018h).";
@@ -314,7 +333,8 @@ rules! {
     "eds::sub-count" Warning Check(objects::sub_count),
         "SubNumber is the number of sub-indices.",
         "SubNumber (CiA 306-1, 6.5.2) counts the sections of the sub-indices, 0 included. Readers that trust it lose \
-         those beyond it.";
+         those beyond it.",
+        fixes "Writes the number of sub-indices.";
     "eds::variable-with-subs" Warning Check(objects::variable_with_subs),
         "Only arrays and records have sub-indices.",
         "An object with sub-indices whose `ObjectType` is missing, or is that of a single value, is read as a \
@@ -328,7 +348,8 @@ rules! {
     "eds::sub-0-type" Warning Check(objects::sub_0_type),
         "Sub-index 0 of an array or record is an UNSIGNED8.",
         "The highest sub-index has one byte (CiA 301, 7.4.3). A device answers with one byte even if the data sheet \
-         says otherwise.";
+         says otherwise.",
+        fixes "Writes UNSIGNED8 if default and limits fit it.";
     "eds::highest-sub" Warning Check(objects::highest_sub),
         "The default of sub-index 0 is the highest sub-index.",
         "Sub-index 0 says how far to read (CiA 301, 7.4.3). The number of faults in 1003h and the number of objects \
@@ -367,7 +388,8 @@ rules! {
     "eds::zero-limits" Warning Check(limits::zero_limits),
         "Limits of 0 and 0 mean that there are none.",
         "Editors write 0 for both limits where nothing was entered. Taken literally, the entry could hold nothing but 0, \
-         so both are read as absent, and it can be written.";
+         so both are read as absent, and it can be written.",
+        fixes "Removes both limits.";
     "eds::limit-outside-type" Warning Check(limits::limit_outside_type),
         "Limits are numbers of the data type.",
         "A limit that the data type cannot have limits nothing. Either the limit or the data type is wrong.";
@@ -389,7 +411,8 @@ rules! {
         "A value of an entry that cannot be written is not downloaded; it records what the device had.";
     "eds::constant-without-default" Note Check(limits::constant_without_default),
         "What is const has a default.",
-        "A constant never changes, so the data sheet can say its value (CiA 306-1, 6.5.2).";
+        "A constant never changes, so the data sheet can say its value (CiA 306-1, 6.5.2).",
+        fixes "Writes the highest sub-index into sub-index 0 of an array or record.";
     "eds::unmappable-type" Warning Check(limits::unmappable_type),
         "What can be mapped into a PDO has a fixed size of at most 64 bits.",
         "A PDO has eight bytes (CiA 301, 7.2.2). Strings and domains cannot be mapped.";
@@ -431,7 +454,8 @@ rules! {
          7.5.2.35).";
     "pdo::count" Warning Check(pdo::count),
         "NrOfRXPDO and NrOfTXPDO are the numbers of PDOs.",
-        "Tools that trust the numbers in `[DeviceInfo]` offer fewer or more PDOs than there are parameters for.";
+        "Tools that trust the numbers in `[DeviceInfo]` offer fewer or more PDOs than there are parameters for.",
+        fixes "Writes the number of PDOs if there are more than the key says.";
     "pdo::cob-id-collision" Warning Check(pdo::cob_id_collision),
         "No two PDOs have the same COB-ID.",
         "Two devices, or two PDOs of one, that send with the same identifier disturb each other; two receive PDOs \

@@ -129,6 +129,23 @@ impl Source {
         Position { line: line as u32 + 1, column: before.chars().count() as u32 + 1 }
     }
 
+    /// Another text under the same name and in the same encoding.
+    #[must_use]
+    pub fn with_text(&self, text: impl Into<String>) -> Self {
+        Self::with_encoding(self.name.clone(), text.into(), self.encoding)
+    }
+
+    /// The bytes of the file; `None` when its encoding lacks one of the characters.
+    #[must_use]
+    pub fn to_bytes(&self) -> Option<Vec<u8>> {
+        self.encoding.encode(&self.text)
+    }
+
+    /// How most lines end.
+    pub(crate) fn end_of_line(&self) -> &'static str {
+        if self.text.matches("\r\n").count() * 2 > self.text.matches('\n').count() { "\r\n" } else { "\n" }
+    }
+
     /// The byte range of a line (from 0) without its end; empty beyond the last.
     pub(crate) fn line_range(&self, line: usize) -> (u32, u32) {
         let Some(&start) = self.lines.get(line) else {
