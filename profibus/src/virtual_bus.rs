@@ -183,7 +183,6 @@ impl<A: Application> VirtualBus<A> {
         if !self.stations[id.0].tasks.start(now, task) {
             return None;
         }
-        let mut exchanges = self.exchanges(id);
         loop {
             let now = self.now();
             let tasks = &mut self.stations[id.0].tasks;
@@ -193,11 +192,8 @@ impl<A: Application> VirtualBus<A> {
             if let Some(place) = peripheral.pi_q_mut().first_chunk_mut() {
                 *place = output;
             }
-            if self.exchanges(id) != exchanges {
-                exchanges = self.exchanges(id);
-                let input = Pkw::parse(self.peripheral(id)?.pi_i())?;
-                event = event.or_else(|| self.stations[id.0].tasks.handle_input(input));
-            }
+            let input = Pkw::parse(peripheral.pi_i())?;
+            event = event.or_else(|| self.stations[id.0].tasks.handle_input(input));
             match event {
                 Some(Event::Answered { reply, .. }) => return Some(reply),
                 Some(Event::TimedOut { .. }) => return None,
@@ -267,15 +263,13 @@ impl<A: Application> Default for VirtualBus<A> {
 
 impl<A: Application> Station<A> {
     fn turn(&mut self, at: time::Instant, now: Instant) {
-        if self.slave.poll_timeout().is_some_and(|due| due <= now) {
-            self.slave.handle_timeout(now);
-        }
+        self.slave.handle_timeout(now);
         if self.line.poll_transmission(at) {
             return;
         }
         let (slave, is_on) = (&mut self.slave, self.is_on);
         self.line.receive_data(at, |bytes| {
-            if !bytes.is_empty() && is_on {
+            if is_on {
                 slave.handle_bytes(now, bytes);
             }
             (bytes.len(), ())
@@ -283,7 +277,7 @@ impl<A: Application> Station<A> {
         if let Some(answer) = slave.poll_transmit(now) {
             let lost = self.lost_answers.clone();
             self.lost_answers = lost.start.saturating_sub(1)..lost.end.saturating_sub(1);
-            if lost.contains(&0) || !is_on {
+            if lost.contains(&0) {
                 return;
             }
             self.line.transmit_data(at, |buffer| {

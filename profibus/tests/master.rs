@@ -2,9 +2,12 @@
 
 mod support;
 
+use lexican_profibus::dp::Lengths;
+use lexican_profibus::master::Segment;
+use lexican_profibus::pkw::{Pkw, Reply, Task, Value};
 use lexican_profibus::virtual_bus::{MASTER, SlaveId, VirtualBus};
-use lexican_profibus::{Identity, Slave, State};
-use lexican_runtime::Duration;
+use lexican_profibus::{Application, BitRate, Identity, Slave, State};
+use lexican_runtime::{Duration, Instant};
 use profirust::dp::{DiagnosticFlags, PeripheralEvent, PeripheralOptions};
 use support::{Echo, IDENTITY};
 
@@ -33,6 +36,7 @@ fn running() -> (VirtualBus<Echo>, SlaveId) {
 #[test]
 fn a_slave_comes_up_and_exchanges_data() {
     let (mut bus, id) = running();
+    assert_eq!(bus.exchanges(id), 2);
     assert_eq!(bus.events(id), [PeripheralEvent::Online, PeripheralEvent::Configured]);
     bus.peripheral(id).unwrap().pi_q_mut().copy_from_slice(&[1, 2, 3, 4]);
     assert!(bus.exchange(id));
@@ -66,9 +70,12 @@ fn several_slaves_share_the_line() {
 fn a_lost_answer_is_repeated() {
     let (mut bus, id) = running();
     let acted = bus.slave(id).application().outputs.len() as u64;
-    let before = bus.exchanges(id);
+    let (before, begin) = (bus.exchanges(id), bus.now());
+    assert!(bus.exchange(id));
+    let (span, begin) = (bus.now().since(begin), bus.now());
     bus.lose_answers(id, 0..1);
-    assert!(bus.exchange(id) && bus.exchange(id));
+    assert!(bus.exchange(id));
+    assert!(bus.now().since(begin) > span, "none has been lost");
     let exchanged = bus.exchanges(id) - before;
     assert_eq!(bus.slave(id).application().outputs.len() as u64 - acted, exchanged);
     assert_eq!((bus.events(id).len(), bus.slave(id).state()), (2, State::DataExchange));
@@ -139,4 +146,79 @@ fn a_diagnosis_that_waits_is_fetched() {
     let diagnosis = bus.peripheral(id).unwrap().last_diagnostics().unwrap();
     assert_eq!(diagnosis.flags, DiagnosticFlags::WATCHDOG_ON);
     assert_eq!(diagnosis.master_address, Some(MASTER));
+}
+
+/// Three characters of eleven bits at 500 kbit/s.
+const TURN: Duration = Duration::from_micros(66);
+const TURNS: Duration = Duration::from_micros(660);
+
+#[test]
+fn time_passes_as_far_as_it_is_to() {
+    let mut bus = VirtualBus::<Echo>::new();
+    assert!(!bus.is_real_time());
+    bus.run(TURNS);
+    assert_eq!(bus.now(), Instant::ZERO + TURNS);
+    let mut calls = 0;
+    let mut never = |_: &mut VirtualBus<Echo>| {
+        calls += 1;
+        assert!(calls < 100, "it does not end");
+        false
+    };
+    assert!(!bus.run_until(TURNS, &mut never));
+    assert_eq!(bus.now(), Instant::ZERO + TURNS + TURNS);
+    let until = bus.now() + TURNS;
+    assert_eq!((bus.poll(until), bus.now()), (None, until));
+}
+
+#[test]
+fn a_slave_that_the_segment_adds_is_known() {
+    let mut bus = VirtualBus::new();
+    let [first, second] =
+        [7, 8].map(|address| bus.attach_unknown(Slave::new(address, IDENTITY, BitRate(500_000), Echo::default())));
+    assert!(bus.peripheral(first).is_none());
+    let handle = Segment::add(&mut bus, 7, options(), Lengths { inputs: 4, outputs: 4 });
+    let until = bus.now() + Duration::from_secs(1);
+    assert_eq!(bus.poll(until), Some((handle, PeripheralEvent::Online)));
+    assert!(bus.exchange(first) && bus.peripheral(second).is_none());
+    assert_eq!(bus.exchanges(second), 0);
+}
+
+/// Answers each task by the number of exchanges.
+#[derive(Debug, Default)]
+struct Counter {
+    task: Pkw,
+    exchanges: u32,
+}
+
+impl Application for Counter {
+    fn take_outputs(&mut self, _: Instant, outputs: &[u8]) {
+        (self.task, self.exchanges) = (Pkw::parse(outputs).unwrap(), self.exchanges + 1);
+    }
+
+    fn write_inputs(&mut self, _: Instant, inputs: &mut [u8]) {
+        let reply = Reply::Value(Value::Word(self.exchanges as u16)).pkw(self.task);
+        inputs.copy_from_slice(&if self.task == Pkw::default() { [0; 8] } else { reply.bytes() });
+    }
+
+    fn enter(&mut self, _: Instant, _: State) {}
+}
+
+#[test]
+fn a_task_is_answered_once_or_given_up() {
+    let mut bus = VirtualBus::new();
+    let identity = Identity { inputs: 8, outputs: 8, ..IDENTITY };
+    let slave = Slave::new(7, identity, bus.bit_rate(), Counter::default());
+    let id = bus.attach(slave, options(), (8, 8));
+    assert!(bus.exchange(id));
+    let mut before = 0;
+    for number in [918, 918, 7] {
+        let Some(Reply::Value(Value::Word(count))) = bus.ask(id, Task::Read { number }) else { panic!("none") };
+        assert!(u32::from(count) > before && u64::from(count) <= bus.exchanges(id) + 1, "{count}");
+        before = bus.slave(id).application().exchanges;
+    }
+    bus.set_connected(id, false);
+    let begin = bus.now();
+    assert_eq!(bus.ask(id, Task::Read { number: 918 }), None);
+    let span = bus.now().since(begin);
+    assert!((Duration::from_secs(5)..=Duration::from_secs(5) + TURN).contains(&span), "{span:?}");
 }

@@ -10,16 +10,28 @@ use runner::Mutants;
 
 #[path = "../../profibus/tests/any_bytes.rs"]
 mod profibus_any_bytes;
+#[path = "../../profibus/tests/master.rs"]
+mod profibus_master;
 #[path = "../../profibus/tests/slave.rs"]
 mod profibus_slave;
-#[path = "../../drives/siko/tests/gateway.rs"]
+#[path = "../../profibus/tests/station.rs"]
+mod profibus_station;
+#[path = "../../drives/siko/tests/gateway/main.rs"]
 mod siko_gateway;
+#[path = "../../drives/siko-profibus/tests/carrier.rs"]
+mod siko_profibus_carrier;
+#[path = "../../drives/siko-profibus/tests/flow.rs"]
+mod siko_profibus_flow;
 #[path = "../../drives/siko-profibus/tests/parameters.rs"]
 mod siko_profibus_parameters;
+#[path = "../../drives/siko-profibus/tests/scripted/main.rs"]
+mod siko_profibus_scripted;
 #[path = "../../drives/siko-serial/tests/authority.rs"]
 mod siko_serial_authority;
 #[path = "../../drives/siko-serial/tests/codec.rs"]
 mod siko_serial_codec;
+#[path = "../../drives/siko-serial/tests/door.rs"]
+mod siko_serial_door;
 #[path = "../../drives/siko-serial/tests/flow_charts.rs"]
 mod siko_serial_flow_charts;
 #[path = "../../drives/siko-serial/tests/trouble.rs"]
@@ -33,6 +45,7 @@ mod unfound;
 
 /// What each mutant is tried by, until one fails: names of tests of this file, the quicker ones first.
 const OF_SERIAL: &[&[&str]] = &[
+    &["siko_serial_door::"],
     &[
         "siko_serial_authority::",
         "siko_serial_codec::a_command",
@@ -45,10 +58,17 @@ const OF_SERIAL: &[&[&str]] = &[
     ],
     &["it_agrees_with_its_manual"],
 ];
-const OF_PROFIBUS: &[&[&str]] =
-    &[&["unit_tests_of_profibus", "profibus_slave::"], &["siko_profibus_parameters::", "profibus_any_bytes::"]];
+const OF_PROFIBUS: &[&[&str]] = &[
+    &["unit_tests_of_profibus", "profibus_slave::", "profibus_station::", "profibus_master::"],
+    &["siko_profibus_parameters::", "profibus_any_bytes::"],
+];
 
 const OF_GATEWAY: &[&[&str]] = &[&["siko_gateway::"]];
+const OF_SIKO_PROFIBUS: &[&[&str]] = &[
+    &["siko_profibus_scripted::"],
+    &["siko_profibus_parameters::", "siko_profibus_carrier::"],
+    &["siko_profibus_flow::"],
+];
 
 macro_rules! mutants_of {
     ($($test:ident: $package:ident, $name:ident;)*) => {
@@ -69,12 +89,9 @@ macro_rules! mutants_of {
     };
 }
 
-/// Files of which some mutants are not found, or not tried, by crate: so are all of `lexican-siko-profibus`.
-const NOT_YET: &[(&str, &[&str])] = &[
-    ("lexican-mutated-profibus", &["bus", "master", "virtual_bus"]),
-    ("lexican-mutated-siko", &["gateway/link", "gateway/node"]),
-    ("lexican-mutated-siko-serial", &["gateway", "gateway/objects", "sim", "sim/line"]),
-];
+/// Files of which some mutants are not found, or not tried, by crate.
+const NOT_YET: &[(&str, &[&str])] =
+    &[("lexican-mutated-profibus", &["virtual_bus"]), ("lexican-mutated-siko-serial", &["sim", "sim/line"])];
 
 /// Of `lexican-siko`, only the gateway: `mutants.rs` tries the rest.
 fn is_tried(package: &str, name: &str) -> bool {
@@ -87,6 +104,7 @@ mutants_of! {
     every_mutant_of_the_serial_port_is_found: siko_serial, OF_SERIAL;
     every_mutant_of_the_gateway_is_found: siko, OF_GATEWAY;
     every_mutant_of_profibus_is_found: lexican_profibus, OF_PROFIBUS;
+    every_mutant_of_the_drives_on_profibus_is_found: siko_profibus, OF_SIKO_PROFIBUS;
 }
 
 /// The tests beside the sources.

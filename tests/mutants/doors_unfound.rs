@@ -9,7 +9,16 @@ pub(crate) const OF_SERIAL: &[(&str, &str)] = &[
     ),
 ];
 
-pub(crate) const OF_PROFIBUS: &[(&str, &str)] = &[("slave new: false => true #3", "Set_Prm clears it")];
+pub(crate) const OF_PROFIBUS: &[(&str, &str)] = &[
+    ("bus poll: true => false", "what polls, polls again a little later"),
+    ("bus poll: true => false #5", "what polls, polls again a little later"),
+    ("bus wait: TURN => another number", "no test measures the time of the machine"),
+    ("bus wait: until.since (now).min (TURN) => max", "no test measures the time of the machine"),
+    ("slave new: false => true #3", "Set_Prm clears it"),
+    ("virtual_bus new: 300 => 300 + 1", "any slot time does that is long enough for an answer"),
+    ("virtual_bus new: 100 => 100 + 1", "the watchdog counts in steps of ten milliseconds"),
+    ("virtual_bus new: 3 => 3 + 1", "no other master is at this address either"),
+];
 
 pub(crate) const OF_GATEWAY: &[(&str, &str)] = &[
     (
@@ -17,4 +26,11 @@ pub(crate) const OF_GATEWAY: &[(&str, &str)] = &[
         "the drive is taken for disabled when it answers for the first time, which clears it",
     ),
     ("gateway/face new: false => true #2", "the order that enables the drive clears it"),
+];
+
+pub(crate) const OF_SIKO_PROFIBUS: &[(&str, &str)] = &[
+    ("bus options: 100 => 100 + 1", "the simulated slave answers earlier"),
+    ("door take_target: held == Ok (target) => false", "what the drive holds may be written again"),
+    ("door write_object: true => false", "the objects of a drive take their values whole"),
+    ("master new: true => false", "the first exchange carries the first word"),
 ];

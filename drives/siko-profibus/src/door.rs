@@ -46,9 +46,6 @@ pub struct Door {
     tasks: PkwServer,
     reply: Pkw,
     control: u16,
-    target: i32,
-    /// Whether the drive has taken the target.
-    target_is_valid: bool,
     /// A fault has been acknowledged, and OFF 1 has not been given since.
     inhibited: bool,
     /// ZSW.12.
@@ -74,8 +71,6 @@ impl Door {
             tasks: PkwServer::new(),
             reply: Pkw::default(),
             control: 0,
-            target: 0,
-            target_is_valid: true,
             inhibited: false,
             acknowledged: false,
             turns: false,
@@ -158,24 +153,23 @@ impl Door {
         while self.drive.poll_transmit(now).is_some() {}
     }
 
-    fn take_target(&mut self, now: Instant, target: i32) {
+    /// Whether the drive takes the target.
+    fn take_target(&mut self, now: Instant, target: i32) -> bool {
         let object = match self.drive.parameters().mode {
             Mode::Positioning => TARGET_POSITION,
             Mode::Velocity => TARGET_VELOCITY,
         };
         let held = read_object(&mut self.drive, now, object).map(u32::cast_signed);
-        self.target_is_valid = held == Ok(target) || write_object(&mut self.drive, now, object, target).is_ok();
-        self.target = target;
+        held == Ok(target) || write_object(&mut self.drive, now, object, target).is_ok()
     }
 
-    fn take_control(&mut self, now: Instant, word: u16) {
+    fn take_control(&mut self, now: Instant, word: u16, target_is_valid: bool) {
         let before = core::mem::replace(&mut self.control, word);
         let (rising, falling) = (word & !before, before & !word);
         if word & control::ON == 0 {
             self.inhibited = false;
         }
         if self.drive.state() == state::State::Fault {
-            self.turns = false;
             if rising & control::ACKNOWLEDGE != 0 {
                 self.inhibited = self.order(now, Order::ResetFault);
             }
@@ -191,7 +185,6 @@ impl Door {
             state::State::OperationEnabled if !enables => {
                 self.order(now, Order::Hold);
             }
-            state::State::OperationEnabled => {}
             _ if is_on && enables => {
                 self.order(now, Order::Enable);
             }
@@ -201,14 +194,14 @@ impl Door {
             self.turns = false;
         } else if was_enabled {
             match self.drive.parameters().mode {
-                Mode::Positioning => self.control_positioning(now, word, (rising, falling)),
-                Mode::Velocity => self.control_velocity(now, word),
+                Mode::Positioning => self.control_positioning(now, word, (rising, falling), target_is_valid),
+                Mode::Velocity => self.control_velocity(now, word, target_is_valid),
             }
         }
     }
 
     /// Table 11.
-    fn control_positioning(&mut self, now: Instant, word: u16, (rising, falling): (u16, u16)) {
+    fn control_positioning(&mut self, now: Instant, word: u16, (rising, falling): (u16, u16), target_is_valid: bool) {
         let motion = self.drive.controller().motion();
         let (is_positioning, is_interrupted) = (motion.is_positioning(now), motion.is_interrupted());
         if word & control::NO_STOP == 0 {
@@ -216,12 +209,12 @@ impl Door {
                 self.order(now, Order::Abort(Braking::Full));
             }
         } else if word & control::NO_INTERMEDIATE_STOP == 0 {
-            if is_positioning && !is_interrupted {
+            if is_positioning {
                 self.order(now, Order::Interrupt(Braking::Programmed));
             }
-        } else if rising & control::NO_INTERMEDIATE_STOP != 0 && is_interrupted {
+        } else if is_interrupted {
             self.order(now, Order::Resume);
-        } else if (rising | falling) & control::START != 0 && self.target_is_valid && self.order(now, Order::Start) {
+        } else if (rising | falling) & control::START != 0 && target_is_valid && self.order(now, Order::Start) {
             self.acknowledged = !self.acknowledged;
         }
         if falling & control::INCHING_2 != 0 {
@@ -237,11 +230,11 @@ impl Door {
     }
 
     /// Table 13.
-    fn control_velocity(&mut self, now: Instant, word: u16) {
+    fn control_velocity(&mut self, now: Instant, word: u16, target_is_valid: bool) {
         let enabled = word & control::ENABLE_SETPOINT != 0;
-        if enabled && !self.turns && self.target_is_valid {
+        if enabled && !self.turns && target_is_valid {
             self.turns = self.order(now, Order::Start);
-        } else if !enabled && self.turns {
+        } else if !enabled {
             self.order(now, Order::Interrupt(Braking::Programmed));
             self.turns = false;
         }
@@ -260,10 +253,8 @@ impl Application for Door {
         let mut tasks = core::mem::take(&mut self.tasks);
         self.reply = tasks.handle(task, &mut Lent { door: self, now });
         self.tasks = tasks;
-        if let Some(target) = PPO.double_word(outputs, 1) {
-            self.take_target(now, target);
-        }
-        self.take_control(now, PPO.word(outputs, 0).unwrap_or(0));
+        let target_is_valid = PPO.double_word(outputs, 1).is_some_and(|target| self.take_target(now, target));
+        self.take_control(now, PPO.word(outputs, 0).unwrap_or(0), target_is_valid);
     }
 
     fn write_inputs(&mut self, now: Instant, inputs: &mut [u8]) {

@@ -160,9 +160,9 @@ impl ProfibusDoor {
     }
 
     fn conclude(&mut self, event: Event) {
-        let result = match (event, self.job) {
+        let result = match (event, self.job.take()) {
             (Event::Lost, _) => {
-                (self.lost, self.job, self.end, self.shown) = (true, None, None, None);
+                (self.lost, self.end, self.shown) = (true, None, None);
                 return;
             }
             (Event::Answered(reply), Some(Job::Read(address))) => match reply {
@@ -203,16 +203,16 @@ impl Door for ProfibusDoor {
         self.job = Some(job);
         match job {
             Job::Read(address) => match self.read(address) {
-                Ok(Asked::Task(task)) => self.master.ask(now, task),
+                Ok(Asked::Task(task)) => self.master.ask(task),
                 Ok(Asked::Known(value)) => self.end = Some(Ok(value)),
                 Err(code) => self.end = Some(Err(code)),
             },
             Job::Write(address, value) => match self.write(address, value) {
-                Ok(task) => self.master.ask(now, task),
+                Ok(task) => self.master.ask(task),
                 Err(code) => self.end = Some(Err(code)),
             },
             Job::Order { order, target } => self.master.order(now, order, target),
-            Job::Look => self.master.look(now),
+            Job::Look => self.master.look(),
         }
     }
 
@@ -227,9 +227,7 @@ impl Door for ProfibusDoor {
             self.shown = Some((now, facts));
             return Some(Report::Facts(facts));
         }
-        let end = self.end.take()?;
-        self.job = None;
-        Some(Report::Done(end))
+        self.end.take().map(Report::Done)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {

@@ -51,12 +51,12 @@ pub struct DriveMaster {
     /// The last word of the plan has been carried.
     is_carried: bool,
     ordered: Option<Ordered>,
-    /// The number of the reading of PNU 1020 that [`DriveMaster::look`] waits for.
+    /// The number of the task from which on a reading of PNU 1020 is what [`DriveMaster::look`] waits for.
     look: Option<u64>,
-    /// How often PNU 1020 has been asked for.
-    looks_begun: u64,
-    /// The last one of these that has been answered.
-    looks_done: u64,
+    /// How many tasks have been begun.
+    begun: u64,
+    /// The last one of these that has read PNU 1020.
+    looked: u64,
     seen: Option<Seen>,
     known: Known,
     /// What follows from both, as long as they fit each other.
@@ -113,7 +113,7 @@ enum Stage {
     Waits,
     /// Its words are sent; ZSW.12 was so before.
     Sent(u16),
-    /// The drive has followed; the reading of PNU 1020 with this number shows what has become of it.
+    /// The drive has followed; a reading of PNU 1020 from the task with this number on shows what has become of it.
     Followed(u64),
 }
 
@@ -169,8 +169,8 @@ impl DriveMaster {
             is_carried: true,
             ordered: None,
             look: None,
-            looks_begun: 0,
-            looks_done: 0,
+            begun: 0,
+            looked: 0,
             seen: None,
             known: Known::default(),
             facts: None,
@@ -199,31 +199,27 @@ impl DriveMaster {
     ///
     /// While a travel is under way, the operating mode is not written: bit 6 of STW, whose edges start travels, lets the
     /// drive turn in velocity mode.
-    pub fn ask(&mut self, now: Instant, task: Task) {
+    pub fn ask(&mut self, task: Task) {
         if matches!(task, Task::Write { number: MODE, .. }) && self.keeps_enabled() {
             if self.known.system.is_none_or(|seen| seen & (system::POSITIONING | system::MOVING) != 0) {
                 self.events.push_back(Event::Answered(Reply::Refused(Refusal::WRONG_STATE)));
                 return;
             }
-            if self.known.mode == Some(Mode::Positioning) {
-                self.send(&[words::ENABLE]);
-            }
+            self.send(&[words::ENABLE]);
         }
         self.asked = Some(task);
-        self.go_on(now);
     }
 
     /// Gives an order; [`Event::Followed`] or [`Event::NotFollowed`] follows. One at a time. `target` is where
     /// [`Order::Start`] leads, or how fast.
     pub fn order(&mut self, now: Instant, order: Order, target: i32) {
         self.ordered = Some(Ordered { order, target, due: now + REACTION, stage: Stage::Waits });
-        self.go_on(now);
+        self.go_on_with_order();
     }
 
     /// Has the drive asked how it is; [`Event::Looked`] follows.
-    pub fn look(&mut self, now: Instant) {
-        self.look = Some(self.looks_begun + 1);
-        self.go_on(now);
+    pub fn look(&mut self) {
+        self.look = Some(self.begun + 1);
     }
 
     /// What is new; `None` when that is all.
@@ -311,15 +307,13 @@ impl DriveMaster {
         self.seen.is_some_and(|seen| seen.status & status::OPERATION_ENABLED != 0)
     }
 
-    /// It is enabled, and not only until the word that releases it has arrived.
+    /// It is enabled, or about to be, and not only until the word that releases it has arrived.
     fn keeps_enabled(&self) -> bool {
-        self.is_enabled() && self.word & control::ENABLE_OPERATION != 0
+        self.word & control::ENABLE_OPERATION != 0
     }
 
+    /// How fast the actual value changes: in positioning mode, that is the velocity.
     fn measure(&mut self, now: Instant, actual: i32) {
-        if self.known.mode != Some(Mode::Positioning) {
-            return;
-        }
         let began = *self.trace.get_or_insert(Trace { at: now, position: actual, velocity: 0 });
         let span = now.since(began.at);
         if span < MEASURED_OVER {
@@ -327,10 +321,10 @@ impl DriveMaster {
         }
         let counts = i64::from(actual) - i64::from(began.position);
         let turns = self.units().map_or(0.0, |units| units.shaft_revolutions(counts as i32));
-        let per_minute = turns * 60.0 / span.as_secs_f64();
-        // Whatever moves is not standing.
-        let rounded = if per_minute.abs() < 1.0 { counts.signum() as f64 } else { per_minute.round() };
-        self.trace = Some(Trace { at: now, position: actual, velocity: rounded as i32 });
+        let per_minute = (turns * 60.0 / span.as_secs_f64()).round() as i32;
+        // What moves is not standing.
+        let velocity = if per_minute == 0 { counts.signum() as i32 } else { per_minute };
+        self.trace = Some(Trace { at: now, position: actual, velocity });
     }
 
     /// Sends these words one after the other; the last one stays.
@@ -365,7 +359,7 @@ impl DriveMaster {
             SPINDLE_PITCH => self.known.spindle_pitch = Some(value),
             _ => {
                 self.known.system = Some(value as u16);
-                self.looks_done = self.looks_begun;
+                self.looked = self.begun;
             }
         }
     }
@@ -373,7 +367,7 @@ impl DriveMaster {
     /// What is sent while nothing is under way depends on the mode; one leads to the other without starting anything.
     fn enter(&mut self, mode: Mode) {
         self.known.mode = Some(mode);
-        if self.keeps_enabled() && self.ordered.is_none() {
+        if self.keeps_enabled() {
             let rests = self.word & !words::START == words::ENABLE;
             match mode {
                 Mode::Positioning if rests => self.send(&[words::READY | self.word & words::START]),
@@ -387,7 +381,7 @@ impl DriveMaster {
     fn go_on(&mut self, now: Instant) {
         self.go_on_with_order();
         self.begin_task(now);
-        if self.look.take_if(|look| *look <= self.looks_done).is_some() {
+        if self.look.take_if(|look| *look <= self.looked).is_some() {
             self.events.push_back(Event::Looked);
         }
     }
@@ -406,10 +400,10 @@ impl DriveMaster {
             && self.is_carried
             && has_followed(ordered.order, mode, seen.status, acknowledged)
         {
-            ordered.stage = Stage::Followed(self.looks_begun + 1);
+            ordered.stage = Stage::Followed(self.begun + 1);
         }
         self.ordered = Some(ordered);
-        if matches!(ordered.stage, Stage::Followed(look) if look <= self.looks_done) {
+        if matches!(ordered.stage, Stage::Followed(look) if look <= self.looked) {
             self.ordered = None;
             self.events.push_back(Event::Followed);
         }
@@ -429,9 +423,7 @@ impl DriveMaster {
                 Task::Read { number: self.unknown() }
             }
         };
-        if task.number() == SYSTEM_STATUS && self.asks == Some(Asks::Master) {
-            self.looks_begun += 1;
-        }
+        self.begun += 1;
         // It is not busy.
         let _ = self.tasks.start(now, task);
     }

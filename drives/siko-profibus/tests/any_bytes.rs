@@ -2,47 +2,44 @@
 
 #[path = "../../../profibus/tests/support/random.rs"]
 mod random;
-mod support;
 
-use lexican_profibus::State;
 use lexican_profibus::fdl::{Data, FrameCount, Function, Service, Telegram};
 use lexican_profibus::pkw::{Pkw, Task};
+use lexican_profibus::{Slave, State};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, Instant};
 use random::Random;
 use siko::gateway::{Door, Job, Report};
 use siko::order::Order;
 use siko_profibus::gateway::ProfibusDoor;
-use siko_profibus::{AG02, AG03_1, Model, PPO};
-use support::Bench;
+use siko_profibus::{AG02, AG03_1, Door as Drive, Model, PPO, bus};
 
 const DRIVES: [&Model; 2] = [&AG03_1, &AG02];
 
 /// The slave of a bench, to which bytes come that its master has not sent: the master comes back afterwards, and finds a
 /// drive that answers and travels.
-fn disturbed(model: &'static Model, mut disturb: impl FnMut(&mut Bench, Instant) -> Instant) {
-    let mut bench = Bench::new(model);
-    bench.bus.set_master_online(false);
-    let now = bench.bus.now();
-    let until = disturb(&mut bench, now);
+fn disturbed(model: &'static Model, mut disturb: impl FnMut(&mut Slave<Drive>, Instant) -> Instant) {
+    let (mut bus, drive) = bus::with(model, 7);
+    assert!(bus.exchange(drive));
+    bus.set_master_online(false);
+    let now = bus.now();
+    let until = disturb(bus.slave_mut(drive), now);
     // The time that the bytes took has not passed on the bus.
-    bench.bus.run(until.since(now) + Duration::from_secs(1));
-    bench.bus.slave_mut(bench.drive).restart(until + Duration::from_secs(1), 7);
-    bench.bus.set_master_online(true);
-    let drive = bench.drive;
-    assert!(bench.bus.run_until(Duration::from_secs(2), |bus| bus.slave(drive).state() == State::DataExchange));
-    assert!(bench.bus.ask(drive, Task::Read { number: 918 }).is_some(), "{}", model.name);
+    bus.run(until.since(now) + Duration::from_secs(1));
+    bus.slave_mut(drive).restart(until + Duration::from_secs(1), 7);
+    bus.set_master_online(true);
+    assert!(bus.run_until(Duration::from_secs(2), |bus| bus.slave(drive).state() == State::DataExchange));
+    assert!(bus.ask(drive, Task::Read { number: 918 }).is_some(), "{}", model.name);
 }
 
 #[test]
 fn a_million_random_bytes_leave_a_drive_that_answers() {
     for model in DRIVES {
         let mut random = Random(0x5EED_1234_5678_9ABC);
-        disturbed(model, |bench, mut now| {
+        disturbed(model, |slave, mut now| {
             for _ in 0..1000 {
                 now += Duration::from_micros(random.next() >> 56);
                 let bytes = random.line(1000);
-                let slave = bench.bus.slave_mut(bench.drive);
                 slave.handle_bytes(now, &bytes);
                 let _answer = slave.poll_transmit(now);
             }
@@ -56,7 +53,7 @@ fn a_hundred_thousand_altered_telegrams_leave_a_drive_that_answers() {
     for model in DRIVES {
         let mut random = Random(0xF00D_1234_5678_9ABC);
         let mut outputs = [0; 14];
-        disturbed(model, |bench, mut now| {
+        disturbed(model, |slave, mut now| {
             for _ in 0..100_000 {
                 PPO.set_pkw(&mut outputs, Task::Read { number: 900 + random.below(150) as u16 }.pkw());
                 PPO.set_word(&mut outputs, 0, random.next() as u16);
@@ -70,7 +67,6 @@ fn a_hundred_thousand_altered_telegrams_leave_a_drive_that_answers() {
                     random.alter(&mut telegram);
                 }
                 now += Duration::from_micros(random.next() >> 55);
-                let slave = bench.bus.slave_mut(bench.drive);
                 slave.handle_bytes(now, &telegram);
                 let _answer = slave.poll_transmit(now);
             }

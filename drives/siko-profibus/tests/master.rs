@@ -86,8 +86,7 @@ impl Bench {
 
     #[track_caller]
     fn write(&mut self, number: u16, value: u16) -> Event {
-        let now = self.now();
-        self.master.ask(now, Task::Write { number, value: Value::Word(value) });
+        self.master.ask(Task::Write { number, value: Value::Word(value) });
         self.next()
     }
 

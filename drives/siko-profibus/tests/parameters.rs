@@ -1,4 +1,4 @@
-//! The parameters through the master of `profirust`; `tests/tests/parameters.rs` holds them against the objects.
+//! The parameters, telegram by telegram; `tests/tests/parameters.rs` holds them against the objects.
 
 mod support;
 
@@ -99,7 +99,7 @@ fn the_codes_of_the_operating_mode_are_swapped() {
                 (bench.write(930, number), bench.read(930)),
                 (Ok(number.unsigned_abs()), Ok(number.unsigned_abs()))
             );
-            let now = bench.bus.now();
+            let now = bench.now;
             let held = bench.simulated().with_dictionary(now, |od| {
                 let entry = od.entry(Address::new(0x6060, 0)).unwrap();
                 let mut bytes = [0; 8];
@@ -174,9 +174,9 @@ fn it_is_calibrated() {
     for model in DRIVES {
         let mut bench = Bench::new(model);
         assert_eq!((bench.write(1018, 10_000), bench.actual()), (Ok(10_000), 10_000));
-        let now = bench.bus.now();
+        let now = bench.now;
         assert!(bench.simulated().turn_shaft(now, 500));
-        assert!(bench.bus.exchange(bench.drive));
+        bench.turn();
         assert_eq!(bench.actual(), 10_500);
         assert_eq!((bench.write(970, 5), bench.actual()), (Ok(0), 10_000));
     }

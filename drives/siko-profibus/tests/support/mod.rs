@@ -1,25 +1,41 @@
-//! A drive behind the master of `profirust`, and what a test does with it.
+//! A drive that is asked telegram by telegram, without a bus, and what a test does with it.
 #![allow(dead_code, reason = "not every test needs all of it")]
 
-use lexican_profibus::pkw::{Refusal, Reply, Task, Value};
-use lexican_profibus::virtual_bus::{SlaveId, VirtualBus};
-use lexican_runtime::Duration;
+use lexican_profibus::pkw::{Event, Pkw, PkwMaster, Refusal, Reply, Task, Value};
+use lexican_profibus::{Application, State};
+use lexican_runtime::{Duration, Instant};
 use siko::sim::SimulatedDrive;
 use siko::sim::inputs::Inputs;
-use siko_profibus::{Door, Model, bus};
+use siko_profibus::master::Telegram;
+use siko_profibus::{Door, Model, PPO};
+
+/// How often data is exchanged.
+const CYCLE_MS: u64 = 10;
 
 pub(crate) struct Bench {
-    pub(crate) bus: VirtualBus<Door>,
-    pub(crate) drive: SlaveId,
+    pub(crate) door: Door,
+    pub(crate) now: Instant,
+    tasks: PkwMaster,
+    control: u16,
     target: i32,
+    inputs: Telegram,
 }
 
 impl Bench {
     /// Power on, and data is exchanged.
     pub(crate) fn new(model: &'static Model) -> Self {
-        let (mut bus, drive) = bus::with(model, 7);
-        assert!(bus.exchange(drive), "data is exchanged");
-        Bench { bus, drive, target: 0 }
+        let mut bench = Bench::power_on(model);
+        bench.turn();
+        bench
+    }
+
+    /// Before the first exchange.
+    pub(crate) fn power_on(model: &'static Model) -> Self {
+        let now = Instant::ZERO;
+        let tasks = PkwMaster::new(Duration::from_secs(1));
+        let mut bench = Bench { door: Door::new(now, model, 7), now, tasks, control: 0, target: 0, inputs: [0; 14] };
+        bench.door.enter(now, State::DataExchange);
+        bench
     }
 
     /// The same in velocity mode, to turn with so many rev/min.
@@ -29,22 +45,44 @@ impl Bench {
         bench
     }
 
+    /// Exchanges data.
+    pub(crate) fn turn(&mut self) -> Option<Event> {
+        self.now += Duration::from_millis(CYCLE_MS);
+        self.door.take_outputs(self.now, &self.outputs(self.tasks.output()));
+        self.door.write_inputs(self.now, &mut self.inputs);
+        self.tasks.handle_input(PPO.pkw(&self.inputs).unwrap())
+    }
+
+    /// What is sent, with a task.
+    pub(crate) fn outputs(&self, task: Pkw) -> Telegram {
+        let mut outputs = Telegram::default();
+        PPO.set_pkw(&mut outputs, task);
+        PPO.set_word(&mut outputs, 0, self.control);
+        PPO.set_double_word(&mut outputs, 1, self.target);
+        outputs
+    }
+
     pub(crate) fn target(&mut self, target: i32) {
         self.target = target;
     }
 
     /// Sends a control word, twice.
     pub(crate) fn control(&mut self, word: u16) {
-        bus::set(&mut self.bus, self.drive, word, self.target);
-        assert!(self.bus.exchange(self.drive));
+        self.control_once(word);
+        self.turn();
     }
 
-    pub(crate) fn word(&mut self) -> u16 {
-        bus::get(&mut self.bus, self.drive).unwrap().0
+    pub(crate) fn control_once(&mut self, word: u16) {
+        self.control = word;
+        self.turn();
     }
 
-    pub(crate) fn actual(&mut self) -> i32 {
-        bus::get(&mut self.bus, self.drive).unwrap().1
+    pub(crate) fn word(&self) -> u16 {
+        PPO.word(&self.inputs, 0).unwrap()
+    }
+
+    pub(crate) fn actual(&self) -> i32 {
+        PPO.double_word(&self.inputs, 1).unwrap()
     }
 
     /// The status word is as in a pattern of a flow chart: 1, 0 and x.
@@ -59,19 +97,27 @@ impl Bench {
     /// Lets time pass until the status word is as in a pattern.
     #[track_caller]
     pub(crate) fn comes_to(&mut self, pattern: &str) {
-        let drive = self.drive;
-        let came = self.bus.run_until(Duration::from_secs(60), |bus| {
-            bus::get(bus, drive).is_some_and(|(word, _)| differs(word, pattern).is_none())
-        });
-        assert!(came, "{:016b} does not become {pattern}", self.word());
+        let end = self.now + Duration::from_secs(60);
+        while differs(self.word(), pattern).is_some() {
+            assert!(self.now < end, "{:016b} does not become {pattern}", self.word());
+            self.turn();
+        }
     }
 
     pub(crate) fn pass_ms(&mut self, ms: u64) {
-        self.bus.run(Duration::from_millis(ms));
+        for _ in 0..ms.div_ceil(CYCLE_MS) {
+            self.turn();
+        }
     }
 
     pub(crate) fn ask(&mut self, task: Task) -> Reply {
-        self.bus.ask(self.drive, task).expect("an answer")
+        assert!(self.tasks.start(self.now, task));
+        for _ in 0..10 {
+            if let Some(Event::Answered { reply, .. }) = self.turn() {
+                return reply;
+            }
+        }
+        panic!("it does not answer {task:?}");
     }
 
     pub(crate) fn read(&mut self, number: u16) -> Result<u32, Refusal> {
@@ -93,19 +139,16 @@ impl Bench {
         }
     }
 
-    pub(crate) fn door(&self) -> &Door {
-        self.bus.slave(self.drive).application()
-    }
-
     pub(crate) fn simulated(&mut self) -> &mut SimulatedDrive {
-        self.bus.slave_mut(self.drive).application_mut().drive_mut()
+        self.door.drive_mut()
     }
 
     /// Lets the world change, and the master see it.
     pub(crate) fn world(&mut self, change: impl FnOnce(&mut Inputs)) {
-        let now = self.bus.now();
+        let now = self.now;
         self.simulated().set_inputs(now, change);
-        assert!(self.bus.exchange(self.drive));
+        self.turn();
+        self.turn();
     }
 }
 

@@ -147,9 +147,11 @@ pub struct SerialDoor {
     asked: Option<(Command, bool)>,
     /// How often in a row it has been sent.
     attempts: u8,
+    /// When the status is due; not put off before it counts.
     next_status: Instant,
-    next_values: Instant,
-    /// Position and velocity are still to be read.
+    /// When position and velocity were to be read last.
+    values_since: Option<Instant>,
+    /// What is still to be read of them.
     values: &'static [Command],
     reports: VecDeque<Report>,
 }
@@ -178,7 +180,7 @@ impl SerialDoor {
             asked: None,
             attempts: 0,
             next_status: Instant::ZERO,
-            next_values: Instant::ZERO,
+            values_since: None,
             values: &[],
             reports: VecDeque::new(),
         }
@@ -198,9 +200,6 @@ impl SerialDoor {
 
     /// Gives the client its next command, if it is free and there is one.
     fn ask(&mut self, now: Instant) {
-        if self.client.is_busy() {
-            return;
-        }
         let Some(asked) = self.next(now) else { return };
         match self.client.request(asked.0) {
             Ok(()) => {
@@ -214,17 +213,12 @@ impl SerialDoor {
 
     /// The next command, and whether it is one of the job.
     fn next(&self, now: Instant) -> Option<(Command, bool)> {
-        match &self.job {
-            Some(job) if self.facts.is_some() => {
-                return Some(job.commands.front().map_or((Command::Status, false), |command| (*command, true)));
-            }
-            _ if self.candidate.is_some() => return Some((Command::Status, false)),
-            _ => {}
+        if let Some(command) = self.job.as_ref().and_then(|job| job.commands.front()) {
+            return Some((*command, true));
         }
-        if self.next_status <= now {
-            return Some((Command::Status, false));
-        }
-        self.values.first().map(|command| (*command, false))
+        let is_due = self.job.is_some() || self.next_status <= now;
+        let command = if is_due { Some(Command::Status) } else { self.values.first().copied() };
+        command.map(|command| (command, false))
     }
 
     fn take_from_job(&mut self, (_, of_job): (Command, bool)) {
@@ -237,11 +231,11 @@ impl SerialDoor {
         let Some(event) = event else { return };
         // Otherwise it is trouble of inching, which is over then; the facts will say so.
         let Some((command, of_job)) = self.asked.take() else { return };
+        if let Event::Answered(_) = event {
+            self.attempts = 0;
+        }
         match event {
-            Event::Answered(Answer::Status(word)) if command == Command::Status => {
-                self.attempts = 0;
-                self.see(now, word);
-            }
+            Event::Answered(Answer::Status(word)) => self.see(now, word),
             Event::Failed(Trouble::Silent) => self.lose(now),
             Event::Failed(_) => {
                 self.attempts += 1;
@@ -251,10 +245,7 @@ impl SerialDoor {
                     self.fail(command);
                 }
             }
-            Event::Answered(answer) if of_job => {
-                self.attempts = 0;
-                self.go_on(now, command, answer);
-            }
+            Event::Answered(answer) if of_job => self.go_on(now, command, answer),
             Event::Answered(answer) => {
                 self.values = self.values.get(1..).unwrap_or_default();
                 if let (Some(number), Some(facts)) = (answer.number(), &mut self.facts) {
@@ -327,16 +318,21 @@ impl SerialDoor {
             return;
         }
         self.candidate = None;
+        if word & !before.unwrap_or(word) & (system::FAULT | system::MOTOR_RELEASED) != 0 {
+            // Characters that go on would move the drive again once it can.
+            self.client.stop_inching();
+        }
         let moves = word & (system::MOVING | system::POSITIONING) != 0 || self.client.is_inching();
-        self.next_status = now + if moves { IN_MOTION } else { AT_REST };
+        let (status, values) = if moves { (IN_MOTION, VALUES_IN_MOTION) } else { (AT_REST, VALUES_AT_REST) };
+        self.next_status = now + status;
         let ended = before.is_some_and(|before| before & !word & system::MOVING != 0);
-        if self.values.is_empty() && (now >= self.next_values || ended) {
+        if self.values.is_empty() && (ended || self.values_since.is_none_or(|since| now >= since + values)) {
             self.values = VALUES;
-            self.next_values = now + if moves { VALUES_IN_MOTION } else { VALUES_AT_REST };
+            self.values_since = Some(now);
         }
         let facts = Facts { system: word, ..self.facts.unwrap_or_default() };
         let is_new = self.facts.replace(facts) != Some(facts);
-        let looks = self.job.as_ref().filter(|job| job.commands.is_empty() && job.looks).map(|job| job.result);
+        let looks = self.job.as_ref().filter(|job| job.commands.is_empty()).map(|job| job.result);
         if is_new || looks.is_some() {
             self.reports.push_back(Report::Facts(facts));
         }
@@ -347,8 +343,8 @@ impl SerialDoor {
 
     /// The drive does not answer.
     fn lose(&mut self, now: Instant) {
-        self.client.stop_inching();
-        (self.job, self.candidate, self.values, self.attempts) = (None, None, &[], 0);
+        (self.job, self.candidate, self.attempts) = (None, None, 0);
+        (self.values, self.values_since) = (&[], None);
         self.next_status = now + PAUSE;
         if self.facts.take().is_some() {
             self.reports.push_back(Report::Lost);
@@ -357,13 +353,12 @@ impl SerialDoor {
 
     /// The commands of an order.
     fn order(&mut self, now: Instant, order: Order, target: i32) -> Vec<Command> {
+        // Its characters are orders, too.
+        self.client.stop_inching();
         match order {
-            Order::Enable => vec![],
+            Order::Enable | Order::StopInching => vec![],
             Order::Hold => vec![Command::EmergencyStop],
-            Order::Release => {
-                self.client.stop_inching();
-                vec![Command::Release]
-            }
+            Order::Release => vec![Command::Release],
             Order::Start => {
                 let setpoint = Long::Setpoint;
                 vec![Command::WriteLong(setpoint, target), Command::ReadLong(setpoint), Command::Start]
@@ -375,10 +370,6 @@ impl SerialDoor {
             Order::Step => vec![Command::Step],
             Order::Inch(direction) => {
                 self.client.start_inching(now, direction);
-                vec![]
-            }
-            Order::StopInching => {
-                self.client.stop_inching();
                 vec![]
             }
             Order::ResetFault => vec![Command::Set(Setting::ResetFault)],
@@ -418,7 +409,7 @@ impl Door for SerialDoor {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        let at_once = self.job.is_some() || self.candidate.is_some() || !self.values.is_empty();
+        let at_once = self.job.is_some() || !self.values.is_empty();
         let due = if at_once { Instant::ZERO } else { self.next_status };
         self.client.poll_timeout().into_iter().chain((!self.client.is_busy()).then_some(due)).min()
     }

@@ -13,6 +13,8 @@ use crate::words::{control, status, system};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Control {
     pub(super) word: u16,
+    /// `false` if a target out of range came with it.
+    pub(super) has_target: bool,
     pub(super) position: i32,
     pub(super) velocity: i32,
 }
@@ -84,14 +86,23 @@ impl Face {
     }
 
     /// Whether the facts are to be read anew before the word is judged: it may start something.
-    pub(super) fn needs_look(&self, word: u16) -> bool {
+    pub(super) fn needs_look(&self, control: Control) -> bool {
+        let word = self.word_of(control);
         let starts = word != self.word && word & control::STOP == 0;
         self.state == State::OperationEnabled && starts && commanded(self.state, word, self.word).is_none()
     }
 
+    /// Without a target, a word may stop, but starts nothing.
+    fn word_of(&self, given: Control) -> u16 {
+        match given.has_target {
+            true => given.word,
+            false => given.word & !control::NEW_SETPOINT | self.word & control::STOP,
+        }
+    }
+
     /// Takes a control word; returns what is to be ordered, and otherwise has changed its state.
     pub(super) fn take(&mut self, control: Control, facts: &Facts) -> Option<Step> {
-        let Control { word, position, velocity } = control;
+        let (word, Control { position, velocity, .. }) = (self.word_of(control), control);
         let previous = std::mem::replace(&mut self.word, word);
         if word & control::NEW_SETPOINT == 0 {
             self.acknowledged = false;

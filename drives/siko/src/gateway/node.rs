@@ -14,15 +14,15 @@ use simulator::Storage;
 
 use super::face::{Change, Control, Face, Outcome, Step};
 use super::objects::{
-    CONTROL_WORD, Effect, LATEST_FAULT, MODE, Objects, POSITION, Place, STATUS_WORD, SYSTEM_STATUS, TARGET_POSITION,
-    TARGET_VELOCITY, VELOCITY, place,
+    Effect, LATEST_FAULT, MODE, Objects, POSITION, Place, STATUS_WORD, SYSTEM_STATUS, TARGET_POSITION, TARGET_VELOCITY,
+    VELOCITY, place,
 };
 use super::{Door, Facts, Job, Report};
 use crate::order::Order;
 use crate::sim::parameters::Mode;
 use crate::sim::{Model, is_switched_off, with_size_of_object};
 use crate::state::has_torque;
-use crate::words::{control, system};
+use crate::words::system;
 
 /// How many control words wait for the line. More come from a flood only; the oldest go first.
 const MOST_WAITING: usize = 16;
@@ -128,19 +128,15 @@ impl<D: Door> Gateway<D> {
 
     /// Takes what has come over the line. To be called after each event of the carrier, by whatever runs the gateway.
     pub fn advance(&mut self, now: Instant) {
-        let mut is_new = false;
         while let Some(report) = self.door.poll(now) {
-            is_new = true;
             match report {
                 Report::Facts(facts) => self.see(now, facts),
                 Report::Done(result) => self.conclude(now, result),
                 Report::Lost => self.lose(),
             }
         }
-        if is_new {
-            self.work(now);
-            self.settle();
-        }
+        self.work(now);
+        self.settle();
     }
 
     fn lose(&mut self) {
@@ -176,7 +172,6 @@ impl<D: Door> Gateway<D> {
         for (address, value) in self.model.constants {
             self.storage.set_raw(*address, *value);
         }
-        self.face.disable();
         self.with_device(|device, od| device.restart_as(node, now, od));
         self.waiting.push_front(Task::ReadMode);
     }
@@ -186,7 +181,7 @@ impl<D: Door> Gateway<D> {
         while self.connected && self.current.is_none() {
             let Some(task) = self.waiting.pop_front() else { return };
             match task {
-                Task::Control(control) if self.face.needs_look(control.word) => {
+                Task::Control(control) if self.face.needs_look(control) => {
                     self.begin(now, Current::Judging(control), Job::Look);
                 }
                 Task::Control(control) => self.judge(now, control),
@@ -268,7 +263,6 @@ impl<D: Door> Gateway<D> {
     }
 
     fn take_mode(&mut self, value: i64) {
-        self.storage.set_raw(MODE, value as u64);
         self.face.set_mode(match value {
             1 => Some(Mode::Positioning),
             2 => Some(Mode::Velocity),
@@ -307,11 +301,10 @@ impl<D: Door> Gateway<D> {
     /// Lets the device answer a request; if it writes an object of the door, its answer waits.
     fn answer(&mut self, now: Instant, frame: &Frame, refusal: Option<AbortCode>) {
         self.settle();
-        let event = self.with_objects(true, refusal, |device, od| device.handle_frame(now, frame, od));
-        self.follow(event);
+        self.with_objects(true, refusal, |device, od| device.handle_frame(now, frame, od));
         let writes = self.effects.iter().find_map(|effect| match *effect {
             Effect::Write(address, value) => Some((address, value)),
-            Effect::Control(_) => None,
+            Effect::Control(_) | Effect::ControlWithoutTarget(_) => None,
         });
         self.take_effects();
         let Some((address, value)) = writes else { return };
@@ -330,7 +323,6 @@ impl<D: Door> Gateway<D> {
     /// What the device reports of a frame or a deadline.
     fn follow(&mut self, event: Option<Event>) {
         match event {
-            Some(Event::StateChanged(NmtState::Operational)) if self.facts.has(system::MOTOR_RELEASED) => {}
             // As the drive does on CAN: who takes command finds the motor released, who gives it up releases it.
             Some(Event::StateChanged(_)) => self.disable(),
             Some(Event::Reset(_)) => {
@@ -349,30 +341,40 @@ impl<D: Door> Gateway<D> {
 
     fn disable(&mut self) {
         self.waiting.retain(|task| !matches!(task, Task::Control(_)));
-        let may_hold = has_torque(self.face.state()) || !self.facts.has(system::MOTOR_RELEASED);
-        if may_hold && self.connected {
+        if let Some(Current::Judging(_)) = self.current {
+            self.current = Some(Current::Reading(None, None));
+        }
+        if has_torque(self.face.state()) || !self.facts.has(system::MOTOR_RELEASED) {
             self.waiting.push_back(Task::Disable);
         } else {
             self.face.disable();
         }
     }
 
-    /// A target is out of range: the word beside it may stop, but starts nothing.
+    /// A target is out of range.
     fn miss_target(&mut self) {
-        let before = self.storage.raw(CONTROL_WORD).unwrap_or_default() as u16;
         for effect in &mut self.effects {
-            if let Effect::Control(word) = effect {
-                *word = *word & !control::NEW_SETPOINT | before & control::STOP;
+            if let Effect::Control(word) = *effect {
+                *effect = Effect::ControlWithoutTarget(word);
             }
         }
     }
 
+    /// Takes control words, which count in OPERATIONAL.
     fn take_effects(&mut self) {
+        let effects = std::mem::take(&mut self.effects);
+        if self.device.nmt_state() != NmtState::Operational {
+            return;
+        }
         let number = |address| self.storage.number(address).unwrap_or_default() as i32;
         let (position, velocity) = (number(TARGET_POSITION), number(TARGET_VELOCITY));
-        for effect in std::mem::take(&mut self.effects) {
-            let Effect::Control(word) = effect else { continue };
-            let task = Task::Control(Control { word, position, velocity });
+        for effect in effects {
+            let (word, has_target) = match effect {
+                Effect::Control(word) => (word, true),
+                Effect::ControlWithoutTarget(word) => (word, false),
+                Effect::Write(..) => continue,
+            };
+            let task = Task::Control(Control { word, has_target, position, velocity });
             if self.waiting.back() == Some(&task) {
                 continue;
             }
@@ -398,9 +400,7 @@ impl<D: Door> Gateway<D> {
         ] {
             self.storage.set_raw(address, value as u64);
         }
-        if self.connected {
-            self.with_device(|device, od| device.compare(od));
-        }
+        self.with_device(|device, od| device.compare(od));
     }
 
     fn target(&self) -> Option<Address> {
@@ -475,12 +475,8 @@ impl<D: Door> Node for Gateway<D> {
         if self.door.poll_timeout().is_some_and(|deadline| deadline <= now) {
             self.door.handle_timeout(now);
         }
-        if self.connected && self.device.poll_timeout().is_some_and(|deadline| deadline <= now) {
-            let event = self.with_device(|device, od| device.handle_timeout(now, od));
-            self.follow(event);
-            self.take_effects();
-            self.work(now);
-            self.settle();
+        if self.connected {
+            self.with_device(|device, od| device.handle_timeout(now, od));
         }
         self.advance(now);
     }

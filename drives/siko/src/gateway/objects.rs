@@ -63,6 +63,8 @@ pub(super) fn place(door: &(impl Door + ?Sized), address: Address, target: Optio
 pub(super) enum Effect {
     /// A control word came.
     Control(u16),
+    /// One came in a PDO with a target that is out of range.
+    ControlWithoutTarget(u16),
     /// An object of the door is to be written.
     Write(Address, i64),
 }

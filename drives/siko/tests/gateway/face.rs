@@ -1,154 +1,15 @@
-//! The gateway with a door that does what the test says: frames become jobs, and reports become frames.
+//! The state machine: edges of the control word become orders, and reports become the status word.
 
-use std::collections::VecDeque;
-
-use lexican_driver::Direction;
-use lexican_runtime::host::Node;
-use lexican_runtime::host::candump::Line;
+use lexican_runtime::AbortCode;
 use lexican_runtime::object::Address;
-use lexican_runtime::{AbortCode, Instant, NodeId};
-use siko::gateway::{Door, Facts, Gateway, Job, Report};
-use siko::order::{Braking, Order};
+use siko::gateway::{Job, Report};
+use siko::order::Order;
 use siko::words::system::{
     ABOVE_UPPER_LIMIT, BATTERY_LOW, BELOW_LOWER_LIMIT, ENABLE_INACTIVE, FAULT, IN_POSITION, LAG_ERROR, MOTOR_RELEASED,
     MOVING, NO_SUPPLY, NOT_READY, OVERCURRENT, POSITIONING,
 };
 
-const NODE: NodeId = NodeId::literal(5);
-const MODE: Address = Address::new(0x6060, 0);
-const FAULTS: Address = Address::new(0x1003, 1);
-
-const STOPPED: Order = Order::Interrupt(Braking::Programmed);
-const UP: Order = Order::Inch(Direction::Positive);
-const DOWN: Order = Order::Inch(Direction::Negative);
-
-#[derive(Default)]
-struct Scripted {
-    jobs: Vec<Job>,
-    reports: VecDeque<Report>,
-}
-
-impl Door for Scripted {
-    fn has(&self, address: Address) -> bool {
-        match address.index() {
-            0x1003 | 0x1011 | 0x2410 => (1..=8).contains(&address.sub()),
-            index => [0x6060, 0x6064, 0x606C, 0x60FF].contains(&index),
-        }
-    }
-
-    fn begin(&mut self, _: Instant, job: Job) {
-        self.jobs.push(job);
-    }
-
-    fn poll(&mut self, _: Instant) -> Option<Report> {
-        self.reports.pop_front()
-    }
-
-    fn poll_timeout(&self) -> Option<Instant> {
-        None
-    }
-
-    fn handle_timeout(&mut self, _: Instant) {}
-}
-
-struct Bench(Gateway<Scripted>);
-
-impl Bench {
-    /// The drive has not answered yet.
-    fn silent() -> Self {
-        Bench(Gateway::new(&siko_ag02::sim::MODEL, NODE, Scripted::default()))
-    }
-
-    /// OPERATIONAL, with the motor released, in a mode of 6060h.
-    fn operational(mode: i64) -> Self {
-        let mut bench = Bench::silent();
-        assert_eq!(bench.sees(MOTOR_RELEASED), [Job::Read(MODE)]);
-        assert_eq!((bench.done(Ok(mode)), bench.frames()), (vec![], vec!["705#00".to_owned()]));
-        assert_eq!(bench.send("000#0105"), []);
-        bench
-    }
-
-    /// OPERATION ENABLED, at rest, with Stop in the control word.
-    fn enabled(mode: i64) -> Self {
-        let mut bench = Bench::operational(mode);
-        assert_eq!([bench.control(0x0106), bench.control(0x0107)], [[], []]);
-        assert_eq!(bench.control(0x010F), [order(Order::Enable, 0)]);
-        assert_eq!(bench.sees_and_is_done(0), []);
-        bench
-    }
-
-    /// A travel, in positioning mode.
-    fn travelling() -> Self {
-        let mut bench = Bench::enabled(1);
-        assert_eq!(bench.starts(0x001F), [order(Order::Start, 0)]);
-        assert_eq!(bench.sees_and_is_done(POSITIONING | MOVING), []);
-        bench
-    }
-
-    fn jobs(&mut self) -> Vec<Job> {
-        std::mem::take(&mut self.0.door_mut().jobs)
-    }
-
-    fn report(&mut self, reports: &[Report]) -> Vec<Job> {
-        self.0.door_mut().reports.extend(reports);
-        self.0.advance(Instant::ZERO);
-        self.jobs()
-    }
-
-    fn sees(&mut self, system: u16) -> Vec<Job> {
-        self.report(&[facts(system)])
-    }
-
-    fn done(&mut self, result: Result<i64, AbortCode>) -> Vec<Job> {
-        self.report(&[Report::Done(result)])
-    }
-
-    fn sees_and_is_done(&mut self, system: u16) -> Vec<Job> {
-        self.report(&[facts(system), Report::Done(Ok(0))])
-    }
-
-    fn send(&mut self, text: &str) -> Vec<Job> {
-        let frame = format!("(0000000000.000000) can0 {text}").parse::<Line>().unwrap().frame;
-        self.0.handle_frame(Instant::ZERO, &frame);
-        self.jobs()
-    }
-
-    fn frames(&mut self) -> Vec<String> {
-        std::iter::from_fn(|| self.0.poll_transmit(Instant::ZERO)).map(|frame| frame.to_string()).collect()
-    }
-
-    fn control(&mut self, word: u16) -> Vec<Job> {
-        let [low, high] = word.to_le_bytes();
-        let jobs = self.send(&format!("605#23406000{low:02X}{high:02X}0000"));
-        assert_eq!(self.frames(), ["585#6040600000000000"]);
-        jobs
-    }
-
-    /// A control word that is judged after a look.
-    #[track_caller]
-    fn starts(&mut self, word: u16) -> Vec<Job> {
-        assert_eq!(self.control(word), [Job::Look], "{word:04X}");
-        self.done(Ok(0))
-    }
-
-    /// 6041h.
-    #[track_caller]
-    fn status(&mut self) -> u16 {
-        assert_eq!(self.send("605#4041600000000000"), [Job::Look]);
-        self.done(Ok(0));
-        let frames = self.frames();
-        let answer = frames.iter().find_map(|frame| frame.split_once("416000")).unwrap_or_else(|| panic!("{frames:?}"));
-        u16::from_str_radix(&answer.1[..4], 16).unwrap().swap_bytes()
-    }
-}
-
-fn facts(system: u16) -> Report {
-    Report::Facts(Facts { system, ..Facts::default() })
-}
-
-fn order(order: Order, target: i32) -> Job {
-    Job::Order { order, target }
-}
+use super::bench::*;
 
 #[test]
 fn the_states_are_those_of_table_22() {
@@ -444,84 +305,8 @@ fn torque_that_is_lost_is_noticed_once_it_was_there() {
 }
 
 #[test]
-fn before_the_drive_answers_the_node_is_silent() {
-    let mut bench = Bench::silent();
-    assert!(!bench.0.is_connected() && !bench.0.is_busy());
-    assert_eq!((bench.send("605#4000100000000000"), bench.frames()), (vec![], vec![]));
-    assert_eq!(bench.send("000#0105"), []);
-    assert!(bench.0.is_busy());
-    bench.sees(MOTOR_RELEASED);
-    assert_eq!((bench.0.is_connected(), bench.frames()), (true, vec!["705#00".to_owned()]));
-    bench.done(Ok(1));
-    assert_eq!(bench.frames(), ["585#4200100092010000"]);
-    assert_eq!(bench.status() & 0x0200, 0x0200, "it has been started");
-    // One that is lost is silent, and has forgotten what waited.
-    bench.control(0x0106);
-    assert_eq!(bench.send("605#4060600000000000"), [Job::Read(MODE)]);
-    assert_eq!(bench.report(&[Report::Lost]), []);
-    assert!(!bench.0.is_busy() && !bench.0.is_connected());
-    assert_eq!((bench.send("605#4000100000000000"), bench.frames()), (vec![], vec![]));
-    assert_eq!(bench.sees(MOTOR_RELEASED), [Job::Read(MODE)]);
-    bench.done(Ok(1));
-    assert_eq!((bench.frames(), bench.status()), (vec![], 0x0231), "it is as it was");
-}
-
-#[test]
-fn a_node_that_is_stopped_releases_the_motor_until_that_is_known() {
-    let mut bench = Bench::enabled(1);
-    assert_eq!(bench.send("000#8005"), [order(Order::Release, 0)]);
-    assert_eq!(bench.done(Err(AbortCode::HARDWARE_ERROR)), [order(Order::Release, 0)]);
-    let unknown = Report::Done(Err(AbortCode::HARDWARE_ERROR));
-    assert_eq!(bench.report(&[facts(MOTOR_RELEASED), unknown]), []);
-    assert_eq!(bench.status(), 0x0070);
-    assert_eq!(bench.send("000#8105"), [Job::Read(MODE)]);
-    assert_eq!((bench.done(Ok(1)), bench.frames()), (vec![], vec!["705#00".to_owned()]));
-}
-
-#[test]
-fn objects_of_the_door_are_read_and_written_there() {
-    let address = Address::new(0x2410, 1);
-    let mut bench = Bench::operational(1);
-    for (result, answer) in [(Ok(7), "585#4210240107000000"), (Err(AbortCode::DEVICE_STATE), "585#8010240122000008")] {
-        assert_eq!(bench.send("605#4010240100000000"), [Job::Read(address)]);
-        assert_eq!((bench.done(result), bench.frames()), (vec![], vec![answer.to_owned()]));
-    }
-    for (result, answer) in [(Ok(0), "585#6010240100000000"), (Err(AbortCode::INVALID_VALUE), "585#8010240130000906")] {
-        assert_eq!(bench.send("605#2310240108000000"), [Job::Write(address, 8)]);
-        assert_eq!((bench.done(result), bench.frames()), (vec![], vec![answer.to_owned()]));
-    }
-    // What a client has given up is not answered; the next request is.
-    assert_eq!(bench.send("605#4010240100000000"), [Job::Read(address)]);
-    assert_eq!(bench.send("605#4060600000000000"), []);
-    assert_eq!((bench.done(Ok(9)), bench.frames()), (vec![Job::Read(MODE)], vec![]));
-    bench.done(Ok(1));
-    assert_eq!(bench.frames(), ["585#4260600001000000"]);
-    for (request, answer) in [
-        ("605#400C100000000000", "585#800C100000000206"),
-        ("605#4020240000000000", "585#8020240000000206"),
-        ("605#4013240000000000", "585#8013240000000206"),
-        ("605#4010240900000000", "585#8010240900000206"),
-        ("605#4010240000000000", "585#4210240009000000"),
-        ("605#4017100000000000", "585#4217100000000000"),
-    ] {
-        assert_eq!((bench.send(request), bench.frames()), (vec![], vec![answer.to_owned()]), "{request}");
-    }
-    // The target of the other mode waits in the gateway, and one that the door does not have.
-    for object in ["FF6000", "7A6000"] {
-        let jobs = bench.send(&format!("605#23{object}14000000"));
-        assert_eq!((jobs, bench.frames()), (vec![], vec![format!("585#60{object}00000000")]));
-    }
-    assert!(!bench.0.is_busy());
-    // After 1011h, the mode may be another one.
-    let restore = Job::Write(Address::new(0x1011, 1), 0x6461_6F6C);
-    assert_eq!(bench.send("605#231110016C6F6164"), [restore]);
-    assert!(bench.0.is_busy());
-    assert_eq!(bench.done(Ok(0)), [Job::Read(MODE)]);
-}
-
-#[test]
 fn without_an_enable_input_bit_4_is_the_supply() {
-    let mut bench = Bench(Gateway::new(&siko_ag03_1::sim::MODEL, NODE, Scripted::default()));
+    let mut bench = Bench::of(&siko_ag03_1::sim::MODEL);
     bench.sees(MOTOR_RELEASED);
     bench.done(Ok(1));
     bench.frames();
@@ -529,4 +314,6 @@ fn without_an_enable_input_bit_4_is_the_supply() {
         bench.sees(shown);
         assert_eq!(bench.status() & 0x0010, word);
     }
+    assert_eq!(bench.send("605#4008100000000000"), [], "its name is the gateway's");
+    assert_eq!(bench.frames(), ["585#4208100041473033"]);
 }

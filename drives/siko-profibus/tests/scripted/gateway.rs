@@ -1,0 +1,227 @@
+//! Objects become parameters, and what the master knows becomes reports.
+
+use lexican_profibus::pkw::{Refusal, Task, Value};
+use lexican_runtime::object::Address;
+use lexican_runtime::{AbortCode, Duration};
+use siko::gateway::{Door, Facts, Job, Report};
+use siko::order::Order;
+use siko_profibus::{AG02, AG03_1, Model};
+
+use super::bench::{Bench, SYSTEM};
+
+const LOAD: i64 = 0x6461_6F6C;
+const ORDER: Job = Job::Order { order: Order::Enable, target: 0 };
+
+impl Bench {
+    fn known(model: &'static Model, mode: u32) -> Self {
+        let mut bench = Bench::offline(model, mode);
+        bench.turns(20);
+        bench.reports();
+        bench
+    }
+
+    fn reports(&mut self) -> Vec<Report> {
+        std::iter::from_fn(|| self.door.poll(self.now)).take(20).collect()
+    }
+
+    fn begin(&mut self, job: Job) {
+        self.parameters.asked.clear();
+        self.door.begin(self.now, job);
+    }
+
+    /// How a job ends.
+    #[track_caller]
+    fn job(&mut self, job: Job) -> Result<i64, AbortCode> {
+        self.begin(job);
+        for _ in 0..1000 {
+            for report in self.reports() {
+                if let Report::Done(result) = report {
+                    return result;
+                }
+            }
+            self.turn();
+        }
+        panic!("{job:?} does not end");
+    }
+
+    /// What it has asked for besides the status.
+    fn asked(&self) -> Vec<Task> {
+        self.parameters.asked.iter().copied().filter(|task| *task != Task::Read { number: SYSTEM }).collect()
+    }
+}
+
+fn facts(system: u16, position: i32) -> Report {
+    Report::Facts(Facts { system, position, velocity: 0 })
+}
+
+#[test]
+fn objects_are_read_from_parameters_and_facts() {
+    let [one, two] = [&AG03_1, &AG02];
+    for (model, mode, index, sub, number, raw, value) in [
+        (one, 2, 0x6060, 0, Some(930), 2, 1),
+        (one, 1, 0x6060, 0, Some(930), 1, 2),
+        (one, 2, 0x100A, 0, Some(965), 0x0123, i64::from(u32::from_le_bytes(*b"1.23"))),
+        (two, 2, 0x100A, 0, Some(965), 0x0123, i64::from(u32::from_be_bytes(*b"1.23"))),
+        (two, 2, 0x1003, 0, Some(952), 3, 3),
+        (two, 2, 0x1003, 3, Some(945), 0x42, 0x7121),
+        (two, 2, 0x1003, 3, Some(945), 0x5A, 0),
+        (one, 2, 0x2410, 5, Some(1004), 30, 30),
+        (one, 2, 0x607D, 1, Some(1017), -5, -5),
+        (one, 2, 0x2420, 0, Some(1031), 0x91, 0x91),
+        (one, 2, 0x2422, 0, Some(1031), 0x91, 1),
+        (one, 2, 0x2422, 0, Some(1031), 0x7F, 0),
+        (one, 1, 0x6064, 0, Some(1036), 77, 77),
+        (one, 2, 0x6064, 0, None, 0, 100),
+        (one, 1, 0x606C, 0, None, 0, 100),
+        (one, 2, 0x606C, 0, None, 0, 0),
+    ] {
+        let (mut bench, address) = (Bench::known(model, mode), Address::new(index, sub));
+        assert!(bench.door.has(address), "{address:?}");
+        if let Some(number) = number {
+            bench.parameters.values.insert(number, i32::cast_unsigned(raw));
+        }
+        assert_eq!(bench.job(Job::Read(address)), Ok(value), "{address:?}");
+        let task = number.map(|number| match number {
+            945 => Task::ReadElement { number, index: 2 },
+            number => Task::Read { number },
+        });
+        assert_eq!(bench.asked(), Vec::from_iter(task));
+    }
+    let missing = [(0x5000, 0), (0x1010, 1), (0x1011, 5), (0x1011, 0), (0x2101, 0)];
+    for (model, mode, address, code) in missing
+        .map(|missing| (one, 2, missing, AbortCode::NO_SUCH_OBJECT))
+        .into_iter()
+        .chain([(one, 2, (0x1011, 1), AbortCode::WRITE_ONLY), (two, 1, (0x6064, 0), AbortCode::DEVICE_STATE)])
+    {
+        let (mut bench, address) = (Bench::known(model, mode), Address::new(address.0, address.1));
+        assert_eq!(bench.door.has(address), code != AbortCode::NO_SUCH_OBJECT, "{address:?}");
+        assert_eq!((bench.job(Job::Read(address)), bench.asked()), (Err(code), vec![]), "{address:?}");
+    }
+    let mut bench = Bench::offline(one, 2);
+    assert_eq!(bench.job(Job::Read(Address::new(0x6064, 0))), Err(AbortCode::HARDWARE_ERROR), "it is not known yet");
+}
+
+#[test]
+fn objects_are_written_to_parameters() {
+    let write = |number, value: i32| Task::Write { number, value: Value::DoubleWord(value.cast_unsigned()) };
+    for (index, sub, value, number, raw) in [
+        (0x6060, 0, 1, 930, 2),
+        (0x6060, 0, 2, 930, 1),
+        (0x2410, 5, 30, 1004, 30),
+        (0x607D, 1, -5, 1017, -5),
+        (0x1003, 0, 0, 970, 4),
+        (0x1011, 1, LOAD, 970, 1),
+        (0x1011, 2, LOAD, 970, 2),
+        (0x1011, 3, LOAD, 970, 3),
+        (0x1011, 4, LOAD, 970, 5),
+    ] {
+        let mut bench = Bench::known(&AG02, 2);
+        assert_eq!(bench.job(Job::Write(Address::new(index, sub), value)), Ok(0), "{index:04X}");
+        assert_eq!(bench.asked()[0], write(number, raw), "{index:04X}");
+    }
+    for (index, sub, value, code) in [
+        (0x6060, 0, 3, AbortCode::INVALID_VALUE),
+        (0x2410, 5, 70_000, AbortCode::INVALID_VALUE),
+        (0x607D, 1, 1 << 40, AbortCode::INVALID_VALUE),
+        (0x1003, 0, 1, AbortCode::INVALID_VALUE),
+        (0x1003, 1, 0, AbortCode::INVALID_VALUE),
+        (0x1011, 1, 1, AbortCode::CANNOT_TRANSFER),
+        (0x100A, 0, 1, AbortCode::READ_ONLY),
+        (0x1018, 4, 1, AbortCode::NO_SUCH_OBJECT),
+        (0x6064, 0, 1, AbortCode::NO_SUCH_OBJECT),
+    ] {
+        let mut bench = Bench::known(&AG02, 2);
+        let job = Job::Write(Address::new(index, sub), value);
+        bench.begin(job);
+        assert_eq!(bench.reports(), [Report::Done(Err(code))], "{index:04X}: nothing is sent");
+    }
+}
+
+#[test]
+fn a_refusal_is_an_abort_code() {
+    for (refusal, code) in [
+        (Refusal::NO_SUCH_PARAMETER, AbortCode::NO_SUCH_OBJECT),
+        (Refusal::READ_ONLY, AbortCode::READ_ONLY),
+        (Refusal::OUT_OF_RANGE, AbortCode::INVALID_VALUE),
+        (Refusal::NO_SUCH_ELEMENT, AbortCode::NO_SUCH_SUB_INDEX),
+        (Refusal::NO_ARRAY, AbortCode::NO_SUCH_SUB_INDEX),
+        (Refusal::WRONG_TYPE, AbortCode::LENGTH_MISMATCH),
+        (Refusal::RESET_ONLY, AbortCode::INVALID_VALUE),
+        (Refusal::NO_CONTROL, AbortCode::LOCAL_CONTROL),
+        (Refusal::WRONG_STATE, AbortCode::DEVICE_STATE),
+        (Refusal::OTHER, AbortCode::GENERAL),
+    ] {
+        let mut bench = Bench::known(&AG02, 2);
+        bench.parameters.refusal = Some(refusal);
+        for job in [Job::Read(Address::new(0x2410, 5)), Job::Write(Address::new(0x2410, 5), 30)] {
+            assert_eq!(bench.job(job), Err(code), "{refusal:?}");
+        }
+    }
+    let mut bench = Bench::known(&AG02, 2);
+    bench.parameters.is_authorised = false;
+    assert_eq!(bench.job(Job::Read(Address::new(0x2410, 5))), Err(AbortCode::LOCAL_CONTROL));
+    // What is not answered may have been done; what is not followed has not.
+    let mut bench = Bench::known(&AG02, 2);
+    bench.follows = false;
+    assert_eq!(bench.job(ORDER), Err(AbortCode::DEVICE_STATE));
+    bench.answers = false;
+    assert_eq!(bench.job(Job::Read(Address::new(0x2410, 5))), Err(AbortCode::HARDWARE_ERROR));
+}
+
+#[test]
+fn what_is_new_is_reported_a_position_every_10_ms() {
+    let mut bench = Bench::offline(&AG02, 2);
+    assert_eq!(bench.reports(), []);
+    bench.turns(20);
+    assert_eq!(bench.reports(), [facts(0x80, 100)]);
+    let begin = bench.now;
+    for turn in 1..=25 {
+        bench.actual += 1;
+        bench.turn();
+        let expected = if turn % 10 == 0 { vec![facts(0x80, 100 + turn)] } else { vec![] };
+        assert_eq!(bench.reports(), expected, "after {turn}");
+    }
+    assert_eq!(bench.now.since(begin), Duration::from_millis(25));
+    // A status at once, and with it the position.
+    bench.status |= 8;
+    bench.turn();
+    assert_eq!(bench.reports(), [facts(0x180, 125)]);
+    // Nor is a velocity known before it has been measured.
+    bench.turns(120);
+    bench.reports();
+    bench.turns(30);
+    assert_eq!(bench.reports(), [], "nothing is new");
+    // So is what is known when a job is over.
+    bench.begin(Job::Look);
+    let mut reports = Vec::new();
+    for _ in 0..20 {
+        if reports.contains(&Report::Done(Ok(0))) {
+            break;
+        }
+        bench.actual += 1;
+        bench.turn();
+        reports.extend(bench.reports());
+    }
+    assert!(reports.ends_with(&[facts(0x180, bench.actual), Report::Done(Ok(0))]), "{reports:?}");
+    bench.actual += 1;
+    bench.turn();
+    assert_eq!(bench.reports(), [], "once");
+    // What is lost ends what is under way.
+    bench.begin(ORDER);
+    bench.turn();
+    bench.master().handle_offline();
+    assert_eq!((bench.reports(), bench.reports()), (vec![Report::Lost], vec![]));
+    bench.turns(20);
+    assert_eq!(bench.reports(), [facts(0x180, bench.actual)]);
+    bench.turns(500);
+    assert_eq!(bench.reports(), []);
+    // Its deadlines are those of the master.
+    bench.answers = false;
+    bench.begin(Job::Read(Address::new(0x2410, 5)));
+    let due = bench.door.poll_timeout().unwrap();
+    bench.door.handle_timeout(due);
+    bench.now = due;
+    let later = bench.door.poll_timeout().unwrap();
+    bench.door.handle_timeout(later);
+    assert_eq!(bench.reports(), [Report::Done(Err(AbortCode::HARDWARE_ERROR))]);
+}

@@ -1,0 +1,161 @@
+//! A gateway with a door that does what the test says.
+
+use std::collections::VecDeque;
+
+use lexican_driver::Direction;
+use lexican_runtime::host::Node;
+use lexican_runtime::host::candump::Line;
+use lexican_runtime::object::Address;
+use lexican_runtime::{AbortCode, Instant, NodeId};
+use siko::gateway::{Door, Facts, Gateway, Job, Report};
+use siko::order::{Braking, Order};
+use siko::sim::Model;
+use siko::words::system::{MOTOR_RELEASED, MOVING, POSITIONING};
+
+pub(crate) const NODE: NodeId = NodeId::literal(5);
+pub(crate) const MODE: Address = Address::new(0x6060, 0);
+pub(crate) const FAULTS: Address = Address::new(0x1003, 1);
+
+pub(crate) const STOPPED: Order = Order::Interrupt(Braking::Programmed);
+pub(crate) const UP: Order = Order::Inch(Direction::Positive);
+pub(crate) const DOWN: Order = Order::Inch(Direction::Negative);
+
+#[derive(Default)]
+pub(crate) struct Scripted {
+    pub(crate) jobs: Vec<Job>,
+    pub(crate) reports: VecDeque<Report>,
+    pub(crate) deadline: Option<Instant>,
+    /// How often its deadline has been handled.
+    pub(crate) timeouts: usize,
+}
+
+impl Door for Scripted {
+    fn has(&self, address: Address) -> bool {
+        match address.index() {
+            0x1003 | 0x1011 | 0x2410 => (1..=8).contains(&address.sub()),
+            index => [0x6060, 0x6064, 0x606C, 0x60FF].contains(&index),
+        }
+    }
+
+    fn begin(&mut self, _: Instant, job: Job) {
+        self.jobs.push(job);
+    }
+
+    fn poll(&mut self, _: Instant) -> Option<Report> {
+        self.reports.pop_front()
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.deadline
+    }
+
+    fn handle_timeout(&mut self, _: Instant) {
+        self.timeouts += 1;
+    }
+}
+
+pub(crate) struct Bench {
+    pub(crate) gateway: Gateway<Scripted>,
+    pub(crate) now: Instant,
+}
+
+impl Bench {
+    pub(crate) fn of(model: &'static Model) -> Self {
+        Bench { gateway: Gateway::new(model, NODE, Scripted::default()), now: Instant::ZERO }
+    }
+
+    /// The drive has not answered yet.
+    pub(crate) fn silent() -> Self {
+        Bench::of(&siko_ag02::sim::MODEL)
+    }
+
+    /// OPERATIONAL, with the motor released, in a mode of 6060h.
+    pub(crate) fn operational(mode: i64) -> Self {
+        let mut bench = Bench::silent();
+        assert_eq!(bench.sees(MOTOR_RELEASED), [Job::Read(MODE)]);
+        assert_eq!((bench.done(Ok(mode)), bench.frames()), (vec![], vec!["705#00".to_owned()]));
+        assert_eq!(bench.send("000#0105"), []);
+        bench
+    }
+
+    /// OPERATION ENABLED, at rest, with Stop in the control word.
+    pub(crate) fn enabled(mode: i64) -> Self {
+        let mut bench = Bench::operational(mode);
+        assert_eq!([bench.control(0x0106), bench.control(0x0107)], [[], []]);
+        assert_eq!(bench.control(0x010F), [order(Order::Enable, 0)]);
+        assert_eq!(bench.sees_and_is_done(0), []);
+        bench
+    }
+
+    /// A travel, in positioning mode.
+    pub(crate) fn travelling() -> Self {
+        let mut bench = Bench::enabled(1);
+        assert_eq!(bench.starts(0x001F), [order(Order::Start, 0)]);
+        assert_eq!(bench.sees_and_is_done(POSITIONING | MOVING), []);
+        bench
+    }
+
+    pub(crate) fn jobs(&mut self) -> Vec<Job> {
+        std::mem::take(&mut self.gateway.door_mut().jobs)
+    }
+
+    pub(crate) fn report(&mut self, reports: &[Report]) -> Vec<Job> {
+        self.gateway.door_mut().reports.extend(reports);
+        self.gateway.advance(self.now);
+        self.jobs()
+    }
+
+    pub(crate) fn sees(&mut self, system: u16) -> Vec<Job> {
+        self.report(&[facts(system)])
+    }
+
+    pub(crate) fn done(&mut self, result: Result<i64, AbortCode>) -> Vec<Job> {
+        self.report(&[Report::Done(result)])
+    }
+
+    pub(crate) fn sees_and_is_done(&mut self, system: u16) -> Vec<Job> {
+        self.report(&[facts(system), Report::Done(Ok(0))])
+    }
+
+    pub(crate) fn send(&mut self, text: &str) -> Vec<Job> {
+        let frame = format!("(0000000000.000000) can0 {text}").parse::<Line>().unwrap().frame;
+        self.gateway.handle_frame(self.now, &frame);
+        self.jobs()
+    }
+
+    pub(crate) fn frames(&mut self) -> Vec<String> {
+        std::iter::from_fn(|| self.gateway.poll_transmit(self.now)).map(|frame| frame.to_string()).collect()
+    }
+
+    pub(crate) fn control(&mut self, word: u16) -> Vec<Job> {
+        let [low, high] = word.to_le_bytes();
+        let jobs = self.send(&format!("605#23406000{low:02X}{high:02X}0000"));
+        assert_eq!(self.frames(), ["585#6040600000000000"]);
+        jobs
+    }
+
+    /// A control word that is judged after a look.
+    #[track_caller]
+    pub(crate) fn starts(&mut self, word: u16) -> Vec<Job> {
+        assert_eq!(self.control(word), [Job::Look], "{word:04X}");
+        self.done(Ok(0))
+    }
+
+    /// 6041h.
+    #[track_caller]
+    pub(crate) fn status(&mut self) -> u16 {
+        assert_eq!(self.send("605#4041600000000000"), [Job::Look]);
+        self.done(Ok(0));
+        let frames = self.frames();
+        let answer = frames.iter().find_map(|frame| frame.split_once("416000")).unwrap_or_else(|| panic!("{frames:?}"));
+        u16::from_str_radix(&answer.1[..4], 16).unwrap().swap_bytes()
+    }
+}
+
+pub(crate) fn facts(system: u16) -> Report {
+    Report::Facts(Facts { system, ..Facts::default() })
+}
+
+pub(crate) fn order(order: Order, target: i32) -> Job {
+    Job::Order { order, target }
+}

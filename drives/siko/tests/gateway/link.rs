@@ -1,0 +1,152 @@
+//! The gateway as a link and as a node: when the line is carried, and until when.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+
+use lexican_runtime::host::{Incoming, Link, LinkError, Node, candump};
+use lexican_runtime::{Duration, Frame, Instant};
+use siko::gateway::{Carrier, GatewayLink, GatewayNode, Report};
+use siko::words::system::MOTOR_RELEASED;
+
+use super::bench::*;
+
+/// A line on which reports come when the test says.
+#[derive(Default)]
+struct Line {
+    now: Instant,
+    reports: VecDeque<(Instant, Report)>,
+    /// From when until when it has been carried, in ms.
+    carried: Vec<(u64, u64)>,
+    is_gone: bool,
+}
+
+impl Carrier<Scripted> for &RefCell<Line> {
+    fn now(&self) -> Instant {
+        self.borrow().now
+    }
+
+    fn carry(&mut self, door: &mut Scripted, until: Instant) -> Result<(), LinkError> {
+        let mut line = self.borrow_mut();
+        assert!(line.carried.len() < 20, "it does not end");
+        let now = in_ms(line.now);
+        line.carried.push((now, in_ms(until)));
+        if line.is_gone {
+            return Err(LinkError::Closed);
+        }
+        let next = line.reports.front().copied().filter(|(at, _)| *at <= until);
+        line.reports.drain(..usize::from(next.is_some()));
+        line.now = next.map_or(until, |(at, _)| at).max(line.now);
+        door.reports.extend(next.map(|(_, report)| report));
+        Ok(())
+    }
+
+    fn is_real_time(&self) -> bool {
+        false
+    }
+
+    fn next_event(&self) -> Option<Instant> {
+        self.borrow().reports.front().map(|(at, _)| *at)
+    }
+}
+
+fn ms(ms: u64) -> Instant {
+    Instant::ZERO + Duration::from_millis(ms)
+}
+
+fn in_ms(at: Instant) -> u64 {
+    at.since(Instant::ZERO).as_micros() / 1000
+}
+
+impl Line {
+    /// The drive is there after 10 ms, and in positioning mode after 20.
+    fn new() -> RefCell<Self> {
+        let reports = [(ms(10), facts(MOTOR_RELEASED)), (ms(20), Report::Done(Ok(1)))];
+        RefCell::new(Line { reports: reports.into(), ..Line::default() })
+    }
+}
+
+fn start() -> Frame {
+    "(0000000000.000000) can0 000#0105".parse::<candump::Line>().unwrap().frame
+}
+
+/// A frame that is received, and when the wait is over.
+fn receives(link: &mut impl Link, until: u64) -> (Option<String>, u64) {
+    let frame = link.receive(ms(until)).unwrap().map(|incoming| match incoming {
+        Incoming::Frame(frame) => frame.to_string(),
+        other => panic!("{other:?}"),
+    });
+    (frame, in_ms(link.now()))
+}
+
+#[test]
+fn a_link_waits_for_frames_deadlines_and_the_line() {
+    let line = Line::new();
+    let mut link = GatewayLink::new(Bench::silent().gateway, &line);
+    let carried = || std::mem::take(&mut line.borrow_mut().carried);
+    assert!(!link.is_real_time());
+    assert_eq!(receives(&mut link, 5), (None, 5));
+    assert_eq!(receives(&mut link, 30), (Some("705#00".to_owned()), 10));
+    link.send(&start()).unwrap();
+    assert_eq!(receives(&mut link, 30), (None, 30));
+    assert_eq!(carried(), [(0, 5), (5, 30), (10, 30), (20, 30)]);
+    assert_eq!(receives(&mut link, 500), (Some("185#7002".to_owned()), 110), "TPDO1");
+    assert_eq!(carried(), [(30, 110)]);
+    // What has come is taken also by a wait that is over before it begins.
+    line.borrow_mut().reports.push_back((ms(110), Report::Lost));
+    assert_eq!((receives(&mut link, 0), link.gateway().is_connected()), ((None, 110), false));
+    assert_eq!(carried(), [(110, 110)]);
+    line.borrow_mut().is_gone = true;
+    assert!(matches!(link.receive(ms(500)), Err(LinkError::Closed)));
+}
+
+#[test]
+fn a_link_that_is_dropped_carries_what_is_under_way_for_half_a_second() {
+    let dropped = |reports: &[(u64, Report)], deadline: Option<u64>, is_gone: bool| {
+        let reports = reports.iter().map(|(at, report)| (ms(*at), *report)).collect();
+        let line = RefCell::new(Line { now: ms(1000), reports, is_gone, ..Line::default() });
+        let mut bench = Bench::silent();
+        bench.sees(MOTOR_RELEASED);
+        bench.gateway.door_mut().deadline = deadline.map(ms);
+        drop(GatewayLink::new(bench.gateway, &line));
+        line.into_inner().carried
+    };
+    let done = Report::Done(Ok(1));
+    assert_eq!(dropped(&[(1100, done)], None, false), [(1000, 1500)]);
+    assert_eq!(dropped(&[(1100, facts(0)), (1200, done)], None, false), [(1000, 1500), (1100, 1500)]);
+    assert_eq!(dropped(&[], None, false), [(1000, 1500)]);
+    assert_eq!(dropped(&[], Some(2000), false), [(1000, 1500)]);
+    assert_eq!(dropped(&[(1100, done)], Some(1200), false), [(1000, 1200)]);
+    assert_eq!(dropped(&[], None, true), [(1000, 1500)]);
+    let line = RefCell::default();
+    drop(GatewayLink::new(Bench::silent().gateway, &line));
+    assert_eq!(line.into_inner().carried, [], "nothing is under way");
+}
+
+#[test]
+fn a_node_follows_the_time_of_its_bus() {
+    let line = Line::new();
+    let mut node = GatewayNode::new(Bench::silent().gateway, &line);
+    let carried = || std::mem::take(&mut line.borrow_mut().carried);
+    assert_eq!(node.poll_timeout(), Some(ms(10)));
+    node.handle_timeout(ms(10));
+    assert_eq!(
+        (node.poll_transmit(ms(10)).unwrap().to_string().as_str(), node.poll_timeout()),
+        ("705#00", Some(ms(20)))
+    );
+    assert_eq!(carried(), [(0, 10), (10, 10)], "what follows from what has come leaves");
+    // What has come by then is taken before a frame, and what follows from the frame leaves, too.
+    node.handle_frame(ms(25), &start());
+    assert!(!node.gateway().is_busy());
+    assert_eq!(carried(), [(10, 25), (20, 25), (25, 25), (25, 25), (25, 25)]);
+    assert_eq!(node.poll_timeout(), Some(ms(125)), "TPDO1");
+    node.handle_timeout(ms(125));
+    assert_eq!(node.poll_transmit(ms(125)).unwrap().to_string(), "185#7002");
+    // All that comes at a time is taken then.
+    let lost = [(ms(130), facts(0)), (ms(130), Report::Lost)];
+    line.borrow_mut().reports.extend(lost);
+    node.handle_timeout(ms(130));
+    assert!(!node.gateway().is_connected());
+    line.borrow_mut().is_gone = true;
+    node.handle_timeout(ms(225));
+    assert_eq!(node.poll_transmit(ms(225)), None);
+}
