@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use lexican_eds::model::Device;
 use lexican_eds::{Diagnostics, Input, Source, library};
 
-use crate::output::{Failure, warn};
+use crate::output::{Failure, plural, warn};
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct DeviceArgs {
@@ -26,6 +26,10 @@ impl DeviceArgs {
 
     pub(crate) fn name(&self) -> &str {
         &self.device
+    }
+
+    pub(crate) fn has_overlays(&self) -> bool {
+        !self.overlay.is_empty()
     }
 
     /// The device, as far as its data sheet can be read.
@@ -55,11 +59,24 @@ impl Loaded {
 
     /// Reads the data sheet of this name; warns about its errors.
     pub(crate) fn named(name: &str) -> Result<Self, Failure> {
-        let loaded = Loaded::new(input(name)?)?;
+        Loaded::with_warning(input(name)?)
+    }
+
+    /// As [`Loaded::named`], with overlays.
+    pub(crate) fn with_overlays(name: &str, overlays: &[PathBuf]) -> Result<Self, Failure> {
+        Loaded::with_warning(with_overlays(input(name)?, overlays)?)
+    }
+
+    /// Reads a data sheet; warns about its errors.
+    pub(crate) fn with_warning(input: Input) -> Result<Self, Failure> {
+        let loaded = Loaded::new(input)?;
         let errors = loaded.diagnostics.count(lexican_eds::Severity::Error);
         if errors > 0 {
             let name = loaded.input.eds.name();
-            warn(format_args!("{name} has {errors} errors; `lexican eds lint {name}` shows them"));
+            let overlays = loaded.input.overlays.iter().map(|overlay| format!(" --overlay {}", overlay.name()));
+            let overlays: String = overlays.collect();
+            let errors = plural(errors, "error");
+            warn(format_args!("{name} has {errors}; `lexican eds lint {name}{overlays}` shows them"));
         }
         Ok(loaded)
     }
@@ -98,6 +115,12 @@ pub(crate) fn input(name: &str) -> Result<Input, Failure> {
         Failure::new(format_args!("no file and no known device is called {name:?}"))
     };
     Err(failure.help(advice(name)))
+}
+
+/// The name of a device in a file: a data sheet in the folder of the file, else a device that lexican knows.
+pub(crate) fn beside(folder: &Path, name: &str) -> String {
+    let path = folder.join(name);
+    if path.is_file() { path.display().to_string() } else { name.to_owned() }
 }
 
 /// Adds overlays from files.

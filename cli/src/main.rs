@@ -1,34 +1,41 @@
 //! `lexican`: CANopen on the command line.
 //!
-//! [`device`] loads data sheets, [`identity`] recognises devices on the bus, [`bus`] opens links and explains their errors,
-//! [`values`] and [`decode`] turn values and frames into text and JSON, [`duration`] parses times, and [`output`] prints
-//! results and sets the exit code. Each other module is one command.
+//! [`device`] loads data sheets, [`bus`] opens links and explains their errors, [`duration`] parses times, and [`output`] prints
+//! results and sets the exit code; what needs no terminal is in `lexican_toolbox`. Each other module is one command.
 
 mod access;
 mod boot;
 mod bus;
 mod check;
+mod completions;
 mod conform;
-mod decode;
 mod demo;
 mod device;
 mod devices;
+mod drive;
 mod duration;
 mod eds;
+mod flash;
+mod follow;
 mod generate;
-mod identity;
+mod log;
 mod lss;
 mod monitor;
 mod nmt;
 mod output;
+mod parameters;
+mod pdo;
 mod print;
 mod scan;
+mod screen;
+mod send;
 mod simulate;
-mod values;
+mod statistics;
+mod toml_text;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 /// CANopen on the command line: check data sheets, generate code from them, simulate and move drives
 #[derive(Parser, Debug)]
@@ -57,19 +64,43 @@ enum Command {
     Scan(scan::Args),
     Read(access::ReadArgs),
     Write(access::WriteArgs),
+    Backup(parameters::backup::Args),
+    Restore(parameters::restore::Args),
+    Compare(parameters::compare::Args),
+    Apply(parameters::apply::Args),
     Nmt(nmt::Args),
     Boot(boot::Args),
+    Flash(flash::Args),
     #[command(subcommand)]
     Lss(lss::Command),
+    Drive(drive::Args),
+    Send(send::frames::Args),
+    Sync(send::sync::Args),
+    Time(send::time::Args),
+    Emcy(send::emcy::Args),
+    Heartbeat(send::heartbeat::Args),
+    Guard(send::guard::Args),
     Monitor(monitor::Args),
+    Statistics(statistics::Args),
+    Watch(follow::WatchArgs),
+    Plot(follow::PlotArgs),
+    Record(log::record::Args),
+    Replay(log::replay::Args),
+    Convert(log::convert::Args),
+    /// Show and change what PDOs map, and when they are sent
+    #[command(subcommand)]
+    Pdo(pdo::Command),
     Check(check::Args),
     Conform(Box<conform::Args>),
     Simulate(simulate::Args),
     /// List the devices that lexican knows
     Devices,
+    Completions(completions::CompletionsArgs),
+    Man(completions::ManArgs),
 }
 
 fn main() -> ExitCode {
+    completions::answer(Cli::command);
     let result = match Cli::parse().command {
         Command::Demo(args) => demo::run(&args),
         Command::Eds(command) => command.run(),
@@ -77,14 +108,35 @@ fn main() -> ExitCode {
         Command::Scan(args) => scan::run(&args),
         Command::Read(args) => access::read(&args),
         Command::Write(args) => access::write(&args),
+        Command::Backup(args) => parameters::backup::run(&args),
+        Command::Restore(args) => parameters::restore::run(&args),
+        Command::Compare(args) => parameters::compare::run(&args),
+        Command::Apply(args) => parameters::apply::run(&args),
         Command::Nmt(args) => nmt::run(&args),
         Command::Boot(args) => boot::run(&args),
+        Command::Flash(args) => flash::run(&args),
         Command::Lss(command) => command.run(),
+        Command::Drive(args) => drive::run(&args),
+        Command::Send(args) => send::frames::run(&args),
+        Command::Sync(args) => send::sync::run(&args),
+        Command::Time(args) => send::time::run(&args),
+        Command::Emcy(args) => send::emcy::run(&args),
+        Command::Heartbeat(args) => send::heartbeat::run(&args),
+        Command::Guard(args) => send::guard::run(&args),
         Command::Monitor(args) => monitor::run(&args),
+        Command::Statistics(args) => statistics::run(&args),
+        Command::Watch(args) => follow::watch(&args),
+        Command::Plot(args) => follow::plot(&args),
+        Command::Record(args) => log::record::run(&args),
+        Command::Replay(args) => log::replay::run(&args),
+        Command::Convert(args) => log::convert::run(&args),
+        Command::Pdo(command) => command.run(),
         Command::Check(args) => check::run(&args),
         Command::Conform(args) => conform::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Devices => devices::run(),
+        Command::Completions(args) => completions::completions(&args),
+        Command::Man(args) => completions::man(&args, Cli::command()),
     };
     match result {
         Ok(outcome) => outcome.into(),

@@ -12,11 +12,11 @@ use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
 use serde_json::json;
 
 use crate::bus::sdo::{request_frame, responder};
-use crate::bus::{BusArgs, let_leave, node_id};
+use crate::bus::{BusArgs, NodeIds, let_leave};
 use crate::duration::{in_milliseconds, milliseconds};
 use crate::output::{self, Failure, Outcome, fields, print_result, warn};
 
-/// Send an NMT command to a node, or to all
+/// Send an NMT command to nodes, or to all
 ///
 /// Nodes do not confirm NMT commands; with --wait, the command waits for the new state. Exit code 1 if it is not
 /// reached.
@@ -30,9 +30,9 @@ pub(crate) struct Args {
     #[arg(value_enum)]
     command: Command,
 
-    /// The node-ID, 1 to 127
-    #[arg(long, value_name = "ID", value_parser = node_id)]
-    node: Option<NodeId>,
+    /// The node-IDs: 5, 0x10, 3,5-9
+    #[arg(long, value_name = "IDS")]
+    node: Option<NodeIds>,
 
     /// All nodes
     #[arg(long)]
@@ -53,6 +53,7 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican nmt --bus can0 start --node 5 --wait 2000
+    lexican nmt --bus can0 stop --node 3,5-9
     lexican nmt --bus can0 reset-node --all";
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug)]
@@ -89,17 +90,23 @@ const PAUSE: Duration = Duration::from_millis(1);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut link = args.bus.open(Pace::Virtual)?.settled()?.link;
-    let message = NmtMessage { command: args.command.into(), node: args.node };
-    link.send(&message.frame())?;
+    let (command, targets) = (args.command.into(), args.node.as_ref().map(|nodes| nodes.0.clone()));
+    let messages = match &targets {
+        None => vec![NmtMessage { command, node: None }],
+        Some(nodes) => nodes.iter().map(|node| NmtMessage { command, node: Some(*node) }).collect(),
+    };
+    for message in &messages {
+        link.send(&message.frame())?;
+    }
     match args.wait {
         Some(wait) => {
-            let mut watch = Watch::new(link, message);
+            let mut watch = Watch::new(link, command, targets);
             watch.watch(wait)?;
             print_states(args.json, wait, &watch)
         }
         None => {
             let_leave(&mut link)?;
-            print_command(args.json, message)?;
+            messages.into_iter().try_for_each(|message| print_command(args.json, message))?;
             Ok(Outcome::Clean)
         }
     }
@@ -109,7 +116,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 struct Watch<L> {
     link: L,
     pump: Pump,
-    message: NmtMessage,
+    command: NmtCommand,
+    /// The nodes that are addressed; `None` for all.
+    targets: Option<Vec<NodeId>>,
     /// The last reported state of each node; after a reset it stays INITIALISING, which is the boot-up message.
     heard: BTreeMap<NodeId, NmtState>,
     /// The heartbeat time (1017h) of nodes that were not heard, in ms, read by SDO; `None` if they have no such object.
@@ -122,12 +131,12 @@ struct Watch<L> {
 const HEARTBEAT_TIME: Address = Address::new(cia301::PRODUCER_HEARTBEAT_TIME, 0);
 
 impl<L: Link> Watch<L> {
-    fn new(link: L, message: NmtMessage) -> Self {
+    fn new(link: L, command: NmtCommand, targets: Option<Vec<NodeId>>) -> Self {
         let (heard, heartbeats, asked) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
-        Watch { link, pump: Pump::new(), message, heard, heartbeats, asked }
+        Watch { link, pump: Pump::new(), command, targets, heard, heartbeats, asked }
     }
 
-    /// Listens until the node has reached its state, or for the whole span if all nodes are addressed.
+    /// Listens until the nodes have reached their state, or for the whole span if all nodes are addressed.
     fn watch(&mut self, span: Duration) -> Result<(), Failure> {
         let end = self.link.now() + span;
         let patience = UNHEARD.min(Duration::from_micros(span.as_micros() / 2));
@@ -151,13 +160,17 @@ impl<L: Link> Watch<L> {
         Ok(())
     }
 
-    /// Whether the node has reached its state.
+    /// Whether the nodes have reached their state.
     fn is_over(&self) -> bool {
-        self.message.node.is_some_and(|node| self.has_reached(node))
+        self.targets.as_ref().is_some_and(|nodes| nodes.iter().all(|node| self.has_reached(*node)))
+    }
+
+    fn concerns(&self, node: NodeId) -> bool {
+        self.targets.as_ref().is_none_or(|nodes| nodes.contains(&node))
     }
 
     fn hear(&mut self, frame: &Frame) {
-        let node = ErrorControl::node(frame.id()).filter(|node| !frame.is_remote() && self.message.concerns(*node));
+        let node = ErrorControl::node(frame.id()).filter(|node| !frame.is_remote() && self.concerns(*node));
         if let (Some(node), Some(message)) = (node, ErrorControl::parse(frame.data()))
             && !(self.is_reset() && self.has_reached(node))
         {
@@ -186,9 +199,9 @@ impl<L: Link> Watch<L> {
         if self.is_reset() {
             return Ok(());
         }
-        let concerned = NodeId::all().filter(|node| self.message.concerns(*node) && !self.has_reached(*node));
+        let concerned = NodeId::all().filter(|node| self.concerns(*node) && !self.has_reached(*node));
         let asked: Vec<_> =
-            concerned.filter(|node| all || self.message.node.is_some() || self.heard.contains_key(node)).collect();
+            concerned.filter(|node| all || self.targets.is_some() || self.heard.contains_key(node)).collect();
         for node in asked {
             self.link.send(&ErrorControl::request(node))?;
             self.listen(self.link.now() + PAUSE)?;
@@ -202,11 +215,11 @@ impl<L: Link> Watch<L> {
     }
 
     fn is_reset(&self) -> bool {
-        self.message.command.target() == NmtState::Initialising
+        self.command.target() == NmtState::Initialising
     }
 
     fn has_reached(&self, node: NodeId) -> bool {
-        self.heard.get(&node) == Some(&self.message.command.target())
+        self.heard.get(&node) == Some(&self.command.target())
     }
 }
 
@@ -224,12 +237,12 @@ fn print_states<L: Link>(as_json: bool, wait: Duration, watch: &Watch<L>) -> Res
     let wait_ms = in_milliseconds(wait);
     let mut stdout = output::stdout();
     let heard = watch.heard.keys().chain(watch.heartbeats.keys());
-    let nodes: BTreeSet<_> = heard.copied().chain(watch.message.node).collect();
+    let nodes: BTreeSet<_> = heard.copied().chain(watch.targets.iter().flatten().copied()).collect();
     for &node in &nodes {
         let (state, reached) = (watch.heard.get(&node), watch.has_reached(node));
         if as_json {
             let state = state.map(ToString::to_string);
-            let command = watch.message.command.to_string();
+            let command = watch.command.to_string();
             let mut line = json!({ "node": node.get(), "command": command, "state": state, "reached": reached });
             if let Some(heartbeat) = watch.heartbeats.get(&node) {
                 line["heartbeat_ms"] = json!(heartbeat);
@@ -367,7 +380,7 @@ mod tests {
         let mut link = bus.link();
         let message = NmtMessage { command, node: NodeId::new(node) };
         link.send(&message.frame()).unwrap();
-        let mut watch = Watch::new(link, message);
+        let mut watch = Watch::new(link, command, message.node.map(|node| vec![node]));
         watch.watch(Duration::from_millis(wait_ms)).unwrap();
         let nodes = watch.heard.keys();
         let (reached, others) = nodes.partition::<Vec<_>, _>(|node| watch.has_reached(**node));
@@ -448,8 +461,7 @@ mod tests {
     #[test]
     fn a_flood_of_frames_holds_up_neither_questions_nor_the_end() {
         for node in [NodeId::new(5), None] {
-            let message = NmtMessage { command: Stop, node };
-            let mut watch = Watch::new(Flood::of_heartbeats(), message);
+            let mut watch = Watch::new(Flood::of_heartbeats(), Stop, node.map(|node| vec![node]));
             watch.watch(Duration::from_secs(2)).unwrap();
             assert!(watch.link.now() < Instant::from_micros(3_000_000), "{}", watch.link.now());
             assert!(watch.link.sent > 1, "{} questions", watch.link.sent);

@@ -10,10 +10,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
 use lexican_runtime::host::kept::replace;
+pub(crate) use lexican_toolbox::json::fields;
+use lexican_toolbox::object::ObjectError;
 use serde_json::{Map, Value as Json};
 
 /// The result of a command that has done its work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Outcome {
     /// No findings: exit 0.
     Clean,
@@ -50,6 +52,11 @@ impl Failure {
     pub(crate) fn help(mut self, help: impl Display) -> Self {
         self.help = Some(help.to_string());
         self
+    }
+
+    /// Says before the message what it is about, such as `plant.toml:7`.
+    pub(crate) fn at(self, place: &str) -> Self {
+        Failure { message: format!("{place}: {}", self.message), ..self }
     }
 
     /// `cannot WHAT FILE: REASON`.
@@ -95,6 +102,12 @@ impl From<io::Error> for Failure {
     }
 }
 
+impl From<ObjectError> for Failure {
+    fn from(error: ObjectError) -> Self {
+        Failure::new(&error).help(error.advice())
+    }
+}
+
 /// The message of the operating system, in lower case and without its number.
 pub(crate) fn reason(error: &io::Error) -> String {
     let text = error.to_string();
@@ -108,13 +121,17 @@ pub(crate) fn missing_frames(frames: u32) -> String {
     format!("{frames} frames are missing here: they came faster than they were read")
 }
 
-/// A flag that Ctrl-C sets.
+/// A flag that Ctrl-C, SIGTERM and SIGHUP set.
 pub(crate) fn ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
     let flag = Arc::new(AtomicBool::new(false));
     let handler = Arc::clone(&flag);
-    ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed))
-        .map_err(|error| Failure::new(format_args!("cannot handle Ctrl-C: {error}")))?;
+    on_ctrl_c(move || handler.store(true, Ordering::Relaxed))?;
     Ok(flag)
+}
+
+/// Calls this at Ctrl-C, SIGTERM and SIGHUP, which then do not end the command by themselves.
+pub(crate) fn on_ctrl_c(handler: impl FnMut() + Send + 'static) -> Result<(), Failure> {
+    ctrlc::set_handler(handler).map_err(|error| Failure::new(format_args!("cannot handle Ctrl-C: {error}")))
 }
 
 /// Whether colours are wanted on stdout: not in a pipe, and not where NO_COLOR is set (<https://no-color.org>).
@@ -138,6 +155,13 @@ pub(crate) fn warn(message: impl Display) {
 pub(crate) fn progress(template: &str, steps: u64) -> ProgressBar {
     let style = ProgressStyle::with_template(template).expect("the template is valid");
     ProgressBar::new(steps).with_style(style)
+}
+
+/// A sign on stderr that something is under way whose length is unknown; hidden if stderr is no terminal.
+pub(crate) fn spinner(message: String) -> ProgressBar {
+    let spinner = ProgressBar::new_spinner().with_message(message);
+    spinner.enable_steady_tick(std::time::Duration::from_millis(200));
+    spinner
 }
 
 /// Stdout for commands that end by themselves. If the reader leaves (`lexican ... | head`), the rest of the output is
@@ -179,14 +203,6 @@ pub(crate) fn print_result(as_json: bool, fields: Map<String, Json>, text: impl 
     }
     stdout.flush()?;
     Ok(())
-}
-
-/// The fields of a JSON object.
-pub(crate) fn fields(object: Json) -> Map<String, Json> {
-    match object {
-        Json::Object(fields) => fields,
-        _ => Map::new(),
-    }
 }
 
 /// `1 case`, `2 cases`.

@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 use anstyle::{AnsiColor, Style};
 use lexican_runtime::{Frame, Instant};
 
-use crate::decode::{Decoded, Service};
 use crate::output::styled;
-use crate::values::hex;
+use lexican_toolbox::decode::{Decoded, Service};
+use lexican_toolbox::transfers::{End, Transfer};
+use lexican_toolbox::values::hex;
 
 /// `   0.012345  405  RPDO3 node 5         1F 00 88 13 00 00        Controlword = ...`, without newline.
 pub(crate) fn line(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
@@ -28,6 +29,20 @@ pub(crate) fn line(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
     )
     .trim_end()
     .to_owned()
+}
+
+/// `   0.012345       SDO node 5             read 6064:00 Position Actual Value = 0 increments (0.4 ms)`, without newline.
+pub(crate) fn transfer(transfer: &Transfer) -> String {
+    let (dim, is_done) = (Style::new().dimmed(), transfer.end == End::Done);
+    let style = if is_done { AnsiColor::Cyan.on_default() } else { ALARM };
+    let (name, text) = (format!("SDO node {}", transfer.node), transfer.to_string());
+    format!(
+        "{}       {}  {:<23}  {}",
+        styled(dim, format_args!("{:>12}", transfer.began.to_string())),
+        styled(style, format_args!("{name:<21}")),
+        "",
+        if is_done { text } else { styled(ALARM, text) },
+    )
 }
 
 /// A line that is no frame.

@@ -15,11 +15,11 @@ use serde_json::json;
 
 use crate::bus::BusArgs;
 use crate::bus::sdo::{request_frame, responder};
-use crate::decode::Decoder;
-use crate::decode::duplicates::{DuplicateNodes, Evidence};
 use crate::duration::milliseconds;
-use crate::identity::{recognise, words};
 use crate::output::{self, Failure, Outcome, progress, styled};
+use lexican_toolbox::decode::Decoder;
+use lexican_toolbox::decode::duplicates::{DuplicateNodes, Evidence};
+use lexican_toolbox::identity::{recognise, words};
 
 /// Find the nodes of a bus
 ///

@@ -41,7 +41,9 @@ fn objects_are_written_by_name_and_unit() {
     check(&["write", "--bus", DRIVE, "6060", "homing"], 2, "profile position, profile velocity");
     check(&["write", "--bus", DRIVE, "6060", "300"], 2, "300 is no UNSIGNED8");
     check(&["write", "--bus", DRIVE, "2FFF", "1"], 2, "the data sheet has no 2FFF:00");
-    check(&["write", "--bus", DRIVE, "1018:01", "1"], 1, "1018:01 Identity Object, Vendor ID: the device aborts: 0601");
+    check(&["write", "--bus", DRIVE, "1018:01", "1"], 1, "1018:01 Identity Object, Vendor ID: the data sheet says ro");
+    const ABORTS: &str = "1018:01 Identity Object, Vendor ID: the device aborts: 0601";
+    check(&["write", "--bus", DRIVE, "--force", "1018:01", "1"], 1, ABORTS);
     check(&["write", "--bus", DRIVE, "6060", "9"], 1, "allows profile position (1) to profile velocity (2)");
 }
 
@@ -124,14 +126,14 @@ fn impossible_arguments_are_refused_with_advice() {
     check(&["read", "--bus", "pty", "--node", "5", "6064"], 2, "slcan:/dev/pts/3");
     check(&["read", "--bus", "carrier:pigeon", "6064"], 2, "there is no kind of bus");
     check(&["read", "--bus", "slcan:/dev/pts/none", "--node", "5", "6064"], 2, "is `lexican simulate` still running?");
-    check(&["scan", "--bus", "can0", "--wait", "1s"], 2, "is not a number of milliseconds such as 500");
-    check(&["monitor", "--bus", DRIVE, "--for", "1s"], 2, "is not a number of seconds such as 10 or 0.5");
-    check(&["nmt", "--bus", "can0", "start"], 2, "--node <ID>|--all");
+    check(&["scan", "--bus", "can0", "--wait", "250us"], 2, "is not a number of milliseconds such as 500");
+    check(&["monitor", "--bus", DRIVE, "--for", "1 day"], 2, "is not a number of seconds such as 10 or 0.5");
+    check(&["nmt", "--bus", "can0", "start"], 2, "--node <IDS>|--all");
     // The message depends on the machine.
     check(&["read", "--bus", "no-such-can", "--node", "5", "6064"], 2, "error: ");
     check(&["read", "--bus", DRIVE, "controlwort of another drive"], 2, "names no object");
-    check(&["monitor", "--bus", "log:missing.log"], 2, "cannot open the log missing.log: no such file or directory");
-    check(&["read", "--bus", "log:missing.log", "--node", "5", "6064"], 2, "candump -L");
+    check(&["monitor", "--bus", "log:missing.log"], 2, "cannot read the log missing.log: no such file or directory");
+    check(&["read", "--bus", "log:missing.log", "--node", "5", "6064"], 2, "lexican record");
     check(&["read", "--bus", "slcan:/dev/no-such-port", "--node", "5", "6064"], 2, "is the adapter plugged in?");
     check(&["monitor", "--bus", "log:missing.log", "--identify"], 2, "its nodes cannot be asked");
     check(&["monitor", "--bus", DRIVE, "--device", "siko/ag03-1"], 2, "ID=DEVICE");

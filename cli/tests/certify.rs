@@ -3,12 +3,15 @@
 
 #[path = "common/mod.rs"]
 mod common;
+#[path = "common/page.rs"]
+mod page;
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
 use common::{files, folder, lexican_in};
+use page::follow;
 
 /// What a line of the page prints in a folder. A test whose cases fail ends with 1.
 fn typed(folder: &Path, line: &str) -> String {
@@ -32,34 +35,11 @@ fn typed(folder: &Path, line: &str) -> String {
 #[test]
 fn the_golden_page_certifies_an_encoder() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let path = root.join("conform/certify-a-device.md");
-    let page = fs::read_to_string(&path).expect("there is the page");
     let folder = folder("certify");
     fs::copy(root.join("tests/conformance/encoder.eds"), folder.join("encoder.eds")).expect("there is its data sheet");
-    let (mut followed, mut printed, mut language) = (String::new(), String::new(), None);
-    for line in page.lines() {
-        match (language, line.strip_prefix("```")) {
-            (Some(_), Some(_)) => language = None,
-            (Some("sh"), None) => printed += &typed(&folder, line),
-            (Some("text"), None) => continue,
-            (None, Some("sh")) => {
-                printed.clear();
-                language = Some("sh");
-            }
-            (None, Some("text")) => {
-                followed += &format!("{line}\n{printed}");
-                language = Some("text");
-                continue;
-            }
-            (_, Some(other)) => panic!("a block that the test does not follow: {other}"),
-            _ => {}
-        }
-        followed += &format!("{line}\n");
-    }
+    follow(&root.join("conform/certify-a-device.md"), "certify", str::to_owned, |language, line| {
+        assert_eq!(language, "sh", "a block that the test does not follow");
+        typed(&folder, line)
+    });
     assert_eq!(files(&folder), ["encoder.eds", "report.html", "report.json", "report.xml", "wrong.eds"]);
-    if std::env::var_os("LEXICAN_BLESS").is_some() {
-        fs::write(&path, followed).expect("the page can be written");
-    } else {
-        assert_eq!(page, followed, "write the page anew: LEXICAN_BLESS=1 cargo test -p lexican --test certify");
-    }
 }

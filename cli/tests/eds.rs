@@ -83,6 +83,45 @@ fn findings_name_file_line_and_column() {
 }
 
 #[test]
+fn what_has_one_right_answer_is_fixed_in_place_and_nothing_else() {
+    let folder = folder("lint-fix");
+    // In code page 1252, with a count, a flag and a date that are wrong, and a default that people have to mend.
+    let wrong = guessed().replace('\n', "\r\n").replace("VendorName=Nobody", "; M\u{fc}ller\r\nVendorName = Nobody");
+    let wrong =
+        wrong.replace("SupportedObjects=3", "SupportedObjects=9").replace("LSS_Supported=1", "LSS_Supported= 2");
+    let bytes = |text: &str| text.chars().map(|letter| letter as u8).collect::<Vec<_>>();
+    std::fs::write(folder.join("x.eds"), bytes(&wrong)).unwrap();
+
+    lexican_in(&folder, &["eds", "lint", "x.eds"]).on_stderr(0, "--fix mends 2 of them");
+    let preview = lexican_in(&folder, &["eds", "lint", "x.eds", "--fix", "--dry-run"]);
+    preview.on_stdout(1, "-LSS_Supported= 2\r\n+LSS_Supported= 1\r\n");
+    assert!(preview.stdout.starts_with("--- x.eds\n+++ x.eds\n@@ "), "{preview}");
+    preview.on_stderr(1, "1 data sheet: 2 findings would be fixed");
+    assert_eq!(std::fs::read(folder.join("x.eds")).unwrap(), bytes(&wrong), "a preview writes nothing");
+    let json = lexican_in(&folder, &["eds", "lint", "x.eds", "--fix", "--dry-run", "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(json["files"][0]["fixed"], serde_json::json!({ "eds::bad-flag": 1, "eds::list-count": 1 }));
+
+    let run = lexican_in(&folder, &["eds", "lint", "x.eds", "--fix", "--fail-on", "warning"]);
+    run.on_stderr(1, "; 2 fixed");
+    run.on_stdout(1, "eds::bad-value");
+    let mended = wrong.replace("SupportedObjects=9", "SupportedObjects=3").replace("_Supported= 2", "_Supported= 1");
+    assert_eq!(std::fs::read(folder.join("x.eds")).unwrap(), bytes(&mended));
+    let again = lexican_in(&folder, &["eds", "lint", "x.eds", "--fix", "--dry-run"]);
+    assert_eq!((again.code, again.stdout.as_str()), (Some(0), ""), "{again}");
+
+    lexican_in(&folder, &["eds", "lint", "siko/ag03-1", "--fix"]).on_stderr(2, "is not a file that could be written");
+    lexican_in(&folder, &["eds", "lint", "x.eds", "--fix", "--dry-run", "--format", "sarif"]).on_stderr(2, "SARIF");
+    // No data sheet, though a line of it could be mended.
+    std::fs::write(folder.join("x.txt"), "[DeviceInfo]\nVendorName: x\n").unwrap();
+    lexican_in(&folder, &["eds", "lint", "x.txt", "--fix"]).on_stderr(2, "describes no object");
+    assert_eq!(std::fs::read(folder.join("x.txt")).unwrap(), b"[DeviceInfo]\nVendorName: x\n");
+    // Half a character at the end could not be written back.
+    std::fs::write(folder.join("half.eds"), b"[\0D\0]\0\n").unwrap();
+    lexican_in(&folder, &["eds", "lint", "half.eds", "--fix"]).on_stderr(2, "half.eds is not whole");
+}
+
+#[test]
 fn many_files_are_linted_in_one_call_in_their_order() {
     let folder = folder("lint-many");
     let names: Vec<_> = (0..200).map(|n| format!("{n:03}.eds")).collect();

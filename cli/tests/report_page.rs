@@ -22,7 +22,11 @@ fn report(folder: &Path) {
     let other = sheet.replace(name, "ProductName=<!--<script>{{report}}").replacen(samples, "DefaultValue=6", 1);
     std::fs::write(folder.join("sensor.eds"), sheet).unwrap();
     std::fs::write(folder.join("other.eds"), other).unwrap();
-    std::fs::write(folder.join("known.toml"), format!("\"{KNOWN}\" = \"as its manual says\"\n")).unwrap();
+    std::fs::write(
+        folder.join("known.toml"),
+        format!("\"{KNOWN}\" = {{ seen = \"*\", why = \"as its manual says\" }}\n"),
+    )
+    .unwrap();
     let device = ["conform", "--bus", "sim:sensor.eds?node=7", "--eds", "other.eds", "--known", "known.toml"];
     assert_eq!(lexican_in(folder, &[&device[..], &["--html", "report.html"]].concat()).code, Some(1));
 }

@@ -3,107 +3,19 @@
 
 #[path = "common/mod.rs"]
 mod common;
+#[path = "common/simulation.rs"]
+mod simulation;
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::process::{Command, Stdio};
 
-use common::{Run, folder, lexican, lexican_in};
+use common::{folder, lexican, lexican_in};
 use lexican_runtime::host::Link;
 use lexican_runtime::host::slcan::{Settings, Slcan};
 use lexican_runtime::{CobId, Frame};
 use serde_json::{Value, json};
-
-/// A running `lexican simulate`, which ends with the test.
-struct Simulation {
-    process: Child,
-    stdin: ChildStdin,
-    events: Receiver<String>,
-    buses: Vec<String>,
-}
-
-impl Simulation {
-    /// Begins one in a folder, and waits until it serves and has booted.
-    fn begin(folder: &Path, args: &[&str]) -> Self {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_lexican"))
-            // It ends even if the test is killed.
-            .args([&["simulate", "--json", "--for", "120"], args].concat())
-            .current_dir(folder)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let stdin = process.stdin.take().unwrap();
-        let events = lines(process.stdout.take().unwrap());
-        let mut simulation = Simulation { process, stdin, events, buses: Vec::new() };
-        let serving = simulation.until("serving");
-        let buses = serving["buses"].as_array().unwrap().iter();
-        simulation.buses = buses.map(|bus| bus.as_str().unwrap().to_owned()).collect();
-        if !args.contains(&"none") {
-            assert_eq!(simulation.until("state")["state"], "PRE-OPERATIONAL");
-        }
-        simulation
-    }
-
-    /// The next event of this kind; the others are passed over.
-    #[track_caller]
-    fn until(&mut self, event: &str) -> Value {
-        let mut before = String::new();
-        loop {
-            let Ok(line) = self.events.recv() else { panic!("no event {event:?} after:\n{before}") };
-            let json: Value = serde_json::from_str(&line).unwrap();
-            if json["event"] == event {
-                return json;
-            }
-            before += &(line + "\n");
-        }
-    }
-
-    /// Types a line, and returns what is answered.
-    #[track_caller]
-    fn asks(&mut self, line: &str, event: &str) -> Value {
-        writeln!(self.stdin, "{line}").unwrap();
-        self.until(event)
-    }
-
-    /// Runs another command on its first bus.
-    fn run(&self, command: &str, args: &[&str]) -> Run {
-        let command: Vec<_> = command.split(' ').chain(["--bus", &self.buses[0]]).collect();
-        lexican(&[&command, args].concat())
-    }
-
-    /// The same, which succeeds and says some words.
-    #[track_caller]
-    fn check(&self, command: &str, args: &[&str], words: &str) {
-        self.run(command, args).on_stdout(0, words);
-    }
-
-    /// Presses Ctrl-C, and returns the last words and the exit code.
-    fn interrupt(mut self) -> (Value, Option<i32>) {
-        let pid = self.process.id().to_string();
-        assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
-        let summary = self.until("summary");
-        (summary, self.process.wait().unwrap().code())
-    }
-}
-
-impl Drop for Simulation {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
-/// The lines of a process, read as they come: one whose pipe is full waits, and the device with it. A search by LSS alone
-/// fills most of a pipe.
-fn lines(stdout: ChildStdout) -> Receiver<String> {
-    let (sender, receiver) = channel();
-    std::thread::spawn(move || {
-        BufReader::new(stdout).lines().map_while(Result::ok).try_for_each(|line| sender.send(line))
-    });
-    receiver
-}
+use simulation::Simulation;
 
 /// A data sheet with what the tests want to see: stored parameters, an EMCY, a mapped object.
 const SHEET: &str = include_str!("sensor.eds");
@@ -133,6 +45,7 @@ fn a_drive_at_its_serial_interface_is_a_node_for_every_command() {
     drive.check("boot", &[&network, "--for", "1"], "node 1: has booted\nthe network is ready\n");
     drive.check("read", &["2413"], "loop minus");
     drive.check("boot", &["--node", "1", "--guarding", "100", "--for", "1"], "the network is ready\n");
+    drive.check("drive", &["1", "move-to", "300", "--enable"], "it has reached its target");
     // Another drive, another speed, another node-ID.
     let refused = |suffix: &str, words: &str| {
         let url = format!("{}{suffix}", drive.buses[0].replace("?device=siko/ag02", ""));
@@ -171,7 +84,7 @@ fn several_commands_work_with_one_drive() {
     drive.check("nmt", &["start", "--node", "5"], "OPERATIONAL");
     assert_eq!(drive.until("nmt")["command"], "start");
     assert_eq!(drive.until("state")["state"], "OPERATIONAL");
-    let refused = drive.run("write", &["--node", "5", "1018:01", "1"]);
+    let refused = drive.run("write", &["--node", "5", "--force", "1018:01", "1"]);
     assert_eq!(refused.code, Some(1), "{}", refused.stderr);
     assert_eq!(drive.until("refused")["abort_code"], "06010002");
     let (summary, code) = drive.interrupt();
@@ -512,6 +425,7 @@ fn what_cannot_be_simulated_says_why() {
     check(&["siko/ag03-1", "--script", "missing.toml"], "missing.toml");
     check(&["siko/ag03-1", "--node", "0"], "0 is not a node-ID");
     let folder = sensor("sim-refusals");
+    std::fs::write(folder.join("x.toml"), "[[step]]\nblocked = true\n").unwrap();
     let run = lexican_in(&folder, &["simulate", "sensor.eds", "--script", "x.toml"]);
     assert!(run.stderr.contains("this device does not follow a script"), "{run}");
 }
@@ -548,4 +462,72 @@ fn a_new_node_id_is_activated_when_that_is_wanted() {
     assert!(hinted.stderr.contains("--activate does so"), "{}", hinted.stderr);
     sensor.check("lss node-id", &["9", "--activate"], "node-ID 9, and has booted with it\n");
     sensor.check("scan", &["--wait", "100"], "node   9");
+}
+
+/// A boot loader of CiA 302-3: what its data sheet has besides the mandatory objects.
+const BOOT_LOADER: &str = "\
+[FileInfo]\nFileName=loader.eds\nEDSVersion=4.0\n\
+[DeviceInfo]\nVendorName=Nobody\nProductName=Loader\nBaudRate_500=1\n\
+[MandatoryObjects]\nSupportedObjects=3\n1=0x1000\n2=0x1001\n3=0x1018\n\
+[OptionalObjects]\nSupportedObjects=4\n1=0x1F50\n2=0x1F51\n3=0x1F56\n4=0x1F57\n\
+[1000]\nParameterName=Device Type\nObjectType=7\nDataType=7\nAccessType=ro\nDefaultValue=0\n\
+[1001]\nParameterName=Error Register\nObjectType=7\nDataType=5\nAccessType=ro\nDefaultValue=0\n\
+[1018]\nParameterName=Identity\nObjectType=9\nSubNumber=2\n\
+[1018sub0]\nParameterName=Highest Sub-Index\nObjectType=7\nDataType=5\nAccessType=const\nDefaultValue=1\n\
+[1018sub1]\nParameterName=Vendor ID\nObjectType=7\nDataType=7\nAccessType=ro\nDefaultValue=0\n";
+
+/// The boot loader's data sheet in a folder.
+fn boot_loader(name: &str) -> std::path::PathBuf {
+    let mut sheet = BOOT_LOADER.to_owned();
+    let arrays = [("1F50", "Program Data", "15", "wo"), ("1F51", "Program Control", "5", "rw")];
+    let more = [("1F56", "Software Identification", "7", "ro"), ("1F57", "Flash Status", "7", "ro")];
+    for (index, name, data_type, access) in arrays.into_iter().chain(more) {
+        sheet += &format!(
+            "[{index}]\nParameterName={name}\nObjectType=8\nSubNumber=2\n[{index}sub0]\nParameterName=Highest Sub-Index\n\
+             ObjectType=7\nDataType=5\nAccessType=const\nDefaultValue=1\n[{index}sub1]\nParameterName={name} 1\n\
+             ObjectType=7\nDataType={data_type}\nAccessType={access}\n"
+        );
+    }
+    let folder = folder(name);
+    std::fs::write(folder.join("loader.eds"), sheet).unwrap();
+    folder
+}
+
+#[test]
+fn a_program_is_flashed_into_a_boot_loader() {
+    let folder = boot_loader("flash");
+    std::fs::write(folder.join("small.bin"), b"123456789").unwrap();
+    std::fs::write(folder.join("large.bin"), vec![0x5A; 400_000]).unwrap();
+    std::fs::write(folder.join("empty.bin"), b"").unwrap();
+    std::fs::write(folder.join("crc.toml"), "identification = 'crc32'\npatience_ms = 2000\n").unwrap();
+    std::fs::write(folder.join("wrong.toml"), "patience_ms = 2000\nclear = true\n").unwrap();
+    let mut simulation = Simulation::begin(&folder, &["loader.eds", "--node", "5"]);
+    let bus = simulation.buses[0].clone();
+    let flash = |more: &[&str]| lexican_in(&folder, &[&["flash", "--bus", &bus, "--node", "5"], more].concat());
+    flash(&["--status"]).on_stdout(0, "the device holds no valid program now");
+    // The check value of CRC-32.
+    flash(&["--loader", "crc.toml", "small.bin"]).on_stdout(0, "9 bytes");
+    flash(&["--status", "--json"]).on_stdout(0, "\"held\":\"running\"");
+    flash(&["--json", "small.bin"]).on_stdout(0, "\"before\":\"CBF43926\"");
+    flash(&["--program", "2", "small.bin"]).on_stderr(2, "stopping the program: node 5: 1F51:02");
+    flash(&["empty.bin"]).on_stderr(2, "empty.bin is empty");
+    flash(&["--loader", "wrong.toml", "small.bin"]).on_stderr(2, "wrong.toml:2: a number from 0 to 255, or false");
+
+    // Somebody interrupts the transfer when it has begun; what was written before is passed over.
+    simulation.asks("get 1000", "answer");
+    let mut process = Command::new(env!("CARGO_BIN_EXE_lexican"))
+        .args(["flash", "--bus", &bus, "--node", "5", "--json", "large.bin"])
+        .current_dir(&folder)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while simulation.until("written")["address"] != "1F51:01" {}
+    assert!(Command::new("kill").args(["-INT", &process.id().to_string()]).status().unwrap().success());
+    let code = process.wait().unwrap().code();
+    let output = process.wait_with_output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(code == Some(1) && text.contains("interrupted"), "{code:?} {text}");
+    simulation.asks("power off", "state");
+    flash(&["--loader", "crc.toml", "small.bin"]).on_stderr(2, "no answer of the device in time");
 }

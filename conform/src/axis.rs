@@ -33,6 +33,7 @@ const QUIET: Duration = Duration::from_millis(100);
 pub(crate) const PROFILE_POSITION: i8 = 1;
 pub(crate) const PROFILE_VELOCITY: i8 = 3;
 pub(crate) const HOMING: i8 = 6;
+pub(crate) const INTERPOLATED_POSITION: i8 = 7;
 pub(crate) const CYCLIC_POSITION: i8 = 8;
 pub(crate) const CYCLIC_VELOCITY: i8 = 9;
 
@@ -349,7 +350,7 @@ impl<'t, 'a> Axis<'t, 'a> {
         ))
     }
 
-    /// Whether the position changes in a direction, if only little.
+    /// Whether the position changes in a direction, if only a little.
     pub(crate) fn creeps(&mut self, direction: i64) -> Outcome<bool> {
         let before = self.position()?;
         self.t.hear(SLOW.times(4))?;
@@ -402,16 +403,33 @@ impl<'t, 'a> Axis<'t, 'a> {
     }
 
     /// Waits for bit 10.
-    pub(crate) fn arrives(&mut self) -> Outcome {
-        match self.until(TRAVEL, "target reached (bit 10)", |axis| axis.shows(status::TARGET_REACHED)) {
-            Err(Verdict::Failed(_)) if self.creeps(1)? || self.creeps(-1)? => Err(self.is_too_slow()),
-            other => other,
+    pub(crate) fn arrives(&mut self, target: i64) -> Outcome {
+        self.travels_to(target).map(|_| ())
+    }
+
+    /// Waits for bit 10. Returns how far the drive was beyond its target at most. One that runs on is not waited for.
+    pub(crate) fn travels_to(&mut self, target: i64) -> Outcome<i64> {
+        let way = target - self.position()?;
+        let too_far = self.motion.travel.max(way.abs()) + self.window()?;
+        let (mut left, mut beyond) = (way, 0);
+        let arrived = self.until(TRAVEL, "target reached (bit 10)", |axis| {
+            left = target - axis.position()?;
+            beyond = beyond.max(-left * way.signum());
+            Ok(left.abs() > too_far || axis.shows(status::TARGET_REACHED)?)
+        });
+        ensure(left.abs() <= too_far, || {
+            format!("the drive runs on: the position is {}, the target {target}", target - left)
+        })?;
+        match arrived {
+            // Before its target, and on its way to it.
+            Err(Verdict::Failed(_)) if left * way > 0 && self.creeps(way)? => Err(self.is_too_slow()),
+            other => other.map(|()| beyond),
         }
     }
 
     pub(crate) fn goes_to(&mut self, target: i64) -> Outcome {
         self.set_point(target, 0)?;
-        self.arrives()?;
+        self.arrives(target)?;
         self.comes_to_rest()?;
         self.is_near(target, "after a travel")
     }

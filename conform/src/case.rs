@@ -64,6 +64,17 @@ pub enum Level {
     Should,
 }
 
+/// What a case is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Scope {
+    /// The data sheet alone: nothing is sent.
+    DataSheet,
+    /// The device, at its node-ID.
+    Device,
+    /// LSS (CiA 305), if the data sheet says that the device has it.
+    Lss,
+}
+
 /// One case.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
@@ -77,6 +88,7 @@ pub struct Case {
     pub level: Level,
     /// What the case does in any case that needs to be allowed.
     pub needs: &'static [Hazard],
+    pub(crate) scope: Scope,
     pub(crate) run: fn(&mut Tester<'_>) -> Outcome,
 }
 
@@ -86,12 +98,16 @@ pub(crate) const fn case(
     title: &'static str,
     run: fn(&mut Tester<'_>) -> Outcome,
 ) -> Case {
-    Case { id, plan, title, level: Level::Must, needs: &[], run }
+    Case { id, plan, title, level: Level::Must, needs: &[], scope: Scope::Device, run }
 }
 
 impl Case {
     pub(crate) const fn recommended(self) -> Self {
         Case { level: Level::Should, ..self }
+    }
+
+    pub(crate) const fn about(self, scope: Scope) -> Self {
+        Case { scope, ..self }
     }
 
     pub(crate) const fn needs(self, needs: &'static [Hazard]) -> Self {

@@ -9,7 +9,7 @@ use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{AbortCode, CobId, Duration};
 
 use crate::axis::make_safe;
-use crate::case::{Case, Ended, Level, Outcome, Verdict};
+use crate::case::{Case, Ended, Level, Outcome, Scope, Verdict};
 use crate::cases::lss;
 use crate::hazard::Hazard;
 use crate::sdo;
@@ -29,7 +29,7 @@ pub struct CaseReport {
     pub took: Duration,
     /// Its frames.
     pub frames: Vec<Record>,
-    /// Why it may fail, where that is [known](Settings::known).
+    /// Why it may fail as it does, where that is [known](Settings::known).
     pub known: Option<String>,
     /// What was measured, beside what is allowed.
     pub measured: Vec<String>,
@@ -65,7 +65,7 @@ impl Observer for () {
 ///
 /// A drive is disabled after each case that may have given it orders, also after Ctrl-C; the test goes on only if it stands.
 ///
-/// A data sheet of which [nothing correct can be made](Sheet::is_unfit) ends the test before it begins.
+/// By a data sheet of which [nothing correct can be made](Sheet::is_unfit), only the cases about data sheets are run.
 pub fn run(
     link: &mut dyn Link,
     sheet: &Sheet,
@@ -75,15 +75,16 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Report {
     let mut report = Report::default();
-    if sheet.is_unfit {
-        report.ended_early = Some(Ended::Unfit(sheet.findings.clone()));
-        return report;
-    }
     let tester = Tester::new(link, sheet, settings, cancelled);
     let mut suite =
         Suite { tester, cancelled, before: BTreeMap::new(), changed: BTreeSet::new(), stores: false, moving: None };
-    report.ended_early = suite.prepare().err();
-    for (number, case) in (1..).zip(cases) {
+    let mut cases = cases.to_vec();
+    if sheet.is_unfit {
+        cases.retain(|case| case.scope == Scope::DataSheet);
+    } else {
+        report.ended_early = suite.prepare().err();
+    }
+    for (number, case) in (1..).zip(&cases) {
         if report.ended_early.is_none() && cancelled.load(Ordering::Relaxed) {
             report.ended_early = Some(Ended::Cancelled);
         }
@@ -95,6 +96,9 @@ pub fn run(
         observer.ended(&ended);
         report.ended_early = end;
         report.cases.push(ended);
+    }
+    if sheet.is_unfit {
+        report.ended_early = Some(Ended::Unfit(sheet.findings.clone()));
     }
     report.not_put_back = suite.put_back();
     report
@@ -184,7 +188,7 @@ impl Suite<'_> {
         let (mut outcome, mut frames) = self.once(case);
         let mut end = None;
         let repeats = match &outcome {
-            Err(Verdict::Failed(_)) => {
+            Err(Verdict::Failed(_)) if case.scope != Scope::DataSheet => {
                 match (self.tester.disturbance(), self.looks_for_device(self.tester.settings.boot)) {
                     (_, Presence::Gone(gone)) => {
                         end = Some(gone);
@@ -214,9 +218,14 @@ impl Suite<'_> {
         let measured = self.tester.measured().to_vec();
         let took = self.tester.now().since(begun);
         let settings = self.tester.settings;
-        let known = settings.known.get(case.id).cloned();
-        if known.is_some() && outcome.is_ok() {
-            notes.push("it is known to fail, and has passed".to_owned());
+        let mut known = None;
+        if let Some(deviation) = settings.known.get(case.id) {
+            match &outcome {
+                Ok(()) => notes.push("it is known to fail, and has passed".to_owned()),
+                Err(Verdict::Failed(why)) if deviation.is_seen_in(why) => known = Some(deviation.why.clone()),
+                Err(Verdict::Failed(_)) => notes.push(format!("it is known to fail otherwise: {}", deviation.seen)),
+                Err(_) => {}
+            }
         }
         match &outcome {
             Err(Verdict::Unfinished(ended)) => end = Some(ended.clone()),

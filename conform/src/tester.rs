@@ -12,9 +12,10 @@ use lexican_runtime::host::{Incoming, Link, LinkError};
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
-use crate::case::{Case, Ended, Level, Outcome, Verdict, ensure, failed, not_applicable};
+use crate::case::{Case, Ended, Level, Outcome, Scope, Verdict, ensure, failed, not_applicable};
 use crate::cases::lss;
 use crate::hazard::Hazard;
+use crate::known::Known;
 
 /// For how long the tester listens for what is to come at once.
 pub(crate) const PATIENCE_MS: u64 = 100;
@@ -47,8 +48,8 @@ pub struct Settings {
     pub bit_rate_kbit: Option<u16>,
     /// What makes the device do what no service can ask for.
     pub stimuli: Stimuli,
-    /// In what the device is known to deviate: the [id](Case::id) of a case that fails, and why it may.
-    pub known: BTreeMap<String, String>,
+    /// In what the device is known to deviate: the [id](Case::id) of a case that fails, and how.
+    pub known: BTreeMap<String, Known>,
     /// How far a drive may travel (6064h), if not what [`Settings::motion`] finds.
     pub travel: Option<u32>,
     /// How fast a drive may travel (6081h, 60FFh), if not what [`Settings::motion`] finds.
@@ -246,8 +247,15 @@ impl<'a> Tester<'a> {
         if let Some(wanted) = case.profile().filter(|&wanted| Some(wanted) != profile) {
             return Err(not_applicable(format!("1000h does not say that the device is one of CiA {wanted}")));
         }
-        if case.id.starts_with("305/") && !self.sheet.device.info.lss {
-            return Err(not_applicable("LSS_Supported is not 1 in the data sheet"));
+        match case.scope {
+            Scope::DataSheet => return (case.run)(self),
+            _ if self.sheet.is_unfit => {
+                return Err(Verdict::Unfinished(Ended::Unfit(self.sheet.findings.clone())));
+            }
+            Scope::Lss if !self.sheet.device.info.lss => {
+                return Err(not_applicable("LSS_Supported is not 1 in the data sheet"));
+            }
+            Scope::Lss | Scope::Device => {}
         }
         if let Some(hazard) = case.needs.iter().find(|hazard| !self.settings.allow.contains(hazard)) {
             return Err(Verdict::NotAllowed(*hazard));

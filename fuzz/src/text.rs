@@ -1,13 +1,16 @@
 //! No file and no text makes a reader panic, and what it has read it writes so that it reads the same.
 
 use std::fmt::{Debug, Display};
+use std::io::{self, Cursor, Write};
 use std::str::FromStr;
+use std::sync::{Arc, Mutex};
 
 use lexican_codegen::{Options, compile};
 use lexican_eds::{Input, Source, load};
 use lexican_runtime::host::BusUrl;
 use lexican_runtime::host::candump::Line;
 use lexican_runtime::host::slcan::{Decoder, Message, line};
+use lexican_toolbox::log::{Format, Reader, Record, Writer};
 use siko_ag03_1::od;
 use siko_ag03_1::sim::script::Script;
 use siko_ag03_1::sim::{MODEL, NonVolatile};
@@ -51,6 +54,37 @@ fn round_trip<T: FromStr + Display + PartialEq + Debug>(text: &str) {
 /// Lines of `candump -L`.
 pub fn log(data: &[u8]) {
     String::from_utf8_lossy(data).lines().for_each(round_trip::<Line>);
+}
+
+/// Logs of a format that the first byte names, or of the one that the rest is recognised as; what was read is written in
+/// another format, and reads the same.
+pub fn logs(data: &[u8]) {
+    let (first, rest) = data.split_first().unwrap_or((&0, data));
+    let format = |at: u8| Format::all().nth(usize::from(at));
+    let Ok(reader) = Reader::new("log", Cursor::new(rest.to_vec()), format(first & 0x0F)) else { return };
+    let records: Vec<Record> = reader.map_while(Result::ok).collect();
+    let written = Sink::default();
+    let to = format(first >> 4).unwrap_or(Format::Pcapng);
+    let mut writer = Writer::new(written.clone(), to);
+    let kept: Vec<&Record> = records.iter().filter(|record| writer.write(record).is_ok()).collect();
+    writer.finish().expect("memory can be written to");
+    let bytes = std::mem::take(&mut *written.0.lock().expect("no writer has panicked"));
+    let again = Reader::new("log", Cursor::new(bytes), Some(to)).expect("what was written can be opened");
+    let again: Vec<Record> = again.map(|record| record.expect("what was written can be read")).collect();
+    assert!(again.iter().map(|record| record.frame).eq(kept.iter().map(|record| record.frame)), "{to}");
+}
+
+/// A file in memory.
+#[derive(Clone, Default)]
+struct Sink(Arc<Mutex<Vec<u8>>>);
+
+impl Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().expect("no writer has panicked").write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// Names of buses.

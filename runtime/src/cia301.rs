@@ -76,6 +76,14 @@ pub const TPDO_MAPPING_1: u16 = 0x1A00;
 pub const TPDO_MAPPING_512: u16 = 0x1BFF;
 /// What to add to the index of a PDO's communication parameter for that of its mapping.
 pub const TO_MAPPING: u16 = RPDO_MAPPING_1 - RPDO_1;
+/// 1F50h: the programs of a device, to be downloaded (CiA 302-3).
+pub const PROGRAM_DATA: u16 = 0x1F50;
+/// 1F51h: stops (0), starts (1), resets (2) and clears (3) a program; 2 if there is none (CiA 302-3).
+pub const PROGRAM_CONTROL: u16 = 0x1F51;
+/// 1F56h: which software a program is (CiA 302-3).
+pub const PROGRAM_SOFTWARE_IDENTIFICATION: u16 = 0x1F56;
+/// 1F57h: bit 0 while the flash is busy, the error of the last download in bits 1 to 7 (CiA 302-3).
+pub const PROGRAM_FLASH_STATUS: u16 = 0x1F57;
 /// 1F80h: what a device does after its boot-up (CiA 302-2).
 pub const NMT_STARTUP: u16 = 0x1F80;
 

@@ -89,8 +89,7 @@ mod tests {
         }
     }
 
-    static TABLE: crate::object::Table =
-        crate::object::Table { entries: &[], limits: &[], image: &[], node_relative: &[] };
+    static TABLE: crate::object::Table = crate::object::Table { rows: &[], limits: &[], image: &[] };
 
     #[test]
     fn snapshots_are_kept_in_such_a_flash_and_nowhere_else_in_it() {

@@ -9,17 +9,16 @@
 //! use lexican_runtime::device::Event;
 //! use lexican_runtime::host::{Station, VirtualBus, blocking::Network};
 //! # mod od {
-//! #     use lexican_runtime::object::{Access, DataType, Dictionary, Entry, Object, PdoMapping, Ro, Rw, Table};
+//! #     use lexican_runtime::object::{Access, DataType, Dictionary, Object, PdoMapping, Ro, Row, Rw, Table};
 //! #     pub const TARGET: Object<u16, Rw> = Object::new(0x2000, 0);
 //! #     pub const ACTUAL: Object<u16, Ro> = Object::new(0x2001, 0);
 //! #     static TABLE: Table = Table {
-//! #         entries: &[
-//! #             Entry::new(0x2000, 0, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(0, 2),
-//! #             Entry::new(0x2001, 0, DataType::Unsigned16, Access::Ro, PdoMapping::None).at(2, 2),
+//! #         rows: &[
+//! #             Row::new(0x2000, 0, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(0, 2),
+//! #             Row::new(0x2001, 0, DataType::Unsigned16, Access::Ro, PdoMapping::None).at(2, 2),
 //! #         ],
 //! #         limits: &[],
 //! #         image: &[0; 4],
-//! #         node_relative: &[],
 //! #     };
 //! #     pub fn storage(node: lexican_runtime::NodeId) -> Dictionary<4> { Dictionary::new(&TABLE, node) }
 //! # }

@@ -77,7 +77,7 @@ impl TestOd {
             other => panic!("no mapping {other}"),
         };
         let capacity = bytes.len().max(8) as u16;
-        let entry = Entry { address, data_type, access, mapping, offset: 0, capacity, limit: 0 };
+        let entry = Entry { address, data_type, access, mapping, offset: 0, capacity, limit: 0, plus_node: false };
         self.entries.insert(address, (entry, bytes));
     }
 

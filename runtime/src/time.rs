@@ -49,10 +49,9 @@ pub(crate) fn earliest<const N: usize>(deadlines: [Option<Instant>; N]) -> Optio
 /// The earlier one of two deadlines.
 #[inline]
 pub(crate) fn sooner(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
-    match (one, other) {
-        (Some(one), Some(other)) => Some(one.min(other)),
-        _ => one.or(other),
-    }
+    // No deadline is the number 0, and one less than that is later than all.
+    let order = |deadline: Option<Instant>| deadline.map_or(0, |at| at.0.get()).wrapping_sub(1);
+    NonZeroU64::new(order(one).min(order(other)).wrapping_add(1)).map(Instant)
 }
 
 impl Duration {

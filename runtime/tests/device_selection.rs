@@ -4,7 +4,7 @@ mod common;
 
 use common::testing::TestOd;
 use common::{FULL, NODE, NOTHING};
-use lexican_runtime::device::{Behaviour, Device, Event, Everything, Selection, Without};
+use lexican_runtime::device::{Behaves, Behaviour, Cia301, Device, Event, Everything, Selection, With, Without};
 use lexican_runtime::{AbortCode, CobId, Frame, Instant};
 
 #[derive(Clone, Copy, Debug)]
@@ -14,12 +14,30 @@ impl Selection for Least {
     type Blocks = Without;
     type Guarding = Without;
     type Time = Without;
+    type Behaviour = Cia301;
+}
+
+/// Has all services, and a behaviour that is a constant.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lenient;
+
+impl Selection for Lenient {
+    type Blocks = With;
+    type Guarding = With;
+    type Time = With;
+    type Behaviour = Lenient;
+}
+
+impl Behaves for Lenient {
+    fn behaviour(&self) -> &Behaviour {
+        const { &Behaviour { empty_history_is_zero: true, ..Behaviour::CIA_301 } }
+    }
 }
 
 /// A device with a dictionary that asks for everything.
 fn device<S: Selection>() -> (Device<3, 3, 1, 3, 8, S>, TestOd) {
     let mut od = TestOd::new(FULL).with("100C:00 u16 rw - 100\n100D:00 u8 rw - 3");
-    let mut device = Device::new(NODE, Behaviour::CIA_301);
+    let mut device = Device::new(NODE, S::Behaviour::default());
     device.restart(Instant::ZERO, &mut od);
     (device, od)
 }
@@ -85,6 +103,16 @@ fn time_that_is_left_out_is_no_event() {
     let time = Frame::from_array(CobId::TIME, [1, 0, 0, 0, 2, 0]);
     assert!(matches!(answers::<Everything>(&time).1, Some(Event::Time(_))));
     assert_eq!(answers::<Least>(&time).1, None);
+}
+
+#[test]
+fn a_behaviour_may_be_a_constant() {
+    let history = Frame::from_array(CobId::standard(0x605).unwrap(), [0x40, 0x03, 0x10, 1, 0, 0, 0, 0]);
+    assert_eq!(answers::<Everything>(&history).0, ["585#8003100124000008"]);
+    assert_eq!(answers::<Lenient>(&history).0, ["585#4303100100000000"]);
+    let (device, _) = device::<Lenient>();
+    assert!(device.behaviour().empty_history_is_zero);
+    assert!(size_of::<Device<3, 3, 1, 3, 8, Lenient>>() < size_of::<Device<3, 3, 1, 3, 8>>());
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, NodeRelative, PdoMapping, Table};
+use lexican_runtime::object::{Access, Address, DataType, Dictionary, PdoMapping, Row, Table};
 use lexican_runtime::service::snapshot::{Flash, FlashError, Snapshot};
 use lexican_runtime::service::storage::Storage;
 use lexican_runtime::{AbortCode, NodeId};
@@ -19,15 +19,15 @@ const NAME: Address = Address::new(0x2000, 0);
 const SPEED: Address = Address::new(0x6000, 0);
 const OUTPUT: Address = Address::new(0x6200, 0);
 
-const fn entry(address: Address, data_type: DataType, access: Access) -> Entry {
-    Entry::new(address.index(), address.sub(), data_type, access, PdoMapping::None)
+const fn entry(address: Address, data_type: DataType, access: Access) -> Row {
+    Row::new(address.index(), address.sub(), data_type, access, PdoMapping::None)
 }
 
 static TABLE: Table = Table {
-    entries: &[
+    rows: &[
         entry(Address::new(0x1003, 0), DataType::Unsigned8, Access::Rw).at(0, 1),
         entry(Address::new(0x1010, 1), DataType::Unsigned32, Access::Rw).at(1, 4),
-        entry(COB_ID, DataType::Unsigned32, Access::Rw).at(5, 4),
+        entry(COB_ID, DataType::Unsigned32, Access::Rw).at(5, 4).plus_node(),
         entry(HEARTBEAT, DataType::Unsigned16, Access::Rw).at(9, 2),
         entry(NAME, DataType::VisibleString, Access::Rw).at(13, 10),
         entry(SPEED, DataType::Unsigned16, Access::Rw).at(23, 2),
@@ -36,7 +36,6 @@ static TABLE: Table = Table {
     ],
     limits: &[],
     image: &[0, 1, 0, 0, 0, 0x80, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0],
-    node_relative: &[NodeRelative { offset: 5, size: 4 }],
 };
 
 type Od = Dictionary<28>;
@@ -136,7 +135,7 @@ impl<const WRITE: usize> Device<WRITE> {
     /// All that may be stored.
     fn values(&mut self) -> BTreeMap<Address, Vec<u8>> {
         let own = self.snapshot.kept(OWN, &mut [0; 16]).map(|own| (OWN, own.to_vec()));
-        let entries = TABLE.entries.iter().map(|entry| (entry.address, self.bytes(entry.address)));
+        let entries = TABLE.entries().map(|entry| (entry.address, self.bytes(entry.address)));
         entries.chain(own).collect()
     }
 }

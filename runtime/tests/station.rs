@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use lexican_runtime::device::Event;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{Node, Station, VirtualBus, VirtualLink};
-use lexican_runtime::object::{Access, DataType, Dictionary, Entry, Object, PdoMapping, Ro, Rw, Table};
+use lexican_runtime::object::{Access, DataType, Dictionary, Object, PdoMapping, Ro, Row, Rw, Table};
 use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
@@ -15,12 +15,12 @@ const TARGET: Object<u16, Rw> = Object::new(0x2000, 0);
 const ACTUAL: Object<u16, Ro> = Object::new(0x2001, 0);
 const STARTS: Object<u16, Ro> = Object::new(0x2002, 0);
 
-const fn row(index: u16, access: Access, offset: u32) -> Entry {
-    Entry::new(index, 0, DataType::Unsigned16, access, PdoMapping::None).at(offset, 2)
+const fn row(index: u16, access: Access, offset: u32) -> Row {
+    Row::new(index, 0, DataType::Unsigned16, access, PdoMapping::None).at(offset, 2)
 }
 
 static TABLE: Table = Table {
-    entries: &[
+    rows: &[
         row(0x1017, Access::Rw, 0),
         row(0x2000, Access::Rw, 2),
         row(0x2001, Access::Ro, 4),
@@ -28,7 +28,6 @@ static TABLE: Table = Table {
     ],
     limits: &[],
     image: &[0, 0, 10, 0, 0, 0, 0, 0],
-    node_relative: &[],
 };
 
 const NODE: NodeId = NodeId::literal(5);

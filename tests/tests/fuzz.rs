@@ -54,6 +54,11 @@ fn any_log_is_read() {
 }
 
 #[test]
+fn a_log_of_any_format_is_read() {
+    check(fuzz::logs, "fuzz/corpus/logs");
+}
+
+#[test]
 fn any_serial_line_is_read() {
     check(fuzz::slcan, "fuzz/corpus/slcan");
 }

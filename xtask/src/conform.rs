@@ -5,8 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use serde::Deserialize;
-
+use crate::report::{Case, Report};
 use crate::{firmware, outside, python};
 
 /// Where the results are written.
@@ -56,29 +55,6 @@ const SIMULATED: &[Subject] = &[
     drive("AG02", "SIKO's positioning drive", "siko/ag02", "drives/siko-ag02/conform.toml"),
     drive("AKD", "Kollmorgen's servo drive", "kollmorgen/akd", "drives/kollmorgen-akd/conform.toml"),
 ];
-
-/// What `lexican conform --json` writes, as far as the page has it.
-#[derive(Deserialize)]
-struct Report {
-    passed: usize,
-    failed: usize,
-    known: usize,
-    advised: usize,
-    not_applicable: usize,
-    ended_early: Option<String>,
-    cases: Vec<Case>,
-}
-
-#[derive(Deserialize)]
-struct Case {
-    id: String,
-    title: String,
-    verdict: String,
-    #[serde(default)]
-    reason: String,
-    /// Why it may fail.
-    known: Option<String>,
-}
 
 /// Tests every device and writes the page; with `check` only tests those that are simulated, and compares.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
@@ -165,12 +141,7 @@ impl Bench<'_> {
 }
 
 fn read(subject: &Subject, path: &Path) -> Result<Report, String> {
-    let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let report: Report = serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-    match report.ended_early {
-        Some(why) => Err(format!("{}: the test ended early: {why}", subject.name)),
-        None => Ok(report),
-    }
+    Report::read(path).map_err(|error| format!("{}: {error}", subject.name))
 }
 
 /// A row for each device, and below it the cases that failed with the reasons.
@@ -207,7 +178,7 @@ fn write_table<'a>(page: &mut String, devices: impl Iterator<Item = (&'a Subject
             "\n### {}\n\n| case | what has to hold | what was seen |\n| --- | --- | --- |",
             subject.name
         );
-        for Case { id, title, reason, known, verdict } in noticed {
+        for Case { id, title, reason, known, verdict, .. } in noticed {
             let only = if verdict == "advised" { " (recommended)" } else { "" };
             let why = known.as_ref().map_or_else(String::new, |why| format!(" (known: {why})"));
             let _ = writeln!(page, "| {id}{only} | {} | {} |", in_a_cell(title), in_a_cell(&format!("{reason}{why}")));

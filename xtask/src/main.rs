@@ -17,6 +17,7 @@ mod outside;
 mod package;
 mod python;
 mod qemu;
+mod report;
 mod size;
 mod tidy;
 mod vcan;

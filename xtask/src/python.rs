@@ -8,6 +8,16 @@ use crate::{command, workspace};
 /// What the environment consists of.
 pub(crate) const PACKAGES: [&str; 3] = ["canopen==2.4.1", "python-can==4.6.1", "pyserial==3.5"];
 
+/// What reads CAN databases, beside [`PACKAGES`].
+const CANTOOLS: &str = "cantools==45.1.0";
+
+/// Whether python's cantools reads what `lexican eds to-dbc` writes: a test that is skipped without it.
+pub(crate) fn read_databases(root: &Path) -> Result<(), String> {
+    let python = environment(root)?.to_string_lossy().into_owned();
+    command::run(&[&python, "-m", "pip", "install", "--quiet", CANTOOLS])?;
+    command::run_cargo(root, &["test", "-p", "lexican-toolbox", "--test", "dbc"], &[("LEXICAN_PYTHON", &python)])
+}
+
 /// The python of the environment, which is made when it is not there yet.
 pub(crate) fn environment(root: &Path) -> Result<PathBuf, String> {
     let venv = workspace::target_folder(root).join("python-canopen");

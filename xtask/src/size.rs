@@ -182,9 +182,9 @@ pub fn send(bus: &mut core::sync::atomic::AtomicU64, address: lexican_runtime::o
     *bus.get_mut() = raw ^ u64::from(address.index());
 }
 
-fn write<T: lexican_runtime::object::Value, A: lexican_runtime::object::Writable, M>(
+fn write<T: lexican_runtime::object::Value, A: lexican_runtime::object::Writable, M, D>(
     bus: &mut core::sync::atomic::AtomicU64,
-    object: lexican_runtime::object::Object<T, A, M>,
+    object: lexican_runtime::object::Object<T, A, M, D>,
     value: T,
 ) {
     if object.check(value).is_ok() {

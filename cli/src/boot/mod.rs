@@ -12,7 +12,7 @@ use lexican_runtime::manager::{Event, NetworkEvent, OnLoss};
 use lexican_runtime::{Duration, NodeId};
 use serde_json::json;
 
-use crate::bus::{BusArgs, node_id};
+use crate::bus::{BusArgs, node_id, of_node};
 use crate::duration::{milliseconds, seconds};
 use crate::output::{Failure, Outcome, ctrl_c, fields, print_result, styled, warn};
 use plan::Node;
@@ -41,6 +41,10 @@ pub(crate) struct Args {
     /// An optional node
     #[arg(long, value_name = "ID[=DEVICE]", value_parser = node)]
     optional: Vec<(NodeId, Option<String>)>,
+
+    /// Corrections and meanings in addition to the data sheet of a node (TOML): 5=FILE.toml; may be given several times
+    #[arg(long, value_name = "ID=FILE", value_parser = of_node, conflicts_with = "file")]
+    overlay: Vec<(NodeId, String)>,
 
     /// Set the heartbeat of the nodes in ms (1017h); they are lost after three times that
     #[arg(long, value_name = "MS", value_parser = milliseconds, conflicts_with = "guarding")]
@@ -82,6 +86,7 @@ The network (TOML; times in ms; every key but id may be left out):
     [[node]]
     id = 5
     device = \"drive.dcf\"           # its identity is checked, a DCF is written
+    overlay = [\"drive.toml\"]       # corrections and meanings in addition to it
     dcf = \"drive.bin\"              # a concise DCF (1F22h)
     settings = [\"6060 = profile velocity\", \"2412 = 2.5 mm\"]
     heartbeat = 100                # or guarding = 100, and retry = 3
@@ -153,6 +158,7 @@ impl Args {
     fn network(&self) -> plan::Network {
         let node = |(id, device): &(NodeId, Option<String>), mandatory| Node {
             device: device.clone(),
+            overlay: self.overlay.iter().filter(|(node, _)| node == id).map(|(_, path)| path.into()).collect(),
             mandatory,
             heartbeat: self.heartbeat,
             guarding: self.guarding,

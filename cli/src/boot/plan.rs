@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lexican_eds::model::{Device, Entry};
+use lexican_eds::model::Device;
 use lexican_runtime::host::Plan;
 use lexican_runtime::manager::{Assignment, Guarding, OnLoss};
 use lexican_runtime::object::Address;
@@ -12,13 +12,16 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
 
 use crate::bus::node_id;
-use crate::bus::object::resolve;
-use crate::device::{Loaded, read, read_up_to};
+use crate::device::{Loaded, beside, read, read_up_to};
 use crate::duration::{in_milliseconds, milliseconds};
-use crate::identity::{PRODUCT, VENDOR};
 use crate::output::Failure;
-use crate::values::wire::{encode, written};
-use crate::values::{DeviceValues, address, given, is_pdo_mapping, resolved};
+use crate::toml_text::parse;
+use lexican_toolbox::identity::{PRODUCT, VENDOR};
+use lexican_toolbox::object::resolve;
+use lexican_toolbox::parameters::order::in_order;
+use lexican_toolbox::parameters::restore::configured;
+use lexican_toolbox::values::wire::written;
+use lexican_toolbox::values::{DeviceValues, given, resolved};
 
 /// A network, and how long it may take to boot.
 #[derive(Deserialize)]
@@ -50,6 +53,9 @@ pub(super) struct Node {
     pub(super) id: NodeId,
     /// A data sheet, or a device that lexican knows. Its identity is checked; a DCF has values to write.
     pub(super) device: Option<String>,
+    /// Overlays of its data sheet.
+    #[serde(default)]
+    pub(super) overlay: Vec<PathBuf>,
     /// A file with a concise DCF.
     pub(super) dcf: Option<PathBuf>,
     /// `6060 = profile velocity`.
@@ -100,6 +106,7 @@ impl Node {
         Node {
             id,
             device: None,
+            overlay: Vec::new(),
             dcf: None,
             settings: Vec::new(),
             heartbeat: None,
@@ -116,7 +123,10 @@ impl Node {
         if self.guarding.is_some() && self.heartbeat.is_some() {
             return Err(self.wrong("a node has either heartbeat or guarding"));
         }
-        let loaded = self.device.as_deref().map(Loaded::named).transpose()?;
+        if self.device.is_none() && !self.overlay.is_empty() {
+            return Err(self.wrong("an overlay adds to a data sheet").help("name the data sheet as its device"));
+        }
+        let loaded = self.device.as_deref().map(|name| Loaded::with_overlays(name, &self.overlay)).transpose()?;
         let device = loaded.as_ref().map(|loaded| &loaded.device);
         let configuration = self.configuration(device)?;
         let steps = configuration.iter().map(|(address, data)| Step::bytes(*address, data));
@@ -153,7 +163,8 @@ impl Node {
                 _ => None,
             }));
         }
-        entries.extend(device.map(|device| configured(device, self.id)).unwrap_or_default());
+        let configured = device.map(|device| configured(device, self.id)).unwrap_or_default();
+        entries.extend(in_order(configured).into_iter().map(|write| (write.address, write.data)));
         for setting in &self.settings {
             entries.push(self.setting(device, setting)?);
         }
@@ -184,30 +195,6 @@ impl Node {
     }
 }
 
-/// The writable values of a DCF. A PDO is switched off first and on last, and its mapping is cleared before it is changed
-/// (CiA 301, 7.5.2.36).
-fn configured(device: &Device, node: NodeId) -> Vec<(Address, Vec<u8>)> {
-    let (mut entries, mut counts, mut cob_ids) = (Vec::new(), Vec::new(), Vec::new());
-    let data = |entry: &Entry| encode(entry.data_type, &resolved(entry.configured.as_ref()?, node));
-    for entry in device.entries().filter(|entry| entry.access.writable()) {
-        let Some(mut data) = data(entry) else { continue };
-        let address = address(entry);
-        match (entry.index, entry.sub) {
-            (cia301::RPDO_1..=cia301::RPDO_512 | cia301::TPDO_1..=cia301::TPDO_512, 1) => {
-                cob_ids.push((address, data.clone()));
-                data.last_mut().into_iter().for_each(|byte| *byte |= 0x80);
-            }
-            (index, 0) if is_pdo_mapping(index) => {
-                counts.push((address, data.clone()));
-                data.fill(0);
-            }
-            _ => {}
-        }
-        entries.push((address, data));
-    }
-    entries.into_iter().chain(counts).chain(cob_ids).collect()
-}
-
 impl Network {
     pub(super) fn plan(&self) -> Result<Plan, Failure> {
         let mut plan = Plan::new(self.on_loss).with_start_of_all(self.start_all);
@@ -229,9 +216,8 @@ impl Network {
         let folder = path.parent().unwrap_or(Path::new(""));
         for node in &mut network.nodes {
             node.dcf = node.dcf.take().map(|dcf| folder.join(dcf));
-            // A file in the same folder, else a device that lexican knows.
-            let beside = node.device.as_ref().map(|name| folder.join(name)).filter(|path| path.is_file());
-            node.device = beside.map(|path| path.display().to_string()).or(node.device.take());
+            node.overlay.iter_mut().for_each(|overlay| *overlay = folder.join(&*overlay));
+            node.device = node.device.take().map(|name| beside(folder, &name));
         }
         Ok(network)
     }
@@ -239,44 +225,11 @@ impl Network {
 
 const HELP: &str = "`lexican boot --help` lists the keys";
 
-/// On failure, the line and the reason.
-fn parse<T: for<'de> Deserialize<'de>>(text: &str) -> Result<T, String> {
-    toml::from_str(text).map_err(|error| {
-        let line = error.span().and_then(|span| Some(text.get(..span.start)?.matches('\n').count() + 1));
-        let line = line.map(|line| format!(":{line}")).unwrap_or_default();
-        format!("{line}: {}", error.message())
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const NODE: NodeId = NodeId::literal(5);
-
-    #[test]
-    fn a_dcf_switches_pdos_off_first_and_on_last() {
-        let sheet = include_str!("../../tests/sensor.eds");
-        let value = |text: String, section: &str, value: &str| {
-            let section = format!("[{section}]\n");
-            assert!(text.contains(&section), "{section}");
-            text.replace(&section, &format!("{section}ParameterValue={value}\n"))
-        };
-        let text = value(sheet.to_owned(), "1800sub1", "$NODEID+0x200");
-        let text = value(value(text, "1800sub2", "255"), "1A00sub0", "1");
-        let text = value(value(text, "1A00sub1", "0x20010010"), "1000", "7");
-        let source = lexican_eds::Source::new("sensor.dcf", text);
-        let device = lexican_eds::load(&lexican_eds::Input::new(source)).0;
-        let entries = configured(&device, NODE).into_iter().map(|(address, data)| {
-            let number = data.iter().rev().fold(0_u64, |number, byte| number << 8 | u64::from(*byte));
-            format!("{address} {number:X}")
-        });
-        assert_eq!(
-            entries.collect::<Vec<_>>(),
-            ["1800:01 80000205", "1800:02 FF", "1A00:00 0", "1A00:01 20010010", "1A00:00 1", "1800:01 205",],
-            "1000h cannot be written"
-        );
-    }
 
     #[test]
     fn a_node_has_the_keys_of_its_file() {

@@ -1,9 +1,7 @@
 //! Errors of a bus, with advice to the user.
 
-use std::io::ErrorKind;
-
 use lexican_runtime::host::url::OpenError;
-use lexican_runtime::host::{AccessError, BusState, LinkError, ReplayError, slcan};
+use lexican_runtime::host::{AccessError, BusState, LinkError, slcan};
 use lexican_runtime::service::sdo_client::SdoError;
 
 use crate::output::{Failure, reason};
@@ -13,13 +11,6 @@ const WITHOUT_CAN: &str = "to try lexican without CAN, run `lexican simulate sik
 
 pub(crate) fn open_failure(error: &OpenError) -> Failure {
     match error {
-        OpenError::Log(ReplayError::Io { path, error }) => {
-            let failure = Failure::file("open the log", path, error);
-            match error.kind() {
-                ErrorKind::NotFound => failure.help("`candump -L can0 > FILE` writes a log; is the path right?"),
-                _ => failure,
-            }
-        }
         OpenError::Slcan(slcan::SlcanError::Io { path, error }) if is_no_terminal(error) => {
             Failure::new(format_args!("{path} is not a serial port")).help("a log is named as log:FILE")
         }
@@ -89,6 +80,7 @@ mod tests {
     use lexican_runtime::host::socketcan::SocketCanError;
     use lexican_runtime::object::Address;
     use lexican_runtime::{AbortCode, NodeId};
+    use lexican_toolbox::log::LogError;
     use std::io;
 
     #[track_caller]
@@ -104,13 +96,10 @@ mod tests {
 
     #[test]
     fn a_bus_that_cannot_be_opened_has_advice() {
-        let log = |error: io::Error| open_failure(&OpenError::Log(ReplayError::Io { path: "bus.log".into(), error }));
-        check(
-            log(io::Error::from_raw_os_error(2)),
-            "cannot open the log bus.log: no such file or directory",
-            Some("candump -L"),
-        );
-        check(log(io::Error::from_raw_os_error(13)), "cannot open the log bus.log: permission denied", None);
+        let log =
+            |code| Failure::from(LogError::Io { name: "bus.log".into(), error: io::Error::from_raw_os_error(code) });
+        check(log(2), "cannot read the log bus.log: no such file or directory", Some("lexican record"));
+        check(log(13), "cannot read the log bus.log: permission denied", None);
         let can = |error| open_failure(&OpenError::SocketCan(error));
         let interface = || "can0".to_owned();
         check(can(SocketCanError::NoCan), "this kernel has no CAN", Some("lexican simulate"));

@@ -1,6 +1,5 @@
 //! `lexican check`: compares a device with its data sheet.
 
-mod compare;
 #[cfg(test)]
 mod simulated;
 
@@ -10,18 +9,18 @@ use anstyle::{AnsiColor, Style};
 use lexican_eds::model::{Device, Entry};
 use lexican_eds::types::DataType;
 use lexican_runtime::NodeId;
+use lexican_runtime::host::Link;
 use lexican_runtime::host::blocking::Network;
-use lexican_runtime::host::{AccessError, Link};
 use lexican_runtime::object::Address;
-use lexican_runtime::service::sdo_client::SdoError;
 use serde_json::json;
 
-use crate::bus::{Node, NodeArgs, network};
+use crate::bus::{Connected, NodeArgs};
 use crate::output::{Failure, Outcome, fields, print_result, progress, styled};
-use crate::values::report::ValueReport;
-use crate::values::wire::{fitting, parse_padded, written};
-use crate::values::{DeviceValues, address};
-use compare::{Answer, Comparison, Finding, Kind, may_be_written_back, refused_write};
+use lexican_toolbox::check::{Answer, Comparison, Finding, Kind, may_be_written_back, refused_write};
+use lexican_toolbox::remote::{Refusal, RemoteNode};
+use lexican_toolbox::values::report::ValueReport;
+use lexican_toolbox::values::wire::{fitting, parse_padded, written};
+use lexican_toolbox::values::{DeviceValues, address};
 
 /// Compare a device with its data sheet
 ///
@@ -64,17 +63,14 @@ Examples:
     lexican check --bus can0 --node 5 --device FILE.eds
     lexican check --bus can0 --node 5 --write --defaults";
 
-/// After so many time-outs in a row the node counts as gone.
-const SILENCE: usize = 3;
-
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let Node { link, id, device } = args.node.open()?;
+    let Connected { mut network, id, device } = args.node.connect()?;
     let device = device.ok_or_else(|| {
         Failure::new("the data sheet of the device is unknown")
             .help("name it with --device FILE, or --device siko/ag03-1 for one that lexican knows")
     })?;
     let mut tally = Tally::default();
-    inspect(&mut network(link)?, id, &device, args.extent, |report, findings| {
+    inspect(&mut network, id, &device, args.extent, |report, findings| {
         tally.count(findings);
         findings.iter().try_for_each(|finding| print(args.json, id, report, finding))
     })?;
@@ -91,7 +87,7 @@ fn inspect<L: Link>(
     mut done: impl FnMut(&ValueReport, &[Finding]) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let mut values = DeviceValues::new(device);
-    let mut inspection = Inspection { network, node, silent: 0, extent };
+    let mut inspection = Inspection { node: RemoteNode::new(network, node), extent };
     let answers = inspection.read_all(&mut values)?;
     let comparison = Comparison { values: &values, node, defaults: extent.defaults };
     for entry in device.entries() {
@@ -113,10 +109,7 @@ fn inspect<L: Link>(
 }
 
 struct Inspection<'a, L> {
-    network: &'a mut Network<L>,
-    node: NodeId,
-    /// The number of time-outs in a row.
-    silent: usize,
+    node: RemoteNode<'a, L>,
     extent: Extent,
 }
 
@@ -145,35 +138,15 @@ impl<L: Link> Inspection<'_, L> {
         if entry.data_type == DataType::Domain && !self.extent.domains {
             return Ok(Answer::NotRead("a DOMAIN is read with --domains only"));
         }
-        let result = self.network.read_bytes(self.node, address(entry));
-        self.answer(result)
-    }
-
-    fn answer(&mut self, result: Result<Vec<u8>, AccessError>) -> Result<Answer, Failure> {
-        let error = match result {
-            Ok(data) => {
-                self.silent = 0;
-                return Ok(Answer::Value(data));
-            }
-            Err(error) => error,
-        };
-        let AccessError::Sdo { error: sdo, .. } = &error else { return Err(error.into()) };
-        self.silent = if matches!(sdo, SdoError::TimedOut { .. }) { self.silent + 1 } else { 0 };
-        match *sdo {
-            SdoError::Aborted { code, .. } => Ok(Answer::Refused(code)),
-            _ if self.silent >= SILENCE => Err(error.into()),
-            SdoError::TimedOut { .. } => Ok(Answer::Failed("no answer".to_owned())),
-            other => Ok(Answer::Failed(other.to_string())),
-        }
+        Ok(self.node.read(address(entry))?.into())
     }
 
     fn write_back(&mut self, device: &Device, entry: &Entry, data: &[u8]) -> Result<Option<Finding>, Failure> {
         let data = written(Some(device), fitting(entry.data_type, data).to_vec());
-        let result = self.network.write_bytes(self.node, address(entry), &data).map(|()| Vec::new());
-        Ok(match self.answer(result)? {
-            Answer::Refused(code) => Some(refused_write(code)),
-            Answer::Failed(text) => Some(Finding { kind: Kind::Failed, text }),
-            Answer::Value(_) | Answer::NotRead(_) => None,
+        Ok(match self.node.write(address(entry), &data)? {
+            Ok(()) => None,
+            Err(Refusal::Aborted(code)) => Some(refused_write(code)),
+            Err(Refusal::Failed(text)) => Some(Finding { kind: Kind::Failed, text }),
         })
     }
 }

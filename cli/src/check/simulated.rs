@@ -3,13 +3,16 @@
 //! `LEXICAN_SHEETS` names the folder; by default, the data sheets of the tests and of the device library are simulated.
 //! `cargo xtask corpus` does it for real ones.
 
+use crate::bus::network;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{env, fs, thread};
 
 use lexican_eds::{Input, Source};
+use lexican_runtime::host::AccessError;
 use lexican_runtime::host::{VirtualBus, VirtualLink};
+use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::wire::heartbeat::ErrorControl;
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{Duration, Instant};

@@ -7,20 +7,21 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use lexican_conform::{
-    About, Case, Document, Ended, Hazard, InputStimulus, Level, Settings, Sheet, Stimuli, Write, cases, profile_cases,
-    run as test,
+    About, Case, Document, Ended, Hazard, InputStimulus, Known, Level, Settings, Sheet, Stimuli, Write, cases,
+    profile_cases, run as test,
 };
 use lexican_eds::model::Device;
 use lexican_runtime::host::{BusUrl, Pace};
 use lexican_runtime::object::Address;
 use lexican_runtime::{Duration, NodeId};
+use serde::Deserialize;
 
-use crate::bus::object::resolve;
-use crate::bus::{Bus, BusArgs, node_id};
-use crate::decode::Decoder;
+use crate::bus::{BUS, Bus, BusArgs, node_id, which_node};
 use crate::device::{input, with_overlays};
 use crate::duration::seconds;
 use crate::output::{Failure, Outcome, ctrl_c, write_whole};
+use lexican_toolbox::decode::Decoder;
+use lexican_toolbox::object::resolve;
 use print::Screen;
 
 /// Test whether a device does what CANopen asks for
@@ -35,7 +36,7 @@ use print::Screen;
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000 or sim:siko/ag03-1?node=5
-    #[arg(long, value_name = "URL", required_unless_present = "list")]
+    #[arg(long, value_name = "URL", env = BUS, required_unless_present = "list")]
     bus: Option<BusUrl>,
 
     /// The node-ID, 1 to 127; may be left out for a simulation
@@ -101,7 +102,7 @@ struct Conditions {
     #[arg(long)]
     strict: bool,
 
-    /// Cases that are known to fail, and why (TOML): "301/7.2.4.3.17/5" = "the manual, table 19"; they do not count
+    /// In what the device is known to deviate (TOML): the cases, what is seen (with * for any text), and why; they do not count
     #[arg(long, value_name = "FILE")]
     known: Option<PathBuf>,
 
@@ -180,12 +181,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Ok(Outcome::Clean);
     };
     let named = args.eds.as_deref().map(input).transpose()?;
-    let Bus { mut link, only } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
-    let (node, only) = only.map_or((None, None), |(node, loaded)| (Some(node), Some(loaded.input)));
-    let node = args.node.or(node).ok_or_else(|| {
-        Failure::new("which node?").help("name it with --node ID; `lexican scan` shows the nodes of the bus")
-    })?;
-    let input = named.or(only).ok_or_else(|| {
+    let Bus { mut link, nodes } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
+    let only = if let [(node, _)] = nodes.as_slice() { Some(*node) } else { None };
+    let node = args.node.or(only).ok_or_else(which_node)?;
+    let known = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, loaded)| loaded.input);
+    let input = named.or(known).ok_or_else(|| {
         Failure::new("a device is tested by its data sheet")
             .help("name it with --eds FILE, or a device that lexican knows")
     })?;
@@ -295,11 +295,23 @@ impl Conditions {
     }
 }
 
-/// The cases of a file of known deviations, and why they fail.
-fn known(path: &Path) -> Result<BTreeMap<String, String>, Failure> {
+/// A row of a file of known deviations.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    seen: String,
+    why: String,
+}
+
+/// A file of known deviations.
+fn known(path: &Path) -> Result<BTreeMap<String, Known>, Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
-    let known: BTreeMap<String, String> =
-        toml::from_str(&text).map_err(|error| Failure::new(format_args!("{}: {error}", path.display())))?;
+    let rows: BTreeMap<String, Row> = toml::from_str(&text).map_err(|error| {
+        Failure::new(format_args!("{}: {error}", path.display()))
+            .help("a row is: \"301/7.2.4.3.17/5\" = { seen = \"* is refused with 0601 0000*\", why = \"the manual, table 19\" }")
+    })?;
+    let known: BTreeMap<String, Known> =
+        rows.into_iter().map(|(id, Row { seen, why })| (id, Known { seen, why })).collect();
     match known.keys().find(|id| !all_cases().any(|case| case.id == **id)) {
         Some(id) => Err(Failure::new(format_args!("{}: no case has the id {id:?}", path.display()))),
         None => Ok(known),

@@ -4,12 +4,14 @@ use std::io::Write as _;
 
 use anstyle::{AnsiColor, Style};
 use indicatif::ProgressBar;
-use lexican_conform::{Case, CaseReport, Hazard, Level, Motion, Observer, Record, Report, Settings, Sheet, Verdict};
+use lexican_conform::{
+    Case, CaseReport, Ended, Hazard, Level, Motion, Observer, Record, Report, Settings, Sheet, Verdict,
+};
 use lexican_eds::model::Device;
 use lexican_runtime::NodeId;
 
-use crate::decode::{Decoded, Decoder};
 use crate::output::{Failure, plural, progress, stdout, styled};
+use lexican_toolbox::decode::{Decoded, Decoder};
 
 /// So many frames before its end are shown of a case that fails.
 const EXCERPT: usize = 12;
@@ -157,7 +159,8 @@ pub(super) fn words(decoded: &Decoded) -> String {
 
 /// What the test has led to; the last line has all of it in short.
 pub(super) fn sum(report: &Report) -> Result<(), Failure> {
-    if report.cases.is_empty() && report.ended_early.is_some() {
+    let says_all = report.cases.is_empty() || matches!(report.ended_early, Some(Ended::Unfit(_)));
+    if says_all && report.ended_early.is_some() {
         return Ok(());
     }
     let mut stdout = stdout();

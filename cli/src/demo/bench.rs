@@ -17,9 +17,9 @@ use siko_ag03_1::worked_examples::NODE;
 
 use super::console::Console;
 use super::plot::Sample;
-use crate::decode::{Decoder, Service};
 use crate::output::Failure;
 use crate::print;
+use lexican_toolbox::decode::{Decoder, Service};
 
 const BIT_RATE_KBIT: u32 = 500;
 /// The sampling interval of the picture.

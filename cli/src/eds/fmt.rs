@@ -6,6 +6,7 @@ use std::path::Path;
 use lexican_eds::Input;
 use lexican_eds::fmt::normalise;
 
+use super::file::must_be_file;
 use crate::device::{Loaded, input};
 use crate::output::{self, Failure, Outcome, warn, write_whole};
 
@@ -32,10 +33,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if args.files.len() > 1 && !args.check && !args.write {
         return Err(Failure::new("several files cannot be printed one after the other").help("use --write or --check"));
     }
-    if let Some(name) = args.files.iter().find(|name| args.write && !Path::new(name).is_file()) {
-        // Fails with a better message if there is no such file.
-        input(name)?;
-        return Err(Failure::new(format_args!("{name} is not a file that could be written")));
+    if args.write {
+        args.files.iter().try_for_each(|name| must_be_file(name))?;
     }
     let mut outcome = Outcome::Clean;
     for name in &args.files {

@@ -4,11 +4,14 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::sync::mpsc::sync_channel;
 
+use anstream::adapter::strip_str;
 use indicatif::ProgressBar;
+use lexican_eds::fix::{Fixed, fix};
 use lexican_eds::report::sarif;
 use lexican_eds::{Diagnostic, Input, Severity};
-use serde_json::Value;
+use serde_json::{Value, json};
 
+use super::file;
 use crate::device::{input, no_object, with_overlays};
 use crate::output::{self, Failure, Outcome, plural, progress};
 
@@ -16,7 +19,12 @@ use crate::output::{self, Failure, Outcome, plural, progress};
 ///
 /// Files are read leniently; guesses are reported. Exit code 0 without findings at or above --fail-on, 1 with
 /// findings, 2 if a file cannot be read or is no data sheet.
+///
+/// With --fix, what has one right answer is mended in the files first: counts, the numbering of lists, keys and sections
+/// that come twice with the same content, odd spellings. All other lines stay byte for byte, and so does a finding that
+/// several things could mend.
 #[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// EDS or DCF files, or devices that lexican knows (see `lexican devices`)
     #[arg(required = true, value_name = "FILE|DEVICE")]
@@ -37,7 +45,21 @@ pub(crate) struct Args {
     /// Treat warnings as errors
     #[arg(long)]
     strict: bool,
+
+    /// Mend what has one right answer, in the files
+    #[arg(long)]
+    fix: bool,
+
+    /// Print what --fix would change, and leave the files as they are; exit code 1 if there is anything
+    #[arg(long, requires = "fix")]
+    dry_run: bool,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican eds lint drive.eds --fail-on warning
+    lexican eds lint drive.eds --fix --dry-run
+    lexican eds lint *.eds --format sarif > findings.sarif";
 
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
@@ -70,6 +92,10 @@ struct Checked {
     sarif: Option<Value>,
     /// The numbers of errors, warnings and notes.
     counts: [usize; 3],
+    /// How many findings were mended, or would be.
+    fixed: usize,
+    /// How many could be.
+    fixable: usize,
     /// Why the file is no data sheet.
     failure: Option<Failure>,
 }
@@ -77,6 +103,11 @@ struct Checked {
 const SEVERITIES: [Severity; 3] = [Severity::Error, Severity::Warning, Severity::Note];
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if args.dry_run && args.format == Format::Sarif {
+        return Err(
+            Failure::new("a SARIF log has findings, not changes").help("use --format json, or do without --dry-run")
+        );
+    }
     let colours = output::colours();
     let mut printer = Printer { format: args.format, stdout: output::raw_stdout(), any: false };
     let mut log = sarif([]);
@@ -99,7 +130,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     for failure in &failures {
         failure.report();
     }
-    summary.print();
+    summary.print(args.dry_run);
 
     let fail_on = match args.fail_on {
         Level::Error => 1,
@@ -108,7 +139,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     };
     Ok(if !failures.is_empty() {
         Outcome::Unreadable
-    } else if summary.counts.iter().take(fail_on).any(|&count| count > 0) {
+    } else if args.dry_run && summary.fixed > 0 || summary.counts.iter().take(fail_on).any(|&count| count > 0) {
         Outcome::Found
     } else {
         Outcome::Clean
@@ -116,11 +147,37 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 fn check(args: &Args, name: &str, colours: bool) -> Checked {
-    let input = match input(name).and_then(|input| with_overlays(input, &args.overlay)) {
-        Ok(input) => input,
-        Err(failure) => return Checked { failure: Some(failure), ..Checked::default() },
+    checked(args, name, colours).unwrap_or_else(|failure| Checked { failure: Some(failure), ..Checked::default() })
+}
+
+fn checked(args: &Args, name: &str, colours: bool) -> Result<Checked, Failure> {
+    let input = if args.fix { file::open(name)? } else { input(name)? };
+    let input = with_overlays(input, &args.overlay)?;
+    let (input, device, mut diagnostics, fixed) = if args.fix {
+        let Fixed { input: after, device, left, fixed } = fix(&input);
+        if device.objects.is_empty() {
+            return Err(no_object(&input));
+        }
+        if args.dry_run {
+            let diff = file::difference(&input.eds, &after.eds);
+            let text = match args.format {
+                Format::Json => {
+                    let diff = strip_str(&diff).to_string();
+                    format!("{:#}", json!({ "file": input.eds.name(), "fixed": fixed, "diff": diff }))
+                }
+                _ if colours => diff,
+                _ => strip_str(&diff).to_string(),
+            };
+            return Ok(Checked { text, fixed: fixed.values().sum(), ..Checked::default() });
+        }
+        if after.eds != input.eds {
+            file::write(&after.eds)?;
+        }
+        (after, device, left, Some(fixed))
+    } else {
+        let (device, diagnostics) = lexican_eds::load(&input);
+        (input, device, diagnostics, None)
     };
-    let (device, mut diagnostics) = lexican_eds::load(&input);
     if args.strict {
         let codes: Vec<_> =
             diagnostics.iter().filter(|it| it.severity == Severity::Warning).map(|it| it.code).collect();
@@ -132,13 +189,24 @@ fn check(args: &Args, name: &str, colours: bool) -> Checked {
         Format::Short => diagnostics.iter().map(|finding| short(finding, &input)).collect(),
         Format::Json => {
             let findings = diagnostics.to_json(&input);
-            format!("{:#}", serde_json::json!({ "file": input.eds.name(), "findings": findings }))
+            let mut of_file = json!({ "file": input.eds.name(), "findings": findings });
+            if let Some(fixed) = &fixed {
+                of_file["fixed"] = json!(fixed);
+            }
+            format!("{of_file:#}")
         }
         Format::Sarif => String::new(),
     };
     let sarif = (args.format == Format::Sarif).then(|| diagnostics.to_sarif(&input));
     let failure = device.objects.is_empty().then(|| no_object(&input));
-    Checked { text, sarif, counts: SEVERITIES.map(|severity| diagnostics.count(severity)), failure }
+    Ok(Checked {
+        text,
+        sarif,
+        counts: SEVERITIES.map(|severity| diagnostics.count(severity)),
+        fixed: fixed.iter().flat_map(|fixed| fixed.values()).sum(),
+        fixable: diagnostics.iter().filter(|finding| finding.fix.is_some()).count(),
+        failure,
+    })
 }
 
 /// One line that begins with the name of the file, even if the finding has no place in it.
@@ -237,6 +305,8 @@ struct Summary {
     files: usize,
     unreadable: usize,
     counts: [usize; 3],
+    fixed: usize,
+    fixable: usize,
 }
 
 impl Summary {
@@ -244,18 +314,26 @@ impl Summary {
         self.files += 1;
         self.unreadable += usize::from(checked.failure.is_some());
         self.counts.iter_mut().zip(checked.counts).for_each(|(sum, count)| *sum += count);
+        self.fixed += checked.fixed;
+        self.fixable += checked.fixable;
     }
 
-    fn print(&self) {
+    fn print(&self, dry_run: bool) {
         let lost = if self.unreadable > 0 { format!(", {} not readable", self.unreadable) } else { String::new() };
+        let sheets = plural(self.files, "data sheet");
+        let mut stderr = anstream::stderr().lock();
+        if dry_run {
+            let _ = writeln!(stderr, "{sheets}: {} would be fixed{lost}", plural(self.fixed, "finding"));
+            return;
+        }
         let [errors, warnings, notes] = self.counts;
-        let _ = writeln!(
-            anstream::stderr().lock(),
-            "{}: {}, {}, {}{lost}",
-            plural(self.files, "data sheet"),
-            plural(errors, "error"),
-            plural(warnings, "warning"),
-            plural(notes, "note"),
-        );
+        let fixes = match (self.fixed, self.fixable) {
+            (0, 0) => String::new(),
+            (0, fixable) => format!("; --fix mends {fixable} of them"),
+            (fixed, _) => format!("; {fixed} fixed"),
+        };
+        let counts = [(errors, "error"), (warnings, "warning"), (notes, "note")];
+        let [errors, warnings, notes] = counts.map(|(count, what)| plural(count, what));
+        let _ = writeln!(stderr, "{sheets}: {errors}, {warnings}, {notes}{fixes}{lost}");
     }
 }

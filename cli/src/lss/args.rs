@@ -101,7 +101,8 @@ impl DevicesArgs {
 }
 
 /// A number of 32 bits in decimal, or in hexadecimal as it is printed or as programs write it.
-fn number(text: &str) -> Result<u32, String> {
+/// A number of an identity.
+pub(crate) fn number(text: &str) -> Result<u32, String> {
     let hex = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).or_else(|| text.strip_suffix(['h', 'H']));
     let (digits, radix) = hex.map_or((text, 10), |digits| (digits, 16));
     let number = u32::from_str_radix(digits, radix).ok().filter(|_| !digits.starts_with('+'));

@@ -9,8 +9,8 @@ use super::args::{DeviceArgs, DevicesArgs};
 use super::print::{describe, print, print_refusal, selected_json, title};
 use super::session::{Selected, Session};
 use crate::bus::NodeOrNone;
-use crate::decode::lss::AUTOMATIC;
 use crate::output::{Failure, Outcome, note, warn};
+use lexican_toolbox::decode::lss::AUTOMATIC;
 
 /// Give a device a node-ID
 ///

@@ -12,6 +12,7 @@ mod tests;
 use serde_json::json;
 
 use crate::output::{Failure, Outcome};
+pub(crate) use args::number;
 use args::{DeviceArgs, DevicesArgs};
 use print::{describe, print, print_refusal, selected_json, title};
 

@@ -5,9 +5,9 @@ use lexican_runtime::wire::lss::{Identity, LssResponse};
 use serde_json::{Map, Value as Json, json};
 
 use super::session::Selected;
-use crate::decode::lss::{response_json, response_text};
-use crate::identity::{self, recognise};
 use crate::output::{Failure, Outcome, fields, print_result, warn};
+use lexican_toolbox::decode::lss::{response_json, response_text};
+use lexican_toolbox::identity::{self, recognise};
 
 /// The device of a line of output.
 pub(super) fn title(selected: Option<Selected>) -> String {

@@ -12,8 +12,8 @@ use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId, cia301};
 
 use crate::bus::let_leave;
 use crate::bus::sdo::{request_frame, response_id};
-use crate::decode::lss::refuses;
 use crate::output::Failure;
+use lexican_toolbox::decode::lss::refuses;
 
 /// How much later a second device may respond.
 const GRACE: Duration = Duration::from_millis(50);

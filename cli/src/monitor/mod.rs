@@ -1,24 +1,31 @@
 //! `lexican monitor`: the frames of a bus, decoded.
 
-mod identify;
+mod filter;
+mod reader;
 
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
+use std::path::PathBuf;
 
 use anstream::adapter::strip_str;
+use lexican_eds::model::Device;
 use lexican_runtime::host::{Link, LinkError, Listener, Pace, Pump, Turn};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
+use lexican_toolbox::changes::Changes;
+use lexican_toolbox::filter::Filter;
+use lexican_toolbox::transfers::{End, Transfer, Transfers};
 use serde_json::{Value as Json, json};
 
-use crate::bus::{Bus, BusArgs, NO_DEVICE, node_id};
-use crate::decode::duplicates::DuplicateNodes;
-use crate::decode::{Decoded, Decoder};
-use crate::device::Loaded;
+use crate::bus::{Bus, BusArgs, NO_DEVICE, of_node};
+use crate::device::{Loaded, with_overlays};
 use crate::duration;
 use crate::output::{Failure, Outcome, colours, missing_frames, note};
 use crate::print;
-use crate::values::hex;
-use identify::{IdentityListener, IdentityReader};
+use filter::FilterArgs;
+use lexican_toolbox::decode::duplicates::DuplicateNodes;
+use lexican_toolbox::decode::{Decoded, Decoder, Detail, Step};
+use lexican_toolbox::values::hex;
+use reader::{IdentityListener, Reader};
 
 /// Print every frame of a bus, decoded by name and unit
 ///
@@ -31,8 +38,12 @@ pub(crate) struct Args {
     bus: BusArgs,
 
     /// The device of a node: 5=siko/ag03-1, 7=drive.eds, 9=none; may be given several times
-    #[arg(long, value_name = "ID=DEVICE", value_parser = node_device)]
+    #[arg(long, value_name = "ID=DEVICE", value_parser = of_node)]
     device: Vec<(NodeId, String)>,
+
+    /// Corrections and meanings in addition to the data sheet of a node (TOML): 7=FILE.toml; may be given several times
+    #[arg(long, value_name = "ID=FILE", value_parser = of_node)]
+    overlay: Vec<(NodeId, String)>,
 
     /// Read the identity of each node that is heard, to recognise its device
     ///
@@ -40,7 +51,25 @@ pub(crate) struct Args {
     #[arg(long)]
     identify: bool,
 
-    /// Stop after so many frames
+    /// Read how the PDOs of each known node are configured, to decode them by their present mapping
+    ///
+    /// By SDO, one entry at a time, after the node's SDO channel has been quiet for a while. Without this, a mapping is known if
+    /// the command has heard it, and is that of the data sheet otherwise.
+    #[arg(long)]
+    read_mapping: bool,
+
+    /// Print each SDO transfer as one line when it ends, with the time that it took
+    #[arg(long)]
+    transfers: bool,
+
+    /// Print only what differs: values of PDOs, heartbeats, answers that are not as they were before
+    #[arg(long)]
+    changes: bool,
+
+    #[command(flatten)]
+    filter: FilterArgs,
+
+    /// Stop after so many printed frames
     #[arg(long, value_name = "N")]
     count: Option<u64>,
 
@@ -62,24 +91,34 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
     lexican monitor --bus can0 --device 5=siko/ag03-1 --device 7=FILE.eds
+    lexican monitor --bus can0 --without sync,heartbeat --transfers
+    lexican monitor --bus can0 --device 5=siko/ag03-1 --object Statusword --changes
     lexican monitor --bus log:bus.log --json | jq 'select(.sdo.abort)'
     lexican monitor --bus can0 --json --device 5=siko/ag03-1 | jq -c '.pdo.fields[]? | {name, text}'";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    if args.identify && args.bus.is_log() {
+    if (args.identify || args.read_mapping) && args.bus.is_log() {
         return Err(Failure::new("a log takes no frames: its nodes cannot be asked")
-            .help("name the devices with --device ID=DEVICE"));
+            .help("name the devices with --device ID=DEVICE; the mapping is known if the log has it"));
     }
     let named = args.device.iter().filter(|(_, name)| name != NO_DEVICE);
-    let named = named.map(|(node, name)| Ok((*node, Loaded::named(name)?)));
+    let overlays = |node| args.overlay.iter().filter(move |(id, _)| *id == node).map(|(_, path)| path.into());
+    let overlays = |node| overlays(node).collect::<Vec<PathBuf>>();
+    let named = named.map(|(node, name)| Ok((*node, Loaded::with_overlays(name, &overlays(*node))?)));
     let mut devices = named.collect::<Result<Vec<_>, Failure>>()?;
     // Without an end, a simulation runs in real time, so that one can watch it.
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
-    let Bus { mut link, only } = args.bus.open(pace)?;
-    devices.extend(only);
+    let Bus { mut link, nodes } = args.bus.open(pace)?;
+    for (node, loaded) in nodes {
+        devices.push((node, Loaded::with_warning(with_overlays(loaded.input, &overlays(node))?)?));
+    }
+    if let Some((node, path)) = args.overlay.iter().find(|(node, _)| devices.iter().all(|(known, _)| known != node)) {
+        return Err(Failure::new(format_args!("{path} adds to a data sheet, but that of node {node} is unknown"))
+            .help(format_args!("name the data sheet with --device {node}=FILE")));
+    }
     let mut monitor = Monitor::new(args, std::io::stdout().lock());
     for (node, loaded) in devices.iter().rev() {
-        monitor.decoder.introduce(*node, &loaded.device);
+        monitor.introduce(*node, &loaded.device);
         monitor.identities.settle(*node);
     }
     for (node, _) in &args.device {
@@ -94,7 +133,12 @@ struct Monitor<'a, W: Write> {
     decoder: Decoder<'a>,
     duplicates: DuplicateNodes,
     identities: IdentityListener,
-    reader: Option<IdentityReader>,
+    reader: Reader,
+    reads_identities: bool,
+    reads_mappings: bool,
+    filter: Filter,
+    transfers: Option<Transfers>,
+    changes: Option<Changes>,
     is_silent: bool,
     json: bool,
     styled: bool,
@@ -102,17 +146,29 @@ struct Monitor<'a, W: Write> {
     out: BufWriter<W>,
 }
 
-impl<W: Write> Monitor<'_, W> {
+impl<'a, W: Write> Monitor<'a, W> {
     fn new(args: &Args, out: W) -> Self {
         Monitor {
             decoder: Decoder::new(),
             duplicates: DuplicateNodes::default(),
             identities: IdentityListener::default(),
-            reader: args.identify.then(IdentityReader::default),
+            reader: Reader::default(),
+            reads_identities: args.identify,
+            reads_mappings: args.read_mapping,
+            filter: args.filter.filter(),
+            transfers: args.transfers.then(Transfers::default),
+            changes: args.changes.then(Changes::default),
             is_silent: true,
             json: args.json,
             styled: colours(),
             out: BufWriter::with_capacity(BUFFER, out),
+        }
+    }
+
+    fn introduce(&mut self, node: NodeId, device: &'a Device) {
+        self.decoder.introduce(node, device);
+        if self.reads_mappings {
+            self.reader.read_mapping(node, device);
         }
     }
 
@@ -121,22 +177,20 @@ impl<W: Write> Monitor<'_, W> {
         let mut left = args.count.unwrap_or(u64::MAX);
         while left > 0 {
             let now = link.now();
-            let request = self.reader.as_mut().and_then(|reader| reader.poll_transmit(now));
+            self.forget(now)?;
+            let request = self.reader.poll_transmit(now);
             // A request that cannot be sent leaves the node unknown; trouble of the bus is reported by `turn`.
             if let Some(request) = request.filter(|request| link.send(request).is_ok()) {
                 self.frame(now, &request)?;
             }
             // Some links cannot wait for ever; an hour is as good.
             let hour = now + Duration::from_secs(3600);
-            let request = self.reader.as_ref().and_then(IdentityReader::poll_timeout);
+            let request = self.reader.poll_timeout();
             let until = [end, request].into_iter().flatten().fold(hour, Instant::min);
             // Waiting for a log or a simulation takes no time, so that its output may wait as well.
             let may_wait = self.out.buffer().is_empty() || !link.is_real_time();
             match pump.turn(link, &mut Listener, if may_wait { until } else { now }) {
-                Ok(Turn::Event(frame)) => {
-                    self.frame(link.now(), &frame)?;
-                    left -= 1;
-                }
+                Ok(Turn::Event(frame)) => left -= u64::from(self.frame(link.now(), &frame)?),
                 Ok(Turn::Bus(state)) => {
                     let fields = json!({ "event": "bus", "state": state.to_string() });
                     self.event(link.now(), fields, &format!("the bus is {state}"))?;
@@ -153,6 +207,7 @@ impl<W: Write> Monitor<'_, W> {
                 Err(error) => return Err(error.into()),
             }
         }
+        self.forget(link.now() + Duration::from_secs(3600))?;
         self.out.flush()?;
         if self.is_silent && !args.bus.is_log() {
             note("no frame was heard: are others on this bus, with power and at this bit rate?");
@@ -160,23 +215,74 @@ impl<W: Write> Monitor<'_, W> {
         Ok(())
     }
 
-    /// Prints a frame, and the events that follow from it.
-    fn frame(&mut self, at: Instant, frame: &Frame) -> Result<(), Failure> {
+    /// Prints a frame if it is wanted, and the events that follow from it; returns whether it was.
+    fn frame(&mut self, at: Instant, frame: &Frame) -> Result<bool, Failure> {
         self.is_silent = false;
         let decoded = self.decoder.decode(frame);
-        let line = if self.json { to_json(at, frame, &decoded) } else { print::line(at, frame, &decoded) };
-        self.line(&line)?;
-        if let Some((node, evidence)) = self.duplicates.observe(at, &decoded) {
+        let evidence = self.duplicates.observe(at, &decoded);
+        self.reader.observe(at, &decoded);
+        if let Some(node) = decoded.node.filter(|_| self.reads_identities && decoded.is_from_node())
+            && !self.identities.is_settled(node)
+        {
+            self.reader.read_identity(node);
+        }
+        let identity = self.identities.observe(&decoded);
+        let is_printed = self.print(at, frame, decoded)?;
+        if let Some((node, evidence)) = evidence {
             let fields = json!({ "event": "two-nodes", "node": node.get(), "evidence": evidence });
             self.event(at, fields, &format!("are there two nodes {node}? {evidence}"))?;
         }
-        if let Some(reader) = &mut self.reader {
-            reader.observe(at, &decoded, &self.identities);
-        }
-        if let Some((node, shipped)) = self.identities.observe(&decoded) {
-            self.decoder.introduce(node, &shipped.device);
+        if let Some((node, shipped)) = identity {
+            self.introduce(node, &shipped.device);
             let fields = json!({ "event": "identified", "node": node.get(), "device": shipped.id });
             self.event(at, fields, &format!("node {node} is a {} by its identity (1018h)", shipped.id))?;
+        }
+        Ok(is_printed)
+    }
+
+    /// Prints a frame, or the SDO transfer that ends with it, if it is wanted.
+    fn print(&mut self, at: Instant, frame: &Frame, decoded: Decoded) -> Result<bool, Failure> {
+        if let (Some(transfers), Detail::Sdo(sdo)) = (&mut self.transfers, &decoded.detail)
+            && sdo.step != Step::Unknown
+        {
+            let Some(transfer) = transfers.observe(at, &decoded) else { return Ok(false) };
+            return self.transfer(&transfer);
+        }
+        if !self.filter.matches(frame, &decoded) {
+            return Ok(false);
+        }
+        let decoded = match &mut self.changes {
+            Some(changes) => changes.observe(frame, decoded),
+            None => Some(decoded),
+        };
+        let Some(decoded) = decoded else { return Ok(false) };
+        let line = if self.json { to_json(at, frame, &decoded) } else { print::line(at, frame, &decoded) };
+        self.line(&line)?;
+        Ok(true)
+    }
+
+    /// Prints an SDO transfer if it is wanted.
+    fn transfer(&mut self, transfer: &Transfer) -> Result<bool, Failure> {
+        let is_new = self.changes.as_mut().is_none_or(|changes| changes.observe_transfer(transfer));
+        if !is_new || !self.filter.matches_transfer(transfer) {
+            return Ok(false);
+        }
+        let line = if self.json {
+            let text = transfer.to_string();
+            json!({ "time": seconds(transfer.began), "service": "SDO transfer", "node": transfer.node.get(), "text": text,
+                "alarming": transfer.end != End::Done, "transfer": transfer.json() })
+            .to_string()
+        } else {
+            print::transfer(transfer)
+        };
+        self.line(&line)?;
+        Ok(true)
+    }
+
+    /// Prints the transfers that have gone without an answer for long.
+    fn forget(&mut self, now: Instant) -> Result<(), Failure> {
+        while let Some(transfer) = self.transfers.as_mut().and_then(|transfers| transfers.forget(now)) {
+            self.transfer(&transfer)?;
         }
         Ok(())
     }
@@ -220,11 +326,6 @@ fn to_json(at: Instant, frame: &Frame, decoded: &Decoded) -> String {
 
 fn seconds(at: Instant) -> Json {
     json!(at.since(Instant::ZERO).as_secs_f64())
-}
-
-fn node_device(text: &str) -> Result<(NodeId, String), String> {
-    let (node, device) = text.split_once('=').ok_or("write ID=DEVICE, for example 5=siko/ag03-1")?;
-    Ok((node_id(node)?, device.to_owned()))
 }
 
 #[cfg(test)]

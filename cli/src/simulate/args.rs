@@ -3,14 +3,16 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use lexican_runtime::Duration;
 use lexican_runtime::host::BusUrl;
+use lexican_runtime::{Duration, NodeId};
 
 use crate::bus::NodeOrNone;
-use crate::device::DeviceArgs;
+use crate::bus::plant::{Plant, PlantDevice, ScriptText, is_plant};
+use crate::device::{DeviceArgs, read};
 use crate::duration::seconds;
+use crate::output::Failure;
 
-/// Simulate a device on a bus
+/// Simulate a device, or a plant of several, on a bus
 ///
 /// Makes a node of any data sheet: it has the default values, enforces access and limits, and serves PDOs, heartbeat
 /// and EMCY. A drive of CiA 402 also moves: any data sheet with 6040h, 6041h and 6060h. SIKO's drives do as their
@@ -19,13 +21,17 @@ use crate::duration::seconds;
 /// By default it makes pseudo-terminals that act as serial adapters, so that all other commands can be tried without
 /// CAN hardware; it prints their --bus.
 ///
+/// A file that ends in .toml is a plant: devices on one bus, and the faults between them; the last part of this help shows
+/// one.
+///
 /// Lines on stdin control the device; help lists them: get, set, emcy, power, status, and for a drive every key of
 /// its scripts, such as battery_v = 2.5, or of a CiA 402 drive, such as blocked = true.
+/// In a plant they begin with the node-ID or the name of a device: 5: blocked = true.
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     #[command(flatten)]
-    pub(super) device: DeviceArgs,
+    device: DeviceArgs,
 
     /// The bus: can0, slcan:/dev/ttyACM0?bitrate=500000, or pty for a bus of pseudo-terminals
     ///
@@ -34,17 +40,17 @@ pub(crate) struct Args {
     #[arg(long, value_name = "URL", default_value = "pty")]
     pub(super) bus: Place,
 
-    /// The node-ID, 1 to 127; none for a device that gets one by LSS
-    #[arg(long, value_name = "ID", default_value = "1")]
-    pub(super) node: NodeOrNone,
+    /// The node-ID, 1 to 127; none for a device that gets one by LSS; 1 by default
+    #[arg(long, value_name = "ID")]
+    node: Option<NodeOrNone>,
 
     /// The file for stored parameters, as the EEPROM of a device
     #[arg(long, value_name = "FILE")]
-    pub(super) eeprom: Option<PathBuf>,
+    eeprom: Option<PathBuf>,
 
     /// A script of events for a drive, such as faults, supply and a blocked shaft (TOML)
     #[arg(long, value_name = "FILE")]
-    pub(super) script: Option<PathBuf>,
+    script: Option<PathBuf>,
 
     /// Stop after so many seconds
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
@@ -64,7 +70,66 @@ Examples:
     lexican simulate siko/ag03-1 --node 5
     lexican read --bus slcan:/dev/pts/3 --node 5 6041      (in another terminal)
     lexican simulate FILE.eds --bus can0 --node 7 --eeprom kept.txt
-    lexican simulate siko/ag02 --bus serial";
+    lexican simulate siko/ag02 --bus serial
+    lexican simulate plant.toml
+    lexican scan --bus sim:plant.toml                      (the same plant for one command)
+
+A plant (TOML; times in ms; only id and device have to be there; paths are relative to the file):
+
+    bit-rate = 250                 # in kbit/s, with sim: only
+
+    [[node]]
+    id = 5                         # or \"none\", for a device that gets one by LSS
+    name = \"feeder\"              # for lines on stdin, feeder: blocked = true, and for faults
+    device = \"drive.eds\"         # or a device that lexican knows: siko/ag03-1
+    overlay = [\"drive.toml\"]     # corrections and meanings in addition to it
+    settings = [\"6060 = profile velocity\", \"1017 = 100 ms\"]   # until it is reset
+    inputs = [\"blocked = true\"]  # of a drive, as on stdin
+    eeprom = \"feeder.txt\"        # what it stores
+    script = \"jam.toml\"          # or steps, each a table [[node.step]]
+    power = \"on\"                 # or off
+
+    [[node.step]]
+    when = \"moving\"
+    after_ms = 500
+    blocked = true
+
+    [[fault]]
+    action = \"lose\"              # or repeat, delay
+    from = \"feeder\"              # what this device sends; a node-ID or a name
+    cob-id = 0x705                 # frames with this identifier
+    every = 20                     # each twentieth one
+    in-a-row = 4                   # and the three before it
+    # delay = 20                   # by how much they are delayed";
+
+impl Args {
+    /// The devices to simulate.
+    pub(super) fn plant(&self) -> Result<Plant, Failure> {
+        let name = self.device.name();
+        if !is_plant(name) {
+            let node = self.node.map_or(Some(NodeId::literal(1)), |node| node.0);
+            let script = self.script.as_deref().map(|path| {
+                let source = read(path)?;
+                let (file, text) = (path.display().to_string(), source.text().to_owned());
+                Ok::<_, Failure>(ScriptText { file, text, steps: None })
+            });
+            let mut device = PlantDevice::new(node, name, self.device.load()?);
+            (device.eeprom, device.script) = (self.eeprom.clone(), script.transpose()?);
+            return Ok(Plant::of(device));
+        }
+        let given = [
+            ("--overlay", self.device.has_overlays()),
+            ("--node", self.node.is_some()),
+            ("--eeprom", self.eeprom.is_some()),
+            ("--script", self.script.is_some()),
+        ];
+        if let Some((option, _)) = given.iter().find(|(_, is_given)| *is_given) {
+            return Err(Failure::new(format_args!("{option} is of one device, and {name} is a plant"))
+                .help("the plant says it of each device: `lexican simulate --help` shows one"));
+        }
+        Plant::read(name.as_ref())
+    }
+}
 
 /// The bus of the device.
 #[derive(Clone, Debug)]

@@ -1,6 +1,10 @@
 //! The lines on stdin that control a simulated device.
 
-use crate::values::text::parse_hex;
+use lexican_runtime::NodeId;
+use lexican_toolbox::values::text::parse_hex;
+
+use crate::bus::node_id;
+use crate::bus::simulated::Power;
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Command {
@@ -20,13 +24,6 @@ pub(super) enum Command {
     Input(String),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Power {
-    On,
-    Off,
-    Cycle,
-}
-
 pub(super) const HELP: &str = "\
 get OBJECT                   prints an object: get 6041, get \"Position Actual Value\"
 set OBJECT VALUE             sets an object, regardless of its access: set 6064 1000, set 241B:01 \"17.5 V\"
@@ -35,7 +32,24 @@ power on|off|cycle           switches the device
 status                       prints state and counts
 KEY = VALUE                  sets an input of a simulated drive: battery_v = 2.5, fault = \"D\";
                              of a CiA 402 drive: fault = 0x4310, blocked = true, positive_limit = 20000
-quit                         ends, as Ctrl-C does";
+quit                         ends, as Ctrl-C does
+with several devices, each line begins with the node-ID or the name of one: 5: get 6041, feeder: blocked = true";
+
+/// Splits a line for one of several devices, `5: get 6041`, into whom it is for and the rest.
+pub(super) fn addressee(line: &str) -> (Option<&str>, &str) {
+    match line.split_once(':') {
+        // The colon of `set 2410:05 7` follows other words.
+        Some((who, rest)) if !who.trim().is_empty() && !who.trim().contains([' ', '\t', '=']) => {
+            (Some(who.trim()), rest)
+        }
+        _ => (None, line),
+    }
+}
+
+/// Whether an addressee is this device.
+pub(super) fn means(who: &str, node: Option<NodeId>, name: Option<&str>) -> bool {
+    name == Some(who) || node.is_some() && node_id(who).ok() == node
+}
 
 /// Parses a line; `None` if it is empty or a comment.
 pub(super) fn parse(line: &str) -> Result<Option<Command>, String> {
@@ -137,6 +151,23 @@ mod tests {
         check("fault=\"D\"", Command::Input("fault=\"D\"".to_owned()));
         assert_eq!(parse(""), Ok(None));
         assert_eq!(parse("# a note"), Ok(None));
+    }
+
+    #[test]
+    fn a_line_names_its_device() {
+        for (line, split) in [
+            ("5: get 6041", (Some("5"), " get 6041")),
+            ("0x05:get 2410:05", (Some("0x05"), "get 2410:05")),
+            (" feeder : fault = \"a:b\"", (Some("feeder"), " fault = \"a:b\"")),
+            ("set 2410:05 7", (None, "set 2410:05 7")),
+            ("fault=\"a:b\"", (None, "fault=\"a:b\"")),
+            ("status", (None, "status")),
+        ] {
+            assert_eq!(addressee(line), split, "{line}");
+        }
+        let five = NodeId::new(5);
+        assert!(means("5", five, None) && means("0x5", five, None) && means("feeder", None, Some("feeder")));
+        assert!(!means("6", five, None) && !means("x", five, Some("feeder")) && !means("x", None, None));
     }
 
     #[test]

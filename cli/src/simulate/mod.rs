@@ -1,51 +1,45 @@
-//! `lexican simulate`: a simulated device on a bus.
+//! `lexican simulate`: simulated devices on a bus.
 
 mod args;
 mod control;
-mod device;
 mod input;
 mod report;
 mod session;
+mod station;
 
 #[cfg(unix)]
 use lexican_runtime::host::VirtualBus;
 use lexican_runtime::host::{BusUrl, Link, Pace};
 
 use crate::bus::BusArgs;
+use crate::bus::plant::PlantDevice;
 use crate::bus::serial;
 use crate::bus::serial_terminal::SerialTerminal;
-use crate::bus::simulation::{Simulator, simulator};
 use crate::output::{Failure, Outcome, ctrl_c};
 pub(crate) use args::Args;
 use args::Place;
-use device::Simulated;
 use input::lines;
 use report::Report;
 use session::Session;
+use station::Station;
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let loaded = args.device.load()?;
-    let model = simulator(args.device.name());
-    if matches!(args.bus, Place::Serial) && !serial::is_known(args.device.name()) {
+    let plant = args.plant()?;
+    let is_known = |device: &PlantDevice| serial::is_known(&device.device);
+    if matches!(args.bus, Place::Serial) && !matches!(plant.devices.as_slice(), [device] if is_known(device)) {
         return Err(Failure::new("this device has no serial interface that lexican knows")
             .help(format!("that of {} is known", serial::DEVICE)));
     }
     let (link, serial, urls) = open(&args.bus)?;
     let now = link.now();
-    let eeprom = args.eeprom.as_deref();
-    let mut device = match (model, args.node.0) {
-        (Some(Simulator::Siko(model)), Some(node)) => Simulated::drive(now, model, node, eeprom)?,
-        (Some(Simulator::Servo(model)), Some(node)) => Simulated::servo(now, model, node, eeprom)?,
-        (Some(_), None) => {
-            return Err(Failure::new("this drive has no LSS, by which it could get a node-ID").help("--node 5"));
-        }
-        (None, node) => Simulated::sheet(now, node, &loaded, eeprom)?,
-    };
-    if let Some(path) = &args.script {
-        device.follow(now, path)?;
+    let several = plant.devices.len() > 1;
+    let mut stations = Vec::new();
+    for device in &plant.devices {
+        let report = Report::new(&device.loaded.device, args.json, args.json || args.verbose);
+        let report = if several { report.among_others(device.node, device.name.as_deref()) } else { report };
+        stations.push(Station::new(device, device.simulate(now)?, report));
     }
-    let report = Report::new(&loaded.device, args.json, args.json || args.verbose);
-    let mut session = Session::new((link, serial), device, &loaded, report);
+    let mut session = Session::new((link, serial), plant.wire(stations), args.json);
     session.introduce(&urls, args)?;
     let interrupted = ctrl_c()?;
     let end = args.span.map(|span| now + span);

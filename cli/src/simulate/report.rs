@@ -8,10 +8,10 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{Frame, Instant, NodeId};
 use serde_json::{Map, Value as Json, json};
 
-use crate::decode::{Decoded, Decoder, Detail, Sdo, Side};
 use crate::output;
-use crate::values::DeviceValues;
-use crate::values::report::ValueReport;
+use lexican_toolbox::decode::{Decoded, Decoder, Detail, Sdo, Side};
+use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::report::ValueReport;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
@@ -24,6 +24,11 @@ pub(super) struct Counts {
 pub(super) struct Report<'a> {
     decoder: Decoder<'a>,
     device: &'a Device,
+    /// What events of a plant call it besides its node-ID; none for the only device.
+    name: Option<&'a str>,
+    is_alone: bool,
+    /// The node-ID that its file gives it.
+    given: Option<NodeId>,
     node: Option<NodeId>,
     state: Option<NmtState>,
     json: bool,
@@ -36,8 +41,24 @@ pub(super) struct Report<'a> {
 
 impl<'a> Report<'a> {
     pub(super) fn new(device: &'a Device, json: bool, all: bool) -> Self {
-        let counts = Counts::default();
-        Report { decoder: Decoder::new(), device, node: None, state: None, json, all, counts, has_duplicate: false }
+        Report {
+            decoder: Decoder::new(),
+            device,
+            name: None,
+            is_alone: true,
+            given: None,
+            node: None,
+            state: None,
+            json,
+            all,
+            counts: Counts::default(),
+            has_duplicate: false,
+        }
+    }
+
+    /// A device of a plant with several: its events say whose they are.
+    pub(super) fn among_others(self, given: Option<NodeId>, name: Option<&'a str>) -> Self {
+        Report { given, name, is_alone: false, ..self }
     }
 
     pub(super) fn received(&mut self, at: Instant, frame: &Frame) -> io::Result<()> {
@@ -138,20 +159,44 @@ impl<'a> Report<'a> {
         if self.all { self.print(at, "read", &format!("read {}", report.equation()), report.json()) } else { Ok(()) }
     }
 
-    fn print(&self, at: Instant, event: &str, text: &str, mut fields: Map<String, Json>) -> io::Result<()> {
-        let mut stdout = anstream::stdout().lock();
-        if self.json {
-            // An entry with a value already has its text.
-            fields.entry("text").or_insert_with(|| json!(text));
-            fields.insert("time".to_owned(), json!(at.since(Instant::ZERO).as_secs_f64()));
-            fields.insert("event".to_owned(), json!(event));
-            fields.insert("node".to_owned(), json!(self.node.map(NodeId::get)));
-            writeln!(stdout, "{}", Json::Object(fields))?;
-        } else {
-            // A text of several lines is a table.
-            let gap = if text.contains('\n') { "\n" } else { "  " };
-            writeln!(stdout, "{:>12}{gap}{text}", at.to_string())?;
-        }
-        stdout.flush()
+    /// How the events of a plant call the device: `node 5 feeder`.
+    pub(super) fn who(&self) -> String {
+        let node = self.node.or(self.given).map_or_else(|| "no node-ID".to_owned(), |node| format!("node {node}"));
+        self.name.map_or(node.clone(), |name| format!("{node} {name}"))
     }
+
+    fn print(&self, at: Instant, event: &str, text: &str, mut fields: Map<String, Json>) -> io::Result<()> {
+        fields.insert("node".to_owned(), json!(self.node.or(self.given).map(NodeId::get)));
+        if let Some(name) = self.name {
+            fields.insert("device_name".to_owned(), json!(name));
+        }
+        let who = if self.is_alone { String::new() } else { format!("{}: ", self.who()) };
+        print(self.json, at, event, (&who, text), fields)
+    }
+}
+
+/// Prints an event: of a device, or of the bus.
+pub(super) fn print(
+    json: bool,
+    at: Instant,
+    event: &str,
+    (who, text): (&str, &str),
+    mut fields: Map<String, Json>,
+) -> io::Result<()> {
+    let mut stdout = anstream::stdout().lock();
+    if json {
+        // An entry with a value already has its text.
+        fields.entry("text").or_insert_with(|| json!(text));
+        fields.entry("node").or_insert(Json::Null);
+        fields.insert("time".to_owned(), json!(at.since(Instant::ZERO).as_secs_f64()));
+        fields.insert("event".to_owned(), json!(event));
+        writeln!(stdout, "{}", Json::Object(fields))?;
+    } else {
+        // A text of several lines is a table.
+        let is_table = text.contains('\n');
+        let gap = if is_table && who.is_empty() { "" } else { "  " };
+        let end = if is_table { "\n" } else { "" };
+        writeln!(stdout, "{:>12}{gap}{who}{end}{text}", at.to_string())?;
+    }
+    stdout.flush()
 }

@@ -45,6 +45,7 @@ pub(crate) fn lexican_in(folder: &Path, args: &[&str]) -> Run {
     let output = Command::new(env!("CARGO_BIN_EXE_lexican"))
         .args(args)
         .current_dir(folder)
+        .env_remove("LEXICAN_BUS")
         .stdin(Stdio::null())
         .output()
         .expect("the command was built for this test");

@@ -45,6 +45,11 @@ impl<'a> Context<'a> {
     /// goes before what a glob imports.
     pub(super) fn object(&self, name: &str) -> TokenStream {
         let (runtime, ident) = (&self.runtime, format_ident!("{name}"));
-        if self.own.contains(name) { quote!(#runtime::object::#ident) } else { quote!(#ident) }
+        match name {
+            name if !self.own.contains(name) => quote!(#ident),
+            // Marked with the device.
+            "Object" | "Array" => quote!(marked::#ident),
+            _ => quote!(#runtime::object::#ident),
+        }
     }
 }

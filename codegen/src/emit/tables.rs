@@ -19,11 +19,7 @@ const MAX_CAPACITY: usize = 0xFFFF;
 
 pub(super) fn device(context: &Context<'_>, code: &mut String) {
     let mut image = Image::default();
-    let rows: Vec<String> = context.plan.entry_handles().map(|handle| row(context, handle, &mut image)).collect();
-    let relative = image.node_relative.iter().map(|&(offset, size)| {
-        let (path, [offset, size]) = (context.object("NodeRelative"), [offset, size].map(Literal::usize_unsuffixed));
-        line(&quote!(#path { offset: #offset, size: #size }))
-    });
+    let rows = rows(context, &mut image);
     let configured = context.plan.device.entries().any(|entry| entry.configured.is_some());
     let values = if configured { "configured values and defaults" } else { "defaults" };
     let indent = "    ";
@@ -31,10 +27,9 @@ pub(super) fn device(context: &Context<'_>, code: &mut String) {
         "
 /// All entries with their {values}, as the device serves them.
 pub static TABLE: {table} = {table} {{
-    entries: {},
+    rows: {},
     limits: {},
     image: {},
-    node_relative: {},
 }};
 
 /// The dictionary of a device: all values.
@@ -48,7 +43,6 @@ pub fn storage(node: {runtime}::NodeId) -> Storage {{
         layout::rows(indent, rows),
         layout::rows(indent, image.limits.iter().cloned()),
         layout::bytes(&image.bytes, &format!("{indent}    ")),
-        layout::rows(indent, relative),
         line(&context.object("Dictionary")),
         image.bytes.len(),
         runtime = line(&context.runtime),
@@ -62,11 +56,62 @@ pub fn storage(node: {runtime}::NodeId) -> Storage {{
 struct Image {
     bytes: Vec<u8>,
     limits: Vec<String>,
-    node_relative: Vec<(usize, usize)>,
 }
 
-/// `Entry::new(0x1017, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(12, 2)`.
-fn row(context: &Context<'_>, handle: &Handle<'_>, image: &mut Image) -> String {
+/// A row of the table, and the entries that it stands for.
+#[derive(Debug)]
+struct Row<'a> {
+    first: &'a Entry,
+    last: u8,
+    /// Where the value of the last entry ends.
+    end: usize,
+    place: Place,
+    /// What the entries have in common, as code: their type and rights, and what follows their place.
+    facts: [String; 2],
+}
+
+/// Where the value of an entry is, and whether the node-ID is added to its default.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    offset: usize,
+    capacity: usize,
+    plus_node: bool,
+}
+
+fn rows(context: &Context<'_>, image: &mut Image) -> Vec<String> {
+    let mut rows: Vec<Row<'_>> = Vec::new();
+    for handle in context.plan.entry_handles() {
+        let row = row(context, handle, image);
+        match rows.last_mut() {
+            Some(before) if before.goes_on_with(&row) => (before.last, before.end) = (row.last, row.end),
+            _ => rows.push(row),
+        }
+    }
+    rows.iter().map(|row| row.code(context)).collect()
+}
+
+impl Row<'_> {
+    /// Whether the next entry is one more of the same kind.
+    fn goes_on_with(&self, next: &Row<'_>) -> bool {
+        let is_number = self.first.data_type.bits().is_some();
+        let follows = self.first.index == next.first.index
+            && self.last.checked_add(1) == Some(next.last)
+            && self.end == next.place.offset;
+        is_number && follows && self.facts == next.facts
+    }
+
+    /// `Row::new(0x1017, 0x00, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(12, 2)`.
+    fn code(&self, context: &Context<'_>) -> String {
+        let (new, [kind, rest]) = (line(&context.object("Row")), &self.facts);
+        let address = line(&literal::address(self.first.index, self.first.sub));
+        let up_to = if self.last > self.first.sub { format!(".up_to(0x{:02X})", self.last) } else { String::new() };
+        let Place { offset, capacity, .. } = self.place;
+        format!("{new}::new({address}, {kind}){up_to}.at({offset}, {capacity}){rest}")
+    }
+}
+
+/// The row of an entry.
+fn row<'a>(context: &Context<'_>, handle: &Handle<'a>, image: &mut Image) -> Row<'a> {
     let entry = handle.entry;
     let mapping = match handle.mapping {
         Mapping::Unmapped => "None",
@@ -74,10 +119,9 @@ fn row(context: &Context<'_>, handle: &Handle<'_>, image: &mut Image) -> String 
         Mapping::Rpdo => "Rpdo",
         Mapping::Both => "Both",
     };
-    let [offset, capacity] = image.push(context, handle).map(Literal::usize_unsuffixed);
-    let [new, types, accesses, mappings] =
-        ["Entry", "DataType", "Access", "PdoMapping"].map(|name| context.object(name));
-    let (address, data_type) = (literal::address(entry.index, entry.sub), literal::data_type(entry.data_type));
+    let place = image.push(context, handle);
+    let [types, accesses, mappings] = ["DataType", "Access", "PdoMapping"].map(|name| context.object(name));
+    let data_type = literal::data_type(entry.data_type);
     let (access, mapping) = (format_ident!("{}", format!("{:?}", handle.access)), format_ident!("{mapping}"));
     let limited = handle.limits.map(|(low, high)| {
         let [low, high] = [low, high].map(|number| literal::wire_form(context, entry, number));
@@ -85,26 +129,22 @@ fn row(context: &Context<'_>, handle: &Handle<'_>, image: &mut Image) -> String 
         let row = Literal::usize_unsuffixed(image.limit(line(&quote!(#limit { low: #low, high: #high }))));
         quote!(.limited(#row))
     });
-    line(&quote! {
-        #new::new(#address, #types::#data_type, #accesses::#access, #mappings::#mapping).at(#offset, #capacity) #limited
-    })
+    let plus_node = place.plus_node.then(|| quote!(.plus_node()));
+    let facts = [quote!(#types::#data_type, #accesses::#access, #mappings::#mapping), quote!(#limited #plus_node)];
+    Row { first: entry, last: entry.sub, end: place.offset + place.capacity, place, facts: facts.each_ref().map(line) }
 }
 
 impl Image {
-    /// The place of an entry's value: offset and capacity.
-    fn push(&mut self, context: &Context<'_>, handle: &Handle<'_>) -> [usize; 2] {
+    fn push(&mut self, context: &Context<'_>, handle: &Handle<'_>) -> Place {
         let entry = handle.entry;
         if entry.data_type == DataType::Domain {
-            return [0, 0];
+            return Place { offset: 0, capacity: 0, plus_node: false };
         }
         let mut initial = start::initial(context.plan.device, entry);
         if entry.data_type.bits().is_some() {
             let (offset, size) = (self.bytes.len(), initial.bytes.len());
             self.bytes.append(&mut initial.bytes);
-            if initial.node_relative {
-                self.node_relative.push((offset, size));
-            }
-            return [offset, size];
+            return Place { offset, capacity: size, plus_node: initial.node_relative };
         }
         let mut bytes = initial.bytes;
         bytes.truncate(MAX_CAPACITY);
@@ -114,7 +154,7 @@ impl Image {
         let offset = self.bytes.len();
         self.bytes.extend_from_slice(&bytes);
         self.bytes.resize(offset + capacity, 0);
-        [offset, capacity]
+        Place { offset, capacity, plus_node: false }
     }
 
     /// The row of these limits, which may have been used before.

@@ -9,7 +9,7 @@ use crate::name::{self, Case};
 use crate::scope::{self, Claim};
 
 /// Names that interfaces must leave free.
-const MODULES: &[&str] = &["driver"];
+const MODULES: &[&str] = &["driver", "marked"];
 /// Names that parameters must leave free.
 const RESERVED: &[&str] = &["TABLE"];
 

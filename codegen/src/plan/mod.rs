@@ -22,7 +22,9 @@ use crate::scope::{self, Claim};
 /// Names at the top that lexican uses itself.
 const RESERVED: &[&str] = &[
     "BIT_RATES_KBIT",
+    "DEVICE",
     "DEVICE_PROFILE",
+    "Device",
     "NAMES",
     "ORDER_CODE",
     "PERSISTENT",

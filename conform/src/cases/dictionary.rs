@@ -4,7 +4,7 @@ use lexican_eds::model::{Entry, ObjectKind, Value};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, CobId};
 
-use crate::case::{Case, Outcome, case, ensure, failed};
+use crate::case::{Case, Outcome, Verdict, case, ensure, failed};
 use crate::hazard::Hazard;
 use crate::tester::Tester;
 
@@ -178,7 +178,9 @@ fn is_not_written(t: &mut Tester<'_>, entry: &Entry) -> Outcome {
     t.refuses_bytes(entry.index, entry.sub, data, &codes)
 }
 
+/// Names all that differ: one that is known does not hide others.
 fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
+    let mut differ = Vec::new();
     for entry in t.entries(|entry| entry.access.readable()) {
         let (index, sub) = (entry.index, entry.sub);
         // 1003h is empty, 1010h and 1011h read as what they can do, and a node-ID is what it has been set to.
@@ -189,9 +191,12 @@ fn are_defaults(t: &mut Tester<'_>, wanted: fn(u32) -> bool) -> Outcome {
         if of_node || is_measured || has_other || !wanted(t.flags(&entry)) {
             continue;
         }
-        t.is_default(&entry)?;
+        match t.is_default(&entry) {
+            Err(Verdict::Failed(why)) => differ.push(why),
+            other => other?,
+        }
     }
-    Ok(())
+    ensure(differ.is_empty(), || differ.join("; "))
 }
 
 /// Whether an entry holds the identifier of a service.

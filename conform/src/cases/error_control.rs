@@ -196,14 +196,14 @@ fn heartbeat(t: &mut Tester<'_>, period_ms: u32) -> Outcome {
     t.write(0x1017, 0, period_ms)
 }
 
-fn watch(t: &mut Tester<'_>) -> Outcome {
+pub(crate) fn watch(t: &mut Tester<'_>) -> Outcome {
     t.entry(0x1016, 1)?;
     is_silent(t)?;
     t.write(0x1016, 1, WATCH)
 }
 
 /// A heartbeat of the node that is watched.
-fn beat(t: &mut Tester<'_>, state: u8) -> Outcome {
+pub(crate) fn beat(t: &mut Tester<'_>, state: u8) -> Outcome {
     t.send(CobId::standard(0x700 | (WATCH >> 16) as u16).unwrap_or(CobId::SYNC), &[state])
 }
 

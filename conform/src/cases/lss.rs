@@ -7,7 +7,7 @@ use lexican_runtime::wire::lss::{self, BIT_TIMING_TABLE, Bound, Identity, LssReq
 use lexican_runtime::wire::nmt::{NmtCommand, NmtState};
 use lexican_runtime::{CobId, Duration, Frame, NodeId};
 
-use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
+use crate::case::{Case, Outcome, Scope, case, ensure, failed, not_applicable};
 use crate::hazard::Hazard;
 use crate::tester::{PATIENCE, PATIENCE_MS, Tester};
 
@@ -20,8 +20,12 @@ const STORING: Duration = Duration::from_secs(3);
 /// The indices of CiA 305, table 1, but for that of automatic detection.
 const INDICES: std::ops::Range<u8> = 0..BIT_TIMING_TABLE.len() as u8;
 
+const fn lss(id: &'static str, title: &'static str, run: fn(&mut Tester<'_>) -> Outcome) -> Case {
+    case(id, "", title, run).about(Scope::Lss)
+}
+
 pub(crate) const CASES: &[Case] = &[
-    case("305/6.3.2/1", "", "switch state global leads to LSS configuration and back to LSS waiting", |t| {
+    lss("305/6.3.2/1", "switch state global leads to LSS configuration and back to LSS waiting", |t| {
         let lss = begin(t)?;
         is_silent(t, LssRequest::InquireNode.frame())?;
         switch(t, LssState::Configuration)?;
@@ -29,7 +33,7 @@ pub(crate) const CASES: &[Case] = &[
         switch(t, LssState::Waiting)?;
         is_silent(t, LssRequest::InquireNode.frame())
     }),
-    case("305/6.3.2/2", "", "LSS is there in every NMT state", |t| {
+    lss("305/6.3.2/2", "LSS is there in every NMT state", |t| {
         begin(t)?;
         for state in [NmtState::Stopped, NmtState::Operational, NmtState::PreOperational] {
             t.enter(state)?;
@@ -39,12 +43,12 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     })
     .recommended(),
-    case("305/6.3.3/1", "", "switch state selective selects the device by its identity", |t| {
+    lss("305/6.3.3/1", "switch state selective selects the device by its identity", |t| {
         let lss = begin(t)?;
         select(t)?;
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(Some(lss.node)))
     }),
-    case("305/6.3.3/2", "", "switch state selective does not select the device by another identity", |t| {
+    lss("305/6.3.3/2", "switch state selective does not select the device by another identity", |t| {
         let lss = begin(t)?;
         for other in Part::ALL {
             for part in Part::ALL {
@@ -55,7 +59,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("305/6.4.2/1", "", "configure node-ID: the device has it after its communication is reset", |t| {
+    lss("305/6.4.2/1", "configure node-ID: the device has it after its communication is reset", |t| {
         let lss = begin(t)?;
         let other = free_node(t)?;
         select(t)?;
@@ -68,7 +72,7 @@ pub(crate) const CASES: &[Case] = &[
         ensure(!is_there(t, lss.node)?, || format!("node {} still answers", lss.node))
     })
     .needs(NODE_ID),
-    case("305/6.4.2/2", "", "configure node-ID: 0 and 128 to 254 are refused", |t| {
+    lss("305/6.4.2/2", "configure node-ID: 0 and 128 to 254 are refused", |t| {
         begin(t)?;
         select(t)?;
         for node in [0, 128, 200, 254] {
@@ -80,7 +84,7 @@ pub(crate) const CASES: &[Case] = &[
         Ok(())
     })
     .needs(NODE_ID),
-    case("305/6.4.2/3", "", "configuring and inquiring are left unanswered in LSS waiting", |t| {
+    lss("305/6.4.2/3", "configuring and inquiring are left unanswered in LSS waiting", |t| {
         let lss = begin(t)?;
         // These change nothing, even if they are carried out.
         let own = LssRequest::ConfigureNode(Some(lss.node));
@@ -91,7 +95,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("305/6.4.2/4", "", "a device without node-ID has LSS and nothing else", |t| {
+    lss("305/6.4.2/4", "a device without node-ID has LSS and nothing else", |t| {
         let lss = lose_node_id(t)?;
         ensure(!is_there(t, lss.node)?, || "it answers SDO")?;
         t.nmt(NmtCommand::Start)?;
@@ -102,7 +106,7 @@ pub(crate) const CASES: &[Case] = &[
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(None))
     })
     .needs(NODE_ID),
-    case("305/6.4.3/1", "", "configure bit timing: the bit rates of the data sheet are taken", |t| {
+    lss("305/6.4.3/1", "configure bit timing: the bit rates of the data sheet are taken", |t| {
         begin(t)?;
         own_rate(t)?;
         select(t)?;
@@ -110,7 +114,7 @@ pub(crate) const CASES: &[Case] = &[
         supported.into_iter().try_for_each(|index| configure_bit_timing(t, index, 0))
     })
     .needs(NODE_ID),
-    case("305/6.4.3/2", "", "configure bit timing: other bit rates and tables are refused", |t| {
+    lss("305/6.4.3/2", "configure bit timing: other bit rates and tables are refused", |t| {
         begin(t)?;
         own_rate(t)?;
         select(t)?;
@@ -120,7 +124,7 @@ pub(crate) const CASES: &[Case] = &[
         answers(t, of_reserved_table, LssResponse::ConfigureBitTiming { error: 1, specific: 0 })
     })
     .needs(NODE_ID),
-    case("305/6.4.5/1", "", "store configuration succeeds, or says that it is not supported", |t| {
+    lss("305/6.4.5/1", "store configuration succeeds, or says that it is not supported", |t| {
         // What is stored is what the device has.
         begin(t)?;
         select(t)?;
@@ -131,12 +135,12 @@ pub(crate) const CASES: &[Case] = &[
         }
     })
     .needs(STORE),
-    case("305/6.4.5/2", "", "store configuration is left unanswered in LSS waiting", |t| {
+    lss("305/6.4.5/2", "store configuration is left unanswered in LSS waiting", |t| {
         begin(t)?;
         is_silent(t, LssRequest::Store.frame())
     })
     .needs(STORE),
-    case("305/6.5.2/1", "", "inquire identity has what 1018h has", |t| {
+    lss("305/6.5.2/1", "inquire identity has what 1018h has", |t| {
         let lss = begin(t)?;
         select(t)?;
         for part in Part::ALL {
@@ -144,7 +148,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("305/6.5.3/1", "", "inquire node-ID has the active node-ID, and not the one that was configured", |t| {
+    lss("305/6.5.3/1", "inquire node-ID has the active node-ID, and not the one that was configured", |t| {
         let lss = begin(t)?;
         let other = free_node(t)?;
         select(t)?;
@@ -152,7 +156,7 @@ pub(crate) const CASES: &[Case] = &[
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(Some(lss.node)))
     })
     .needs(NODE_ID),
-    case("305/6.6.2/1", "", "identify remote slave: the device answers to a range that has its identity", |t| {
+    lss("305/6.6.2/1", "identify remote slave: the device answers to a range that has its identity", |t| {
         let lss = begin(t)?;
         for (low, high) in [(lss.identity.serial, lss.identity.serial), (0, u32::MAX)] {
             let asked = identify(t, lss.of_major_revision(low), high)?;
@@ -160,7 +164,7 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("305/6.6.2/2", "", "identify remote slave: the device is silent if the range lacks its identity", |t| {
+    lss("305/6.6.2/2", "identify remote slave: the device is silent if the range lacks its identity", |t| {
         let lss = begin(t)?;
         let Identity { vendor, product, revision, serial } = lss.identity;
         let own = lss.of_major_revision(0);
@@ -180,16 +184,16 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     }),
-    case("305/6.6.4/1", "", "identify non-configured remote slave: a device with node-ID is silent", |t| {
+    lss("305/6.6.4/1", "identify non-configured remote slave: a device with node-ID is silent", |t| {
         begin(t)?;
         is_silent(t, LssRequest::IdentifyUnconfigured.frame())
     }),
-    case("305/6.6.4/2", "", "identify non-configured remote slave: a device without node-ID answers", |t| {
+    lss("305/6.6.4/2", "identify non-configured remote slave: a device without node-ID answers", |t| {
         lose_node_id(t)?;
         answers(t, LssRequest::IdentifyUnconfigured, LssResponse::Unconfigured)
     })
     .needs(NODE_ID),
-    case("305/6.7/1", "", "fastscan: a device without node-ID is found bit by bit, and selected", |t| {
+    lss("305/6.7/1", "fastscan: a device without node-ID is found bit by bit, and selected", |t| {
         let lss = lose_node_id(t)?;
         answers(t, RESTART, LssResponse::Identified)?;
         for part in Part::ALL {
@@ -208,7 +212,7 @@ pub(crate) const CASES: &[Case] = &[
         answers(t, LssRequest::InquireNode, LssResponse::InquiredNode(None))
     })
     .needs(NODE_ID),
-    case("305/6.7/2", "", "fastscan: each part is answered in its turn, and 80h begins anew", |t| {
+    lss("305/6.7/2", "fastscan: each part is answered in its turn, and 80h begins anew", |t| {
         let lss = lose_node_id(t)?;
         let step = |part| {
             let value = lss.identity.part(part);
@@ -224,7 +228,7 @@ pub(crate) const CASES: &[Case] = &[
         answers(t, step(Part::Vendor), LssResponse::Identified)
     })
     .needs(NODE_ID),
-    case("305/6.7/3", "", "fastscan: a device with node-ID is silent", |t| {
+    lss("305/6.7/3", "fastscan: a device with node-ID is silent", |t| {
         begin(t)?;
         is_silent(t, RESTART.frame())
     }),

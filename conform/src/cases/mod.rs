@@ -11,6 +11,7 @@ mod messages;
 mod nmt;
 mod pdo;
 mod pdo_mapping;
+mod receiving;
 mod robustness;
 mod sdo;
 mod storing;
@@ -31,6 +32,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         nmt::CASES,
         block::CASES,
         transmission::CASES,
+        receiving::CASES,
         robustness::CASES,
         lss::CASES,
     ];

@@ -226,12 +226,18 @@ fn has_services(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 
 /// An RPDO whose objects can be read back, with its identifier.
 pub(crate) fn received(t: &mut Tester<'_>) -> Outcome<(CobId, Pdo)> {
+    received_by(t, |_, _| true)
+}
+
+/// The same, of those RPDOs that are wanted.
+pub(crate) fn received_by(t: &mut Tester<'_>, wanted: fn(&Tester<'_>, &Pdo) -> bool) -> Outcome<(CobId, Pdo)> {
     for pdo in t.sheet.device.pdos.clone() {
         let readable = |mapped: &lexican_eds::model::Mapped| {
             let whole = mapped.bits.is_multiple_of(8);
             whole && t.entry(mapped.index, mapped.sub).is_ok_and(|entry| entry.access.readable() && t.may_write(&entry))
         };
-        if pdo.direction == Direction::Receive && !pdo.mapping.is_empty() && pdo.mapping.iter().all(readable) {
+        let is_received = pdo.direction == Direction::Receive && !pdo.mapping.is_empty();
+        if is_received && wanted(t, &pdo) && pdo.mapping.iter().all(readable) {
             let cob_id = t.read(0x13FF + pdo.number, 1)? as u32;
             if cob_id >> 31 == 0 {
                 return Ok((CobId::from_parameter(cob_id), pdo));

@@ -152,7 +152,7 @@ fn remote(t: &mut Tester<'_>, state: NmtState) -> Outcome {
 }
 
 /// The TPDO that shows the input which the stimulus lets change.
-fn with_input(t: &Tester<'_>) -> Outcome<(Pdo, InputStimulus)> {
+pub(crate) fn with_input(t: &Tester<'_>) -> Outcome<(Pdo, InputStimulus)> {
     let stimulus = t.settings.stimuli.input.ok_or_else(|| not_applicable("nothing is known that changes an input"))?;
     let mapped = |pdo: &Pdo| pdo.mapping.iter().any(|mapped| (mapped.index, mapped.sub) == stimulus.shown_by);
     let pdo = tpdos(t)?.into_iter().find(mapped).ok_or_else(|| not_applicable("no TPDO shows the input"))?;

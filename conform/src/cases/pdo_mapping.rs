@@ -120,7 +120,7 @@ fn receives_only(entry: &Entry) -> bool {
 }
 
 /// What a mapping parameter says of an entry.
-fn parameter(t: &Tester<'_>, entry: &Entry) -> u32 {
+pub(crate) fn parameter(t: &Tester<'_>, entry: &Entry) -> u32 {
     u32::from(entry.index) << 16 | u32::from(entry.sub) << 8 | t.bits(entry).map_or(0, u32::from)
 }
 
@@ -134,12 +134,14 @@ fn mapping_index(pdo: &Pdo) -> u16 {
 
 /// The first PDO whose mapping can be written, and that can be switched off.
 fn dynamic(t: &Tester<'_>, direction: Direction) -> Outcome<Pdo> {
+    let mut pdos = t.sheet.device.pdos.iter().filter(|pdo| pdo.direction == direction);
+    let dynamic = pdos.find(|pdo| has_dynamic_mapping(t, pdo));
+    dynamic.cloned().ok_or_else(|| not_applicable("no PDO whose mapping can be written"))
+}
+
+pub(crate) fn has_dynamic_mapping(t: &Tester<'_>, pdo: &Pdo) -> bool {
     let settable = |index, sub| t.entry(index, sub).is_ok_and(|entry| entry.access.writable());
-    let pdos = t.sheet.device.pdos.iter().filter(|pdo| pdo.direction == direction);
-    let mut dynamic = pdos.filter(|pdo| {
-        settable(parameter_index(pdo), 1) && [0, 1].into_iter().all(|sub| settable(mapping_index(pdo), sub))
-    });
-    dynamic.next().cloned().ok_or_else(|| not_applicable("no PDO whose mapping can be written"))
+    settable(parameter_index(pdo), 1) && [0, 1].into_iter().all(|sub| settable(mapping_index(pdo), sub))
 }
 
 fn mappable(t: &Tester<'_>, what: &str, wanted: fn(&Tester<'_>, &Entry) -> bool) -> Outcome<Vec<Entry>> {
@@ -161,14 +163,14 @@ fn of_some_value(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome<Entry> {
     best.ok_or_else(|| not_applicable("nothing but the default mapping can be transmitted"))
 }
 
-fn switch_off(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome {
+pub(crate) fn switch_off(t: &mut Tester<'_>, pdo: &Pdo) -> Outcome {
     let index = parameter_index(pdo);
     let cob_id = t.read(index, 1)? as u32;
     t.write(index, 1, cob_id | 1 << 31)
 }
 
 /// Maps some entries by the procedure of CiA 301, 7.5.2.36, but for switching the PDO on.
-fn map(t: &mut Tester<'_>, pdo: &Pdo, entries: &[u32]) -> Outcome<Answer> {
+pub(crate) fn map(t: &mut Tester<'_>, pdo: &Pdo, entries: &[u32]) -> Outcome<Answer> {
     switch_off(t, pdo)?;
     let index = mapping_index(pdo);
     t.write(index, 0, 0)?;

@@ -4,13 +4,22 @@ use lexican_runtime::wire::nmt::NmtCommand;
 use lexican_runtime::{AbortCode, CobId};
 
 use super::storing::BOTH;
-use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
+use crate::case::{Case, Outcome, Scope, case, ensure, failed, not_applicable};
 use crate::tester::Tester;
 
 pub(crate) const CASES: &[Case] = &[
-    case("306-1/6/1", "1.0", "the data sheet has no findings", |t| {
+    case("306-1/6/1", "1.0", "the data sheet has no errors by which no device could be tested", |t| {
+        ensure(!t.sheet.is_unfit, || "the linter finds errors in it")
+    })
+    .about(Scope::DataSheet),
+    case("306-1/6/2", "", "the data sheet contradicts neither itself nor the standard", |t| {
+        if t.sheet.is_unfit {
+            return Err(not_applicable("it has errors"));
+        }
         ensure(t.sheet.findings.is_empty(), || &t.sheet.findings)
-    }),
+    })
+    .about(Scope::DataSheet)
+    .recommended(),
     case("301/7.2.4.3.6/1", "2.1", "1000h is read in one message", |t| {
         let answer = t.request([0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
         // With its size or without.

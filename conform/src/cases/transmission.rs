@@ -1,14 +1,14 @@
 //! Beyond the plan: every transmission type, with its timing, and what is not changed while a PDO exists.
 
-use lexican_eds::model::{Pdo, Value};
+use lexican_eds::model::{Entry, Mapped, Pdo, Value};
 use lexican_runtime::AbortCode;
 use lexican_runtime::wire::nmt::NmtState;
 
 use super::messages::produce_nothing;
 use super::nmt::{received, values};
-use super::pdo::{Tpdo, Transmission, configure, tpdos, transmission};
+use super::pdo::{Tpdo, Transmission, configure, tpdos, transmission, with_input};
 use crate::case::{Case, Outcome, case, ensure, failed, not_applicable};
-use crate::tester::{PATIENCE_MS, Tester, text};
+use crate::tester::{InputStimulus, PATIENCE, PATIENCE_MS, Tester, text};
 
 pub(crate) const CASES: &[Case] = &[
     case("301/7.5.2.37/3", "", "each transmission type is taken, or refused as a value", |t| {
@@ -43,7 +43,8 @@ pub(crate) const CASES: &[Case] = &[
     }),
     case("301/7.2.2.3/4", "", "type 252: a remote frame asks for what SYNC has sampled", |t| {
         produce_nothing(t)?;
-        let tpdo = of_type(t, 252)?;
+        let pdo = tpdos(t)?.remove(0);
+        let tpdo = of_type(t, &pdo, 252)?;
         t.enter(NmtState::Operational)?;
         t.sync(None)?;
         let heard = t.hear_id(tpdo.id, 20)?;
@@ -54,6 +55,27 @@ pub(crate) const CASES: &[Case] = &[
             ensure(heard.len() == 1, || format!("{} answers a remote frame", text(&heard)))?;
         }
         Ok(())
+    }),
+    case("301/7.2.2.3/7", "", "type 252: what is answered is from the last SYNC", |t| {
+        let (pdo, source) = with_source(t)?;
+        produce_nothing(t)?;
+        let tpdo = of_type(t, &pdo, 252)?;
+        if let Source::Input(input) = source {
+            t.apply(input.starts)?;
+        }
+        t.enter(NmtState::Operational)?;
+        let first = sampled(t, &tpdo)?;
+        match &source {
+            Source::Input(_) => _ = t.hear_ms(PATIENCE_MS)?,
+            Source::Entry(entry) => {
+                let value = t.read(entry.index, entry.sub)? as u32;
+                t.write(entry.index, entry.sub, value ^ 1)?;
+            }
+        }
+        let second = asked(t, &tpdo)?;
+        ensure(first == second, || format!("without SYNC between them, {first:02X?} and {second:02X?} come"))?;
+        let third = sampled(t, &tpdo)?;
+        ensure(second != third, || format!("{third:02X?} comes again after a change and SYNC"))
     }),
     case("301/7.2.2.3/5", "", "type 255: the event timer sends a TPDO", |t| {
         let pdo = with_event_timer(t)?;
@@ -168,13 +190,51 @@ fn switched_off(t: &mut Tester<'_>) -> Outcome<Pdo> {
 }
 
 /// A TPDO of a type that a device need not have.
-fn of_type(t: &mut Tester<'_>, code: u8) -> Outcome<Tpdo> {
-    let pdo = switched_off(t)?;
-    match t.try_write(parameter(&pdo), 2, u32::from(code))? {
-        Ok(()) => configure(t, &pdo, transmission(code)),
+fn of_type(t: &mut Tester<'_>, pdo: &Pdo, code: u8) -> Outcome<Tpdo> {
+    let index = parameter(pdo);
+    if !t.has_value(index, 2, u32::from(code)) {
+        return Err(not_applicable(format!("the limits of {index:04X}:02 do not have type {code}")));
+    }
+    switch_off(t, pdo)?;
+    match t.try_write(index, 2, u32::from(code))? {
+        Ok(()) => configure(t, pdo, transmission(code)),
         Err(refused) if is_of_value(refused) => Err(not_applicable(format!("the device has no type {code}"))),
         Err(refused) => Err(failed(format!("type {code} is refused with {refused}"))),
     }
+}
+
+/// What changes the contents of a TPDO.
+enum Source {
+    Input(InputStimulus),
+    Entry(Entry),
+}
+
+/// A TPDO whose contents the test can change.
+fn with_source(t: &Tester<'_>) -> Outcome<(Pdo, Source)> {
+    if let Ok((pdo, input)) = with_input(t) {
+        return Ok((pdo, Source::Input(input)));
+    }
+    let changeable = |mapped: &Mapped| {
+        let entry = t.entry(mapped.index, mapped.sub).ok()?;
+        let both = entry.access.readable() && entry.access.writable();
+        (both && t.size(&entry) <= Some(4) && t.may_write(&entry)).then_some(entry)
+    };
+    let found = tpdos(t)?.into_iter().find_map(|pdo| Some((pdo.mapping.iter().find_map(changeable)?, pdo)));
+    let (entry, pdo) = found.ok_or_else(|| not_applicable("nothing is known that changes what a TPDO has"))?;
+    Ok((pdo, Source::Entry(entry)))
+}
+
+/// What a remote frame asks for, after a SYNC.
+fn sampled(t: &mut Tester<'_>, tpdo: &Tpdo) -> Outcome<Vec<u8>> {
+    t.sync(None)?;
+    t.hear_ms(20)?;
+    asked(t, tpdo)
+}
+
+fn asked(t: &mut Tester<'_>, tpdo: &Tpdo) -> Outcome<Vec<u8>> {
+    t.send_remote(tpdo.id, tpdo.len)?;
+    let answer = t.next(tpdo.id, PATIENCE)?;
+    answer.map(|frame| frame.data().to_vec()).ok_or_else(|| failed("a remote frame is not answered"))
 }
 
 fn with_event_timer(t: &Tester<'_>) -> Outcome<Pdo> {

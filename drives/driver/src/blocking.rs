@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::future::Future;
+use std::io::Write;
 use std::marker::PhantomData;
 use std::pin::pin;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -171,11 +172,25 @@ impl<L: Link, K> Drive<L, K> {
     where
         L: Send + 'static,
     {
-        self.supervision = Some(supervision);
-        self.shared.with(|machine| machine.protect(supervision))?;
-        let shared = Arc::clone(&self.shared);
-        std::thread::Builder::new().spawn(move || shared.keep_alive()).map_err(LinkError::from)?;
+        self.protect(supervision)?;
         Ok(self)
+    }
+
+    /// Arms what [`Drive::connect_protected`] arms, for a program that goes on with a drive that cannot notice.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::connect_protected`].
+    pub fn protect(&mut self, supervision: Supervision) -> Result<Protection, Error>
+    where
+        L: Send + 'static,
+    {
+        self.shared.with(|machine| machine.protect(supervision))?;
+        if self.supervision.replace(supervision).is_none() {
+            let shared = Arc::clone(&self.shared);
+            std::thread::Builder::new().spawn(move || shared.keep_alive()).map_err(LinkError::from)?;
+        }
+        Ok(self.protection())
     }
 
     fn identify(&mut self) -> Result<(), Error> {
@@ -461,7 +476,9 @@ impl<L: Link, K> fmt::Debug for Drive<L, K> {
 impl<L: Link, K> Drop for Drive<L, K> {
     fn drop(&mut self) {
         if let Some(what) = self.shared.take().as_mut().and_then(Machine::let_go) {
-            eprintln!("the drive at node {} was let go while it may be moving: {what}", self.node);
+            // A program whose standard error is closed has to end all the same.
+            let text = format_args!("the drive at node {} was let go while it may be moving: {what}", self.node);
+            let _ = writeln!(std::io::stderr(), "{text}");
         }
     }
 }

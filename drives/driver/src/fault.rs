@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use lexican_runtime::wire::emcy::ErrorCode;
+
 /// What a drive's manual says of an emergency code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Code {
@@ -85,7 +87,7 @@ impl fmt::Display for Cause {
             Cause::Fault(code) => fmt::Display::fmt(code, f),
             Cause::Notice(Code { label: "", text, .. }) => f.write_str(text),
             Cause::Notice(code) => fmt::Display::fmt(code, f),
-            Cause::Unknown(code) => write!(f, "code {code:04X}, unknown to the manual"),
+            Cause::Unknown(code) => write!(f, "{}; the drive's description has no such code", ErrorCode(*code)),
         }
     }
 }
@@ -121,6 +123,7 @@ mod tests {
         assert_eq!(Cause::Fault(Code { label: "", ..HOT }).to_string(), "4310: too hot");
         assert_eq!(Cause::Notice(PASSIVE).to_string(), "error passive");
         assert_eq!(Cause::Notice(Code { label: "n7", ..PASSIVE }).to_string(), "n7 (8120): error passive");
-        assert_eq!(Cause::Unknown(0x12).to_string(), "code 0012, unknown to the manual");
+        let mains = "3120h: mains voltage (31xxh); the drive's description has no such code";
+        assert_eq!(Cause::Unknown(0x3120).to_string(), mains);
     }
 }

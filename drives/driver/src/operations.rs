@@ -438,7 +438,7 @@ macro_rules! operations {
             /// # Errors
             ///
             /// [`Error::PdoInUse`] for one by which the driver itself talks to the drive.
-            fn send_pdo [V: Values](drive, number: u16, mapping: &Mapping<Rpdo, V>, values: V) -> () =
+            fn send_pdo [V: Values, N](drive, number: u16, mapping: &Mapping<Rpdo, V, N>, values: V) -> () =
                 sequence::send_pdo(drive, number, mapping, values);
 
             /// The values of transmit PDO `number` (1 to 4), which the application has mapped: of the last one that has
@@ -447,7 +447,7 @@ macro_rules! operations {
             /// # Errors
             ///
             /// [`Error::NoPdo`], [`Error::ShortPdo`].
-            fn receive_pdo [V: Values](drive, number: u16, mapping: &Mapping<Tpdo, V>) -> V =
+            fn receive_pdo [V: Values, N](drive, number: u16, mapping: &Mapping<Tpdo, V, N>) -> V =
                 sequence::receive_pdo(drive, number, mapping);
 
             /// Reads an object.
@@ -455,14 +455,14 @@ macro_rules! operations {
             /// # Errors
             ///
             /// [`Error::Sdo`], [`Error::DataSheet`].
-            fn read [T: Value, A: Readable, M] (drive, object: Object<T, A, M>) -> T = drive.read(object);
+            fn read [T: Value, A: Readable, M, D] (drive, object: Object<T, A, M, D>) -> T = drive.read(object);
 
             /// Writes an object.
             ///
             /// # Errors
             ///
             /// [`Error::OutOfRange`] before anything is sent; [`Error::Sdo`].
-            fn write [T: Value, A: Writable, M] (drive, object: Object<T, A, M>, value: T) -> () =
+            fn write [T: Value, A: Writable, M, D] (drive, object: Object<T, A, M, D>, value: T) -> () =
                 drive.write(object, value);
 
             /// Lets time pass, and keeps listening meanwhile. While the drive may be moving, its status word is looked

@@ -355,7 +355,7 @@ fn its_pdos_of_the_factory_have_no_inhibit_time() {
 /// Bit 30 of 1800h:01 is not supported (6.3.2.1).
 #[test]
 fn remote_frames_cannot_be_forbidden() {
-    const STATUS: Mapping<Tpdo, (od::Statusword,)> = Mapping::transmit().with(od::STATUSWORD);
+    const STATUS: Mapping<Tpdo, (od::Statusword,), od::Device> = Mapping::transmit().with(od::STATUSWORD);
     let mut bench = Bench::by_sdo();
     let id = CobId::of_node(0x180, NODE);
     let cob_id = PdoCobId::valid(id).without_remote();
@@ -374,9 +374,9 @@ fn remote_frames_cannot_be_forbidden() {
 
 #[test]
 fn its_pdos_are_mapped_freely() {
-    const ORDER: Mapping<Rpdo, (od::Position, od::Speed)> =
+    const ORDER: Mapping<Rpdo, (od::Position, od::Speed), od::Device> =
         Mapping::receive().with(od::TARGET_POSITION).with(od::PROFILE_VELOCITY);
-    const ACTUAL: Mapping<Tpdo, (od::Position, od::ManufacturerStatus)> =
+    const ACTUAL: Mapping<Tpdo, (od::Position, od::ManufacturerStatus), od::Device> =
         Mapping::transmit().with(od::POSITION_ACTUAL_VALUE).with(od::MANUFACTURER_STATUS_REGISTER);
     let mut bench = Bench::by_sdo();
     let id = |base| PdoCobId::valid(CobId::of_node(base, NODE));

@@ -35,12 +35,12 @@ fn the_sdo_examples_of_chapter_7_2_8_are_answered_byte_for_byte() {
 #[test]
 fn every_entry_of_the_data_sheet_is_served() {
     let mut bench = Bench::new();
-    for entry in od::TABLE.entries {
+    for entry in od::TABLE.entries() {
         let read = bench.read(entry.address.index(), entry.address.sub());
         let expected = if entry.access.is_readable() { read.is_ok() } else { read == Err(0x0601_0001) };
         assert!(expected, "{}: {read:08X?}", entry.address);
     }
-    assert_eq!(od::TABLE.entries.len(), 138);
+    assert_eq!(od::TABLE.entries().count(), 138);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use lexican_driver::Code;
 use lexican_driver::description::{EmergencySwitch, Number};
 use lexican_runtime::device::Behaviour;
-use lexican_runtime::object::{Address, Condition, ConditionalLimit, DataType, Dictionary, Table};
+use lexican_runtime::object::{Address, Condition, ConditionalLimit, DataType, Dictionary, Row, Table};
 use lexican_runtime::service::sdo_server::SizesIndicated;
 use lexican_runtime::{Duration, Instant, NodeId};
 use siko_ag03_1::fault::{self, Fault, FaultKind};
@@ -35,8 +35,13 @@ const ABSENT: [u16; 12] =
 /// The dictionary of the AG03/1 without them.
 static FEWER: LazyLock<Table> = LazyLock::new(|| {
     let is_there = |address: Address| !ABSENT.contains(&address.index()) && address != Address::new(0x2410, 0x0A);
-    let entries: Vec<_> = od::TABLE.entries.iter().filter(|entry| is_there(entry.address)).copied().collect();
-    Table { entries: entries.leak(), ..od::TABLE }
+    let rows = od::TABLE.entries().filter(|entry| is_there(entry.address)).map(|entry| {
+        let row = Row::new(entry.address.index(), entry.address.sub(), entry.data_type, entry.access, entry.mapping);
+        let row = row.at(entry.offset, entry.capacity);
+        let row = if entry.limit > 0 { row.limited(entry.limit - 1) } else { row };
+        if entry.plus_node { row.plus_node() } else { row }
+    });
+    Table { rows: rows.collect::<Vec<_>>().leak(), ..od::TABLE }
 });
 
 static VARIANT: Model = Model {

@@ -42,7 +42,7 @@ impl<const N: usize> Storage for Dictionary<N> {
     }
 
     fn addresses(&self) -> Vec<Address> {
-        self.table().entries.iter().map(|entry| entry.address).collect()
+        self.table().entries().map(|entry| entry.address).collect()
     }
 
     fn duplicate(&self) -> Box<dyn Storage> {
@@ -59,7 +59,7 @@ impl Clone for Box<dyn Storage> {
 impl dyn Storage + '_ {
     /// The value of an object; zero where there is none.
     #[must_use]
-    pub fn get<T: Value, A, M>(&self, object: Object<T, A, M>) -> T {
+    pub fn get<T: Value, A, M, D>(&self, object: Object<T, A, M, D>) -> T {
         T::from_raw(self.raw(object.address()).unwrap_or_default())
     }
 }

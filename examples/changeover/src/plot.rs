@@ -1,6 +1,6 @@
 //! The positions of all drives over time as a picture: a panel for each unit.
 
-use chart::{Curve, Panel, Picture};
+use lexican_toolbox::chart::{self, Curve, Panel, Picture};
 
 use crate::recipe::Unit;
 use crate::report::{Report, Row};

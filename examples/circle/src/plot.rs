@@ -1,6 +1,6 @@
 //! The circle as it was followed, as a picture.
 
-use chart::{Curve, Panel, Picture};
+use lexican_toolbox::chart::{self, Curve, Panel, Picture};
 
 use crate::recorder::{Cycle, Recording};
 

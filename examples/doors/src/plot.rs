@@ -1,6 +1,6 @@
 //! The positions through each interface, and how far they are from each other.
 
-use chart::{Curve, Panel, Picture, Rgb};
+use lexican_toolbox::chart::{self, Curve, Panel, Picture, Rgb};
 
 use crate::travel::{Run, TARGET};
 

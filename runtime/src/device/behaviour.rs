@@ -1,5 +1,7 @@
 //! How devices differ where CiA 301 leaves it open, and where they deviate from it: as data.
 
+use core::fmt::Debug;
+
 use crate::object::WritableIn;
 use crate::service::sdo_server::SizesIndicated;
 use crate::service::tpdo::Triggers;
@@ -104,6 +106,42 @@ impl Behaviour {
             TransmissionType::EventProfile => self.triggers_255,
             _ => Triggers::NONE,
         }
+    }
+}
+
+/// The behaviour of a device: a value that is chosen when the program runs, or a type that has it as a constant. Of a
+/// constant the compiler leaves no code for what the device does not do, and no memory.
+///
+/// ```
+/// use lexican_runtime::device::{Behaves, Behaviour};
+///
+/// #[derive(Clone, Copy, Debug, Default)]
+/// struct Sensor;
+///
+/// impl Behaves for Sensor {
+///     fn behaviour(&self) -> &Behaviour {
+///         const { &Behaviour { rpdo_deadlines: false, ..Behaviour::CIA_301 } }
+///     }
+/// }
+/// ```
+pub trait Behaves: Copy + Debug + Default + Send + Sync + 'static {
+    /// What the device does where CiA 301 leaves it open.
+    fn behaviour(&self) -> &Behaviour;
+}
+
+impl Behaves for Behaviour {
+    fn behaviour(&self) -> &Behaviour {
+        self
+    }
+}
+
+/// [`Behaviour::CIA_301`] as a constant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cia301;
+
+impl Behaves for Cia301 {
+    fn behaviour(&self) -> &Behaviour {
+        const { &Behaviour::CIA_301 }
     }
 }
 

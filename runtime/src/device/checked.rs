@@ -3,14 +3,14 @@
 
 use core::marker::PhantomData;
 
-use super::behaviour::{Behaviour, ChangeRule, ErrorControlRule};
+use super::behaviour::{Behaves as _, Behaviour, ChangeRule, ErrorControlRule};
 use super::identifiers::{self, SYNC_GENERATED, TIME_EXISTS, TIME_PRODUCED, identifier, is_cob_id, switched};
 use super::selection::Selection;
 use super::services::{RpdoSlot, Services, TpdoSlot};
 use crate::abort::AbortCode;
 use crate::cia301;
 use crate::id::{CobId, NodeId};
-use crate::object::{Address, Direction, Entry, Mapped, ObjectDictionary};
+use crate::object::{Address, Direction, Entry, Mapped, ObjectDictionary, number};
 use crate::service::choice::sealed::Choice;
 use crate::service::mapping;
 use crate::service::objects;
@@ -23,7 +23,7 @@ pub(super) struct Checked<'a, const MAPPED: usize, S: Selection> {
     pub(super) od: &'a mut dyn ObjectDictionary,
     node: NodeId,
     state: NmtState,
-    pub(super) behaviour: &'a Behaviour,
+    behaviour: &'a S::Behaviour,
     pub(super) rpdos: &'a [RpdoSlot<MAPPED>],
     pub(super) tpdos: &'a [TpdoSlot<MAPPED>],
     /// How many heartbeats the device has room to consume.
@@ -67,7 +67,7 @@ impl<const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, MAPPED,
 
     fn read(&mut self, entry: &Entry, offset: u32, buffer: &mut [u8]) -> Result<usize, AbortCode> {
         let (index, sub) = (entry.address.index(), entry.address.sub());
-        if index == cia301::PREDEFINED_ERROR_FIELD && sub > 0 && !self.behaviour.empty_history_is_zero {
+        if index == cia301::PREDEFINED_ERROR_FIELD && sub > 0 && !self.behaviour().empty_history_is_zero {
             let errors = objects::read_u8(self.od, cia301::PREDEFINED_ERROR_FIELD, 0).unwrap_or(0);
             if sub > errors {
                 return Err(AbortCode::NO_DATA);
@@ -78,15 +78,13 @@ impl<const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, MAPPED,
 
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode> {
         let index = entry.address.index();
-        let rule = self.behaviour.writable_in.iter().find(|rule| rule.address == entry.address);
+        let rule = self.behaviour().writable_in.iter().find(|rule| rule.address == entry.address);
         require(rule.is_none_or(|rule| rule.allows(self.state)), AbortCode::DEVICE_STATE)?;
         let is_communication = cia301::COMMUNICATION.contains(&index);
         // What has another length than its type is for the dictionary to refuse.
         if is_communication && entry.data_type.size() == Some(data.len()) {
-            let mut raw = [0; 8];
-            raw.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
             // No object that is checked is longer than 32 bits.
-            self.check(entry.address, u32::try_from(u64::from_le_bytes(raw)).unwrap_or(u32::MAX))?;
+            self.check(entry.address, u32::try_from(number(data)).unwrap_or(u32::MAX))?;
         }
         self.od.write(entry, offset, data, last)?;
         if index == cia301::PREDEFINED_ERROR_FIELD {
@@ -96,8 +94,9 @@ impl<const MAPPED: usize, S: Selection> ObjectDictionary for Checked<'_, MAPPED,
     }
 }
 
-impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
-    /// Whether `value` may be written now.
+impl<'a, const MAPPED: usize, S: Selection> Checked<'a, MAPPED, S> {
+    /// Whether `value` may be written now. Out of line, so that a write of any other object has few registers to save.
+    #[inline(never)]
     pub(super) fn check(&mut self, address: Address, value: u32) -> Result<(), AbortCode> {
         let (index, sub) = (address.index(), address.sub());
         require(!is_cob_id(address) || CobId::is_parameter(value), AbortCode::INVALID_VALUE)?;
@@ -137,6 +136,10 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
         require(is_there, AbortCode::DEVICE_INCOMPATIBLE)
     }
 
+    pub(super) fn behaviour(&self) -> &'a Behaviour {
+        self.behaviour.behaviour()
+    }
+
     /// What is in the dictionary now; 0 for what is not there.
     pub(super) fn current(&mut self, index: u16, sub: u8) -> u32 {
         objects::read_u32(self.od, index, sub).unwrap_or(0)
@@ -166,7 +169,7 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
     /// CiA 301, 7.5.2.15: bits 0 to 29 stay while TIME exists (bits 30 and 31).
     fn check_time_cob_id(&mut self, new: u32) -> Result<(), AbortCode> {
         let old = self.current(cia301::COB_ID_TIME, 0);
-        let can_be = new & TIME_PRODUCED == 0 || self.behaviour.produces_time;
+        let can_be = new & TIME_PRODUCED == 0 || self.behaviour().produces_time;
         require(identifier(new).is_some() && can_be, AbortCode::INVALID_VALUE)?;
         let existed = identifier(old).filter(|_| old & TIME_EXISTS != 0);
         let exists = identifier(new).filter(|_| new & TIME_EXISTS != 0);
@@ -191,7 +194,7 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
 
     /// Whether an identifier may change; `in_use` before and after.
     fn check_change(&self, old: u32, new: u32, in_use: bool) -> Result<(), AbortCode> {
-        match self.behaviour.changes {
+        match self.behaviour().changes {
             ChangeRule::InPreOperational => self.require_pre_operational(),
             ChangeRule::WhileInvalid => {
                 let same = CobId::from_parameter(old) == CobId::from_parameter(new);
@@ -217,7 +220,7 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
     }
 
     fn check_error_control(&self, clashes: bool) -> Result<(), AbortCode> {
-        let exclusive = self.behaviour.error_control == ErrorControlRule::Exclusive;
+        let exclusive = self.behaviour().error_control == ErrorControlRule::Exclusive;
         require(!(clashes && exclusive), AbortCode::PARAMETER_INCOMPATIBLE)
     }
 
@@ -264,7 +267,7 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
 
     /// CiA 301, 7.5.2.35 and 7.5.2.37: the communication parameter of a PDO.
     fn check_parameter(&mut self, direction: Direction, address: Address, new: u32) -> Result<(), AbortCode> {
-        if self.behaviour.changes == ChangeRule::InPreOperational {
+        if self.behaviour().changes == ChangeRule::InPreOperational {
             self.require_pre_operational()?;
         }
         let index = address.index();
@@ -275,7 +278,7 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
             // The SYNC counter never gets there.
             6 if new > 240 => Err(AbortCode::INVALID_VALUE),
             3 | 6 => {
-                let refused = valid && self.behaviour.changes == ChangeRule::WhileInvalid;
+                let refused = valid && self.behaviour().changes == ChangeRule::WhileInvalid;
                 let same = self.current(index, address.sub()) == new;
                 require(same || !refused, AbortCode::INVALID_VALUE)
             }
@@ -315,7 +318,7 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
     }
 
     pub(super) fn is_valid(&self, cob_id: PdoCobId) -> bool {
-        cob_id.is_valid() || !self.behaviour.pdo_bit_31
+        cob_id.is_valid() || !self.behaviour().pdo_bit_31
     }
 
     /// Whether the PDO with this communication parameter exists.
@@ -331,7 +334,7 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
         if self.current(index, sub) == new {
             return Ok(());
         }
-        match self.behaviour.changes {
+        match self.behaviour().changes {
             ChangeRule::InPreOperational => self.require_pre_operational()?,
             ChangeRule::WhileInvalid => {
                 require(!self.is_in_use(index - cia301::TO_MAPPING), AbortCode::UNSUPPORTED_ACCESS)?;
@@ -342,7 +345,7 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
         }
         require(self.current(index, 0) == 0, AbortCode::UNSUPPORTED_ACCESS)?;
         let mapped = Mapped::from_parameter(new);
-        if new == 0 { Ok(()) } else { mapping::check(mapped, direction, self.behaviour.dummies, self.od) }
+        if new == 0 { Ok(()) } else { mapping::check(mapped, direction, self.behaviour().dummies, self.od) }
     }
 
     fn check_mapping_length(&mut self, direction: Direction, index: u16, len: u32) -> Result<(), AbortCode> {
@@ -352,7 +355,7 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
         for sub in 1..=len.ok_or(AbortCode::PDO_LENGTH_EXCEEDED)? {
             let entry = objects::read_u32(self.od, index, sub).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
             let mapped = Mapped::from_parameter(entry);
-            mapping::check(mapped, direction, self.behaviour.dummies, self.od)?;
+            mapping::check(mapped, direction, self.behaviour().dummies, self.od)?;
             bits = mapping::bits_with(bits, mapped).ok_or(AbortCode::PDO_LENGTH_EXCEEDED)?;
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! How the communication objects of the dictionary configure the services.
 
-use super::behaviour::Behaviour;
+use super::behaviour::{Behaves as _, Behaviour};
 use super::checked::consumed_heartbeat;
 use super::identifiers::{self, SYNC_GENERATED, TIME_CONSUMED, TIME_PRODUCED, identifier};
 use super::selection::Selection;
@@ -92,14 +92,16 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     }
 
     fn load_time(&mut self, od: &mut dyn ObjectDictionary) {
+        let behaviour = self.behaviour.behaviour();
         let Some(time) = &mut self.time else { return };
         time.consumer = identifiers::time(TIME_CONSUMED, od);
-        time.producer = identifiers::time(TIME_PRODUCED, od).filter(|_| self.behaviour.produces_time);
+        time.producer = identifiers::time(TIME_PRODUCED, od).filter(|_| behaviour.produces_time);
     }
 
     fn load_emcy(&mut self, od: &mut dyn ObjectDictionary) {
         let inhibit = objects::read_u16(od, cia301::INHIBIT_TIME_EMCY, 0).unwrap_or(0);
-        self.emcy.configure(identifiers::emcy(od), Duration::from_100us(inhibit));
+        let order = self.behaviour().emcy_code_order;
+        self.emcy.configure(identifiers::emcy(od), Duration::from_100us(inhibit), order);
     }
 
     /// With a heartbeat there is no life guarding (CiA 301, 7.2.8.3.2.2), also where it had begun before.
@@ -122,7 +124,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         let mut last = 0;
         for slot in &mut self.rpdos {
             let Some(number) = next_pdo(Direction::Receive, last, od) else { return };
-            *slot = RpdoSlot { number, pdo: rpdo_of(&self.behaviour, number, od) };
+            *slot = RpdoSlot { number, pdo: rpdo_of(self.behaviour.behaviour(), number, od) };
             last = number;
         }
     }
@@ -131,14 +133,14 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
         let mut last = 0;
         for slot in &mut self.tpdos {
             let Some(number) = next_pdo(Direction::Transmit, last, od) else { return };
-            *slot = TpdoSlot { number, pdo: tpdo_of(&self.behaviour, number, od) };
+            *slot = TpdoSlot { number, pdo: tpdo_of(self.behaviour.behaviour(), number, od) };
             last = number;
         }
     }
 
     fn reload_rpdo(&mut self, number: u16, od: &mut dyn ObjectDictionary) {
         if let Some(slot) = self.rpdos.iter_mut().find(|slot| slot.number == number) {
-            let mut pdo = rpdo_of(&self.behaviour, number, od);
+            let mut pdo = rpdo_of(self.behaviour.behaviour(), number, od);
             pdo.resume(&slot.pdo);
             slot.pdo = pdo;
         }
@@ -148,7 +150,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     fn reload_tpdo(&mut self, number: u16, now: Instant, od: &mut dyn ObjectDictionary) {
         let operational = self.is_operational();
         if let Some(slot) = self.tpdos.iter_mut().find(|slot| slot.number == number) {
-            let mut pdo = tpdo_of(&self.behaviour, number, od);
+            let mut pdo = tpdo_of(self.behaviour.behaviour(), number, od);
             match (operational, slot.pdo.is_active()) {
                 (false, _) => {}
                 (true, false) => pdo.start(now),

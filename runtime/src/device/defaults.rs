@@ -109,7 +109,7 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
         let generates = address.index() == cia301::COB_ID_SYNC && value & SYNC_GENERATED != 0;
         require(!generates || can_generate, AbortCode::INVALID_VALUE)?;
         let produces_time = address.index() == cia301::COB_ID_TIME && value & TIME_PRODUCED != 0;
-        require(!produces_time || self.behaviour.produces_time, AbortCode::INVALID_VALUE)?;
+        require(!produces_time || self.behaviour().produces_time, AbortCode::INVALID_VALUE)?;
         if exists { self.check_default_identifier(address, value) } else { Ok(()) }
     }
 
@@ -155,6 +155,6 @@ impl<const MAPPED: usize, S: Selection> Checked<'_, MAPPED, S> {
     fn check_default_entry(&mut self, direction: Direction, address: Address, value: u32) -> Result<(), AbortCode> {
         let counts = u32::from(address.sub()) <= self.current(address.index(), 0);
         let mapped = Mapped::from_parameter(value);
-        if counts { mapping::check(mapped, direction, self.behaviour.dummies, self.od) } else { Ok(()) }
+        if counts { mapping::check(mapped, direction, self.behaviour().dummies, self.od) } else { Ok(()) }
     }
 }

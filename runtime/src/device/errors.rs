@@ -107,7 +107,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
     /// noticed itself. The generic bit is set with any of them, unless the device deviates.
     fn errors(&self) -> ErrorRegister {
         let errors = self.application_errors | self.own_errors();
-        let alone = errors.is_empty() || !self.behaviour.generic_error;
+        let alone = errors.is_empty() || !self.behaviour().generic_error;
         if alone { errors } else { errors | ErrorRegister::GENERIC }
     }
 
@@ -135,11 +135,11 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
 
     /// An error of communication that the device has noticed itself.
     pub(super) fn raise_communication_error(&mut self, code: ErrorCode, od: &mut dyn ObjectDictionary) {
-        if self.behaviour.unreported.contains(&code) {
+        if self.behaviour().unreported.contains(&code) {
             return;
         }
         self.communication_error = true;
-        self.report_error(code, [0; 5], self.behaviour.records_communication_errors, od);
+        self.report_error(code, [0; 5], self.behaviour().records_communication_errors, od);
     }
 
     /// Resets the error of communication in the register when none is left. While the application has errors, the

@@ -7,25 +7,34 @@ use crate::id::CobId;
 /// It has one bit for all identifiers with the same low six bits. In the predefined connection set these
 /// are the identifiers of one node (and of the one 64 further), so that few bits are set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Filter(u64);
+pub(super) struct Filter([u32; 2]);
 
 impl Filter {
-    pub(super) const NOTHING: Filter = Filter(0);
+    pub(super) const NOTHING: Filter = Filter([0; 2]);
 
     #[inline]
     pub(super) const fn may_contain(self, id: CobId) -> bool {
-        self.0 & Self::bit(id) != 0
+        let (word, bit) = Self::place(id);
+        self.0[word] & bit != 0
     }
 
+    fn insert(&mut self, id: CobId) {
+        let (word, bit) = Self::place(id);
+        self.0[word] |= bit;
+    }
+
+    /// The word and the bit of an identifier: words, because a shift of 64 bits is a call on a small machine.
     #[inline]
-    const fn bit(id: CobId) -> u64 {
-        1 << (id.raw() & 63)
+    const fn place(id: CobId) -> (usize, u32) {
+        (id.raw() as usize >> 5 & 1, 1 << (id.raw() & 31))
     }
 }
 
 impl FromIterator<CobId> for Filter {
     fn from_iter<I: IntoIterator<Item = CobId>>(ids: I) -> Self {
-        Filter(ids.into_iter().fold(0, |bits, id| bits | Self::bit(id)))
+        let mut filter = Filter::NOTHING;
+        ids.into_iter().for_each(|id| filter.insert(id));
+        filter
     }
 }
 

@@ -72,12 +72,10 @@ pub(super) fn sdo_count(indices: Range<u16>, od: &mut dyn ObjectDictionary) -> u
 /// Whether SYNC, TIME, EMCY or an SDO of the device has the identifier. The service that has the parameter `owner`
 /// does not count.
 pub(super) fn is_taken(id: CobId, owner: Address, od: &mut dyn ObjectDictionary) -> bool {
-    let messages = [
-        (cia301::COB_ID_SYNC, sync(od)),
-        (cia301::COB_ID_TIME, time(TIME_EXISTS, od)),
-        (cia301::COB_ID_EMCY, emcy(od)),
-    ];
-    let by_message = messages.into_iter().any(|(index, it)| index != owner.index() && it == Some(id));
+    let is_other = |index, it| owner.index() != index && it == Some(id);
+    let by_message = is_other(cia301::COB_ID_SYNC, sync(od))
+        || is_other(cia301::COB_ID_TIME, time(TIME_EXISTS, od))
+        || is_other(cia301::COB_ID_EMCY, emcy(od));
     let mut by_sdo = |index, sub| {
         let counts = Address::new(index, sub) != owner;
         counts && objects::read_u32(od, index, sub).and_then(switched) == Some(id)

@@ -17,15 +17,14 @@
 //! ```
 //! use lexican_runtime::cia301::connection;
 //! use lexican_runtime::device::{Behaviour, Device};
-//! use lexican_runtime::object::{Access, DataType, Dictionary, Entry, PdoMapping, Table};
+//! use lexican_runtime::object::{Access, DataType, Dictionary, PdoMapping, Row, Table};
 //! use lexican_runtime::{CobId, Frame, Instant, NodeId};
 //!
 //! // What `lexican-codegen` makes of a data sheet: here 1000h, the device type, and nothing else.
 //! static TABLE: Table = Table {
-//!     entries: &[Entry::new(0x1000, 0, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4)],
+//!     rows: &[Row::new(0x1000, 0, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4)],
 //!     limits: &[],
 //!     image: &[0x92, 0x01, 0x00, 0x00],
-//!     node_relative: &[],
 //! };
 //!
 //! let node = NodeId::literal(5);
@@ -70,7 +69,7 @@ use crate::wire::heartbeat::ErrorControl;
 use crate::wire::nmt::NmtState;
 
 pub use crate::service::choice::{Choice, With, Without};
-pub use behaviour::{Behaviour, ChangeRule, ErrorControlRule};
+pub use behaviour::{Behaves, Behaviour, ChangeRule, Cia301, ErrorControlRule};
 pub use event::{Event, Misconfigured};
 pub use selection::{Everything, Selection};
 
@@ -107,7 +106,7 @@ impl<
 {
     /// A device that is silent until [`Device::restart`] is called.
     #[must_use]
-    pub const fn new(node: NodeId, behaviour: Behaviour) -> Self {
+    pub const fn new(node: NodeId, behaviour: S::Behaviour) -> Self {
         Device {
             filter: Filter::NOTHING,
             generation: 0,
@@ -131,8 +130,8 @@ impl<
 
     /// How the device deviates from CiA 301.
     #[must_use]
-    pub const fn behaviour(&self) -> &Behaviour {
-        &self.services.get().behaviour
+    pub fn behaviour(&self) -> &Behaviour {
+        self.services.get().behaviour()
     }
 
     /// The error register (1001h).
@@ -151,7 +150,7 @@ impl<
     /// The same under another node-ID, as LSS may give one.
     pub fn restart_as(&mut self, node: NodeId, now: Instant, od: &mut dyn ObjectDictionary) {
         // A whole new device would be on the stack for a moment.
-        let behaviour = *self.behaviour();
+        let behaviour = self.services.get().behaviour;
         self.filter = Filter::NOTHING;
         self.servers = [const { None }; SERVERS];
         *self.services.get_mut() = Services::new(node, behaviour);

@@ -2,6 +2,7 @@
 
 use core::fmt::Debug;
 
+use super::behaviour::{Behaves, Behaviour};
 use crate::service::choice::{Choice, With};
 
 /// The services of CiA 301 that a [`Device`](super::Device) may have or leave out. All devices have NMT, SDO, PDO and a
@@ -15,7 +16,7 @@ use crate::service::choice::{Choice, With};
 /// Firmware that has no room for all of them says which it wants. What each one costs is in `tests/size/README.md`.
 ///
 /// ```
-/// use lexican_runtime::device::{Device, Selection, With, Without};
+/// use lexican_runtime::device::{Cia301, Device, Selection, With, Without};
 ///
 /// /// A sensor that answers in segments, and is watched by its heartbeat.
 /// #[derive(Clone, Copy, Debug)]
@@ -25,6 +26,7 @@ use crate::service::choice::{Choice, With};
 ///     type Blocks = Without;
 ///     type Guarding = Without;
 ///     type Time = Without;
+///     type Behaviour = Cia301;
 /// }
 ///
 /// type Firmware = Device<0, 4, 1, 0, 8, Sensor>;
@@ -38,6 +40,8 @@ pub trait Selection: Copy + Debug + Send + Sync + 'static {
     type Guarding: Choice;
     /// TIME (1012h).
     type Time: Choice;
+    /// What the device does where CiA 301 leaves it open: a [`Behaviour`], or a constant.
+    type Behaviour: Behaves;
 }
 
 /// All services: what a device has that does not say otherwise.
@@ -48,4 +52,5 @@ impl Selection for Everything {
     type Blocks = With;
     type Guarding = With;
     type Time = With;
+    type Behaviour = Behaviour;
 }

@@ -1,6 +1,6 @@
 //! Everything of a device but its SDO servers: what is due, in which order it is sent, and when time passes.
 
-use super::behaviour::Behaviour;
+use super::behaviour::{Behaves as _, Behaviour};
 use super::event::Event;
 use super::selection::Selection;
 use crate::cia301;
@@ -34,7 +34,7 @@ pub(super) struct Services<
     const MAPPED: usize,
     S: Selection,
 > {
-    pub(super) behaviour: Behaviour,
+    pub(super) behaviour: S::Behaviour,
     pub(super) nmt: Nmt,
     pub(super) sync_consumer: SyncConsumer,
     pub(super) sync_producer: SyncProducer,
@@ -133,10 +133,6 @@ impl Timers {
         self.0[timer as usize] = at;
     }
 
-    fn next(&self) -> Option<Instant> {
-        earliest(self.0)
-    }
-
     /// The first timer that has run out, which is stopped.
     fn expire(&mut self, now: Instant) -> Option<Timer> {
         let mut timers = Timers::ALL.into_iter().zip(&mut self.0);
@@ -147,7 +143,7 @@ impl Timers {
 impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPED: usize, S: Selection>
     Services<RPDOS, TPDOS, MONITORED, MAPPED, S>
 {
-    pub(super) const fn new(node: NodeId, behaviour: Behaviour) -> Self {
+    pub(super) const fn new(node: NodeId, behaviour: S::Behaviour) -> Self {
         Services {
             behaviour,
             nmt: Nmt::new(node),
@@ -155,7 +151,7 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             sync_producer: SyncProducer::new(),
             own_sync: Sync { counter: None },
             time: None,
-            emcy: EmcyProducer::new(behaviour.emcy_code_order),
+            emcy: EmcyProducer::new(),
             heartbeat: HeartbeatProducer::new(node),
             guarding: None,
             consumers: [const { None }; MONITORED],
@@ -166,6 +162,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             starts_itself: false,
             timers: Timers::NONE,
         }
+    }
+
+    pub(super) fn behaviour(&self) -> &Behaviour {
+        self.behaviour.behaviour()
     }
 
     /// Changes the NMT state by local control.
@@ -284,8 +284,10 @@ impl<const RPDOS: usize, const TPDOS: usize, const MONITORED: usize, const MAPPE
             self.sync_consumer.poll_timeout(),
             self.emcy.poll_timeout(),
             self.guarding.as_ref().and_then(|guarding| guarding.poll_timeout()),
-            self.timers.next(),
         ]);
+        for timer in self.timers.0 {
+            next = sooner(next, timer);
+        }
         for consumer in self.consumers.iter().flatten() {
             next = sooner(next, consumer.poll_timeout());
         }

@@ -1,5 +1,7 @@
 //! The error of reading or writing an object, in both shells.
 
+use std::string::String;
+
 use super::LinkError;
 use crate::id::NodeId;
 use crate::object::{Address, LengthMismatch, OutOfRange};
@@ -29,6 +31,28 @@ pub enum AccessError {
         address: Address,
         /// The lengths.
         error: LengthMismatch,
+    },
+    /// There is no such PDO. Nothing was sent.
+    #[error("there is no PDO {number}: PDOs have the numbers 1 to 512")]
+    NoSuchPdo {
+        /// Its number.
+        number: u16,
+    },
+    /// A PDO has no COB-ID, and the predefined connection set has none for it. It was left as it is.
+    #[error("PDO {number} has no COB-ID: choose one")]
+    NoCobId {
+        /// Its number.
+        number: u16,
+    },
+    /// A text is no value of an object. Nothing was sent.
+    #[error("{address}: {text:?} is no value of {name:?}")]
+    NoValue {
+        /// The object.
+        address: Address,
+        /// Its name.
+        name: &'static str,
+        /// The text.
+        text: String,
     },
     /// The link has failed.
     #[error(transparent)]

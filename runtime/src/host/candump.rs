@@ -55,6 +55,20 @@ pub enum NotALogLine {
     Frame,
 }
 
+/// As [`Line`] has it: `605#407C600000000000`, `705#R1`.
+impl FromStr for Frame {
+    type Err = NotAFrame;
+
+    fn from_str(text: &str) -> Result<Self, NotAFrame> {
+        frame(text).ok_or(NotAFrame)
+    }
+}
+
+/// Why a text is no frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("it is no classic CAN frame such as 605#407C600000000000 or 705#R1")]
+pub struct NotAFrame;
+
 fn instant(stamp: &str) -> Option<Instant> {
     let (seconds, fraction) = stamp.split_once('.').filter(|(_, fraction)| fraction.len() == 6)?;
     let (seconds, micros) = (decimal(seconds)?, decimal(fraction)?);
@@ -105,6 +119,13 @@ mod tests {
         round_trip("(0000000012.000000) can0 705#R1");
         round_trip("(0000000012.000000) can0 080#");
         round_trip("(0000000012.000000) can0 00000185#FF");
+    }
+
+    #[test]
+    fn a_frame_is_read_alone() {
+        let frame: Frame = "705#R1".parse().unwrap();
+        assert_eq!((frame.is_remote(), frame.to_string().as_str()), (true, "705#R1"));
+        assert_eq!("705".parse::<Frame>(), Err(NotAFrame));
     }
 
     #[test]

@@ -12,11 +12,14 @@ mod embedded_can;
 mod filter;
 pub mod kept;
 mod link;
+mod mapped;
+mod named;
 mod node;
 mod open;
 mod participant;
 mod pump;
 mod replay;
+mod settings;
 #[cfg(feature = "slcan")]
 pub mod slcan;
 #[cfg(all(feature = "socketcan", target_os = "linux"))]
@@ -27,6 +30,7 @@ pub mod tokio;
 mod trace;
 pub mod url;
 mod virtual_bus;
+mod wire_bits;
 
 pub use access::AccessError;
 pub use boot::{BootNetworkError, NotReady, Plan};
@@ -36,10 +40,14 @@ pub use embedded_can::EmbeddedCan;
 #[cfg(unix)]
 pub use link::Descriptor;
 pub use link::{BusState, Incoming, Link, LinkError};
+pub use mapped::{MappedPdo, PdoOptions};
+pub use named::{Reading, UnknownName};
 pub use node::Node;
 pub use participant::{Notice, Participant};
 pub use pump::{Listener, Pump, StateMachine, Turn};
 pub use replay::{Replay, ReplayError};
+pub use settings::Settings;
 pub use station::Station;
 pub use url::BusUrl;
 pub use virtual_bus::{Fate, Pace, VirtualBus, VirtualLink};
+pub use wire_bits::wire_bits;

@@ -1,6 +1,7 @@
 //! A log as a link: its frames are received again.
 
 use std::borrow::ToOwned;
+use std::boxed::Box;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -14,18 +15,16 @@ use crate::{Frame, Instant};
 /// Longer than any line of `candump -L`, so that a file without line ends is refused.
 const LONGEST_LINE: u64 = 4096;
 
+/// A frame and when it was received.
+type Timed = io::Result<(Instant, Frame)>;
+
 /// A [`Link`] that receives the frames of a log, written by `candump -L` or by lexican, and sends none.
 ///
 /// Its time is that of the log, from the first frame on. After the last frame it returns
 /// [`LinkError::Ended`].
-#[derive(Debug)]
 pub struct Replay {
-    path: PathBuf,
-    lines: BufReader<File>,
-    /// The number of the line of `next`.
-    line: usize,
-    interface: Option<String>,
-    next: Option<Result<(Instant, Frame), ReplayError>>,
+    frames: Box<dyn Iterator<Item = Timed> + Send>,
+    next: Option<Timed>,
     now: Instant,
     /// In real time, the machine's clock and the log's time at its start.
     pacer: Option<(Clock, Instant)>,
@@ -39,45 +38,28 @@ impl Replay {
     /// [`ReplayError`] when the file or its first frame cannot be read.
     pub fn open(path: &Path, interface: Option<&str>, pace: Pace) -> Result<Self, ReplayError> {
         let file = File::open(path).map_err(|error| ReplayError::Io { path: path.to_owned(), error })?;
-        let mut replay = Replay {
-            path: path.to_owned(),
-            lines: BufReader::new(file),
-            line: 0,
-            interface: interface.map(ToOwned::to_owned),
-            next: None,
-            now: Instant::ZERO,
-            pacer: None,
-        };
-        let first = replay.read()?;
-        replay.now = first.map_or(Instant::ZERO, |(at, _)| at);
-        replay.next = first.map(Ok);
-        replay.pacer = (pace == Pace::RealTime).then(|| (Clock::new(), replay.now));
-        Ok(replay)
+        let interface = interface.map(ToOwned::to_owned);
+        let mut lines = Lines { path: path.to_owned(), lines: BufReader::new(file), line: 0, interface };
+        let first = lines.read()?;
+        Ok(Replay::from_first(first, Box::new(lines), pace))
     }
 
-    /// The next frame of the log and its time. Time does not go back, even if the log's does.
-    fn read(&mut self) -> Result<Option<(Instant, Frame)>, ReplayError> {
-        let mut text = String::new();
-        loop {
-            text.clear();
-            let read = self.lines.by_ref().take(LONGEST_LINE).read_line(&mut text);
-            let read = read.map_err(|error| ReplayError::Io { path: self.path.clone(), error })?;
-            if read == 0 {
-                return Ok(None);
-            }
-            self.line += 1;
-            if read as u64 == LONGEST_LINE && !text.ends_with('\n') {
-                return Err(ReplayError::LongLine { path: self.path.clone(), line: self.line });
-            }
-            if text.trim().is_empty() {
-                continue;
-            }
-            let line: candump::Line =
-                text.parse().map_err(|error| ReplayError::Line { path: self.path.clone(), line: self.line, error })?;
-            if self.interface.as_ref().is_none_or(|interface| *interface == line.interface) {
-                return Ok(Some((line.at.max(self.now), line.frame)));
-            }
-        }
+    /// A link over the frames of a log in another format.
+    ///
+    /// # Errors
+    ///
+    /// That of the first frame.
+    pub fn of(
+        mut frames: impl Iterator<Item = io::Result<(Instant, Frame)>> + Send + 'static,
+        pace: Pace,
+    ) -> io::Result<Self> {
+        let first = frames.next().transpose()?;
+        Ok(Replay::from_first(first, Box::new(frames), pace))
+    }
+
+    fn from_first(first: Option<(Instant, Frame)>, frames: Box<dyn Iterator<Item = Timed> + Send>, pace: Pace) -> Self {
+        let now = first.map_or(Instant::ZERO, |(at, _)| at);
+        Replay { frames, next: first.map(Ok), now, pacer: (pace == Pace::RealTime).then(|| (Clock::new(), now)) }
     }
 
     fn pass_to(&mut self, to: Instant) {
@@ -111,12 +93,56 @@ impl Link for Replay {
         }
         let (at, frame) = match self.next.take() {
             Some(Ok(next)) => next,
-            Some(Err(error)) => return Err(LinkError::Io(io::Error::other(error))),
+            Some(Err(error)) => return Err(LinkError::Io(error)),
             None => return Err(LinkError::Ended),
         };
         self.pass_to(at);
-        self.next = self.read().transpose();
+        // Time does not go back, even if the log's does.
+        self.next = self.frames.next().map(|next| next.map(|(at, frame)| (at.max(self.now), frame)));
         Ok(Some(Incoming::Frame(frame)))
+    }
+}
+
+/// The lines of a log of `candump -L`.
+struct Lines {
+    path: PathBuf,
+    lines: BufReader<File>,
+    /// The number of the line that was read last.
+    line: usize,
+    interface: Option<String>,
+}
+
+impl Lines {
+    fn read(&mut self) -> Result<Option<(Instant, Frame)>, ReplayError> {
+        let mut text = String::new();
+        loop {
+            text.clear();
+            let read = self.lines.by_ref().take(LONGEST_LINE).read_line(&mut text);
+            let read = read.map_err(|error| ReplayError::Io { path: self.path.clone(), error })?;
+            if read == 0 {
+                return Ok(None);
+            }
+            self.line += 1;
+            if read as u64 == LONGEST_LINE && !text.ends_with('\n') {
+                return Err(ReplayError::LongLine { path: self.path.clone(), line: self.line });
+            }
+            if text.trim().is_empty() {
+                continue;
+            }
+            let line: candump::Line =
+                text.parse().map_err(|error| ReplayError::Line { path: self.path.clone(), line: self.line, error })?;
+            if self.interface.as_ref().is_none_or(|interface| *interface == line.interface) {
+                return Ok(Some((line.at, line.frame)));
+            }
+        }
+    }
+}
+
+impl Iterator for Lines {
+    type Item = Timed;
+
+    fn next(&mut self) -> Option<Timed> {
+        self.read().map_err(io::Error::other).transpose()
     }
 }
 

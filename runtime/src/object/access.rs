@@ -56,6 +56,11 @@ pub enum Rpdo {}
 #[derive(Clone, Copy, Debug)]
 pub enum Mappable {}
 
+/// The mark of a handle that was written by hand: of an object that many devices have. Generated handles have the mark
+/// of their device instead.
+#[derive(Clone, Copy, Debug)]
+pub enum AnyDevice {}
+
 /// May be mapped into a PDO that the device transmits.
 #[diagnostic::on_unimplemented(
     message = "the EDS does not allow mapping this object into a transmit PDO",

@@ -1,11 +1,12 @@
 //! The dictionary that a device serves.
 //!
-//! [`ObjectDictionary`] is what the services ask. [`Dictionary`] answers from two tables that the
-//! generated code brings: one row per entry, sorted by address, and the bytes of all defaults. So an
-//! entry is found in O(log n), and 5,000 objects are data and not code.
+//! [`ObjectDictionary`] is what the services ask. [`Dictionary`] answers from the [`Table`] that the generated code
+//! brings.
 
 use core::ops::{Range, RangeInclusive};
 
+use super::pdo::number;
+use super::table::{Entry, Table};
 use super::{Address, DataType, Object, Value};
 use crate::abort::AbortCode;
 use crate::id::NodeId;
@@ -52,156 +53,9 @@ pub trait ObjectDictionary {
     fn write(&mut self, entry: &Entry, offset: u32, data: &[u8], last: bool) -> Result<(), AbortCode>;
 }
 
-/// One row of the dictionary's table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Entry {
-    /// Index and sub-index.
-    pub address: Address,
-    /// The data type.
-    pub data_type: DataType,
-    /// What a manager may do.
-    pub access: Access,
-    /// Which PDOs may map it.
-    pub mapping: PdoMapping,
-    /// Where the value starts in the image. Text and bytes are preceded by their length, two bytes.
-    pub offset: u32,
-    /// How many bytes the image has for the value; 0 for a DOMAIN, which the image does not hold.
-    pub capacity: u16,
-    /// 1 + the row of [`Table::limits`]; 0 for none.
-    pub limit: u16,
-}
-
-impl Entry {
-    /// A row without a value and without limits.
-    #[must_use]
-    pub const fn new(index: u16, sub: u8, data_type: DataType, access: Access, mapping: PdoMapping) -> Self {
-        Entry { address: Address::new(index, sub), data_type, access, mapping, offset: 0, capacity: 0, limit: 0 }
-    }
-
-    /// With a place for the value: `capacity` bytes of the image, from `offset` on.
-    #[must_use]
-    pub const fn at(self, offset: u32, capacity: u16) -> Self {
-        Entry { offset, capacity, ..self }
-    }
-
-    /// With the limits in row `row` of [`Table::limits`], counted from 0.
-    #[must_use]
-    pub const fn limited(self, row: u16) -> Self {
-        Entry { limit: row + 1, ..self }
-    }
-}
-
-/// What a manager may do with an entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Access {
-    /// Read only.
-    Ro,
-    /// Write only.
-    Wo,
-    /// Both.
-    Rw,
-    /// Read only, and never changing.
-    Const,
-}
-
-impl Access {
-    /// Whether a manager may read.
-    #[must_use]
-    pub const fn is_readable(self) -> bool {
-        !matches!(self, Access::Wo)
-    }
-
-    /// Whether a manager may write.
-    #[must_use]
-    pub const fn is_writable(self) -> bool {
-        matches!(self, Access::Wo | Access::Rw)
-    }
-}
-
-/// Which PDOs may map an entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum PdoMapping {
-    /// None.
-    None,
-    /// Those that the device transmits.
-    Tpdo,
-    /// Those that the device receives.
-    Rpdo,
-    /// All.
-    Both,
-}
-
-/// The limits of an entry, in wire form.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Limit {
-    /// The smallest value.
-    pub low: u64,
-    /// The largest value.
-    pub high: u64,
-}
-
-/// A default to which the node-ID is added.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct NodeRelative {
-    /// Where the value starts in the image.
-    pub offset: u32,
-    /// Its size in bytes.
-    pub size: u8,
-}
-
-/// What the generated code says of a device: everything but the values.
-#[derive(Debug)]
-pub struct Table {
-    /// One row per entry, ascending by address.
-    pub entries: &'static [Entry],
-    /// The limits that entries refer to.
-    pub limits: &'static [Limit],
-    /// The defaults of all entries.
-    pub image: &'static [u8],
-    /// Which defaults depend on the node-ID.
-    pub node_relative: &'static [NodeRelative],
-}
-
-impl Table {
-    /// The row of an entry.
-    ///
-    /// # Errors
-    ///
-    /// [`AbortCode::NO_SUCH_OBJECT`] or [`AbortCode::NO_SUCH_SUB_INDEX`].
-    pub fn entry(&self, address: Address) -> Result<Entry, AbortCode> {
-        self.find(address).map(|(_, entry)| *entry)
-    }
-
-    fn find(&self, address: Address) -> Result<(usize, &Entry), AbortCode> {
-        // The numbers, and not the addresses: without optimisation each comparison of those is three calls, and a
-        // simulated drive makes dozens at each frame.
-        let row = self.entries.partition_point(|entry| entry.address.0 < address.0);
-        // The entry before may be of the same object, too: then only the sub-index is missing.
-        let [before, found] = [row.checked_sub(1), Some(row)].map(|row| self.entries.get(row?));
-        let is_near = |entry: &Entry| entry.address.index() == address.index();
-        match found {
-            Some(entry) if entry.address == address => Ok((row, entry)),
-            _ if found.is_some_and(is_near) || before.is_some_and(is_near) => Err(AbortCode::NO_SUCH_SUB_INDEX),
-            _ => Err(AbortCode::NO_SUCH_OBJECT),
-        }
-    }
-
-    fn entry_again(&self, address: Address, row: &mut u16) -> Result<Entry, AbortCode> {
-        if let Some(entry) = self.entries.get(usize::from(*row)).filter(|entry| entry.address == address) {
-            return Ok(*entry);
-        }
-        let (found, entry) = self.find(address)?;
-        *row = u16::try_from(found).unwrap_or(0);
-        Ok(*entry)
-    }
-}
-
 /// A dictionary that holds its values in an image of `N` bytes.
+// Aligned as devices are: on a Cortex-M the compiler brings a function to copy for each alignment.
+#[repr(align(8))]
 #[derive(Clone, Debug)]
 pub struct Dictionary<const N: usize> {
     table: &'static Table,
@@ -216,21 +70,16 @@ impl<const N: usize> Dictionary<N> {
     /// When the table's image does not have `N` bytes: the generated code sees to that.
     #[must_use]
     pub fn new(table: &'static Table, node: NodeId) -> Self {
-        let image = <[u8; N]>::try_from(table.image).expect("the generated image has the generated size");
-        let mut dictionary = Dictionary { table, image };
-        table.node_relative.iter().for_each(|relative| dictionary.add_node(relative, node));
+        assert_eq!(table.image.len(), N, "the generated image has the generated size");
+        let mut dictionary = Dictionary { table, image: [0; N] };
+        dictionary.reset(node, 0..=0xFFFF);
         dictionary
     }
 
-    /// Adds the node-ID to a default.
-    fn add_node(&mut self, relative: &NodeRelative, node: NodeId) {
-        let start = relative.offset as usize;
-        if let Some(bytes) = self.image.get_mut(start..start + usize::from(relative.size)) {
-            let mut raw = [0; 8];
-            raw.iter_mut().zip(&*bytes).for_each(|(to, from)| *to = *from);
-            let sum = u64::from_le_bytes(raw).wrapping_add(u64::from(node.get()));
-            bytes.iter_mut().zip(sum.to_le_bytes()).for_each(|(to, from)| *to = from);
-        }
+    /// Adds the node-ID to a number.
+    fn add_node(&mut self, entry: &Entry, node: NodeId) {
+        let sum = self.raw_at(entry).unwrap_or(0).wrapping_add(u64::from(node.get()));
+        self.set_raw_at(entry, sum);
     }
 
     /// What the generated code says of the device.
@@ -242,13 +91,17 @@ impl<const N: usize> Dictionary<N> {
     /// Gives all entries of these indices the defaults of the data sheet for this node-ID: `0x1000..=0x1FFF`
     /// for a reset of the communication (CiA 301, 7.3.2.2), `0..=0xFFFF` for a reset of the node.
     pub fn reset(&mut self, node: NodeId, indices: RangeInclusive<u16>) {
-        for entry in self.table.entries.iter().filter(|entry| indices.contains(&entry.address.index())) {
-            let range = slot_range(entry);
-            if let (Some(to), Some(from)) = (self.image.get_mut(range.clone()), self.table.image.get(range)) {
-                to.copy_from_slice(from);
+        let (first, last) = (*indices.start(), *indices.end());
+        for row in self.table.rows.iter().filter(|row| (first..=last).contains(&row.first().index())) {
+            for entry in row.entries() {
+                let range = slot_range(&entry);
+                if let (Some(to), Some(from)) = (self.image.get_mut(range.clone()), self.table.image.get(range)) {
+                    to.copy_from_slice(from);
+                }
+                if entry.plus_node {
+                    self.add_node(&entry, node);
+                }
             }
-            let own = self.table.node_relative.iter().filter(|relative| relative.offset == entry.offset);
-            own.filter(|_| entry.capacity > 0).for_each(|relative| self.add_node(relative, node));
         }
     }
 
@@ -258,7 +111,7 @@ impl<const N: usize> Dictionary<N> {
     ///
     /// When the handle belongs to another device: handle and dictionary come from one data sheet.
     #[must_use]
-    pub fn get<T: Value, A, M>(&self, object: Object<T, A, M>) -> T {
+    pub fn get<T: Value, A, M, D>(&self, object: Object<T, A, M, D>) -> T {
         let entry = self.own(object.address());
         T::from_bytes(self.bytes(&entry)).expect("the handle has the type of the entry")
     }
@@ -269,7 +122,7 @@ impl<const N: usize> Dictionary<N> {
     /// # Panics
     ///
     /// When the handle belongs to another device: handle and dictionary come from one data sheet.
-    pub fn set<T: Value, A, M>(&mut self, object: Object<T, A, M>, value: T) {
+    pub fn set<T: Value, A, M, D>(&mut self, object: Object<T, A, M, D>, value: T) {
         let entry = self.own(object.address());
         let (_, bytes) = self.slot(&entry);
         assert_eq!(bytes.len(), T::SIZE, "the handle has the type of the entry");
@@ -281,9 +134,7 @@ impl<const N: usize> Dictionary<N> {
     #[must_use]
     pub fn raw_at(&self, entry: &Entry) -> Option<u64> {
         entry.data_type.size()?;
-        let mut raw = [0; 8];
-        raw.iter_mut().zip(self.bytes(entry)).for_each(|(to, from)| *to = *from);
-        Some(u64::from_le_bytes(raw))
+        Some(number(self.bytes(entry)))
     }
 
     /// Sets such a number; neither access nor limits are checked. Does nothing if the entry has no fixed size.
@@ -330,10 +181,8 @@ impl<const N: usize> Dictionary<N> {
     fn check_limits(&self, entry: &Entry, bytes: &[u8]) -> Result<(), AbortCode> {
         let limit = usize::from(entry.limit).checked_sub(1).and_then(|row| self.table.limits.get(row));
         let (Some(limit), Some(bits)) = (limit, entry.data_type.bits()) else { return Ok(()) };
-        let mut raw = [0; 8];
-        raw.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
         let order = |raw: u64| order_key(entry.data_type, bits, raw);
-        let value = order(u64::from_le_bytes(raw));
+        let value = order(number(bytes));
         if value < order(limit.low) {
             Err(AbortCode::VALUE_TOO_LOW)
         } else if value > order(limit.high) {
@@ -428,34 +277,26 @@ impl<const N: usize> ObjectDictionary for Dictionary<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::object::table::{Access, Limit, PdoMapping, Row};
     use crate::object::{Rw, U24};
 
-    const fn row(index: u16, sub: u8, data_type: DataType, offset: u32, capacity: u16, limit: u16) -> Entry {
-        Entry {
-            address: Address::new(index, sub),
-            data_type,
-            access: Access::Rw,
-            mapping: PdoMapping::None,
-            offset,
-            capacity,
-            limit,
-        }
+    const fn row(index: u16, sub: u8, data_type: DataType, offset: u32, capacity: u16) -> Row {
+        Row::new(index, sub, data_type, Access::Rw, PdoMapping::None).at(offset, capacity)
     }
 
     static TABLE: Table = Table {
-        entries: &[
-            row(0x1014, 0, DataType::Unsigned32, 0, 4, 0),
-            row(0x2000, 1, DataType::Integer16, 4, 2, 1),
-            row(0x2000, 3, DataType::VisibleString, 8, 5, 0),
-            row(0x2001, 0, DataType::Real32, 13, 4, 2),
-            row(0x2002, 0, DataType::Unsigned24, 17, 3, 0),
+        rows: &[
+            row(0x1014, 0, DataType::Unsigned32, 0, 4).plus_node(),
+            row(0x2000, 1, DataType::Integer16, 4, 2).limited(0),
+            row(0x2000, 3, DataType::VisibleString, 8, 5),
+            row(0x2001, 0, DataType::Real32, 13, 4).limited(1),
+            row(0x2002, 0, DataType::Unsigned24, 17, 3),
         ],
         limits: &[
             Limit { low: (-5_i16 as u16) as u64, high: 5 },
             Limit { low: (-1.5_f32).to_bits() as u64, high: (2.0_f32).to_bits() as u64 },
         ],
         image: &[0x80, 0, 0, 0, 7, 0, 2, 0, b'o', b'k', 0, 0, 0, 0, 0, 0, 0, 1, 2, 3],
-        node_relative: &[NodeRelative { offset: 0, size: 4 }],
     };
 
     fn dictionary() -> Dictionary<20> {
@@ -489,8 +330,9 @@ mod tests {
         {
             for mut row in (0..8).chain([u16::MAX]) {
                 assert_eq!(od.entry_again(address, &mut row), od.entry(address));
-                let found = TABLE.entries.get(usize::from(row)).filter(|entry| entry.address == address);
-                assert_eq!(found.copied().ok_or(()), od.entry(address).map_err(|_| ()), "{address} in row {row}");
+                let found =
+                    TABLE.rows.get(usize::from(row)).filter(|row| row.holds(address)).map(|row| row.entry(address));
+                assert_eq!(found.ok_or(()), od.entry(address).map_err(|_| ()), "{address} in row {row}");
             }
         }
     }

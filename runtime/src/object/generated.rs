@@ -1,6 +1,44 @@
 //! What generated code is made of. It has a row for each value, bit, unit and mapped object; these macros turn the rows
 //! into types. They are for generated code alone.
 
+/// The device, and the runtime's types marked with it: `device_model!(NAMES);`, or without names. They come by a glob, as
+/// the runtime's do, so that they give way to types of the data sheet and of the user.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! device_model {
+    ($($names:ident)?) => {
+        use self::marked::*;
+        pub use self::marked::{DEVICE, Device};
+
+        /// The runtime's types, those of handles for this device.
+        mod marked {
+            pub(super) use $crate::object::*;
+
+            /// This device: `network.node(id, DEVICE)` takes the handles of this dictionary, and no other's.
+            pub const DEVICE: Device = Device;
+
+            /// The type of [`DEVICE`], by which the handles are marked.
+            #[derive(Clone, Copy, Debug)]
+            pub struct Device;
+
+            impl $crate::object::DeviceModel for Device {
+                $(
+                    fn names(&self) -> &'static [$crate::object::Name] {
+                        super::$names
+                    }
+                )?
+            }
+
+            /// An object of this device.
+            pub type Object<T, A, M = $crate::object::Unmapped> = $crate::object::Object<T, A, M, Device>;
+
+            /// An ARRAY of this device.
+            pub type Array<T, A, M = $crate::object::Unmapped, L = $crate::object::Ro> =
+                $crate::object::Array<T, A, M, L, Device>;
+        }
+    };
+}
+
 /// A number with a meaning: on the wire it is the number.
 #[doc(hidden)]
 #[macro_export]

@@ -3,19 +3,21 @@
 use core::fmt;
 use core::marker::PhantomData;
 
-use super::{Address, Ro, Type, Unmapped, Value};
+use super::{Address, AnyDevice, Ro, Type, Unmapped, Value};
 use crate::id::NodeId;
 
 /// An object of a device: where it lies, what type it has, and what may be done with it.
 ///
 /// `T` is the type of the value, `A` the access right ([`Ro`], `Wo`, `Rw`, `Const`), `M` whether PDOs
-/// may map it. All of it is known at compile time; a handle costs nothing where it is used.
-pub struct Object<T, A, M = Unmapped> {
+/// may map it, `D` the [device](super::DeviceModel) it is of. All of it is known at compile time; a handle costs nothing
+/// where it is used.
+pub struct Object<T, A, M = Unmapped, D = AnyDevice> {
     address: Address,
     default: DefaultValue<T>,
     limits: Option<Limits<T>>,
     // fn() -> _: a handle owns no T, so it is Send and Sync for any T.
     marker: PhantomData<fn() -> (A, M)>,
+    device: PhantomData<fn() -> D>,
 }
 
 /// What an object holds in a new device.
@@ -40,11 +42,17 @@ pub struct Limits<T> {
     pub high: T,
 }
 
-impl<T: Type, A, M> Object<T, A, M> {
+impl<T: Type, A, M, D> Object<T, A, M, D> {
     /// A handle without default and limits.
     #[must_use]
     pub const fn new(index: u16, sub: u8) -> Self {
-        Object { address: Address::new(index, sub), default: DefaultValue::None, limits: None, marker: PhantomData }
+        Object {
+            address: Address::new(index, sub),
+            default: DefaultValue::None,
+            limits: None,
+            marker: PhantomData,
+            device: PhantomData,
+        }
     }
 
     /// With the default of the data sheet.
@@ -78,7 +86,7 @@ impl<T: Type, A, M> Object<T, A, M> {
     }
 }
 
-impl<T: Value, A, M> Object<T, A, M> {
+impl<T: Value, A, M, D> Object<T, A, M, D> {
     /// What the object holds in a new device with this node-ID; `None` when the data sheet does not say.
     #[must_use]
     pub fn default(&self, node: NodeId) -> Option<T> {
@@ -104,14 +112,14 @@ impl<T: Value, A, M> Object<T, A, M> {
     }
 }
 
-impl<T: Copy, A, M> Clone for Object<T, A, M> {
+impl<T: Copy, A, M, D> Clone for Object<T, A, M, D> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<T: Copy, A, M> Copy for Object<T, A, M> {}
+impl<T: Copy, A, M, D> Copy for Object<T, A, M, D> {}
 
-impl<T: Type, A, M> fmt::Debug for Object<T, A, M> {
+impl<T: Type, A, M, D> fmt::Debug for Object<T, A, M, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Object({} {})", self.address, T::DATA_TYPE)
     }
@@ -131,22 +139,22 @@ pub struct OutOfRange {
 /// An ARRAY: `len` elements of one type at sub-indices 1 to `len`, and their number at sub-index 0.
 ///
 /// `L` is the access right of sub-index 0, which some arrays clear by a write (1003h).
-pub struct Array<T, A, M = Unmapped, L = Ro> {
+pub struct Array<T, A, M = Unmapped, L = Ro, D = AnyDevice> {
     len: u8,
-    first: Object<T, A, M>,
+    first: Object<T, A, M, D>,
     marker: PhantomData<fn() -> L>,
 }
 
-impl<T: Type, A, M, L> Array<T, A, M, L> {
+impl<T: Type, A, M, L, D> Array<T, A, M, L, D> {
     /// An array whose elements are all like `first`, the element at sub-index 1.
     #[must_use]
-    pub const fn new(len: u8, first: Object<T, A, M>) -> Self {
+    pub const fn new(len: u8, first: Object<T, A, M, D>) -> Self {
         Array { len, first, marker: PhantomData }
     }
 
     /// The element at `sub`, 1 to [`Array::len`].
     #[must_use]
-    pub const fn at(&self, sub: u8) -> Option<Object<T, A, M>> {
+    pub const fn at(&self, sub: u8) -> Option<Object<T, A, M, D>> {
         if sub == 0 || sub > self.len {
             return None;
         }
@@ -161,25 +169,25 @@ impl<T: Type, A, M, L> Array<T, A, M, L> {
     }
 
     /// All elements.
-    pub fn iter(&self) -> impl Iterator<Item = Object<T, A, M>> + use<'_, T, A, M, L> {
+    pub fn iter(&self) -> impl Iterator<Item = Object<T, A, M, D>> + use<'_, T, A, M, L, D> {
         (1..=self.len).filter_map(|sub| self.at(sub))
     }
 
     /// Sub-index 0: the number of elements, as the device counts them.
     #[must_use]
-    pub const fn len_object(&self) -> Object<u8, L> {
+    pub const fn len_object(&self) -> Object<u8, L, Unmapped, D> {
         Object::new(self.first.address.index(), 0)
     }
 }
 
-impl<T: Copy, A, M, L> Clone for Array<T, A, M, L> {
+impl<T: Copy, A, M, L, D> Clone for Array<T, A, M, L, D> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<T: Copy, A, M, L> Copy for Array<T, A, M, L> {}
+impl<T: Copy, A, M, L, D> Copy for Array<T, A, M, L, D> {}
 
-impl<T: Type, A, M, L> fmt::Debug for Array<T, A, M, L> {
+impl<T: Type, A, M, L, D> fmt::Debug for Array<T, A, M, L, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Array({:04X}, {} of {})", self.first.address.index(), self.len, T::DATA_TYPE)
     }

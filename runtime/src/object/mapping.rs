@@ -4,8 +4,8 @@ use core::fmt;
 use core::marker::PhantomData;
 
 use super::access::{Rpdo, RpdoMappable, Tpdo, TpdoMappable};
-use super::pdo::{Direction, Mapped, MappedLengthMismatch, field, place};
-use super::{Object, Value};
+use super::pdo::{Direction, Mapped, MappedLengthMismatch, field, number, place};
+use super::{AnyDevice, Joins, Object, Value};
 use crate::frame::Frame;
 use crate::id::CobId;
 
@@ -45,10 +45,26 @@ use crate::id::CobId;
 /// // 80 bits.
 /// let mapping = Mapping::receive().with(POSITION).with(POSITION).with(WORD);
 /// ```
-pub struct Mapping<D, V> {
+///
+/// `N` is the device of the handles: a constant has the type `Mapping<Tpdo, (od::Statusword,), od::Device>`, where `od` is
+/// generated.
+///
+/// ```compile_fail,E0277
+/// # use lexican_runtime::object::{DeviceModel, Mapping, Object, Ro, Tpdo};
+/// # struct Servo;
+/// # impl DeviceModel for Servo {}
+/// # struct Encoder;
+/// # impl DeviceModel for Encoder {}
+/// # const STATUSWORD: Object<u16, Ro, Tpdo, Servo> = Object::new(0x6041, 0x00);
+/// # const POSITION: Object<u32, Ro, Tpdo, Encoder> = Object::new(0x6004, 0x00);
+/// // One is an object of a servo, the other of an encoder.
+/// let mapping = Mapping::transmit().with(STATUSWORD).with(POSITION);
+/// ```
+pub struct Mapping<D, V, N = AnyDevice> {
     entries: [Mapped; MOST],
     // fn() -> _: a mapping owns no values.
     marker: PhantomData<fn() -> (D, V)>,
+    device: PhantomData<fn() -> N>,
 }
 
 /// How many objects a mapping has at most: as many as a PDO has bytes.
@@ -164,7 +180,7 @@ impl Mapping<Rpdo, ()> {
     /// A PDO that the device receives, and nothing in it yet.
     #[must_use]
     pub const fn receive() -> Self {
-        Mapping { entries: [Mapped::new(0, 0, 0); MOST], marker: PhantomData }
+        Mapping { entries: [Mapped::new(0, 0, 0); MOST], marker: PhantomData, device: PhantomData }
     }
 }
 
@@ -172,23 +188,27 @@ impl Mapping<Tpdo, ()> {
     /// A PDO that the device transmits, and nothing in it yet.
     #[must_use]
     pub const fn transmit() -> Self {
-        Mapping { entries: [Mapped::new(0, 0, 0); MOST], marker: PhantomData }
+        Mapping { entries: [Mapped::new(0, 0, 0); MOST], marker: PhantomData, device: PhantomData }
     }
 }
 
-impl<V: Values> Mapping<Rpdo, V> {
+impl<V: Values, N> Mapping<Rpdo, V, N> {
     /// With one more object.
     #[must_use]
-    pub const fn with<T: Value, A, M: RpdoMappable>(self, object: Object<T, A, M>) -> Mapping<Rpdo, V::Longer>
+    pub const fn with<T: Value, A, M: RpdoMappable, E>(
+        self,
+        object: Object<T, A, M, E>,
+    ) -> Mapping<Rpdo, V::Longer, N::Device>
     where
         V: Append<T>,
+        N: Joins<E>,
     {
         self.append(Mapped::new(object.address().index(), object.address().sub(), bits::<T>() as u8))
     }
 
     /// With a gap: a value of the data type `T` that the device ignores, since it is another one's (CiA 301, 7.4.7.1).
     #[must_use]
-    pub const fn with_gap<T: Value>(self) -> Mapping<Rpdo, V::Longer>
+    pub const fn with_gap<T: Value>(self) -> Mapping<Rpdo, V::Longer, N>
     where
         V: Append<T>,
     {
@@ -196,23 +216,27 @@ impl<V: Values> Mapping<Rpdo, V> {
     }
 }
 
-impl<V: Values> Mapping<Tpdo, V> {
+impl<V: Values, N> Mapping<Tpdo, V, N> {
     /// With one more object.
     #[must_use]
-    pub const fn with<T: Value, A, M: TpdoMappable>(self, object: Object<T, A, M>) -> Mapping<Tpdo, V::Longer>
+    pub const fn with<T: Value, A, M: TpdoMappable, E>(
+        self,
+        object: Object<T, A, M, E>,
+    ) -> Mapping<Tpdo, V::Longer, N::Device>
     where
         V: Append<T>,
+        N: Joins<E>,
     {
         self.append(Mapped::new(object.address().index(), object.address().sub(), bits::<T>() as u8))
     }
 }
 
-impl<D, V: Values> Mapping<D, V> {
-    const fn append<L: Values>(self, entry: Mapped) -> Mapping<D, L> {
+impl<D, V: Values, N> Mapping<D, V, N> {
+    const fn append<L: Values, E>(self, entry: Mapped) -> Mapping<D, L, E> {
         const { assert!(L::BITS <= 64, "a PDO maps at most 64 bits") };
         let mut entries = self.entries;
         entries[V::COUNT] = entry;
-        Mapping { entries, marker: PhantomData }
+        Mapping { entries, marker: PhantomData, device: PhantomData }
     }
 
     /// The objects in their order.
@@ -247,21 +271,19 @@ impl<D, V: Values> Mapping<D, V> {
         if data.len() < self.length() {
             return Err(MappedLengthMismatch { mapped: self.length(), got: data.len() });
         }
-        let mut raw = [0; 8];
-        raw.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-        Ok(V::from_raw(u64::from_le_bytes(raw)))
+        Ok(V::from_raw(number(data)))
     }
 }
 
-impl<D, V> Clone for Mapping<D, V> {
+impl<D, V, N> Clone for Mapping<D, V, N> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<D, V> Copy for Mapping<D, V> {}
+impl<D, V, N> Copy for Mapping<D, V, N> {}
 
-impl<D, V: Values> fmt::Debug for Mapping<D, V> {
+impl<D, V: Values, N> fmt::Debug for Mapping<D, V, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_list().entries(self.entries()).finish()
     }

@@ -34,6 +34,72 @@ impl Name {
     }
 }
 
+impl Name {
+    /// A number in wire form by name and unit: `24.5 V`, `profile velocity`, `0x0221 ready to switch on | mode=2`. A
+    /// quantity on whose unit other objects decide is a bare number.
+    #[must_use]
+    pub fn show(&self, raw: u64) -> impl fmt::Display + use<'_> {
+        Shown(self, raw)
+    }
+
+    /// The wire form of a value that is written as text: the name of a value, a number, or one with a unit of the
+    /// object (`24.5 V`). `None` if it is none of these, or does not fit the data type.
+    ///
+    /// ```
+    /// use lexican_runtime::object::{DataType, Meaning, Name, Unit};
+    ///
+    /// const VOLTAGE: Name =
+    ///     Name::new(0x6079, 0, "DC link voltage", DataType::Unsigned32, Meaning::Quantity(&[Unit::new("V", 1, 1000)]));
+    /// assert_eq!(VOLTAGE.parse("24.5 V"), Some(24_500));
+    /// assert_eq!((VOLTAGE.parse("0x10"), VOLTAGE.parse("-1"), VOLTAGE.parse("3 A")), (Some(16), None, None));
+    /// assert_eq!(format!("{}", VOLTAGE.show(24_500)), "24.5 V");
+    /// ```
+    #[must_use]
+    pub fn parse(&self, text: &str) -> Option<u64> {
+        let text = text.trim();
+        if let Meaning::Enumeration(names) = self.meaning
+            && let Some(named) = names.iter().find(|named| named.name.eq_ignore_ascii_case(text))
+        {
+            return Some(named.raw);
+        }
+        if let Meaning::Quantity(units) = self.meaning
+            && let Some((unit, number)) = units.iter().find_map(|unit| Some((unit, text.strip_suffix(unit.symbol)?)))
+        {
+            let number: f64 = number.trim_end().parse().ok()?;
+            return nearest_raw(self.data_type, number * unit.den as f64 / unit.num as f64);
+        }
+        if matches!(self.data_type, DataType::Real32 | DataType::Real64) {
+            return nearest_raw(self.data_type, text.parse().ok()?);
+        }
+        let number = match text.strip_prefix("0x") {
+            Some(digits) => i128::from(u64::from_str_radix(digits, 16).ok()?),
+            None => text.parse().ok()?,
+        };
+        let raw = wire_form(self.data_type, number);
+        (self.data_type.bits().is_some() && whole(self.data_type, raw) == number).then_some(raw)
+    }
+}
+
+/// A number in wire form, and what it means.
+struct Shown<'a>(&'a Name, u64);
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let &Shown(&Name { data_type, meaning, .. }, raw) = self;
+        match meaning {
+            Meaning::Quantity(units) => show_quantity(f, units, data_type, raw),
+            Meaning::BitField(bits) => show_bits(f, bits, data_type, raw),
+            Meaning::Enumeration(names) if let Some(named) = names.iter().find(|named| named.raw == raw) => {
+                f.pad(named.name)
+            }
+            _ if matches!(data_type, DataType::Real32 | DataType::Real64) => {
+                fmt::Display::fmt(&counts(data_type, raw), f)
+            }
+            _ => fmt::Display::fmt(&whole(data_type, raw), f),
+        }
+    }
+}
+
 /// What a number means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -193,14 +259,18 @@ fn power_of_two(exponent: u8) -> f64 {
     f64::from_bits((1023 + u64::from(exponent)) << 52)
 }
 
+/// An integer in wire form as its value.
+fn whole(data_type: DataType, raw: u64) -> i128 {
+    let up = 64 - u32::from(data_type.bits().unwrap_or(64));
+    if data_type.is_signed() { i128::from(((raw << up) as i64) >> up) } else { i128::from(raw) }
+}
+
 /// A number in wire form as its value.
 fn counts(data_type: DataType, raw: u64) -> f64 {
-    let up = 64 - u32::from(data_type.bits().unwrap_or(64));
     match data_type {
         DataType::Real32 => f64::from(f32::from_bits(raw as u32)),
         DataType::Real64 => f64::from_bits(raw),
-        signed if signed.is_signed() => (((raw << up) as i64) >> up) as f64,
-        _ => raw as f64,
+        _ => whole(data_type, raw) as f64,
     }
 }
 
@@ -227,10 +297,15 @@ pub fn debug_enumeration<T: Enumeration>(
 ///
 /// Those of the formatter.
 pub fn debug_bits<T: BitField>(f: &mut fmt::Formatter<'_>, type_name: &str, value: T) -> fmt::Result {
-    let raw = value.to_raw();
-    write!(f, "{type_name}({raw:#0width$X}", width = 2 + 2 * T::SIZE)?;
+    write!(f, "{type_name}(")?;
+    show_bits(f, T::BITS, T::DATA_TYPE, value.to_raw())?;
+    f.write_str(")")
+}
+
+fn show_bits(f: &mut fmt::Formatter<'_>, bits: &[BitName], data_type: DataType, raw: u64) -> fmt::Result {
+    write!(f, "{raw:#0width$X}", width = 2 + 2 * data_type.size().unwrap_or(8))?;
     let mut separator = " ";
-    for bits in T::BITS {
+    for bits in bits {
         match (super::take(raw, bits.low, bits.width), bits.width) {
             (0, _) => continue,
             (_, 1) => write!(f, "{separator}{}", bits.name)?,
@@ -238,7 +313,7 @@ pub fn debug_bits<T: BitField>(f: &mut fmt::Formatter<'_>, type_name: &str, valu
         }
         separator = " | ";
     }
-    f.write_str(")")
+    Ok(())
 }
 
 /// Prints a quantity in its only unit: `24.5 V`; in counts where other objects decide on the unit.
@@ -247,8 +322,12 @@ pub fn debug_bits<T: BitField>(f: &mut fmt::Formatter<'_>, type_name: &str, valu
 ///
 /// Those of the formatter.
 pub fn display_quantity<T: Quantity>(f: &mut fmt::Formatter<'_>, value: T) -> fmt::Result {
-    let counts = counts(T::DATA_TYPE, value.to_raw());
-    match T::UNITS {
+    show_quantity(f, T::UNITS, T::DATA_TYPE, value.to_raw())
+}
+
+fn show_quantity(f: &mut fmt::Formatter<'_>, units: &[Unit], data_type: DataType, raw: u64) -> fmt::Result {
+    let counts = counts(data_type, raw);
+    match units {
         [unit] => {
             fmt::Display::fmt(&unit.scale(counts), f)?;
             write!(f, " {}", unit.symbol)

@@ -2,11 +2,12 @@
 //! that serves them.
 //!
 //! A handle such as `Object<u16, Rw>` is plain data, known at compile time: an address, limits, a
-//! default. Its type says what may be done with it, so that writing a read-only object does not
-//! compile. A [`Dictionary`] is the device's side: it owns the values, and answers by address.
+//! default. Its type says what may be done with it and [which device](DeviceModel) it is of, so that writing a read-only
+//! object does not compile, and neither does an object of another device. A [`Dictionary`] is the device's side: it owns the values, and answers by address.
 
 mod access;
 mod address;
+mod device;
 mod dictionary;
 mod generated;
 mod handle;
@@ -15,12 +16,16 @@ mod meaning;
 mod parameter;
 mod pdo;
 mod rule;
+mod table;
 mod types;
 mod value;
 
-pub use access::{Const, Mappable, Readable, Ro, Rpdo, RpdoMappable, Rw, Tpdo, TpdoMappable, Unmapped, Wo, Writable};
+pub use access::{
+    AnyDevice, Const, Mappable, Readable, Ro, Rpdo, RpdoMappable, Rw, Tpdo, TpdoMappable, Unmapped, Wo, Writable,
+};
 pub use address::Address;
-pub use dictionary::{Access, Dictionary, Entry, Limit, NodeRelative, ObjectDictionary, PdoMapping, Table};
+pub use device::{DeviceModel, Fits, Joins};
+pub use dictionary::{Dictionary, ObjectDictionary};
 pub use handle::{Array, DefaultValue, Limits, Object, OutOfRange};
 pub use mapping::{Append, Mapping, PdoDirection, Values};
 pub use meaning::{
@@ -28,8 +33,10 @@ pub use meaning::{
     display_quantity, name_of, nearest, wire_form,
 };
 pub use parameter::{Parameter, ParameterRow};
+pub(crate) use pdo::number;
 pub use pdo::{Direction, Mapped, MappedLengthMismatch, Pdo, field, pack, place, replace, take, take_signed};
 pub use rule::{Condition, ConditionalLimit, WritableIn};
+pub use table::{Access, Entry, Limit, PdoMapping, Row, Table};
 pub use types::DataType;
 pub use value::{
     Domain, I24, I40, I48, I56, LengthMismatch, OctetString, TimeDifference, TimeOfDay, Type, U24, U40, U48, U56,
@@ -37,7 +44,7 @@ pub use value::{
 };
 
 /// The shape of generated code that this runtime fits.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 4;
 
 /// What generated code begins with: a runtime that does not fit is reported in one sentence.
 ///

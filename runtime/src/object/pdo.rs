@@ -34,9 +34,7 @@ pub trait Pdo: Copy {
         if data.len() < Self::LENGTH {
             return Err(MappedLengthMismatch { mapped: Self::LENGTH, got: data.len() });
         }
-        let mut raw = [0; 8];
-        raw.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-        Ok(Self::from_raw(u64::from_le_bytes(raw)))
+        Ok(Self::from_raw(number(data)))
     }
 
     /// The frame that carries the values under `id`.
@@ -109,6 +107,13 @@ pub fn pack<P: Pdo, const N: usize>(pdo: P) -> [u8; N] {
     let mut data = [0; N];
     data.iter_mut().zip(pdo.to_raw().to_le_bytes()).for_each(|(to, from)| *to = from);
     data
+}
+
+/// The number of which these are the lowest bytes.
+pub(crate) fn number(bytes: &[u8]) -> u64 {
+    let mut raw = [0; 8];
+    raw.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+    u64::from_le_bytes(raw)
 }
 
 /// `bits` bits of `raw`, moved up to bit `low`; nothing where they leave the 64.

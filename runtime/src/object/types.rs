@@ -7,7 +7,7 @@ macro_rules! data_types {
         /// A static data type of CiA 301.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-        #[repr(u16)]
+        #[repr(u8)]
         pub enum DataType {
             $(#[doc = concat!($name, ".")] $variant = $code,)*
         }

@@ -27,11 +27,11 @@ pub struct PdoSettings<'a> {
 impl<'a> PdoSettings<'a> {
     /// A PDO with a mapping of typed handles; times are left as they are.
     #[must_use]
-    pub fn of<D: PdoDirection, V: Values>(
+    pub fn of<D: PdoDirection, V: Values, N>(
         number: u16,
         cob_id: PdoCobId,
         transmission: TransmissionType,
-        mapping: &'a Mapping<D, V>,
+        mapping: &'a Mapping<D, V, N>,
     ) -> Self {
         let (direction, mapping) = (D::DIRECTION, Some(mapping.entries()));
         PdoSettings { direction, number, cob_id, transmission, inhibit_100us: None, event_timer_ms: None, mapping }

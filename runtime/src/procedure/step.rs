@@ -96,7 +96,7 @@ pub enum Decision {
 impl<'a> Step<'a> {
     /// Writes an object.
     #[must_use]
-    pub fn write<T: Value, A: Writable, M>(object: Object<T, A, M>, value: T) -> Self {
+    pub fn write<T: Value, A: Writable, M, D>(object: Object<T, A, M, D>, value: T) -> Self {
         Step::value(object.address(), value)
     }
 

@@ -29,10 +29,10 @@ impl EmcyProducer {
 
     /// Sends nothing, until it has a COB-ID.
     #[must_use]
-    pub const fn new(order: CodeOrder) -> Self {
+    pub const fn new() -> Self {
         EmcyProducer {
             id: None,
-            order,
+            order: CodeOrder::LowByteFirst,
             inhibit: Duration::ZERO,
             inhibited: None,
             register: ErrorRegister::NONE,
@@ -42,8 +42,10 @@ impl EmcyProducer {
         }
     }
 
-    /// Sends as `id`, `None` for not at all, with at least `inhibit` between two emergencies.
-    pub const fn configure(&mut self, id: Option<CobId>, inhibit: Duration) {
+    /// Sends as `id`, `None` for not at all, with at least `inhibit` between two emergencies, and the bytes of the
+    /// error code in this order.
+    pub const fn configure(&mut self, id: Option<CobId>, inhibit: Duration, order: CodeOrder) {
+        self.order = order;
         self.id = id;
         self.inhibit = inhibit;
     }
@@ -82,7 +84,7 @@ impl EmcyProducer {
     /// Changes the error register (1001h) without a message.
     pub fn set_register(&mut self, register: ErrorRegister, od: &mut dyn ObjectDictionary) {
         self.register = register;
-        objects::write(od, cia301::ERROR_REGISTER, 0, u64::from(register.0));
+        objects::write(od, cia301::ERROR_REGISTER, 0, u32::from(register.0));
     }
 
     fn push(&mut self, emergency: Emergency) {
@@ -127,6 +129,12 @@ impl EmcyProducer {
     }
 }
 
+impl Default for EmcyProducer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// What a place of the ring has that is free.
 const NOTHING: Emergency = Emergency { code: ErrorCode::NO_ERROR, register: ErrorRegister::NONE, vendor: [0; 5] };
 
@@ -140,10 +148,10 @@ fn push_history(error: u32, od: &mut dyn ObjectDictionary) {
     }
     for sub in (2..=room).rev() {
         let older = objects::read_u32(od, cia301::PREDEFINED_ERROR_FIELD, sub - 1).unwrap_or(0);
-        objects::write(od, cia301::PREDEFINED_ERROR_FIELD, sub, u64::from(older));
+        objects::write(od, cia301::PREDEFINED_ERROR_FIELD, sub, older);
     }
-    objects::write(od, cia301::PREDEFINED_ERROR_FIELD, 1, u64::from(error));
-    objects::write(od, cia301::PREDEFINED_ERROR_FIELD, 0, u64::from(room));
+    objects::write(od, cia301::PREDEFINED_ERROR_FIELD, 1, error);
+    objects::write(od, cia301::PREDEFINED_ERROR_FIELD, 0, u32::from(room));
 }
 
 #[cfg(test)]
@@ -174,8 +182,8 @@ mod tests {
     }
 
     fn producer() -> EmcyProducer {
-        let mut producer = EmcyProducer::new(CodeOrder::LowByteFirst);
-        producer.configure(CobId::standard(0x85), Duration::ZERO);
+        let mut producer = EmcyProducer::new();
+        producer.configure(CobId::standard(0x85), Duration::ZERO, CodeOrder::LowByteFirst);
         producer
     }
 

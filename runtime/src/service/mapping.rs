@@ -8,7 +8,7 @@ use crate::object::{self, Address, DataType, Direction, Entry, Mapped, ObjectDic
 /// The objects of a PDO, at most `N` of them, at most 64 bits in all. 64 are as many objects as there are bits.
 #[derive(Clone, Copy, Debug)]
 pub struct Mapping<const N: usize = 64> {
-    // As mapping parameters hold them: half the size of `Mapped`.
+    // As mapping parameters hold them: half the size of `Mapped`. Behind `len` they are 0.
     entries: [u32; N],
     // Where the dictionary has them, so that a PDO does not search for them.
     rows: [u16; N],
@@ -18,7 +18,7 @@ pub struct Mapping<const N: usize = 64> {
 
 impl<const N: usize> PartialEq for Mapping<N> {
     fn eq(&self, other: &Self) -> bool {
-        self.iter().eq(other.iter())
+        self.len == other.len && self.entries.iter().zip(&other.entries).all(|(one, other)| one == other)
     }
 }
 
@@ -38,8 +38,7 @@ impl<const N: usize> Mapping<N> {
             let pushed =
                 objects::read_u32(od, index, sub).is_some_and(|entry| mapping.push(Mapped::from_parameter(entry)));
             if !pushed {
-                // The objects before stay behind its end.
-                (mapping.len, mapping.bits) = (0, 0);
+                mapping = Mapping::EMPTY;
                 break;
             }
         }
@@ -67,7 +66,7 @@ impl<const N: usize> Mapping<N> {
 
     /// The objects, each with its place in the dictionary.
     fn located(&self) -> impl Iterator<Item = (Mapped, u16)> + '_ {
-        self.iter().zip(self.rows)
+        self.iter().zip(self.rows.iter().copied())
     }
 
     /// Whether nothing is mapped.
@@ -112,9 +111,7 @@ impl<const N: usize> Mapping<N> {
     ///
     /// The first object that was refused, and why.
     pub fn unpack(&self, data: &[u8], od: &mut dyn ObjectDictionary) -> Result<(), (Address, AbortCode)> {
-        let mut bytes = [0; 8];
-        bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-        let (raw, mut low) = (u64::from_le_bytes(bytes), 0);
+        let (raw, mut low) = (object::number(data), 0);
         let mut result = Ok(());
         for (mapped, row) in self.located() {
             let value = object::take(raw, low, mapped.bits);

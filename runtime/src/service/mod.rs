@@ -24,6 +24,7 @@ pub mod nmt;
 pub mod nmt_manager;
 pub mod node_guard;
 pub(crate) mod objects;
+pub mod program;
 pub mod rpdo;
 mod sdo_block;
 pub mod sdo_client;

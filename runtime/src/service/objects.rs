@@ -15,30 +15,26 @@ pub(crate) fn read_entry(od: &mut dyn ObjectDictionary, entry: &Entry) -> Option
     (len > 0).then_some(u64::from_le_bytes(bytes))
 }
 
-fn read(od: &mut dyn ObjectDictionary, index: u16, sub: u8) -> Option<u64> {
-    read_at(od, Address::new(index, sub))
-}
-
 /// The number at `index:sub`, 32 bits of it.
 pub(crate) fn read_u32(od: &mut dyn ObjectDictionary, index: u16, sub: u8) -> Option<u32> {
-    read(od, index, sub).map(|value| value as u32)
+    read_at(od, Address::new(index, sub)).map(|value| value as u32)
 }
 
 /// The number at `index:sub`, 16 bits of it.
 pub(crate) fn read_u16(od: &mut dyn ObjectDictionary, index: u16, sub: u8) -> Option<u16> {
-    read(od, index, sub).map(|value| value as u16)
+    read_u32(od, index, sub).map(|value| value as u16)
 }
 
 /// The number at `index:sub`, 8 bits of it.
 pub(crate) fn read_u8(od: &mut dyn ObjectDictionary, index: u16, sub: u8) -> Option<u8> {
-    read(od, index, sub).map(|value| value as u8)
+    read_u32(od, index, sub).map(|value| value as u8)
 }
 
 /// Writes as many bytes as the entry's type has. Does nothing if there is no such entry, or the dictionary refuses the
 /// number.
-pub(crate) fn write(od: &mut dyn ObjectDictionary, index: u16, sub: u8, value: u64) {
+pub(crate) fn write(od: &mut dyn ObjectDictionary, index: u16, sub: u8, value: u32) {
     let Ok(entry) = od.entry(Address::new(index, sub)) else { return };
     let size = entry.data_type.size().unwrap_or(8);
-    let bytes = value.to_le_bytes();
+    let bytes = u64::from(value).to_le_bytes();
     let _ = od.write(&entry, 0, bytes.get(..size).unwrap_or(&bytes), true);
 }

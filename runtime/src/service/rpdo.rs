@@ -4,7 +4,7 @@ use super::mapping::Mapping;
 use crate::abort::AbortCode;
 use crate::frame::Frame;
 use crate::id::CobId;
-use crate::object::{Address, ObjectDictionary};
+use crate::object::{Address, ObjectDictionary, number};
 use crate::time::{Duration, Instant};
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
@@ -159,9 +159,7 @@ impl<const N: usize> Rpdo<N> {
         self.timed_out = false;
         self.due = if self.parameters.deadline.is_zero() { None } else { Some(now + self.parameters.deadline) };
         if self.parameters.transmission.is_synchronous() {
-            let mut waiting = [0; 8];
-            waiting.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-            self.waiting = Some(waiting);
+            self.waiting = Some(number(data).to_le_bytes());
             return Some(Event::Waiting);
         }
         Some(self.apply(data, od))

@@ -194,13 +194,11 @@ impl<F: Flash> Snapshot<F> {
 
     /// Whether an entry has the default that depends on the node-ID.
     fn follows_node(&self, entry: &Entry, value: &[u8]) -> bool {
-        let Some(relative) = self.table.node_relative.iter().find(|relative| relative.offset == entry.offset) else {
-            return false;
-        };
         let start = entry.offset as usize;
-        let default = self.table.image.get(start..start + usize::from(relative.size)).unwrap_or(&[]);
+        let default = self.table.image.get(start..start + usize::from(entry.capacity)).unwrap_or(&[]);
         let number = |bytes: &[u8]| bytes.iter().rev().fold(0_u64, |number, byte| number << 8 | u64::from(*byte));
-        self.node.is_some_and(|node| number(default).wrapping_add(u64::from(node.get())) == number(value))
+        entry.plus_node
+            && self.node.is_some_and(|node| number(default).wrapping_add(u64::from(node.get())) == number(value))
     }
 
     fn base(&self, slot: Slot) -> u32 {
@@ -274,14 +272,14 @@ impl<F: Flash> Storage for Snapshot<F> {
         let is_replaced = |address: Address| is_parameter(address) && is_of_group(group, address);
         let mut writer = self.begin(is_replaced)?;
         let table = self.table;
-        for entry in table.entries {
-            if !is_replaced(entry.address) || !self.can_store(entry) {
+        for entry in table.entries() {
+            if !is_replaced(entry.address) || !self.can_store(&entry) {
                 continue;
             }
             let mut buffer = [0; LONGEST];
-            let len = od.read(entry, 0, &mut buffer)?;
+            let len = od.read(&entry, 0, &mut buffer)?;
             let value = buffer.get(..len).unwrap_or(&buffer);
-            if !self.follows_node(entry, value) {
+            if !self.follows_node(&entry, value) {
                 writer.record(&mut self.flash, entry.address, value)?;
             }
         }

@@ -12,7 +12,7 @@ use super::mapping::Mapping;
 use crate::frame::Frame;
 use crate::id::CobId;
 use crate::object::{Address, ObjectDictionary};
-use crate::time::{Duration, Instant, earliest};
+use crate::time::{Duration, Instant, sooner};
 use crate::wire::pdo::{PdoCobId, TransmissionType};
 
 /// The communication parameter of a TPDO.
@@ -308,7 +308,7 @@ impl<const N: usize> Tpdo<N> {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         let inhibited = self.inhibited.filter(|_| self.pending.is_some());
-        earliest([inhibited, self.event])
+        sooner(inhibited, self.event)
     }
 }
 

@@ -93,7 +93,8 @@ impl Od {
     /// With an entry; text, bytes and domains have no end.
     pub fn with(mut self, address: Address, data_type: DataType, access: Access, value: &[u8]) -> Self {
         let capacity = data_type.size().unwrap_or(0) as u16;
-        let entry = Entry::new(address.index(), address.sub(), data_type, access, PdoMapping::None).at(0, capacity);
+        let entry = Entry::new(address.index(), address.sub(), data_type, access, PdoMapping::None);
+        let entry = Entry { capacity, ..entry };
         self.entries.insert(address, (entry, value.to_vec()));
         self
     }
@@ -101,7 +102,7 @@ impl Od {
     /// With an entry that one may write and that has room for `capacity` bytes.
     pub fn with_capacity(mut self, address: Address, data_type: DataType, capacity: u16, value: &[u8]) -> Self {
         let entry = Entry::new(address.index(), address.sub(), data_type, Access::Rw, PdoMapping::None);
-        self.entries.insert(address, (entry.at(0, capacity), value.to_vec()));
+        self.entries.insert(address, (Entry { capacity, ..entry }, value.to_vec()));
         self
     }
 

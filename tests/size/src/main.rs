@@ -6,11 +6,20 @@
 
 use core::panic::PanicInfo;
 
-use lexican_runtime::device::{Behaviour, Device, Event, Selection, With, Without};
+use lexican_runtime::device::{Device, Event, Selection, With, Without};
 use lexican_runtime::service::lss_device::{self, LssDevice, LssHost, StoreError};
 use lexican_runtime::service::nmt::Reset;
 use lexican_runtime::wire::lss::{self, Identity};
-use lexican_runtime::{CobId, Frame, Instant, NodeId};
+use lexican_runtime::{Instant, NodeId};
+
+use self::board::{Board, CanFrame};
+
+#[path = "../../bare/src/board.rs"]
+#[allow(dead_code, reason = "the main loop never ends")]
+mod board;
+
+#[cfg(feature = "small-memory")]
+mod memory;
 
 mod od {
     #![allow(dead_code, reason = "the application that would use the handles is not measured")]
@@ -44,7 +53,14 @@ impl Selection for Measured {
     type Blocks = unless!("no-blocks");
     type Guarding = unless!("no-guarding");
     type Time = unless!("no-time");
+    type Behaviour = Deviation;
 }
+
+/// What the device does where CiA 301 leaves it open: a constant, if no feature lets the program choose it.
+#[cfg(not(feature = "chosen-behaviour"))]
+type Deviation = lexican_runtime::device::Cia301;
+#[cfg(feature = "chosen-behaviour")]
+type Deviation = lexican_runtime::device::Behaviour;
 
 const SERVERS: usize = if cfg!(feature = "extra-servers") { 2 } else { 1 };
 const CONSUMERS: usize = if cfg!(feature = "no-heartbeat-consumers") { 0 } else { 4 };
@@ -76,30 +92,6 @@ impl LssHost for Forgets {
     }
 }
 
-/// What the board brings.
-#[repr(C)]
-pub struct Board {
-    /// Microseconds since power-on.
-    pub now_us: extern "C" fn() -> u64,
-    /// Takes a frame from the controller; false when there is none.
-    pub receive: extern "C" fn(&mut CanFrame) -> bool,
-    /// Gives the controller a frame; it is copied.
-    pub send: extern "C" fn(&CanFrame),
-}
-
-/// A frame as the controller has it.
-#[repr(C)]
-pub struct CanFrame {
-    /// The identifier, 0 to 7FFh.
-    pub id: u16,
-    /// A remote frame has a length and no data.
-    pub is_remote: bool,
-    /// 0 to 8.
-    pub len: u8,
-    /// `len` of them count.
-    pub data: [u8; 8],
-}
-
 /// The main loop.
 // The symbol is where the linker starts. The attribute is unsafe because no other item may have this name.
 #[unsafe(no_mangle)]
@@ -107,7 +99,7 @@ pub extern "C" fn run(board: &Board, node: u8) {
     let Some(node) = NodeId::new(node) else { return };
     let now = || Instant::from_micros((board.now_us)());
     let mut od = od::storage(node);
-    let mut device = Node::new(node, Behaviour::CIA_301);
+    let mut device = Node::new(node, Deviation::default());
     device.restart(now(), &mut od);
     let identity = Identity { vendor: 0x4C58, product: 9, revision: 0x0001_0000, serial: 0 };
     let mut lss = LssDevice::new(identity, Some(node));
@@ -140,22 +132,6 @@ pub extern "C" fn run(board: &Board, node: u8) {
             od.reset(device.node(), values);
             device.restart(now(), &mut od);
         }
-    }
-}
-
-impl CanFrame {
-    fn to_frame(&self) -> Option<Frame> {
-        let id = CobId::standard(self.id)?;
-        if self.is_remote {
-            return Frame::remote(id, self.len);
-        }
-        Frame::new(id, self.data.get(..usize::from(self.len))?)
-    }
-
-    fn from_frame(frame: &Frame) -> Self {
-        let mut data = [0; 8];
-        data.iter_mut().zip(frame.data()).for_each(|(to, from)| *to = *from);
-        CanFrame { id: frame.id().raw() as u16, is_remote: frame.is_remote(), len: frame.dlc(), data }
     }
 }
 

@@ -41,9 +41,9 @@ impl Memory {
 impl Storage for Memory {
     fn store(&mut self, group: u8, od: &mut dyn ObjectDictionary) -> Result<(), AbortCode> {
         let range = Memory::range(group);
-        for entry in od::TABLE.entries.iter().filter(|entry| range.contains(&entry.address.index())) {
+        for entry in od::TABLE.entries().filter(|entry| range.contains(&entry.address.index())) {
             let mut buffer = [0; 32];
-            let len = od.read(entry, 0, &mut buffer)?;
+            let len = od.read(&entry, 0, &mut buffer)?;
             self.stored.insert(entry.address, buffer[..len].to_vec());
         }
         Ok(())

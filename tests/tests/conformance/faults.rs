@@ -3,13 +3,19 @@
 use crate::faulty::State::{Operational, PreOperational, Stopped};
 use crate::faulty::{Fault, every_ms, fault, heard, sent};
 
+/// The event timer of RPDO 1 is 100 ms.
+const DEADLINE: &[&str] = &["605#2B00140564*"];
+const NO_DEADLINE: &str = "605#2B0014050000*";
+const LATE: &str = "085#5082110000000000";
+
 pub const FAULTS: &[Fault] = &[
     Fault {
         title: "the data sheet counts an RPDO too many",
         rules: &[],
         sheet: Some(("NrOfRXPDO=3", "NrOfRXPDO=4")),
-        fails: "1.0",
+        fails: "306-1/6/2",
     },
+    Fault { title: "the data sheet has no device type", rules: &[], sheet: Some(("[1000]", "[1F99]")), fails: "1.0" },
     // SDO.
     fault(
         "1000h has another value",
@@ -128,8 +134,12 @@ pub const FAULTS: &[Fault] = &[
         &[heard("605#40021803*").is_answered("585#8002180300000008")],
         "3.2 4.1 4.2 4.7 4.8 4.9",
     ),
-    fault("a remote frame does not ask for TPDO 1", &[heard("185#R*")], "3.3 9.3 301/7.2.2.3/4"),
-    fault("an event sends the old value", &[sent("185#*").becomes("185#3412").after(&["605#2B032000*"])], "3.4"),
+    fault("a remote frame does not ask for TPDO 1", &[heard("185#R*")], "3.3 9.3 301/7.2.2.3/4 301/7.2.2.3/7"),
+    fault(
+        "an event sends the old value",
+        &[sent("185#*").becomes("185#3412").after(&["605#2B032000*"])],
+        "3.4 301/7.2.2.3/7",
+    ),
     fault(
         "the event timer takes twice its time",
         &[sent("185#*").comes_half_as_often().after(&["605#2B00180564*"])],
@@ -441,7 +451,11 @@ pub const FAULTS: &[Fault] = &[
         &[heard("605#40406000*").is_answered("585#4B40600001010000").after(&["000#0205", "205#*"]).until("000#01*")],
         "9.4",
     ),
-    fault("OPERATIONAL: an RPDO is not taken", &[heard("205#*")], "9.3 301/7.2.2.2/5 301/7.2.2.1/2"),
+    fault(
+        "OPERATIONAL: an RPDO is not taken",
+        &[heard("205#*")],
+        "9.3 301/7.2.2.2/5 301/7.2.2.1/3 301/7.2.2.1/4 301/7.5.2.35/3 301/7.2.2.1/2",
+    ),
     fault("1029h:01 = 2 does not lead to STOPPED", &[heard("605#2F29100102*").becomes("605#2F29100100*")], "9.3"),
     fault("STOPPED: SYNC is produced", &[every_ms(10, "080#").when(Stopped).after(&["605#2305100080000040"])], "9.4"),
     fault("STOPPED: SDO is answered", &[heard("605#40001000*").brings("585#4300100092010000").when(Stopped)], "9.4"),
@@ -528,7 +542,17 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "a remote frame does not ask for what SYNC has sampled",
         &[heard("185#R*").after(&["605#2F001802FC*"])],
-        "301/7.2.2.3/4",
+        "301/7.2.2.3/4 301/7.2.2.3/7",
+    ),
+    fault(
+        "type 252: what is answered is not from the last SYNC",
+        &[sent("185#*").becomes("185#FFFF").after(&["605#2F001802FC*", "185#R*", "185#R*"])],
+        "301/7.2.2.3/7",
+    ),
+    fault(
+        "type 252: only the first SYNC samples",
+        &[heard("080#").after(&["605#2F001802FC*", "080#"])],
+        "301/7.2.2.3/7",
     ),
     fault(
         "with type 255, the event timer takes twice its time",
@@ -552,6 +576,31 @@ pub const FAULTS: &[Fault] = &[
         "301/7.5.2.37/8",
     ),
     fault("a synchronous RPDO acts at once", &[heard("605#2F00140201*").becomes("605#2F001402FE*")], "301/7.2.2.2/5"),
+    // RPDOs and SYNCs of a wrong length, or too late.
+    fault("of a long RPDO other bytes are taken", &[heard("205#......").becomes("205#000000")], "301/7.2.2.1/3"),
+    fault("a long RPDO is not reported", &[sent("085#2082*")], "301/7.2.2.1/4"),
+    fault(
+        "an RPDO in time is reported as late",
+        &[heard("205#*").brings(LATE).after(DEADLINE).until(NO_DEADLINE)],
+        "301/7.5.2.35/2",
+    ),
+    fault(
+        "an RPDO is late before the first one",
+        &[every_ms(200, LATE).when(Operational).after(DEADLINE).until("205#*")],
+        "301/7.5.2.35/2",
+    ),
+    fault("an RPDO that is late is not reported", &[sent("085#5082*")], "301/7.5.2.35/3"),
+    fault(
+        "the event timer of an RPDO is not switched off",
+        &[heard(NO_DEADLINE).is_answered("585#6000140500000000").after(DEADLINE)],
+        "301/7.5.2.35/4",
+    ),
+    fault("a SYNC with a counter is not reported", &[sent("085#4082*")], "301/7.2.5/3"),
+    fault(
+        "STOPPED: an emergency is sent",
+        &[every_ms(100, "085#3081110000000000").when(Stopped).after(&["605#23161001*"])],
+        "301/7.3.2.2.4/7",
+    ),
     // More of the dictionary, of storing and of emergencies.
     fault(
         "1009h does not exist with the wrong abort code",

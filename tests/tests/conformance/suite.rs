@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use lexican_conform::{
-    Case, CaseReport, Ended, Hazard, Level, Observer, Report, Settings, Sheet, Verdict, cases, run as test,
+    Case, CaseReport, Ended, Hazard, Known, Level, Observer, Report, Settings, Sheet, Verdict, cases, run as test,
 };
 use lexican_eds::model::Entry;
 use lexican_runtime::host::blocking::Network;
@@ -31,6 +31,8 @@ const IS_WRITTEN_ONCE: Fault = Fault {
     rules: &[NO_RESET[0], heard("605#2B151000*").is_answered("585#8015100022000008").after(&["605#2B151000*"])],
     ..KEEPS
 };
+
+const WRONG: Fault = fault("1000h is another", &[heard("605#40001000*").is_answered("585#4300100000000000")], "");
 
 const RIGHT: Fault = fault("none", &[], "");
 
@@ -335,10 +337,22 @@ fn what_is_timed_has_figures() {
 
 #[test]
 fn the_first_failure_ends_a_test_that_is_to_end_then() {
-    const WRONG: Fault = fault("1000h is another", &[heard("605#40001000*").is_answered("585#4300100000000000")], "");
     let bench = Bench::of(&WRONG);
     let report = bench.test(&Settings { fail_fast: Some(Level::Must), ..settings() }, &["2.1", "2.2"]);
     assert_eq!((report.cases.len(), report.ended_early), (1, Some(Ended::AtFailure)));
+}
+
+#[test]
+fn a_case_that_fails_otherwise_than_known_fails() {
+    let seen = |text: &str| {
+        let known = Known { seen: text.to_owned(), why: "chapter 1".to_owned() };
+        let settings = Settings { known: [("306-1/6.5.2/2".to_owned(), known)].into(), ..settings() };
+        let report = Bench::of(&WRONG).test(&settings, &["4.2"]);
+        (report.cases[0].verdict(), report.cases[0].known.clone(), report.cases[0].notes.clone())
+    };
+    assert_eq!(seen("1000:00 is 0, by default *"), ("known", Some("chapter 1".to_owned()), Vec::new()));
+    let otherwise = "it is known to fail otherwise: 1000:00 is 1, by default *".to_owned();
+    assert_eq!(seen("1000:00 is 1, by default *"), ("failed", None, vec![otherwise]));
 }
 
 #[test]
@@ -394,7 +408,8 @@ fn nothing_is_tested_by_an_unfit_data_sheet_or_without_a_device() {
     let unfit = sheet(&DATA_SHEET.replace("[1000]", "[1F99]"));
     assert!(unfit.is_unfit, "{}", unfit.findings);
     let report = test(&mut bench.bus.link(), &unfit, &settings(), &all, &stop, &mut ());
-    assert!(report.cases.is_empty());
+    let verdicts: Vec<_> = report.cases.iter().map(|case| (crate::name(case.case), case.verdict())).collect();
+    assert_eq!(verdicts, [("1.0", "failed"), ("306-1/6/2", "not applicable")]);
     assert!(matches!(report.ended_early, Some(Ended::Unfit(findings)) if findings.contains("device.eds:")));
     assert_eq!(*bench.frames.lock().unwrap(), [""; 0], "not a frame is sent");
 

@@ -132,7 +132,7 @@ pub const FAULTS: &[DriveFault] = &[
         "transition 4 is missing",
         const { &without(4) },
         "all but 8.1/2 8.1/3 8.1/6 8.1/7 8.1/10 8.1/17 8.4.1/1 8.4.1/2 8.4.1/3 6040h/1 6040h/2 6041h/1 8.3/1 8.3/2 8.3/3 \
-         8.4.1/8 60FFh/3 60E3h/1",
+         6071h/1 8.4.1/8 60FFh/3 60E3h/1",
     ),
     follows("transition 5 is missing", const { &without(5) }, "8.1/5 605Ch/1 605Ch/2 607Ah/7"),
     follows("transition 6 is missing", const { &without(6) }, "8.1/6"),
@@ -143,7 +143,7 @@ pub const FAULTS: &[DriveFault] = &[
         const { &without(9) },
         "8.1/9 8.4.1/6 605Dh/1 605Dh/2 6007h/1 607Dh/1 607Eh/1 607Eh/2 6098h/3",
     ),
-    follows("transition 10 is missing", const { &without(10) }, "8.1/10 8.1/17 605Ch/1 605Ch/2"),
+    follows("transition 10 is missing", const { &without(10) }, "8.1/10 8.1/17 6071h/1 605Ch/1 605Ch/2"),
     follows(
         "transition 11 is missing: a quick stop is ignored",
         const { &without(11) },
@@ -246,7 +246,7 @@ pub const FAULTS: &[DriveFault] = &[
             },
             ..SERVO
         },
-        "8.3/1 60FFh/5",
+        "8.3/1 60FFh/5 60FFh/6 60FFh/7",
     ),
     servo("a mode that 6502h lacks is taken", ServoModel { obeys_supported_modes: false, ..SERVO }, "8.3/2"),
     shows(
@@ -325,7 +325,7 @@ pub const FAULTS: &[DriveFault] = &[
                 clear(od, 1 << 12);
             }
         },
-        "605Ah/1 605Ah/2 605Bh/1 605Bh/2 605Ch/1 605Ch/2 605Dh/1 605Dh/2 8.1/13 605Eh/1 605Eh/2 607Ah/1 607Ah/2 607Ah/3 607Ah/4 607Ah/5 607Ah/6 607Ah/7 607Ah/8 607Dh/1 607Eh/1 6081h/1 6083h/1 6084h/1 6068h/1",
+        "605Ah/1 605Ah/2 605Bh/1 605Bh/2 605Ch/1 605Ch/2 605Dh/1 605Dh/2 8.1/13 605Eh/1 605Eh/2 607Ah/1 607Ah/2 607Ah/3 607Ah/4 607Ah/5 607Ah/6 607Ah/7 607Ah/8 607Ah/10 607Dh/1 607Eh/1 6081h/1 6083h/1 6084h/1 6068h/1",
     ),
     frames(
         "the acknowledge ends before bit 4 falls",
@@ -341,7 +341,7 @@ pub const FAULTS: &[DriveFault] = &[
             .becomes("585#4B416000..1.*")
             .after(&["205#1F00", "585#4B416000..1.*"])
             .until("205#0000")],
-        "605Ah/1 605Ah/2 605Bh/1 605Bh/2 605Ch/1 605Ch/2 605Dh/1 605Dh/2 8.1/13 605Eh/1 605Eh/2 607Ah/1 607Ah/2 607Ah/3 607Ah/4 607Ah/5 607Ah/6 607Ah/7 607Ah/8 607Dh/1 607Eh/1 6081h/1 6083h/1 6084h/1 6068h/1",
+        "605Ah/1 605Ah/2 605Bh/1 605Bh/2 605Ch/1 605Ch/2 605Dh/1 605Dh/2 8.1/13 605Eh/1 605Eh/2 607Ah/1 607Ah/2 607Ah/3 607Ah/4 607Ah/5 607Ah/6 607Ah/7 607Ah/8 607Ah/10 607Dh/1 607Eh/1 6081h/1 6083h/1 6084h/1 6068h/1",
     ),
     shows(
         "bit 10 is set while the drive travels",
@@ -355,7 +355,7 @@ pub const FAULTS: &[DriveFault] = &[
     shows(
         "bit 10 is never set",
         |_, _, od| clear(od, 1 << 10),
-        "607Ah/1 607Ah/2 607Ah/3 607Ah/4 607Ah/5 607Ah/6 607Ah/7 607Ah/8 607Dh/1 607Eh/1 6081h/1 6083h/1 6084h/1 6068h/1 60FFh/1 606Ch/1 60FFh/4 6098h/1",
+        "607Ah/1 607Ah/2 607Ah/3 607Ah/4 607Ah/5 607Ah/6 607Ah/7 607Ah/8 607Ah/10 607Dh/1 607Eh/1 6081h/1 6083h/1 6084h/1 6068h/1 60FFh/1 606Ch/1 60FFh/4 6098h/1",
     ),
     shows(
         "bit 10 is not set while the drive is halted",
@@ -395,6 +395,29 @@ pub const FAULTS: &[DriveFault] = &[
         "607Dh/1",
     ),
     writes("607Eh inverts nothing", |_, _, od, written| keep(od, written, 0x607E, 0), "607Eh/1 607Eh/2"),
+    shows(
+        "the drive runs past its target, and comes back",
+        |servo, now, od| {
+            if servo.mode() == Some(Mode::ProfilePosition) && servo.is_moving(now) {
+                let [position, target] = [0x6064, 0x607A].map(|object| od.number(at(object)).unwrap_or_default());
+                if (0..5).contains(&(target - position)) {
+                    od.set_raw(at(0x6064), (target + 30) as u64);
+                }
+            }
+        },
+        "607Ah/10",
+    ),
+    writes(
+        "the drive runs on past its target",
+        |servo, _, od, written| {
+            let position = od.number(at(0x6064)).unwrap_or_default();
+            let target = od.number(written).unwrap_or_default();
+            if servo.mode() == Some(Mode::ProfilePosition) && target > position {
+                keep(od, written, 0x607A, (target + 100_000) as u64);
+            }
+        },
+        "605Dh/2 607Ah/1 607Ah/2 607Ah/3 607Ah/5 607Ah/6 607Ah/8 607Ah/10 607Dh/1 607Eh/1 6081h/1 6083h/1 6084h/1 6068h/1",
+    ),
     writes("6068h is ignored", |_, _, od, written| keep(od, written, 0x6068, 0), "6068h/1"),
     writes("6081h is ignored", |_, _, od, written| keep(od, written, 0x6081, 100), "6081h/1"),
     writes("6083h is ignored", |_, _, od, written| keep(od, written, 0x6083, 10_000), "6083h/1"),
@@ -496,7 +519,39 @@ pub const FAULTS: &[DriveFault] = &[
         "60E3h/1",
     ),
     // Cyclic modes.
-    frames("SYNC is not heard", &[heard("080#")], "6065h/1 607Ah/9 60FFh/5"),
+    frames("SYNC is not heard", &[heard("080#")], "6065h/1 607Ah/9 60FFh/5 607Ah/11 60FFh/6 60C1h/1"),
+    frames("in mode 8, set-points by RPDO are not taken", &[heard("305#0F00*")], "607Ah/11"),
+    frames("in mode 9, set-points by RPDO are not taken", &[heard("305#........")], "60FFh/6"),
+    frames(
+        "in mode 8, a second set-point by RPDO is followed without SYNC",
+        &[heard("305#*").becomes("080#").after(&["305#0F00*"]).until("080#")],
+        "607Ah/12",
+    ),
+    frames(
+        "in mode 9, a second set-point by RPDO is followed without SYNC",
+        &[heard("305#*").becomes("080#").after(&["305#........"]).until("080#")],
+        "60FFh/7",
+    ),
+    frames(
+        "in mode 7, 60C1h:01 is not followed",
+        &[heard("605#23C16001*").is_answered("585#60C1600100000000")],
+        "60C1h/1",
+    ),
+    frames(
+        "in mode 7, bit 4 does not matter",
+        &[heard("205#0F00").becomes("205#1F00").after(&["605#2F60600007*"])],
+        "60C1h/2",
+    ),
+    shows(
+        "in SWITCHED ON, the drive turns by its torque",
+        |servo, now, od| {
+            let is_switched_on = servo.state() == State::SwitchedOn;
+            if is_switched_on && matches!(servo.mode(), Some(Mode::ProfileTorque | Mode::CyclicTorque)) {
+                od.set_raw(at(0x6064), now.as_micros() / 1000);
+            }
+        },
+        "6071h/1",
+    ),
     shows(
         "bit 12 does not say that the drive follows",
         |servo, _, od| {

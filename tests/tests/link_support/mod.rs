@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 use lexican_runtime::host::tokio::Network;
 use lexican_runtime::host::{AccessError, Link, Node, Participant, Station};
 use lexican_runtime::manager::Remote;
-use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, Object, PdoMapping, Ro, Rw, Table};
+use lexican_runtime::object::{Access, Address, DataType, Dictionary, Object, PdoMapping, Ro, Row, Rw, Table};
 use lexican_runtime::service::sdo_client::{SdoClient, SdoError};
 use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
 
@@ -17,26 +17,25 @@ pub(crate) const SETPOINT: Object<u32, Rw> = Object::new(0x2000, 0);
 /// The RPDO's COB-ID (1400h:01).
 pub(crate) const RPDO_COB_ID: Address = Address::new(0x1400, 1);
 
-const fn row(index: u16, sub: u8, data_type: DataType, access: Access) -> Entry {
-    Entry::new(index, sub, data_type, access, PdoMapping::None)
+const fn row(index: u16, sub: u8, data_type: DataType, access: Access) -> Row {
+    Row::new(index, sub, data_type, access, PdoMapping::None)
 }
 
 static TABLE: Table = Table {
-    entries: &[
+    rows: &[
         row(0x1000, 0, DataType::Unsigned32, Access::Ro).at(0, 4),
         row(0x1001, 0, DataType::Unsigned8, Access::Ro).at(4, 1),
         row(0x1017, 0, DataType::Unsigned16, Access::Rw).at(5, 2),
         row(0x1400, 0, DataType::Unsigned8, Access::Const).at(7, 1),
-        row(0x1400, 1, DataType::Unsigned32, Access::Rw).at(8, 4),
+        row(0x1400, 1, DataType::Unsigned32, Access::Rw).at(8, 4).plus_node(),
         row(0x1400, 2, DataType::Unsigned8, Access::Rw).at(12, 1),
         row(0x1600, 0, DataType::Unsigned8, Access::Rw).at(13, 1),
         row(0x1600, 1, DataType::Unsigned32, Access::Rw).at(14, 4),
-        Entry::new(0x2000, 0, DataType::Unsigned32, Access::Rw, PdoMapping::Both).at(18, 4),
+        Row::new(0x2000, 0, DataType::Unsigned32, Access::Rw, PdoMapping::Both).at(18, 4),
     ],
     limits: &[],
     // 1400h: 80000200h plus the node-ID, which is off; 1600h maps 2000h.
     image: &[0x92, 1, 2, 0, 0, 0, 0, 2, 0, 2, 0, 0x80, 255, 1, 0x20, 0, 0, 0x20, 0, 0, 0, 0],
-    node_relative: &[lexican_runtime::object::NodeRelative { offset: 8, size: 4 }],
 };
 
 /// A few devices with an RPDO, which count the frames that reach them.

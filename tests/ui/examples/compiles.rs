@@ -1,5 +1,9 @@
 //! What is allowed: the control for all the others.
 
+use lexican_runtime::NodeId;
+use lexican_runtime::host::{VirtualBus, blocking::Network};
+use lexican_runtime::object::{Object, Ro};
+
 fn main() {
     let sum = ui::read(ui::od::RO_UNMAPPED) + ui::read(ui::od::RW_UNMAPPED) + ui::read(ui::od::CONST_UNMAPPED);
     ui::write(ui::od::RW_UNMAPPED, sum);
@@ -15,4 +19,11 @@ fn main() {
     ui::write(ui::doors::LIMITS.upper(), position.unwrap_or_default());
     ui::write_serial(ui::doors::serial::UPPER_LIMIT, ui::read(ui::doors::TARGET_POSITION));
     ui::write(ui::drive::OPERATING_MODE, ui::drive::OperatingMode::POSITION);
+    // Handles that are written by hand fit every node, and values of one device fit another one.
+    let mut network = Network::new(VirtualBus::new().link());
+    let by_hand = Object::<u8, Ro>::new(0x1001, 0);
+    let _ = network.node(NodeId::literal(5), ui::drive::DEVICE).read(by_hand);
+    if let Ok(mode) = network.node(NodeId::literal(5), ui::drive::DEVICE).read(ui::drive::OPERATING_MODE) {
+        let _ = network.node(NodeId::literal(6), ui::drive::DEVICE).write(ui::drive::OPERATING_MODE, mode);
+    }
 }

@@ -38,17 +38,17 @@ pub fn write_profibus<T: Value, A: Writable>(parameter: Parameter<T, A, u16>, va
 }
 
 /// Reads.
-pub fn read<T: Value, A: Readable, M>(object: Object<T, A, M>) -> T {
+pub fn read<T: Value, A: Readable, M, D>(object: Object<T, A, M, D>) -> T {
     T::from_raw(object.address().index().into())
 }
 
 /// Writes.
-pub fn write<T: Value, A: Writable, M>(object: Object<T, A, M>, value: T) {
+pub fn write<T: Value, A: Writable, M, D>(object: Object<T, A, M, D>, value: T) {
     let _ = object.check(value);
 }
 
 /// Maps into a PDO that the device transmits.
-pub fn map_tpdo<T: Value, A, M: TpdoMappable>(_object: Object<T, A, M>) {}
+pub fn map_tpdo<T: Value, A, M: TpdoMappable, D>(_object: Object<T, A, M, D>) {}
 
 /// Maps into a PDO that the device receives.
-pub fn map_rpdo<T: Value, A, M: RpdoMappable>(_object: Object<T, A, M>) {}
+pub fn map_rpdo<T: Value, A, M: RpdoMappable, D>(_object: Object<T, A, M, D>) {}

@@ -70,7 +70,7 @@ impl Code {
         }
     }
 
-    pub(crate) fn object<T: Value, A: Right, M: Right>(&mut self, path: &'static str, object: Object<T, A, M>) {
+    pub(crate) fn object<T: Value, A: Right, M: Right, D>(&mut self, path: &'static str, object: Object<T, A, M, D>) {
         let default = object.default(self.node).map(number);
         let limits = object.limits().map(|limits| (number(limits.low), number(limits.high)));
         let handle = Handle { default, limits, ..Handle::new::<T, A, M>(path) };
@@ -78,7 +78,7 @@ impl Code {
     }
 
     /// An object without a value of a fixed size.
-    pub(crate) fn text<T: Type, A: Right, M: Right>(&mut self, path: &'static str, object: Object<T, A, M>) {
+    pub(crate) fn text<T: Type, A: Right, M: Right, D>(&mut self, path: &'static str, object: Object<T, A, M, D>) {
         self.take(object.address(), Handle::new::<T, A, M>(path));
     }
 

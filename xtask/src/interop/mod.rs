@@ -1,5 +1,5 @@
 //! `cargo xtask interop`: lexican against python-canopen, both ways, over slcan and over vcan; and the simulated AG02
-//! behind its serial port, driven by pyserial alone.
+//! behind its serial port, driven by pyserial alone; and logs of all formats that lexican and others exchange.
 //!
 //! slcan goes over a pair of pseudo-terminals and needs nothing of the kernel; vcan goes through
 //! `cargo xtask vcan`. The runs themselves are `tests/interop/run.py` and `tests/interop/peer/`.
@@ -41,6 +41,17 @@ const fn drive(name: &'static str, head: &'static str) -> Direction {
     Direction { name, peer: "python-canopen", program: "lexican", head }
 }
 
+/// Logs: the columns of the third table, with where each of them is exchanged.
+const LOGS: [(Direction, &str); 3] = [
+    (logs("written", "others read what lexican writes"), "file"),
+    (logs("read", "lexican reads what others write"), "file"),
+    (logs("bus", "lexican and can-utils on one bus"), "vcan"),
+];
+
+const fn logs(name: &'static str, head: &'static str) -> Direction {
+    Direction { name, peer: "python-can, can-utils, tshark", program: "lexican", head }
+}
+
 const LINKS: [&str; 2] = ["slcan", "vcan"];
 
 /// Where the tables are written, and their summary: between its markers.
@@ -53,15 +64,16 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     let folder = workspace::target_folder(root).join("interop");
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let python = python::environment(root)?;
-    for (program, package) in [("candump", "can-utils"), ("tshark", "tshark")] {
+    for (program, package) in [("candump", "can-utils"), ("tshark", "tshark"), ("editcap", "wireshark-common")] {
         if Command::new(program).arg("-h").output().is_err() {
             return Err(format!("there is no {program}\ninstall it: apt-get install {package}"));
         }
     }
     command::run_cargo(root, &["build", "--release", "-p", "lexican", "-p", "lexican-tests", "--bins"], &[])?;
     serial_port(root, &python)?;
+    python::read_databases(root)?;
     let run = Run { root, folder, python };
-    let tables = [run.table(&SERVICES)?, run.table(&DRIVES)?];
+    let tables = [run.table(&SERVICES)?, run.table(&DRIVES)?, run.logs()?];
     let page = table::page(&tables);
     println!("{page}");
     let failed: usize = tables.iter().map(|table| table.count("failed")).sum();
@@ -139,19 +151,44 @@ impl Run<'_> {
             [&self.python, &script, &program, &results].map(|path| path.to_string_lossy().into_owned());
         // -B: no byte code beside the scripts.
         let line = [&*python, "-B", &script, &program, direction.name, link, &results_word];
-        // A service that failed is in the results, and so in the table.
-        let outcome = match link {
-            "vcan" => vcan::run_command(self.root, &line, &[&self.folder]),
-            _ => command::run(&line),
-        };
-        let mut column = Column::read(direction, link, &results).map_err(|error| match outcome {
-            Err(reason) => reason,
-            Ok(()) => error,
-        })?;
+        let mut column = self.results(direction, link, &line, &results)?;
         if link == "vcan" {
             column.add(&self.compare(&results.with_extension("log"))?);
         }
         Ok(column)
+    }
+
+    fn logs(&self) -> Result<Table, String> {
+        let mut table = Table::default();
+        for (direction, link) in &LOGS {
+            let folder = self.folder.join("logs");
+            let results = self.folder.join(format!("logs-{}.txt", direction.name));
+            let script = self.root.join("tests/interop/logs.py");
+            let program = workspace::target_folder(self.root).join("release").join(direction.program);
+            let words = [&self.python, &script, &program, &folder, &results];
+            let [python, script, program, folder, out] = words.map(|path| path.to_string_lossy().into_owned());
+            let line = [&*python, "-B", &script, &program, direction.name, &folder, &out];
+            table.columns.push(self.results(direction, link, &line, &results)?);
+        }
+        Ok(table)
+    }
+
+    /// Runs a script that writes results; where one has failed, it is in the results, and so in the table.
+    fn results(
+        &self,
+        direction: &'static Direction,
+        link: &'static str,
+        line: &[&str],
+        results: &Path,
+    ) -> Result<Column, String> {
+        let outcome = match link {
+            "vcan" => vcan::run_command(self.root, line, &[&self.folder]),
+            _ => command::run(line),
+        };
+        Column::read(direction, link, results).map_err(|error| match outcome {
+            Err(reason) => reason,
+            Ok(()) => error,
+        })
     }
 
     /// What tshark and lexican make of a recorded bus: a line of results.

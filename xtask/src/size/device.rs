@@ -37,14 +37,17 @@ const fn variant(name: &'static str, profile: &'static str, features: &'static s
     Variant { name, profile, features, adds: false }
 }
 
-const VARIANTS: [Variant; 9] = [
+const VARIANTS: [Variant; 12] = [
     variant("everything", "release", ""),
     variant("everything, opt-level s", "speed", ""),
     variant("without SDO block transfer", "release", "no-blocks"),
     variant("without guarding", "release", "no-guarding"),
     variant("without TIME", "release", "no-time"),
     variant("without heartbeat consumers", "release", "no-heartbeat-consumers"),
-    variant("without guarding and TIME", "release", "no-guarding,no-time"),
+    variant("as CANopenNode: without guarding and TIME", "release", "no-guarding,no-time"),
+    variant("the same, small memory functions", "release", "no-guarding,no-time,small-memory"),
+    variant("the same, opt-level s", "speed", "no-guarding,no-time,small-memory"),
+    Variant { adds: true, ..variant("with a behaviour chosen at run time", "release", "chosen-behaviour") },
     Variant { adds: true, ..variant("with a second SDO server", "release", "extra-servers") },
     Variant { adds: true, ..variant("with LSS", "release", "lss") },
 ];

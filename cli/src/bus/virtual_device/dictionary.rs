@@ -9,8 +9,8 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, NodeId, cia301};
 use simulator::Storage;
 
-use crate::values::wire::parse;
-use crate::values::{Limits, address};
+use lexican_toolbox::values::wire::parse;
+use lexican_toolbox::values::{Limits, address};
 
 /// The `$NODEID` of a device without node-ID, whose dictionary cannot be read.
 pub(super) const NO_NODE: NodeId = NodeId::literal(127);
@@ -155,6 +155,8 @@ impl Slot {
                 offset: 0,
                 capacity: u16::try_from(data_type.size().unwrap_or(0)).unwrap_or(u16::MAX),
                 limit: 0,
+                // The value of the slot has the node-ID in it.
+                plus_node: false,
             },
             sheet: entry.clone(),
             value: default.clone(),

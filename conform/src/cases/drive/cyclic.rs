@@ -1,10 +1,15 @@
-//! The cyclic modes. Set-points come by SDO between two SYNCs, which every drive can take that has the modes.
+//! The cyclic modes, and interpolated position. Set-points come by SDO between two SYNCs, which every drive can take that has the modes; and by a
+//! synchronous RPDO, as controllers send them.
 
-use lexican_runtime::profile::cia402::{State, status};
+use lexican_eds::model::{Direction, Pdo};
+use lexican_runtime::profile::cia402::{State, control, status};
+use lexican_runtime::{CobId, Duration};
 
 use super::drive;
-use crate::axis::{Axis, CYCLIC_POSITION, CYCLIC_VELOCITY};
-use crate::case::{Case, Outcome, ensure, not_applicable};
+use crate::axis::{Axis, CYCLIC_POSITION, CYCLIC_VELOCITY, ENABLE, INTERPOLATED_POSITION};
+use crate::case::{Case, Outcome, ensure, failed, not_applicable};
+use crate::cases::messages::produce_nothing;
+use crate::cases::pdo_mapping::{self, has_dynamic_mapping};
 use crate::tester::Tester;
 
 pub(crate) const CASES: &[Case] = &[
@@ -17,8 +22,8 @@ pub(crate) const CASES: &[Case] = &[
         cycle(&mut axis)?;
         for way in [1, -1] {
             let from = axis.position()?;
-            for step in 1..=50 {
-                axis.set(0x607A, 0, from + way * travel * step / 50)?;
+            for target in ramp(from, way * travel) {
+                axis.set(0x607A, 0, target)?;
                 cycle(&mut axis)?;
             }
             ensure(axis.shows(status::SET_POINT_ACKNOWLEDGE)?, || "bit 12 does not say that the drive follows")?;
@@ -55,7 +60,70 @@ pub(crate) const CASES: &[Case] = &[
         }
         Ok(())
     }),
+    drive("402/607Ah/11", "mode 8: the position follows a synchronous RPDO", |t| {
+        let (mut axis, rpdo) = by_rpdo(t, CYCLIC_POSITION, TARGET_POSITION)?;
+        for way in [1, -1] {
+            let from = axis.position()?;
+            for target in ramp(from, way * axis.motion.travel) {
+                rpdo.cycle(&mut axis, target, true)?;
+            }
+            let target = from + way * axis.motion.travel;
+            for _ in 0..5 {
+                rpdo.cycle(&mut axis, target, true)?;
+            }
+            axis.is_near(target, "after 50 cycles")?;
+        }
+        Ok(())
+    }),
+    drive("402/607Ah/12", "mode 8: a synchronous RPDO moves nothing without SYNC", |t| {
+        let (mut axis, rpdo) = by_rpdo(t, CYCLIC_POSITION, TARGET_POSITION)?;
+        let from = axis.position()?;
+        for target in ramp(from, axis.motion.travel) {
+            rpdo.cycle(&mut axis, target, false)?;
+        }
+        axis.is_near(from, "without SYNC")
+    }),
+    drive("402/60FFh/6", "mode 9: the velocity follows a synchronous RPDO", |t| {
+        let (mut axis, rpdo) = by_rpdo(t, CYCLIC_VELOCITY, TARGET_VELOCITY)?;
+        for target in [axis.motion.velocity, -axis.motion.velocity] {
+            let by = turns_by(&mut axis, &rpdo, target, true)?;
+            let right = by * target.signum() > axis.noise();
+            ensure(right, || format!("with 60FFh = {target} by RPDO the position changes by {by}"))?;
+        }
+        Ok(())
+    }),
+    drive("402/60FFh/7", "mode 9: a synchronous RPDO turns nothing without SYNC", |t| {
+        let (mut axis, rpdo) = by_rpdo(t, CYCLIC_VELOCITY, TARGET_VELOCITY)?;
+        let velocity = axis.motion.velocity;
+        let by = turns_by(&mut axis, &rpdo, velocity, false)?;
+        ensure(by.abs() <= axis.noise(), || format!("without SYNC the position changes by {by}"))
+    }),
+    drive("402/60C1h/1", "mode 7: while bit 4 is set, the position follows 60C1h:01 with SYNC", |t| {
+        let (mut axis, start) = interpolated(t)?;
+        axis.order(ENABLE | control::NEW_SET_POINT)?;
+        let target = start + axis.motion.travel;
+        for set_point in ramp(start, axis.motion.travel).chain([target; 5]) {
+            axis.set(INTERPOLATION_DATA, 1, set_point)?;
+            cycle(&mut axis)?;
+        }
+        axis.is_near(target, "after 50 cycles")
+    }),
+    drive("402/60C1h/2", "mode 7: without bit 4, 60C1h:01 moves nothing", |t| {
+        let (mut axis, start) = interpolated(t)?;
+        for set_point in ramp(start, axis.motion.travel) {
+            axis.set(INTERPOLATION_DATA, 1, set_point)?;
+            cycle(&mut axis)?;
+        }
+        axis.is_near(start, "without bit 4")
+    }),
 ];
+
+const INTERPOLATION_DATA: u16 = 0x60C1;
+const TARGET_POSITION: u16 = 0x607A;
+const TARGET_VELOCITY: u16 = 0x60FF;
+
+/// From set-point to set-point.
+const CYCLE: Duration = Duration::from_millis(10);
 
 /// A cyclic mode with 10 ms from set-point to set-point.
 pub(super) fn cyclic<'t, 'a>(t: &'t mut Tester<'a>, mode: i8, objects: &[u16]) -> Outcome<Axis<'t, 'a>> {
@@ -68,6 +136,116 @@ pub(super) fn cyclic<'t, 'a>(t: &'t mut Tester<'a>, mode: i8, objects: &[u16]) -
         }
     }
     Ok(axis)
+}
+
+/// Interpolated position mode, in OPERATION ENABLED, with the present position as set-point, which is returned.
+fn interpolated<'t, 'a>(t: &'t mut Tester<'a>) -> Outcome<(Axis<'t, 'a>, i64)> {
+    if !t.entry(INTERPOLATION_DATA, 1)?.access.writable() {
+        return Err(not_applicable("60C1h:01 cannot be written by SDO"));
+    }
+    if t.entry(0x60C4, 1).is_ok() && t.read(0x60C4, 1)? != 0 {
+        return Err(not_applicable("60C4h:01 has room for set-points: they go through a buffer"));
+    }
+    let mut axis = cyclic(t, INTERPOLATED_POSITION, &[INTERPOLATION_DATA, 0x6064])?;
+    let start = axis.position()?;
+    axis.set(INTERPOLATION_DATA, 1, start)?;
+    cycle(&mut axis)?;
+    axis.bring(State::OperationEnabled)?;
+    cycle(&mut axis)?;
+    Ok((axis, start))
+}
+
+/// A synchronous RPDO that has set-points, and the control word at most besides.
+struct SetPoints {
+    id: CobId,
+    /// What it has: an object, and its bytes.
+    mapping: Vec<(u16, usize)>,
+}
+
+/// A cyclic mode, in OPERATION ENABLED, with set-points by RPDO. No SYNC has come since.
+fn by_rpdo<'t, 'a>(t: &'t mut Tester<'a>, mode: i8, target: u16) -> Outcome<(Axis<'t, 'a>, SetPoints)> {
+    produce_nothing(t)?;
+    let rpdo = SetPoints::of(t, target)?;
+    let mut axis = cyclic(t, mode, &[target, 0x6064])?;
+    if target == TARGET_POSITION {
+        let here = axis.position()?;
+        axis.set(target, 0, here)?;
+    }
+    cycle(&mut axis)?;
+    axis.bring(State::OperationEnabled)?;
+    Ok((axis, rpdo))
+}
+
+impl SetPoints {
+    /// Configures an RPDO of the data sheet that has the object already, else one that it can be mapped into.
+    fn of(t: &mut Tester<'_>, object: u16) -> Outcome<Self> {
+        let entry = t.entry(object, 0)?;
+        if !entry.pdo_mapping {
+            return Err(not_applicable(format!("{object:04X}h cannot be mapped")));
+        }
+        let rpdos: Vec<Pdo> =
+            t.sheet.device.pdos.iter().filter(|pdo| pdo.direction == Direction::Receive).cloned().collect();
+        let has_it = |pdo: &&Pdo| {
+            let mut mapped = pdo.mapping.iter().map(|mapped| mapped.index);
+            mapped.clone().any(|index| index == object) && mapped.all(|index| index == object || index == 0x6040)
+        };
+        // The RPDO that has the control word alone goes on giving orders.
+        let is_free =
+            |pdo: &&Pdo| has_dynamic_mapping(t, pdo) && !pdo.mapping.iter().all(|mapped| mapped.index == 0x6040);
+        let pdo = rpdos.iter().find(has_it).or_else(|| rpdos.iter().find(is_free));
+        let pdo =
+            pdo.ok_or_else(|| not_applicable(format!("no RPDO has {object:04X}h, or a mapping that can be written")))?;
+        let index = 0x13FF + pdo.number;
+        let cob_id = t.read(index, 1)? as u32;
+        let id = CobId::from_parameter(cob_id);
+        if id.is_restricted() {
+            return Err(not_applicable(format!("RPDO {} has no identifier", pdo.number)));
+        }
+        let mapping = if has_it(&pdo) {
+            pdo_mapping::switch_off(t, pdo)?;
+            pdo.mapping.iter().map(|mapped| (mapped.index, usize::from(mapped.bits / 8))).collect()
+        } else {
+            let parameter = pdo_mapping::parameter(t, &entry);
+            let answer = pdo_mapping::map(t, pdo, &[parameter])?;
+            answer.map_err(|code| failed(format!("{object:04X}h is not mapped into RPDO {}: {code}", pdo.number)))?;
+            vec![(object, usize::from(t.bits(&entry).unwrap_or(32) / 8))]
+        };
+        if t.entry(index, 2)?.access.writable() {
+            let answer = t.try_write(index, 2, 1)?;
+            answer.map_err(|code| not_applicable(format!("RPDO {} is not synchronous: {code}", pdo.number)))?;
+        } else if t.read(index, 2)? > 240 {
+            return Err(not_applicable(format!("RPDO {} is not synchronous", pdo.number)));
+        }
+        t.write(index, 1, cob_id & !(1 << 31))?;
+        Ok(SetPoints { id, mapping })
+    }
+
+    /// Sends a set-point, and SYNC or not, and waits for the end of the cycle.
+    fn cycle(&self, axis: &mut Axis<'_, '_>, target: i64, with_sync: bool) -> Outcome {
+        let end = axis.t.now() + CYCLE;
+        let value = |object: u16| if object == 0x6040 { i64::from(ENABLE) } else { target };
+        let bytes = self.mapping.iter().flat_map(|&(object, len)| value(object).to_le_bytes().into_iter().take(len));
+        axis.t.send(self.id, &bytes.collect::<Vec<u8>>())?;
+        if with_sync {
+            axis.t.sync(None)?;
+        }
+        let left = end.since(axis.t.now());
+        axis.t.hear(left).map(|_| ())
+    }
+}
+
+/// Set-points on the way from a position, `by` away from it in 50 cycles.
+fn ramp(from: i64, by: i64) -> impl Iterator<Item = i64> {
+    (1..=50).map(move |step| from + by * step / 50)
+}
+
+/// By how much the position changes in 50 cycles with a velocity.
+fn turns_by(axis: &mut Axis<'_, '_>, rpdo: &SetPoints, velocity: i64, with_sync: bool) -> Outcome<i64> {
+    let before = axis.position()?;
+    for _ in 0..50 {
+        rpdo.cycle(axis, velocity, with_sync)?;
+    }
+    Ok(axis.position()? - before)
 }
 
 pub(super) fn cycle(axis: &mut Axis<'_, '_>) -> Outcome {

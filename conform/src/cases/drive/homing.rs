@@ -1,4 +1,5 @@
-//! Homing mode, as far as no switch of the machine is needed: at the present position, and what is no method.
+//! Homing mode, as far as no switch of the machine is needed: at the present position, and what is no method. Methods by a
+//! switch or an index pulse are not started: no data sheet says how far the drive travels until it finds one.
 
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::{State, control, status};

@@ -1,10 +1,11 @@
-//! Modes of operation.
+//! Modes of operation. Those of a torque (4, 10) are not tried with one: how far a drive then moves depends on its load.
 
 use lexican_runtime::profile::cia402::State;
 
+use super::cyclic::cycle;
 use super::drive;
 use crate::axis::Axis;
-use crate::case::{Case, Outcome, ensure, not_applicable};
+use crate::case::{Case, Outcome, Verdict, ensure, not_applicable};
 
 pub(crate) const CASES: &[Case] = &[
     drive("402/8.3/1", "each mode of 6502h can be chosen, and is shown in 6061h", |t| {
@@ -36,6 +37,30 @@ pub(crate) const CASES: &[Case] = &[
             }
         }
         Ok(())
+    }),
+    drive("402/6071h/1", "modes 4 and 10: a torque turns nothing before OPERATION ENABLED", |t| {
+        let mut axis = Axis::of(t)?;
+        let (mut is_tried, mut lacks) = (false, String::new());
+        for mode in [4, 10] {
+            match axis.mode(mode, &[0x6071, 0x6064]) {
+                Err(Verdict::NotApplicable(why)) => {
+                    lacks = why;
+                    continue;
+                }
+                other => other?,
+            }
+            is_tried = true;
+            axis.bring(State::SwitchedOn)?;
+            // A tenth of the rated torque.
+            axis.set(0x6071, 0, 100)?;
+            for _ in 0..20 {
+                cycle(&mut axis)?;
+            }
+            axis.stands("in SWITCHED ON")?;
+            axis.set(0x6071, 0, 0)?;
+            axis.bring(State::SwitchOnDisabled)?;
+        }
+        if is_tried { Ok(()) } else { Err(not_applicable(lacks)) }
     }),
 ];
 

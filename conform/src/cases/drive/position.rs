@@ -17,7 +17,7 @@ pub(crate) const CASES: &[Case] = &[
             ensure(axis.acknowledges()?, || "bit 12 falls while bit 4 is set")?;
             axis.order(ENABLE)?;
             axis.until(Duration::from_secs(1), "the end of the acknowledge", |axis| Ok(!axis.acknowledges()?))?;
-            axis.arrives()
+            axis.arrives(target)
         })
     }),
     drive("402/607Ah/2", "the target is reached when bit 10 says so, and not before", |t| {
@@ -25,7 +25,7 @@ pub(crate) const CASES: &[Case] = &[
             let target = start + axis.motion.travel;
             axis.set_point(target, 0)?;
             axis.moves(1, 0)?;
-            axis.arrives()?;
+            axis.arrives(target)?;
             axis.is_near(target, "with bit 10")
         })
     }),
@@ -35,7 +35,7 @@ pub(crate) const CASES: &[Case] = &[
             axis.goes_to(start + travel / 2)?;
             axis.set_point(travel / 2, control::RELATIVE)?;
             axis.moves(1, 0)?;
-            axis.arrives()?;
+            axis.arrives(start + travel)?;
             axis.is_near(start + travel, "after a relative set-point")
         })
     }),
@@ -53,7 +53,7 @@ pub(crate) const CASES: &[Case] = &[
                 ensure(position < start + travel - window, || "the target before is reached all the same")?;
                 axis.t.hear_ms(5)?;
             }
-            axis.arrives()?;
+            axis.arrives(start)?;
             axis.comes_to_rest()?;
             axis.is_near(start, "after a set-point with bit 5")
         })
@@ -77,7 +77,7 @@ pub(crate) const CASES: &[Case] = &[
         Axis::positioning(t, |axis, start| {
             let travel = axis.motion.travel;
             axis.begin_set_point(start + travel / 2, 0)?;
-            axis.arrives()?;
+            axis.arrives(start + travel / 2)?;
             axis.comes_to_rest()?;
             axis.set(0x607A, 0, start + travel)?;
             axis.stands("without an edge of bit 4")?;
@@ -108,7 +108,17 @@ pub(crate) const CASES: &[Case] = &[
             ensure(axis.shows(status::TARGET_REACHED)?, || "bit 10 does not say that the halted drive stands")?;
             axis.order(ENABLE)?;
             axis.until(Duration::from_secs(10), "the target", |axis| Ok((axis.position()? - target).abs() <= window))?;
-            axis.arrives()
+            axis.arrives(target)
+        })
+    }),
+    drive("402/607Ah/10", "the drive does not run past its target", |t| {
+        Axis::positioning(t, |axis, start| {
+            let travel = axis.motion.travel;
+            axis.set_point(start + travel, 0)?;
+            axis.moves(1, 0)?;
+            let beyond = axis.travels_to(start + travel)?;
+            // A controller may overshoot a little.
+            ensure(beyond <= travel / 4, || format!("in a travel of {travel} the drive is {beyond} beyond its target"))
         })
     }),
     drive("402/607Dh/1", "a target beyond a limit of 607Dh is not travelled to", |t| {
@@ -172,7 +182,7 @@ pub(crate) const CASES: &[Case] = &[
             axis.set_point(target, 0)?;
             axis.moves(1, 0)?;
             let since = axis.comes_to_rest()?;
-            axis.arrives()?;
+            axis.arrives(target)?;
             let ms = axis.t.now().since(since).as_micros() / 1000;
             ensure(ms >= 300, || format!("bit 10 comes {ms} ms after the drive stands, and 6068h is 400"))
         })
@@ -190,7 +200,7 @@ fn takes_longer(t: &mut Tester<'_>, index: u16, values: [i64; 2]) -> Outcome {
             let begun = axis.t.now();
             axis.set_point(start + to, 0)?;
             axis.t.hear_ms(50)?;
-            axis.arrives()?;
+            axis.arrives(start + to)?;
             *took = axis.t.now().since(begun).as_micros() / 1000;
         }
         axis.set(index, 0, before)?;

@@ -14,7 +14,7 @@ impl DriveContext {
     /// # Errors
     ///
     /// [`Error::Sdo`], [`Error::DataSheet`], or [`Error::Restarted`].
-    pub async fn read<T: Value, A: Readable, M>(&self, object: Object<T, A, M>) -> Result<T, Error> {
+    pub async fn read<T: Value, A: Readable, M, D>(&self, object: Object<T, A, M, D>) -> Result<T, Error> {
         let address = object.address();
         let payload = Scalar::room_for::<T>().into();
         let answer = self.transfer(Access { address, payload, writes: false }).await?;
@@ -26,7 +26,7 @@ impl DriveContext {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] before anything is sent; [`Error::Sdo`], or [`Error::Restarted`].
-    pub async fn write<T: Value, A: Writable, M>(&self, object: Object<T, A, M>, value: T) -> Result<(), Error> {
+    pub async fn write<T: Value, A: Writable, M, D>(&self, object: Object<T, A, M, D>, value: T) -> Result<(), Error> {
         object.check(value)?;
         let payload = match T::SIZE {
             ..4 if self.description.always_four_bytes => Scalar::of(value.to_raw() as u32),
@@ -141,7 +141,9 @@ impl DriveContext {
     /// As [`DriveContext::read`].
     pub async fn velocity(&self) -> Result<i32, Error> {
         let velocity = narrow(self.get(self.description.objects.actual_velocity).await?);
-        Ok(if velocity.unsigned_abs() <= self.description.status.standing { 0 } else { velocity })
+        let velocity = if velocity.unsigned_abs() <= self.description.status.standing { 0 } else { velocity };
+        self.lock().seen.velocity = Some(velocity);
+        Ok(velocity)
     }
 
     /// Whether a condition on status bits holds; `status_word` has been read before.

@@ -11,4 +11,6 @@ pub struct Seen {
     pub mode: Option<i8>,
     /// Where it is (6064h).
     pub position: Option<i32>,
+    /// How fast it is (606Ch).
+    pub velocity: Option<i32>,
 }

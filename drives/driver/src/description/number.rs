@@ -32,7 +32,7 @@ impl Number {
     ///
     /// As [`Number::new`].
     #[must_use]
-    pub const fn of<T: Type, A, M>(object: Object<T, A, M>) -> Self {
+    pub const fn of<T: Type, A, M, D>(object: Object<T, A, M, D>) -> Self {
         Number::new(object.address().index(), object.address().sub(), T::DATA_TYPE)
     }
 

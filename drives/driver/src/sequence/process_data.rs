@@ -41,10 +41,10 @@ pub async fn configure_pdos(drive: &DriveContext, pdos: &[PdoSettings<'_>]) -> R
 /// # Errors
 ///
 /// [`Error::PdoInUse`] for one by which the driver itself talks to the drive.
-pub async fn send_pdo<V: Values>(
+pub async fn send_pdo<V: Values, N>(
     drive: &DriveContext,
     number: u16,
-    mapping: &Mapping<Rpdo, V>,
+    mapping: &Mapping<Rpdo, V, N>,
     values: V,
 ) -> Result<(), Error> {
     let direction = Direction::Receive;
@@ -60,7 +60,11 @@ pub async fn send_pdo<V: Values>(
 /// # Errors
 ///
 /// [`Error::NoPdo`] when none comes within a reaction; [`Error::ShortPdo`]; [`Error::Restarted`].
-pub async fn receive_pdo<V: Values>(drive: &DriveContext, number: u16, mapping: &Mapping<Tpdo, V>) -> Result<V, Error> {
+pub async fn receive_pdo<V: Values, N>(
+    drive: &DriveContext,
+    number: u16,
+    mapping: &Mapping<Tpdo, V, N>,
+) -> Result<V, Error> {
     let frame = drive.next_pdo(number).await?.ok_or(Error::NoPdo { number })?;
     mapping.values(frame.data()).map_err(|error| Error::ShortPdo { number, error })
 }

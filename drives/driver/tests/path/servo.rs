@@ -6,7 +6,7 @@ use lexican_driver::cyclic::{self, AxisSettings};
 use lexican_driver::description::{Homing, Identity, Outputs};
 use lexican_driver::{Description, Drive, Kind};
 use lexican_runtime::host::{Node, VirtualBus};
-use lexican_runtime::object::{Access, DataType, Dictionary, Entry, PdoMapping, Table};
+use lexican_runtime::object::{Access, DataType, Dictionary, PdoMapping, Row, Table};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
 use simulator::servo::{Machine, Scales, ServoModel};
 use simulator::{SimulatedServo, Storage};
@@ -106,12 +106,12 @@ fn storage(node: NodeId) -> Box<dyn Storage> {
     for (index, sub, data_type, default) in rows {
         let size = data_type.size().expect("a number");
         let offset = u32::try_from(image.len()).expect("a small dictionary");
-        let entry = Entry::new(index, sub, data_type, Access::Rw, PdoMapping::Both);
-        entries.push(entry.at(offset, size as u16));
+        let row = Row::new(index, sub, data_type, Access::Rw, PdoMapping::Both);
+        entries.push(row.at(offset, size as u16));
         image.extend(&default.to_le_bytes()[..size]);
     }
     image.resize(512, 0);
-    let table = Table { entries: entries.leak(), limits: &[], image: image.leak(), node_relative: &[] };
+    let table = Table { rows: entries.leak(), limits: &[], image: image.leak() };
     Box::new(Dictionary::<512>::new(Box::leak(Box::new(table)), node))
 }
 

@@ -302,7 +302,7 @@ impl Stage {
     }
 
     /// Writes by SDO.
-    fn write<T: Value, A: Writable, M>(&mut self, object: Object<T, A, M>, value: T) -> Outcome<()> {
+    fn write<T: Value, A: Writable, M, D>(&mut self, object: Object<T, A, M, D>, value: T) -> Outcome<()> {
         let address = object.address();
         let ([low, high], [a, b, c, d, ..]) = (address.index().to_le_bytes(), value.to_raw().to_le_bytes());
         let unused = 4 - T::DATA_TYPE.bits().unwrap_or(32) / 8;

@@ -175,7 +175,7 @@ impl SimulatedDrive {
 
     /// An object as it is stored; live values are looked up only when the bus asks for them.
     #[must_use]
-    pub fn stored<T: Value, A, M>(&self, object: Object<T, A, M>) -> T {
+    pub fn stored<T: Value, A, M, D>(&self, object: Object<T, A, M, D>) -> T {
         self.storage.get(object)
     }
 

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use lexican_runtime::host::{Fate, VirtualBus, VirtualLink};
-use lexican_runtime::object::{Address, Object, Rw};
+use lexican_runtime::object::{Address, Object, Rw, Unmapped};
 use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{AbortCode, CobId, Duration, Frame};
 use siko_ag03_1::Direction;
@@ -484,7 +484,8 @@ fn another_device_is_not_taken_for_the_drive() {
 
 #[test]
 fn cob_ids_that_the_driver_does_not_go_by_are_told_of() {
-    let setups: [(Object<u32, Rw>, u32, bool); 9] = [
+    type Identifier = Object<u32, Rw, Unmapped, od::Device>;
+    let setups: [(Identifier, u32, bool); 9] = [
         (od::RPDO1_PARAMETER.cob_id(), 0x206, false),
         (od::RPDO3_PARAMETER.cob_id(), 0x8000_0405, false),
         (od::RPDO4_PARAMETER.cob_id(), 0x2000_0505, false),

@@ -164,7 +164,7 @@ impl ServoModel {
     };
 }
 
-static NO_OBJECTS: Table = Table { entries: &[], limits: &[], image: &[], node_relative: &[] };
+static NO_OBJECTS: Table = Table { rows: &[], limits: &[], image: &[] };
 
 impl FaultCodes {
     /// The codes of CiA 402-2, table 5.

@@ -1,6 +1,6 @@
 //! A servo with a made-up data sheet, in virtual time.
 
-use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, PdoMapping, Table};
+use lexican_runtime::object::{self, Access, Address, DataType, Dictionary, PdoMapping, Table};
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::{Duration, Instant, NodeId};
 use simulator::Storage;
@@ -80,12 +80,12 @@ pub(crate) fn dictionary(rows: &[Row]) -> Dictionary<1024> {
     for &(index, sub, data_type, default) in &rows {
         let size = data_type.size().unwrap();
         let offset = u32::try_from(image.len()).unwrap();
-        let entry = Entry::new(index, sub, data_type, Access::Rw, PdoMapping::Both);
-        entries.push(entry.at(offset, u16::try_from(size).unwrap()));
+        let row = object::Row::new(index, sub, data_type, Access::Rw, PdoMapping::Both);
+        entries.push(row.at(offset, u16::try_from(size).unwrap()));
         image.extend(&default.to_le_bytes()[..size]);
     }
     image.resize(1024, 0);
-    let table = Table { entries: entries.leak(), limits: &[], image: image.leak(), node_relative: &[] };
+    let table = Table { rows: entries.leak(), limits: &[], image: image.leak() };
     Dictionary::new(Box::leak(Box::new(table)), NodeId::literal(5))
 }
 

@@ -98,7 +98,7 @@ pub(crate) fn take_error_values(od: &mut od::Storage) {
 }
 
 /// All elements of an array.
-fn all<T: Value + Copy + Default, A, M, L, const N: usize>(od: &od::Storage, array: Array<T, A, M, L>) -> [T; N] {
+fn all<T: Value + Copy + Default, A, M, L, D, const N: usize>(od: &od::Storage, array: Array<T, A, M, L, D>) -> [T; N] {
     let mut values = [T::default(); N];
     values.iter_mut().zip(array.iter()).for_each(|(value, object)| *value = od.get(object));
     values

@@ -24,12 +24,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod node;
 mod transfer;
 
 use std::boxed::Box;
 use std::collections::VecDeque;
 use std::vec::Vec;
 
+pub use self::node::{Named, RemoteNode};
 use super::access::{AccessError, LONGEST};
 use super::boot::{BootNetworkError, Kept, Plan};
 use super::bytes::Bytes;
@@ -40,7 +42,7 @@ use crate::frame::Frame;
 use crate::id::{CobId, NodeId};
 use crate::manager::{Event, Manager, NetworkEvent};
 use crate::object::{Address, Object, Pdo, Readable, Value, Writable};
-use crate::service::sdo_client::Scalar;
+use crate::service::sdo_client::{Payload, Scalar};
 use crate::time::{Duration, Instant};
 use crate::wire::nmt::NmtCommand;
 
@@ -218,7 +220,11 @@ impl<L: Link> Network<L> {
     /// # Errors
     ///
     /// [`AccessError`].
-    pub fn read<T: Value, A: Readable, M>(&mut self, node: NodeId, object: Object<T, A, M>) -> Result<T, AccessError> {
+    pub fn read<T: Value, A: Readable, M, D>(
+        &mut self,
+        node: NodeId,
+        object: Object<T, A, M, D>,
+    ) -> Result<T, AccessError> {
         let address = object.address();
         let mut value = Scalar::room_for::<T>();
         self.transfer(node, address, &mut value, |manager, now| manager.read(now, node, address))?;
@@ -230,10 +236,10 @@ impl<L: Link> Network<L> {
     /// # Errors
     ///
     /// [`AccessError`].
-    pub fn write<T: Value, A: Writable, M>(
+    pub fn write<T: Value, A: Writable, M, D>(
         &mut self,
         node: NodeId,
-        object: Object<T, A, M>,
+        object: Object<T, A, M, D>,
         value: T,
     ) -> Result<(), AccessError> {
         object.check(value)?;
@@ -264,8 +270,22 @@ impl<L: Link> Network<L> {
     /// When `data` is 4 GiB or longer, which SDO cannot transfer.
     pub fn write_bytes(&mut self, node: NodeId, address: Address, data: &[u8]) -> Result<(), AccessError> {
         let len = u32::try_from(data.len()).expect("SDO transfers less than 4 GiB");
-        self.transfer(node, address, &mut Bytes::of(data), |manager, now| manager.write(now, node, address, len))
-            .map(drop)
+        self.write_from(node, address, len, &mut Bytes::of(data))
+    }
+
+    /// Writes `len` bytes that `payload` has: a file, or bytes whose transfer is followed.
+    ///
+    /// # Errors
+    ///
+    /// [`AccessError`].
+    pub fn write_from(
+        &mut self,
+        node: NodeId,
+        address: Address,
+        len: u32,
+        payload: &mut impl Payload,
+    ) -> Result<(), AccessError> {
+        self.transfer(node, address, payload, |manager, now| manager.write(now, node, address, len)).map(drop)
     }
 
     /// The next event of the manager, waiting for it no longer than `until`.

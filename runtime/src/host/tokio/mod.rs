@@ -32,6 +32,7 @@
 //! # }
 //! ```
 
+mod node;
 mod outgoing;
 mod owner;
 mod transfers;
@@ -43,6 +44,7 @@ use std::vec::Vec;
 
 use tokio::sync::{broadcast, mpsc, oneshot};
 
+pub use self::node::{Named, RemoteNode};
 pub use self::owner::Event;
 use self::owner::{Command, Owner};
 use self::transfers::Transfer;
@@ -161,7 +163,7 @@ impl Network {
     /// # Errors
     ///
     /// [`AccessError`].
-    pub async fn read<T, A, M>(&self, node: NodeId, object: Object<T, A, M>) -> Result<T, AccessError>
+    pub async fn read<T, A, M, D>(&self, node: NodeId, object: Object<T, A, M, D>) -> Result<T, AccessError>
     where
         T: Value,
         A: Readable,
@@ -176,7 +178,7 @@ impl Network {
     /// # Errors
     ///
     /// [`AccessError`].
-    pub async fn write<T, A, M>(&self, node: NodeId, object: Object<T, A, M>, value: T) -> Result<(), AccessError>
+    pub async fn write<T, A, M, D>(&self, node: NodeId, object: Object<T, A, M, D>, value: T) -> Result<(), AccessError>
     where
         T: Value,
         A: Writable,

@@ -169,11 +169,17 @@ pub(super) fn write_expedited(
 
 /// The facts of an entry that may be read.
 pub(super) fn readable(address: Address, od: &mut dyn ObjectDictionary) -> Result<Entry, AbortCode> {
-    let entry = od.entry(address)?;
-    if entry.access.is_readable() { Ok(entry) } else { Err(AbortCode::WRITE_ONLY) }
+    let mut entry = od.entry(address);
+    if entry.is_ok_and(|entry| !entry.access.is_readable()) {
+        entry = Err(AbortCode::WRITE_ONLY);
+    }
+    entry
 }
 
 fn writable(address: Address, od: &mut dyn ObjectDictionary) -> Result<Entry, AbortCode> {
-    let entry = od.entry(address)?;
-    if entry.access.is_writable() { Ok(entry) } else { Err(AbortCode::READ_ONLY) }
+    let mut entry = od.entry(address);
+    if entry.is_ok_and(|entry| !entry.access.is_writable()) {
+        entry = Err(AbortCode::READ_ONLY);
+    }
+    entry
 }

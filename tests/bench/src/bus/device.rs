@@ -5,21 +5,20 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lexican_runtime::host::{BusUrl, Link, Participant, Station};
-use lexican_runtime::object::{Access, DataType, Dictionary, Entry, PdoMapping, Table};
+use lexican_runtime::object::{Access, DataType, Dictionary, PdoMapping, Row, Table};
 use lexican_runtime::{Duration, NodeId};
 
 use super::player::Outcome;
 
 /// 1000h, 1001h and 1017h.
 static TABLE: Table = Table {
-    entries: &[
-        Entry::new(0x1000, 0, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4),
-        Entry::new(0x1001, 0, DataType::Unsigned8, Access::Ro, PdoMapping::Tpdo).at(4, 1),
-        Entry::new(0x1017, 0, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(5, 2),
+    rows: &[
+        Row::new(0x1000, 0, DataType::Unsigned32, Access::Ro, PdoMapping::None).at(0, 4),
+        Row::new(0x1001, 0, DataType::Unsigned8, Access::Ro, PdoMapping::Tpdo).at(4, 1),
+        Row::new(0x1017, 0, DataType::Unsigned16, Access::Rw, PdoMapping::None).at(5, 2),
     ],
     limits: &[],
     image: &[0x92, 0x01, 0x02, 0x00, 0x00, 0x00, 0x00],
-    node_relative: &[],
 };
 
 /// Serves `count` nodes from `first` on until standard input ends; prints a line when they are there.

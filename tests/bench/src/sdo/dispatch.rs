@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use canopen_rs::pdo::{MappingEntry, PdoMapping as PeerMapping};
 use lexican_runtime::device::{Behaviour, Device};
-use lexican_runtime::object::{Access, DataType, Dictionary, Entry, PdoMapping, Table};
+use lexican_runtime::object::{Access, DataType, Dictionary, PdoMapping, Row, Table};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{CobId, Frame, Instant, NodeId};
 use zencan_common::messages::{CanId, CanMessage};
@@ -117,11 +117,11 @@ pub(crate) fn dictionary<const N: usize>(objects: u16, tpdo_type: u32) -> Dictio
     let (mut entries, mut image) = (Vec::new(), Vec::new());
     for (index, sub, data_type, value) in rows {
         let size = data_type.size().expect("a number");
-        let entry = Entry::new(index, sub, data_type, Access::Rw, PdoMapping::Both);
-        entries.push(entry.at(image.len() as u32, size as u16));
+        let row = Row::new(index, sub, data_type, Access::Rw, PdoMapping::Both);
+        entries.push(row.at(image.len() as u32, size as u16));
         image.extend_from_slice(&value.to_le_bytes()[..size]);
     }
-    let table = Table { entries: entries.leak(), limits: &[], image: image.leak(), node_relative: &[] };
+    let table = Table { rows: entries.leak(), limits: &[], image: image.leak() };
     Dictionary::new(Box::leak(Box::new(table)), NodeId::literal(NODE))
 }
 

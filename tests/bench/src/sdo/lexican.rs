@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use lexican_runtime::abort::AbortCode;
 use lexican_runtime::device::{self, Behaviour, Device};
-use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, ObjectDictionary, PdoMapping, Table};
+use lexican_runtime::object::{Access, Address, DataType, Dictionary, Entry, ObjectDictionary, PdoMapping, Row, Table};
 use lexican_runtime::service::sdo_client::{Event, Payload, Scalar, SdoClient};
 use lexican_runtime::service::sdo_server::{self, SdoServer};
 use lexican_runtime::{Duration, Frame, Instant, NodeId};
@@ -176,24 +176,24 @@ fn dictionary(kind: Kind) -> Box<dyn ObjectDictionary> {
 
 /// A quarter as many numbers as the image has bytes.
 fn numbers<const N: usize>() -> Box<dyn ObjectDictionary> {
-    let entry = |at: u16| {
-        let entry = Entry::new(0x2000 + at, 0, DataType::Unsigned32, Access::Rw, PdoMapping::Both);
-        entry.at(u32::from(at) * 4, 4)
+    let row = |at: u16| {
+        let row = Row::new(0x2000 + at, 0, DataType::Unsigned32, Access::Rw, PdoMapping::Both);
+        row.at(u32::from(at) * 4, 4)
     };
-    table::<N>((0..(N / 4) as u16).map(entry).collect())
+    table::<N>((0..(N / 4) as u16).map(row).collect())
 }
 
 /// All of the image in one object, behind its length.
 fn bytes<const N: usize>() -> Box<dyn ObjectDictionary> {
     let len = N - 2;
-    let entry = Entry::new(bytes_index(len), 0, DataType::OctetString, Access::Rw, PdoMapping::None);
-    table::<N>(vec![entry.at(2, len as u16)])
+    let row = Row::new(bytes_index(len), 0, DataType::OctetString, Access::Rw, PdoMapping::None);
+    table::<N>(vec![row.at(2, len as u16)])
 }
 
 /// Generated code has this in statics.
-fn table<const N: usize>(entries: Vec<Entry>) -> Box<dyn ObjectDictionary> {
+fn table<const N: usize>(rows: Vec<Row>) -> Box<dyn ObjectDictionary> {
     let image: &'static [u8] = Box::leak(vec![0; N].into_boxed_slice());
-    let table = Table { entries: entries.leak(), limits: &[], image, node_relative: &[] };
+    let table = Table { rows: rows.leak(), limits: &[], image };
     Box::new(Dictionary::<N>::new(Box::leak(Box::new(table)), NODE))
 }
 

@@ -59,9 +59,9 @@ fn pdos_are_structs() {
 #[test]
 fn every_entry_of_the_table_can_be_read_and_has_a_name() {
     let mut drive = od::storage(NodeId::literal(5));
-    assert_eq!(od::TABLE.entries.len(), 138);
+    assert_eq!(od::TABLE.entries().count(), 138);
     assert_eq!(od::NAMES.len(), 138);
-    for (row, name) in od::TABLE.entries.iter().zip(od::NAMES) {
+    for (row, name) in od::TABLE.entries().zip(od::NAMES) {
         assert_eq!((row.address, row.data_type), (name.address, name.data_type));
         let entry = drive.entry(row.address).unwrap();
         assert_eq!(drive.read(&entry, 0, &mut [0; 8]).map(|len| len > 0), Ok(true), "{}", row.address);

@@ -195,11 +195,11 @@ fn record(
 }
 
 /// A PDO with its predefined COB-ID.
-fn pdo<D: PdoDirection, V: Values>(
+fn pdo<D: PdoDirection, V: Values, N>(
     node: u8,
     number: u16,
     transmission: TransmissionType,
-    mapping: &Mapping<D, V>,
+    mapping: &Mapping<D, V, N>,
 ) -> PdoSettings<'_> {
     PdoSettings::of(number, PdoCobId::valid(cob_id::<D>(node, number)), transmission, mapping)
 }
@@ -224,7 +224,7 @@ fn off<D: PdoDirection>(node: u8, number: u16) -> PdoSettings<'static> {
 
 /// 6.3.
 fn a_pdo_is_mapped() -> Vec<Frame> {
-    const STATUS: Mapping<Tpdo, (od::Statusword, od::ManufacturerStatus)> =
+    const STATUS: Mapping<Tpdo, (od::Statusword, od::ManufacturerStatus), od::Device> =
         Mapping::transmit().with(od::STATUSWORD).with(od::MANUFACTURER_STATUS_REGISTER);
     record(1, &BY_SDO, |drive| {
         let cob_id = PdoCobId::valid(cob_id::<Tpdo>(1, 1)).without_remote();
@@ -259,8 +259,8 @@ fn it_turns_with_a_torque() -> Vec<Frame> {
 
 /// 7.2.1.5.
 fn velocities_go_by_pdo() -> Vec<Frame> {
-    const TARGET: Mapping<Rpdo, (od::Velocity,)> = Mapping::receive().with(od::TARGET_VELOCITY);
-    const ACTUAL: Mapping<Tpdo, (od::Position, i32)> =
+    const TARGET: Mapping<Rpdo, (od::Velocity,), od::Device> = Mapping::receive().with(od::TARGET_VELOCITY);
+    const ACTUAL: Mapping<Tpdo, (od::Position, i32), od::Device> =
         Mapping::transmit().with(od::POSITION_ACTUAL_VALUE).with(od::VELOCITY_ACTUAL_VALUE);
     record(3, &BY_SDO, |drive| {
         drive.configure_pdos(&[
@@ -282,8 +282,8 @@ fn velocities_go_by_pdo() -> Vec<Frame> {
 
 /// 7.2.1.6.
 fn torques_go_by_pdo() -> Vec<Frame> {
-    const TARGET: Mapping<Rpdo, (od::Torque,)> = Mapping::receive().with(od::TARGET_TORQUE);
-    const ACTUAL: Mapping<Tpdo, (od::Torque,)> = Mapping::transmit().with(od::TORQUE_ACTUAL_VALUE);
+    const TARGET: Mapping<Rpdo, (od::Torque,), od::Device> = Mapping::receive().with(od::TARGET_TORQUE);
+    const ACTUAL: Mapping<Tpdo, (od::Torque,), od::Device> = Mapping::transmit().with(od::TORQUE_ACTUAL_VALUE);
     record(3, &BY_SDO, |drive| {
         drive.configure_pdos(&[
             pdo(3, 1, TransmissionType::EventProfile, &TARGET),
@@ -320,9 +320,9 @@ fn it_homes() -> Vec<Frame> {
 
 /// 7.2.1.8.
 fn it_travels() -> Vec<Frame> {
-    const ORDER: Mapping<Rpdo, (od::Position, od::Speed)> =
+    const ORDER: Mapping<Rpdo, (od::Position, od::Speed), od::Device> =
         Mapping::receive().with(od::TARGET_POSITION).with(od::PROFILE_VELOCITY);
-    const ACTUAL: Mapping<Tpdo, (od::Position, i32)> =
+    const ACTUAL: Mapping<Tpdo, (od::Position, i32), od::Device> =
         Mapping::transmit().with(od::POSITION_ACTUAL_VALUE).with(od::VELOCITY_ACTUAL_VALUE);
     record(3, &BY_FIRST_PDOS, |drive| {
         drive.configure_pdos(&[
@@ -353,10 +353,10 @@ fn it_is_asked_for_its_faults() -> Vec<Frame> {
 
 /// 7.2.1.10.
 fn pdos_wait_for_sync() -> Vec<Frame> {
-    const ORDER: Mapping<Rpdo, (od::Position, od::Speed)> =
+    const ORDER: Mapping<Rpdo, (od::Position, od::Speed), od::Device> =
         Mapping::receive().with(od::TARGET_POSITION).with(od::PROFILE_VELOCITY);
-    const POSITION: Mapping<Tpdo, (od::Position,)> = Mapping::transmit().with(od::POSITION_ACTUAL_VALUE);
-    const STATUS: Mapping<Tpdo, (od::Statusword, od::ManufacturerStatus)> =
+    const POSITION: Mapping<Tpdo, (od::Position,), od::Device> = Mapping::transmit().with(od::POSITION_ACTUAL_VALUE);
+    const STATUS: Mapping<Tpdo, (od::Statusword, od::ManufacturerStatus), od::Device> =
         Mapping::transmit().with(od::STATUSWORD).with(od::MANUFACTURER_STATUS_REGISTER);
     record(3, &BY_SDO, |drive| {
         drive.configure_pdos(&[
@@ -369,9 +369,9 @@ fn pdos_wait_for_sync() -> Vec<Frame> {
 
 /// 7.2.2.1.
 fn it_is_made_ready_for_interpolation() -> Vec<Frame> {
-    const POINTS: Mapping<Rpdo, (od::Increments, u32)> =
+    const POINTS: Mapping<Rpdo, (od::Increments, u32), od::Device> =
         Mapping::receive().with(od::INTERPOLATION_DATA_RECORD.at(1).unwrap()).with_gap::<u32>();
-    const ACTUAL: Mapping<Tpdo, (od::Increments, od::ManufacturerStatus)> =
+    const ACTUAL: Mapping<Tpdo, (od::Increments, od::ManufacturerStatus), od::Device> =
         Mapping::transmit().with(od::POSITION_ACTUAL_INTERNAL_VALUE).with(od::MANUFACTURER_STATUS_REGISTER);
     let axis = |node| {
         record(node, &BY_FIRST_PDOS, |drive| {
@@ -393,7 +393,7 @@ fn it_is_made_ready_for_interpolation() -> Vec<Frame> {
 
 /// 7.2.1.8 once more, by SDO: TPDO1 with what it carries anyway, and the way to homing.
 fn it_homes_by_sdo() -> Vec<Frame> {
-    const STATUS: Mapping<Tpdo, (od::Statusword,)> = Mapping::transmit().with(od::STATUSWORD);
+    const STATUS: Mapping<Tpdo, (od::Statusword,), od::Device> = Mapping::transmit().with(od::STATUSWORD);
     record(3, &BY_SDO, |drive| {
         drive.configure_pdos(&[pdo(3, 1, TransmissionType::EventProfile, &STATUS)])?;
         drive.write(od::HOMING_SPEEDS.speed_during_search_for_switch(), od::Speed(72_000))?;
@@ -403,7 +403,7 @@ fn it_homes_by_sdo() -> Vec<Frame> {
     })
 }
 
-fn write<T: Value, A: Writable, M>(node: u8, object: Object<T, A, M>, value: T) -> Frame {
+fn write<T: Value, A: Writable, M, D>(node: u8, object: Object<T, A, M, D>, value: T) -> Frame {
     let content = Content::Expedited(Expedited::new(&value.to_bytes()[..T::SIZE]).unwrap());
     request(node, ClientRequest::InitiateDownload { address: object.address(), content })
 }

@@ -1,0 +1,67 @@
+//! `lexican read` and `lexican write`: objects of nodes over SDO, by name and unit.
+
+mod read;
+mod write;
+
+use lexican_runtime::NodeId;
+use lexican_runtime::host::Link;
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_toolbox::remote::RemoteNode;
+use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::report::ValueReport;
+use serde_json::{Map, Value as Json, json};
+
+use crate::output::{Failure, print_result, warn};
+
+pub(crate) use read::{ReadArgs, read};
+pub(crate) use write::{WriteArgs, data_type, write};
+
+/// How results are printed.
+#[derive(Clone, Copy)]
+struct Printer {
+    node: NodeId,
+    json: bool,
+    /// Whether a text has to say of which node it is.
+    names_node: bool,
+}
+
+impl Printer {
+    fn print(self, mut fields: Map<String, Json>, text: &str) -> Result<(), Failure> {
+        fields.insert("node".to_owned(), json!(self.node.get()));
+        print_result(self.json, fields, format_args!("{}{text}", self.prefix()))
+    }
+
+    /// Prints an abort: an object for programs, a warning for people.
+    fn refusal(self, report: &ValueReport, error: &SdoError) -> Result<(), Failure> {
+        match error {
+            SdoError::Aborted { code, .. } if self.json => return self.print(report.refusal(*code), ""),
+            SdoError::Aborted { code, .. } => {
+                warn(format_args!("{}{}: the device aborts: {code}", self.prefix(), report.title()));
+            }
+            error => warn(format_args!("{}{error}", self.prefix())),
+        }
+        Ok(())
+    }
+
+    fn prefix(self) -> String {
+        if self.names_node { format!("node {}: ", self.node) } else { String::new() }
+    }
+}
+
+/// Reads the entries on which the unit and the limits of an entry depend.
+pub(crate) fn read_conditions<L: Link>(
+    network: &mut Network<L>,
+    node: NodeId,
+    address: Address,
+    values: &mut DeviceValues<'_>,
+) -> Result<(), Failure> {
+    let conditions = values.entry(address).map(|entry| values.conditions(entry)).unwrap_or_default();
+    Ok(RemoteNode::new(network, node).read_conditions(conditions, values)?)
+}
+
+/// Whether the node has answered, though with an error.
+fn is_answer(error: &SdoError) -> bool {
+    !matches!(error, SdoError::TimedOut { .. })
+}

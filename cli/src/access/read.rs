@@ -1,0 +1,156 @@
+//! `lexican read`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap_complete::engine::ArgValueCompleter;
+use lexican_eds::model::Device;
+use lexican_runtime::NodeId;
+use lexican_runtime::cia301;
+use lexican_runtime::host::AccessError;
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::object::Address;
+use lexican_toolbox::object::resolve_all;
+use lexican_toolbox::values::report::ValueReport;
+use lexican_toolbox::values::{DeviceValues, is_pdo_mapping};
+
+use super::{Printer, is_answer, read_conditions};
+use crate::bus::{BoxedLink, NodesArgs};
+use crate::completions::objects;
+use crate::output::{Failure, Outcome, raw_stdout, spinner, write_whole};
+
+/// Read objects of nodes by SDO
+///
+/// Objects are given by address (6064, 2410:05), by a path (2410/5, "Motor Parameter Set/v-Pos") or, if the device is
+/// known, by the names of its data sheet. An index without a sub-index, and the name of a record or an array, are all of
+/// its entries; 2410:00 is the first of them. Without --device, lexican reads the node's identity (1018h) and looks it up
+/// among the devices it knows. Exit code 1 if a node refuses any of them; 2 if one of several nodes does not answer.
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct ReadArgs {
+    #[command(flatten)]
+    nodes: NodesArgs,
+
+    /// Write the bytes of the object into a file; - for stdout
+    #[arg(long, short, value_name = "FILE", conflicts_with = "json")]
+    output: Option<PathBuf>,
+
+    /// Print one JSON object per line
+    #[arg(long)]
+    json: bool,
+
+    /// The objects: 6064, 2410:05, 2410/v-Pos, "Position Actual Value"
+    #[arg(required = true, value_name = "OBJECT", add = ArgValueCompleter::new(objects))]
+    objects: Vec<String>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican read --bus can0 --node 5 6041 6064
+    lexican read --bus sim:siko/ag03-1?node=5 \"Position Actual Value\" \"Motor Parameter Set\"
+    lexican read --bus can0 --node 3,5-9 6041 --timeout 200
+    lexican read --bus can0 --node 5 1F50:1 -o program.bin
+    lexican read --bus can0 --node 7 --device FILE.eds --json 1018:01 | jq .value";
+
+pub(crate) fn read(args: &ReadArgs) -> Result<Outcome, Failure> {
+    let nodes = args.nodes.connect()?;
+    if args.output.is_some() && nodes.are_several() {
+        return Err(Failure::new("one file takes the object of one node"));
+    }
+    let names_node = nodes.are_several();
+    nodes.for_each(|network, node, device| {
+        let addresses: Vec<_> =
+            args.objects.iter().map(|text| resolve_all(device, text)).collect::<Result<Vec<_>, _>>()?;
+        if let Some(path) = &args.output {
+            let [[address]] = addresses.iter().map(Vec::as_slice).collect::<Vec<_>>()[..] else {
+                return Err(Failure::new("one file takes one entry").help("name the sub-index as well: 1F50:01"));
+            };
+            return save(network, node, *address, path);
+        }
+        let printer = Printer { node, json: args.json, names_node };
+        let mut reading = Reading { network, values: device.map(DeviceValues::new), printer };
+        let mut outcome = Outcome::Clean;
+        for object in addresses {
+            outcome = outcome.max(reading.object(device, object)?);
+        }
+        Ok(outcome)
+    })
+}
+
+/// Writes the bytes of an entry into a file.
+fn save(network: &mut Network<BoxedLink>, node: NodeId, address: Address, path: &Path) -> Result<Outcome, Failure> {
+    let progress = spinner(format!("reading {address}"));
+    let data = match network.read_bytes(node, address) {
+        Ok(data) => data,
+        Err(AccessError::Sdo { error, .. }) if is_answer(&error) => {
+            Printer { node, json: false, names_node: false }
+                .refusal(&ValueReport::without_value(None, address), &error)?;
+            return Ok(Outcome::Found);
+        }
+        Err(error) => return Err(error.into()),
+    };
+    progress.finish_and_clear();
+    if path == Path::new("-") {
+        let mut stdout = raw_stdout();
+        stdout.write_all(&data)?;
+        stdout.flush()?;
+    } else {
+        write_whole(path, &data)?;
+    }
+    Ok(Outcome::Clean)
+}
+
+struct Reading<'a, 'n> {
+    network: &'n mut Network<BoxedLink>,
+    values: Option<DeviceValues<'a>>,
+    printer: Printer,
+}
+
+impl Reading<'_, '_> {
+    /// Reads the entries of an object.
+    fn object(&mut self, device: Option<&Device>, entries: Vec<Address>) -> Result<Outcome, Failure> {
+        let is_whole = entries.len() > 1;
+        let readable = |address: &Address| {
+            let entry = device.and_then(|device| device.entry(address.index(), address.sub()));
+            entry.is_none_or(|entry| entry.access.readable())
+        };
+        let mut outcome = Outcome::Clean;
+        let mut last = u8::MAX;
+        for address in entries {
+            if is_whole && (!readable(&address) || address.sub() > last) {
+                continue;
+            }
+            let (data, read) = self.entry(address)?;
+            outcome = outcome.max(read);
+            // Beyond the count of these, there is nothing.
+            let counts = is_pdo_mapping(address.index()) || address.index() == cia301::PREDEFINED_ERROR_FIELD;
+            if let Some([count]) = data.as_deref().filter(|_| is_whole && counts && address.sub() == 0) {
+                last = *count;
+            }
+        }
+        Ok(outcome)
+    }
+
+    /// Reads and prints an entry; the bytes, unless it is refused.
+    fn entry(&mut self, address: Address) -> Result<(Option<Vec<u8>>, Outcome), Failure> {
+        let node = self.printer.node;
+        if let Some(values) = &mut self.values {
+            read_conditions(self.network, node, address, values)?;
+        }
+        match self.network.read_bytes(node, address) {
+            Ok(data) => {
+                let report = ValueReport::of_bytes(self.values.as_ref(), address, &data);
+                if let (Some(values), Some(value)) = (&mut self.values, &report.value) {
+                    values.set(address, value);
+                }
+                self.printer.print(report.json(), &report.equation())?;
+                Ok((Some(data), Outcome::Clean))
+            }
+            Err(AccessError::Sdo { error, .. }) if is_answer(&error) => {
+                self.printer.refusal(&ValueReport::without_value(self.values.as_ref(), address), &error)?;
+                Ok((None, Outcome::Found))
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! The nodes of a command, and the data sheets of their devices.
+
+use std::path::PathBuf;
+
+use clap_complete::engine::ArgValueCompleter;
+use lexican_eds::model::Device;
+use lexican_eds::{Input, library};
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{AccessError, Link, Pace};
+use lexican_runtime::manager::Remote;
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::identity::{PRODUCT, Shipped, VENDOR, recognise};
+
+use super::{Bus, BusArgs, NodeIds, network, node_id};
+use crate::completions::devices;
+use crate::device::{Loaded, with_overlays};
+use crate::duration::milliseconds;
+use crate::output::{Failure, Outcome, note};
+
+/// The arguments that name a node and its device.
+#[derive(clap::Args, Debug)]
+pub(crate) struct NodeArgs {
+    #[command(flatten)]
+    bus: BusArgs,
+
+    /// The node-ID: 1 to 127, or 0x1 to 0x7F; may be left out for a simulation, and where the URL names the drive
+    #[arg(long, value_name = "ID", value_parser = node_id)]
+    node: Option<NodeId>,
+
+    #[command(flatten)]
+    sheet: SheetArgs,
+}
+
+/// The arguments that name several nodes and their devices.
+#[derive(clap::Args, Debug)]
+pub(crate) struct NodesArgs {
+    #[command(flatten)]
+    bus: BusArgs,
+
+    /// The node-IDs: 5, 0x10, 3,5-9; may be left out for a simulation, and where the URL names the drive
+    #[arg(long, value_name = "IDS")]
+    node: Option<NodeIds>,
+
+    #[command(flatten)]
+    sheet: SheetArgs,
+}
+
+/// The arguments that say what a node is, and how long it may take.
+#[derive(clap::Args, Clone, Debug)]
+pub(crate) struct SheetArgs {
+    /// The device: an EDS or DCF file, or a device that lexican knows; none for an unknown device
+    ///
+    /// By default the device that is named in the URL of the bus, else the device that lexican knows by the node's identity (1018h).
+    #[arg(long, value_name = "FILE|DEVICE", add = ArgValueCompleter::new(devices))]
+    device: Option<String>,
+
+    /// Corrections and meanings in addition to the data sheet (TOML); may be given several times
+    #[arg(long, value_name = "FILE")]
+    overlay: Vec<PathBuf>,
+
+    /// How long each answer of a node may take, in milliseconds
+    #[arg(long, value_name = "MS", default_value = "1000", value_parser = milliseconds)]
+    timeout: Duration,
+}
+
+/// The `--device` of a node that is treated as unknown.
+pub(crate) const NO_DEVICE: &str = "none";
+
+pub(crate) type BoxedLink = Box<dyn Link + Send>;
+
+/// A node of a network that waits for its answers as long as `--timeout` says.
+pub(crate) struct Connected {
+    pub(crate) network: Network<BoxedLink>,
+    pub(crate) id: NodeId,
+    /// The device, if it is given or recognised.
+    pub(crate) device: Option<Device>,
+}
+
+/// Several nodes of a network.
+pub(crate) struct Nodes {
+    pub(crate) network: Network<BoxedLink>,
+    pub(crate) ids: Vec<NodeId>,
+    timeout: Duration,
+    /// The data sheet of all nodes, if `--device` names one, or `none`.
+    named: Option<Option<Device>>,
+    /// The nodes that the URL of the bus describes.
+    known: Vec<(NodeId, Device)>,
+    overlays: Vec<PathBuf>,
+    is_log: bool,
+}
+
+impl NodeArgs {
+    /// Whether the bus is a log, which takes no frames.
+    pub(crate) fn is_log(&self) -> bool {
+        self.bus.is_log()
+    }
+
+    /// Opens the bus, and finds out what the node is.
+    pub(crate) fn connect(&self) -> Result<Connected, Failure> {
+        self.connect_at(Pace::Virtual)
+    }
+
+    /// [`NodeArgs::connect`], to the node that an argument of the command names, or else `--node`.
+    pub(crate) fn connect_to(&self, node: Option<NodeId>) -> Result<Connected, Failure> {
+        self.open(node.or(self.node), Pace::Virtual)
+    }
+
+    /// [`NodeArgs::connect`]; simulated time passes at `pace` unless the URL says otherwise.
+    pub(crate) fn connect_at(&self, pace: Pace) -> Result<Connected, Failure> {
+        self.open(self.node, pace)
+    }
+
+    fn open(&self, node: Option<NodeId>, pace: Pace) -> Result<Connected, Failure> {
+        let mut nodes = self.sheet.connect(&self.bus, node.map(|node| vec![node]), pace)?;
+        let id = nodes.ids[0];
+        let device = nodes.device(id)?;
+        Ok(Connected { network: nodes.network, id, device })
+    }
+}
+
+impl NodesArgs {
+    /// Opens the bus.
+    pub(crate) fn connect(&self) -> Result<Nodes, Failure> {
+        self.connect_to(None)
+    }
+
+    /// [`NodesArgs::connect`], to the nodes that an argument of the command names, or else `--node`.
+    pub(crate) fn connect_to(&self, nodes: Option<&NodeIds>) -> Result<Nodes, Failure> {
+        let nodes = nodes.or(self.node.as_ref());
+        self.sheet.connect(&self.bus, nodes.map(|nodes| nodes.0.clone()), Pace::Virtual)
+    }
+}
+
+impl SheetArgs {
+    /// The data sheet of a file or of the library, with the overlays.
+    pub(crate) fn load(&self, name: &str) -> Result<Device, Failure> {
+        Ok(Loaded::with_overlays(name, &self.overlay)?.device)
+    }
+
+    /// Opens a bus with at least one node.
+    pub(crate) fn connect(&self, bus: &BusArgs, ids: Option<Vec<NodeId>>, pace: Pace) -> Result<Nodes, Failure> {
+        let named = self.device.as_deref().map(|name| match name {
+            NO_DEVICE if !self.overlay.is_empty() => {
+                Err(Failure::new("an overlay adds to a data sheet").help("name the data sheet with --device FILE"))
+            }
+            NO_DEVICE => Ok(None),
+            name => self.load(name).map(Some),
+        });
+        let named = named.transpose()?;
+        let Bus { link, nodes: known } = bus.open(pace)?.settled()?;
+        let only = if let [(id, _)] = known.as_slice() { Some(vec![*id]) } else { None };
+        let ids = ids.or(only).ok_or_else(which_node)?;
+        let known =
+            known.into_iter().filter(|(id, _)| ids.contains(id)).map(|(id, loaded)| match self.overlay.as_slice() {
+                [] => Ok((id, loaded.device)),
+                overlays => Ok((id, load(loaded.input, overlays)?)),
+            });
+        let known = known.collect::<Result<_, Failure>>()?;
+        let mut nodes = Nodes {
+            network: network(link)?,
+            ids,
+            timeout: self.timeout,
+            named,
+            known,
+            overlays: self.overlay.clone(),
+            is_log: bus.is_log(),
+        };
+        for id in nodes.ids.clone() {
+            nodes.limit(id);
+        }
+        Ok(nodes)
+    }
+}
+
+/// The device of a data sheet with overlays.
+fn load(input: Input, overlays: &[PathBuf]) -> Result<Device, Failure> {
+    Ok(Loaded::with_warning(with_overlays(input, overlays)?)?.device)
+}
+
+/// The failure of a command that needs a node-ID.
+pub(crate) fn which_node() -> Failure {
+    Failure::new("which node?").help("name it with --node ID; `lexican scan` shows the nodes of the bus")
+}
+
+impl Nodes {
+    /// The device of a node, if it is given or recognised.
+    pub(crate) fn device(&mut self, id: NodeId) -> Result<Option<Device>, Failure> {
+        if let Some(named) = &self.named {
+            return Ok(named.clone());
+        }
+        if let Some((_, device)) = self.known.iter().find(|(known, _)| *known == id) {
+            return Ok(Some(device.clone()));
+        }
+        // A log answers nothing.
+        let shipped = if self.is_log { None } else { identify(&mut self.network, id)? };
+        let Some(shipped) = shipped else { return Ok(None) };
+        match self.overlays.as_slice() {
+            [] => Ok(Some(shipped.device.clone())),
+            overlays => {
+                let shipped = library::find(shipped.id).expect("it is in the library");
+                load(shipped.input(), overlays).map(Some)
+            }
+        }
+    }
+
+    /// Does something with each node and its device. If there are several, the failure of one is reported, and the command
+    /// goes on to the next.
+    pub(crate) fn for_each(
+        mut self,
+        mut action: impl FnMut(&mut Network<BoxedLink>, NodeId, Option<&Device>) -> Result<Outcome, Failure>,
+    ) -> Result<Outcome, Failure> {
+        let mut worst = Outcome::Clean;
+        for id in self.ids.clone() {
+            let device = self.device(id);
+            let result = device.and_then(|device| action(&mut self.network, id, device.as_ref()));
+            worst = worst.max(match result {
+                Err(failure) if self.are_several() => {
+                    failure.report();
+                    Outcome::Unreadable
+                }
+                result => result?,
+            });
+        }
+        Ok(worst)
+    }
+
+    /// Whether results have to say of which node they are.
+    pub(crate) fn are_several(&self) -> bool {
+        self.ids.len() > 1
+    }
+
+    /// Limits the time for each answer of a node.
+    fn limit(&mut self, id: NodeId) {
+        let (now, timeout) = (self.network.now(), self.timeout);
+        let manager = self.network.manager();
+        manager.add(now, Remote::new(id)).expect("there is room for all nodes");
+        let client = manager.sdo(id).expect("it was added");
+        *client = client.clone().with_timeout(timeout);
+    }
+}
+
+/// Recognises a node by its identity, and says so.
+pub(crate) fn identify(network: &mut Network<BoxedLink>, node: NodeId) -> Result<Option<&'static Shipped>, Failure> {
+    let mut number = |address| -> Result<Option<u32>, Failure> {
+        match network.read_bytes(node, address) {
+            Ok(data) => Ok(<[u8; 4]>::try_from(data).ok().map(u32::from_le_bytes)),
+            Err(AccessError::Sdo { error, .. }) if !matches!(error, SdoError::TimedOut { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    };
+    let Some(vendor) = number(VENDOR)? else { return Ok(None) };
+    let product = number(PRODUCT)?;
+    let Some(shipped) = recognise(vendor, product) else { return Ok(None) };
+    note(format_args!("node {node} is a {} by its identity (1018h); --device none treats it as unknown", shipped.id));
+    Ok(Some(shipped))
+}

@@ -1,0 +1,263 @@
+//! Several nodes behind one link, which hear each other, and what happens to their frames.
+
+use std::collections::VecDeque;
+
+use lexican_runtime::host::Node;
+use lexican_runtime::{CobId, Duration, Frame, Instant};
+
+/// What is done to some of the frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Fault {
+    /// Which node sends them, by its place in the segment; all nodes, and the world outside, without it.
+    pub(crate) sender: Option<usize>,
+    /// Their identifier; all without it.
+    pub(crate) id: Option<CobId>,
+    /// Which of them: each one, or each second one, and so on.
+    pub(crate) every: u32,
+    /// How many in a row, the last of which is the one that `every` counts.
+    pub(crate) in_a_row: u32,
+    pub(crate) action: Action,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Action {
+    /// No node receives it.
+    Lose,
+    /// All nodes receive it twice.
+    Repeat,
+    /// All nodes receive it later; frames sent meanwhile overtake it.
+    Delay(Duration),
+}
+
+/// The nodes of a plant as one node of the bus behind a link.
+pub(crate) struct Segment<N> {
+    stations: Vec<Station<N>>,
+    /// With the number of frames since each last happened in full.
+    faults: Vec<(Fault, u32)>,
+    delayed: Vec<Delayed>,
+    /// Frames that have been delivered inside, and go to the link.
+    outgoing: VecDeque<Frame>,
+}
+
+/// A node with the transmit buffer of its controller: a frame that lost arbitration waits there.
+struct Station<N> {
+    node: N,
+    buffer: Option<Frame>,
+}
+
+struct Delayed {
+    /// None for the world outside.
+    sender: Option<usize>,
+    frame: Frame,
+    due: Instant,
+}
+
+impl<N: Node> Segment<N> {
+    pub(crate) fn new(nodes: impl IntoIterator<Item = N>, faults: &[Fault]) -> Self {
+        Segment {
+            stations: nodes.into_iter().map(|node| Station { node, buffer: None }).collect(),
+            faults: faults.iter().map(|fault| (*fault, 0)).collect(),
+            delayed: Vec::new(),
+            outgoing: VecDeque::new(),
+        }
+    }
+
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = &N> {
+        self.stations.iter().map(|station| &station.node)
+    }
+
+    pub(crate) fn nodes_mut(&mut self) -> impl Iterator<Item = &mut N> {
+        self.stations.iter_mut().map(|station| &mut station.node)
+    }
+
+    /// The first fault that happens to a frame.
+    fn fault(&mut self, sender: Option<usize>, frame: &Frame) -> Option<Action> {
+        let mut action = None;
+        for (fault, count) in &mut self.faults {
+            if fault.sender.is_none_or(|wanted| Some(wanted) == sender) && fault.id.is_none_or(|id| id == frame.id()) {
+                *count += 1;
+                if *count + fault.in_a_row > fault.every {
+                    action = action.or(Some(fault.action));
+                }
+                if *count >= fault.every {
+                    *count = 0;
+                }
+            }
+        }
+        action
+    }
+
+    /// All nodes but the sender receive a frame, and the world outside, if a node sends it.
+    fn deliver(&mut self, now: Instant, sender: Option<usize>, frame: &Frame) {
+        for (receiver, station) in self.stations.iter_mut().enumerate() {
+            if Some(receiver) != sender {
+                station.node.handle_frame(now, frame);
+            }
+        }
+        if sender.is_some() {
+            self.outgoing.push_back(*frame);
+        }
+    }
+
+    fn carry(&mut self, now: Instant, sender: Option<usize>, frame: Frame) {
+        match self.fault(sender, &frame) {
+            None => self.deliver(now, sender, &frame),
+            Some(Action::Lose) => {}
+            Some(Action::Repeat) => {
+                self.deliver(now, sender, &frame);
+                self.deliver(now, sender, &frame);
+            }
+            Some(Action::Delay(span)) => self.delayed.push(Delayed { sender, frame, due: now + span }),
+        }
+    }
+
+    /// Of all frames that wait, takes the one that wins arbitration.
+    fn arbitrate(&mut self, now: Instant) -> Option<(usize, Frame)> {
+        for station in &mut self.stations {
+            if station.buffer.is_none() {
+                station.buffer = station.node.poll_transmit(now);
+            }
+        }
+        let waiting = self.stations.iter().enumerate();
+        let waiting = waiting.filter_map(|(sender, station)| station.buffer.map(|frame| (sender, frame)));
+        let winner = waiting.min_by_key(|(_, frame)| (frame.id(), frame.is_remote()))?;
+        self.stations[winner.0].buffer = None;
+        Some(winner)
+    }
+}
+
+impl<N: Node> Node for Segment<N> {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        self.carry(now, None, *frame);
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        while let Some(due) = self.delayed.iter().position(|delayed| delayed.due <= now) {
+            let Delayed { sender, frame, .. } = self.delayed.remove(due);
+            self.deliver(now, sender, &frame);
+        }
+        for node in self.nodes_mut() {
+            if node.poll_timeout().is_some_and(|deadline| deadline <= now) {
+                node.handle_timeout(now);
+            }
+        }
+    }
+
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        while self.outgoing.is_empty() {
+            let (sender, frame) = self.arbitrate(now)?;
+            self.carry(now, Some(sender), frame);
+        }
+        self.outgoing.pop_front()
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.nodes().filter_map(Node::poll_timeout).chain(self.delayed.iter().map(|delayed| delayed.due)).min()
+    }
+
+    fn concerns(&self) -> Vec<CobId> {
+        let each: Vec<Vec<CobId>> = self.nodes().map(Node::concerns).collect();
+        // One that wants all frames wants them for all.
+        if each.iter().any(Vec::is_empty) { Vec::new() } else { each.concat() }
+    }
+
+    fn generation(&self) -> u32 {
+        self.nodes().fold(0, |sum, node| sum.wrapping_add(node.generation()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A node that sends some frames, and notes the identifiers of those that it hears, with the time in ms.
+    #[derive(Default)]
+    struct Talker {
+        says: VecDeque<Frame>,
+        heard: Vec<(u32, u64)>,
+    }
+
+    impl Node for Talker {
+        fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+            self.heard.push((frame.id().raw(), now.since(Instant::ZERO).as_micros() / 1000));
+        }
+        fn handle_timeout(&mut self, _: Instant) {}
+        fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+            self.says.pop_front()
+        }
+        fn poll_timeout(&self) -> Option<Instant> {
+            None
+        }
+    }
+
+    fn frame(id: u16) -> Frame {
+        Frame::new(CobId::standard(id).unwrap(), &[]).unwrap()
+    }
+
+    fn segment(says: [&[u16]; 2], faults: &[Fault]) -> Segment<Talker> {
+        let talker = |ids: &[u16]| Talker { says: ids.iter().map(|id| frame(*id)).collect(), heard: Vec::new() };
+        Segment::new(says.map(talker), faults)
+    }
+
+    /// The identifiers that leave the segment.
+    fn sent(segment: &mut Segment<Talker>, now: Instant) -> Vec<u32> {
+        std::iter::from_fn(|| segment.poll_transmit(now)).map(|frame| frame.id().raw()).collect()
+    }
+
+    fn heard(segment: &Segment<Talker>) -> Vec<Vec<u32>> {
+        segment.nodes().map(|node| node.heard.iter().map(|(id, _)| *id).collect()).collect()
+    }
+
+    #[test]
+    fn nodes_hear_each_other_and_the_lowest_identifier_is_sent_first() {
+        let mut plant = segment([&[0x185, 0x181], &[0x182]], &[]);
+        assert_eq!(sent(&mut plant, Instant::ZERO), [0x182, 0x185, 0x181]);
+        plant.handle_frame(Instant::ZERO, &frame(0x80));
+        assert_eq!(heard(&plant), [vec![0x182, 0x80], vec![0x185, 0x181, 0x80]]);
+    }
+
+    #[test]
+    fn faults_are_of_a_sender_of_an_identifier_or_of_each_nth_frame() {
+        let fault = Fault { sender: None, id: None, every: 1, in_a_row: 1, action: Action::Lose };
+        let first = Fault { sender: Some(0), ..fault };
+        let heartbeat = Fault { id: CobId::standard(0x702), ..fault };
+        let second = Fault { every: 2, ..fault };
+        let most = Fault { every: 4, in_a_row: 3, ..fault };
+        let twice = Fault { action: Action::Repeat, ..heartbeat };
+        // The first fault that happens to a frame decides; all of them count it.
+        for (faults, expected) in [
+            (&[][..], &[0x81, 0x701, 0x702, 0x82][..]),
+            (&[first], &[0x702, 0x82]),
+            (&[heartbeat], &[0x81, 0x701, 0x82]),
+            (&[second], &[0x81, 0x702]),
+            (&[most], &[0x81]),
+            (&[twice], &[0x81, 0x701, 0x702, 0x702, 0x82]),
+            (&[second, twice], &[0x81, 0x702, 0x702]),
+        ] {
+            let mut plant = segment([&[0x81, 0x701], &[0x702, 0x82]], faults);
+            assert_eq!(sent(&mut plant, Instant::ZERO), expected, "{faults:?}");
+        }
+        let mut plant = segment([&[], &[]], &[first, heartbeat]);
+        plant.handle_frame(Instant::ZERO, &frame(0x702));
+        plant.handle_frame(Instant::ZERO, &frame(0x80));
+        assert_eq!(heard(&plant), [[0x80], [0x80]], "a fault of a sender leaves the world outside alone");
+    }
+
+    #[test]
+    fn a_delayed_frame_comes_later() {
+        let action = Action::Delay(Duration::from_millis(20));
+        let mut plant = segment(
+            [&[0x81], &[0x82]],
+            &[Fault { sender: None, id: CobId::standard(0x81), every: 1, in_a_row: 1, action }],
+        );
+        assert_eq!(sent(&mut plant, Instant::ZERO), [0x82]);
+        plant.handle_frame(Instant::ZERO, &frame(0x81));
+        let due = plant.poll_timeout().unwrap();
+        assert_eq!(due, Instant::from_micros(20_000));
+        plant.handle_timeout(due);
+        assert_eq!(sent(&mut plant, due), [0x81], "what came from outside stays inside");
+        let heard: Vec<_> = plant.nodes().map(|node| node.heard.clone()).collect();
+        assert_eq!(heard, [vec![(0x82, 0), (0x81, 20)], vec![(0x81, 20), (0x81, 20)]]);
+        assert_eq!(plant.poll_timeout(), None);
+    }
+}

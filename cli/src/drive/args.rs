@@ -1,0 +1,152 @@
+//! The command line of `lexican drive`.
+
+use std::path::PathBuf;
+
+use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::drive::{Order, Scales};
+
+use crate::bus::{BusArgs, node_id};
+use crate::duration::{milliseconds, seconds};
+use crate::output::Failure;
+
+/// Move a drive of CiA 402, by its data sheet
+///
+/// THE DRIVE MOVES AT ONCE: the command says what it is about to do, and asks no question. Before anything is sent that
+/// moves, the order is checked against the limits of the data sheet, those that the drive is set to, and its state; the mode is
+/// set. A drive that is not enabled is not enabled by an order to move, unless --enable says so.
+///
+/// The drive stands when the command ends, however it does: Ctrl-C, SIGTERM and SIGHUP stop it, and so does what has gone
+/// wrong. If it cannot be told to stop, since its bus is lost, the command says so and exits with 2. For the case that the
+/// command is killed, or its machine loses power, the drive's heartbeat consumer (1016h) or life guarding (100Ch) is armed
+/// while it moves, if it has one. None of this replaces an emergency stop.
+///
+/// Exit code 1 if the drive refuses the order, or has not carried it out; 2 also if it may be moving still.
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    pub(super) bus: BusArgs,
+
+    /// The node-ID: 1 to 127, or 0x1 to 0x7F
+    #[arg(value_name = "NODE", value_parser = node_id)]
+    pub(super) node: NodeId,
+
+    /// What it is to do
+    #[arg(value_enum, value_name = "ORDER")]
+    order: Verb,
+
+    /// Where to, how far, how fast, or the homing method: "5 mm", "-0.5 mm", "60 rpm", raw:5000
+    ///
+    /// A number in the unit of the data sheet or its overlay; without a unit there, a plain number.
+    #[arg(allow_hyphen_values = true)]
+    value: Option<String>,
+
+    /// The drive: an EDS or DCF file, or a device that lexican knows
+    ///
+    /// By default the device that is named in the URL of the bus, else the device that lexican knows by the node's identity (1018h).
+    #[arg(long, value_name = "FILE|DEVICE")]
+    pub(super) device: Option<String>,
+
+    /// Corrections and units in addition to the data sheet (TOML); may be given several times
+    #[arg(long, value_name = "FILE")]
+    pub(super) overlay: Vec<PathBuf>,
+
+    /// Enable the drive before it moves, and disable it afterwards if it was not enabled before
+    #[arg(long)]
+    pub(super) enable: bool,
+
+    /// Run or watch for so many seconds; without it, until Ctrl-C
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    pub(super) span: Option<Duration>,
+
+    /// Stop the drive if it has not done what was ordered within so many seconds
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "600")]
+    pub(super) within: Duration,
+
+    /// How soon the drive is to notice that the command is gone; 0 for not at all
+    #[arg(long, value_name = "MS", value_parser = milliseconds, default_value = "1000")]
+    pub(super) protect: Duration,
+
+    /// The node-ID of the command, under which it sends heartbeats to the drive; no node may have it
+    #[arg(long, value_name = "ID", value_parser = node_id, default_value = "127")]
+    pub(super) manager: NodeId,
+
+    /// Print a line each so many ms while it moves; on a terminal, one line changes
+    #[arg(long, value_name = "MS", value_parser = milliseconds, default_value = "500")]
+    pub(super) every: Duration,
+
+    /// Print one JSON object per line
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican drive --bus can0 5 enable
+    lexican drive --bus can0 5 move-to 5000
+    lexican drive --bus can0 5 step \"-0.5 mm\"
+    lexican drive --bus can0 7 run \"60 rpm\" --for 10 --enable --device FILE.eds --overlay units.toml
+    lexican drive --bus can0 5 watch
+    lexican drive --bus sim:siko/ag03-1?node=5 5 move-to 5000 --enable";
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum Verb {
+    /// Lead it to OPERATION ENABLED: it has torque, and nothing moves
+    Enable,
+    /// Stop it, then take its torque away
+    Disable,
+    /// Reset a fault
+    ResetFault,
+    /// Travel to a position
+    MoveTo,
+    /// Travel by a distance; without one, by the step that the drive is set to (inching)
+    Step,
+    /// Run at a velocity until Ctrl-C or --for, then stop
+    Run,
+    /// Find the reference point, by a method of 6098h or the one that the drive is set to
+    Home,
+    /// Stop what moves, with the programmed deceleration
+    Stop,
+    /// Stop what moves, with full deceleration
+    QuickStop,
+    /// Print state, position and velocity until Ctrl-C or --for; nothing is ordered
+    Watch,
+}
+
+impl Args {
+    /// Whether only Ctrl-C ends it.
+    pub(super) const fn is_endless(&self) -> bool {
+        matches!(self.order, Verb::Run | Verb::Watch) && self.span.is_none()
+    }
+
+    pub(super) fn check_value(&self) -> Result<(), Failure> {
+        let wrong = |what: &str| Err(Failure::new(what));
+        match (self.order, &self.value) {
+            (Verb::MoveTo, None) => wrong("where to? move-to takes a position, such as 5000 or \"5 mm\""),
+            (Verb::Run, None) => wrong("how fast? run takes a velocity, such as 60 or \"60 rpm\""),
+            (Verb::MoveTo | Verb::Run | Verb::Step | Verb::Home, _) | (_, None) => Ok(()),
+            (_, Some(value)) => Err(Failure::new(format_args!("this order takes no value, and {value:?} is there"))),
+        }
+    }
+
+    pub(super) fn order(&self, scales: &Scales<'_>) -> Result<Order, Failure> {
+        let value = self.value.as_deref();
+        let position = |text| scales.parse_position(text).map_err(Failure::new);
+        Ok(match self.order {
+            Verb::Enable => Order::Enable,
+            Verb::Disable => Order::Disable,
+            Verb::ResetFault => Order::ResetFault,
+            Verb::MoveTo => Order::MoveTo(position(value.unwrap_or_default())?),
+            Verb::Step => Order::Step(value.map(position).transpose()?),
+            Verb::Run => Order::Run(scales.parse_velocity(value.unwrap_or_default()).map_err(Failure::new)?),
+            Verb::Home => Order::Home(value.map(method).transpose()?),
+            Verb::Stop => Order::Stop,
+            Verb::QuickStop => Order::QuickStop,
+            Verb::Watch => Order::Watch,
+        })
+    }
+}
+
+fn method(text: &str) -> Result<i8, Failure> {
+    text.parse().map_err(|_| Failure::new(format_args!("{text:?} is no homing method: these are -128 to 127 (6098h)")))
+}

@@ -1,0 +1,67 @@
+//! The drive at a node: how it is described, and its data sheet.
+
+use std::path::PathBuf;
+
+use kollmorgen_akd::driver::AKD;
+use lexican_driver::Description;
+use lexican_eds::{Input, library};
+use lexican_runtime::NodeId;
+use lexican_runtime::host::Pace;
+use siko_ag02::driver::AG02;
+use siko_ag03_1::driver::AG03_1;
+
+use crate::bus::{BoxedLink, Bus, BusArgs, identify, network};
+use crate::device::{Loaded, input, with_overlays};
+use crate::output::Failure;
+
+/// The devices of the library of which lexican knows more than their data sheet says.
+const DESCRIBED: [(&str, &Description); 3] = [("kollmorgen/akd", &AKD), ("siko/ag02", &AG02), ("siko/ag03-1", &AG03_1)];
+
+pub(super) struct DriveNode {
+    pub(super) link: BoxedLink,
+    pub(super) description: &'static Description,
+    pub(super) loaded: Loaded,
+}
+
+impl DriveNode {
+    /// Opens the bus, and finds out what the node is: by the name given, by the URL of the bus, or by its identity.
+    pub(super) fn open(
+        bus: &BusArgs,
+        pace: Pace,
+        node: NodeId,
+        device: Option<&str>,
+        overlays: &[PathBuf],
+    ) -> Result<Self, Failure> {
+        let named = device.map(input).transpose()?;
+        let Bus { link, nodes } = bus.open(pace)?.settled()?;
+        let by_url = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, loaded)| loaded.input);
+        let (link, input) = match named.or(by_url) {
+            Some(input) => (link, input),
+            None => by_identity(link, node)?,
+        };
+        let description = describe(&input)?;
+        let loaded = Loaded::with_warning(with_overlays(input, overlays)?)?;
+        Ok(DriveNode { link, description, loaded })
+    }
+}
+
+fn by_identity(link: BoxedLink, node: NodeId) -> Result<(BoxedLink, Input), Failure> {
+    let mut network = network(link)?;
+    let shipped = identify(&mut network, node)?.and_then(|known| library::find(known.id)).ok_or_else(|| {
+        Failure::new(format_args!("which drive is node {node}? Its identity (1018h) is none that lexican knows"))
+            .help("name its data sheet: --device FILE.eds")
+    })?;
+    Ok((network.into_link(), shipped.input()))
+}
+
+/// The description of a device of the library, or else what the data sheet says.
+fn describe(input: &Input) -> Result<&'static Description, Failure> {
+    let shipped = library::all().iter().find(|shipped| shipped.input().eds.name() == input.eds.name());
+    let known = shipped.and_then(|shipped| DESCRIBED.iter().find(|(id, _)| *id == shipped.id));
+    if let Some((_, description)) = known {
+        return Ok(description);
+    }
+    Description::of_data_sheet(input).map_err(|error| {
+        Failure::new(error).help("only drives of CiA 402 can be moved; `lexican write` sets objects of other devices")
+    })
+}

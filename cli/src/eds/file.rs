@@ -1,0 +1,76 @@
+//! Data sheets that a command changes in place: read so that they can be written back byte for byte, and compared.
+
+use std::path::Path;
+
+use anstyle::{AnsiColor, Style};
+use lexican_eds::{Input, Source};
+use similar::{ChangeTag, TextDiff};
+
+use crate::device::{input, read_up_to};
+use crate::output::{Failure, styled, write_whole};
+
+/// Refuses the names of the library, and files that do not exist.
+pub(super) fn must_be_file(name: &str) -> Result<(), Failure> {
+    if Path::new(name).is_file() {
+        return Ok(());
+    }
+    // Fails with a better message if there is no such file.
+    input(name)?;
+    Err(Failure::new(format_args!("{name} is not a file that could be written")))
+}
+
+/// Reads a data sheet that is a file.
+pub(super) fn open(name: &str) -> Result<Input, Failure> {
+    must_be_file(name)?;
+    let bytes = read_up_to(Path::new(name), lexican_eds::text::MAX_BYTES + 1)?;
+    let eds = Source::from_bytes(name, &bytes);
+    if eds.refusal().is_none() && eds.to_bytes().as_deref() != Some(&bytes) {
+        let encoding = eds.encoding().name();
+        return Err(Failure::new(format_args!("{name} is not whole: it begins in {encoding}, but not all of it is"))
+            .help("save it in another encoding first"));
+    }
+    Ok(Input::new(eds))
+}
+
+/// Writes a data sheet in the encoding that it was in.
+pub(super) fn write(sheet: &Source) -> Result<(), Failure> {
+    let bytes = sheet.to_bytes().ok_or_else(|| {
+        let encoding = sheet.encoding();
+        let missing = sheet.text().chars().find(|letter| encoding.encode(&letter.to_string()).is_none());
+        let missing = missing.map(String::from).unwrap_or_default();
+        Failure::new(format_args!("{} is in {}, which has no {missing:?}", sheet.name(), encoding.name()))
+            .help("save it as UTF-8 first, or do without the character")
+    })?;
+    write_whole(Path::new(sheet.name()), &bytes)
+}
+
+/// The difference as `diff -u` prints it, and `patch` takes it; empty if there is none.
+pub(super) fn difference(before: &Source, after: &Source) -> String {
+    let diff = TextDiff::from_lines(before.text(), after.text());
+    let mut text = String::new();
+    for hunk in diff.unified_diff().context_radius(3).iter_hunks() {
+        if text.is_empty() {
+            let bold = Style::new().bold();
+            text += &styled(bold, format_args!("--- {0}\n+++ {0}", before.name()));
+            text.push('\n');
+        }
+        text += &styled(AnsiColor::Cyan.on_default(), hunk.header());
+        text.push('\n');
+        for change in hunk.iter_changes() {
+            let style = match change.tag() {
+                ChangeTag::Delete => AnsiColor::Red.on_default(),
+                ChangeTag::Insert => AnsiColor::Green.on_default(),
+                ChangeTag::Equal => Style::new(),
+            };
+            let line = change.value();
+            let end = line.len() - line.trim_end_matches(['\r', '\n']).len();
+            let (line, end) = line.split_at(line.len() - end);
+            text += &styled(style, format_args!("{}{line}", change.tag()));
+            text += end;
+            if change.missing_newline() {
+                text += "\n\\ No newline at end of file\n";
+            }
+        }
+    }
+    text
+}

@@ -1,0 +1,110 @@
+//! `lexican watch` and `lexican plot`: values of a node over time.
+
+mod plot;
+mod watch;
+
+use std::sync::atomic::Ordering;
+
+use lexican_eds::model::Device;
+use lexican_runtime::host::{LinkError, Pace, Pump, Turn};
+use lexican_runtime::{Duration, Instant};
+use lexican_toolbox::sampler::{Sampled, Sampler, Signal};
+use lexican_toolbox::values::report::ValueReport;
+
+use crate::bus::{Connected, NodeArgs};
+use crate::duration::{milliseconds, seconds};
+use crate::output::{Failure, ctrl_c, missing_frames, warn};
+use crate::screen::Screen;
+
+pub(crate) use plot::{PlotArgs, plot};
+pub(crate) use watch::{WatchArgs, watch};
+
+/// The arguments that say which values are followed.
+#[derive(clap::Args, Debug)]
+struct SignalArgs {
+    #[command(flatten)]
+    node: NodeArgs,
+
+    /// How often the objects are read, in milliseconds; a node that is slower is read without a pause
+    #[arg(long, value_name = "MS", default_value = "100", value_parser = milliseconds)]
+    every: Duration,
+
+    /// Send nothing: take only what PDOs and the transfers of others carry
+    #[arg(long)]
+    listen: bool,
+
+    /// Stop after so many seconds
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    span: Option<Duration>,
+
+    /// The objects, by address or name, and PDOs: 6064, 2410:05, "Position Actual Value", tpdo1
+    #[arg(required = true, value_name = "OBJECT|PDO")]
+    signals: Vec<String>,
+}
+
+/// What there is to do while values are followed.
+trait Follower {
+    /// A value has come.
+    fn value(&mut self, at: Instant, report: &ValueReport) -> Result<(), Failure>;
+    /// The values are to be shown.
+    fn draw(&mut self, screen: &mut Screen) -> Result<(), Failure>;
+    /// An object cannot be read, or can again.
+    fn trouble(&mut self, trouble: Option<&str>);
+}
+
+/// How often the screen is drawn.
+const DRAWN: Duration = Duration::from_millis(100);
+
+/// How often the screen and Ctrl-C are looked at.
+const LOOK: Duration = Duration::from_millis(50);
+
+impl SignalArgs {
+    /// Follows the values until the end: that of the span, of a log, or by a key on the screen.
+    fn follow(&self, wants_screen: bool, follower: &mut impl Follower) -> Result<(), Failure> {
+        let pace = if self.span.is_some() { Pace::Virtual } else { Pace::RealTime };
+        let Connected { mut network, id, device } = self.node.connect_at(pace)?;
+        network.listen_to_all()?;
+        let mut link = network.into_link();
+        let device: Option<&Device> = device.as_ref();
+        let signals = self.signals.iter().map(|text| Signal::parse(device, text));
+        let signals = signals.collect::<Result<Vec<_>, _>>()?;
+        let every = (!self.listen && !self.node.is_log()).then_some(self.every);
+        let mut screen = if wants_screen && link.is_real_time() { Screen::take()? } else { None };
+        let interrupted = if screen.is_some() { None } else { Some(ctrl_c()?) };
+        let mut sampler = Sampler::new(link.now(), id, device, signals, every);
+        let (mut pump, end) = (Pump::new(), self.span.map(|span| link.now() + span));
+        let mut drawn = link.now();
+        loop {
+            let until = end.map_or(link.now() + LOOK, |end| end.min(link.now() + LOOK));
+            match pump.turn(&mut *link, &mut sampler, until) {
+                Ok(Turn::Event(Sampled::Values(reports))) => {
+                    follower.trouble(None);
+                    reports.iter().try_for_each(|report| follower.value(link.now(), report))?;
+                }
+                Ok(Turn::Event(Sampled::Failed(error))) => {
+                    let text = error.to_string();
+                    follower.trouble(Some(&text));
+                    if screen.is_none() {
+                        warn(&text);
+                    }
+                }
+                Ok(Turn::Gap(frames)) if screen.is_none() => warn(missing_frames(frames)),
+                Ok(Turn::Bus(state)) => follower.trouble(Some(&format!("the bus is {state}"))),
+                Ok(Turn::Gap(_) | Turn::Idle | Turn::Over) => {}
+                Err(LinkError::Ended) => return Ok(()),
+                Err(error) => return Err(error.into()),
+            }
+            let now = link.now();
+            if end.is_some_and(|end| now >= end) || interrupted.as_ref().is_some_and(|it| it.load(Ordering::Relaxed)) {
+                return Ok(());
+            }
+            if let Some(screen) = screen.as_mut().filter(|_| now >= drawn) {
+                drawn = now + DRAWN;
+                if screen.is_left()? {
+                    return Ok(());
+                }
+                follower.draw(screen)?;
+            }
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! `lexican convert`: a log in another format.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use indicatif::{DecimalBytes, ProgressBar};
+use lexican_runtime::Instant;
+use lexican_toolbox::log::{Format, Writer, parse_time};
+use serde_json::json;
+
+use super::{SelectionArgs, format_of, frames, is_pipe, open, remark_on, write_failure};
+use crate::output::{Failure, Outcome, fields, print_result, progress};
+
+/// Convert a log into another format
+///
+/// Reads candump -L (and what candump prints), pcap, pcapng, Vector ASC and BLF, and PEAK TRC, and writes any of them.
+/// The format of IN is recognised by what is in it, that of OUT by its extension. Frames of CAN FD and error frames are
+/// left out. What each format keeps and loses: times are kept to the microsecond, in trc1.0 to the millisecond and in trc1.1 to a tenth of it;
+/// pcap, trc1.0, trc1.1 and trc2.0 have no interfaces, asc, trc and blf have numbers instead of names; candump, pcap and trc1.0 do not
+/// say who has sent a frame. asc, trc and blf name a local time without its zone: it is read and written as UTC.
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The log; - for stdin
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+
+    /// The file to be written; - for stdout
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+
+    /// The format of IN: candump, pcap, pcapng, asc, trc or blf
+    #[arg(long, value_name = "FORMAT")]
+    from: Option<Format>,
+
+    /// The format of OUT: candump, pcap, pcapng, asc, blf, trc (2.1), trc1.0, trc1.1, trc1.3 or trc2.0
+    #[arg(long, value_name = "FORMAT")]
+    to: Option<Format>,
+
+    #[command(flatten)]
+    selection: SelectionArgs,
+
+    /// Shift all times, so that the first frame of OUT is at this time: 2026-09-30T15:06:13Z, or seconds since 1970
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    start: Option<Instant>,
+
+    /// Print the result as one JSON object, if OUT is a file
+    ///
+    /// It has frames, bytes, from, to, and what was left out: fd, errors, other and cut.
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican convert bus.log bus.pcapng
+    lexican convert bus.blf bus.asc --only 185,705 --after 10 --before 20
+    candump -ta can0 | lexican convert - - --to pcap | wireshark -k -i -
+    lexican convert trace.trc bus.log --start 2026-09-30T15:06:13Z";
+
+/// How many frames are converted between two looks at the progress.
+const STEP: u64 = 1 << 14;
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let Args { input, output, .. } = args;
+    let to = format_of(output, args.to, "--to")?;
+    if is_same(input, output) {
+        return Err(Failure::new(format_args!("{} cannot be read and written at the same time", output.display())));
+    }
+    let (mut reader, size) = open(input, args.from)?;
+    let mut writer = if is_pipe(output) {
+        Writer::new(io::stdout(), to)
+    } else {
+        Writer::create(output, to).map_err(|error| Failure::file("write", output, &error))?
+    };
+    let progress = size.map_or_else(ProgressBar::new_spinner, |size| {
+        progress("{bar:40} {decimal_bytes} of {decimal_total_bytes}, {elapsed} {msg}", size)
+    });
+    let (selection, mut begin, mut first) = (args.selection.selection(), None, None);
+    let (mut read, mut written) = (0, 0);
+    while let Some(record) = reader.next() {
+        let mut record = record?;
+        read += 1;
+        if read % STEP == 0 {
+            progress.set_position(reader.position());
+            progress.set_message(frames(read));
+        }
+        if !selection.contains(&record, *begin.get_or_insert(record.at)) {
+            continue;
+        }
+        if let Some(start) = args.start {
+            record.at = start + record.at.since(*first.get_or_insert(record.at));
+        }
+        writer.write(&record).map_err(|error| write_failure(output, error))?;
+        written += 1;
+        // A log that is still being written is passed on as it comes.
+        if size.is_none() && is_pipe(output) && read % 64 == 0 {
+            writer.flush().map_err(|error| write_failure(output, error))?;
+        }
+    }
+    let bytes = writer.written();
+    writer.finish().map_err(|error| write_failure(output, error))?;
+    progress.finish_and_clear();
+    let skipped = reader.skipped();
+    remark_on(skipped);
+    if is_pipe(output) {
+        return Ok(Outcome::Clean);
+    }
+    let bytes = std::fs::metadata(output).map_or(bytes, |data| data.len());
+    let fields = fields(json!({ "frames": written, "bytes": bytes, "from": reader.format().to_string(),
+        "to": to.to_string(), "fd": skipped.fd, "errors": skipped.errors, "other": skipped.other, "cut": skipped.cut }));
+    let text = format!("{}: {}, {}", output.display(), frames(written), DecimalBytes(bytes));
+    print_result(args.json, fields, text)?;
+    Ok(Outcome::Clean)
+}
+
+/// Whether two paths are one file.
+fn is_same(input: &Path, output: &Path) -> bool {
+    let file = |path: &Path| std::fs::canonicalize(path).ok().filter(|path| path.is_file());
+    !is_pipe(input) && file(input).is_some_and(|input| file(output) == Some(input))
+}

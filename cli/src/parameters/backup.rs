@@ -1,0 +1,75 @@
+//! `lexican backup`.
+
+use std::path::{Path, PathBuf};
+
+use lexican_toolbox::parameters::backup::backup;
+use lexican_toolbox::remote::RemoteNode;
+use lexican_toolbox::values::DeviceValues;
+use serde_json::json;
+
+use super::{Watch, known, print_refused};
+use crate::bus::{NodeIds, NodesArgs};
+use crate::output::{Failure, Outcome, fields, plural, print_result, write_whole};
+
+/// Save the parameters of nodes as DCF
+///
+/// Reads every entry that the data sheet lets one read and write, but for process data (rwr, rww, set-points of CiA 402),
+/// commands (1003h, 1010h, 1011h, programs, NMT, 6040h) and DOMAINs. The DCF has the node-ID and the identity of the device.
+/// What the device refuses is listed. Exit code 1 if it refuses anything.
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    nodes: NodesArgs,
+
+    /// The node-IDs, in place of --node
+    #[arg(value_name = "IDS", conflicts_with = "node")]
+    ids: Option<NodeIds>,
+
+    /// The DCF to write; {node} in it is the node-ID
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+
+    /// Print one JSON object per line
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican backup --bus can0 5 -o drive.dcf
+    lexican backup --bus can0 --node 3,5-9 -o machine/{node}.dcf
+    lexican backup --bus can0 --node 7 --device FILE.eds -o drive.dcf";
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let nodes = args.nodes.connect_to(args.ids.as_ref())?;
+    let name = args.output.to_string_lossy().into_owned();
+    if nodes.are_several() && !name.contains(NODE) {
+        return Err(Failure::new("several nodes need several files").help("write {node} into the name: -o {node}.dcf"));
+    }
+    let watch = Watch::new()?;
+    nodes.for_each(|network, node, device| {
+        let sheet = known(node, device)?;
+        let backup = backup(&mut RemoteNode::new(network, node), sheet, &mut |progress| watch.see(progress))?;
+        let path = name.replace(NODE, &node.to_string());
+        write_whole(Path::new(&path), backup.dcf().as_bytes())?;
+        watch.bar.set_position(0);
+        let values = DeviceValues::new(sheet);
+        for (address, refusal) in &backup.left_out {
+            print_refused(args.json, node, &values, *address, refusal)?;
+        }
+        let object = json!({
+            "event": "summary", "node": node.get(), "file": path, "kept": backup.kept, "refused": backup.left_out.len(),
+        });
+        let left_out = match backup.left_out.len() {
+            0 => String::new(),
+            count => format!(", {count} are missing"),
+        };
+        let kept = plural(backup.kept, "parameter");
+        print_result(args.json, fields(object), format_args!("node {node}: {kept} in {path}{left_out}"))?;
+        Ok(if backup.left_out.is_empty() { Outcome::Clean } else { Outcome::Found })
+    })
+}
+
+/// What stands for the node-ID in the name of a file.
+const NODE: &str = "{node}";

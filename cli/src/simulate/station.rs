@@ -1,0 +1,164 @@
+//! A simulated device whose events are printed, and which lines on stdin control.
+
+use std::io;
+
+use lexican_runtime::host::Node;
+use lexican_runtime::{CobId, Frame, Instant};
+use lexican_toolbox::object::resolve;
+use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::report::ValueReport;
+use serde_json::json;
+
+use super::control::Command;
+use super::report::Report;
+use crate::bus::plant::PlantDevice;
+use crate::bus::simulated::Simulated;
+use crate::output::{Failure, warn};
+
+pub(super) struct Station<'a> {
+    pub(super) about: &'a PlantDevice,
+    pub(super) device: Simulated,
+    pub(super) report: Report<'a>,
+    /// To parse and print values.
+    values: DeviceValues<'a>,
+    /// The last reported error about the file of stored parameters.
+    trouble: Option<String>,
+    /// Why stdout cannot be written.
+    broken: Option<io::Error>,
+}
+
+impl<'a> Station<'a> {
+    pub(super) fn new(about: &'a PlantDevice, device: Simulated, report: Report<'a>) -> Self {
+        let values = DeviceValues::new(&about.loaded.device);
+        Station { about, device, report, values, trouble: None, broken: None }
+    }
+
+    fn note(&mut self, printed: io::Result<()>) {
+        if let Err(error) = printed {
+            self.broken.get_or_insert(error);
+        }
+    }
+
+    /// Reports changes of the node-ID and of the state.
+    pub(super) fn follow(&mut self, now: Instant) {
+        let printed = self.report.follow(now, self.device.node_id(), self.device.nmt_state());
+        self.note(printed);
+    }
+
+    /// Reports what the device cannot do, and why stdout cannot be written.
+    pub(super) fn check(&mut self, now: Instant) -> Result<(), Failure> {
+        if let Some(error) = self.broken.take() {
+            return Err(error.into());
+        }
+        for fault in self.device.take_misconfigured() {
+            self.report.misconfigured(now, &fault)?;
+        }
+        let trouble = self.device.trouble();
+        if trouble != self.trouble {
+            trouble.iter().for_each(warn);
+            self.trouble = trouble;
+        }
+        Ok(())
+    }
+
+    /// Carries out a line. What it answers is empty if the device reports the effect itself.
+    pub(super) fn carry_out(&mut self, now: Instant, command: Command) -> Result<String, String> {
+        let done = |()| String::new();
+        match command {
+            // The session's own.
+            Command::Quit | Command::Help => Ok(String::new()),
+            Command::Status => Ok(self.status(now)),
+            Command::Get(object) => self.get(now, &object),
+            Command::Set(object, value) => self.set(now, &object, &value),
+            Command::Emcy { code, register, msef } => self.device.emergency(code, register, msef).map(done),
+            Command::EmcyClear => self.device.clear_errors().map(done),
+            Command::Power(power) => {
+                self.device.set_power(now, power);
+                Ok(String::new())
+            }
+            Command::Input(line) => self.device.input(now, &line).map(|()| line),
+        }
+    }
+
+    pub(super) fn answer(&mut self, now: Instant, answer: Result<String, String>) -> io::Result<()> {
+        match answer {
+            Ok(text) if text.is_empty() => Ok(()),
+            Ok(text) => self.report.event(now, "answer", &text, json!({})),
+            Err(error) => self.report.event(now, "error", &format!("error: {error}"), json!({ "text": error })),
+        }
+    }
+
+    fn get(&mut self, now: Instant, object: &str) -> Result<String, String> {
+        let address = resolve(Some(self.values.device), object).map_err(|failure| failure.to_string())?;
+        let value = self.device.value(now, address).map_err(|code| format!("{address}: {code}"))?;
+        Ok(ValueReport::of_bytes(Some(&self.values), address, &value).equation())
+    }
+
+    fn set(&mut self, now: Instant, object: &str, text: &str) -> Result<String, String> {
+        let address = resolve(Some(self.values.device), object).map_err(|failure| failure.to_string())?;
+        let data = self.values.encode(address, text)?;
+        self.device.set_value(now, address, &data).map_err(|code| format!("{address}: {code}"))?;
+        let report = ValueReport::of_bytes(Some(&self.values), address, &data);
+        report.value.iter().for_each(|value| self.values.set(address, value));
+        Ok(report.equation())
+    }
+
+    pub(super) fn status(&self, now: Instant) -> String {
+        let counts = self.report.counts;
+        let device = &self.device;
+        let who = device.node_id().map_or_else(|| "no node-ID".to_owned(), |node| format!("node {node}"));
+        let state = device.nmt_state().map_or_else(|| "not on the bus".to_owned(), |state| state.to_string());
+        format!(
+            "{who}: {state}{}; {} frames received, {} sent, {} writes, {} refusals",
+            device.state(now),
+            counts.received,
+            counts.sent,
+            counts.writes,
+            counts.refusals
+        )
+    }
+
+    pub(super) fn sum_up(&self, now: Instant, began: Instant) -> io::Result<()> {
+        let counts = self.report.counts;
+        let fields = json!({
+            "seconds": now.since(began).as_secs_f64(),
+            "received": counts.received,
+            "sent": counts.sent,
+            "writes": counts.writes,
+            "refusals": counts.refusals,
+        });
+        let text = format!("after {:.0} s, {}", now.since(began).as_secs_f64(), self.status(now));
+        self.report.event(now, "summary", &text, fields)
+    }
+}
+
+impl Node for Station<'_> {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        let printed = self.report.received(now, frame);
+        self.note(printed);
+        self.device.handle_frame(now, frame);
+        self.follow(now);
+    }
+    fn handle_timeout(&mut self, now: Instant) {
+        self.device.handle_timeout(now);
+        self.follow(now);
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        let frame = self.device.poll_transmit(now);
+        if let Some(frame) = &frame {
+            let printed = self.report.sent(now, frame);
+            self.note(printed);
+        }
+        self.follow(now);
+        frame
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.device.poll_timeout()
+    }
+    fn concerns(&self) -> Vec<CobId> {
+        self.device.concerns()
+    }
+    fn generation(&self) -> u32 {
+        self.device.generation()
+    }
+}

@@ -1,0 +1,143 @@
+//! Beyond the plan: RPDOs of a wrong length or too late, a SYNC of a wrong length, and which emergencies report them.
+//!
+//! Devices need not send these emergencies (CiA 301, 7.2.7): a case that waits for one is recommended.
+
+use lexican_eds::model::Pdo;
+use lexican_runtime::CobId;
+use lexican_runtime::wire::nmt::NmtState;
+
+use super::error_control::{beat, guard, watch};
+use super::messages::produce_nothing;
+use super::nmt::{received_by, values};
+use super::pdo_mapping::switch_off;
+use crate::case::{Case, Outcome, case, ensure, not_applicable};
+use crate::tester::{Tester, text};
+
+pub(crate) const CASES: &[Case] = &[
+    case("301/7.2.2.1/3", "", "of an RPDO with too many bytes, the first ones are taken", |t| {
+        let (id, pdo) = with_room(t)?;
+        let mut sent: Vec<u8> = values(t, &pdo)?.iter().map(|byte| byte ^ 1).collect();
+        let expected = sent.clone();
+        t.enter(NmtState::Operational)?;
+        sent.push(0);
+        t.send(id, &sent)?;
+        t.hear_ms(20)?;
+        t.enter(NmtState::PreOperational)?;
+        let after = values(t, &pdo)?;
+        ensure(after == expected, || format!("{id}#{sent:02X?}: the objects have {after:02X?}"))
+    })
+    .recommended(),
+    case("301/7.2.2.1/4", "", "an RPDO with too many bytes is reported by the emergency 8220h", |t| {
+        t.has(&[0x1014])?;
+        let (id, pdo) = with_room(t)?;
+        let mut sent = values(t, &pdo)?;
+        t.enter(NmtState::Operational)?;
+        sent.push(0);
+        t.send(id, &sent)?;
+        is_reported(t, 0x8220)
+    })
+    .recommended(),
+    case("301/7.5.2.35/2", "", "an RPDO in time is no error of its event timer, nor is one before the first", |t| {
+        let (id, sent) = with_deadline(t)?;
+        t.enter(NmtState::Operational)?;
+        let mut heard = t.hear_id(emergency(t), 3 * DEADLINE_MS)?;
+        for _ in 0..5 {
+            t.send(id, &sent)?;
+            heard.extend(t.hear_id(emergency(t), DEADLINE_MS / 2)?);
+        }
+        ensure(heard.is_empty(), || format!("{} came", text(&heard)))
+    }),
+    case("301/7.5.2.35/3", "", "an RPDO that is late is reported by the emergency 8250h", |t| {
+        t.has(&[0x1014])?;
+        let (id, sent) = with_deadline(t)?;
+        t.enter(NmtState::Operational)?;
+        t.send(id, &sent)?;
+        is_reported(t, 0x8250)
+    })
+    .recommended(),
+    case("301/7.5.2.35/4", "", "with its event timer switched off, no RPDO is late", |t| {
+        let (id, sent) = with_deadline(t)?;
+        let (_, pdo) = received_by(t, has_event_timer)?;
+        set_event_timer(t, &pdo, 0)?;
+        t.enter(NmtState::Operational)?;
+        t.send(id, &sent)?;
+        let heard = t.hear_id(emergency(t), 3 * DEADLINE_MS)?;
+        ensure(heard.is_empty(), || format!("{} came", text(&heard)))
+    }),
+    case("301/7.2.5/3", "", "a SYNC with a counter is reported by the emergency 8240h, if 1019h has none", |t| {
+        t.has(&[0x1005, 0x1014, 0x1019])?;
+        produce_nothing(t)?;
+        if t.read(0x1019, 0)? != 0 {
+            t.write(0x1019, 0, 0)?;
+        }
+        t.enter(NmtState::Operational)?;
+        t.sync(None)?;
+        t.hear_ms(20)?;
+        t.sync(Some(1))?;
+        is_reported(t, 0x8240)
+    })
+    .recommended(),
+    case("301/7.3.2.2.4/7", "", "STOPPED: no emergency is sent", |t| {
+        let contact = if t.entry(0x1016, 1).is_ok() {
+            watch(t)?;
+            |t: &mut Tester<'_>| beat(t, 0x05)
+        } else {
+            guard(t)?;
+            |t: &mut Tester<'_>| t.send_remote(t.error_control(), 1)
+        };
+        // An emergency that is not sent in any state shows nothing.
+        contact(t)?;
+        if t.hear_id(emergency(t), LOST_MS)?.is_empty() {
+            return Err(not_applicable("a heartbeat or guarding that is lost brings no emergency"));
+        }
+        t.enter(NmtState::PreOperational)?;
+        contact(t)?;
+        t.hear_ms(20)?;
+        t.enter(NmtState::Stopped)?;
+        let heard = t.hear_id(emergency(t), LOST_MS)?;
+        ensure(heard.is_empty(), || format!("{} came in STOPPED", text(&heard)))
+    }),
+];
+
+/// How long an RPDO may take.
+const DEADLINE_MS: u64 = 100;
+
+/// In this time, a heartbeat or guarding that has ended is lost.
+const LOST_MS: u64 = 400;
+
+fn emergency(t: &Tester<'_>) -> CobId {
+    CobId::of_node(0x80, t.node)
+}
+
+/// An emergency with this code comes.
+fn is_reported(t: &mut Tester<'_>, code: u16) -> Outcome {
+    let heard = t.hear_id(emergency(t), 3 * DEADLINE_MS)?;
+    let comes = heard.iter().any(|(_, frame)| frame.data().starts_with(&code.to_le_bytes()));
+    ensure(comes, || format!("the emergency {code:04X}h was expected, {} came", text(&heard)))
+}
+
+/// An RPDO that a frame can be longer than.
+fn with_room(t: &mut Tester<'_>) -> Outcome<(CobId, Pdo)> {
+    received_by(t, |_, pdo| pdo.mapping.iter().map(|mapped| u32::from(mapped.bits)).sum::<u32>() <= 56)
+}
+
+fn has_event_timer(t: &Tester<'_>, pdo: &Pdo) -> bool {
+    [1, 5].into_iter().all(|sub| t.entry(0x13FF + pdo.number, sub).is_ok_and(|entry| entry.access.writable()))
+}
+
+/// Lets an RPDO be waited for: its identifier, and what changes nothing.
+fn with_deadline(t: &mut Tester<'_>) -> Outcome<(CobId, Vec<u8>)> {
+    let lacks = |_| not_applicable("no RPDO that has an event timer (sub-index 5) and objects that can be read");
+    let (id, pdo) = received_by(t, has_event_timer).map_err(lacks)?;
+    set_event_timer(t, &pdo, DEADLINE_MS as u32)?;
+    Ok((id, values(t, &pdo)?))
+}
+
+fn set_event_timer(t: &mut Tester<'_>, pdo: &Pdo, ms: u32) -> Outcome {
+    let index = 0x13FF + pdo.number;
+    let cob_id = t.read(index, 1)? as u32;
+    t.enter(NmtState::PreOperational)?;
+    switch_off(t, pdo)?;
+    t.write(index, 5, ms)?;
+    t.write(index, 1, cob_id)
+}

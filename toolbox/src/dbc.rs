@@ -1,0 +1,340 @@
+//! A CAN database (DBC, as Vector's tools and python's cantools read it) of nodes that have one data sheet: their PDOs by the
+//! mapping of the data sheet or DCF, and the services that CiA 301 defines.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use lexican_eds::cia301;
+use lexican_eds::model::{Device, Direction, Entry, Meaning, Pdo, Value};
+use lexican_eds::standard::{self, Numbers};
+use lexican_eds::text::Encoding;
+use lexican_eds::types::{Class, DataType};
+use lexican_runtime::NodeId;
+use lexican_runtime::cia301::connection;
+use lexican_runtime::object::Address;
+
+use crate::values::{DeviceValues, given, name, resolved};
+
+/// A CAN database.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Database {
+    text: String,
+    /// Messages that are not in it, because another has their identifier.
+    pub left_out: Vec<String>,
+}
+
+impl Database {
+    /// Of these nodes. A PDO that is switched off, or maps nothing, is no message.
+    #[must_use]
+    pub fn new(device: &Device, nodes: &[NodeId]) -> Self {
+        let mut messages = network(device, nodes);
+        for &node in nodes {
+            messages.extend(pdos(device, node));
+            messages.extend(services(device, node));
+        }
+        let mut ids = BTreeSet::new();
+        let (messages, others): (Vec<_>, Vec<_>) = messages.into_iter().partition(|message| ids.insert(message.id));
+        let left_out = others.into_iter().map(|message| message.name).collect();
+        Self { text: text(nodes, &messages), left_out }
+    }
+
+    /// The database in code page 1252, as its readers expect it. Other characters become question marks.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let encoded = |letter: char| Encoding::Windows1252.encode(letter.encode_utf8(&mut [0; 4]));
+        self.text.chars().flat_map(|letter| encoded(letter).unwrap_or_else(|| b"?".to_vec())).collect()
+    }
+}
+
+/// A message, which is a COB-ID.
+struct Message {
+    /// With bit 31 for an identifier of 29 bits.
+    id: u32,
+    name: String,
+    bytes: u8,
+    sender: String,
+    comment: String,
+    cycle_ms: Option<i128>,
+    signals: Vec<Signal>,
+}
+
+/// A part of a message, the lowest byte first.
+#[derive(Default)]
+struct Signal {
+    name: String,
+    start: u16,
+    bits: u8,
+    signed: bool,
+    /// 1 for a float of 32 bits, 2 for one of 64.
+    real: u8,
+    factor: f64,
+    range: [f64; 2],
+    unit: String,
+    receiver: String,
+    comment: String,
+    values: Vec<(i128, String)>,
+}
+
+/// Who sends what devices receive.
+const MANAGER: &str = "Manager";
+
+fn node_name(node: NodeId) -> String {
+    format!("Node{}", node.get())
+}
+
+/// NMT and SYNC.
+fn network(device: &Device, nodes: &[NodeId]) -> Vec<Message> {
+    let receivers = nodes.iter().map(|&node| node_name(node)).collect::<Vec<_>>().join(",");
+    let commands =
+        [(1, "start"), (2, "stop"), (128, "enter pre-operational"), (129, "reset node"), (130, "reset communication")];
+    let signals = vec![
+        Signal { values: named(&commands), ..unsigned("Command", 0, 8) },
+        Signal { values: named(&[(0, "all nodes")]), ..unsigned("Node", 8, 8) },
+    ];
+    let signals = received_by(&receivers, signals);
+    let mut messages =
+        vec![Message { signals, ..manager(0, "NMT".to_owned(), 2, "NMT: a command to a node, or to all") }];
+    // Bit 31 has no meaning in 1005h.
+    let sync = device.entry(cia301::COB_ID_SYNC, 0).and_then(given).and_then(Value::as_integer);
+    let sync = sync.and_then(|cob_id| identifier(cob_id & !i128::from(cia301::INVALID)));
+    messages.extend(sync.map(|id| manager(id, "SYNC".to_owned(), 0, "SYNC")));
+    messages
+}
+
+/// EMCY, SDO and error control.
+fn services(device: &Device, node: NodeId) -> Vec<Message> {
+    let name = node_name(node);
+    let of_node = |id: u16, what: &str, bytes, comment: &str| Message {
+        sender: name.clone(),
+        ..manager(u32::from(id) + u32::from(node.get()), format!("{name}_{what}"), bytes, comment)
+    };
+    let held = |index, sub| given(device.entry(index, sub)?).map(|value| resolved(value, node))?.as_integer();
+    let sdo = || {
+        vec![
+            Signal {
+                comment: "The lowest byte is the command specifier (CiA 301, 7.2.4.3)".to_owned(),
+                ..unsigned("Command", 0, 8)
+            },
+            unsigned("Index", 8, 16),
+            unsigned("Sub_index", 24, 8),
+            unsigned("Data", 32, 32),
+        ]
+    };
+    let states = [(0, "boot-up"), (4, "stopped"), (5, "operational"), (127, "pre-operational")];
+    let emcy = vec![
+        unsigned("Error_code", 0, 16),
+        unsigned("Error_register", 16, 8),
+        unsigned("Manufacturer_specific", 24, 40),
+    ];
+    let heartbeat = vec![Signal { values: named(&states), ..unsigned("State", 0, 7) }, unsigned("Toggle", 7, 1)];
+    let mut messages = Vec::new();
+    // Without 1014h a device has no emergencies, and with bit 31 of it they are switched off.
+    let predefined = i128::from(connection::EMCY) + i128::from(node.get());
+    let emergencies = device.object(cia301::COB_ID_EMCY).map(|_| held(cia301::COB_ID_EMCY, 0).unwrap_or(predefined));
+    if let Some(id) = emergencies.and_then(identifier) {
+        messages.push(Message { id, signals: emcy, ..of_node(0, "EMCY", 8, "Emergency") });
+    }
+    let request = of_node(connection::SDO_REQUEST, "SDO_request", 8, "Request to the SDO server");
+    messages.push(Message { signals: received_by(&name, sdo()), sender: MANAGER.to_owned(), ..request });
+    messages.push(Message {
+        signals: sdo(),
+        ..of_node(connection::SDO_RESPONSE, "SDO_response", 8, "Response of the SDO server")
+    });
+    messages.push(Message {
+        signals: heartbeat,
+        cycle_ms: held(cia301::PRODUCER_HEARTBEAT_TIME, 0).filter(|&ms| ms > 0),
+        ..of_node(connection::ERROR_CONTROL, "Heartbeat", 1, "Heartbeat, boot-up or the response to guarding")
+    });
+    messages
+}
+
+fn pdos<'a>(device: &'a Device, node: NodeId) -> impl Iterator<Item = Message> + 'a {
+    device.pdos.iter().filter_map(move |pdo| {
+        let id = identifier(resolved(pdo.cob_id.as_ref()?, node).as_integer()?)?;
+        let signals = signals(device, node, pdo);
+        if signals.is_empty() {
+            return None;
+        }
+        let (what, sender) = match pdo.direction {
+            Direction::Receive => ("RPDO", MANAGER.to_owned()),
+            Direction::Transmit => ("TPDO", node_name(node)),
+        };
+        let bits: u32 = pdo.mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
+        let timer = device.entry(pdo.direction.communication_parameter(pdo.number), 5).and_then(given);
+        let timer = timer.filter(|_| pdo.direction == Direction::Transmit).and_then(Value::as_integer);
+        Some(Message {
+            signals,
+            sender,
+            cycle_ms: timer.filter(|&ms| ms > 0),
+            ..manager(
+                id,
+                format!("{}_{what}{}", node_name(node), pdo.number),
+                bits.div_ceil(8).min(8) as u8,
+                &format!("{what} {}", pdo.number),
+            )
+        })
+    })
+}
+
+/// What a PDO maps; a dummy is a gap.
+fn signals(device: &Device, node: NodeId, pdo: &Pdo) -> Vec<Signal> {
+    let receiver = if pdo.direction == Direction::Receive { node_name(node) } else { MANAGER.to_owned() };
+    let mut start = 0;
+    let mut names = BTreeSet::new();
+    let mut signals = Vec::new();
+    for mapped in &pdo.mapping {
+        let entry = device.entry(mapped.index, mapped.sub);
+        let end = start + u16::from(mapped.bits);
+        if (0x1000..).contains(&mapped.index) && mapped.bits > 0 && end <= 64 {
+            let address = Address::new(mapped.index, mapped.sub);
+            let long = entry.map_or_else(|| format!("Object {address}"), |entry| name(device, entry));
+            let mut signal = Signal {
+                start,
+                bits: mapped.bits,
+                receiver: receiver.clone(),
+                ..unsigned(&identifier_of(&long), 0, 0)
+            };
+            if !names.insert(signal.name.clone()) {
+                signal.name = identifier_of(&format!("{:.23}_{:04X}_{:02X}", signal.name, mapped.index, mapped.sub));
+                names.insert(signal.name.clone());
+            }
+            signal.comment = format!("{address} {long}");
+            if let Some(entry) = entry {
+                describe(device, entry, &mut signal);
+            }
+            signals.push(signal);
+        }
+        start = end;
+    }
+    signals
+}
+
+/// Type, scaling, limits and names of a value.
+fn describe(device: &Device, entry: &Entry, signal: &mut Signal) {
+    signal.signed = matches!(entry.data_type.class(), Class::Signed | Class::Real);
+    signal.real = match entry.data_type {
+        DataType::Real32 if signal.bits == 32 => 1,
+        DataType::Real64 if signal.bits == 64 => 2,
+        _ => 0,
+    };
+    if let Some(unit) = DeviceValues::new(device).unit(entry) {
+        signal.factor = unit.num as f64 / unit.den as f64;
+        signal.unit.clone_from(&unit.symbol);
+    }
+    let limit = |limit: &Option<Value>| match limit.as_ref()? {
+        Value::Integer(number) => Some(*number as f64 * signal.factor),
+        Value::Real(number) => Some(*number),
+        _ => None,
+    };
+    if let (Some(low), Some(high)) = (limit(&entry.low), limit(&entry.high)) {
+        signal.range = [low, high];
+    }
+    let standard = || standard::object(entry.index, device.profile)?.meaning.map(|meaning| meaning.numbers);
+    match &entry.meaning {
+        Meaning::Enumeration(name) => {
+            let values = device.enumerations.get(name).map(|it| it.values.as_slice()).unwrap_or_default();
+            signal.values = values.iter().map(|value| (value.value, value.name.clone())).collect();
+        }
+        Meaning::BitField(name) => {
+            let fields = device.bit_fields.get(name).map(|it| it.fields.as_slice()).unwrap_or_default();
+            fields.iter().for_each(|bits| signal.comment_bits(bits.value.low, bits.value.high, &bits.name));
+        }
+        Meaning::Quantity(_) => {}
+        Meaning::Plain => match standard() {
+            Some(Numbers::Values(values)) => signal.values = named(values),
+            Some(Numbers::Bits(bits)) => {
+                bits.iter().for_each(|&(low, high, name)| signal.comment_bits(low, high, name));
+            }
+            None => {}
+        },
+    }
+    if let Some(description) = &entry.description {
+        let _ = write!(signal.comment, "; {description}");
+    }
+}
+
+impl Signal {
+    /// A bit of a word is no signal of its own: the word is one, and signals do not overlap.
+    fn comment_bits(&mut self, low: u8, high: u8, name: &str) {
+        let _ = match low == high {
+            true => write!(self.comment, "; bit {low}: {name}"),
+            false => write!(self.comment, "; bits {low} to {high}: {name}"),
+        };
+    }
+}
+
+fn unsigned(name: &str, start: u16, bits: u8) -> Signal {
+    Signal { name: name.to_owned(), start, bits, factor: 1.0, receiver: MANAGER.to_owned(), ..Signal::default() }
+}
+
+fn received_by(node: &str, signals: Vec<Signal>) -> Vec<Signal> {
+    signals.into_iter().map(|signal| Signal { receiver: node.to_owned(), ..signal }).collect()
+}
+
+fn manager(id: u32, name: String, bytes: u8, comment: &str) -> Message {
+    let comment = comment.to_owned();
+    Message { id, name, bytes, sender: MANAGER.to_owned(), comment, cycle_ms: None, signals: Vec::new() }
+}
+
+fn named(values: &[(i128, &str)]) -> Vec<(i128, String)> {
+    values.iter().map(|&(value, name)| (value, name.to_owned())).collect()
+}
+
+/// The identifier of a COB-ID that is switched on.
+fn identifier(cob_id: i128) -> Option<u32> {
+    let cob_id = u32::try_from(cob_id).ok().filter(|id| id & cia301::INVALID == 0)?;
+    const EXTENDED_IN_DBC: u32 = 1 << 31;
+    match cob_id & cia301::EXTENDED {
+        0 => Some(cob_id & cia301::BASE_IDENTIFIER).filter(|&id| id > 0),
+        _ => Some(cob_id & cia301::IDENTIFIER | EXTENDED_IN_DBC),
+    }
+}
+
+/// A name as C has it, of at most 32 characters, as old readers ask for.
+fn identifier_of(name: &str) -> String {
+    let words = name.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    let name = words.collect::<Vec<_>>().join("_");
+    let letter_first = if name.starts_with(|first: char| first.is_ascii_alphabetic()) { "" } else { "_" };
+    let mut name = format!("{letter_first}{name}");
+    name.truncate(32);
+    name.trim_end_matches('_').to_owned()
+}
+
+/// What stands between quotation marks.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "'").replace(['\r', '\n'], " ").replace('\\', "/"))
+}
+
+fn text(nodes: &[NodeId], messages: &[Message]) -> String {
+    let mut out = "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Manager".to_owned();
+    nodes.iter().for_each(|&node| out += &format!(" {}", node_name(node)));
+    out += "\n";
+    for Message { id, name, bytes, sender, signals, .. } in messages {
+        let _ = write!(out, "\nBO_ {id} {name}: {bytes} {sender}\n");
+        for Signal { name, start, bits, signed, factor, range: [low, high], unit, receiver, .. } in signals {
+            let sign = if *signed { '-' } else { '+' };
+            let unit = quoted(unit);
+            let _ = writeln!(out, " SG_ {name} : {start}|{bits}@1{sign} ({factor},0) [{low}|{high}] {unit} {receiver}");
+        }
+    }
+    out.push('\n');
+    let signals = || messages.iter().flat_map(|message| message.signals.iter().map(move |signal| (message.id, signal)));
+    for Message { id, comment, .. } in messages {
+        let _ = writeln!(out, "CM_ BO_ {id} {};", quoted(comment));
+    }
+    for (id, Signal { name, comment, .. }) in signals().filter(|(_, signal)| !signal.comment.is_empty()) {
+        let _ = writeln!(out, "CM_ SG_ {id} {name} {};", quoted(comment));
+    }
+    out += "BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 0;\n";
+    for Message { id, cycle_ms, .. } in messages {
+        cycle_ms.iter().for_each(|ms| out += &format!("BA_ \"GenMsgCycleTime\" BO_ {id} {ms};\n"));
+    }
+    for (id, Signal { name, values, .. }) in signals().filter(|(_, signal)| !signal.values.is_empty()) {
+        let values: String = values.iter().map(|(value, text)| format!(" {value} {}", quoted(text))).collect();
+        let _ = writeln!(out, "VAL_ {id} {name}{values} ;");
+    }
+    for (id, Signal { name, real, .. }) in signals().filter(|(_, signal)| signal.real > 0) {
+        let _ = writeln!(out, "SIG_VALTYPE_ {id} {name} : {real};");
+    }
+    out
+}

@@ -1,0 +1,111 @@
+//! PDOs: by the configuration of a known device, else by the predefined connection set.
+
+use std::collections::BTreeMap;
+
+use lexican_eds::model::{self, Direction, Mapped, Value};
+use lexican_eds::types::DataType;
+use lexican_runtime::cia301::{self, connection};
+use lexican_runtime::object::Address;
+use lexican_runtime::wire::pdo::PdoCobId;
+use lexican_runtime::{CobId, Frame, NodeId};
+
+use super::{Decoded, Detail, Pdo, Service};
+use crate::values::report::ValueReport;
+use crate::values::wire::of_bits;
+use crate::values::{DeviceValues, resolved};
+
+/// A PDO of a known device.
+pub(super) fn configured(nodes: &mut BTreeMap<NodeId, DeviceValues<'_>>, frame: &Frame) -> Option<Decoded> {
+    let (node, device, pdo) = nodes.iter_mut().find_map(|(node, device)| {
+        let pdo = device.device.pdos.iter().find(|pdo| cob_id(device, *node, pdo) == Some(frame.id()))?;
+        Some((*node, device, pdo))
+    })?;
+    let (received, number, mapping) = (pdo.direction == Direction::Receive, pdo.number, mapping(device, pdo));
+    let mut decoded = new(received, number, node);
+    if frame.is_remote() {
+        "asked for".clone_into(&mut decoded.text);
+        return Some(decoded);
+    }
+    let bits: u32 = mapping.iter().map(|mapped| u32::from(mapped.bits)).sum();
+    let (expected, len) = (bits.div_ceil(8), u32::from(frame.dlc()));
+    if len < expected {
+        let text = format!("{len} bytes instead of {expected}");
+        return Some(Decoded { text, alarming: true, ..decoded });
+    }
+    let fields = content(device, &mapping, frame.data());
+    let mut parts: Vec<_> = fields.iter().map(ValueReport::brief).collect();
+    if len > expected {
+        // A device uses the bytes that are mapped, and may send EMCY 8220h because of the others (CiA 301, 7.2.2.4). A PDO
+        // that it sends itself must be as long as its mapping.
+        parts.push(format!("{len} bytes instead of {expected}"));
+        decoded.alarming = !received;
+    }
+    Some(decoded.with(parts.join(", "), Detail::Pdo(Pdo { number, received, fields })))
+}
+
+/// A PDO of an unknown device, by the predefined connection set (CiA 301, 7.3.3).
+pub(super) fn predefined(base: u16, node: NodeId, frame: &Frame) -> Decoded {
+    let number = (base - connection::TPDO_1) / 0x100 + 1;
+    let text = if frame.is_remote() { "asked for".to_owned() } else { String::new() };
+    Decoded { text, ..new(base & 0x80 == 0, number, node) }
+}
+
+fn new(received: bool, number: u16, node: NodeId) -> Decoded {
+    let (service, letter) = if received { (Service::Rpdo, 'R') } else { (Service::Tpdo, 'T') };
+    let detail = Detail::Pdo(Pdo { number, received, fields: Vec::new() });
+    Decoded::new(service, format!("{letter}PDO{number}"), Some(node)).with("", detail)
+}
+
+/// The COB-ID of a PDO: as seen on the bus, else by the data sheet.
+fn cob_id(device: &DeviceValues<'_>, node: NodeId, pdo: &model::Pdo) -> Option<CobId> {
+    let seen = device.seen(Address::new(parameter(pdo)?, 1));
+    let given = || resolved(pdo.cob_id.as_ref()?, node).as_integer();
+    let raw = seen.and_then(|seen| u32::try_from(seen).ok()).or_else(|| u32::try_from(given()?).ok())?;
+    PdoCobId(raw).is_valid().then(|| PdoCobId(raw).id())
+}
+
+/// The mapping of a PDO: as seen on the bus, else by the data sheet.
+fn mapping(device: &DeviceValues<'_>, pdo: &model::Pdo) -> Vec<Mapped> {
+    let seen = parameter(pdo).and_then(|parameter| {
+        let entry = |sub| device.seen(Address::new(parameter + cia301::TO_MAPPING, sub));
+        let count = u8::try_from(entry(0)?).ok()?;
+        (1..=count.min(64)).map(|sub| entry(sub).map(mapped)).collect::<Option<Vec<_>>>()
+    });
+    seen.unwrap_or_else(|| pdo.mapping.clone())
+}
+
+fn mapped(entry: i128) -> Mapped {
+    Mapped { index: (entry >> 16) as u16, sub: (entry >> 8) as u8, bits: entry as u8 }
+}
+
+/// The index of the communication parameter.
+fn parameter(pdo: &model::Pdo) -> Option<u16> {
+    let number = (1..=512).contains(&pdo.number).then_some(pdo.number)?;
+    Some(match pdo.direction {
+        Direction::Receive => cia301::rpdo(number),
+        Direction::Transmit => cia301::tpdo(number),
+    })
+}
+
+/// The mapped values, without dummy entries.
+fn content(device: &mut DeviceValues<'_>, mapping: &[Mapped], data: &[u8]) -> Vec<ValueReport> {
+    let mut bytes = [0; 8];
+    bytes.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+    let mut rest = u64::from_le_bytes(bytes);
+    let mut fields = Vec::new();
+    for mapped in mapping {
+        let bits = u32::from(mapped.bits.min(64));
+        let raw = if bits == 64 { rest } else { rest & ((1 << bits) - 1) };
+        rest = rest.checked_shr(bits).unwrap_or(0);
+        let address = Address::new(mapped.index, mapped.sub);
+        if let Some(entry) = device.entry(address) {
+            let value = of_bits(entry.data_type, mapped.bits, raw);
+            fields.push(ValueReport::of_value(device, entry, value.clone()));
+            device.set(address, &value);
+        } else if DataType::from_code(mapped.index).bits().is_none() {
+            let (value, text) = (Some(Value::Integer(raw.into())), Some(format!("{raw:X}h")));
+            fields.push(ValueReport { value, text, ..ValueReport::without_value(None, address) });
+        }
+    }
+    fields
+}

@@ -1,0 +1,16 @@
+//! Moving a drive by hand: one [`Order`], carried out with a [`Look`] at the drive whenever it has changed, up to its
+//! [`Ending`].
+//!
+//! [`carry_out`] is a sequence of `lexican_driver`, so it runs in both shells:
+//! `drive.run(async |context| carry_out(&context, order, times, &mut look).await)`. What ends a program while the drive
+//! moves is the shell's matter. [`Scales`] has positions and velocities in the units of the data sheet.
+
+mod ending;
+mod look;
+mod order;
+mod scales;
+
+pub use ending::Ending;
+pub use look::Look;
+pub use order::{Order, Times, carry_out, prepare};
+pub use scales::Scales;

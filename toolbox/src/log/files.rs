@@ -1,0 +1,163 @@
+//! A log in several files, of which the newest are kept.
+
+use std::collections::VecDeque;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::writer::WriteError;
+use super::{Format, Record, Writer};
+
+/// How large the files of a recording become; without limits it has one file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Limits {
+    /// A file that has so many bytes is followed by another one.
+    pub file: Option<u64>,
+    /// While all files have more bytes than this, the oldest is deleted.
+    pub all: Option<u64>,
+}
+
+/// A recording: one file, or numbered ones beside each other, `bus-0001.log` and so on.
+pub struct Files {
+    path: PathBuf,
+    format: Format,
+    limits: Limits,
+    writer: Writer,
+    /// Finished files that are there, with their sizes.
+    finished: VecDeque<(PathBuf, u64)>,
+    finished_bytes: u64,
+    number: u32,
+}
+
+impl Files {
+    /// Makes the first file. Limits need each file to be limited.
+    ///
+    /// # Errors
+    ///
+    /// When the operating system refuses.
+    pub fn create(path: &Path, format: Format, limits: Limits) -> std::io::Result<Self> {
+        let first = if limits.file.is_some() { numbered(path, 1) } else { path.to_owned() };
+        Ok(Files {
+            path: path.to_owned(),
+            format,
+            limits,
+            writer: Writer::create(&first, format)?,
+            finished: VecDeque::new(),
+            finished_bytes: 0,
+            number: 1,
+        })
+    }
+
+    /// Writes to a stream instead.
+    #[must_use]
+    pub fn stream(writer: Writer, format: Format) -> Self {
+        Files {
+            path: PathBuf::new(),
+            format,
+            limits: Limits::default(),
+            writer,
+            finished: VecDeque::new(),
+            finished_bytes: 0,
+            number: 1,
+        }
+    }
+
+    /// Writes a frame, and begins another file if this one is full.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError`].
+    pub fn write(&mut self, record: &Record) -> Result<(), WriteError> {
+        self.writer.write(record)?;
+        if self.limits.file.is_some_and(|limit| self.writer.written() >= limit) {
+            self.number += 1;
+            let next = Writer::create(&numbered(&self.path, self.number), self.format)?;
+            let full = std::mem::replace(&mut self.writer, next);
+            full.finish()?;
+            let path = numbered(&self.path, self.number - 1);
+            let bytes = fs::metadata(&path)?.len();
+            self.finished.push_back((path, bytes));
+            self.finished_bytes += bytes;
+        }
+        let most = self.limits.all.unwrap_or(u64::MAX);
+        while self.written() > most
+            && let Some((path, bytes)) = self.finished.pop_front()
+        {
+            self.finished_bytes -= bytes;
+            fs::remove_file(path)?;
+        }
+        Ok(())
+    }
+
+    /// The file that is written to.
+    #[must_use]
+    pub fn path(&self) -> PathBuf {
+        if self.limits.file.is_some() { numbered(&self.path, self.number) } else { self.path.clone() }
+    }
+
+    /// How many bytes all files have that are there.
+    #[must_use]
+    pub const fn written(&self) -> u64 {
+        self.finished_bytes + self.writer.written()
+    }
+
+    /// As [`Writer::flush`].
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError::Io`].
+    pub fn flush(&mut self) -> Result<(), WriteError> {
+        self.writer.flush()
+    }
+
+    /// As [`Writer::finish`].
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError::Io`].
+    pub fn finish(self) -> Result<(), WriteError> {
+        self.writer.finish()
+    }
+}
+
+/// `bus.log` as `bus-0001.log`.
+fn numbered(path: &Path, number: u32) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{number:04}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Direction, INTERFACE, Reader};
+    use super::*;
+    use lexican_runtime::{CobId, Frame, Instant};
+
+    #[test]
+    fn full_files_are_followed_by_others_and_the_oldest_are_deleted() {
+        let folder = std::env::temp_dir().join(format!("lexican-log-files-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let limits = Limits { file: Some(100), all: Some(250) };
+        let mut files = Files::create(&folder.join("bus.log"), Format::Candump, limits).unwrap();
+        let record = |us| Record {
+            at: Instant::from_micros(us),
+            interface: INTERFACE.into(),
+            direction: Direction::Received,
+            frame: Frame::from_array(CobId::SYNC, []),
+        };
+        // 30 bytes each, four in a file.
+        (0..18).for_each(|us| files.write(&record(us)).unwrap());
+        assert_eq!((files.path(), files.written()), (folder.join("bus-0005.log"), 180));
+        files.finish().unwrap();
+        let mut left: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        left.sort();
+        assert_eq!(left, ["bus-0004.log", "bus-0005.log"].map(|name| folder.join(name)));
+        let times = left.iter().flat_map(|path| Reader::open(path, None).unwrap());
+        let times: Vec<_> = times.map(|record| record.unwrap().at.as_micros()).collect();
+        assert_eq!(times, [12, 13, 14, 15, 16, 17]);
+        fs::remove_dir_all(folder).unwrap();
+    }
+}

@@ -1,0 +1,233 @@
+//! Reading a log of any format.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use lexican_runtime::{Frame, Instant};
+
+use super::input::{Fault, Flaw, Input};
+use super::{Format, Record, asc, blf, candump, pcap, pcapng, trc};
+
+/// A format's way to read. After an error it is not called again.
+pub(super) trait Decode: Send {
+    /// The next frame; `None` at the end.
+    fn next(&mut self, input: &mut Input, skipped: &mut Skipped) -> Result<Option<Record>, Fault>;
+
+    /// Whether errors are in a line, and not at a byte.
+    fn is_text(&self) -> bool {
+        false
+    }
+}
+
+/// A format with a line for each frame.
+pub(super) trait Lines: Send {
+    /// The frame of a line, if there is one in it.
+    fn line(&mut self, line: &str, skipped: &mut Skipped) -> Result<Option<Record>, Flaw>;
+}
+
+/// A [`Lines`] as a [`Decode`].
+struct Text<L>(L);
+
+impl<L: Lines> Decode for Text<L> {
+    fn next(&mut self, input: &mut Input, skipped: &mut Skipped) -> Result<Option<Record>, Fault> {
+        while let Some((line, ended)) = input.line()? {
+            match self.0.line(line.trim_matches(['\u{FEFF}', '\r', '\n', ' ', '\t']), skipped) {
+                Ok(None) => {}
+                Err(_) if !ended => return Err(Fault::Cut),
+                result => return result.map_err(Fault::Flaw),
+            }
+        }
+        Ok(None)
+    }
+
+    fn is_text(&self) -> bool {
+        true
+    }
+}
+
+/// What a log has besides classic CAN frames. It is left out, and counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Skipped {
+    /// Frames of CAN FD and CAN XL.
+    pub fd: u64,
+    /// Error frames.
+    pub errors: u64,
+    /// Packets, objects and lines of other kinds, and dates that cannot be read.
+    pub other: u64,
+    /// Whether the log ends in the middle of a frame.
+    pub cut: bool,
+}
+
+/// Reads a log: an iterator over its frames, in the order of the log. It ends after an error.
+pub struct Reader {
+    name: String,
+    format: Format,
+    input: Input,
+    decode: Box<dyn Decode>,
+    skipped: Skipped,
+    is_over: bool,
+}
+
+impl Reader {
+    /// Opens a file; its format is recognised by its first bytes unless it is given.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] when the file cannot be read, or is no log.
+    pub fn open(path: &Path, format: Option<Format>) -> Result<Self, LogError> {
+        let name = path.display().to_string();
+        match File::open(path) {
+            Ok(file) => Reader::new(name, file, format),
+            Err(error) => Err(LogError::Io { name, error }),
+        }
+    }
+
+    /// Reads a log from anywhere; `name` is for errors.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] when the input cannot be read, or is no log.
+    pub fn new(
+        name: impl Into<String>,
+        mut input: impl Read + Send + 'static,
+        format: Option<Format>,
+    ) -> Result<Self, LogError> {
+        let name = name.into();
+        let head = match head(&mut input, format) {
+            Ok(head) => head,
+            Err(error) => return Err(LogError::Io { name, error }),
+        };
+        let Some(format) = format.or_else(|| Format::of_bytes(&head)) else {
+            // A log without a frame may be an empty file.
+            return if head.trim_ascii().is_empty() {
+                Ok(Reader::of(name, Format::Candump, Input::new(head, Box::new(input))))
+            } else {
+                Err(LogError::Unknown { name })
+            };
+        };
+        Ok(Reader::of(name, format, Input::new(head, Box::new(input))))
+    }
+
+    fn of(name: String, format: Format, input: Input) -> Self {
+        let decode: Box<dyn Decode> = match format {
+            Format::Candump => Box::new(Text(candump::Read::default())),
+            Format::Pcap => Box::new(pcap::Read::default()),
+            Format::Pcapng => Box::new(pcapng::Read::default()),
+            Format::Asc => Box::new(Text(asc::Read::default())),
+            Format::Trc(_) => Box::new(Text(trc::Read::default())),
+            Format::Blf => Box::new(blf::Read::default()),
+        };
+        Reader { name, format, input, decode, skipped: Skipped::default(), is_over: false }
+    }
+
+    /// The format.
+    #[must_use]
+    pub const fn format(&self) -> Format {
+        self.format
+    }
+
+    /// What was left out so far.
+    #[must_use]
+    pub const fn skipped(&self) -> Skipped {
+        self.skipped
+    }
+
+    /// How many bytes were read so far.
+    #[must_use]
+    pub const fn position(&self) -> u64 {
+        self.input.offset
+    }
+
+    /// The frames with their times, as [`Replay::of`](lexican_runtime::host::Replay::of) takes them: of one interface,
+    /// or of all.
+    pub fn into_frames(
+        self,
+        interface: Option<String>,
+    ) -> impl Iterator<Item = io::Result<(Instant, Frame)>> + Send + 'static {
+        let is_wanted = move |record: &Record| interface.as_deref().is_none_or(|wanted| *record.interface == *wanted);
+        let records = self.filter(move |record| record.as_ref().is_ok_and(&is_wanted) || record.is_err());
+        records.map(|record| record.map(|record| (record.at, record.frame)).map_err(io::Error::other))
+    }
+}
+
+/// As many bytes as are needed to recognise the format.
+fn head(input: &mut impl Read, format: Option<Format>) -> io::Result<Vec<u8>> {
+    const MOST: usize = 4096;
+    let (mut head, mut chunk) = (Vec::new(), [0; 512]);
+    while format.is_none() && Format::of_bytes(&head).is_none() && head.len() < MOST {
+        match input.read(&mut chunk) {
+            Ok(0) => break,
+            Ok(count) => head.extend_from_slice(&chunk[..count]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(head)
+}
+
+impl Iterator for Reader {
+    type Item = Result<Record, LogError>;
+
+    fn next(&mut self) -> Option<Result<Record, LogError>> {
+        if self.is_over {
+            return None;
+        }
+        let next = self.decode.next(&mut self.input, &mut self.skipped);
+        self.is_over = !matches!(next, Ok(Some(_)));
+        let name = || self.name.clone();
+        let error = match next {
+            Ok(record) => return record.map(Ok),
+            Err(Fault::Cut) => {
+                self.skipped.cut = true;
+                return None;
+            }
+            Err(Fault::Io(error)) => LogError::Io { name: name(), error },
+            Err(Fault::Flaw(flaw)) if self.decode.is_text() => {
+                LogError::Line { name: name(), line: self.input.lines, flaw }
+            }
+            Err(Fault::Flaw(flaw)) => LogError::Byte { name: name(), offset: self.input.offset, flaw },
+        };
+        Some(Err(error))
+    }
+}
+
+/// Why a log cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// The operating system refused.
+    #[error("{name}: {error}")]
+    Io {
+        /// The log.
+        name: String,
+        /// Its error.
+        error: io::Error,
+    },
+    /// The bytes are of no known format.
+    #[error("{name}: this is no log of candump, pcap, pcapng, ASC, TRC or BLF")]
+    Unknown {
+        /// The log.
+        name: String,
+    },
+    /// A line is wrong.
+    #[error("{name}:{line}: {flaw}")]
+    Line {
+        /// The log.
+        name: String,
+        /// The line, counted from 1.
+        line: u64,
+        /// What is wrong.
+        flaw: Flaw,
+    },
+    /// The bytes before an offset are wrong.
+    #[error("{name}: before byte {offset}: {flaw}")]
+    Byte {
+        /// The log.
+        name: String,
+        /// How many bytes were read.
+        offset: u64,
+        /// What is wrong.
+        flaw: Flaw,
+    },
+}

@@ -1,0 +1,103 @@
+//! A backup: the parameters of a device as a DCF.
+
+use lexican_eds::model::{Commissioning, Device, Entry, Value};
+use lexican_eds::{Input, Source};
+use lexican_runtime::cia301;
+use lexican_runtime::host::Link;
+use lexican_runtime::object::Address;
+
+use super::{Ended, OnProgress, is_setting, read};
+use crate::remote::{Refusal, RemoteNode};
+use crate::values::{address, resolved};
+
+/// What was read of a device.
+#[derive(Clone, Debug)]
+pub struct Backup {
+    /// Its data sheet with the values of its parameters, its identity, and its node-ID.
+    pub device: Device,
+    /// How many parameters it has.
+    pub kept: usize,
+    /// The parameters that could not be read, or that a DCF cannot hold.
+    pub left_out: Vec<(Address, Refusal)>,
+}
+
+/// The four numbers of the identity object.
+pub type Identity = [Option<u32>; 4];
+
+/// Reads the identity of a node; `None` for entries that it does not have.
+///
+/// # Errors
+///
+/// [`Ended`].
+pub fn read_identity<L: Link>(node: &mut RemoteNode<'_, L>) -> Result<Identity, Ended> {
+    let mut identity = Identity::default();
+    for (number, sub) in identity.iter_mut().zip(1..) {
+        let data = node.read(Address::new(cia301::IDENTITY, sub))?.ok();
+        *number = data.and_then(|data| <[u8; 4]>::try_from(data).ok()).map(u32::from_le_bytes);
+    }
+    Ok(identity)
+}
+
+/// Reads every parameter of a node, by its data sheet.
+///
+/// # Errors
+///
+/// [`Ended`].
+pub fn backup<L: Link>(
+    node: &mut RemoteNode<'_, L>,
+    sheet: &Device,
+    progress: OnProgress<'_>,
+) -> Result<Backup, Ended> {
+    let [vendor, product, revision, serial] = read_identity(node)?;
+    let settings = sheet.entries().filter(|entry| is_setting(sheet, entry));
+    let found = read(node, settings, progress)?;
+    let mut device = sheet.clone();
+    let info = &mut device.info;
+    info.vendor_number = vendor.or(info.vendor_number);
+    info.product_number = product.or(info.product_number);
+    info.revision_number = revision.or(info.revision_number);
+    device.commissioning = Some(Commissioning {
+        node_id: Some(node.id().get()),
+        serial_number: serial,
+        ..device.commissioning.take().unwrap_or_default()
+    });
+    for entry in entries(&mut device) {
+        // A value that follows the node-ID does so on another node, too.
+        let follows = entry.default.clone().filter(|default| matches!(default, Value::NodeIdPlus(_)));
+        let value = found.values.get(&address(entry)).cloned();
+        let follows = follows.filter(|default| value.as_ref() == Some(&resolved(default, node.id())));
+        entry.configured = follows.or(value);
+    }
+    let mut left_out = found.refused;
+    left_out.extend(drop_what_a_dcf_cannot_hold(&mut device));
+    let kept = device.entries().filter(|entry| entry.configured.is_some()).count();
+    Ok(Backup { device, kept, left_out })
+}
+
+impl Backup {
+    /// The text of the DCF.
+    #[must_use]
+    pub fn dcf(&self) -> String {
+        lexican_eds::write::dcf(&self.device)
+    }
+}
+
+fn entries(device: &mut Device) -> impl Iterator<Item = &mut Entry> {
+    device.objects.iter_mut().flat_map(|object| &mut object.entries)
+}
+
+/// Removes values that are not what they were after they were written and read: texts with blanks at their ends or with line
+/// breaks, empty texts, bytes of an unknown type.
+fn drop_what_a_dcf_cannot_hold(device: &mut Device) -> Vec<(Address, Refusal)> {
+    let text = lexican_eds::write::dcf(device);
+    let again = lexican_eds::load(&Input::new(Source::new("backup.dcf", text.as_str()))).0;
+    let mut dropped = Vec::new();
+    for entry in entries(device) {
+        let same = again.entry(entry.index, entry.sub).is_some_and(|again| again.configured == entry.configured);
+        if !same {
+            entry.configured = None;
+            dropped.push((address(entry), Refusal::Failed("a DCF cannot hold this value".to_owned())));
+        }
+    }
+    dropped
+}

@@ -1,0 +1,129 @@
+//! Compares the parameters of two devices, data sheets or backups.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use lexican_eds::model::{Device, Entry, Value};
+use lexican_runtime::host::Link;
+use lexican_runtime::object::Address;
+use lexican_runtime::{AbortCode, NodeId};
+
+use super::{Ended, OnProgress, is_beyond_mapping, is_setting, read};
+use crate::remote::{Refusal, RemoteNode};
+use crate::values::report::ValueReport;
+use crate::values::wire::encode;
+use crate::values::{DeviceValues, address, resolved};
+
+/// The parameters of one side.
+#[derive(Clone, Debug)]
+pub struct Side {
+    /// Its data sheet.
+    pub device: Device,
+    /// The values that are known.
+    pub values: BTreeMap<Address, Value>,
+    /// The entries that a node does not have, though its data sheet does.
+    pub missing: BTreeSet<Address>,
+}
+
+/// A parameter that differs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// The entry.
+    pub address: Address,
+    /// On the first side; `None` if that has no such entry.
+    pub a: Option<ValueReport>,
+    /// On the second side.
+    pub b: Option<ValueReport>,
+}
+
+/// The result of a comparison.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Comparison {
+    /// By address.
+    pub differences: Vec<Difference>,
+    /// How many parameters were compared.
+    pub compared: usize,
+    /// Those of which one side does not know the value.
+    pub unknown: Vec<Address>,
+}
+
+impl Side {
+    /// What a data sheet gives its parameters: of a DCF, what it configures; of an EDS, the defaults. `node` replaces
+    /// `$NODEID`.
+    #[must_use]
+    pub fn of_sheet(device: Device, node: NodeId) -> Self {
+        let is_configured = device.entries().any(|entry| entry.configured.is_some());
+        let mut values = BTreeMap::new();
+        for entry in device.entries().filter(|entry| is_setting(&device, entry)) {
+            let value = if is_configured { &entry.configured } else { &entry.default };
+            let value = value.as_ref().filter(|_| !is_beyond_mapping(&values, address(entry)));
+            values.extend(value.map(|value| (address(entry), resolved(value, node))));
+        }
+        Side { device, values, missing: BTreeSet::new() }
+    }
+
+    /// What a node has.
+    ///
+    /// # Errors
+    ///
+    /// [`Ended`].
+    pub fn of_node<L: Link>(
+        node: &mut RemoteNode<'_, L>,
+        device: Device,
+        progress: OnProgress<'_>,
+    ) -> Result<Self, Ended> {
+        let found = read(node, device.entries().filter(|entry| is_setting(&device, entry)), progress)?;
+        let is_missing = |refusal: &Refusal| {
+            matches!(refusal, Refusal::Aborted(AbortCode::NO_SUCH_OBJECT | AbortCode::NO_SUCH_SUB_INDEX))
+        };
+        let missing = found.refused.iter().filter(|(_, refusal)| is_missing(refusal)).map(|(address, _)| *address);
+        let missing = missing.collect();
+        Ok(Side { device, values: found.values, missing })
+    }
+
+    fn entry(&self, address: Address) -> Option<&Entry> {
+        let entry = self.device.entry(address.index(), address.sub())?;
+        (is_setting(&self.device, entry) && !self.missing.contains(&address)).then_some(entry)
+    }
+
+    fn report(&self, address: Address) -> Option<ValueReport> {
+        let mut values = DeviceValues::new(&self.device);
+        for (address, value) in &self.values {
+            values.set(*address, value);
+        }
+        Some(ValueReport::of_value(&values, self.entry(address)?, self.values.get(&address)?.clone()))
+    }
+}
+
+/// Compares the values of all parameters that either side has.
+#[must_use]
+pub fn compare(a: &Side, b: &Side) -> Comparison {
+    let settings = |side: &Side| {
+        let settings = side.device.entries().filter(|entry| is_setting(&side.device, entry));
+        settings.map(address).collect::<BTreeSet<_>>()
+    };
+    let mut comparison = Comparison::default();
+    for address in settings(a).union(&settings(b)).copied() {
+        let is_known = |side: &Side| side.values.contains_key(&address);
+        let bytes = |side: &Side| encode(side.entry(address)?.data_type, side.values.get(&address)?);
+        let differ = match (a.entry(address), b.entry(address)) {
+            (None, None) => continue,
+            (Some(_), Some(_)) if is_known(a) && is_known(b) => {
+                comparison.compared += 1;
+                bytes(a) != bytes(b)
+            }
+            (Some(_), Some(_)) => {
+                // Of a mapping, neither side has what is beyond its number of entries.
+                if is_known(a) || is_known(b) {
+                    comparison.unknown.push(address);
+                }
+                false
+            }
+            (Some(_), None) => is_known(a),
+            (None, Some(_)) => is_known(b),
+        };
+        if differ {
+            comparison.differences.push(Difference { address, a: a.report(address), b: b.report(address) });
+        }
+    }
+    comparison
+}

@@ -1,0 +1,121 @@
+//! The order in which a device takes its parameters.
+
+use std::collections::BTreeSet;
+
+use lexican_runtime::cia301;
+use lexican_runtime::object::Address;
+
+use crate::values::is_pdo_mapping;
+
+/// A value on its way to a device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Write {
+    /// The entry.
+    pub address: Address,
+    /// The value in wire form.
+    pub data: Vec<u8>,
+    /// Whether this is the value that the entry keeps. A PDO is switched off and its mapping cleared before.
+    pub is_final: bool,
+}
+
+/// Settings in the order of CiA 301: a PDO is switched off first and on last, and its mapping is cleared before it is changed
+/// (7.5.2.36); an EMCY and an SDO channel are switched off and on (7.5.2.17, 7.5.2.33). Date and time of the configuration (1020h) come at the end, because a device clears them when anything else
+/// changes (CiA 302-3).
+pub fn in_order(settings: impl IntoIterator<Item = (Address, Vec<u8>)>) -> Vec<Write> {
+    // What is written first, the numbers of mapped entries, the COB-IDs of PDOs, and what comes last.
+    let mut groups: [Vec<Write>; 4] = Default::default();
+    for (address, data) in settings {
+        let (before, group) = match (address.index(), address.sub()) {
+            (index, 1) if is_pdo(index) => (Some(switched_off(&data)), 2),
+            (index, 0) if is_pdo_mapping(index) => (Some(vec![0; data.len()]), 1),
+            (cia301::COB_ID_EMCY, 0) | (cia301::SDO_SERVER_2..=cia301::SDO_CLIENT_128, 1 | 2) => {
+                (Some(switched_off(&data)), 0)
+            }
+            (cia301::VERIFY_CONFIGURATION, _) => (None, 3),
+            _ => (None, 0),
+        };
+        groups[0].extend(before.map(|data| Write { address, data, is_final: false }));
+        groups[group].push(Write { address, data, is_final: true });
+    }
+    groups.concat()
+}
+
+/// A COB-ID with its highest bit set: it is not used.
+fn switched_off(cob_id: &[u8]) -> Vec<u8> {
+    let mut off = cob_id.to_vec();
+    off.last_mut().into_iter().for_each(|byte| *byte |= 0x80);
+    off
+}
+
+/// The COB-ID and the number of mapped entries of each PDO that is among the entries: what [`in_order`] needs to switch it
+/// off and on.
+pub(super) fn switches(entries: impl IntoIterator<Item = Address>) -> BTreeSet<Address> {
+    let mut switches = BTreeSet::new();
+    for address in entries {
+        let index = address.index();
+        if is_pdo(index) {
+            switches.insert(Address::new(index, 1));
+        } else if is_pdo_mapping(index) {
+            switches.insert(Address::new(index - cia301::TO_MAPPING, 1));
+            switches.insert(Address::new(index, 0));
+        }
+    }
+    switches
+}
+
+/// Whether an object is the communication parameter of a PDO.
+fn is_pdo(index: u16) -> bool {
+    matches!(index, cia301::RPDO_1..=cia301::RPDO_512 | cia301::TPDO_1..=cia301::TPDO_512)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pdo_is_switched_off_first_and_on_last() {
+        let settings: [(u16, u8, &[u8]); 9] = [
+            (0x1014, 0, &[0x90, 0, 0, 0]),
+            (0x1017, 0, &[100, 0]),
+            (0x1020, 1, &[1, 0, 0, 0]),
+            (0x1800, 1, &[5, 2, 0, 0]),
+            (0x1800, 2, &[255]),
+            (0x1A00, 0, &[1]),
+            (0x1A00, 1, &[0x10, 0, 1, 0x20]),
+            (0x2001, 0, &[7, 0]),
+            (0x6060, 0, &[2]),
+        ];
+        let settings = settings.map(|(index, sub, data)| (Address::new(index, sub), data.to_vec()));
+        let writes: Vec<_> = in_order(settings)
+            .iter()
+            .map(|write| {
+                let number = write.data.iter().rev().fold(0_u64, |number, byte| number << 8 | u64::from(*byte));
+                format!("{} {number:X}{}", write.address, if write.is_final { "" } else { " for now" })
+            })
+            .collect();
+        assert_eq!(
+            writes,
+            [
+                "1014:00 80000090 for now",
+                "1014:00 90",
+                "1017:00 64",
+                "1800:01 80000205 for now",
+                "1800:02 FF",
+                "1A00:00 0 for now",
+                "1A00:01 20010010",
+                "2001:00 7",
+                "6060:00 2",
+                "1A00:00 1",
+                "1800:01 205",
+                "1020:01 1",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_change_of_a_mapping_needs_the_whole_pdo_switched() {
+        let addresses = [(0x1A03, 2), (0x1402, 2), (0x1017, 0)].map(|(index, sub)| Address::new(index, sub));
+        let switches: Vec<_> = switches(addresses).iter().map(ToString::to_string).collect();
+        assert_eq!(switches, ["1402:01", "1803:01", "1A03:00"]);
+    }
+}

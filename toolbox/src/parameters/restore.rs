@@ -1,0 +1,268 @@
+//! Writing parameters into a device, in the order that it takes, each read back.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use lexican_eds::model::{Device, Entry, Value};
+use lexican_runtime::host::Link;
+use lexican_runtime::object::Address;
+use lexican_runtime::wire::nmt::NmtCommand;
+use lexican_runtime::{NodeId, cia301};
+
+use super::backup::read_identity;
+use super::order::{Write, in_order, switches};
+use super::{Ended, OnProgress, Progress, read};
+use crate::remote::{Refusal, RemoteNode};
+use crate::values::wire::{encode, parse_padded, written};
+use crate::values::{address, given, resolved};
+
+/// Values for entries of a device, in wire form.
+pub type Settings = BTreeMap<Address, Vec<u8>>;
+
+/// How parameters are written.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Only find out what differs.
+    pub dry_run: bool,
+    /// Let the device store its parameters at the end (1010h:01).
+    pub store: bool,
+}
+
+/// What became of the parameters.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// How many already had their value.
+    pub equal: usize,
+    /// Those that had another value: that value, if it could be read. In a dry run, they were not written.
+    pub differing: BTreeMap<Address, Option<Vec<u8>>>,
+    /// Those that differed, were written, and read back with their value, in this order.
+    pub written: Vec<Address>,
+    /// Those that the device did not take, or that have another value when they are read back.
+    pub refused: Vec<(Address, Refusal)>,
+    /// The PDOs that were switched off, and are not switched on again: the entries of their COB-IDs.
+    pub switched_off: Vec<Address>,
+    /// Whether the device has stored its parameters.
+    pub stored: bool,
+}
+
+/// Another device than the one that the parameters are of.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("it is another device: its {what} is {got}, that of the backup {expected}")]
+pub struct OtherDevice {
+    /// Vendor or product.
+    pub what: &'static str,
+    /// In hexadecimal digits, or "none".
+    pub got: String,
+    /// In the backup, likewise, or "unknown".
+    pub expected: String,
+}
+
+/// A number of a device's identity: of `[DeviceInfo]`, else what its data sheet gives the entry of 1018h.
+fn identity_of(device: &Device, sub: u8) -> Option<u32> {
+    let number = if sub == 1 { device.info.vendor_number } else { device.info.product_number };
+    let of_entry = || given(device.entry(cia301::IDENTITY, sub)?)?.as_integer();
+    number.filter(|number| *number != 0).or_else(|| of_entry().and_then(|number| u32::try_from(number).ok()))
+}
+
+/// Whether the node is of the vendor and product of a backup. Its revision and serial number may differ.
+///
+/// # Errors
+///
+/// [`Ended`]; inside, [`OtherDevice`].
+pub fn check_identity<L: Link>(
+    node: &mut RemoteNode<'_, L>,
+    backup: &Device,
+) -> Result<Result<(), OtherDevice>, Ended> {
+    let found = read_identity(node)?;
+    for (sub, what, found) in [(1, "vendor", found[0]), (2, "product", found[1])] {
+        let has_entry = backup.entry(cia301::IDENTITY, sub).is_some();
+        // 0 is no number.
+        let expected = identity_of(backup, sub).filter(|expected| has_entry && *expected != 0);
+        let differs = found.zip(expected).is_some_and(|(found, expected)| found != expected);
+        if differs || found.is_some() != has_entry {
+            let text = |number: Option<u32>, other| number.map_or(other, |number| format!("{number:X}h"));
+            let expected = text(expected, if has_entry { "unknown" } else { "none" }.to_owned());
+            return Ok(Err(OtherDevice { what, got: text(found, "none".to_owned()), expected }));
+        }
+    }
+    Ok(Ok(()))
+}
+
+/// The values of a DCF for a node, of all entries that can be written.
+#[must_use]
+pub fn configured(device: &Device, node: NodeId) -> Settings {
+    let data = |entry: &Entry| {
+        let value = resolved(entry.configured.as_ref().filter(|_| entry.access.writable())?, node);
+        Some((address(entry), encode(entry.data_type, &value)?))
+    };
+    device.entries().filter_map(data).collect()
+}
+
+/// Writes the settings that the node does not have already, and reads each back. So a restore that ended early goes on where
+/// it was when it is done again.
+///
+/// The node is set PRE-OPERATIONAL before the first write, and stays so. A PDO of which anything differs is switched off
+/// meanwhile. What a device refuses is tried again after the rest, as long as that makes a difference: limits may depend on
+/// other parameters.
+///
+/// `outcome` has what was done, also when the restore ends early.
+///
+/// # Errors
+///
+/// [`Ended`].
+pub fn restore<L: Link>(
+    node: &mut RemoteNode<'_, L>,
+    sheet: &Device,
+    settings: &Settings,
+    options: Options,
+    progress: OnProgress<'_>,
+    outcome: &mut Outcome,
+) -> Result<(), Ended> {
+    let writes = differing(node, sheet, settings, progress, outcome)?;
+    if options.dry_run {
+        return Ok(());
+    }
+    if !writes.is_empty() {
+        let id = node.id();
+        node.network().command(NmtCommand::EnterPreOperational, Some(id))?;
+    }
+    write(node, sheet, writes, progress, outcome)?;
+    if options.store && outcome.refused.is_empty() {
+        store(node, progress, outcome)?;
+    }
+    Ok(())
+}
+
+/// What to write, in order.
+fn differing<L: Link>(
+    node: &mut RemoteNode<'_, L>,
+    sheet: &Device,
+    settings: &Settings,
+    progress: OnProgress<'_>,
+    outcome: &mut Outcome,
+) -> Result<Vec<Write>, Ended> {
+    let is_wanted = |entry: &&Entry| settings.contains_key(&address(entry)) && entry.access.readable();
+    let present = read(node, sheet.entries().filter(is_wanted), progress)?;
+    let of = |address: Address| {
+        let entry = sheet.entry(address.index(), address.sub())?;
+        encode(entry.data_type, present.values.get(&address)?)
+    };
+    for (&address, wanted) in settings {
+        match of(address) {
+            Some(present) if present == *wanted => outcome.equal += 1,
+            present => {
+                outcome.differing.insert(address, present);
+            }
+        }
+    }
+    let mut changes: Settings = settings.clone();
+    changes.retain(|address, _| outcome.differing.contains_key(address));
+    // A PDO is switched by its present COB-ID and number of entries, if no others are wanted.
+    for switch in switches(changes.keys().copied().collect::<Vec<_>>()) {
+        let Some(entry) = sheet.entry(switch.index(), switch.sub()).filter(|entry| entry.access.writable()) else {
+            continue;
+        };
+        let wanted = match settings.get(&switch) {
+            Some(wanted) => Some(wanted.clone()),
+            None => node.read(address(entry))?.ok(),
+        };
+        changes.extend(wanted.map(|wanted| (switch, wanted)));
+    }
+    Ok(in_order(changes))
+}
+
+/// Writes, and writes again what is refused.
+fn write<L: Link>(
+    node: &mut RemoteNode<'_, L>,
+    sheet: &Device,
+    writes: Vec<Write>,
+    progress: OnProgress<'_>,
+    outcome: &mut Outcome,
+) -> Result<(), Ended> {
+    let of = writes.len();
+    let mut left: VecDeque<_> = writes.into();
+    let mut again: Vec<(Write, Refusal)> = Vec::new();
+    let mut at = 0;
+    // What was taken since the last round.
+    let mut taken = 0;
+    loop {
+        let Some(next) = left.pop_front() else {
+            if again.is_empty() || taken == 0 {
+                break;
+            }
+            taken = 0;
+            left.extend(again.drain(..).map(|(write, _)| write));
+            continue;
+        };
+        at = of.min(at + 1);
+        if progress(Progress::Writing { address: next.address, at, of }).is_break() {
+            outcome.refused.extend(again.into_iter().map(|(write, refusal)| (write.address, refusal)));
+            return Err(Ended::Stopped);
+        }
+        let result = write_one(node, sheet, &next).inspect_err(|_| {
+            let refused = again.iter().map(|(write, refusal)| (write.address, refusal.clone()));
+            outcome.refused.extend(refused);
+        })?;
+        match result {
+            Ok(()) => {
+                taken += 1;
+                let is_switch = switches([next.address]).contains(&next.address) && next.address.sub() == 1;
+                if is_switch {
+                    outcome.switched_off.retain(|off| *off != next.address);
+                }
+                if is_switch && !next.is_final {
+                    outcome.switched_off.push(next.address);
+                }
+                if next.is_final && outcome.differing.contains_key(&next.address) {
+                    outcome.written.push(next.address);
+                }
+            }
+            // Its final value says whether it matters.
+            Err(_) if !next.is_final => {}
+            Err(refusal) => again.push((next, refusal)),
+        }
+    }
+    outcome.refused.extend(again.into_iter().map(|(write, refusal)| (write.address, refusal)));
+    Ok(())
+}
+
+/// Writes an entry, and reads it back.
+fn write_one<L: Link>(
+    node: &mut RemoteNode<'_, L>,
+    sheet: &Device,
+    write: &Write,
+) -> Result<Result<(), Refusal>, Ended> {
+    let data = written(Some(sheet), write.data.clone());
+    if let Err(refusal) = node.write(write.address, &data)? {
+        return Ok(Err(refusal));
+    }
+    let entry = sheet.entry(write.address.index(), write.address.sub());
+    let Some(entry) = entry.filter(|entry| write.is_final && entry.access.readable()) else { return Ok(Ok(())) };
+    Ok(match node.read(write.address)? {
+        Err(refusal) => Err(refusal),
+        Ok(data) => {
+            let value = parse_padded(entry.data_type, &data);
+            let is_kept = value.as_ref().and_then(|value| encode(entry.data_type, value)).as_ref() == Some(&write.data);
+            if is_kept { Ok(()) } else { Err(Refusal::Failed(not_kept(value.as_ref()))) }
+        }
+    })
+}
+
+fn not_kept(value: Option<&Value>) -> String {
+    match value {
+        Some(Value::Integer(number)) => format!("the device takes it, but has {number} when it is read back"),
+        _ => "the device takes it, but has another value when it is read back".to_owned(),
+    }
+}
+
+/// Lets the device store all parameters (CiA 301, 7.5.2.13).
+fn store<L: Link>(node: &mut RemoteNode<'_, L>, progress: OnProgress<'_>, outcome: &mut Outcome) -> Result<(), Ended> {
+    const ALL: Address = Address::new(cia301::STORE_PARAMETERS, 1);
+    if progress(Progress::Storing).is_break() {
+        return Err(Ended::Stopped);
+    }
+    match node.write(ALL, b"save")? {
+        Ok(()) => outcome.stored = true,
+        Err(refusal) => outcome.refused.push((ALL, refusal)),
+    }
+    Ok(())
+}

@@ -1,0 +1,109 @@
+//! A node whose entries are read and written one after the other.
+
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{AccessError, Link};
+use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_runtime::{AbortCode, NodeId};
+
+use crate::values::DeviceValues;
+use crate::values::wire::parse_padded;
+
+/// After so many time-outs in a row the node counts as gone.
+const SILENCE: usize = 3;
+
+/// A node of a network. A refusal is an answer; the node is gone after three time-outs in a row.
+pub struct RemoteNode<'a, L> {
+    network: &'a mut Network<L>,
+    node: NodeId,
+    /// The number of time-outs in a row.
+    silent: usize,
+}
+
+/// Why an entry was not read or written.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// The device has aborted the transfer.
+    #[error("the device aborts: {0}")]
+    Aborted(AbortCode),
+    /// It did not answer, or broke the protocol: why.
+    #[error("{0}")]
+    Failed(String),
+}
+
+impl<'a, L: Link> RemoteNode<'a, L> {
+    /// A node that is not known to be gone.
+    pub fn new(network: &'a mut Network<L>, node: NodeId) -> Self {
+        RemoteNode { network, node, silent: 0 }
+    }
+
+    /// The node-ID.
+    #[must_use]
+    pub fn id(&self) -> NodeId {
+        self.node
+    }
+
+    /// The network.
+    pub fn network(&mut self) -> &mut Network<L> {
+        self.network
+    }
+
+    /// Reads an entry.
+    ///
+    /// # Errors
+    ///
+    /// [`AccessError`] if the link has failed, or the node is gone.
+    pub fn read(&mut self, address: Address) -> Result<Result<Vec<u8>, Refusal>, AccessError> {
+        let result = self.network.read_bytes(self.node, address);
+        self.answer(result)
+    }
+
+    /// Writes an entry.
+    ///
+    /// # Errors
+    ///
+    /// As [`RemoteNode::read`].
+    pub fn write(&mut self, address: Address, data: &[u8]) -> Result<Result<(), Refusal>, AccessError> {
+        let result = self.network.write_bytes(self.node, address, data);
+        self.answer(result)
+    }
+
+    /// Reads entries on which meanings and limits of others depend. If the node does not answer, the default of its data sheet
+    /// counts.
+    ///
+    /// # Errors
+    ///
+    /// As [`RemoteNode::read`].
+    pub fn read_conditions(
+        &mut self,
+        conditions: impl IntoIterator<Item = Address>,
+        values: &mut DeviceValues<'_>,
+    ) -> Result<(), AccessError> {
+        for condition in conditions {
+            let Some(entry) = values.entry(condition).filter(|_| values.seen(condition).is_none()) else { continue };
+            let value = self.read(condition)?.ok().and_then(|data| parse_padded(entry.data_type, &data));
+            if let Some(value) = value {
+                values.set(condition, &value);
+            }
+        }
+        Ok(())
+    }
+
+    fn answer<T>(&mut self, result: Result<T, AccessError>) -> Result<Result<T, Refusal>, AccessError> {
+        let error = match result {
+            Ok(value) => {
+                self.silent = 0;
+                return Ok(Ok(value));
+            }
+            Err(error) => error,
+        };
+        let AccessError::Sdo { error: sdo, .. } = &error else { return Err(error) };
+        self.silent = if matches!(sdo, SdoError::TimedOut { .. }) { self.silent + 1 } else { 0 };
+        match *sdo {
+            SdoError::Aborted { code, .. } => Ok(Err(Refusal::Aborted(code))),
+            _ if self.silent >= SILENCE => Err(error),
+            SdoError::TimedOut { .. } => Ok(Err(Refusal::Failed("no answer".to_owned()))),
+            other => Ok(Err(Refusal::Failed(other.to_string()))),
+        }
+    }
+}

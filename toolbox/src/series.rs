@@ -1,0 +1,216 @@
+//! Values over time, as curves and as a table.
+
+use lexican_eds::model::Value;
+use lexican_runtime::Instant;
+use lexican_runtime::object::Address;
+
+use crate::chart::{Curve, Panel, Picture, range};
+use crate::values::report::ValueReport;
+
+/// The most points of a curve: when it has more, every second one is dropped.
+const MOST: usize = 200_000;
+
+/// The curve of one entry.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// The entry.
+    pub address: Address,
+    /// Its name by the data sheet, else its address.
+    pub name: String,
+    /// The unit of the numbers.
+    pub unit: Option<String>,
+    /// Time in seconds since the beginning, and value; ascending in time.
+    pub points: Vec<(f64, f64)>,
+    /// The last value in words.
+    pub text: String,
+    /// The lowest and the highest value of all.
+    pub bounds: (f64, f64),
+    /// How often the value changed.
+    pub changes: u64,
+    /// When it changed last, in seconds.
+    pub changed: f64,
+    /// Each value has a row of its own in a table, but only each nth is a point of the curve.
+    step: usize,
+    skipped: usize,
+}
+
+/// The curves of several entries.
+#[derive(Clone, Debug, Default)]
+pub struct Recording {
+    began: Option<Instant>,
+    series: Vec<Series>,
+}
+
+impl Recording {
+    /// Takes a value; returns whether it differs from the one before.
+    pub fn take(&mut self, at: Instant, report: &ValueReport) -> bool {
+        let seconds = at.since(*self.began.get_or_insert(at)).as_secs_f64();
+        let place = self.series.iter().position(|series| series.address == report.address);
+        let place = place.unwrap_or_else(|| {
+            self.series.push(Series::new(report));
+            self.series.len() - 1
+        });
+        self.series[place].take(seconds, report)
+    }
+
+    /// The curves, in the order in which their first values came.
+    #[must_use]
+    pub fn series(&self) -> &[Series] {
+        &self.series
+    }
+
+    /// From the first to the last value, in seconds.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        let last = self.series.iter().filter_map(|series| series.points.last());
+        last.map(|(at, _)| *at).fold(0.0, f64::max)
+    }
+
+    /// The units of the curves that have points, each once.
+    #[must_use]
+    pub fn units(&self) -> Vec<Option<&str>> {
+        let mut units = Vec::new();
+        for series in self.series.iter().filter(|series| !series.points.is_empty()) {
+            if !units.contains(&series.unit.as_deref()) {
+                units.push(series.unit.as_deref());
+            }
+        }
+        units
+    }
+
+    /// The curves of a unit.
+    pub fn of_unit<'s>(&'s self, unit: Option<&'s str>) -> impl Iterator<Item = &'s Series> {
+        self.series.iter().filter(move |series| series.unit.as_deref() == unit && !series.points.is_empty())
+    }
+
+    /// A panel for each unit. Between two values a curve stays at the first one.
+    #[must_use]
+    pub fn picture(&self, title: String) -> Picture {
+        let end = self.seconds().max(1e-3);
+        let units = self.units();
+        let panel = |unit: &Option<&str>| {
+            let curves: Vec<_> =
+                self.of_unit(*unit).map(|series| Curve::new(&*series.name, steps(&series.points))).collect();
+            let numbers = curves.iter().flat_map(|curve| &curve.points).map(|point| point.1);
+            let first = numbers.clone().next().unwrap_or_default();
+            Panel {
+                height: 300,
+                names: ["time [s]".to_owned(), unit.map_or_else(|| "value".to_owned(), |unit| format!("[{unit}]"))],
+                ranges: [0.0..end, range(numbers, first)],
+                curves,
+            }
+        };
+        let values: usize = self.series.iter().map(|series| series.points.len()).sum();
+        let summary = format!("{values} values in {end:.3} s");
+        Picture { title, summary, panels: units.iter().map(panel).collect() }
+    }
+}
+
+/// A curve that changes in steps.
+fn steps(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut steps: Vec<(f64, f64)> = Vec::with_capacity(points.len() * 2);
+    for &(at, value) in points {
+        if let Some(&(_, before)) = steps.last().filter(|(_, before)| *before != value) {
+            steps.push((at, before));
+        }
+        steps.push((at, value));
+    }
+    steps
+}
+
+/// The number of a value: in its unit, if it has one.
+#[must_use]
+pub fn number(report: &ValueReport) -> Option<f64> {
+    report.unit.as_ref().map(|(_, scaled)| *scaled).or(match &report.value {
+        Some(Value::Integer(number)) => Some(*number as f64),
+        Some(Value::Real(number)) if number.is_finite() => Some(*number),
+        _ => None,
+    })
+}
+
+impl Series {
+    fn new(report: &ValueReport) -> Self {
+        Series {
+            address: report.address,
+            name: report.name.clone().unwrap_or_else(|| report.address.to_string()),
+            unit: report.unit.as_ref().map(|(symbol, _)| symbol.clone()),
+            points: Vec::new(),
+            text: String::new(),
+            bounds: (f64::INFINITY, f64::NEG_INFINITY),
+            changes: 0,
+            changed: 0.0,
+            step: 1,
+            skipped: 0,
+        }
+    }
+
+    fn take(&mut self, seconds: f64, report: &ValueReport) -> bool {
+        let is_first = self.text.is_empty();
+        let is_new = self.text != report.text();
+        if is_new {
+            report.text().clone_into(&mut self.text);
+            self.changes += u64::from(!is_first);
+            self.changed = seconds;
+        }
+        if let Some(number) = number(report) {
+            self.bounds = (self.bounds.0.min(number), self.bounds.1.max(number));
+            self.skipped += 1;
+            if self.skipped >= self.step {
+                self.skipped = 0;
+                self.points.push((seconds, number));
+            }
+            if self.points.len() > MOST {
+                let mut places = 0..;
+                self.points.retain(|_| places.next().is_some_and(|place: usize| place.is_multiple_of(2)));
+                self.step *= 2;
+            }
+        }
+        is_new
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(number: i128, unit: Option<(&str, f64)>) -> ValueReport {
+        ValueReport {
+            value: Some(Value::Integer(number)),
+            text: Some(number.to_string()),
+            unit: unit.map(|(symbol, factor)| (symbol.to_owned(), number as f64 * factor)),
+            ..ValueReport::without_value(None, Address::new(0x6064, 0))
+        }
+    }
+
+    #[test]
+    fn a_series_knows_its_bounds_and_changes() {
+        let mut recording = Recording::default();
+        let at = |ms: u64| Instant::from_micros(5_000_000 + ms * 1000);
+        let new: Vec<_> = [(0, 5), (10, 5), (20, -7), (30, 2)]
+            .map(|(ms, number)| recording.take(at(ms), &report(number, Some(("mm", 0.1)))))
+            .into();
+        assert_eq!(new, [true, false, true, true]);
+        let series = &recording.series()[0];
+        assert_eq!((series.changes, series.text.as_str()), (2, "2"));
+        assert!((series.bounds.0 + 0.7).abs() < 1e-9 && (series.bounds.1 - 0.5).abs() < 1e-9);
+        assert_eq!(series.points[2].0, 0.02);
+        let picture = recording.picture("t".to_owned());
+        assert_eq!(picture.panels[0].names[1], "[mm]");
+        assert_eq!(picture.panels[0].curves[0].points.len(), 4 + 2, "each change is a step");
+    }
+
+    #[test]
+    fn a_long_recording_gets_coarser() {
+        let mut recording = Recording::default();
+        let count = MOST as u64 * 3;
+        for number in 0..count {
+            recording.take(Instant::from_micros(number * 1000), &report(number.into(), None));
+        }
+        let series = &recording.series()[0];
+        assert!((MOST / 2..=MOST).contains(&series.points.len()), "{}", series.points.len());
+        assert!(series.points.is_sorted_by(|one, two| one.0 < two.0));
+        assert_eq!(series.bounds, (0.0, (count - 1) as f64));
+        let gaps: Vec<_> = series.points.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
+        assert!(gaps.iter().all(|gap| *gap == gaps[0]), "evenly");
+    }
+}

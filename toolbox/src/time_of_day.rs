@@ -1,0 +1,142 @@
+//! TIME_OF_DAY as text: `2026-11-23 12:00:00.500` (CiA 301, 7.1.6.5).
+
+use lexican_runtime::object::TimeOfDay;
+
+const MS_PER_DAY: u64 = 86_400_000;
+
+/// The days from 1 January 1970 to 1 January 1984.
+const EPOCH: i64 = 5113;
+
+/// The time so many milliseconds after the beginning of 1970, in UTC; `None` before 1984, and when the days have no place in
+/// 16 bits, in the year 2163.
+#[must_use]
+pub fn of_unix(ms: u64) -> Option<TimeOfDay> {
+    let days = i64::try_from(ms / MS_PER_DAY).ok()? - EPOCH;
+    Some(TimeOfDay { days: u16::try_from(days).ok()?, ms: (ms % MS_PER_DAY) as u32 })
+}
+
+/// The same time so many milliseconds later; `None` when the days have no place in 16 bits.
+#[must_use]
+pub fn later(time: TimeOfDay, ms: u64) -> Option<TimeOfDay> {
+    let total = u64::from(time.ms).checked_add(ms)?;
+    let days = u64::from(time.days) + total / MS_PER_DAY;
+    Some(TimeOfDay { days: u16::try_from(days).ok()?, ms: (total % MS_PER_DAY) as u32 })
+}
+
+/// A day, or a day and a time with or without seconds and milliseconds, a blank or a T between them: `2026-11-23 12:00`.
+/// `None` if the text is no such time, of the years that a TIME_OF_DAY has.
+#[must_use]
+pub fn parse(text: &str) -> Option<TimeOfDay> {
+    let (date, time) = text.trim().split_once([' ', 'T']).unwrap_or((text.trim(), "00:00"));
+    let [year, month, day] = numbers(date, '-')?;
+    if !(1984..=2163).contains(&year) || !(1..=12).contains(&month) || !(1..=days_of(year, month)).contains(&day) {
+        return None;
+    }
+    let days = days_since_1970(year, month, day) - EPOCH;
+    Some(TimeOfDay { days: u16::try_from(days).ok()?, ms: of_day(time.trim())? })
+}
+
+/// `2026-11-23 12:00:00.500`. Milliseconds beyond the day, which a device may send, are shown as hours beyond 23.
+#[must_use]
+pub fn text(time: TimeOfDay) -> String {
+    let mut days = i64::from(time.days);
+    let mut year = 1984;
+    while days >= days_of_year(year) {
+        days -= days_of_year(year);
+        year += 1;
+    }
+    let mut month = 1;
+    while days >= days_of(year, month) {
+        days -= days_of(year, month);
+        month += 1;
+    }
+    let (seconds, ms) = (time.ms / 1000, time.ms % 1000);
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    format!("{year}-{month:02}-{:02} {hours:02}:{minutes:02}:{seconds:02}.{ms:03}", days + 1)
+}
+
+/// Milliseconds since midnight.
+fn of_day(text: &str) -> Option<u32> {
+    let (clock, fraction) = text.split_once('.').unwrap_or((text, "0"));
+    let [hours, minutes, seconds] = match numbers(clock, ':') {
+        Some(all) => all,
+        None => numbers::<2>(clock, ':').map(|[hours, minutes]| [hours, minutes, 0])?,
+    };
+    let is_time = (0..24).contains(&hours) && (0..60).contains(&minutes) && (0..60).contains(&seconds);
+    let is_fraction = (1..=3).contains(&fraction.len()) && fraction.bytes().all(|byte| byte.is_ascii_digit());
+    let ms: i64 = format!("{fraction:0<3}").parse().ok().filter(|_| is_time && is_fraction)?;
+    u32::try_from(((hours * 60 + minutes) * 60 + seconds) * 1000 + ms).ok()
+}
+
+/// Numbers without signs between separators.
+fn numbers<const N: usize>(text: &str, separator: char) -> Option<[i64; N]> {
+    let number = |digits: &str| digits.parse().ok().filter(|_| digits.bytes().all(|byte| byte.is_ascii_digit()));
+    text.split(separator).map(number).collect::<Option<Vec<i64>>>()?.try_into().ok()
+}
+
+fn days_since_1970(year: i64, month: i64, day: i64) -> i64 {
+    (1970..year).map(days_of_year).sum::<i64>() + (1..month).map(|month| days_of(year, month)).sum::<i64>() + day - 1
+}
+
+fn days_of_year(year: i64) -> i64 {
+    (1..=12).map(|month| days_of(year, month)).sum()
+}
+
+fn days_of(year: i64, month: i64) -> i64 {
+    match month {
+        2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        _ => 31,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_read_back_as_written() {
+        for (text, days, ms) in [
+            ("1984-01-01 00:00:00.000", 0, 0),
+            ("1984-03-01 00:00:00.001", 60, 1),
+            ("2026-11-23 12:34:56.789", 15_667, 45_296_789),
+            ("2100-03-01 23:59:59.999", 42_428, 86_399_999),
+            ("2163-06-06 00:00:00.000", 65_535, 0),
+        ] {
+            let time = TimeOfDay { days, ms };
+            assert_eq!((parse(text), self::text(time).as_str()), (Some(time), text), "{text}");
+        }
+        for (short, whole) in
+            [("2026-11-23", "2026-11-23 00:00:00.000"), ("2026-11-23T12:00", "2026-11-23 12:00:00.000")]
+        {
+            assert_eq!(parse(short), parse(whole), "{short}");
+        }
+        assert_eq!(parse("2026-11-23 12:00:00.5"), parse("2026-11-23 12:00:00.500"));
+    }
+
+    #[test]
+    fn what_is_no_time_is_refused() {
+        for text in [
+            "",
+            "now",
+            "1983-12-31",
+            "2163-06-07",
+            "2026-13-01",
+            "2026-02-29",
+            "2026-11-23 24:00",
+            "2026-11-23 12",
+            "2026-1+1-1",
+        ] {
+            assert_eq!(parse(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn the_time_of_a_machine_counts_from_1970() {
+        let midnight = parse("2026-11-23").unwrap();
+        assert_eq!(of_unix(1_795_392_000_000), Some(midnight));
+        assert_eq!((of_unix(0), later(midnight, 86_400_500)), (None, parse("2026-11-24 00:00:00.5")));
+        assert_eq!(later(TimeOfDay { days: u16::MAX, ms: 1 }, MS_PER_DAY), None);
+    }
+}

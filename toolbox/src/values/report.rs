@@ -1,0 +1,194 @@
+//! An entry and its value, as commands print it: a text for people, fields for programs.
+
+use lexican_eds::model::{Entry, Meaning, Value};
+use lexican_eds::types::{Class, DataType};
+use lexican_runtime::AbortCode;
+use lexican_runtime::object::Address;
+use serde_json::{Map, Value as Json, json};
+
+use super::wire::parse_padded;
+use super::{DeviceValues, hex, plain};
+use crate::json::fields;
+
+/// An entry of a node, and perhaps its value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ValueReport {
+    /// The entry.
+    pub address: Address,
+    /// By the data sheet: `Motor Parameter Set, v-Pos`.
+    pub name: Option<String>,
+    /// The name alone, without that of its object: `v-Pos`.
+    pub entry: Option<String>,
+    /// By the data sheet.
+    pub data_type: Option<DataType>,
+    /// What it is set to.
+    pub value: Option<Value>,
+    /// The unit, and the number in it.
+    pub unit: Option<(String, f64)>,
+    /// The value with its unit, or the names of its enumeration or bits.
+    pub text: Option<String>,
+    /// The bytes of an SDO transfer.
+    pub raw: Option<Vec<u8>>,
+}
+
+impl ValueReport {
+    /// An entry without its value.
+    pub fn without_value(device: Option<&DeviceValues<'_>>, address: Address) -> Self {
+        let entry = device.and_then(|device| Some((device, device.entry(address)?)));
+        ValueReport {
+            address,
+            name: entry.map(|(device, entry)| device.name(entry)),
+            entry: entry.map(|(_, entry)| entry.name.clone()),
+            data_type: entry.map(|(_, entry)| entry.data_type),
+            value: None,
+            unit: None,
+            text: None,
+            raw: None,
+        }
+    }
+
+    /// An entry with the bytes of an SDO transfer.
+    pub fn of_bytes(device: Option<&DeviceValues<'_>>, address: Address, data: &[u8]) -> Self {
+        let mut report = ValueReport { raw: Some(data.to_vec()), ..ValueReport::without_value(device, address) };
+        let entry = device.and_then(|device| Some((device, device.entry(address)?)));
+        match entry {
+            Some((device, entry)) => match parse_padded(entry.data_type, data) {
+                Some(value) => report.set_value(device, entry, value),
+                None => report.text = Some(hex(data)),
+            },
+            None if is_text(data) => {
+                let value = Value::Text(String::from_utf8_lossy(data).into_owned());
+                report.text = Some(plain(DataType::VisibleString, &value));
+                report.value = Some(value);
+            }
+            None => report.text = Some(hex(data)),
+        }
+        report
+    }
+
+    /// An entry with its value in a PDO.
+    pub fn of_value(device: &DeviceValues<'_>, entry: &Entry, value: Value) -> Self {
+        let mut report = ValueReport::without_value(Some(device), Address::new(entry.index, entry.sub));
+        report.set_value(device, entry, value);
+        report
+    }
+
+    fn set_value(&mut self, device: &DeviceValues<'_>, entry: &Entry, value: Value) {
+        self.text = Some(device.describe(entry, &value));
+        self.unit = match (&value, &entry.meaning) {
+            (Value::Integer(number), Meaning::Quantity(_)) => {
+                device.unit(entry).map(|unit| (unit.symbol.clone(), *number as f64 * unit.num as f64 / unit.den as f64))
+            }
+            _ => None,
+        };
+        self.value = Some(value);
+    }
+
+    /// The fields of an entry whose read or write was aborted.
+    pub fn refusal(&self, code: AbortCode) -> Map<String, Json> {
+        let mut fields = self.json();
+        fields.insert("abort_code".to_owned(), json!(format!("{:08X}", code.0)));
+        fields.insert("abort".to_owned(), json!(code.text()));
+        fields
+    }
+
+    /// `6064:00 Position Actual Value`.
+    pub fn title(&self) -> String {
+        match &self.name {
+            Some(name) => format!("{} {name}", self.address),
+            None => self.address.to_string(),
+        }
+    }
+
+    /// The text of the value; empty without one.
+    pub fn text(&self) -> &str {
+        self.text.as_deref().unwrap_or_default()
+    }
+
+    /// `6064:00 Position Actual Value = 0 increments`.
+    pub fn equation(&self) -> String {
+        format!("{} = {}", self.title(), self.text())
+    }
+
+    /// `Statusword = OPERATION ENABLED`: for a line that has no room for the name of the object as well.
+    #[must_use]
+    pub fn brief(&self) -> String {
+        let name = self.entry.clone().unwrap_or_else(|| self.address.to_string());
+        format!("{name} = {}", self.text())
+    }
+
+    /// The fields in JSON; those that are unknown are left out.
+    pub fn json(&self) -> Map<String, Json> {
+        let mut fields = fields(json!({
+            "address": self.address.to_string(),
+            "index": format!("{:04X}", self.address.index()),
+            "sub": format!("{:02X}", self.address.sub()),
+            "name": self.name,
+            "type": self.data_type.map(DataType::name),
+            "text": self.text,
+            "unit": self.unit.as_ref().map(|(symbol, _)| symbol),
+            "scaled": self.unit.as_ref().map(|(_, scaled)| scaled),
+            "raw": self.raw.as_deref().map(hex),
+        }));
+        fields.retain(|_, field| !field.is_null());
+        if self.text.is_some() {
+            let value = self.value.as_ref().map_or(Json::Null, |value| number(self.data_type, value));
+            fields.insert("value".to_owned(), value);
+        }
+        fields
+    }
+}
+
+/// A value in JSON; `null` for bytes, and for numbers that JSON cannot hold.
+fn number(data_type: Option<DataType>, value: &Value) -> Json {
+    match value {
+        Value::Integer(number) if data_type.is_some_and(|it| it.class() == Class::Boolean) => json!(*number != 0),
+        Value::Integer(number) => i64::try_from(*number)
+            .map(Json::from)
+            .or_else(|_| u64::try_from(*number).map(Json::from))
+            .unwrap_or(Json::Null),
+        Value::Real(number) => json!(number),
+        Value::Text(text) => json!(text),
+        Value::Bytes(_) | Value::NodeIdPlus(_) => Json::Null,
+    }
+}
+
+/// Whether bytes of an unknown type look like a text.
+fn is_text(data: &[u8]) -> bool {
+    data.len() > 4 && data.iter().all(|byte| byte.is_ascii_graphic() || *byte == b' ')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples;
+
+    #[test]
+    fn a_value_has_a_number_a_unit_and_a_text() {
+        let device = samples::drive();
+        let report = ValueReport::of_bytes(Some(&DeviceValues::new(&device)), Address::new(0x241B, 1), &[240, 0]);
+        assert_eq!(
+            Json::Object(report.json()).to_string(),
+            r#"{"address":"241B:01","index":"241B","name":"Power Supply Voltage, Output Stage","raw":"F0 00","scaled":24.0,"sub":"01","text":"24.0 V","type":"UNSIGNED16","unit":"V","value":240}"#,
+        );
+    }
+
+    #[test]
+    fn a_value_of_unknown_type_is_bytes_or_a_text() {
+        let check = |data: &[u8], text: &str, value: Option<Value>| {
+            let report = ValueReport::of_bytes(None, Address::new(0x2000, 0), data);
+            assert_eq!((report.text(), report.value.as_ref()), (text, value.as_ref()));
+        };
+        check(&[1, 2], "01 02", None);
+        check(b"AG03-1", "\"AG03-1\"", Some(Value::Text("AG03-1".to_owned())));
+        check(b"AG03", "41 47 30 33", None);
+    }
+
+    #[test]
+    fn json_gets_the_numbers_that_it_can_hold() {
+        assert_eq!(number(None, &Value::Integer(i128::from(u64::MAX))), json!(u64::MAX));
+        assert_eq!(number(None, &Value::Integer(-5)), json!(-5));
+        assert_eq!(number(Some(DataType::Boolean), &Value::Integer(1)), json!(true));
+        assert_eq!(number(None, &Value::Real(f64::NAN)), Json::Null);
+    }
+}
