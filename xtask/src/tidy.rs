@@ -15,6 +15,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lexican-profibus", &["lexican-runtime"]),
     ("lexican-conform", &["lexican-eds", "lexican-runtime"]),
     ("lexican-toolbox", &["lexican-codegen", "lexican-driver", "lexican-eds", "lexican-runtime"]),
+    ("lexican-bench", &["lexican-driver", "lexican-eds", "lexican-runtime", "lexican-toolbox"]),
     ("lexican-driver", &["lexican-eds", "lexican-runtime"]),
     ("lexican-simulator", &["lexican-runtime"]),
     ("lexican-siko", &["lexican-driver", "lexican-runtime", "lexican-simulator"]),

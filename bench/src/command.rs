@@ -1,0 +1,318 @@
+//! What a face asks for, and what it gets back.
+
+use serde::{Deserialize, Serialize};
+
+use crate::view::{Curve, Difference, Frames, Object, Pdo, Value};
+
+/// A request of a face. What changes something on the bus needs the hands ([`Command::TakeHands`]), but for
+/// [`Command::StopAll`].
+///
+/// In JSON: `{"do": "write", "node": 5, "address": "6081:00", "text": "100 rpm"}`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(tag = "do", rename_all = "kebab-case")]
+pub enum Command {
+    /// Asks for the hands: one face at a time may change something. Refused while another one has them, unless `force` is given.
+    TakeHands {
+        /// Take them from the face that has them; what it started is stopped.
+        #[serde(default)]
+        force: bool,
+    },
+    /// Gives the hands back; what was started goes on.
+    ReleaseHands,
+    /// Stops every drive, and cancels what was ordered. Needs no hands, and waits for nothing.
+    StopAll,
+
+    /// A command of network management to a node, or to all.
+    Nmt {
+        /// `None` for all.
+        node: Option<u8>,
+        /// What to do.
+        command: Nmt,
+    },
+    /// Looks for nodes, and reads their identities.
+    Scan,
+    /// Gives a node a data sheet: a device of the library or a file.
+    SetSheet {
+        /// The node.
+        node: u8,
+        /// `siko/ag03-1`, `drive.eds`.
+        sheet: String,
+    },
+    /// Looks for one device without node-ID by LSS fastscan, and gives it this node-ID.
+    Assign {
+        /// The node-ID that it gets.
+        node: u8,
+    },
+
+    /// The entries of a node's data sheet, with the values that are known. [`Answer::Objects`].
+    Objects {
+        /// The node.
+        node: u8,
+    },
+    /// Reads entries: [`Answer::Values`] in their order.
+    Read {
+        /// The node.
+        node: u8,
+        /// `6064:00`; `1018` for all entries of an object.
+        addresses: Vec<String>,
+    },
+    /// Writes an entry, after the data sheet's limits were checked.
+    Write {
+        /// The node.
+        node: u8,
+        /// `6081:00`.
+        address: String,
+        /// As `lexican write` takes it: `100 rpm`, `profile position`, `0x1F`.
+        text: String,
+        /// Send what the data sheet does not allow.
+        #[serde(default)]
+        force: bool,
+    },
+    /// Reads an entry again and again; its value is among [`View::watched`](crate::View::watched).
+    Watch {
+        /// The node.
+        node: u8,
+        /// `6064:00`.
+        address: String,
+        /// How often, at least every 10 ms.
+        every_ms: u32,
+    },
+    /// Ends that.
+    Unwatch {
+        /// The node.
+        node: u8,
+        /// `6064:00`.
+        address: String,
+    },
+    /// Compares the parameters of a node: [`Answer::Differences`].
+    Compare {
+        /// The node.
+        node: u8,
+        /// With what.
+        with: Other,
+    },
+    /// Reads all parameters of a node: [`Answer::File`], a DCF.
+    Backup {
+        /// The node.
+        node: u8,
+    },
+    /// Writes what differs from a DCF into a node.
+    Restore {
+        /// The node.
+        node: u8,
+        /// The text of the DCF.
+        dcf: String,
+    },
+
+    /// How the PDOs of a node are configured, read from it: [`Answer::Pdos`].
+    Pdos {
+        /// The node.
+        node: u8,
+    },
+    /// Configures a PDO by the proper procedure. With `check`, only what speaks against it: [`Answer::Objections`].
+    MapPdo {
+        /// The node.
+        node: u8,
+        /// `tpdo1`.
+        pdo: String,
+        /// The objects in their order.
+        objects: Vec<String>,
+        /// `event`, `sync`, `sync:4`, `every:10ms`; as it is without it.
+        transmission: Option<String>,
+        /// Write nothing.
+        #[serde(default)]
+        check: bool,
+    },
+
+    /// Rows of the trace: [`Answer::Frames`].
+    Trace {
+        /// Which frames, in the words of `lexican monitor`; all without it.
+        #[serde(default)]
+        filter: TraceFilter,
+        /// The first row, counted from the oldest one that is kept and matches; from the end backwards if negative.
+        from: i64,
+        /// How many, at most 1,000.
+        count: u32,
+    },
+    /// The trace as a log: [`Answer::File`].
+    Export {
+        /// `candump`, `pcap`, `pcapng`, `asc`, `trc`, `blf`.
+        format: String,
+        /// Which frames.
+        #[serde(default)]
+        filter: TraceFilter,
+    },
+
+    /// Adds curves to the plot: objects are read every so often, PDO signals are taken as they come.
+    Plot {
+        /// The node.
+        node: u8,
+        /// `6064:00`, `tpdo1`.
+        signals: Vec<String>,
+        /// How often objects are read.
+        every_ms: u32,
+    },
+    /// Removes the curves of a node, or all.
+    ClearPlot {
+        /// `None` for all.
+        node: Option<u8>,
+    },
+    /// Points of the curves after a time: [`Answer::Curves`].
+    Curves {
+        /// In seconds of [`View::time`](crate::View::time).
+        since: f64,
+    },
+    /// The curves as a file: [`Answer::File`].
+    ExportPlot {
+        /// `csv` or `svg`.
+        format: String,
+    },
+
+    /// An order to a drive; what becomes of it is in [`view::Drive`](crate::view::Drive).
+    Drive {
+        /// The node.
+        node: u8,
+        /// What to do.
+        order: Order,
+        /// A position, a distance or a velocity with or without unit (`90 deg`), or a homing method.
+        value: Option<String>,
+    },
+
+    /// An input of a simulated device, in the words of `lexican simulate`: `blocked = true`.
+    Input {
+        /// The node.
+        node: u8,
+        /// The input and its value.
+        text: String,
+    },
+    /// Switches a simulated device on or off.
+    Power {
+        /// The node.
+        node: u8,
+        /// Whether it has power.
+        on: bool,
+    },
+
+    /// Goes to a time of a recorded log, and stands there.
+    Seek {
+        /// In seconds from its first frame.
+        seconds: f64,
+    },
+    /// Plays a recorded log from where it stands.
+    Play {
+        /// 1 for the speed of its recording; 0 stands.
+        speed: f64,
+    },
+}
+
+/// A command of network management (CiA 301, 7.2.8.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Nmt {
+    /// To OPERATIONAL.
+    Start,
+    /// To STOPPED.
+    Stop,
+    /// To PRE-OPERATIONAL.
+    PreOperational,
+    /// Start anew.
+    ResetNode,
+    /// Start the communication anew.
+    ResetCommunication,
+}
+
+/// What to compare parameters with.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Other {
+    /// The defaults of the data sheet.
+    Defaults,
+    /// The text of a DCF.
+    Dcf(String),
+    /// Another node.
+    Node(u8),
+}
+
+/// An order to a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// To OPERATION ENABLED.
+    Enable,
+    /// To SWITCH ON DISABLED.
+    Disable,
+    /// Leave FAULT.
+    ResetFault,
+    /// Travel to a position.
+    MoveTo,
+    /// Travel by a distance.
+    Step,
+    /// Run at a velocity until it is stopped.
+    Run,
+    /// Home.
+    Home,
+    /// Stop with the programmed deceleration.
+    Stop,
+    /// Stop with full deceleration.
+    QuickStop,
+}
+
+/// Which frames of the trace, in the words of `lexican monitor`'s options.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
+#[serde(default)]
+pub struct TraceFilter {
+    /// `5`, `3,5-9`.
+    pub nodes: String,
+    /// `sdo,emcy`.
+    pub services: String,
+    /// `sync,heartbeat`.
+    pub without: String,
+    /// `Statusword`, `6041`.
+    pub object: String,
+    /// `180-1FF`.
+    pub ids: String,
+    /// A part of the text.
+    pub text: String,
+    /// Only what reports an error.
+    pub alarming: bool,
+    /// SDO transfers as one row each.
+    pub transfers: bool,
+}
+
+/// What a command brings.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Answer {
+    /// It was done, or has begun and is among [`View::jobs`](crate::View::jobs).
+    Done,
+    /// The entries of a data sheet.
+    Objects(Vec<Object>),
+    /// Values, in the order of the request.
+    Values(Vec<Value>),
+    /// Where parameters differ.
+    Differences(Vec<Difference>),
+    /// PDOs, receive PDOs first.
+    Pdos(Vec<Pdo>),
+    /// What speaks against a mapping; nothing if it can be written.
+    Objections(Vec<String>),
+    /// Rows of the trace.
+    Frames(Frames),
+    /// Points of the curves.
+    Curves(Vec<Curve>),
+    /// A file to keep.
+    File {
+        /// A name for it.
+        name: String,
+        /// Its content.
+        bytes: Vec<u8>,
+    },
+}
+
+/// Why a command was not carried out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Refused {
+    /// What is wrong, with node, index and value.
+    pub why: String,
+    /// What to do.
+    pub remedy: Option<String>,
+}

@@ -1,0 +1,9 @@
+//! A CANopen bus at a glance: one model, two faces.
+//!
+//! A face (the page, the terminal) gives [`Command`]s and shows the [`View`]. Both are plain data, which the page gets as JSON.
+
+pub mod command;
+pub mod view;
+
+pub use command::{Answer, Command, Refused};
+pub use view::View;
