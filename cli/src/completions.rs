@@ -12,8 +12,8 @@ use lexican_eds::model::{Device, Entry, Object};
 use lexican_toolbox::values::{address, name};
 
 use crate::bus::BUS;
-use crate::device::input;
 use crate::output::{Failure, Outcome, raw_stdout};
+use lexican_toolbox::data_sheet::find;
 
 /// The environment variable by which a shell asks for completions.
 const ASK: &str = "LEXICAN_COMPLETE";
@@ -122,7 +122,7 @@ fn device_of(args: impl Iterator<Item = String>, bus: Option<String>) -> Option<
     };
     let name = value("--device").or_else(|| of_bus(value("--bus").or(bus)?))?;
     // Without a word about what is wrong with it: the shell shows candidates only.
-    Some(lexican_eds::load(&input(&name).ok()?).0)
+    Some(lexican_eds::load(&find(&name).ok()?).0)
 }
 
 #[cfg(test)]

@@ -9,8 +9,9 @@ use lexican_toolbox::flash::{Cause, FlashError, Held, Loader, Progress, Stage, f
 use serde_json::json;
 
 use crate::bus::{Connected, NodeArgs};
-use crate::device::read_up_to;
 use crate::output::{Failure, Outcome, ctrl_c, fields, note, print_result, progress, warn};
+use crate::toml_text::parse;
+use lexican_toolbox::files::read_up_to;
 
 /// Transfer a program to a node, and start it (CiA 302-3)
 ///
@@ -145,9 +146,7 @@ fn read(path: &Path) -> Result<Vec<u8>, Failure> {
 
 fn load(path: &Path) -> Result<Loader, Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
-    toml::from_str(&text).map_err(|error| {
-        let place = error.span().map_or(0, |span| text[..span.start].matches('\n').count() + 1);
-        Failure::new(format_args!("{}:{place}: {}", path.display(), error.message()))
-            .help("`lexican flash --help` lists the keys")
+    parse(&text).map_err(|error| {
+        Failure::new(format_args!("{}{error}", path.display())).help("`lexican flash --help` lists the keys")
     })
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use lexican_codegen::{Options, compile};
 use lexican_eds::Severity;
 
-use crate::device::DeviceArgs;
+use crate::device::{DeviceArgs, show_errors};
 use crate::output::{self, Failure, Outcome, warn, write_whole};
 
 /// Generate Rust code from a data sheet: what lexican-codegen does in a build script
@@ -44,19 +44,19 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let mut loaded = args.device.load()?;
+    let mut sheet = args.device.load()?;
     let options = Options { storage: args.storage, names: args.names, driver: args.driver, ..Options::default() };
-    let output = compile(&loaded.device, &options);
-    loaded.diagnostics.extend(output.diagnostics);
-    loaded.diagnostics.finish();
-    args.deny.iter().for_each(|code| loaded.diagnostics.deny(code));
-    args.allow.iter().for_each(|code| loaded.diagnostics.allow(code));
-    if loaded.show_errors() {
-        warn(format_args!("{}: nothing is generated from a data sheet with errors", loaded.input.eds.name()));
+    let output = compile(&sheet.device, &options);
+    sheet.diagnostics.extend(output.diagnostics);
+    sheet.diagnostics.finish();
+    args.deny.iter().for_each(|code| sheet.diagnostics.deny(code));
+    args.allow.iter().for_each(|code| sheet.diagnostics.allow(code));
+    if show_errors(&sheet) {
+        warn(format_args!("{}: nothing is generated from a data sheet with errors", sheet.input.eds.name()));
         return Ok(Outcome::Found);
     }
-    for warning in loaded.diagnostics.iter().filter(|finding| finding.severity == Severity::Warning) {
-        warn(warning.render_short(&loaded.input));
+    for warning in sheet.diagnostics.iter().filter(|finding| finding.severity == Severity::Warning) {
+        warn(warning.render_short(&sheet.input));
     }
     match &args.output {
         Some(path) => write_whole(path, output.code.as_bytes())?,

@@ -10,6 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
 use lexican_runtime::host::kept::replace;
+use lexican_toolbox::files::ReadError;
+pub(crate) use lexican_toolbox::files::reason;
 pub(crate) use lexican_toolbox::json::fields;
 use lexican_toolbox::object::ObjectError;
 use serde_json::{Map, Value as Json};
@@ -40,12 +42,14 @@ impl From<Outcome> for ExitCode {
 pub(crate) struct Failure {
     message: String,
     help: Option<String>,
+    /// What it comes from, in full: printed before it.
+    findings: String,
     silent: bool,
 }
 
 impl Failure {
     pub(crate) fn new(message: impl Display) -> Self {
-        Failure { message: message.to_string(), help: None, silent: false }
+        Failure { message: message.to_string(), help: None, findings: String::new(), silent: false }
     }
 
     /// Adds advice what to do about it.
@@ -54,9 +58,14 @@ impl Failure {
         self
     }
 
-    /// Says before the message what it is about, such as `plant.toml:7`.
-    pub(crate) fn at(self, place: &str) -> Self {
-        Failure { message: format!("{place}: {}", self.message), ..self }
+    /// Adds advice, if there is any.
+    pub(crate) fn help_if(self, help: Option<String>) -> Self {
+        Failure { help, ..self }
+    }
+
+    /// Prints findings before the message.
+    pub(crate) fn after(self, findings: String) -> Self {
+        Failure { findings, ..self }
     }
 
     /// `cannot WHAT FILE: REASON`.
@@ -78,7 +87,7 @@ impl Failure {
         let mut stderr = anstream::stderr().lock();
         let (error, help) = (AnsiColor::Red.on_default().bold(), AnsiColor::Cyan.on_default().bold());
         // If stderr is closed, the exit code has to do.
-        let _ = writeln!(stderr, "{error}error{error:#}: {}", self.message);
+        let _ = writeln!(stderr, "{}{error}error{error:#}: {}", self.findings, self.message);
         if let Some(text) = &self.help {
             let _ = writeln!(stderr, "{help}help{help:#}: {text}");
         }
@@ -102,18 +111,16 @@ impl From<io::Error> for Failure {
     }
 }
 
+impl From<ReadError> for Failure {
+    fn from(error: ReadError) -> Self {
+        Failure::new(error)
+    }
+}
+
 impl From<ObjectError> for Failure {
     fn from(error: ObjectError) -> Self {
         Failure::new(&error).help(error.advice())
     }
-}
-
-/// The message of the operating system, in lower case and without its number.
-pub(crate) fn reason(error: &io::Error) -> String {
-    let text = error.to_string();
-    let text = text.split(" (os error").next().unwrap_or_default();
-    let mut letters = text.chars();
-    letters.next().map(|first| first.to_lowercase().chain(letters).collect()).unwrap_or_default()
 }
 
 /// The text about frames that were received by the machine but not by the command.

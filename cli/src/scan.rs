@@ -274,10 +274,10 @@ impl Found {
 mod tests {
     use super::*;
     use crate::bus::testing::Flood;
-    use crate::bus::virtual_device::VirtualDevice;
     use crate::device::samples;
     use lexican_eds::model::{Device, Value};
     use lexican_runtime::host::VirtualBus;
+    use lexican_toolbox::simulation::VirtualDevice;
 
     /// A data sheet with this serial number.
     fn sheet(serial: i128) -> Device {

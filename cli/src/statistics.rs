@@ -55,8 +55,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
     let Bus { mut link, nodes } = args.bus.open(pace)?;
     let mut decoder = Decoder::new();
-    for (node, loaded) in &nodes {
-        decoder.introduce(*node, &loaded.device);
+    for (node, sheet) in &nodes {
+        decoder.introduce(*node, &sheet.device);
     }
     let rate = args.bit_rate.map(|kbit| kbit * 1000).or_else(|| args.bus.bit_rate());
     let mut statistics = Statistics::new(rate);

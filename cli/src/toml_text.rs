@@ -1,16 +1,9 @@
 //! What people write in TOML.
 
-use serde::Deserialize;
+use lexican_toolbox::toml_text::TomlError;
+use serde::de::DeserializeOwned;
 
 /// Reads a text. On failure, the line and the reason: `:3: unknown field`.
-pub(crate) fn parse<T: for<'de> Deserialize<'de>>(text: &str) -> Result<T, String> {
-    toml::from_str(text).map_err(|error| {
-        let line = error.span().map(|span| format!(":{}", line(text, span.start))).unwrap_or_default();
-        format!("{line}: {}", error.message())
-    })
-}
-
-/// The line of a place in a text, from 1.
-pub(crate) fn line(text: &str, at: usize) -> usize {
-    text.get(..at).map_or(0, |before| before.matches('\n').count()) + 1
+pub(crate) fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    lexican_toolbox::toml_text::parse(text).map_err(|TomlError { line, reason }| format!(":{line}: {reason}"))
 }

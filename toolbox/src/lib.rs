@@ -1,34 +1,40 @@
-//! What the command `lexican` shares with other tools: no terminal, no bus of its own.
+//! What the command `lexican` shares with other tools: no terminal, no link to a real bus.
 //!
 //! [`log`] reads and writes recorded frames, [`decode`] turns frames into words and fields, [`values`] does so with the values of
 //! objects, both by the data sheet of the device; [`object`] finds what people call an object, and [`identity`] recognises the
-//! devices of the library by what they are on the bus. Of a bus, [`filter`] and [`changes`] choose what is worth a look, [`transfers`]
+//! devices of the library by what they are on the bus. A [`data_sheet`] is found by its name, and [`simulation`] makes devices of
+//! data sheets, alone or as a plant. Of a bus, [`filter`] and [`changes`] choose what is worth a look, [`transfers`]
 //! makes one thing of the frames of an SDO transfer, and [`statistics`] counts. A [`sampler`] follows values over time, [`series`]
 //! keeps them, and a [`chart`] shows them.
 //! [`check`] compares a device with its data sheet, and [`parameters`] keeps, restores and compares what it is set to, through a
 //! [`remote`] node. [`pdo`] shows and plans what PDOs map, [`flash`] transfers a program, [`drive`] moves a drive by hand, [`dbc`] writes a CAN database, and
-//! [`time_of_day`] reads and writes dates.
+//! [`time_of_day`] reads and writes dates; [`node_id`], [`files`] and [`toml_text`] read what people name and write.
 
 pub mod changes;
 pub mod chart;
 pub mod check;
 pub mod cob_ids;
+pub mod data_sheet;
 pub mod dbc;
 pub mod decode;
 pub mod drive;
+pub mod files;
 pub mod filter;
 pub mod flash;
 pub mod identity;
 pub mod json;
 pub mod log;
+pub mod node_id;
 pub mod object;
 pub mod parameters;
 pub mod pdo;
 pub mod remote;
 pub mod sampler;
 pub mod series;
+pub mod simulation;
 pub mod statistics;
 pub mod time_of_day;
+pub mod toml_text;
 pub mod transfers;
 pub mod values;
 

@@ -19,8 +19,8 @@ use serde_json::json;
 use super::{Printer, is_answer, read_conditions};
 use crate::bus::{BoxedLink, NodesArgs};
 use crate::completions::objects;
-use crate::device::read_up_to;
 use crate::output::{Failure, Outcome, note, spinner, warn};
+use lexican_toolbox::files::read_up_to;
 
 /// Write an object of nodes by SDO
 ///

@@ -12,10 +12,12 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
 
 use crate::bus::node_id;
-use crate::device::{Loaded, beside, read, read_up_to};
+use crate::device::load;
 use crate::duration::{in_milliseconds, milliseconds};
 use crate::output::Failure;
 use crate::toml_text::parse;
+use lexican_toolbox::data_sheet::beside;
+use lexican_toolbox::files::{read, read_up_to};
 use lexican_toolbox::identity::{PRODUCT, VENDOR};
 use lexican_toolbox::object::resolve;
 use lexican_toolbox::parameters::order::in_order;
@@ -126,8 +128,8 @@ impl Node {
         if self.device.is_none() && !self.overlay.is_empty() {
             return Err(self.wrong("an overlay adds to a data sheet").help("name the data sheet as its device"));
         }
-        let loaded = self.device.as_deref().map(|name| Loaded::with_overlays(name, &self.overlay)).transpose()?;
-        let device = loaded.as_ref().map(|loaded| &loaded.device);
+        let sheet = self.device.as_deref().map(|name| load(name, &self.overlay)).transpose()?;
+        let device = sheet.as_ref().map(|sheet| &sheet.device);
         let configuration = self.configuration(device)?;
         let steps = configuration.iter().map(|(address, data)| Step::bytes(*address, data));
         let configuration = ConciseDcf::to_vec(steps).expect("these are writes");

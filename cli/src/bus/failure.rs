@@ -4,6 +4,11 @@ use lexican_runtime::host::url::OpenError;
 use lexican_runtime::host::{AccessError, BusState, LinkError, slcan};
 use lexican_runtime::service::sdo_client::SdoError;
 
+use lexican_toolbox::data_sheet::DataSheetError;
+use lexican_toolbox::simulation::plant::Problem;
+use lexican_toolbox::simulation::{PlantError, SimulationError};
+
+use crate::device::in_full;
 use crate::output::{Failure, reason};
 
 #[cfg(target_os = "linux")]
@@ -70,6 +75,23 @@ impl From<AccessError> for Failure {
             ),
             AccessError::Link(error) => error.into(),
             _ => Failure::new(error),
+        }
+    }
+}
+
+impl From<PlantError> for Failure {
+    fn from(error: PlantError) -> Self {
+        const EXAMPLE: &str = "`lexican simulate --help` shows a plant";
+        let help = match (&*error.problem, error.remedy()) {
+            (Problem::Syntax(_), _) => Some(EXAMPLE.to_owned()),
+            (Problem::NoDevices, Some(remedy)) => Some(format!("{remedy}; {EXAMPLE}")),
+            (Problem::Device(SimulationError::NoLss), _) => Some("--node 5".to_owned()),
+            (_, remedy) => remedy,
+        };
+        let failure = Failure::new(&error).help_if(help);
+        match *error.problem {
+            Problem::DataSheet(DataSheetError::NoObject { sheet }) => failure.after(in_full(&sheet)),
+            _ => failure,
         }
     }
 }

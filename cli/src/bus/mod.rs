@@ -3,28 +3,28 @@
 pub(crate) mod failure;
 mod node;
 mod node_id;
-pub(crate) mod plant;
 mod profibus;
 #[cfg(unix)]
 pub(crate) mod pty;
 pub(crate) mod sdo;
 pub(crate) mod serial;
 pub(crate) mod serial_terminal;
-pub(crate) mod simulated;
 mod simulation;
 #[cfg(test)]
 pub(crate) mod testing;
-pub(crate) mod virtual_device;
 
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{BusUrl, Link, Pace, Pump, Replay};
 use lexican_runtime::{Duration, NodeId};
 
-use crate::device::Loaded;
 use crate::output::Failure;
+use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::log::{INTERFACE, Reader};
+pub(crate) use lexican_toolbox::node_id::node_id;
 pub(crate) use node::{BoxedLink, Connected, NO_DEVICE, NodeArgs, Nodes, NodesArgs, SheetArgs, identify, which_node};
-pub(crate) use node_id::{NodeIds, NodeOrNone, node_id, of_node};
+pub(crate) use node_id::{NodeIds, NodeOrNone, of_node};
+
+pub(crate) use simulation::read_plant;
 
 use failure::open_failure;
 
@@ -48,7 +48,7 @@ pub(crate) struct BusArgs {
 pub(crate) struct Bus {
     pub(crate) link: Box<dyn Link + Send>,
     /// The nodes, where the URL says what they are.
-    pub(crate) nodes: Vec<(NodeId, Loaded)>,
+    pub(crate) nodes: Vec<(NodeId, DataSheet)>,
 }
 
 impl BusArgs {
@@ -84,12 +84,12 @@ impl BusArgs {
             return Ok(Bus { link, nodes });
         }
         if let BusUrl::Serial { port, parameters } = &self.bus {
-            let (link, node, loaded) = serial::open(port, parameters)?;
-            return Ok(Bus { link, nodes: vec![(node, loaded)] });
+            let (link, node, sheet) = serial::open(port, parameters)?;
+            return Ok(Bus { link, nodes: vec![(node, sheet)] });
         }
         if let BusUrl::Profibus { port, parameters } = &self.bus {
-            let (link, node, loaded) = profibus::open(port, parameters)?;
-            return Ok(Bus { link, nodes: vec![(node, loaded)] });
+            let (link, node, sheet) = profibus::open(port, parameters)?;
+            return Ok(Bus { link, nodes: vec![(node, sheet)] });
         }
         if let BusUrl::Log { file, interface, pace } = &self.bus {
             let frames = Reader::open(file, None)?.into_frames(interface.clone());

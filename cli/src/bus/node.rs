@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap_complete::engine::ArgValueCompleter;
+use lexican_eds::library;
 use lexican_eds::model::Device;
-use lexican_eds::{Input, library};
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{AccessError, Link, Pace};
 use lexican_runtime::manager::Remote;
@@ -14,7 +14,7 @@ use lexican_toolbox::identity::{PRODUCT, Shipped, VENDOR, recognise};
 
 use super::{Bus, BusArgs, NodeIds, network, node_id};
 use crate::completions::devices;
-use crate::device::{Loaded, with_overlays};
+use crate::device::{load, load_input};
 use crate::duration::milliseconds;
 use crate::output::{Failure, Outcome, note};
 
@@ -135,7 +135,7 @@ impl NodesArgs {
 impl SheetArgs {
     /// The data sheet of a file or of the library, with the overlays.
     pub(crate) fn load(&self, name: &str) -> Result<Device, Failure> {
-        Ok(Loaded::with_overlays(name, &self.overlay)?.device)
+        Ok(load(name, &self.overlay)?.device)
     }
 
     /// Opens a bus with at least one node.
@@ -152,9 +152,9 @@ impl SheetArgs {
         let only = if let [(id, _)] = known.as_slice() { Some(vec![*id]) } else { None };
         let ids = ids.or(only).ok_or_else(which_node)?;
         let known =
-            known.into_iter().filter(|(id, _)| ids.contains(id)).map(|(id, loaded)| match self.overlay.as_slice() {
-                [] => Ok((id, loaded.device)),
-                overlays => Ok((id, load(loaded.input, overlays)?)),
+            known.into_iter().filter(|(id, _)| ids.contains(id)).map(|(id, sheet)| match self.overlay.as_slice() {
+                [] => Ok((id, sheet.device)),
+                overlays => Ok((id, load_input(sheet.input, overlays)?.device)),
             });
         let known = known.collect::<Result<_, Failure>>()?;
         let mut nodes = Nodes {
@@ -171,11 +171,6 @@ impl SheetArgs {
         }
         Ok(nodes)
     }
-}
-
-/// The device of a data sheet with overlays.
-fn load(input: Input, overlays: &[PathBuf]) -> Result<Device, Failure> {
-    Ok(Loaded::with_warning(with_overlays(input, overlays)?)?.device)
 }
 
 /// The failure of a command that needs a node-ID.
@@ -199,7 +194,7 @@ impl Nodes {
             [] => Ok(Some(shipped.device.clone())),
             overlays => {
                 let shipped = library::find(shipped.id).expect("it is in the library");
-                load(shipped.input(), overlays).map(Some)
+                Ok(Some(load_input(shipped.input(), overlays)?.device))
             }
         }
     }

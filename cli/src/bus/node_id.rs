@@ -3,15 +3,16 @@
 use std::str::FromStr;
 
 use lexican_runtime::NodeId;
+use lexican_toolbox::node_id::{NodeIdError, node_id};
 
 /// A node-ID, or `none`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NodeOrNone(pub(crate) Option<NodeId>);
 
 impl FromStr for NodeOrNone {
-    type Err = String;
+    type Err = NodeIdError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, NodeIdError> {
         if text == "none" { Ok(NodeOrNone(None)) } else { node_id(text).map(|node| NodeOrNone(Some(node))) }
     }
 }
@@ -42,15 +43,6 @@ impl FromStr for NodeIds {
         });
         Ok(NodeIds(nodes))
     }
-}
-
-/// A node-ID in decimal or, after `0x`, in hexadecimal.
-pub(crate) fn node_id(text: &str) -> Result<NodeId, String> {
-    let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X"));
-    let number = digits.map_or_else(|| text.parse::<u32>(), |digits| u32::from_str_radix(digits, 16));
-    let number = number.map_err(|_| format!("{text:?} is not a number"))?;
-    let id = u8::try_from(number).ok().and_then(NodeId::new);
-    id.ok_or_else(|| format!("{number} is not a node-ID: node-IDs are 1 to 127"))
 }
 
 /// What is said of a node: `5=siko/ag03-1`.

@@ -4,11 +4,12 @@ use lexican_profibus::bus::Bus;
 use lexican_profibus::serial_line::{self, SerialSegment};
 use lexican_runtime::host::Link;
 use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::data_sheet::DataSheet;
 use profirust::Baudrate;
 use siko_profibus::{AG02, AG03_1, Model, line};
 
 use super::node_id;
-use crate::device::Loaded;
+use crate::device::load;
 use crate::output::{Failure, reason};
 
 /// The devices of the library that are known on PROFIBUS.
@@ -24,7 +25,7 @@ const POLL: Duration = Duration::from_micros(500);
 pub(super) fn open(
     port: &str,
     parameters: &[(String, String)],
-) -> Result<(Box<dyn Link + Send>, NodeId, Loaded), Failure> {
+) -> Result<(Box<dyn Link + Send>, NodeId, DataSheet), Failure> {
     let (mut address, mut bit_rate, mut device) = (None, Baudrate::B500000, None);
     for (key, value) in parameters {
         match key.as_str() {
@@ -47,7 +48,7 @@ pub(super) fn open(
         return Err(Failure::new("which drive, and at which address of the PROFIBUS?")
             .help(format!("profibus:{port}?device={}&address=5", DEVICES[0].0)));
     };
-    let loaded = Loaded::named(device)?;
+    let sheet = load(device, &[])?;
     let shipped = lexican_eds::library::find(device);
     let known = DEVICES.into_iter().find(|(id, _)| shipped.is_some_and(|shipped| shipped.id == *id));
     let (_, model) = known.ok_or_else(|| {
@@ -57,5 +58,5 @@ pub(super) fn open(
     let cannot = |error: std::io::Error| Failure::new(format_args!("cannot open {port}: {}", reason(&error)));
     let bus = Bus::new(SerialSegment::open(port, serial_line::parameters(bit_rate)).map_err(cannot)?);
     bus.keep(POLL).map_err(cannot)?;
-    Ok((Box::new(line::link(&bus, model, address)), address, loaded))
+    Ok((Box::new(line::link(&bus, model, address)), address, sheet))
 }

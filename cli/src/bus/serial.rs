@@ -2,10 +2,11 @@
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Link;
+use lexican_toolbox::data_sheet::DataSheet;
 use siko_serial::{Settings, gateway};
 
 use super::node_id;
-use crate::device::Loaded;
+use crate::device::load;
 use crate::output::{Failure, reason};
 
 /// The node-ID of a drive whose URL names none: the interface has no addresses.
@@ -23,7 +24,7 @@ pub(crate) fn is_known(device: &str) -> bool {
 pub(super) fn open(
     port: &str,
     parameters: &[(String, String)],
-) -> Result<(Box<dyn Link + Send>, NodeId, Loaded), Failure> {
+) -> Result<(Box<dyn Link + Send>, NodeId, DataSheet), Failure> {
     let (mut node, mut baud, mut device) = (NODE, Settings::default().baud, None);
     for (key, value) in parameters {
         match key.as_str() {
@@ -43,12 +44,12 @@ pub(super) fn open(
     let device = device.ok_or_else(|| {
         Failure::new("which device is at the serial interface?").help(format!("serial:{port}?device={DEVICE}"))
     })?;
-    let loaded = Loaded::named(device)?;
+    let sheet = load(device, &[])?;
     if !is_known(device) {
         return Err(Failure::new(format_args!("lexican knows no serial interface of {device}"))
             .help(format!("it knows that of {DEVICE}")));
     }
     let link = gateway::open(port, baud, node)
         .map_err(|error| Failure::new(format_args!("cannot open {port}: {}", reason(&error))))?;
-    Ok((Box::new(link), node, loaded))
+    Ok((Box::new(link), node, sheet))
 }

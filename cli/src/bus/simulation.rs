@@ -1,18 +1,22 @@
 //! `sim:DEVICE?node=5`, `sim:plant.toml`: a bus inside the process with simulated devices on it.
 
+use std::path::Path;
+
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{Link, Pace, VirtualBus};
+use lexican_toolbox::data_sheet::DataSheet;
+use lexican_toolbox::node_id::node_id;
+use lexican_toolbox::simulation::plant::is_plant;
+use lexican_toolbox::simulation::{Plant, PlantDevice};
 
-use super::node_id::node_id;
-use super::plant::{Plant, PlantDevice, is_plant};
-use crate::device::Loaded;
+use crate::device::{load, warn_of_errors};
 use crate::output::Failure;
 
 /// The node-ID of a simulation whose URL names none.
 const NODE: NodeId = NodeId::literal(1);
 
 /// A bus, and the nodes that are on it.
-type Opened = (Box<dyn Link + Send>, Vec<(NodeId, Loaded)>);
+type Opened = (Box<dyn Link + Send>, Vec<(NodeId, DataSheet)>);
 
 /// Opens a simulation by the parameters of its URL: the bus, and its nodes.
 pub(super) fn open(device: &str, parameters: &[(String, String)], mut pace: Pace) -> Result<Opened, Failure> {
@@ -27,18 +31,25 @@ pub(super) fn open(device: &str, parameters: &[(String, String)], mut pace: Pace
         }
     }
     let plant = match (is_plant(device), node) {
-        (true, None) => Plant::read(device.as_ref())?,
+        (true, None) => read_plant(device.as_ref())?,
         (true, Some(_)) => {
             return Err(
                 Failure::new("a plant says itself which node-IDs its devices have").help(format!("sim:{device}"))
             );
         }
-        (false, node) => Plant::of(PlantDevice::new(Some(node.unwrap_or(NODE)), device, Loaded::named(device)?)),
+        (false, node) => Plant::of(PlantDevice::new(Some(node.unwrap_or(NODE)), device, load(device, &[])?)),
     };
     let bus = VirtualBus::with_bit_rate(plant.bit_rate_kbit);
     bus.attach(plant.segment(bus.now())?);
     let link = bus.link();
     bus.set_pace(pace);
-    let nodes = plant.devices.into_iter().filter_map(|device| Some((device.node?, device.loaded)));
+    let nodes = plant.devices.into_iter().filter_map(|device| Some((device.node?, device.sheet)));
     Ok((Box::new(link), nodes.collect()))
+}
+
+/// Reads a plant; warns about the errors of its data sheets.
+pub(crate) fn read_plant(path: &Path) -> Result<Plant, Failure> {
+    let plant = Plant::read(path)?;
+    plant.devices.iter().for_each(|device| warn_of_errors(&device.sheet));
+    Ok(plant)
 }

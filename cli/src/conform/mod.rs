@@ -17,9 +17,9 @@ use lexican_runtime::{Duration, NodeId};
 use serde::Deserialize;
 
 use crate::bus::{BUS, Bus, BusArgs, node_id, which_node};
-use crate::device::{input, with_overlays};
 use crate::duration::seconds;
 use crate::output::{Failure, Outcome, ctrl_c, write_whole};
+use lexican_toolbox::data_sheet::{find, with_overlays};
 use lexican_toolbox::decode::Decoder;
 use lexican_toolbox::object::resolve;
 use print::Screen;
@@ -180,11 +180,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         print::list(&args.selection.in_order(chosen))?;
         return Ok(Outcome::Clean);
     };
-    let named = args.eds.as_deref().map(input).transpose()?;
+    let named = args.eds.as_deref().map(find).transpose()?;
     let Bus { mut link, nodes } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
     let only = if let [(node, _)] = nodes.as_slice() { Some(*node) } else { None };
     let node = args.node.or(only).ok_or_else(which_node)?;
-    let known = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, loaded)| loaded.input);
+    let known = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
     let input = named.or(known).ok_or_else(|| {
         Failure::new("a device is tested by its data sheet")
             .help("name it with --eds FILE, or a device that lexican knows")

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use lexican_runtime::host::candump::Line;
 use siko_ag03_1::worked_examples::{POSITIONING, VELOCITY};
 
-use crate::device::Loaded;
+use crate::device::load;
 use crate::output::{Failure, Outcome, write_whole};
 use bench::Bench;
 use console::Console;
@@ -40,7 +40,7 @@ const INTERFACE: &str = "vcan0";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     std::fs::create_dir_all(&args.out).map_err(|error| Failure::file("create", &args.out, &error))?;
-    let device = Loaded::named(DEVICE)?.device;
+    let device = load(DEVICE, &[])?.device;
     let examples = [&POSITIONING, &VELOCITY];
     let rows = examples.iter().map(|example| example.rows.len()).sum();
     let mut bench = Bench::new(&device, Console::new(args.realtime, rows), args.realtime);
@@ -70,7 +70,7 @@ mod tests {
 
     /// The checks that fail in a run over a manipulated bus.
     fn failures(tamper: impl FnOnce(&VirtualBus)) -> Vec<String> {
-        let device = Loaded::named(DEVICE).unwrap().device;
+        let device = load(DEVICE, &[]).unwrap().device;
         let mut bench = Bench::new(&device, Console::silent(), false);
         tamper(bench.bus());
         let played = play::all(&mut bench, &[&POSITIONING, &VELOCITY]).unwrap();

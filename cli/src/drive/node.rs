@@ -7,11 +7,12 @@ use lexican_driver::Description;
 use lexican_eds::{Input, library};
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
+use lexican_toolbox::data_sheet::{DataSheet, find};
 use siko_ag02::driver::AG02;
 use siko_ag03_1::driver::AG03_1;
 
 use crate::bus::{BoxedLink, Bus, BusArgs, identify, network};
-use crate::device::{Loaded, input, with_overlays};
+use crate::device::load_input;
 use crate::output::Failure;
 
 /// The devices of the library of which lexican knows more than their data sheet says.
@@ -20,7 +21,7 @@ const DESCRIBED: [(&str, &Description); 3] = [("kollmorgen/akd", &AKD), ("siko/a
 pub(super) struct DriveNode {
     pub(super) link: BoxedLink,
     pub(super) description: &'static Description,
-    pub(super) loaded: Loaded,
+    pub(super) sheet: DataSheet,
 }
 
 impl DriveNode {
@@ -32,16 +33,16 @@ impl DriveNode {
         device: Option<&str>,
         overlays: &[PathBuf],
     ) -> Result<Self, Failure> {
-        let named = device.map(input).transpose()?;
+        let named = device.map(find).transpose()?;
         let Bus { link, nodes } = bus.open(pace)?.settled()?;
-        let by_url = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, loaded)| loaded.input);
+        let by_url = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
         let (link, input) = match named.or(by_url) {
             Some(input) => (link, input),
             None => by_identity(link, node)?,
         };
         let description = describe(&input)?;
-        let loaded = Loaded::with_warning(with_overlays(input, overlays)?)?;
-        Ok(DriveNode { link, description, loaded })
+        let sheet = load_input(input, overlays)?;
+        Ok(DriveNode { link, description, sheet })
     }
 }
 

@@ -5,7 +5,7 @@ use std::io::Write;
 use anstyle::{AnsiColor, Style};
 use lexican_eds::diff::{ChangeKind, diff, json};
 
-use crate::device::Loaded;
+use crate::device::load;
 use crate::output::{self, Failure, Outcome, styled};
 
 /// Compare two data sheets by object, regardless of order and spelling
@@ -35,7 +35,7 @@ enum Format {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let (before, after) = (Loaded::named(&args.before)?, Loaded::named(&args.after)?);
+    let (before, after) = (load(&args.before, &[])?, load(&args.after, &[])?);
     let changes = diff(&before.device, &after.device);
     let mut stdout = output::stdout();
     match args.format {

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use lexican_eds::dump;
 
-use crate::device::DeviceArgs;
+use crate::device::{DeviceArgs, show_errors};
 use crate::output::{self, Failure, Outcome};
 
 /// Print the object dictionary of a data sheet
@@ -32,14 +32,14 @@ enum Format {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let loaded = args.device.load()?;
+    let sheet = args.device.load()?;
     let text = match args.format {
-        Format::Csv => dump::csv(&loaded.device),
-        Format::Json => format!("{:#}\n", dump::json(&loaded.device)),
-        Format::Md => dump::md(&loaded.device),
+        Format::Csv => dump::csv(&sheet.device),
+        Format::Json => format!("{:#}\n", dump::json(&sheet.device)),
+        Format::Md => dump::md(&sheet.device),
     };
     let mut stdout = output::raw_stdout();
     stdout.write_all(text.as_bytes())?;
     stdout.flush()?;
-    Ok(if loaded.show_errors() { Outcome::Found } else { Outcome::Clean })
+    Ok(if show_errors(&sheet) { Outcome::Found } else { Outcome::Clean })
 }

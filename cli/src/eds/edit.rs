@@ -14,8 +14,8 @@ use lexican_toolbox::values::DeviceValues;
 use serde_json::json;
 
 use super::file;
-use crate::device::{Loaded, with_overlays};
 use crate::output::{self, Failure, Outcome, fields, plural, print_result, warn};
+use lexican_toolbox::data_sheet::{DataSheet, with_overlays};
 
 #[derive(clap::Args, Debug)]
 struct EditArgs {
@@ -230,13 +230,13 @@ pub(crate) fn remove(args: &RemoveArgs) -> Result<Outcome, Failure> {
 /// A data sheet on its way to another one.
 struct Edited<'a> {
     args: &'a EditArgs,
-    before: Loaded,
-    sheet: Loaded,
+    before: DataSheet,
+    sheet: DataSheet,
 }
 
 impl<'a> Edited<'a> {
     fn open(args: &'a EditArgs) -> Result<Self, Failure> {
-        let load = |input| Loaded::new(with_overlays(input, &args.overlay)?);
+        let load = |input| Ok::<_, Failure>(DataSheet::new(with_overlays(input, &args.overlay)?)?);
         let input = file::open(&args.file)?;
         Ok(Self { args, before: load(input.clone())?, sheet: load(input)? })
     }
@@ -323,8 +323,7 @@ impl<'a> Edited<'a> {
         let sheet = &self.sheet.input.eds;
         let eds = sheet.with_text(change(sheet)?.apply(sheet));
         let input = Input { eds, overlays: self.sheet.input.overlays.clone() };
-        let (device, diagnostics) = lexican_eds::load(&input);
-        self.sheet = Loaded { input, device, diagnostics };
+        self.sheet = DataSheet::parse(input);
         Ok(())
     }
 

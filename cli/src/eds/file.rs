@@ -6,8 +6,9 @@ use anstyle::{AnsiColor, Style};
 use lexican_eds::{Input, Source};
 use similar::{ChangeTag, TextDiff};
 
-use crate::device::{input, read_up_to};
 use crate::output::{Failure, styled, write_whole};
+use lexican_toolbox::data_sheet::find;
+use lexican_toolbox::files::read_up_to;
 
 /// Refuses the names of the library, and files that do not exist.
 pub(super) fn must_be_file(name: &str) -> Result<(), Failure> {
@@ -15,7 +16,7 @@ pub(super) fn must_be_file(name: &str) -> Result<(), Failure> {
         return Ok(());
     }
     // Fails with a better message if there is no such file.
-    input(name)?;
+    find(name)?;
     Err(Failure::new(format_args!("{name} is not a file that could be written")))
 }
 

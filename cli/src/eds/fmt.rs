@@ -7,8 +7,8 @@ use lexican_eds::Input;
 use lexican_eds::fmt::normalise;
 
 use super::file::must_be_file;
-use crate::device::{Loaded, input};
 use crate::output::{self, Failure, Outcome, warn, write_whole};
+use lexican_toolbox::data_sheet::{DataSheet, find};
 
 /// Format data sheets in the spelling and layout of CiA 306
 ///
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let mut outcome = Outcome::Clean;
     for name in &args.files {
-        let Input { eds, .. } = readable(input(name)?)?;
+        let Input { eds, .. } = DataSheet::new(find(name)?)?.input;
         let formatted = normalise(&eds);
         let changes = formatted != eds.text();
         if args.check && changes {
@@ -61,9 +61,4 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
     }
     Ok(outcome)
-}
-
-/// Refuses files that are no data sheets.
-fn readable(input: Input) -> Result<Input, Failure> {
-    Loaded::new(input).map(|loaded| loaded.input)
 }

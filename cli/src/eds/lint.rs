@@ -12,8 +12,8 @@ use lexican_eds::{Diagnostic, Input, Severity};
 use serde_json::{Value, json};
 
 use super::file;
-use crate::device::{input, no_object, with_overlays};
 use crate::output::{self, Failure, Outcome, plural, progress};
+use lexican_toolbox::data_sheet::{DataSheet, DataSheetError, find, with_overlays};
 
 /// Check data sheets: prints each finding with its place, the line, and a remedy
 ///
@@ -151,12 +151,12 @@ fn check(args: &Args, name: &str, colours: bool) -> Checked {
 }
 
 fn checked(args: &Args, name: &str, colours: bool) -> Result<Checked, Failure> {
-    let input = if args.fix { file::open(name)? } else { input(name)? };
+    let input = if args.fix { file::open(name)? } else { find(name)? };
     let input = with_overlays(input, &args.overlay)?;
     let (input, device, mut diagnostics, fixed) = if args.fix {
         let Fixed { input: after, device, left, fixed } = fix(&input);
         if device.objects.is_empty() {
-            return Err(no_object(&input));
+            return Err(no_object(input));
         }
         if args.dry_run {
             let diff = file::difference(&input.eds, &after.eds);
@@ -198,7 +198,7 @@ fn checked(args: &Args, name: &str, colours: bool) -> Result<Checked, Failure> {
         Format::Sarif => String::new(),
     };
     let sarif = (args.format == Format::Sarif).then(|| diagnostics.to_sarif(&input));
-    let failure = device.objects.is_empty().then(|| no_object(&input));
+    let failure = device.objects.is_empty().then(|| no_object(input.clone()));
     Ok(Checked {
         text,
         sarif,
@@ -207,6 +207,12 @@ fn checked(args: &Args, name: &str, colours: bool) -> Result<Checked, Failure> {
         fixable: diagnostics.iter().filter(|finding| finding.fix.is_some()).count(),
         failure,
     })
+}
+
+/// The failure for a text that is no data sheet, whose findings are shown elsewhere.
+fn no_object(input: Input) -> Failure {
+    let error = DataSheetError::NoObject { sheet: DataSheet::parse(input).into() };
+    Failure::new(&error).help_if(error.remedy())
 }
 
 /// One line that begins with the name of the file, even if the finding has no place in it.

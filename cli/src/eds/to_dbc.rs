@@ -7,7 +7,7 @@ use lexican_runtime::NodeId;
 use lexican_toolbox::dbc::Database;
 
 use crate::bus::NodeIds;
-use crate::device::DeviceArgs;
+use crate::device::{DeviceArgs, show_errors};
 use crate::output::{self, Failure, Outcome, warn, write_whole};
 
 /// Write a CAN database (DBC) of the messages of nodes with this data sheet
@@ -37,8 +37,8 @@ Examples:
     lexican eds to-dbc station.dcf -o station.dbc";
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let loaded = args.device.load()?;
-    let configured = loaded.device.commissioning.as_ref().and_then(|commissioning| commissioning.node_id);
+    let sheet = args.device.load()?;
+    let configured = sheet.device.commissioning.as_ref().and_then(|commissioning| commissioning.node_id);
     let nodes: Vec<NodeId> = match (&args.node, configured.and_then(NodeId::new)) {
         (Some(nodes), _) => nodes.0.clone(),
         (None, Some(node)) => vec![node],
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             );
         }
     };
-    let database = Database::new(&loaded.device, &nodes);
+    let database = Database::new(&sheet.device, &nodes);
     let bytes = database.to_bytes();
     match &args.output {
         Some(path) => write_whole(path, &bytes)?,
@@ -62,5 +62,5 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     for name in &database.left_out {
         warn(format_args!("{name} is left out: another message has its COB-ID"));
     }
-    Ok(if loaded.show_errors() || !database.left_out.is_empty() { Outcome::Found } else { Outcome::Clean })
+    Ok(if show_errors(&sheet) || !database.left_out.is_empty() { Outcome::Found } else { Outcome::Clean })
 }

@@ -17,7 +17,7 @@ use lexican_toolbox::transfers::{End, Transfer, Transfers};
 use serde_json::{Value as Json, json};
 
 use crate::bus::{Bus, BusArgs, NO_DEVICE, of_node};
-use crate::device::{Loaded, with_overlays};
+use crate::device::{load, load_input};
 use crate::duration;
 use crate::output::{Failure, Outcome, colours, missing_frames, note};
 use crate::print;
@@ -104,21 +104,21 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let named = args.device.iter().filter(|(_, name)| name != NO_DEVICE);
     let overlays = |node| args.overlay.iter().filter(move |(id, _)| *id == node).map(|(_, path)| path.into());
     let overlays = |node| overlays(node).collect::<Vec<PathBuf>>();
-    let named = named.map(|(node, name)| Ok((*node, Loaded::with_overlays(name, &overlays(*node))?)));
+    let named = named.map(|(node, name)| Ok((*node, load(name, &overlays(*node))?)));
     let mut devices = named.collect::<Result<Vec<_>, Failure>>()?;
     // Without an end, a simulation runs in real time, so that one can watch it.
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
     let Bus { mut link, nodes } = args.bus.open(pace)?;
-    for (node, loaded) in nodes {
-        devices.push((node, Loaded::with_warning(with_overlays(loaded.input, &overlays(node))?)?));
+    for (node, sheet) in nodes {
+        devices.push((node, load_input(sheet.input, &overlays(node))?));
     }
     if let Some((node, path)) = args.overlay.iter().find(|(node, _)| devices.iter().all(|(known, _)| known != node)) {
         return Err(Failure::new(format_args!("{path} adds to a data sheet, but that of node {node} is unknown"))
             .help(format_args!("name the data sheet with --device {node}=FILE")));
     }
     let mut monitor = Monitor::new(args, std::io::stdout().lock());
-    for (node, loaded) in devices.iter().rev() {
-        monitor.introduce(*node, &loaded.device);
+    for (node, sheet) in devices.iter().rev() {
+        monitor.introduce(*node, &sheet.device);
         monitor.identities.settle(*node);
     }
     for (node, _) in &args.device {

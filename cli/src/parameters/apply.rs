@@ -14,8 +14,8 @@ use serde_json::json;
 use super::restore::WriteArgs;
 use super::{Wanted, Watch, known};
 use crate::bus::{BusArgs, NodeIds, Nodes, SheetArgs};
-use crate::device::read;
 use crate::output::{Failure, Outcome, fields, note, print_result, warn};
+use lexican_toolbox::files::read;
 
 /// Apply settings from a file (TOML) to nodes
 ///

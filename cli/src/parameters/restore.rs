@@ -7,7 +7,7 @@ use lexican_toolbox::remote::RemoteNode;
 
 use super::{Wanted, Watch};
 use crate::bus::{Connected, NodeArgs, node_id};
-use crate::device::Loaded;
+use crate::device::load;
 use crate::output::{Failure, Outcome, note, warn};
 
 /// Write the parameters of a DCF into a node
@@ -81,7 +81,7 @@ impl WriteArgs {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let dcf = Loaded::named(&args.dcf)?.device;
+    let dcf = load(&args.dcf, &[])?.device;
     if dcf.entries().all(|entry| entry.configured.is_none()) {
         return Err(Failure::new(format_args!("{} configures nothing", args.dcf))
             .help("a DCF has ParameterValue=; `lexican backup` writes one"));

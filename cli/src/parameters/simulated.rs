@@ -15,8 +15,9 @@ use lexican_toolbox::remote::RemoteNode;
 use lexican_toolbox::values::address;
 use lexican_toolbox::values::wire::written;
 
-use crate::bus::virtual_device::VirtualDevice;
-use crate::device::{Loaded, samples};
+use crate::device::samples;
+use lexican_toolbox::data_sheet::DataSheet;
+use lexican_toolbox::simulation::VirtualDevice;
 
 const NODE: NodeId = NodeId::literal(5);
 
@@ -48,7 +49,7 @@ fn change(node: &mut RemoteNode<'_, VirtualLink>, device: &Device) -> usize {
 #[test]
 fn what_is_changed_is_restored_however_often_that_is_interrupted() {
     let library = ["siko/ag03-1", "siko/ag02", "kollmorgen/akd"];
-    let library = library.map(|name| Loaded::named(name).unwrap().device);
+    let library = library.map(|name| DataSheet::load(name, &[]).unwrap().device);
     for device in library.into_iter().chain([samples::sensor()]) {
         let name = device.info.product_name.clone().unwrap_or_default();
         let mut network = network(&device);

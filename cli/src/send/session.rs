@@ -11,8 +11,8 @@ use serde_json::{Value as Json, json};
 use super::schedule::Schedule;
 use super::ticker::Ticker;
 use crate::bus::{BoxedLink, Bus};
-use crate::device::Loaded;
 use crate::output::{Failure, Outcome, ctrl_c, missing_frames, plural, progress, stdout, warn};
+use lexican_toolbox::data_sheet::DataSheet;
 
 /// How often Ctrl-C is looked for.
 const LOOK: Duration = Duration::from_millis(50);
@@ -23,7 +23,7 @@ const LEAVING: Duration = Duration::from_millis(20);
 pub(super) struct Session {
     pub(super) link: BoxedLink,
     /// The nodes, where the URL of the bus says what they are.
-    pub(super) nodes: Vec<(NodeId, Loaded)>,
+    pub(super) nodes: Vec<(NodeId, DataSheet)>,
     pub(super) began: Instant,
     pump: Pump,
     interrupted: std::sync::Arc<AtomicBool>,

@@ -5,10 +5,13 @@ use std::str::FromStr;
 
 use lexican_runtime::host::BusUrl;
 use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::files::read;
+use lexican_toolbox::simulation::plant::{ScriptText, is_plant};
+use lexican_toolbox::simulation::{Plant, PlantDevice};
 
 use crate::bus::NodeOrNone;
-use crate::bus::plant::{Plant, PlantDevice, ScriptText, is_plant};
-use crate::device::{DeviceArgs, read};
+use crate::bus::read_plant;
+use crate::device::DeviceArgs;
 use crate::duration::seconds;
 use crate::output::Failure;
 
@@ -110,8 +113,7 @@ impl Args {
             let node = self.node.map_or(Some(NodeId::literal(1)), |node| node.0);
             let script = self.script.as_deref().map(|path| {
                 let source = read(path)?;
-                let (file, text) = (path.display().to_string(), source.text().to_owned());
-                Ok::<_, Failure>(ScriptText { file, text, steps: None })
+                Ok::<_, Failure>(ScriptText::new(path.display().to_string(), source.text().to_owned()))
             });
             let mut device = PlantDevice::new(node, name, self.device.load()?);
             (device.eeprom, device.script) = (self.eeprom.clone(), script.transpose()?);
@@ -127,7 +129,7 @@ impl Args {
             return Err(Failure::new(format_args!("{option} is of one device, and {name} is a plant"))
                 .help("the plant says it of each device: `lexican simulate --help` shows one"));
         }
-        Plant::read(name.as_ref())
+        read_plant(name.as_ref())
     }
 }
 

@@ -1,7 +1,6 @@
 //! `lexican simulate`: simulated devices on a bus.
 
 mod args;
-mod control;
 mod input;
 mod report;
 mod session;
@@ -10,9 +9,9 @@ mod station;
 #[cfg(unix)]
 use lexican_runtime::host::VirtualBus;
 use lexican_runtime::host::{BusUrl, Link, Pace};
+use lexican_toolbox::simulation::PlantDevice;
 
 use crate::bus::BusArgs;
-use crate::bus::plant::PlantDevice;
 use crate::bus::serial;
 use crate::bus::serial_terminal::SerialTerminal;
 use crate::output::{Failure, Outcome, ctrl_c};
@@ -35,7 +34,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let several = plant.devices.len() > 1;
     let mut stations = Vec::new();
     for device in &plant.devices {
-        let report = Report::new(&device.loaded.device, args.json, args.json || args.verbose);
+        let report = Report::new(&device.sheet.device, args.json, args.json || args.verbose);
         let report = if several { report.among_others(device.node, device.name.as_deref()) } else { report };
         stations.push(Station::new(device, device.simulate(now)?, report));
     }

@@ -6,16 +6,21 @@ use std::sync::mpsc::Receiver;
 
 use lexican_runtime::host::{BusUrl, Link, LinkError, Notice, Participant};
 use lexican_runtime::{Duration, Instant};
+use lexican_toolbox::simulation::Segment;
+use lexican_toolbox::simulation::command::{self, Command, CommandError, addressee};
 use serde_json::{Value as Json, json};
 
 use super::args::{Args, Place};
-use super::control::{self, Command, addressee, means};
 use super::input::is_listening;
 use super::report::print;
 use super::station::Station;
-use crate::bus::plant::Segment;
 use crate::bus::serial_terminal::SerialTerminal;
 use crate::output::{Failure, fields, missing_frames, warn};
+
+/// The lines of stdin that are about no device, for the user.
+const HELP: &str = "\
+quit                         ends, as Ctrl-C does
+with several devices, each line begins with the node-ID or the name of one: 5: get 6041, feeder: blocked = true";
 
 /// How often stdin and Ctrl-C are checked: that much later than it is written, a line takes effect.
 const LOOK: Duration = Duration::from_millis(10);
@@ -72,8 +77,7 @@ impl<'a> Session<'a> {
         let now = self.participant.now();
         let mut known = Vec::new();
         for station in self.stations() {
-            let (name, entries) =
-                (station.about.loaded.input.eds.name(), station.about.loaded.device.entries().count());
+            let (name, entries) = (station.about.sheet.input.eds.name(), station.about.sheet.device.entries().count());
             let node = station.device.node_id();
             station.report.follow(now, node, None)?;
             if args.json {
@@ -184,22 +188,24 @@ impl<'a> Session<'a> {
     /// Carries out a line; returns whether to go on.
     fn command(&mut self, now: Instant, line: &str) -> Result<bool, Failure> {
         let (who, rest) = addressee(line);
-        let command = match control::parse(rest) {
-            Ok(Some(command)) => Ok(command),
-            Ok(None) => return Ok(true),
-            Err(error) => Err(error),
+        let command = match (rest.trim(), command::parse(rest)) {
+            ("quit" | "exit", _) => return Ok(false),
+            ("help" | "?", _) => {
+                self.event("answer", &format!("{}\n{HELP}", command::HELP), json!({}))?;
+                return Ok(true);
+            }
+            (_, Ok(None)) => return Ok(true),
+            (_, Ok(Some(command))) => Ok(command),
+            (_, Err(error @ CommandError::Unknown(_))) => Err(format!("{error}; help lists them")),
+            (_, Err(error)) => Err(error.to_string()),
         };
         let station = match who {
-            Some(who) => {
-                self.stations().find(|it| means(who, it.device.node_id().or(it.about.node), it.about.name.as_deref()))
-            }
+            Some(who) => self.stations().find(|station| station.device.is_called(who)),
             None => self.only(),
         };
         match (command, station) {
-            (Ok(Command::Quit), _) => return Ok(false),
-            (Ok(Command::Help), _) => self.event("answer", control::HELP, json!({}))?,
             (command, Some(station)) => {
-                let answer = command.and_then(|command| station.carry_out(now, command));
+                let answer = command.and_then(|command| station.carry_out(now, &command));
                 station.answer(now, answer)?;
             }
             (Ok(Command::Status), None) if who.is_none() => {

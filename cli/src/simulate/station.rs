@@ -4,23 +4,16 @@ use std::io;
 
 use lexican_runtime::host::Node;
 use lexican_runtime::{CobId, Frame, Instant};
-use lexican_toolbox::object::resolve;
-use lexican_toolbox::values::DeviceValues;
-use lexican_toolbox::values::report::ValueReport;
+use lexican_toolbox::simulation::{Command, PlantDevice, SimulatedDevice};
 use serde_json::json;
 
-use super::control::Command;
 use super::report::Report;
-use crate::bus::plant::PlantDevice;
-use crate::bus::simulated::Simulated;
 use crate::output::{Failure, warn};
 
 pub(super) struct Station<'a> {
     pub(super) about: &'a PlantDevice,
-    pub(super) device: Simulated,
+    pub(super) device: SimulatedDevice,
     pub(super) report: Report<'a>,
-    /// To parse and print values.
-    values: DeviceValues<'a>,
     /// The last reported error about the file of stored parameters.
     trouble: Option<String>,
     /// Why stdout cannot be written.
@@ -28,9 +21,8 @@ pub(super) struct Station<'a> {
 }
 
 impl<'a> Station<'a> {
-    pub(super) fn new(about: &'a PlantDevice, device: Simulated, report: Report<'a>) -> Self {
-        let values = DeviceValues::new(&about.loaded.device);
-        Station { about, device, report, values, trouble: None, broken: None }
+    pub(super) fn new(about: &'a PlantDevice, device: SimulatedDevice, report: Report<'a>) -> Self {
+        Station { about, device, report, trouble: None, broken: None }
     }
 
     fn note(&mut self, printed: io::Result<()>) {
@@ -53,7 +45,7 @@ impl<'a> Station<'a> {
         for fault in self.device.take_misconfigured() {
             self.report.misconfigured(now, &fault)?;
         }
-        let trouble = self.device.trouble();
+        let trouble = self.device.trouble().map(|error| format!("cannot write what the device stores: {error}"));
         if trouble != self.trouble {
             trouble.iter().for_each(warn);
             self.trouble = trouble;
@@ -62,21 +54,10 @@ impl<'a> Station<'a> {
     }
 
     /// Carries out a line. What it answers is empty if the device reports the effect itself.
-    pub(super) fn carry_out(&mut self, now: Instant, command: Command) -> Result<String, String> {
-        let done = |()| String::new();
+    pub(super) fn carry_out(&mut self, now: Instant, command: &Command) -> Result<String, String> {
         match command {
-            // The session's own.
-            Command::Quit | Command::Help => Ok(String::new()),
             Command::Status => Ok(self.status(now)),
-            Command::Get(object) => self.get(now, &object),
-            Command::Set(object, value) => self.set(now, &object, &value),
-            Command::Emcy { code, register, msef } => self.device.emergency(code, register, msef).map(done),
-            Command::EmcyClear => self.device.clear_errors().map(done),
-            Command::Power(power) => {
-                self.device.set_power(now, power);
-                Ok(String::new())
-            }
-            Command::Input(line) => self.device.input(now, &line).map(|()| line),
+            command => self.device.carry_out(now, command).map_err(|refusal| refusal.to_string()),
         }
     }
 
@@ -88,29 +69,11 @@ impl<'a> Station<'a> {
         }
     }
 
-    fn get(&mut self, now: Instant, object: &str) -> Result<String, String> {
-        let address = resolve(Some(self.values.device), object).map_err(|failure| failure.to_string())?;
-        let value = self.device.value(now, address).map_err(|code| format!("{address}: {code}"))?;
-        Ok(ValueReport::of_bytes(Some(&self.values), address, &value).equation())
-    }
-
-    fn set(&mut self, now: Instant, object: &str, text: &str) -> Result<String, String> {
-        let address = resolve(Some(self.values.device), object).map_err(|failure| failure.to_string())?;
-        let data = self.values.encode(address, text)?;
-        self.device.set_value(now, address, &data).map_err(|code| format!("{address}: {code}"))?;
-        let report = ValueReport::of_bytes(Some(&self.values), address, &data);
-        report.value.iter().for_each(|value| self.values.set(address, value));
-        Ok(report.equation())
-    }
-
     pub(super) fn status(&self, now: Instant) -> String {
         let counts = self.report.counts;
-        let device = &self.device;
-        let who = device.node_id().map_or_else(|| "no node-ID".to_owned(), |node| format!("node {node}"));
-        let state = device.nmt_state().map_or_else(|| "not on the bus".to_owned(), |state| state.to_string());
         format!(
-            "{who}: {state}{}; {} frames received, {} sent, {} writes, {} refusals",
-            device.state(now),
+            "{}; {} frames received, {} sent, {} writes, {} refusals",
+            self.device.status(now),
             counts.received,
             counts.sent,
             counts.writes,

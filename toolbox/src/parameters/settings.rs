@@ -16,6 +16,7 @@ use serde::Deserialize;
 
 use super::restore::Settings;
 use crate::object::resolve;
+use crate::toml_text::{self, TomlError};
 use crate::values::DeviceValues;
 use crate::values::permission::WriteRefusal;
 use crate::values::wire::encode;
@@ -41,13 +42,8 @@ pub struct Section {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FileError {
     /// It is no TOML, or has other keys.
-    #[error("line {line}: {reason}")]
-    Syntax {
-        /// From 1.
-        line: usize,
-        /// What is wrong.
-        reason: String,
-    },
+    #[error(transparent)]
+    Syntax(#[from] TomlError),
     /// A value is a table, a list or a date.
     #[error("node.{nodes}: {object:?} has no value: write a number, a text or a boolean")]
     NoValue {
@@ -67,10 +63,7 @@ pub enum FileError {
 ///
 /// [`FileError`].
 pub fn parse(text: &str) -> Result<Vec<Section>, FileError> {
-    let file: File = toml::from_str(text).map_err(|error| {
-        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
-        FileError::Syntax { line: before.matches('\n').count() + 1, reason: error.message().to_owned() }
-    })?;
+    let file: File = toml_text::parse(text)?;
     if file.node.is_empty() {
         return Err(FileError::Empty);
     }

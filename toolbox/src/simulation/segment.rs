@@ -1,26 +1,47 @@
 //! Several nodes behind one link, which hear each other, and what happens to their frames.
 
 use std::collections::VecDeque;
+use std::fmt::{self, Display};
 
 use lexican_runtime::host::Node;
 use lexican_runtime::{CobId, Duration, Frame, Instant};
 
 /// What is done to some of the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Fault {
+pub struct Fault {
     /// Which node sends them, by its place in the segment; all nodes, and the world outside, without it.
-    pub(crate) sender: Option<usize>,
+    pub sender: Option<usize>,
     /// Their identifier; all without it.
-    pub(crate) id: Option<CobId>,
+    pub id: Option<CobId>,
     /// Which of them: each one, or each second one, and so on.
-    pub(crate) every: u32,
+    pub every: u32,
     /// How many in a row, the last of which is the one that `every` counts.
-    pub(crate) in_a_row: u32,
-    pub(crate) action: Action,
+    pub in_a_row: u32,
+    /// What is done to them.
+    pub action: Action,
 }
 
+/// `4 of 20 frames with COB-ID 707h are lost`.
+impl Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.in_a_row, self.every) {
+            (some, all) if some == all => write!(f, "all frames")?,
+            (some, all) => write!(f, "{some} of {all} frames")?,
+        }
+        if let Some(id) = self.id {
+            write!(f, " with COB-ID {id}h")?;
+        }
+        match self.action {
+            Action::Lose => write!(f, " are lost"),
+            Action::Repeat => write!(f, " come twice"),
+            Action::Delay(span) => write!(f, " are {} ms late", span.as_micros() / 1000),
+        }
+    }
+}
+
+/// What happens to a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Action {
+pub enum Action {
     /// No node receives it.
     Lose,
     /// All nodes receive it twice.
@@ -30,10 +51,9 @@ pub(crate) enum Action {
 }
 
 /// The nodes of a plant as one node of the bus behind a link.
-pub(crate) struct Segment<N> {
+pub struct Segment<N> {
     stations: Vec<Station<N>>,
-    /// With the number of frames since each last happened in full.
-    faults: Vec<(Fault, u32)>,
+    faults: Vec<Happening>,
     delayed: Vec<Delayed>,
     /// Frames that have been delivered inside, and go to the link.
     outgoing: VecDeque<Frame>,
@@ -45,6 +65,14 @@ struct Station<N> {
     buffer: Option<Frame>,
 }
 
+/// A fault of the plant.
+struct Happening {
+    fault: Fault,
+    /// The number of frames since it last happened in full.
+    count: u32,
+    on: bool,
+}
+
 struct Delayed {
     /// None for the world outside.
     sender: Option<usize>,
@@ -53,27 +81,42 @@ struct Delayed {
 }
 
 impl<N: Node> Segment<N> {
-    pub(crate) fn new(nodes: impl IntoIterator<Item = N>, faults: &[Fault]) -> Self {
+    /// Nodes behind one link, with these faults between them.
+    pub fn new(nodes: impl IntoIterator<Item = N>, faults: &[Fault]) -> Self {
         Segment {
             stations: nodes.into_iter().map(|node| Station { node, buffer: None }).collect(),
-            faults: faults.iter().map(|fault| (*fault, 0)).collect(),
+            faults: faults.iter().map(|fault| Happening { fault: *fault, count: 0, on: true }).collect(),
             delayed: Vec::new(),
             outgoing: VecDeque::new(),
         }
     }
 
-    pub(crate) fn nodes(&self) -> impl Iterator<Item = &N> {
+    /// The nodes, in their order.
+    pub fn nodes(&self) -> impl Iterator<Item = &N> {
         self.stations.iter().map(|station| &station.node)
     }
 
-    pub(crate) fn nodes_mut(&mut self) -> impl Iterator<Item = &mut N> {
+    /// The nodes, in their order.
+    pub fn nodes_mut(&mut self) -> impl Iterator<Item = &mut N> {
         self.stations.iter_mut().map(|station| &mut station.node)
+    }
+
+    /// The faults, in their order, and whether they happen.
+    pub fn faults(&self) -> impl Iterator<Item = (Fault, bool)> {
+        self.faults.iter().map(|happening| (happening.fault, happening.on))
+    }
+
+    /// Lets the fault with this place in the order happen from now on, or no longer. `false` if there is none.
+    pub fn set_fault(&mut self, at: usize, on: bool) -> bool {
+        let Some(happening) = self.faults.get_mut(at) else { return false };
+        (happening.count, happening.on) = (0, on);
+        true
     }
 
     /// The first fault that happens to a frame.
     fn fault(&mut self, sender: Option<usize>, frame: &Frame) -> Option<Action> {
         let mut action = None;
-        for (fault, count) in &mut self.faults {
+        for Happening { fault, count, .. } in self.faults.iter_mut().filter(|happening| happening.on) {
             if fault.sender.is_none_or(|wanted| Some(wanted) == sender) && fault.id.is_none_or(|id| id == frame.id()) {
                 *count += 1;
                 if *count + fault.in_a_row > fault.every {
@@ -241,6 +284,27 @@ mod tests {
         plant.handle_frame(Instant::ZERO, &frame(0x702));
         plant.handle_frame(Instant::ZERO, &frame(0x80));
         assert_eq!(heard(&plant), [[0x80], [0x80]], "a fault of a sender leaves the world outside alone");
+    }
+
+    #[test]
+    fn a_fault_is_switched_off_and_on() {
+        let fault = Fault { sender: None, id: None, every: 2, in_a_row: 1, action: Action::Lose };
+        let mut plant = segment([&[0x81, 0x82, 0x83], &[]], &[fault]);
+        assert!(plant.set_fault(0, false) && !plant.set_fault(1, false));
+        assert_eq!(plant.faults().collect::<Vec<_>>(), [(fault, false)]);
+        assert_eq!(sent(&mut plant, Instant::ZERO), [0x81, 0x82, 0x83]);
+        plant.set_fault(0, true);
+        plant.nodes_mut().next().unwrap().says.extend([0x84, 0x85].map(frame));
+        assert_eq!(sent(&mut plant, Instant::ZERO), [0x84], "it counts anew");
+    }
+
+    #[test]
+    fn a_fault_in_words_says_what_happens_to_which_frames() {
+        let fault = Fault { sender: None, id: CobId::standard(0x707), every: 20, in_a_row: 4, action: Action::Lose };
+        assert_eq!(fault.to_string(), "4 of 20 frames with COB-ID 707h are lost");
+        let action = Action::Delay(Duration::from_millis(20));
+        assert_eq!(Fault { id: None, every: 1, in_a_row: 1, action, ..fault }.to_string(), "all frames are 20 ms late");
+        assert_eq!(Fault { action: Action::Repeat, ..fault }.to_string(), "4 of 20 frames with COB-ID 707h come twice");
     }
 
     #[test]

@@ -9,8 +9,8 @@ use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::{AbortCode, NodeId, cia301};
 use simulator::Storage;
 
-use lexican_toolbox::values::wire::parse;
-use lexican_toolbox::values::{Limits, address};
+use crate::values::wire::parse;
+use crate::values::{Limits, address};
 
 /// The `$NODEID` of a device without node-ID, whose dictionary cannot be read.
 pub(super) const NO_NODE: NodeId = NodeId::literal(127);
@@ -276,7 +276,7 @@ fn mapping(entry: &model::Entry) -> PdoMapping {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::samples;
+    use crate::samples;
 
     const NODE: NodeId = NodeId::literal(5);
 

@@ -1,20 +1,73 @@
 //! The file of a plant.
 
+use std::io;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
+use lexican_eds::{Input, Source};
 use lexican_runtime::{CobId, Duration, NodeId};
 use serde::{Deserialize, Deserializer};
 use toml::{Spanned, Table};
 
-use super::segment::{Action, Fault};
+use super::error::{Place, PlantError, Problem};
 use super::{BIT_RATE_KBIT, Line, Plant, PlantDevice, ScriptText};
-use crate::bus::node_id::node_id;
-use crate::device::{Loaded, beside, input, read as read_text, with_overlays};
-use crate::output::Failure;
+use crate::data_sheet::{DataSheet, DataSheetError, beside, find_known, find_shipped};
+use crate::files::{ReadError, read};
+use crate::node_id::node_id;
+use crate::simulation::segment::{Action, Fault};
 use crate::toml_text::{line, parse};
 
-const HELP: &str = "`lexican simulate --help` shows a plant";
+/// Where the files are that a plant names.
+#[derive(Clone, Copy, Debug)]
+pub enum Files<'a> {
+    /// In this folder.
+    Folder(&'a Path),
+    /// In the program: their names and texts.
+    Embedded(&'a [(&'a str, &'a str)]),
+}
+
+impl Files<'_> {
+    fn embedded(&self, name: &Path) -> Option<Source> {
+        let Files::Embedded(files) = self else { return None };
+        let (name, text) = files.iter().find(|(known, _)| Path::new(known) == name)?;
+        Some(Source::new(*name, *text))
+    }
+
+    fn read(&self, name: &Path) -> Result<Source, ReadError> {
+        match self {
+            Files::Folder(folder) => read(&folder.join(name)),
+            Files::Embedded(_) => self
+                .embedded(name)
+                .ok_or_else(|| ReadError { path: name.to_owned(), error: io::ErrorKind::NotFound.into() }),
+        }
+    }
+
+    /// The path of a file that a device writes.
+    fn path(&self, name: &Path) -> PathBuf {
+        match self {
+            Files::Folder(folder) => folder.join(name),
+            Files::Embedded(_) => name.to_owned(),
+        }
+    }
+
+    /// A data sheet with its overlays, and what it is called.
+    fn data_sheet(&self, name: &str, overlays: &[PathBuf]) -> Result<(String, DataSheet), DataSheetError> {
+        let (name, (input, library)) = match self {
+            Files::Folder(folder) => {
+                let name = beside(folder, name);
+                let found = find_known(&name)?;
+                (name, found)
+            }
+            Files::Embedded(_) => {
+                let found = self.embedded(Path::new(name)).map(|eds| (Input::new(eds), None));
+                (name.to_owned(), found.map_or_else(|| find_shipped(name), Ok)?)
+            }
+        };
+        let with = |input: Input, overlay: &PathBuf| Ok::<_, ReadError>(input.overlay(self.read(overlay)?));
+        let sheet = DataSheet::new(overlays.iter().try_fold(input, with)?)?;
+        Ok((name, DataSheet { library, ..sheet }))
+    }
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -100,7 +153,7 @@ impl std::fmt::Display for Who {
 fn id<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Spanned<Option<NodeId>>, D::Error> {
     let who = Spanned::<Who>::deserialize(deserializer)?;
     let node = match who.get_ref() {
-        Who::Node(node) => node_id(&node.to_string()).map(Some),
+        Who::Node(node) => node_id(&node.to_string()).map(Some).map_err(|error| error.to_string()),
         Who::Name(none) if none == "none" => Ok(None),
         Who::Name(other) => Err(format!("{other:?} is no node-ID: write a number, or \"none\" for one by LSS")),
     };
@@ -110,32 +163,47 @@ fn id<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Spanned<Option<NodeI
 
 /// The file that is read.
 struct Reader<'a> {
-    path: &'a Path,
+    name: &'a str,
     text: &'a str,
+    files: Files<'a>,
 }
 
 impl Plant {
     /// Reads a plant from a file (TOML). Its paths are relative to the file.
-    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let source = read_text(path)?;
-        let table = parse::<PlantTable>(source.text())
-            .map_err(|error| Failure::new(format_args!("{}{error}", path.display())).help(HELP))?;
-        let reader = Reader { path, text: source.text() };
+    ///
+    /// # Errors
+    ///
+    /// The first thing that is wrong.
+    pub fn read(path: &Path) -> Result<Self, PlantError> {
+        let source = read(path).map_err(|error| PlantError { place: None, problem: Box::new(error.into()) })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Plant::parse(source.text(), &path.display().to_string(), Files::Folder(folder))
+    }
+
+    /// Reads a plant from a text (TOML), which errors call `name`.
+    ///
+    /// # Errors
+    ///
+    /// The first thing that is wrong.
+    pub fn parse(text: &str, name: &str, files: Files<'_>) -> Result<Self, PlantError> {
+        let reader = Reader { name, text, files };
+        let table = parse::<PlantTable>(text)
+            .map_err(|error| reader.wrong(Some(error.line), None, Problem::Syntax(error.reason)))?;
         if table.nodes.is_empty() {
-            let failure = Failure::new(format_args!("{}: it has no devices", path.display()));
-            return Err(failure.help(format!("each one is a table [[node]] with id and device; {HELP}")));
+            return Err(reader.wrong(None, None, Problem::NoDevices));
         }
         let mut devices: Vec<PlantDevice> = Vec::new();
         for node in table.nodes {
-            let at = reader.place(&node.id);
+            let line = reader.line(&node.id);
             let device = reader.device(node)?;
+            let wrong = |problem| Err(reader.wrong(Some(line), None, problem));
             if let Some(node) = device.node.filter(|node| devices.iter().any(|other| other.node == Some(*node))) {
-                return Err(Failure::new(format_args!("{at}: there are two devices with node-ID {node}")));
+                return wrong(Problem::TwoNodes(node));
             }
             if let Some(name) =
                 device.name.as_ref().filter(|name| devices.iter().any(|it| it.name.as_ref() == Some(*name)))
             {
-                return Err(Failure::new(format_args!("{at}: there are two devices with the name {name:?}")));
+                return wrong(Problem::TwoNames(name.clone()));
             }
             devices.push(device);
         }
@@ -150,13 +218,19 @@ impl Reader<'_> {
         line(self.text, of.span().start)
     }
 
-    /// `plant.toml:7`.
-    fn place<T>(&self, of: &Spanned<T>) -> String {
-        format!("{}:{}", self.path.display(), self.line(of))
+    fn place(&self, line: Option<usize>, who: Option<&str>) -> Place {
+        Place { file: self.name.to_owned(), line, who: who.map(str::to_owned) }
     }
 
-    fn device(&self, table: NodeTable) -> Result<PlantDevice, Failure> {
-        let folder = self.path.parent().unwrap_or(Path::new(""));
+    fn wrong(&self, line: Option<usize>, who: Option<&str>, problem: Problem) -> PlantError {
+        PlantError { place: Some(self.place(line, who)), problem: problem.into() }
+    }
+
+    fn wrong_at<T>(&self, of: &Spanned<T>, problem: Problem) -> PlantError {
+        self.wrong(Some(self.line(of)), None, problem)
+    }
+
+    fn device(&self, table: NodeTable) -> Result<PlantDevice, PlantError> {
         let node = *table.id.get_ref();
         let name = table.name.as_ref().map(Spanned::get_ref);
         let who = match (name, node) {
@@ -164,23 +238,19 @@ impl Reader<'_> {
             (None, Some(node)) => format!("node {node}"),
             (None, None) => "the device without node-ID".to_owned(),
         };
-        let wrong =
-            |place: String, reason: &dyn std::fmt::Display| Failure::new(format_args!("{place}: {who}: {reason}"));
+        let wrong = |line, problem| self.wrong(Some(line), Some(&who), problem);
         if let Some(name) = &table.name
             && (name.get_ref().parse::<i64>().is_ok()
                 || name.get_ref().is_empty()
                 || name.get_ref().contains([':', '=', ' ']))
         {
-            let failure = wrong(self.place(name), &"this cannot be the name of a device");
-            return Err(failure.help("a name begins the lines on stdin: it is a word, and no number"));
+            return Err(wrong(self.line(name), Problem::NoName));
         }
-        let device = beside(folder, table.device.get_ref());
-        let overlays: Vec<PathBuf> = table.overlay.iter().map(|overlay| folder.join(overlay)).collect();
-        let loaded = input(&device).and_then(|input| Loaded::with_warning(with_overlays(input, &overlays)?));
-        let loaded = loaded.map_err(|failure| failure.at(&format!("{}: {who}", self.place(&table.device))))?;
+        let sheet = self.files.data_sheet(table.device.get_ref(), &table.overlay);
+        let (device, sheet) = sheet.map_err(|error| wrong(self.line(&table.device), error.into()))?;
         let lines = |texts: &[Spanned<String>]| {
             let text = |text: &Spanned<String>| Line {
-                place: format!("{}: {who}", self.place(text)),
+                place: self.place(Some(self.line(text)), Some(&who)),
                 text: text.get_ref().clone(),
             };
             texts.iter().map(text).collect()
@@ -188,57 +258,53 @@ impl Reader<'_> {
         let script = match (&table.script, table.steps.as_slice()) {
             (None, []) => None,
             (Some(script), []) => {
-                let path = folder.join(script.get_ref());
-                let source =
-                    read_text(&path).map_err(|failure| failure.at(&format!("{}: {who}", self.place(script))))?;
-                let (file, text) = (path.display().to_string(), source.text().to_owned());
-                Some(ScriptText { file, text, steps: None })
+                let source = self.files.read(script.get_ref());
+                let source = source.map_err(|error| wrong(self.line(script), error.into()))?;
+                Some(ScriptText::new(source.name().to_owned(), source.text().to_owned()))
             }
             (None, steps) => {
                 let text = steps.iter().map(|step| format!("[[step]]\n{}", step.get_ref())).collect();
                 let steps = steps.iter().map(|step| self.line(step)).collect();
-                Some(ScriptText { file: self.path.display().to_string(), text, steps: Some(steps) })
+                Some(ScriptText { file: self.name.to_owned(), text, steps: Some(steps) })
             }
-            (Some(script), _) => {
-                return Err(wrong(self.place(script), &"it has either a script or steps"));
-            }
+            (Some(script), _) => return Err(wrong(self.line(script), Problem::ScriptAndSteps)),
         };
         Ok(PlantDevice {
             name: name.cloned(),
-            eeprom: table.eeprom.as_ref().map(|path| folder.join(path)),
+            eeprom: table.eeprom.as_ref().map(|path| self.files.path(path)),
             script,
             settings: lines(&table.settings),
             inputs: lines(&table.inputs),
             is_off: table.power == PowerName::Off,
-            ..PlantDevice::new(node, &device, loaded)
+            place: Some(self.place(Some(self.line(&table.id)), Some(&who))),
+            ..PlantDevice::new(node, &device, sheet)
         })
     }
 
-    fn fault(&self, table: &FaultTable, devices: &[PlantDevice]) -> Result<Fault, Failure> {
+    fn fault(&self, table: &FaultTable, devices: &[PlantDevice]) -> Result<Fault, PlantError> {
         let sender = table.from.as_ref().map(|from| {
             let is_meant = |device: &PlantDevice| match from.get_ref() {
                 Who::Node(node) => device.node.is_some_and(|id| i64::from(id.get()) == *node),
                 Who::Name(name) => device.name.as_ref() == Some(name),
             };
-            devices.iter().position(is_meant).ok_or_else(|| {
-                Failure::new(format_args!("{}: {} is none of the devices", self.place(from), from.get_ref()))
-            })
+            let unknown = || self.wrong_at(from, Problem::NoSender(from.get_ref().to_string()));
+            devices.iter().position(is_meant).ok_or_else(unknown)
         });
-        let id = table.cob_id.as_ref().map(|id| {
-            let wrong = || Failure::new(format_args!("{}: {:X}h is no COB-ID", self.place(id), id.get_ref()));
-            cob_id(*id.get_ref()).ok_or_else(wrong)
-        });
-        let wrong = |reason| Err(Failure::new(format_args!("{}: {reason}", self.place(&table.action))));
+        let id = table
+            .cob_id
+            .as_ref()
+            .map(|id| cob_id(*id.get_ref()).ok_or_else(|| self.wrong_at(id, Problem::NoCobId(*id.get_ref()))));
+        let wrong = |problem| Err(self.wrong_at(&table.action, problem));
         let action = match (table.action.get_ref(), table.delay) {
-            (ActionName::Delay, None) => return wrong("a delay needs its time in ms: delay = 20"),
+            (ActionName::Delay, None) => return wrong(Problem::NoDelay),
             (ActionName::Delay, Some(ms)) => Action::Delay(Duration::from_millis(ms.into())),
-            (_, Some(_)) => return wrong("the time of a delay belongs to action = \"delay\""),
+            (_, Some(_)) => return wrong(Problem::OnlyDelay),
             (ActionName::Lose, None) => Action::Lose,
             (ActionName::Repeat, None) => Action::Repeat,
         };
         let [every, in_a_row] = [table.every, table.in_a_row].map(|number| number.map_or(1, NonZeroU32::get));
         if in_a_row > every {
-            return wrong("there cannot be more in a row than there are frames: in-a-row is at most every");
+            return wrong(Problem::TooManyInARow);
         }
         Ok(Fault { sender: sender.transpose()?, id: id.transpose()?, every, in_a_row, action })
     }

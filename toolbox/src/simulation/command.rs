@@ -1,42 +1,141 @@
-//! The lines on stdin that control a simulated device.
+//! What happens to a simulated device from outside, as a line says it.
 
-use lexican_runtime::NodeId;
-use lexican_toolbox::values::text::parse_hex;
+use lexican_runtime::AbortCode;
+use lexican_runtime::object::Address;
 
-use crate::bus::node_id;
-use crate::bus::simulated::Power;
+use crate::object::ObjectError;
+use crate::values::text::parse_hex;
 
+/// What happens to a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Command {
-    Help,
+pub enum Command {
+    /// Says its state.
     Status,
-    Quit,
+    /// Says the value of an object.
     Get(String),
-    Set(String, String),
+    /// Changes an object, regardless of its access.
+    Set {
+        /// Its number or name.
+        object: String,
+        /// Its value as text.
+        value: String,
+    },
+    /// Sends an EMCY.
     Emcy {
+        /// The error code.
         code: u16,
+        /// The error register.
         register: u8,
+        /// The bytes of the manufacturer.
         msef: [u8; 5],
     },
+    /// All errors are over.
     EmcyClear,
+    /// The supply is switched.
     Power(Power),
-    /// `battery_v = 2.5`: an input of a simulated drive.
+    /// An input of a drive changes: `battery_v = 2.5`.
     Input(String),
 }
 
-pub(super) const HELP: &str = "\
+/// The supply of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Power {
+    /// It is switched on.
+    On,
+    /// It is switched off.
+    Off,
+    /// It is switched off and on again.
+    Cycle,
+}
+
+/// The lines, for a user.
+pub const HELP: &str = "\
 get OBJECT                   prints an object: get 6041, get \"Position Actual Value\"
 set OBJECT VALUE             sets an object, regardless of its access: set 6064 1000, set 241B:01 \"17.5 V\"
 emcy CODE [REGISTER [BYTES]] sends an EMCY: emcy 3120 04; emcy clear clears all errors
 power on|off|cycle           switches the device
 status                       prints state and counts
 KEY = VALUE                  sets an input of a simulated drive: battery_v = 2.5, fault = \"D\";
-                             of a CiA 402 drive: fault = 0x4310, blocked = true, positive_limit = 20000
-quit                         ends, as Ctrl-C does
-with several devices, each line begins with the node-ID or the name of one: 5: get 6041, feeder: blocked = true";
+                             of a CiA 402 drive: fault = 0x4310, blocked = true, positive_limit = 20000";
+
+/// Why a line is no command.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CommandError {
+    /// It begins with none.
+    #[error("{0:?} is no command")]
+    Unknown(String),
+    /// `get` without an object.
+    #[error("get what? For example: get 6041")]
+    NoObject,
+    /// `set` without an object and a value.
+    #[error("set what? For example: set 6064 1000")]
+    NoValue,
+    /// `emcy` without an error code.
+    #[error("which code? For example: emcy 3120 04")]
+    NoCode,
+    /// `power` without its state.
+    #[error("power on, off or cycle")]
+    NoPower,
+    /// More than five bytes after the error register.
+    #[error("an EMCY has five bytes of the manufacturer")]
+    TooManyBytes,
+    /// Something else than a hexadecimal number.
+    #[error("{text:?} is not a number of up to {most} hexadecimal digits")]
+    NotHex {
+        /// What there is.
+        text: String,
+        /// How many digits it may have.
+        most: usize,
+    },
+}
+
+/// Why a device has not carried out a command.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// It has no such object.
+    #[error(transparent)]
+    Object(#[from] ObjectError),
+    /// The value is none of the object.
+    #[error("{0}")]
+    Value(String),
+    /// The device does not read or write the object.
+    #[error("{address}: {code}")]
+    Access {
+        /// The object.
+        address: Address,
+        /// The reason.
+        code: AbortCode,
+    },
+    /// It is not a drive.
+    #[error("this device has no inputs but its objects: set OBJECT VALUE")]
+    NoInputs,
+    /// The drive has no such input, or it cannot be so.
+    #[error("{problem}; {remedy}")]
+    Input {
+        /// What is wrong.
+        problem: String,
+        /// What to write instead.
+        remedy: String,
+    },
+    /// A drive sends EMCYs by itself alone.
+    #[error("this drive sends an EMCY when it has a fault: {instead}")]
+    OwnEmergencies {
+        /// The command that does.
+        instead: &'static str,
+    },
+    /// The errors of a drive end with their cause.
+    #[error("the cause of this drive's fault goes with: {instead}")]
+    OwnCauses {
+        /// The command that does.
+        instead: &'static str,
+    },
+}
 
 /// Splits a line for one of several devices, `5: get 6041`, into whom it is for and the rest.
-pub(super) fn addressee(line: &str) -> (Option<&str>, &str) {
+#[must_use]
+pub fn addressee(line: &str) -> (Option<&str>, &str) {
     match line.split_once(':') {
         // The colon of `set 2410:05 7` follows other words.
         Some((who, rest)) if !who.trim().is_empty() && !who.trim().contains([' ', '\t', '=']) => {
@@ -46,24 +145,21 @@ pub(super) fn addressee(line: &str) -> (Option<&str>, &str) {
     }
 }
 
-/// Whether an addressee is this device.
-pub(super) fn means(who: &str, node: Option<NodeId>, name: Option<&str>) -> bool {
-    name == Some(who) || node.is_some() && node_id(who).ok() == node
-}
-
 /// Parses a line; `None` if it is empty or a comment.
-pub(super) fn parse(line: &str) -> Result<Option<Command>, String> {
+///
+/// # Errors
+///
+/// [`CommandError`].
+pub fn parse(line: &str) -> Result<Option<Command>, CommandError> {
     let line = line.trim();
     let words = words(line);
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     Ok(Some(match words.as_slice() {
         [] => return Ok(None),
         [word, ..] if word.starts_with('#') => return Ok(None),
-        ["help" | "?"] => Command::Help,
         ["status"] => Command::Status,
-        ["quit" | "exit"] => Command::Quit,
         ["get", object] => Command::Get((*object).to_owned()),
-        ["set", object, value] => Command::Set((*object).to_owned(), (*value).to_owned()),
+        ["set", object, value] => Command::Set { object: (*object).to_owned(), value: (*value).to_owned() },
         ["emcy", "clear"] => Command::EmcyClear,
         ["emcy", code] => emcy(code, "01", &[])?,
         ["emcy", code, register, msef @ ..] => emcy(code, register, msef)?,
@@ -71,11 +167,11 @@ pub(super) fn parse(line: &str) -> Result<Option<Command>, String> {
         ["power", "off"] => Command::Power(Power::Off),
         ["power", "cycle"] => Command::Power(Power::Cycle),
         _ if line.split_once('=').is_some_and(|(key, _)| is_key(key.trim())) => Command::Input(line.to_owned()),
-        ["get"] => return Err("get what? For example: get 6041".to_owned()),
-        ["set", ..] => return Err("set what? For example: set 6064 1000".to_owned()),
-        ["emcy"] => return Err("which code? For example: emcy 3120 04".to_owned()),
-        ["power", ..] => return Err("power on, off or cycle".to_owned()),
-        [word, ..] => return Err(format!("{word:?} is no command; help lists them")),
+        ["get"] => return Err(CommandError::NoObject),
+        ["set", ..] => return Err(CommandError::NoValue),
+        ["emcy"] => return Err(CommandError::NoCode),
+        ["power", ..] => return Err(CommandError::NoPower),
+        [word, ..] => return Err(CommandError::Unknown((*word).to_owned())),
     }))
 }
 
@@ -84,10 +180,10 @@ fn is_key(text: &str) -> bool {
         && text.bytes().all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_')
 }
 
-fn emcy(code: &str, register: &str, msef: &[&str]) -> Result<Command, String> {
+fn emcy(code: &str, register: &str, msef: &[&str]) -> Result<Command, CommandError> {
     let (code, register) = (hex(code, 4)?, hex(register, 2)? as u8);
     if msef.len() > 5 {
-        return Err("an EMCY has five bytes of the manufacturer".to_owned());
+        return Err(CommandError::TooManyBytes);
     }
     let mut bytes = [0; 5];
     for (byte, text) in bytes.iter_mut().zip(msef) {
@@ -96,8 +192,8 @@ fn emcy(code: &str, register: &str, msef: &[&str]) -> Result<Command, String> {
     Ok(Command::Emcy { code, register, msef: bytes })
 }
 
-fn hex(text: &str, most: usize) -> Result<u16, String> {
-    parse_hex(text, most).ok_or_else(|| format!("{text:?} is not a number of up to {most} hexadecimal digits"))
+fn hex(text: &str, most: usize) -> Result<u16, CommandError> {
+    parse_hex(text, most).ok_or_else(|| CommandError::NotHex { text: text.to_owned(), most })
 }
 
 /// Splits into words; those in quotes may have spaces.
@@ -135,11 +231,11 @@ mod tests {
 
     #[test]
     fn lines_are_parsed() {
-        check("help", Command::Help);
+        let set = |object: &str, value: &str| Command::Set { object: object.to_owned(), value: value.to_owned() };
         check("  get 6041 ", Command::Get("6041".to_owned()));
         check("get \"Position Actual Value\"", Command::Get("Position Actual Value".to_owned()));
-        check("set 241B:01 \"17.5 V\"", Command::Set("241B:01".to_owned(), "17.5 V".to_owned()));
-        check("set 2410:05 -5", Command::Set("2410:05".to_owned(), "-5".to_owned()));
+        check("set 241B:01 \"17.5 V\"", set("241B:01", "17.5 V"));
+        check("set 2410:05 -5", set("2410:05", "-5"));
         let emcy = |code, register, msef| Command::Emcy { code, register, msef };
         check("emcy 0x3120 0x04", emcy(0x3120, 4, [0; 5]));
         check("emcy 3120h", emcy(0x3120, 1, [0; 5]));
@@ -165,9 +261,6 @@ mod tests {
         ] {
             assert_eq!(addressee(line), split, "{line}");
         }
-        let five = NodeId::new(5);
-        assert!(means("5", five, None) && means("0x5", five, None) && means("feeder", None, Some("feeder")));
-        assert!(!means("6", five, None) && !means("x", five, Some("feeder")) && !means("x", None, None));
     }
 
     #[test]
@@ -184,6 +277,7 @@ mod tests {
             ("Set = 5", "is no command"),
         ] {
             let error = parse(line).unwrap_err();
+            let error = error.to_string();
             assert!(error.contains(words), "{line}: {error}");
         }
     }

@@ -35,7 +35,8 @@ const BOOT_LOADER: [Address; 2] = [Address::new(cia301::PROGRAM_DATA, 1), Addres
 /// What makes a device a drive that moves: 6040h, 6041h, 6060h.
 const DRIVE: [Address; 3] = [Address::new(0x6040, 0), Address::new(0x6041, 0), Address::new(0x6060, 0)];
 
-pub(crate) struct VirtualDevice {
+/// The device of a data sheet: a [`Node`], to be attached to a bus.
+pub struct VirtualDevice {
     sheet: Arc<model::Device>,
     on: bool,
     /// The node-ID unless another one is stored.
@@ -57,25 +58,20 @@ pub(crate) struct VirtualDevice {
 }
 
 /// Whether the device of a data sheet stores a value of an entry.
-pub(crate) fn keeps(sheet: &model::Device) -> impl Fn(Address, &[u8]) -> bool {
+pub(super) fn keeps(sheet: &model::Device) -> impl Fn(Address, &[u8]) -> bool {
     let dictionary = SheetDictionary::new(dictionary::NO_NODE, sheet);
     move |address, value| dictionary.can_keep(address, value)
 }
 
 impl VirtualDevice {
     /// A new device that is switched on at `now`.
-    #[cfg(test)]
-    pub(crate) fn power_on(now: Instant, node: NodeId, sheet: &model::Device) -> Self {
+    #[must_use]
+    pub fn power_on(now: Instant, node: NodeId, sheet: &model::Device) -> Self {
         VirtualDevice::with_memory(now, Some(node), Arc::new(sheet.clone()), Memory::default())
     }
 
     /// A device with stored parameters. Without a node-ID it waits for one by LSS.
-    pub(crate) fn with_memory(
-        now: Instant,
-        node: Option<NodeId>,
-        sheet: Arc<model::Device>,
-        mut memory: Memory,
-    ) -> Self {
+    pub fn with_memory(now: Instant, node: Option<NodeId>, sheet: Arc<model::Device>, mut memory: Memory) -> Self {
         memory.bit_rates_kbit.clone_from(&sheet.info.bit_rates_kbit);
         let dictionary = SheetDictionary::new(dictionary::NO_NODE, &sheet);
         let part = |sub| {
@@ -138,20 +134,20 @@ impl VirtualDevice {
         self.misconfigured = misconfigured.unwrap_or_default();
     }
 
-    pub(crate) fn node(&self) -> Option<NodeId> {
+    pub(super) fn node(&self) -> Option<NodeId> {
         self.device.as_ref().filter(|_| self.on).map(|device| device.node())
     }
 
     /// The NMT state; `None` while it is off or has no node-ID.
-    pub(crate) fn nmt_state(&self) -> Option<NmtState> {
+    pub(super) fn nmt_state(&self) -> Option<NmtState> {
         self.device.as_ref().filter(|_| self.on).map(|device| device.nmt_state())
     }
 
-    pub(crate) fn serves_lss(&self) -> bool {
+    pub(super) fn serves_lss(&self) -> bool {
         self.serves_lss
     }
 
-    pub(crate) fn set_power(&mut self, now: Instant, on: bool) {
+    pub(super) fn set_power(&mut self, now: Instant, on: bool) {
         let boots = on && !self.on;
         if on != self.on
             && let Some(servo) = &mut self.servo
@@ -167,17 +163,17 @@ impl VirtualDevice {
     }
 
     /// Whether it is a drive that moves.
-    pub(crate) fn servo(&self) -> Option<&Servo> {
+    pub(super) fn servo(&self) -> Option<&Servo> {
         self.servo.as_ref().filter(|_| self.on)
     }
 
     /// Which drive it is, if it moves.
-    pub(crate) fn model(&self) -> Option<&'static ServoModel> {
+    pub(super) fn model(&self) -> Option<&'static ServoModel> {
         self.servo.as_ref().map(Servo::model)
     }
 
     /// Lets one thing happen to the drive; none to a device that is no drive, except for its power.
-    pub(crate) fn apply(&mut self, now: Instant, change: &Change) {
+    pub(super) fn apply(&mut self, now: Instant, change: &Change) {
         match (change, &mut self.servo) {
             (Change::Input(setting), Some(servo)) => {
                 servo.set_inputs(now, &mut self.dictionary, |inputs| setting.apply(inputs));
@@ -194,7 +190,7 @@ impl VirtualDevice {
     }
 
     /// Lets `script` happen to the drive, beginning at `now`.
-    pub(crate) fn follow_script(&mut self, now: Instant, script: Script) {
+    pub(super) fn follow_script(&mut self, now: Instant, script: Script) {
         self.following = Following::new(now, script);
         self.run_script(now);
     }
@@ -232,13 +228,13 @@ impl VirtualDevice {
         }
     }
 
-    pub(crate) fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
+    pub(super) fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
         self.measure(now);
         self.dictionary.value(address).map(<[u8]>::to_vec)
     }
 
     /// Changes a value from inside the device: regardless of its access, but within its size and limits.
-    pub(crate) fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+    pub(super) fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         self.measure(now);
         self.dictionary.set(address, data)?;
         self.keep(address);
@@ -248,21 +244,21 @@ impl VirtualDevice {
         Ok(())
     }
 
-    pub(crate) fn emergency(&mut self, code: ErrorCode, register: ErrorRegister, vendor: [u8; 5]) {
+    pub(super) fn emergency(&mut self, code: ErrorCode, register: ErrorRegister, vendor: [u8; 5]) {
         self.with_device(|device, od| device.emergency(code, register, vendor, od));
     }
 
-    pub(crate) fn clear_errors(&mut self) {
+    pub(super) fn clear_errors(&mut self) {
         self.with_device(|device, od| device.clear(ErrorRegister(0xFF), od));
     }
 
     /// Why the stored parameters could not be written to their file.
-    pub(crate) fn trouble(&self) -> Option<&EepromError> {
+    pub(super) fn trouble(&self) -> Option<&EepromError> {
         self.memory.trouble()
     }
 
     /// What of the dictionary the device could not serve at its last boot; reported once.
-    pub(crate) fn take_misconfigured(&mut self) -> Vec<Misconfigured> {
+    pub(super) fn take_misconfigured(&mut self) -> Vec<Misconfigured> {
         std::mem::take(&mut self.misconfigured)
     }
 
@@ -360,7 +356,7 @@ impl Node for VirtualDevice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::samples;
+    use crate::samples;
     use lexican_runtime::host::blocking::Network;
     use lexican_runtime::host::{AccessError, VirtualBus, VirtualLink};
     use lexican_runtime::service::sdo_client::SdoError;
@@ -455,7 +451,7 @@ mod tests {
 
     #[test]
     fn a_drive_of_cia_402_moves() {
-        let sheet = crate::device::Loaded::named("kollmorgen/akd").unwrap().device;
+        let sheet = crate::data_sheet::DataSheet::load("kollmorgen/akd", &[]).unwrap().device;
         let bus = VirtualBus::new();
         let mut device = VirtualDevice::power_on(Instant::ZERO, NODE, &sheet);
         assert!(device.servo().is_some());

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use lexican_eds::model::Device;
+use lexican_runtime::cia301::connection;
 use lexican_runtime::device::Misconfigured;
 use lexican_runtime::host::Node;
 use lexican_runtime::object::{Address, ObjectDictionary};
@@ -12,17 +13,21 @@ use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
 use lexican_runtime::wire::sdo::{ClientRequest, Content, Expedited, ServerResponse};
 use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
-use lexican_toolbox::values::wire::written;
 use siko_ag03_1::sim::{Model, Setup, SimulatedDrive};
 use siko_serial::sim::SerialDrive;
+use simulator::eeprom::EepromError;
 use simulator::script::{FromToml, Script, ScriptError};
 use simulator::servo::{Servo, ServoModel};
 use simulator::{Memory, SimulatedServo};
 
-use super::sdo::{request_frame, response_id};
+use super::command::{Command, Power, Refusal};
 use super::virtual_device::{VirtualDevice, keeps};
-use crate::device::Loaded;
-use crate::output::Failure;
+use crate::data_sheet::DataSheet;
+use crate::node_id::node_id;
+use crate::object::resolve;
+use crate::values::DeviceValues;
+use crate::values::report::ValueReport;
+use crate::values::wire::written;
 
 /// A simulator that knows more than a data sheet says.
 #[derive(Clone, Copy)]
@@ -40,21 +45,25 @@ const SIMULATORS: &[(&str, Simulator)] = &[
     ("siko/ag03-1", Simulator::Siko(&siko_ag03_1::sim::MODEL)),
 ];
 
-/// The simulator of a device of the library; none for a file.
-fn simulator(name: &str) -> Option<Simulator> {
-    let shipped = lexican_eds::library::find(name).filter(|_| !Path::new(name).is_file())?;
-    SIMULATORS.iter().find(|(id, _)| *id == shipped.id).map(|(_, simulator)| *simulator)
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Power {
-    On,
-    Off,
-    Cycle,
+/// Why a device cannot be simulated.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimulationError {
+    /// It has no node-ID, and none can be given to it.
+    #[error("this drive has no LSS, by which it could get a node-ID")]
+    NoLss,
+    /// The file for stored parameters cannot be used.
+    #[error(transparent)]
+    Eeprom(#[from] EepromError),
 }
 
 /// A device that exists only in software.
-pub(crate) struct Simulated {
+pub struct SimulatedDevice {
+    sheet: Arc<Device>,
+    /// What a plant calls it.
+    name: Option<String>,
+    /// The node-ID that it is meant to have.
+    given: Option<NodeId>,
     kind: Kind,
     /// What it has sent before it was connected.
     sent: VecDeque<Frame>,
@@ -67,59 +76,156 @@ enum Kind {
     Servo(Box<SimulatedServo>),
 }
 
-impl Simulated {
+impl SimulatedDevice {
     /// A device that is switched on at `now`: one of the library with its own simulator, if it has one, else the device of
-    /// its data sheet.
-    pub(crate) fn new(
+    /// its data sheet. Without a node-ID it waits for one by LSS. What it stores is in the file `eeprom`, if there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`SimulationError`].
+    pub fn new(
         now: Instant,
-        name: &str,
+        sheet: &DataSheet,
         node: Option<NodeId>,
-        loaded: &Loaded,
         eeprom: Option<&Path>,
-    ) -> Result<Self, Failure> {
-        let kind = match (simulator(name), node) {
-            (Some(Simulator::Siko(model)), Some(node)) => Kind::drive(now, model, node, eeprom),
-            (Some(Simulator::Servo(model)), Some(node)) => Kind::servo(now, model, node, eeprom),
-            (Some(_), None) => {
-                Err(Failure::new("this drive has no LSS, by which it could get a node-ID").help("--node 5"))
-            }
-            (None, node) => Kind::sheet(now, node, loaded, eeprom),
+    ) -> Result<Self, SimulationError> {
+        let device = Arc::new(sheet.device.clone());
+        let simulator = SIMULATORS.iter().find(|(id, _)| sheet.library == Some(id)).map(|(_, simulator)| *simulator);
+        let kind = match (simulator, node) {
+            (Some(Simulator::Siko(model)), Some(node)) => Kind::drive(now, model, node, eeprom)?,
+            (Some(Simulator::Servo(model)), Some(node)) => Kind::servo(now, model, node, eeprom)?,
+            (Some(_), None) => return Err(SimulationError::NoLss),
+            (None, node) => Kind::sheet(now, node, &device, eeprom)?,
         };
-        Ok(Simulated { kind: kind?, sent: VecDeque::new() })
+        Ok(SimulatedDevice { sheet: device, name: None, given: node, kind, sent: VecDeque::new() })
+    }
+
+    /// The same under a name, by which people call it.
+    #[must_use]
+    pub fn named(self, name: Option<String>) -> Self {
+        SimulatedDevice { name, ..self }
+    }
+
+    /// Its name, if it has one.
+    #[must_use]
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    /// What its data sheet says.
+    #[must_use]
+    pub fn sheet(&self) -> &Device {
+        &self.sheet
+    }
+
+    /// Whether people call it so: by its name or its node-ID.
+    #[must_use]
+    pub fn is_called(&self, who: &str) -> bool {
+        let node = self.node_id().or(self.given);
+        self.name() == Some(who) || node.is_some() && node_id(who).ok() == node
+    }
+
+    /// Carries out a command. What it answers is empty if the effect shows on the bus.
+    ///
+    /// # Errors
+    ///
+    /// [`Refusal`].
+    pub fn carry_out(&mut self, now: Instant, command: &Command) -> Result<String, Refusal> {
+        match command {
+            Command::Status => return Ok(self.status(now)),
+            Command::Get(object) => return self.get(now, object),
+            Command::Set { object, value } => return self.set(now, object, value),
+            Command::Emcy { code, register, msef } => self.emergency(*code, *register, *msef)?,
+            Command::EmcyClear => self.clear_errors()?,
+            Command::Power(power) => self.set_power(now, *power),
+            Command::Input(line) => {
+                self.input(now, line)?;
+                return Ok(line.clone());
+            }
+        }
+        Ok(String::new())
+    }
+
+    /// Its state in words: `node 5: OPERATIONAL, position 100, ...`.
+    #[must_use]
+    pub fn status(&self, now: Instant) -> String {
+        let who = self.node_id().map_or_else(|| "no node-ID".to_owned(), |node| format!("node {node}"));
+        let state = self.nmt_state().map_or_else(|| "not on the bus".to_owned(), |state| state.to_string());
+        format!("{who}: {state}{}", self.motion(now))
+    }
+
+    /// An object with its name and its value in words.
+    fn get(&mut self, now: Instant, object: &str) -> Result<String, Refusal> {
+        let sheet = Arc::clone(&self.sheet);
+        let address = resolve(Some(&sheet), object)?;
+        let value = self.value(now, address).map_err(|code| Refusal::Access { address, code })?;
+        let values = self.values(now, &sheet, address);
+        Ok(ValueReport::of_bytes(Some(&values), address, &value).equation())
+    }
+
+    fn set(&mut self, now: Instant, object: &str, text: &str) -> Result<String, Refusal> {
+        let sheet = Arc::clone(&self.sheet);
+        let address = resolve(Some(&sheet), object)?;
+        let values = self.values(now, &sheet, address);
+        let data = values.encode(address, text).map_err(Refusal::Value)?;
+        self.set_value(now, address, &data).map_err(|code| Refusal::Access { address, code })?;
+        Ok(ValueReport::of_bytes(Some(&values), address, &data).equation())
+    }
+
+    /// What decides over the unit and the limits of an entry.
+    fn values<'a>(&mut self, now: Instant, sheet: &'a Device, address: Address) -> DeviceValues<'a> {
+        let mut values = DeviceValues::new(sheet);
+        for condition in values.entry(address).map(|entry| values.conditions(entry)).unwrap_or_default() {
+            let data = self.value(now, condition).unwrap_or_default();
+            if let Some(value) = ValueReport::of_bytes(Some(&values), condition, &data).value {
+                values.set(condition, &value);
+            }
+        }
+        values
     }
 }
 
 impl Kind {
-    fn sheet(now: Instant, node: Option<NodeId>, loaded: &Loaded, eeprom: Option<&Path>) -> Result<Self, Failure> {
-        let memory = match eeprom {
-            Some(path) => Memory::open(path, keeps(&loaded.device)).map_err(Failure::new)?,
-            None => Memory::default(),
-        };
-        let sheet = Arc::new(loaded.device.clone());
-        Ok(Kind::Sheet(Box::new(VirtualDevice::with_memory(now, node, sheet, memory))))
+    fn sheet(
+        now: Instant,
+        node: Option<NodeId>,
+        sheet: &Arc<Device>,
+        eeprom: Option<&Path>,
+    ) -> Result<Self, EepromError> {
+        let memory = eeprom.map(|path| Memory::open(path, keeps(sheet))).transpose()?.unwrap_or_default();
+        Ok(Kind::Sheet(Box::new(VirtualDevice::with_memory(now, node, Arc::clone(sheet), memory))))
     }
 
-    fn drive(now: Instant, model: &'static Model, node: NodeId, eeprom: Option<&Path>) -> Result<Self, Failure> {
+    fn drive(now: Instant, model: &'static Model, node: NodeId, eeprom: Option<&Path>) -> Result<Self, EepromError> {
         let setup = Setup::new(model, node);
         let drive = match eeprom {
-            Some(path) => SimulatedDrive::with_eeprom(now, setup, path).map_err(Failure::new)?,
+            Some(path) => SimulatedDrive::with_eeprom(now, setup, path)?,
             None => SimulatedDrive::power_on(now, setup),
         };
         Ok(Kind::Drive(Box::new(SerialDrive::new(drive))))
     }
 
-    fn servo(now: Instant, model: &'static ServoModel, node: NodeId, eeprom: Option<&Path>) -> Result<Self, Failure> {
+    fn servo(
+        now: Instant,
+        model: &'static ServoModel,
+        node: NodeId,
+        eeprom: Option<&Path>,
+    ) -> Result<Self, EepromError> {
         let servo = match eeprom {
-            Some(path) => SimulatedServo::with_eeprom(now, model, node, path).map_err(Failure::new)?,
+            Some(path) => SimulatedServo::with_eeprom(now, model, node, path)?,
             None => SimulatedServo::new(now, model, node),
         };
         Ok(Kind::Servo(Box::new(servo)))
     }
 }
 
-impl Simulated {
+impl SimulatedDevice {
     /// Lets a script happen to the drive, beginning at `now`.
-    pub(crate) fn follow(&mut self, now: Instant, script: &str) -> Result<(), ScriptError> {
+    ///
+    /// # Errors
+    ///
+    /// The first line that cannot be understood, or that the device is no drive.
+    pub fn follow(&mut self, now: Instant, script: &str) -> Result<(), ScriptError> {
         match &mut self.kind {
             Kind::Drive(serial) => {
                 let drive = serial.drive_mut();
@@ -144,8 +250,9 @@ impl Simulated {
         Ok(())
     }
 
-    /// The node-ID; none while it is off, or has none.
-    pub(crate) fn node_id(&self) -> Option<NodeId> {
+    /// The node-ID; `None` while it is off, or has none.
+    #[must_use]
+    pub fn node_id(&self) -> Option<NodeId> {
         match &self.kind {
             Kind::Sheet(device) => device.node(),
             Kind::Drive(serial) => serial.drive().is_on().then(|| serial.drive().node()),
@@ -153,8 +260,9 @@ impl Simulated {
         }
     }
 
-    /// The NMT state; none while it is off, or has no node-ID.
-    pub(crate) fn nmt_state(&self) -> Option<NmtState> {
+    /// The NMT state; `None` while it is off, or has no node-ID.
+    #[must_use]
+    pub fn nmt_state(&self) -> Option<NmtState> {
         match &self.kind {
             Kind::Sheet(device) => device.nmt_state(),
             Kind::Drive(serial) => serial.drive().is_on().then(|| serial.drive().nmt_state()),
@@ -162,7 +270,8 @@ impl Simulated {
         }
     }
 
-    pub(crate) fn state(&self, now: Instant) -> String {
+    /// State and motion of a drive that is on.
+    fn motion(&self, now: Instant) -> String {
         match &self.kind {
             Kind::Sheet(device) => device.servo().map_or_else(String::new, |servo| axis(servo, now)),
             Kind::Servo(servo) if servo.is_on() => axis(servo.servo(), now),
@@ -175,7 +284,8 @@ impl Simulated {
     }
 
     /// What it simulates, for the user.
-    pub(crate) fn abilities(&self) -> &'static str {
+    #[must_use]
+    pub fn abilities(&self) -> &'static str {
         match &self.kind {
             Kind::Sheet(device) if device.servo().is_some() => "a CiA 402 drive that moves",
             Kind::Sheet(device) if device.serves_lss() => "every object of its data sheet, and LSS",
@@ -185,7 +295,11 @@ impl Simulated {
     }
 
     /// The bytes of an entry, as the bus would read them.
-    pub(crate) fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be read.
+    pub fn value(&mut self, now: Instant, address: Address) -> Result<Vec<u8>, AbortCode> {
         match &mut self.kind {
             Kind::Sheet(device) => device.value(now, address),
             Kind::Drive(drive) => drive.drive_mut().with_dictionary(now, |od| simulator::read(od, address)),
@@ -194,7 +308,11 @@ impl Simulated {
     }
 
     /// Changes an entry, regardless of its access.
-    pub(crate) fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot have this value.
+    pub fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         match &mut self.kind {
             Kind::Sheet(device) => device.set_value(now, address, data),
             Kind::Drive(drive) => drive.drive_mut().with_dictionary(now, |od| write_entry(od, address, data)),
@@ -202,22 +320,17 @@ impl Simulated {
         }
     }
 
-    /// Changes an entry as [`Simulated::set_value`] does; what configures the communication takes effect.
-    pub(crate) fn configure(
-        &mut self,
-        now: Instant,
-        sheet: &Device,
-        address: Address,
-        data: &[u8],
-    ) -> Result<(), AbortCode> {
+    /// Changes an entry as [`SimulatedDevice::set_value`] does; what configures the communication takes effect.
+    pub(super) fn configure(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         let is_communication = cia301::COMMUNICATION.contains(&address.index());
         if let Some(node) = self.node_id().filter(|_| is_communication)
-            && let Some(content) = Expedited::new(&written(Some(sheet), data.to_vec()))
+            && let Some(content) = Expedited::new(&written(Some(&self.sheet), data.to_vec()))
         {
             // SDO begins after the boot-up message.
             self.send_what_waits(now, node);
             let content = Content::Expedited(content);
-            let request = request_frame(node, ClientRequest::InitiateDownload { address, content });
+            let request = ClientRequest::InitiateDownload { address, content }.to_bytes();
+            let request = Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), request);
             self.as_node_mut().handle_frame(now, &request);
             match self.send_what_waits(now, node) {
                 Some(ServerResponse::InitiateDownload { .. }) => return Ok(()),
@@ -232,7 +345,7 @@ impl Simulated {
     fn send_what_waits(&mut self, now: Instant, node: NodeId) -> Option<ServerResponse> {
         let mut response = None;
         while let Some(frame) = self.as_node_mut().poll_transmit(now) {
-            match frame.id() == response_id(node) {
+            match frame.id() == CobId::of_node(connection::SDO_RESPONSE, node) {
                 true => response = ServerResponse::parse(frame.data()),
                 false => self.sent.push_back(frame),
             }
@@ -240,29 +353,32 @@ impl Simulated {
         response
     }
 
-    pub(crate) fn emergency(&mut self, code: u16, register: u8, msef: [u8; 5]) -> Result<(), String> {
-        match &mut self.kind {
+    fn emergency(&mut self, code: u16, register: u8, msef: [u8; 5]) -> Result<(), Refusal> {
+        let instead = match &mut self.kind {
             Kind::Sheet(device) => {
                 device.emergency(ErrorCode(code), ErrorRegister(register), msef);
-                Ok(())
+                return Ok(());
             }
-            Kind::Servo(_) => Err("this drive sends an EMCY when it has a fault: fault = 0x4310".to_owned()),
-            Kind::Drive(_) => Err("this drive sends an EMCY when it has a fault: fault = \"D\"".to_owned()),
-        }
+            Kind::Servo(_) => "fault = 0x4310",
+            Kind::Drive(_) => "fault = \"D\"",
+        };
+        Err(Refusal::OwnEmergencies { instead })
     }
 
-    pub(crate) fn clear_errors(&mut self) -> Result<(), String> {
-        match &mut self.kind {
+    fn clear_errors(&mut self) -> Result<(), Refusal> {
+        let instead = match &mut self.kind {
             Kind::Sheet(device) => {
                 device.clear_errors();
-                Ok(())
+                return Ok(());
             }
-            Kind::Servo(_) => Err("the cause of this drive's fault goes with: fault = none".to_owned()),
-            Kind::Drive(_) => Err("the causes of this drive's faults go with: clear = \"all\"".to_owned()),
-        }
+            Kind::Servo(_) => "fault = none",
+            Kind::Drive(_) => "clear = \"all\"",
+        };
+        Err(Refusal::OwnCauses { instead })
     }
 
-    pub(crate) fn set_power(&mut self, now: Instant, power: Power) {
+    /// Switches the supply.
+    pub fn set_power(&mut self, now: Instant, power: Power) {
         match (&mut self.kind, power) {
             (Kind::Sheet(device), Power::On) => device.set_power(now, true),
             (Kind::Sheet(device), Power::Off) => device.set_power(now, false),
@@ -282,8 +398,12 @@ impl Simulated {
         }
     }
 
-    /// Sets an input of the drive, in the syntax of its scripts.
-    pub(crate) fn input(&mut self, now: Instant, line: &str) -> Result<(), String> {
+    /// Sets an input of the drive, in the syntax of its scripts: `battery_v = 2.5`.
+    ///
+    /// # Errors
+    ///
+    /// [`Refusal::NoInputs`], [`Refusal::Input`].
+    pub fn input(&mut self, now: Instant, line: &str) -> Result<(), Refusal> {
         match &mut self.kind {
             Kind::Drive(serial) => {
                 let drive = serial.drive_mut();
@@ -293,7 +413,7 @@ impl Simulated {
                 changes(servo.model(), line)?.iter().for_each(|change| servo.apply(now, change));
             }
             Kind::Sheet(device) => {
-                let model = device.model().ok_or("this device has no inputs but its objects: set OBJECT VALUE")?;
+                let model = device.model().ok_or(Refusal::NoInputs)?;
                 changes(model, line)?.iter().for_each(|change| device.apply(now, change));
             }
         }
@@ -301,7 +421,7 @@ impl Simulated {
     }
 
     /// Takes bytes of its serial interface, and returns what it answers.
-    pub(crate) fn serial(&mut self, now: Instant, bytes: &[u8]) -> Vec<u8> {
+    pub fn serial(&mut self, now: Instant, bytes: &[u8]) -> Vec<u8> {
         let Kind::Drive(serial) = &mut self.kind else { return Vec::new() };
         if serial.poll_timeout().is_some_and(|deadline| deadline <= now) {
             serial.handle_timeout(now);
@@ -311,7 +431,7 @@ impl Simulated {
     }
 
     /// What of its dictionary the device cannot serve; reported once.
-    pub(crate) fn take_misconfigured(&mut self) -> Vec<Misconfigured> {
+    pub fn take_misconfigured(&mut self) -> Vec<Misconfigured> {
         match &mut self.kind {
             Kind::Sheet(device) => device.take_misconfigured(),
             Kind::Drive(_) | Kind::Servo(_) => Vec::new(),
@@ -319,13 +439,13 @@ impl Simulated {
     }
 
     /// Why the stored parameters could not be written to their file.
-    pub(crate) fn trouble(&mut self) -> Option<String> {
-        match &mut self.kind {
+    #[must_use]
+    pub fn trouble(&self) -> Option<&EepromError> {
+        match &self.kind {
             Kind::Sheet(device) => device.trouble(),
             Kind::Drive(serial) => serial.drive().eeprom_trouble(),
             Kind::Servo(servo) => servo.eeprom_trouble(),
         }
-        .map(|error| format!("cannot write what the device stores: {error}"))
     }
 
     fn as_node(&self) -> &dyn Node {
@@ -352,14 +472,14 @@ fn axis(servo: &Servo, now: Instant) -> String {
 }
 
 /// The changes that a line makes in the syntax of scripts; the quotes around one word may be missing.
-fn changes<C: FromToml + Clone>(model: &C::Model, line: &str) -> Result<Vec<C>, String> {
+fn changes<C: FromToml + Clone>(model: &C::Model, line: &str) -> Result<Vec<C>, Refusal> {
     let (key, value) = line.split_once('=').unwrap_or((line, ""));
     let value = value.trim();
     let is_word = value.starts_with(char::is_alphabetic) && value.chars().all(char::is_alphanumeric);
     let is_bare = is_word && !["true", "false", "inf", "nan"].contains(&value);
     let value = if is_bare { format!("{value:?}") } else { value.to_owned() };
     let script = Script::from_toml(model, &format!("[[step]]\n{key} = {value}\n"));
-    let script = script.map_err(|error| format!("{}; {}", error.problem, error.remedy))?;
+    let script = script.map_err(|error| Refusal::Input { problem: error.problem, remedy: error.remedy })?;
     Ok(script.steps().iter().flat_map(|step| step.changes.clone()).collect())
 }
 
@@ -368,7 +488,7 @@ fn write_entry(od: &mut dyn ObjectDictionary, address: Address, data: &[u8]) -> 
     od.write(&entry, 0, data, true)
 }
 
-impl Node for Simulated {
+impl Node for SimulatedDevice {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.as_node_mut().handle_frame(now, frame);
     }

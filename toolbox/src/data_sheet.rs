@@ -1,0 +1,223 @@
+//! The data sheet of a device: in a file, or of a device of the library.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use lexican_eds::model::Device;
+use lexican_eds::{Diagnostic, Diagnostics, Input, Severity, library};
+
+use crate::files::{ReadError, read};
+
+/// A device as its data sheet describes it, and the findings about that.
+#[derive(Clone, Debug)]
+pub struct DataSheet {
+    /// The texts: the data sheet and its overlays.
+    pub input: Input,
+    /// What they describe.
+    pub device: Device,
+    /// What is wrong with them. A data sheet with [errors](DataSheet::errors) is used as far as it can be read; whoever uses it
+    /// says so.
+    pub diagnostics: Diagnostics,
+    /// The device of the library that it is, if it came from there.
+    pub library: Option<&'static str>,
+}
+
+/// Why there is no data sheet.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DataSheetError {
+    /// A file that is there cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The name is that of a file, which is not there, and of no known device.
+    #[error("{error}")]
+    NoFile {
+        /// The name.
+        name: String,
+        /// Why it cannot be read.
+        #[source]
+        error: ReadError,
+    },
+    /// Neither a file nor a known device has this name.
+    #[error("no file and no known device is called {name:?}")]
+    Unknown {
+        /// The name.
+        name: String,
+    },
+    /// The text describes nothing.
+    #[error("{}:1:1: the file describes no object", sheet.input.eds.name())]
+    NoObject {
+        /// The text, and the findings about it.
+        sheet: Box<DataSheet>,
+    },
+}
+
+impl DataSheetError {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> Option<String> {
+        match self {
+            DataSheetError::Read(_) => None,
+            DataSheetError::NoFile { name, .. } | DataSheetError::Unknown { name } => Some(similar(name)),
+            DataSheetError::NoObject { .. } => Some(
+                "is it an electronic data sheet? It begins with a line [FileInfo] and lists objects in [MandatoryObjects]"
+                    .to_owned(),
+            ),
+        }
+    }
+}
+
+impl DataSheet {
+    /// What a text describes, which may be nothing.
+    #[must_use]
+    pub fn parse(input: Input) -> Self {
+        let (device, diagnostics) = lexican_eds::load(&input);
+        DataSheet { input, device, diagnostics, library: None }
+    }
+
+    /// A text that describes a device.
+    ///
+    /// # Errors
+    ///
+    /// [`DataSheetError::NoObject`].
+    pub fn new(input: Input) -> Result<Self, DataSheetError> {
+        let sheet = DataSheet::parse(input);
+        if sheet.device.objects.is_empty() { Err(DataSheetError::NoObject { sheet: sheet.into() }) } else { Ok(sheet) }
+    }
+
+    /// The data sheet of this name, which is that of a file or else of a device of the library, with overlays from files.
+    /// [`recognise`](crate::identity::recognise) has the names of devices that are known by their identity.
+    ///
+    /// # Errors
+    ///
+    /// [`DataSheetError`].
+    pub fn load(name: &str, overlays: &[PathBuf]) -> Result<Self, DataSheetError> {
+        let (input, library) = find_known(name)?;
+        let sheet = DataSheet::new(with_overlays(input, overlays)?)?;
+        Ok(DataSheet { library, ..sheet })
+    }
+
+    /// The findings because of which part of it could not be read.
+    pub fn errors(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.diagnostics.iter().filter(|finding| finding.severity == Severity::Error)
+    }
+}
+
+/// The texts of this name: a file, else a device of the library.
+///
+/// # Errors
+///
+/// [`DataSheetError`].
+pub fn find(name: &str) -> Result<Input, DataSheetError> {
+    find_known(name).map(|(input, _)| input)
+}
+
+/// [`find`], and which device of the library it is, if it is one.
+pub(crate) fn find_known(name: &str) -> Result<(Input, Option<&'static str>), DataSheetError> {
+    let path = Path::new(name);
+    if path.is_file() {
+        return Ok((Input::new(read(path)?), None));
+    }
+    match find_shipped(name) {
+        Err(_) if looks_like_a_file(path) => {
+            let error = ReadError { path: path.to_owned(), error: no_file(path) };
+            Err(DataSheetError::NoFile { name: name.to_owned(), error })
+        }
+        found => found,
+    }
+}
+
+/// The texts of a device of the library.
+pub(crate) fn find_shipped(name: &str) -> Result<(Input, Option<&'static str>), DataSheetError> {
+    let shipped = library::find(name).ok_or_else(|| DataSheetError::Unknown { name: name.to_owned() })?;
+    Ok((shipped.input(), Some(shipped.id)))
+}
+
+/// The name of a device in a file: a data sheet in the folder of the file, else a device that lexican knows.
+#[must_use]
+pub fn beside(folder: &Path, name: &str) -> String {
+    let path = folder.join(name);
+    if path.is_file() { path.display().to_string() } else { name.to_owned() }
+}
+
+/// Adds overlays from files.
+///
+/// # Errors
+///
+/// One of them cannot be read.
+pub fn with_overlays(input: Input, overlays: &[PathBuf]) -> Result<Input, ReadError> {
+    overlays.iter().try_fold(input, |input, path| Ok(input.overlay(read(path)?)))
+}
+
+/// Why a name is not that of a file that could be read.
+fn no_file(path: &Path) -> io::Error {
+    match std::fs::metadata(path) {
+        Ok(data) if data.is_dir() => io::ErrorKind::IsADirectory.into(),
+        Ok(_) => io::Error::other("it is not a regular file"),
+        Err(error) => error,
+    }
+}
+
+fn looks_like_a_file(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    path.exists() || extension == "eds" || extension == "dcf" || extension == "txt" || path.is_absolute()
+}
+
+/// Suggests similar names, the most similar first.
+fn similar(name: &str) -> String {
+    let similarity = |shipped: &library::Shipped| {
+        let names = shipped.names.iter().copied().chain([shipped.id]).chain(shipped.id.split('/'));
+        names.map(|known| similarity(known, name)).fold(0.0, f64::max)
+    };
+    let all = library::all().iter().map(|shipped| (similarity(shipped), shipped.id));
+    let mut near: Vec<_> = all.filter(|(similarity, _)| *similarity > 0.85).collect();
+    near.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    if near.is_empty() {
+        "give the path of an EDS or DCF file, or one of the devices that `lexican devices` lists".to_owned()
+    } else {
+        let names: Vec<_> = near.into_iter().map(|(_, id)| id).collect();
+        format!("did you mean {}?", names.join(" or "))
+    }
+}
+
+fn similarity(known: &str, name: &str) -> f64 {
+    strsim::jaro_winkler(&known.to_lowercase(), &name.to_lowercase())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misspelt_device_is_recognised() {
+        for name in ["siko/ag03-3", "siko/ag031", "SIKO/AG03", "ag03-1", "siko-ag03-1"] {
+            let advice = similar(name);
+            assert!(advice.starts_with("did you mean siko/ag03-1"), "{name}: {advice}");
+        }
+        assert!(similar("lenze").starts_with("give the path"));
+    }
+
+    #[test]
+    fn a_device_of_the_library_is_known_as_such() {
+        assert_eq!(DataSheet::load("SikoAG03.eds", &[]).unwrap().library, Some("siko/ag03-1"));
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../cli/tests/sensor.eds");
+        assert_eq!(DataSheet::load(file, &[]).unwrap().library, None);
+    }
+
+    #[test]
+    fn what_is_no_data_sheet_says_what_to_do() {
+        for (name, words, remedy) in [
+            ("lenze", "no file and no known device is called \"lenze\"", "give the path"),
+            ("missing.eds", "cannot read missing.eds: ", "give the path"),
+            (env!("CARGO_MANIFEST_DIR"), "cannot read ", "give the path"),
+            (concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"), ":1:1: the file describes no object", "[FileInfo]"),
+        ] {
+            let error = DataSheet::load(name, &[]).unwrap_err();
+            assert!(error.to_string().contains(words), "{error}");
+            assert!(error.remedy().unwrap().contains(remedy), "{error:?}");
+        }
+        let error = DataSheet::load("siko/ag02", &["missing.toml".into()]).unwrap_err();
+        assert!(matches!(&error, DataSheetError::Read(ReadError { path, .. }) if path == Path::new("missing.toml")));
+        assert_eq!(error.remedy(), None);
+    }
+}

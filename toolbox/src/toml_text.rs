@@ -1,0 +1,31 @@
+//! What people write in TOML.
+
+use serde::de::DeserializeOwned;
+
+/// A text is no TOML, or has other keys or values than it may.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {reason}")]
+pub struct TomlError {
+    /// From 1.
+    pub line: usize,
+    /// What is wrong.
+    pub reason: String,
+}
+
+/// Reads a text.
+///
+/// # Errors
+///
+/// The first thing that is wrong.
+pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
+    toml::from_str(text).map_err(|error| {
+        let line = line(text, error.span().map_or(0, |span| span.start));
+        TomlError { line, reason: error.message().to_owned() }
+    })
+}
+
+/// The line of a place in a text, from 1.
+#[must_use]
+pub fn line(text: &str, at: usize) -> usize {
+    text.get(..at).map_or(0, |before| before.matches('\n').count()) + 1
+}
