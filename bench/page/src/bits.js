@@ -1,0 +1,40 @@
+// PDOs as pictures: where each object lies in the 64 bits of a frame.
+
+const BITS = {
+  BOOLEAN: 1, UNSIGNED8: 8, INTEGER8: 8, UNSIGNED16: 16, INTEGER16: 16, UNSIGNED24: 24, INTEGER24: 24, UNSIGNED32: 32,
+  INTEGER32: 32, REAL32: 32, UNSIGNED40: 40, INTEGER40: 40, UNSIGNED48: 48, INTEGER48: 48, TIME_OF_DAY: 48,
+  TIME_DIFFERENCE: 48, UNSIGNED56: 56, INTEGER56: 56, UNSIGNED64: 64, INTEGER64: 64, REAL64: 64,
+}
+export const FRAME_BITS = 64
+
+/** The size of a data type in a frame; null if it has none of its own. */
+export const bitsOf = (dataType) => BITS[dataType] ?? null
+
+/** Places fields one after the other, from bit 0 on. */
+export function place(fields) {
+  let first = 0
+  return fields.map((field) => {
+    const placed = { ...field, first_bit: first }
+    first += field.bits
+    return placed
+  })
+}
+
+export const usedBits = (fields) => fields.reduce((sum, field) => sum + field.bits, 0)
+
+/** Moves the field at `from` to the place `to`; outside of the list nothing moves. */
+export function move(fields, from, to) {
+  if (to < 0 || to >= fields.length || from === to) return fields
+  const rest = fields.filter((_, each) => each !== from)
+  return place([...rest.slice(0, to), fields[from], ...rest.slice(to)])
+}
+
+export const remove = (fields, at) => place(fields.filter((_, each) => each !== at))
+export const insert = (fields, at, field) => place([...fields.slice(0, at), field, ...fields.slice(at)])
+
+/** Where a field lies, as engineers write it: `byte 0`, `bytes 2–5`, `byte 1, bit 3`. */
+export function extent({ first_bit: first, bits }) {
+  const [byte, last] = [Math.floor(first / 8), Math.floor((first + bits - 1) / 8)]
+  const whole = first % 8 === 0 && bits % 8 === 0
+  return { byte, last, bit: whole ? null : first % 8, lastBit: whole ? null : (first + bits - 1) % 8 }
+}

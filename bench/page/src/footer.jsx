@@ -1,0 +1,37 @@
+// The line below: what is under way, what was refused, a lost connection.
+import { refusal } from './bench.js'
+import { t } from './i18n/index.js'
+import { connection, view } from './state.js'
+import { Button, Meter, Refusal } from './ui.jsx'
+
+export function Footer() {
+  return (
+    <footer>
+      {connection.value === 'lost' && (
+        <p class="lost" role="alert" data-test="lost">
+          <strong>{t('lost.title')}</strong> {t('lost.text')}
+        </p>
+      )}
+      {refusal.value && (
+        <div class="last-refusal">
+          <Refusal of={refusal.value} test="refusal" />
+          <Button class="quiet" run={() => (refusal.value = null)}>{t('close')}</Button>
+        </div>
+      )}
+      <ul class="jobs" aria-label={t('jobs')} aria-live="polite" data-test="jobs">
+        {view.jobs.value.slice(-4).map((job) => <Job key={job.number} job={job} />)}
+      </ul>
+    </footer>
+  )
+}
+
+function Job({ job }) {
+  const kind = job.is_success === null ? 'running' : job.is_success ? 'good' : 'bad'
+  return (
+    <li class={`job ${kind}`} data-test={`job-${job.number}`}>
+      <b>{job.name}</b>
+      {job.is_success === null && <Meter percent={(job.done ?? 0) * 100} alarm={101} label={job.name} />}
+      <span>{job.text}</span>
+    </li>
+  )
+}

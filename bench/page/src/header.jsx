@@ -1,0 +1,99 @@
+// What is seen on every tab: the bus, the connection, who has the hands, and the stop.
+import { order, stop, stopAll } from './bench.js'
+import { number, percent } from './format.js'
+import { DICTIONARIES, language, setLanguage, t } from './i18n/index.js'
+import { isHelpOpen } from './keys.jsx'
+import { connection, face, hasHands, version, view } from './state.js'
+import { nextTheme, theme } from './theme.js'
+import { Button, Meter } from './ui.jsx'
+
+export function Header() {
+  return (
+    <header class="top">
+      <div class="brand" title={version.value && `lexican ${version.value}`}>
+        <img src="icon.svg" alt="" width="26" height="26" />
+        <b>lexican bench</b>
+      </div>
+      <BusMark />
+      <Connection />
+      <Hands />
+      <div class="settings">
+        <Button class="quiet" data-test="language" title={t('language.switch')} run={() => setLanguage(otherLanguage())}>
+          {otherLanguage().toUpperCase()}
+        </Button>
+        <Button class="quiet" data-test="theme" title={t('theme.switch')} run={nextTheme}>
+          {t(`theme.${theme.value}`)}
+        </Button>
+        <Button class="quiet" data-test="help" title={t('help.title')} run={() => (isHelpOpen.value = true)}>?</Button>
+      </div>
+      <Stop />
+    </header>
+  )
+}
+
+const otherLanguage = () => Object.keys(DICTIONARIES).find((tag) => tag !== language.value) ?? 'en'
+
+function BusMark() {
+  const bus = view.bus.value
+  return (
+    <div class="bus-mark" data-test="bus-mark">
+      <b>{bus.name || '…'}</b>
+      <span class={bus.state === 'active' ? 'state good' : 'state warn'}>{bus.state || t('unknown')}</span>
+      {bus.load_percent !== null && (
+        <span class="figure">
+          <Meter percent={bus.load_percent} label={t('bus.load')} /> {percent(bus.load_percent)}
+        </span>
+      )}
+      <span class="figure">{t('per-second', { count: number(bus.frames_per_second) })}</span>
+    </div>
+  )
+}
+
+function Connection() {
+  const { faces } = view.hands.value
+  const isOpen = connection.value === 'open'
+  return (
+    <div class="connection" role="status" data-test="connection">
+      <span class={`state ${isOpen ? 'good' : 'bad'}`}>{t(`connection.${connection.value}`)}</span>
+      {isOpen && <span data-test="faces">{t(faces === 1 ? 'faces.one' : 'faces', { count: faces })}</span>}
+    </div>
+  )
+}
+
+function Hands() {
+  const { holder } = view.hands.value
+  if (hasHands.value) {
+    return (
+      <div class="hands on">
+        <span role="status">{t('hands.mine')}</span>
+        <Button data-test="release-hands" run={() => order({ do: 'release-hands' })}>{t('hands.release')}</Button>
+      </div>
+    )
+  }
+  return (
+    <div class="hands">
+      <span role="status">{holder === null ? t('hands.free') : t('hands.theirs', { holder, face: face.value })}</span>
+      {holder === null ? (
+        <Button class="main" data-test="take-hands" disabled={!view.bus.value.is_writable} run={() => order({ do: 'take-hands', force: false })}>{t('hands.take')}</Button>
+      ) : (
+        <Button class="warn" data-test="take-hands" title={t('hands.force.help')} run={() => order({ do: 'take-hands', force: true })}>{t('hands.force')}</Button>
+      )}
+    </div>
+  )
+}
+
+/** Sends when it is pressed, not when it is let go; the key is heard in keys.jsx. */
+function Stop() {
+  const last = stop.value
+  return (
+    <div class="stop">
+      <button type="button" data-test="stop-all" aria-keyshortcuts="Escape" onPointerDown={stopAll} onClick={(event) => event.detail === 0 && stopAll()}>
+        <b>STOP</b>
+        <kbd>Esc</kbd>
+      </button>
+      <span class={`stop-answer ${last?.state ?? ''}`} role="alert" data-test="stop-answer">
+        {last && t(`stop.${last.state}`, { ms: number(last.ms) })}
+      </span>
+    </div>
+  )
+}

@@ -1,0 +1,38 @@
+// Scrolling through more rows than a browser's element can be high.
+
+/** Above this height browsers lose pixels (Firefox at about 17 million). */
+const MOST = 8_000_000
+
+/** How `count` rows of `height` px are mapped onto a scroll bar, in a window of `shown` px. */
+export function scale(count, height, shown) {
+  const all = count * height
+  const extent = Math.min(all, MOST)
+  const rows = Math.max(0, count - shown / height) // the last row that can be at the top
+  const span = Math.max(0, extent - shown)
+  return { extent, rows, span, perPixel: span > 0 ? rows / span : 0 }
+}
+
+/** The row at the top, with its fraction, for a position of the scroll bar, and back. */
+export const topRow = ({ perPixel }, scrollTop) => scrollTop * perPixel
+export const scrollTopOf = ({ perPixel }, row) => (perPixel > 0 ? row / perPixel : 0)
+
+/** Whole rows to ask for around those in sight, so that small steps ask for nothing. */
+export function windowOf(top, visible, count, margin) {
+  const from = Math.max(0, Math.floor(top) - margin)
+  return { from, count: Math.min(1000, Math.max(0, Math.min(count, Math.ceil(top + visible) + margin) - from)) }
+}
+
+/**
+ * The place of the first matching row whose number is at least `number`. `rowAt` asks for the row at a place; rows are
+ * ascending in their numbers, so twenty questions find one of a million.
+ */
+export async function placeOf(number, count, rowAt) {
+  let [low, high] = [0, count]
+  while (low < high) {
+    const middle = (low + high) >> 1
+    const row = await rowAt(middle)
+    if (!row || row.number >= number) high = middle
+    else low = middle + 1
+  }
+  return low
+}

@@ -1,0 +1,180 @@
+// Small parts that all views share.
+import { useEffect, useRef, useState } from 'preact/hooks'
+import { order, useAsk } from './bench.js'
+import { number } from './format.js'
+import { t } from './i18n/index.js'
+import { goToRow, nodeId, view, whyNot, chosenNode } from './state.js'
+
+/** Why a command was not carried out, and what to do. */
+export function Refusal({ of, test }) {
+  if (!of) return null
+  return (
+    <p class="refusal" role="alert" data-test={test}>
+      <strong>{of.why === 'lost' ? t('refused.lost') : of.why}</strong>
+      {of.remedy && <span>{of.remedy}</span>}
+    </p>
+  )
+}
+
+/** A button that changes something on the bus: it needs the hands, and says so while they are elsewhere. */
+export function Act({ run, disabled, children, title, ...rest }) {
+  const why = whyNot.value
+  const isOff = disabled || why !== null
+  return (
+    <button type="button" {...rest} aria-disabled={isOff} title={why ? t(why) : title} onClick={() => !isOff && run()}>
+      {children}
+    </button>
+  )
+}
+
+/** A button that only asks. */
+export function Button({ run, children, ...rest }) {
+  return (
+    <button type="button" {...rest} onClick={run}>
+      {children}
+    </button>
+  )
+}
+
+/** Why nothing can be changed now, beside controls that would. */
+export function HandsHint() {
+  return whyNot.value && <p class="hint">{t(whyNot.value)}</p>
+}
+
+/** To the row of the trace from which something follows. */
+export function RowLink({ row, test }) {
+  if (row === null || row === undefined) return null
+  return (
+    <button type="button" class="link" data-test={test} title={t('trace.jump')} onClick={() => goToRow(row)}>
+      #{number(row)}
+    </button>
+  )
+}
+
+export function Panel({ title, tools, children, class: name = '', ...rest }) {
+  return (
+    <section class={`panel ${name}`} aria-label={title} {...rest}>
+      <header>
+        <h2>{title}</h2>
+        <div class="tools">{tools}</div>
+      </header>
+      {children}
+    </section>
+  )
+}
+
+/** A bar from 0 to 100 percent. */
+export function Meter({ percent, label, alarm = 80 }) {
+  const width = Math.max(0, Math.min(100, percent ?? 0))
+  return (
+    <span class={`meter ${width >= alarm ? 'alarm' : ''}`} role="meter" aria-label={label} aria-valuenow={Math.round(width)} aria-valuemin="0" aria-valuemax="100">
+      <span style={{ width: `${width}%` }} />
+    </span>
+  )
+}
+
+/** A state of network management, as a mark with a word. */
+export function State({ state, ...rest }) {
+  const kind = { OPERATIONAL: 'good', 'PRE-OPERATIONAL': 'warn', STOPPED: 'bad' }[state] ?? 'none'
+  return (
+    <span class={`state ${kind}`} {...rest}>
+      {state ?? t('unknown')}
+    </span>
+  )
+}
+
+/** Which node a view is about. */
+export function NodePicker() {
+  return (
+    <label class="field">
+      <span>{t('node')}</span>
+      <select data-test="pick-node" value={nodeId.value ?? ''} onChange={(event) => (chosenNode.value = Number(event.target.value))}>
+        {view.nodes.value.map((node) => (
+          <option key={node.id} value={node.id}>
+            {node.id} · {node.name}
+          </option>
+        ))}
+      </select>
+    </label>
+  )
+}
+
+export function Empty({ children }) {
+  return <p class="empty">{children}</p>
+}
+
+/** A dialog of the browser's own kind; `open` shows it. */
+export function Dialog({ open, close, title, children, ...rest }) {
+  const element = useRef()
+  useEffect(() => {
+    if (open) element.current.showModal()
+    else element.current.close()
+  }, [open])
+  return (
+    <dialog ref={element} onClose={close} aria-label={title} {...rest}>
+      <header>
+        <h2>{title}</h2>
+        <Button class="quiet" run={close}>{t('close')}</Button>
+      </header>
+      {open && children}
+    </dialog>
+  )
+}
+
+/** Arrow keys go through the buttons of a group, so that Tab leaves it (the ARIA practices' roving tabindex). */
+export function roving(event) {
+  const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key]
+  const jump = { Home: 0, End: -1 }[event.key]
+  if (step === undefined && jump === undefined) return
+  const all = [...event.currentTarget.querySelectorAll('[data-roving]')]
+  const next = jump !== undefined ? all.at(jump) : all[(all.indexOf(document.activeElement) + step + all.length) % all.length]
+  event.preventDefault()
+  next?.focus()
+}
+
+/** Runs at first and whenever the size of an element has changed. */
+export function useResize(element, run) {
+  const latest = useRef()
+  latest.current = run
+  useEffect(() => {
+    // The observer may have something to say about an element that has just gone.
+    const watch = new ResizeObserver(() => element.current && latest.current())
+    watch.observe(element.current)
+    return () => watch.disconnect()
+  }, [])
+}
+
+/**
+ * Rows of one height, of which only those in sight are made. `top` is set by whoever wants a row in sight.
+ */
+export function Rows({ count, height, row, toRow, ...rest }) {
+  const [range, setRange] = useState([0, 60])
+  const element = useRef()
+  const look = () => {
+    const { scrollTop, clientHeight } = element.current
+    const first = Math.max(0, Math.floor(scrollTop / height) - 8)
+    const end = Math.ceil((scrollTop + clientHeight) / height) + 8
+    if (first !== range[0] || end !== range[1]) setRange([first, end])
+  }
+  useResize(element, look)
+  useEffect(() => {
+    if (toRow === null || toRow === undefined || toRow < 0) return
+    const { scrollTop, clientHeight } = element.current
+    if (toRow * height < scrollTop) element.current.scrollTop = toRow * height
+    else if ((toRow + 1) * height > scrollTop + clientHeight) element.current.scrollTop = (toRow + 1) * height - clientHeight
+  }, [toRow])
+  const shown = []
+  for (let at = range[0]; at < Math.min(count, range[1]); at++) shown.push(row(at, { top: `${at * height}px`, height: `${height}px` }))
+  return (
+    <div ref={element} class="rows" onScroll={look} {...rest}>
+      <div class="extent" style={{ height: `${count * height}px` }}>{shown}</div>
+    </div>
+  )
+}
+
+/** An order by button, refused in the page's line for that. */
+export function Order({ command, ...rest }) {
+  return <Act run={() => order(command)} {...rest} />
+}
+
+export { useAsk }

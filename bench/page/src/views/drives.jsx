@@ -1,0 +1,172 @@
+// A panel for each drive: its state machine, orders, position and velocity, and why it would refuse.
+import { useState } from 'preact/hooks'
+import { order } from '../bench.js'
+import { measured } from '../format.js'
+import { t } from '../i18n/index.js'
+import { HEIGHT, STATES, TRANSITIONS, WIDTH, line, orderTo } from '../machine.js'
+import { view, whyNot } from '../state.js'
+import { Act, Button, Empty, HandsHint, Panel } from '../ui.jsx'
+import { goTo } from '../state.js'
+
+export function Drives() {
+  const drives = view.drives.value
+  if (drives.length === 0) return <Panel title={t('tab.drives')}><Empty>{t('drives.none')}</Empty></Panel>
+  return <div class="drives">{drives.map((drive) => <Drive key={drive.node} drive={drive} />)}</div>
+}
+
+function Drive({ drive }) {
+  const { node } = drive
+  const test = `drive-${node}`
+  const plot = () => order({ do: 'plot', node, signals: ['6064:00', '606C:00'], every_ms: 50 }).then(() => goTo('plots', node))
+  return (
+    <Panel title={`${node} · ${drive.name}`} data-test={test} class="drive" tools={
+      <>
+        <span class={`state ${kindOf(drive.state)}`} data-test={`${test}-state`}>{drive.state ?? t('unknown')}</span>
+        <Button data-test={`${test}-plot`} run={plot}>{t('entry.plot')}</Button>
+      </>
+    }>
+      <div class="drive-body">
+        <Machine drive={drive} />
+        <div class="stack">
+          <Motion drive={drive} />
+          <Obstacles obstacles={drive.obstacles} test={`${test}-obstacles`} />
+          <Orders drive={drive} />
+          <HandsHint />
+          <Ending drive={drive} />
+        </div>
+      </div>
+    </Panel>
+  )
+}
+
+const kindOf = (state) => ({ 'OPERATION ENABLED': 'good', FAULT: 'bad', 'FAULT REACTION ACTIVE': 'bad', 'QUICK STOP ACTIVE': 'warn' })[state] ?? 'none'
+
+/** States that can be ordered are buttons. */
+function Machine({ drive }) {
+  const send = (to) => {
+    const name = orderTo(to, drive.state)
+    if (name && whyNot.value === null) order({ do: 'drive', node: drive.node, order: name, value: null })
+  }
+  return (
+    <svg class="machine" viewBox="0 0 450 352" role="group" aria-label={t('drive.machine', { state: drive.state ?? t('unknown') })}>
+      <defs>
+        <marker id={`arrow-${drive.node}`} viewBox="0 0 8 8" refX="8" refY="4" markerWidth="7" markerHeight="7" orient="auto">
+          <path d="M0 0L8 4L0 8z" class="arrow" />
+        </marker>
+      </defs>
+      {TRANSITIONS.map(([number, from, to, beside]) => {
+        const [x1, y1, x2, y2] = line(from, to, beside)
+        const isNext = drive.state === from && drive.allowed.includes(to)
+        return (
+          <g key={number} class={isNext ? 'transition next' : 'transition'}>
+            <line x1={x1} y1={y1} x2={x2} y2={y2} marker-end={`url(#arrow-${drive.node})`} />
+            <text x={(x1 + x2) / 2 + 6} y={(y1 + y2) / 2 + 4}>{number}</text>
+          </g>
+        )
+      })}
+      {Object.entries(STATES).map(([name, [x, y]]) => {
+        const isHere = drive.state === name
+        const isAllowed = drive.allowed.includes(name)
+        const canOrder = isAllowed && orderTo(name, drive.state) !== null
+        return (
+          <g key={name} class={`machine-state ${isHere ? `here ${kindOf(name)}` : ''} ${isAllowed ? 'allowed' : ''}`} role={canOrder ? 'button' : undefined} tabindex={canOrder ? 0 : undefined} aria-current={isHere || undefined} aria-label={canOrder ? t('drive.to-state', { state: name }) : name} onClick={() => canOrder && send(name)} onKeyDown={(event) => canOrder && event.key === 'Enter' && send(name)}>
+            <rect x={x} y={y} width={WIDTH} height={HEIGHT} rx="6" />
+            <text x={x + WIDTH / 2} y={y + HEIGHT / 2 + 4}>{name}</text>
+          </g>
+        )
+      })}
+    </svg>
+  )
+}
+
+function Motion({ drive }) {
+  const { node } = drive
+  const unit = (unit) => unit ?? t('plots.increments')
+  return (
+    <dl class="motion">
+      <div>
+        <dt>{t('drive.position')}</dt>
+        <dd data-test={`drive-${node}-position`}>{measured(drive.position)} <small>{unit(drive.position_unit)}</small></dd>
+      </div>
+      <div>
+        <dt>{t('drive.velocity')}</dt>
+        <dd data-test={`drive-${node}-velocity`}>{measured(drive.velocity)} <small>{unit(drive.velocity_unit)}</small></dd>
+      </div>
+      <div>
+        <dt>{t('drive.target')}</dt>
+        <dd data-test={`drive-${node}-target`}>{measured(drive.target)} {drive.target !== null && <small>{unit(drive.position_unit)}</small>}</dd>
+      </div>
+      <div>
+        <dt>{t('drive.mode')}</dt>
+        <dd data-test={`drive-${node}-mode`}>{drive.mode ?? '–'}</dd>
+      </div>
+    </dl>
+  )
+}
+
+function Obstacles({ obstacles, test }) {
+  if (obstacles.length === 0) return <p class="done" data-test={test}>{t('drive.ready')}</p>
+  return (
+    <div class="obstacles" data-test={test}>
+      <h3>{t('drive.obstacles')}</h3>
+      <ul>{obstacles.map((obstacle) => <li key={obstacle}>{obstacle}</li>)}</ul>
+    </div>
+  )
+}
+
+const POWER = ['enable', 'disable', 'reset-fault']
+const MOVES = ['move-to', 'step', 'run']
+const STOPS = ['stop', 'quick-stop']
+
+function Orders({ drive }) {
+  const { node, orders } = drive
+  const [value, setValue] = useState('')
+  const [method, setMethod] = useState(null)
+  const send = (name, value = null) => order({ do: 'drive', node, order: name, value })
+  const button = (name, value, disabled, kind) => orders.includes(name) && (
+    <Act key={name} class={kind} data-test={`drive-${node}-${name}`} disabled={disabled} title={t(`order.${name}.help`)} run={() => send(name, value)}>{t(`order.${name}`)}</Act>
+  )
+  const homing = method ?? drive.homing_methods[0]
+  return (
+    <div class="orders">
+      <div class="line">{POWER.map((name) => button(name))}</div>
+      <div class="line">
+        <label class="field grow">
+          <span>{t('drive.value')}</span>
+          <input data-test={`drive-${node}-value`} value={value} placeholder={`90 ${drive.position_unit ?? ''}`} autocomplete="off" onInput={(event) => setValue(event.target.value)} onKeyDown={(event) => event.key === 'Enter' && whyNot.value === null && value.trim() && send('move-to', value)} />
+        </label>
+        {MOVES.map((name) => button(name, value, value.trim() === ''))}
+      </div>
+      {orders.includes('home') && (
+        <div class="line">
+          {drive.homing_methods.length > 0 && (
+            <label class="field">
+              <span>{t('drive.method')}</span>
+              <select data-test={`drive-${node}-method`} value={homing} onChange={(event) => setMethod(Number(event.target.value))}>
+                {drive.homing_methods.map((each) => <option key={each} value={each}>{each}</option>)}
+              </select>
+            </label>
+          )}
+          {button('home', homing === undefined ? null : String(homing))}
+        </div>
+      )}
+      <div class="line">{STOPS.map((name) => button(name, null, false, 'stopping'))}</div>
+    </div>
+  )
+}
+
+function Ending({ drive }) {
+  const { order: present, ending, node } = drive
+  return (
+    <div class="ending" role="status" data-test={`drive-${node}-ending`}>
+      {present && <p class="working">{present}</p>}
+      {ending && (
+        <div class={ending.is_success ? 'done' : 'refusal'}>
+          <strong>{ending.text}</strong>
+          {ending.remedy && <span> {ending.remedy}</span>}
+          {ending.may_be_moving && <p class="conflict" role="alert">{t('drive.may-be-moving')}</p>}
+        </div>
+      )}
+    </div>
+  )
+}

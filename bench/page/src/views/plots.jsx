@@ -1,0 +1,234 @@
+// Curves of objects and PDO signals over time.
+import { signal } from '@preact/signals'
+import { useEffect, useState } from 'preact/hooks'
+import { ask, order, orderFile } from '../bench.js'
+import { columns, crossing, extended, keyOf, newest, numberAt } from '../curves.js'
+import { measured } from '../format.js'
+import { t } from '../i18n/index.js'
+import { connection, view } from '../state.js'
+import { Button, Empty, Panel, Refusal, useAsk } from '../ui.jsx'
+import { Chart } from './chart.jsx'
+
+const EVERY = 100 // ms from look to look
+const MOST = 100_000 // points of a curve that are kept
+const SPANS = [2, 5, 10, 30, 60, 300] // s in sight while following
+
+const curves = signal([])
+const hidden = signal(new Set())
+/** What is in sight: the last `span` seconds, or from `range[0]` to `range[1]` when it is held. */
+const span = signal(10)
+const range = signal(null)
+const cursors = signal([null, null])
+const trigger = signal({ key: '', level: '0', rising: true, armed: null })
+
+export function Plots() {
+  const [refused, setRefused] = useState(null)
+  useEffect(() => {
+    if (connection.value !== 'open') return undefined
+    let timer
+    let isOpen = true
+    const look = async () => {
+      try {
+        const news = await ask({ do: 'curves', since: newest(curves.value) })
+        curves.value = extended(curves.value, news, MOST)
+        watchTrigger()
+        setRefused(null)
+      } catch (why) {
+        setRefused(why)
+      }
+      if (isOpen) timer = setTimeout(look, EVERY)
+    }
+    look()
+    return () => {
+      isOpen = false
+      clearTimeout(timer)
+    }
+  }, [connection.value])
+  const shown = curves.value.filter((curve) => !hidden.value.has(keyOf(curve)))
+  const end = newest(curves.value)
+  const sight = range.value ?? [Math.max(0, end - span.value), Math.max(end, span.value)]
+  return (
+    <Panel class="fill" title={t('plots.title')} tools={<Tools sight={sight} />}>
+      <Add />
+      <Refusal of={refused} />
+      {curves.value.length === 0 ? <Empty>{t('plots.none')}</Empty> : (
+        <>
+          <Chart curves={shown} colors={colors(curves.value)} data={columns(shown)} sight={sight} cursors={cursors.value} setRange={(next) => (range.value = next)} setCursor={setCursor} />
+          <Trigger />
+          <Legend sight={sight} />
+        </>
+      )}
+    </Panel>
+  )
+}
+
+const colors = (curves) => new Map(curves.map((curve, place) => [keyOf(curve), `--curve-${place % 8}`]))
+
+/** A click sets one cursor, the next one the other. */
+function setCursor(time) {
+  const [a, b] = cursors.value
+  cursors.value = a === null || b !== null ? [time, null] : [a, time]
+}
+
+/** Holds the plot around the first crossing since the trigger was armed. */
+function watchTrigger() {
+  const { key, level, rising, armed } = trigger.value
+  const curve = curves.value.find((each) => keyOf(each) === key)
+  if (armed === null || !curve) return
+  const at = crossing(curve, Number(level), rising, armed)
+  if (at === null || newest(curves.value) < at + span.value * 0.8) return
+  range.value = [at - span.value * 0.2, at + span.value * 0.8]
+  cursors.value = [at, null]
+  trigger.value = { ...trigger.value, armed: null }
+}
+
+function Tools({ sight }) {
+  return (
+    <>
+      <label class="field">
+        <span>{t('plots.span')}</span>
+        <select data-test="plot-span" value={span.value} onChange={(event) => { span.value = Number(event.target.value); range.value = null }}>
+          {SPANS.map((each) => <option key={each} value={each}>{each} s</option>)}
+        </select>
+      </label>
+      <Button data-test="plot-follow" aria-pressed={range.value === null} run={() => (range.value = range.value === null ? sight : null)}>{t(range.value === null ? 'plots.hold' : 'plots.follow')}</Button>
+      <Button data-test="plot-csv" run={() => orderFile({ do: 'export-plot', format: 'csv' })}>CSV</Button>
+      <Button data-test="plot-svg" run={() => orderFile({ do: 'export-plot', format: 'svg' })}>SVG</Button>
+      <Button data-test="plot-clear" run={() => order({ do: 'clear-plot', node: null })}>{t('plots.clear')}</Button>
+    </>
+  )
+}
+
+/** Signals that are asked for often. */
+const USUAL = ['6064:00', '606C:00', '6077:00', '6041:00', 'tpdo1', 'tpdo2']
+
+function Add() {
+  const [node, setNode] = useState(null)
+  const [text, setText] = useState('')
+  const [every, setEvery] = useState(50)
+  const [asked, run] = useAsk()
+  const [entries, setEntries] = useState([])
+  const id = node ?? view.drives.value[0]?.node ?? view.nodes.value[0]?.id ?? null
+  useEffect(() => {
+    if (id !== null && connection.value === 'open') ask({ do: 'objects', node: id }).then(setEntries, () => setEntries([]))
+  }, [id, connection.value])
+  const add = async (signals) => {
+    if (signals.length > 0 && (await run({ do: 'plot', node: id, signals, every_ms: every }))) setText('')
+  }
+  const known = USUAL.filter((signal) => signal.startsWith('tpdo') || entries.some((entry) => entry.address === signal))
+  return (
+    <form class="line" onSubmit={(event) => { event.preventDefault(); add(text.split(/[\s,]+/).filter(Boolean)) }}>
+      <label class="field">
+        <span>{t('node')}</span>
+        <select data-test="plot-node" value={id ?? ''} onChange={(event) => setNode(Number(event.target.value))}>
+          {view.nodes.value.map((each) => <option key={each.id} value={each.id}>{each.id} · {each.name}</option>)}
+        </select>
+      </label>
+      <label class="field grow">
+        <span>{t('plots.signals')}</span>
+        <input data-test="plot-signals" list="signals" value={text} placeholder="6064:00, tpdo1" spellcheck={false} onInput={(event) => setText(event.target.value)} />
+        <datalist id="signals">{entries.map((entry) => <option key={entry.address} value={entry.address}>{entry.name}</option>)}</datalist>
+      </label>
+      <label class="field">
+        <span>{t('plots.every')}</span>
+        <select data-test="plot-every" value={every} onChange={(event) => setEvery(Number(event.target.value))}>
+          {[10, 20, 50, 100, 500, 1000].map((each) => <option key={each} value={each}>{each} ms</option>)}
+        </select>
+      </label>
+      <Button class="main" data-test="plot-add" type="submit" disabled={text.trim() === ''}>{t('plots.add')}</Button>
+      <div class="chips">
+        {known.map((signal) => (
+          <Button key={signal} data-test={`plot-quick-${signal}`} title={entries.find((entry) => entry.address === signal)?.name ?? signal} run={() => add([signal])}>{signal.toUpperCase()}</Button>
+        ))}
+      </div>
+      <Refusal of={asked.refused} test="plot-refusal" />
+    </form>
+  )
+}
+
+function Trigger() {
+  const { key, level, rising, armed } = trigger.value
+  const set = (change) => (trigger.value = { ...trigger.value, ...change })
+  const isArmed = armed !== null
+  const arm = () => {
+    range.value = null
+    set({ armed: newest(curves.value), key: key || keyOf(curves.value[0]) })
+  }
+  return (
+    <div class="line" role="group" aria-label={t('trigger')}>
+      <label class="field">
+        <span>{t('trigger')}</span>
+        <select data-test="trigger-curve" value={key} onChange={(event) => set({ key: event.target.value })}>
+          {curves.value.map((curve) => <option key={keyOf(curve)} value={keyOf(curve)}>{curve.node} · {curve.name}</option>)}
+        </select>
+      </label>
+      <label class="field">
+        <span>{t('trigger.edge')}</span>
+        <select data-test="trigger-edge" value={String(rising)} onChange={(event) => set({ rising: event.target.value === 'true' })}>
+          <option value="true">{t('trigger.rising')}</option>
+          <option value="false">{t('trigger.falling')}</option>
+        </select>
+      </label>
+      <label class="field">
+        <span>{t('trigger.level')}</span>
+        <input type="number" step="any" data-test="trigger-level" value={level} onInput={(event) => set({ level: event.target.value })} />
+      </label>
+      <Button data-test="trigger-arm" aria-pressed={isArmed} run={() => (isArmed ? set({ armed: null }) : arm())}>{t(isArmed ? 'trigger.armed' : 'trigger.arm')}</Button>
+    </div>
+  )
+}
+
+function Legend({ sight }) {
+  const [a, b] = cursors.value
+  const toggle = (key) => {
+    const next = new Set(hidden.value)
+    if (!next.delete(key)) next.add(key)
+    hidden.value = next
+  }
+  return (
+    <div class="scroll low">
+      <table class="grid" data-test="plot-legend">
+        <thead>
+          <tr>
+            <th>{t('plots.curve')}</th>
+            <th class="number">{t('plots.now')}</th>
+            <th class="number">{t('plots.low')}</th>
+            <th class="number">{t('plots.high')}</th>
+            <th class="number">A {a !== null && `${a.toFixed(3)} s`}</th>
+            <th class="number">B {b !== null && `${b.toFixed(3)} s`}</th>
+            <th class="number">Δ {a !== null && b !== null && `${(b - a).toFixed(3)} s`}</th>
+            <th>{t('entry.unit')}</th>
+          </tr>
+        </thead>
+        <tbody>{curves.value.map((curve, place) => <LegendRow key={keyOf(curve)} curve={curve} place={place} sight={sight} isHidden={hidden.value.has(keyOf(curve))} toggle={toggle} />)}</tbody>
+      </table>
+    </div>
+  )
+}
+
+function LegendRow({ curve, place, sight, isHidden, toggle }) {
+  const [a, b] = cursors.value.map((time) => (time === null ? null : numberAt(curve, time)))
+  let [low, high] = [Infinity, -Infinity]
+  for (const [time, number] of curve.points) {
+    if (time < sight[0] || time > sight[1]) continue
+    low = Math.min(low, number)
+    high = Math.max(high, number)
+  }
+  return (
+    <tr data-test={`curve-${curve.node}-${curve.address}`}>
+      <td>
+        <label class="check">
+          <input type="checkbox" checked={!isHidden} onChange={() => toggle(keyOf(curve))} />
+          <i class={`swatch curve-${place % 8}`} /> {curve.node} · {curve.name} <code>{curve.address}</code>
+        </label>
+      </td>
+      <td class="number value">{measured(curve.points.at(-1)?.[1])}</td>
+      <td class="number">{measured(low === Infinity ? null : low)}</td>
+      <td class="number">{measured(high === -Infinity ? null : high)}</td>
+      <td class="number">{measured(a)}</td>
+      <td class="number">{measured(b)}</td>
+      <td class="number">{a !== null && b !== null && measured(b - a)}</td>
+      <td>{curve.unit ?? t('plots.increments')}</td>
+    </tr>
+  )
+}
