@@ -185,6 +185,8 @@ pub struct Value {
 pub struct Watched {
     /// The node.
     pub node: u8,
+    /// `6064:00`.
+    pub address: String,
     /// Its name.
     pub name: String,
     /// How often it is read.
