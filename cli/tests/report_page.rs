@@ -2,12 +2,16 @@
 //! with its script.
 #![cfg(unix)]
 
+#[path = "common/browser.rs"]
+mod browser;
 #[path = "common/mod.rs"]
 mod common;
 
 use std::path::Path;
-use std::process::Command;
 
+use serde_json::json;
+
+use browser::{Browser, Page};
 use common::{folder, lexican_in};
 
 /// The cases that notice.
@@ -31,41 +35,23 @@ fn report(folder: &Path) {
     assert_eq!(lexican_in(folder, &[&device[..], &["--html", "report.html"]].concat()).code, Some(1));
 }
 
-/// Headless Chromium, by one of its names.
-struct Browser<'a> {
-    program: &'static str,
-    folder: &'a Path,
+/// The report after its script has run. Nothing is said on its console, and nothing is loaded besides it.
+#[track_caller]
+fn opens(browser: &Browser, folder: &Path, fragment: &str) -> Report {
+    let window = browser.window();
+    let address = format!("file://{}#{fragment}", folder.join("report.html").display());
+    window.opens(&address);
+    let dom = window.value("document.documentElement.outerHTML").as_str().unwrap().to_owned();
+    assert_eq!((window.said(), window.requests().len()), (Vec::new(), 1), "{fragment}");
+    Report { window, dom }
 }
 
-impl<'a> Browser<'a> {
-    fn find(folder: &'a Path) -> Option<Self> {
-        let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|run| run.status.success());
-        let program = ["chromium-headless-shell", "chromium", "google-chrome"].into_iter().find(runs)?;
-        Some(Browser { program, folder })
-    }
-
-    /// The page after its script has run. Nothing is said on its console, and nothing is loaded.
-    #[track_caller]
-    fn opens(&self, page: &str, fragment: &str) -> Page {
-        let address = format!("file://{}#{fragment}", self.folder.join(page).display());
-        let profile = format!("--user-data-dir={}", self.folder.join("profile").display());
-        let run = Command::new("timeout")
-            .args(["120", self.program, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"])
-            .args(["--virtual-time-budget=5000", "--dump-dom", &profile, &address])
-            .output()
-            .unwrap();
-        let (dom, log) = (String::from_utf8(run.stdout).unwrap(), String::from_utf8_lossy(&run.stderr));
-        let said: Vec<_> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
-        assert!(run.status.success() && said.is_empty() && dom.contains("</html>"), "{fragment}: {said:?}\n{log}");
-        Page { dom }
-    }
-}
-
-struct Page {
+struct Report {
+    window: Page,
     dom: String,
 }
 
-impl Page {
+impl Report {
     /// The text after `from` and before `to`.
     #[track_caller]
     fn between(&self, from: &str, to: &str) -> &str {
@@ -89,9 +75,8 @@ impl Page {
     }
 }
 
-/// Does what a user does, one thing after the other, and notes in the title what the address says then.
-const USER: &str = r##"<script>
-addEventListener("load", async () => {
+/// Does what a user does, one thing after the other, and notes what the address says then.
+const USER: &str = r##"(async () => {
   const said = [];
   const then = async () => { await new Promise(done => setTimeout(done, 50)); said.push(decodeURIComponent(location.hash)); };
   const key = name => document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true }));
@@ -107,9 +92,8 @@ addEventListener("load", async () => {
   key("/"); key("Escape"); await then();
   one("#fold").click(); await then();
   one("#chapter").value = ""; one("#chapter").dispatchEvent(new Event("change")); one("button.known").click(); await then();
-  document.title = said.join(" ; ");
-});
-</script></body>"##;
+  return said;
+})()"##;
 
 #[test]
 fn a_report_is_filtered_by_its_address_and_by_hand() {
@@ -119,17 +103,17 @@ fn a_report_is_filtered_by_its_address_and_by_hand() {
     for outside in ["http:", "https:", "src=", "url(", "@import", "<link"] {
         assert!(!page.contains(outside), "it loads something: {outside}");
     }
-    let Some(browser) = Browser::find(&folder) else {
+    let Some(browser) = Browser::start(&folder) else {
         eprintln!("skipped: no Chromium to open a report with: apt-get install chromium-headless-shell");
         return;
     };
 
-    let all = browser.opens("report.html", "");
+    let all = opens(&browser, &folder, "");
     assert!(all.shown().len() > 127 && all.frames() == 0, "{} cases", all.shown().len());
     assert_eq!(all.between("<span id=\"device\">", "</span>"), "&lt;!--&lt;script&gt;{{report}}");
     assert_eq!(all.between("<p class=\"dim\" id=\"shown\" aria-live=\"polite\">", "</p>"), "");
 
-    let failed = browser.opens("report.html", "verdict=failed,known&open=306-1/6.5.2/8");
+    let failed = opens(&browser, &folder, "verdict=failed,known&open=306-1/6.5.2/8");
     assert_eq!(failed.shown(), [FAILED, KNOWN]);
     assert!(failed.dom.contains("known: as its manual says"));
     assert!(failed.frames() > 10, "those of one case are unfolded");
@@ -137,17 +121,16 @@ fn a_report_is_filtered_by_its_address_and_by_hand() {
     let count = failed.between("<p class=\"dim\" id=\"shown\" aria-live=\"polite\">", "</p>");
     assert_eq!(count, format!("2 of {} cases are shown", all.shown().len()));
 
-    let toggles = browser.opens("report.html", "verdict=passed,failed&text=Toggle");
+    let toggles = opens(&browser, &folder, "verdict=passed,failed&text=Toggle");
     assert!(toggles.shown().contains(&"301/7.2.4.3.7/2") && toggles.shown().len() < 10, "{:?}", toggles.shown());
-    let chapter = browser.opens("report.html", "chapter=301/7.2.4");
+    let chapter = opens(&browser, &folder, "chapter=301/7.2.4");
     assert!(chapter.shown().len() > 20 && chapter.shown().iter().all(|id| id.starts_with("301/7.2.4.")));
     // A chapter of the plan, which the list does not offer.
-    let plan = browser.opens("report.html", "chapter=8&verdict=not%20allowed");
+    let plan = opens(&browser, &folder, "chapter=8&verdict=not%20allowed");
     assert!(plan.shown().contains(&"301/7.5.2.13/1"), "{:?}", plan.shown());
-    assert_eq!(browser.opens("report.html", "text=%3Cnothing%3E").shown(), [""; 0]);
+    assert_eq!(opens(&browser, &folder, "text=%3Cnothing%3E").shown(), [""; 0]);
 
-    std::fs::write(folder.join("used.html"), page.replace("</body>", USER)).unwrap();
-    let used = browser.opens("used.html", "");
+    let used = opens(&browser, &folder, "");
     let steps = [
         "#verdict=known",
         "#verdict=known,passed",
@@ -161,6 +144,8 @@ fn a_report_is_filtered_by_its_address_and_by_hand() {
         "#verdict=known&chapter=306-1/6.5.2",
         "",
     ];
-    assert_eq!(used.between("<title>", "</title>").replace("&amp;", "&"), steps.join(" ; "));
-    assert_eq!(used.shown(), all.shown());
+    assert_eq!(used.window.value(USER), json!(steps));
+    let used =
+        Report { dom: used.window.value("document.documentElement.outerHTML").as_str().unwrap().to_owned(), ..used };
+    assert_eq!((used.shown(), used.window.said()), (all.shown(), Vec::new()));
 }

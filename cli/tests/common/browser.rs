@@ -1,0 +1,358 @@
+//! Headless Chromium, led by its DevTools protocol.
+
+use std::cell::RefCell;
+use std::io::{BufRead, BufReader};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::rc::Rc;
+
+use data_encoding::BASE64;
+use serde_json::{Value as Json, json};
+use tungstenite::{Message, WebSocket, client};
+
+/// The names of the program.
+pub(crate) const NAMES: [&str; 3] = ["chromium-headless-shell", "chromium", "google-chrome"];
+
+/// The one of [`NAMES`] that there is.
+pub(crate) fn chromium() -> Option<&'static str> {
+    let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|run| run.status.success());
+    NAMES.into_iter().find(runs)
+}
+
+/// A running Chromium, which ends with the test.
+pub(crate) struct Browser {
+    process: Child,
+    talk: Rc<RefCell<Talk>>,
+}
+
+impl Browser {
+    /// Starts one whose files are in a folder; `None` where there is no Chromium.
+    pub(crate) fn start(folder: &Path) -> Option<Self> {
+        let mut process = Command::new("timeout")
+            // It ends even if the test is killed.
+            .args(["600", chromium()?, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0"])
+            // The page is drawn where there is no screen as on one; nothing of the browser itself is loaded.
+            .args(["--window-size=1280,900", "--force-color-profile=srgb", "--hide-scrollbars", "--no-first-run"])
+            .arg(format!("--user-data-dir={}", folder.join("profile").display()))
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(process.stderr.take().unwrap()).lines().map_while(Result::ok);
+        let address = lines.find_map(|line| Some(line.strip_prefix("DevTools listening on ")?.to_owned())).unwrap();
+        // What it says later is read, so that it never waits for it.
+        std::thread::spawn(move || lines.for_each(drop));
+        let place = address.strip_prefix("ws://").and_then(|address| address.split('/').next()).unwrap();
+        let (socket, _) = client(&address, TcpStream::connect(place).unwrap()).unwrap();
+        let talk = Talk { socket, last: 0, events: Vec::new() };
+        Some(Browser { process, talk: Rc::new(RefCell::new(talk)) })
+    }
+
+    /// A window of a user of its own: what one keeps, another does not see.
+    pub(crate) fn window(&self) -> Page {
+        let mut talk = self.talk.borrow_mut();
+        let user = talk.ask(None, "Target.createBrowserContext", json!({}))["browserContextId"].clone();
+        let target = json!({ "url": "about:blank", "browserContextId": user, "width": 1280, "height": 900 });
+        let target = talk.ask(None, "Target.createTarget", target)["targetId"].clone();
+        let attach = json!({ "targetId": target, "flatten": true });
+        let session = talk.ask(None, "Target.attachToTarget", attach)["sessionId"].as_str().unwrap().to_owned();
+        drop(talk);
+        let page = Page { talk: Rc::clone(&self.talk), session, target };
+        for domain in ["Page", "Runtime", "Log", "Network"] {
+            page.ask(&format!("{domain}.enable"), json!({}));
+        }
+        page
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        // Its children end with it, but not by a signal to `timeout` alone that cannot be caught.
+        let _ = self.talk.borrow_mut().send(None, "Browser.close", json!({}));
+        let _ = self.process.wait();
+    }
+}
+
+/// The conversation with the browser.
+struct Talk {
+    socket: WebSocket<TcpStream>,
+    last: u64,
+    events: Vec<Json>,
+}
+
+impl Talk {
+    fn send(&mut self, session: Option<&str>, method: &str, params: Json) -> tungstenite::Result<u64> {
+        self.last += 1;
+        let mut request = json!({ "id": self.last, "method": method, "params": params });
+        if let Some(session) = session {
+            request["sessionId"] = json!(session);
+        }
+        self.socket.send(Message::text(request.to_string()))?;
+        Ok(self.last)
+    }
+
+    fn receive(&mut self) -> Json {
+        loop {
+            if let Message::Text(text) = self.socket.read().expect("the browser runs") {
+                return serde_json::from_str(&text).unwrap();
+            }
+        }
+    }
+
+    #[track_caller]
+    fn ask(&mut self, session: Option<&str>, method: &str, params: Json) -> Json {
+        let id = self.send(session, method, params).expect("the browser runs");
+        loop {
+            let mut message = self.receive();
+            if message["id"] == id {
+                assert!(message["error"].is_null(), "{method}: {}", message["error"]);
+                return message["result"].take();
+            }
+            if message["id"].is_null() {
+                self.events.push(message);
+            }
+        }
+    }
+}
+
+/// A page, used as a person does.
+pub(crate) struct Page {
+    talk: Rc<RefCell<Talk>>,
+    session: String,
+    target: Json,
+}
+
+#[allow(dead_code, reason = "not every test needs all")]
+impl Page {
+    #[track_caller]
+    fn ask(&self, method: &str, params: Json) -> Json {
+        self.talk.borrow_mut().ask(Some(&self.session), method, params)
+    }
+
+    /// Waits for an event.
+    fn event(&self, method: &str) -> Json {
+        let mut talk = self.talk.borrow_mut();
+        loop {
+            let is_it = |event: &Json| event["method"] == method && event["sessionId"] == self.session.as_str();
+            if let Some(found) = talk.events.iter().position(is_it) {
+                return talk.events.remove(found);
+            }
+            let message = talk.receive();
+            talk.events.push(message);
+        }
+    }
+
+    /// The parameters of the events of a kind that have come so far.
+    fn events(&self, method: &str) -> Vec<Json> {
+        let talk = self.talk.borrow();
+        let mine = talk.events.iter().filter(|event| event["sessionId"] == self.session.as_str());
+        mine.filter(|event| event["method"] == method).map(|event| event["params"].clone()).collect()
+    }
+
+    /// Goes to an address, and waits until it is loaded.
+    #[track_caller]
+    pub(crate) fn opens(&self, address: &str) {
+        let answer = self.ask("Page.navigate", json!({ "url": address }));
+        assert!(answer["errorText"].is_null(), "{address}: {answer}");
+        self.event("Page.loadEventFired");
+    }
+
+    #[track_caller]
+    pub(crate) fn reloads(&self) {
+        self.ask("Page.reload", json!({}));
+        self.event("Page.loadEventFired");
+    }
+
+    /// The value of a JavaScript expression; a promise is waited for.
+    #[track_caller]
+    pub(crate) fn value(&self, expression: &str) -> Json {
+        let params = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
+        let mut answer = self.ask("Runtime.evaluate", params);
+        assert!(answer["exceptionDetails"].is_null(), "{expression}: {}\n{}", answer["exceptionDetails"], self.text());
+        answer["result"]["value"].take()
+    }
+
+    /// All that is read on the page.
+    pub(crate) fn text(&self) -> String {
+        let params = json!({ "expression": "document.body.innerText", "returnByValue": true });
+        self.ask("Runtime.evaluate", params)["result"]["value"].as_str().unwrap_or_default().to_owned()
+    }
+
+    /// Waits until an expression is true.
+    #[track_caller]
+    pub(crate) fn until(&self, expression: &str) {
+        const PATIENCE_MS: u32 = 30_000;
+        let wait = format!(
+            "(async () => {{ const end = performance.now() + {PATIENCE_MS};
+            while (performance.now() < end) {{ if ({expression}) return true; await new Promise(next => setTimeout(next, 20)); }}
+            return false; }})()"
+        );
+        assert!(self.value(&wait) == true, "never: {expression}\nthe page says:\n{}", self.text());
+    }
+
+    /// Waits until a part of the page (`data-test`) reads so.
+    #[track_caller]
+    pub(crate) fn reads(&self, part: &str, text: &str) {
+        self.until(&format!("{}?.innerText.includes({})", one(part), json!(text)));
+    }
+
+    /// Waits for a part, and returns what it reads.
+    #[track_caller]
+    pub(crate) fn part(&self, part: &str) -> String {
+        self.until(&one(part));
+        self.value(&format!("{}.innerText", one(part))).as_str().unwrap_or_default().to_owned()
+    }
+
+    #[track_caller]
+    pub(crate) fn has(&self, part: &str) -> bool {
+        self.value(&format!("!!{}", one(part))) == true
+    }
+
+    /// Clicks the middle of a part, once it can be clicked.
+    #[track_caller]
+    pub(crate) fn clicks(&self, part: &str) {
+        let element = one(part);
+        self.until(&format!("{element} && !{element}.disabled"));
+        let place = self.value(&format!(
+            "(async () => {{ const it = {element}; it.scrollIntoView({{ block: 'center', behavior: 'instant' }});
+            await new Promise(next => requestAnimationFrame(next));
+            const box = it.getBoundingClientRect(); return {{ x: box.x + box.width / 2, y: box.y + box.height / 2 }}; }})()"
+        ));
+        for kind in ["mouseMoved", "mousePressed", "mouseReleased"] {
+            let button = if kind == "mouseMoved" { "none" } else { "left" };
+            let clicks = u8::from(kind != "mouseMoved");
+            let event =
+                json!({ "type": kind, "x": place["x"], "y": place["y"], "button": button, "clickCount": clicks });
+            self.ask("Input.dispatchMouseEvent", event);
+        }
+    }
+
+    /// Types a text into a part, in place of what is there.
+    #[track_caller]
+    pub(crate) fn types(&self, part: &str, text: &str) {
+        let element = one(part);
+        self.until(&format!("{element} && !{element}.disabled"));
+        self.value(&format!("{element}.focus(), {element}.select?.()"));
+        self.ask("Input.insertText", json!({ "text": text }));
+    }
+
+    /// Chooses an option, by what it reads.
+    #[track_caller]
+    pub(crate) fn chooses(&self, part: &str, option: &str) {
+        let (element, option) = (one(part), json!(option));
+        self.until(&format!(
+            "[...({element}?.options ?? [])].some(it => it.text.includes({option}) || it.value === {option})"
+        ));
+        self.value(&format!(
+            "(() => {{ const it = {element};
+            it.value = [...it.options].find(it => it.value === {option} || it.text.includes({option})).value;
+            it.dispatchEvent(new Event('input', {{ bubbles: true }})); it.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
+        ));
+    }
+
+    /// Gives a file to a part that asks for one.
+    #[track_caller]
+    pub(crate) fn gives(&self, part: &str, file: &Path) {
+        let element = one(part);
+        self.until(&element);
+        let object = self.ask("Runtime.evaluate", json!({ "expression": element }))["result"]["objectId"].take();
+        self.ask("DOM.setFileInputFiles", json!({ "files": [file], "objectId": object }));
+    }
+
+    /// Presses a key, such as `Enter` or `Escape`.
+    #[track_caller]
+    pub(crate) fn presses(&self, key: &str) {
+        for kind in ["keyDown", "keyUp"] {
+            let text = if key == "Enter" { "\r" } else { "" };
+            let (code, number) = (
+                key,
+                match key {
+                    "Enter" => 13,
+                    "Escape" => 27,
+                    "Tab" => 9,
+                    _ => 0,
+                },
+            );
+            let event =
+                json!({ "type": kind, "key": key, "code": code, "text": text, "windowsVirtualKeyCode": number });
+            self.ask("Input.dispatchKeyEvent", event);
+        }
+    }
+
+    /// Lets files that the page hands out come into a folder.
+    pub(crate) fn keeps_files_in(&self, folder: &Path) {
+        let params = json!({ "behavior": "allow", "downloadPath": folder, "eventsEnabled": false });
+        self.ask("Page.setDownloadBehavior", params);
+    }
+
+    /// Looks at the page in another way: `("prefers-color-scheme", "dark")`.
+    pub(crate) fn prefers(&self, feature: &str, value: &str) {
+        self.ask("Emulation.setEmulatedMedia", json!({ "features": [{ "name": feature, "value": value }] }));
+    }
+
+    /// A picture of the window as PNG.
+    pub(crate) fn picture(&self) -> Vec<u8> {
+        let answer = self.ask("Page.captureScreenshot", json!({ "format": "png", "optimizeForSpeed": false }));
+        BASE64.decode(answer["data"].as_str().unwrap().as_bytes()).unwrap()
+    }
+
+    /// What the page and the browser have said on the console so far, and exceptions of scripts.
+    pub(crate) fn said(&self) -> Vec<String> {
+        self.value("0");
+        let console = self.events("Runtime.consoleAPICalled").into_iter().map(|event| event["args"].to_string());
+        let thrown =
+            self.events("Runtime.exceptionThrown").into_iter().map(|event| event["exceptionDetails"].to_string());
+        let logged = self.events("Log.entryAdded").into_iter().map(|event| event["entry"].to_string());
+        console.chain(thrown).chain(logged).collect()
+    }
+
+    /// The addresses that were asked for so far.
+    pub(crate) fn requests(&self) -> Vec<String> {
+        self.value("0");
+        let requests = self.events("Network.requestWillBeSent");
+        let sockets = self.events("Network.webSocketCreated");
+        let requests =
+            requests.iter().map(|event| &event["request"]["url"]).chain(sockets.iter().map(|event| &event["url"]));
+        requests.map(|url| url.as_str().unwrap_or_default().to_owned()).collect()
+    }
+
+    /// The parts of the page that can be used and have no name for those who do not see them.
+    pub(crate) fn nameless(&self) -> Vec<String> {
+        let tree = self.ask("Accessibility.getFullAXTree", json!({}));
+        let nodes = tree["nodes"].as_array().unwrap().iter().filter(|node| node["ignored"] != true);
+        let used = [
+            "button",
+            "textbox",
+            "searchbox",
+            "combobox",
+            "checkbox",
+            "radio",
+            "slider",
+            "link",
+            "tab",
+            "spinbutton",
+            "image",
+        ];
+        let nameless = nodes.filter(|node| {
+            let role = node["role"]["value"].as_str().unwrap_or_default();
+            used.contains(&role) && node["name"]["value"].as_str().is_none_or(|name| name.trim().is_empty())
+        });
+        nameless.map(|node| format!("{} {}", node["role"]["value"], node["properties"])).collect()
+    }
+
+    /// Closes the window, as somebody does who goes away.
+    pub(crate) fn closes(self) {
+        self.talk.borrow_mut().ask(None, "Target.closeTarget", json!({ "targetId": self.target }));
+    }
+
+    /// Lets the page's script run for ever: the browser lives, the page does not.
+    pub(crate) fn hangs(&self) {
+        let params = json!({ "expression": "for (;;) {}" });
+        self.talk.borrow_mut().send(Some(&self.session), "Runtime.evaluate", params).unwrap();
+    }
+}
+
+/// The element with this `data-test`, as JavaScript.
+fn one(part: &str) -> String {
+    format!("document.querySelector({})", json!(format!("[data-test={}]", json!(part))))
+}
