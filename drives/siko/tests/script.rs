@@ -7,10 +7,11 @@ use proptest::prelude::*;
 use siko_ag03_1::fault::{self, FaultKind};
 use siko_ag03_1::sim::MODEL;
 use siko_ag03_1::sim::inputs::{BusError, BusState, Inputs, Key, Shaft};
-use siko_ag03_1::sim::script::{Change, Condition, Trigger};
+use siko_ag03_1::sim::script::{Change, Condition, Trigger, inputs};
 use siko_ag03_1::sim::{BusLed, Restore, Script, SimulatedDrive, Termination};
 use siko_ag03_1::state::State;
 use siko_ag03_1::words::system;
+use simulator::script::Takes;
 
 use support::{Bench, NODE};
 
@@ -427,5 +428,54 @@ proptest! {
         drive.apply(now, Change::PowerCycle);
         drop(drive);
         prop_assert!(bench.pass(10).contains(&"705#00".into()));
+    }
+}
+
+/// A table of buttons cannot ask for what the drive refuses, and shows what it has done.
+#[test]
+fn each_input_takes_what_it_says() {
+    for model in [&MODEL, &siko_ag02::sim::MODEL] {
+        let mut drive = SimulatedDrive::new(model, NODE);
+        let step = |line: &str| Script::from_toml(model, &format!("[[step]]\n{line}\n"));
+        for input in inputs(&drive) {
+            let (values, wrong) = match &input.takes {
+                Takes::Flag => (vec!["true".to_owned(), "false".to_owned()], "1".to_owned()),
+                Takes::Words(words) => (words.iter().map(ToString::to_string).collect(), "some".to_owned()),
+                Takes::Number(range, word) => {
+                    let values = [range.low, range.high].map(|number| number.to_string()).into_iter();
+                    (values.chain(word.map(str::to_owned)).collect(), (range.high + 1.0).to_string())
+                }
+                Takes::Text(_) => (vec!["1010000 0 00".to_owned()], "5".to_owned()),
+            };
+            for value in values {
+                let line = input.line(&value);
+                let script = step(&line).unwrap_or_else(|error| panic!("{line}: {error}"));
+                script.steps()[0].changes.iter().for_each(|change| drive.apply(Instant::ZERO, *change));
+                let now = inputs(&drive).into_iter().find(|now| now.name == input.name).unwrap().value;
+                assert!(input.value.is_none() || now == Some(value), "{line}: {now:?}");
+                if let Some(value) = &input.value {
+                    // The world is as it was, for the next one.
+                    let script = step(&input.line(value)).unwrap_or_else(|error| panic!("{value}: {error}"));
+                    script.steps()[0].changes.iter().for_each(|change| drive.apply(Instant::ZERO, *change));
+                }
+            }
+            assert!(step(&input.line(&wrong)).is_err(), "{}", input.line(&wrong));
+        }
+    }
+}
+
+#[test]
+fn a_drive_has_the_inputs_of_its_model() {
+    let names = |model| inputs(&SimulatedDrive::new(model, NODE)).iter().map(|input| input.name).collect::<Vec<_>>();
+    let (with_keys, with_switches) = (names(&MODEL), names(&siko_ag02::sim::MODEL));
+    for (name, expected) in [
+        ("shaft", (true, true)),
+        ("key", (true, false)),
+        ("switches", (true, false)),
+        ("limit_switch", (false, true)),
+        ("enable", (false, true)),
+        ("bus_error", (false, true)),
+    ] {
+        assert_eq!((with_keys.contains(&name), with_switches.contains(&name)), expected, "{name}");
     }
 }

@@ -16,8 +16,8 @@ use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
 use siko_ag03_1::sim::{Model, Setup, SimulatedDrive};
 use siko_serial::sim::SerialDrive;
 use simulator::eeprom::EepromError;
-use simulator::script::{FromToml, Script, ScriptError};
-use simulator::servo::{Servo, ServoModel};
+use simulator::script::{FromToml, Input, Script, ScriptError};
+use simulator::servo::{self, Servo, ServoModel};
 use simulator::{Memory, SimulatedServo};
 
 use super::command::{Command, Power, Refusal};
@@ -418,6 +418,17 @@ impl SimulatedDevice {
             }
         }
         Ok(())
+    }
+
+    /// The inputs that it has, and what they are now: [`SimulatedDevice::input`] takes the [`line`](Input::line) of one with
+    /// another value. A device that is no drive has none.
+    #[must_use]
+    pub fn inputs(&self) -> Vec<Input> {
+        match &self.kind {
+            Kind::Drive(serial) => siko_ag03_1::sim::script::inputs(serial.drive()),
+            Kind::Servo(servo) => servo::script::inputs(servo.servo().inputs()),
+            Kind::Sheet(device) => device.world().map(servo::script::inputs).unwrap_or_default(),
+        }
     }
 
     /// Takes bytes of its serial interface, and returns what it answers.

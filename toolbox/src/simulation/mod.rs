@@ -32,4 +32,5 @@ pub use command::{Command, Power};
 pub use device::{SimulatedDevice, SimulationError};
 pub use plant::{Files, Plant, PlantDevice, PlantError};
 pub use segment::{Action, Fault, Segment};
+pub use simulator::script::{Input, Range, Takes};
 pub use virtual_device::VirtualDevice;

@@ -71,6 +71,8 @@ use crate::fault::FaultKind;
 
 #[cfg(feature = "script")]
 mod toml;
+#[cfg(feature = "script")]
+pub use toml::inputs;
 
 /// What happens to a drive, step by step. See the [module](self).
 pub type Script = simulator::script::Script<Change>;

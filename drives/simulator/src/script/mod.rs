@@ -23,11 +23,15 @@
 
 mod condition;
 #[cfg(feature = "script")]
+mod input;
+#[cfg(feature = "script")]
 mod toml;
 
 pub use condition::Condition;
 #[cfg(feature = "script")]
-pub use toml::{FromToml, Reading, ScriptError, listed};
+pub use input::{Input, Range, Takes, listed};
+#[cfg(feature = "script")]
+pub use toml::{FromToml, Reading, ScriptError};
 
 use lexican_runtime::{Duration, Instant};
 

@@ -6,7 +6,7 @@ use lexican_runtime::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::{Condition, Script, Trigger};
+use super::{Condition, Range, Script, Takes, Trigger, listed};
 
 /// A script that cannot be understood.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -113,7 +113,7 @@ impl<'t, 'i> Step<'t, 'i> {
     }
 
     fn trigger(&self, at: usize, last_at_ms: &mut u64) -> Result<Trigger, ScriptError> {
-        let time = |name| self.get(name).map(|value| value.scaled(1.0, 0.0, 1e12, "ms")).transpose();
+        let time = |name| self.get(name).map(|value| value.scaled(1.0, Range::new(0.0, 1e12, "ms"))).transpose();
         let after = time("after_ms")?.map(|ms| Duration::from_millis(ms as u64));
         match (time("at_ms")?, self.get("when")) {
             (Some(_), None) if after.is_some() => {
@@ -209,7 +209,7 @@ impl Reading<'_> {
     ///
     /// It is not.
     pub fn flag(&self) -> Result<bool, ScriptError> {
-        self.value.get_ref().as_bool().ok_or_else(|| self.wrong("true or false"))
+        self.value.get_ref().as_bool().ok_or_else(|| self.wrong(&Takes::Flag.to_string()))
     }
 
     /// The value, if it is a number.
@@ -224,15 +224,27 @@ impl Reading<'_> {
         }
     }
 
-    /// A number from `low` to `high`, times `scale`, as a whole number.
+    /// A number within a range, times `scale`, as a whole number.
     ///
     /// # Errors
     ///
     /// It is none.
-    pub fn scaled(&self, scale: f64, low: f64, high: f64, unit: &str) -> Result<f64, ScriptError> {
-        let number = self.number().filter(|number| (low..=high).contains(number));
-        let number = number.ok_or_else(|| self.wrong(&format!("a number from {low} to {high} ({unit})")))?;
-        Ok((number * scale).round())
+    pub fn scaled(&self, scale: f64, range: Range) -> Result<f64, ScriptError> {
+        self.within(scale, range).ok_or_else(|| self.wrong(&Takes::Number(range, None).to_string()))
+    }
+
+    /// The same, or `None` for a word.
+    ///
+    /// # Errors
+    ///
+    /// It is neither.
+    pub fn scaled_or(&self, word: &'static str, scale: f64, range: Range) -> Result<Option<f64>, ScriptError> {
+        let number = if self.is(word) { Some(None) } else { self.within(scale, range).map(Some) };
+        number.ok_or_else(|| self.wrong(&Takes::Number(range, Some(word)).to_string()))
+    }
+
+    fn within(&self, scale: f64, Range { low, high, .. }: Range) -> Option<f64> {
+        self.number().filter(|number| (low..=high).contains(number)).map(|number| (number * scale).round())
     }
 
     /// What the value, which is one of these words, stands for.
@@ -240,15 +252,8 @@ impl Reading<'_> {
     /// # Errors
     ///
     /// It is none of them.
-    pub fn of<T: Copy>(&self, words: &[(&str, T)]) -> Result<T, ScriptError> {
+    pub fn of<T: Copy>(&self, words: &[(&'static str, T)]) -> Result<T, ScriptError> {
         let word = words.iter().find(|(word, _)| self.is(word));
-        word.map(|(_, meaning)| *meaning).ok_or_else(|| self.wrong(&listed(words.iter().map(|(word, _)| *word))))
+        word.map(|(_, meaning)| *meaning).ok_or_else(|| self.wrong(&Takes::words(words).to_string()))
     }
-}
-
-/// `"a", "b" or "c"`.
-pub fn listed<'w>(words: impl Iterator<Item = &'w str>) -> String {
-    let mut words: Vec<String> = words.map(|word| format!("{word:?}")).collect();
-    let last = words.pop().unwrap_or_default();
-    if words.is_empty() { last } else { format!("{} or {last}", words.join(", ")) }
 }

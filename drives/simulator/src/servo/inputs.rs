@@ -1,5 +1,7 @@
 //! The world around a servo: its supply, its shaft, its switches.
 
+#[cfg(feature = "script")]
+use crate::script::{Range, Takes};
 use crate::trajectory::State;
 
 /// The world around a servo, as a test or a user sets it.
@@ -121,6 +123,62 @@ impl Inputs {
             _ => {}
         }
         Ok(())
+    }
+}
+
+/// For buttons.
+#[cfg(feature = "script")]
+impl Inputs {
+    /// What an input takes, and what it is.
+    pub(super) fn about(key: &str) -> (Takes, &'static str) {
+        let code = || Takes::Number(Range::new(0.0, 65_535.0, "EMCY code"), Some("none"));
+        let place = || Takes::Number(Range::new(-1e9, 1e9, "position units"), Some("none"));
+        match key {
+            "supply" => (Takes::Flag, "the motor is supplied"),
+            "enable" => (Takes::Flag, "the input without which the motor gets no torque"),
+            "blocked" => (Takes::Flag, "something holds the shaft"),
+            "ignores_sync" => (Takes::Flag, "SYNC does not get through to the cyclic modes"),
+            "fault" => (code(), "the cause of a fault; while it lasts, the fault cannot be reset"),
+            "warning" => (code(), "the cause of a warning"),
+            "digital" => (Takes::Number(Range::new(0.0, 4_294_967_295.0, "bits"), None), "further bits of 60FDh"),
+            "probe_1" => (Takes::Flag, "the level of touch probe 1"),
+            "probe_2" => (Takes::Flag, "the level of touch probe 2"),
+            "negative_limit" => (place(), "the negative limit switch is active here and below"),
+            "positive_limit" => (place(), "the positive limit switch is active here and above"),
+            "home_low" => (place(), "the home switch is active from here on"),
+            "home_high" => (place(), "the home switch is active up to here"),
+            "index" => (place(), "where there is an index pulse"),
+            _ => (
+                Takes::Number(Range::new(0.0, 1e9, "position units"), Some("none")),
+                "the distance from one index pulse to the next",
+            ),
+        }
+    }
+
+    /// An input by its name, as [`Inputs::set`] takes it.
+    pub(super) fn get(&self, key: &str) -> Option<String> {
+        let flag = |flag: bool| Some(flag.to_string());
+        let code = |code: Option<u16>| Some(code.map_or_else(|| "none".to_owned(), |code| format!("{code:#06x}")));
+        let place = |place: Option<f64>| Some(place.map_or_else(|| "none".to_owned(), |place| place.to_string()));
+        let machine = &self.machine;
+        match key {
+            "supply" => flag(self.supply),
+            "enable" => flag(self.enable),
+            "blocked" => flag(self.blocked),
+            "ignores_sync" => flag(self.ignores_sync),
+            "fault" => code(self.fault),
+            "warning" => code(self.warning),
+            "digital" => Some(format!("{:#010x}", self.digital)),
+            "probe_1" => flag(self.probes[0]),
+            "probe_2" => flag(self.probes[1]),
+            "negative_limit" => place(machine.negative_limit),
+            "positive_limit" => place(machine.positive_limit),
+            "home_low" => place(machine.home_switch.map(|(low, _)| low)),
+            "home_high" => place(machine.home_switch.map(|(_, high)| high)),
+            "index" => place(machine.index.map(|(first, _)| first)),
+            "index_distance" => place(machine.index.map(|(_, distance)| distance)),
+            _ => None,
+        }
     }
 }
 

@@ -139,10 +139,35 @@ impl Seen<'_> {
 }
 
 #[cfg(feature = "script")]
+pub use from_toml::inputs;
+
+#[cfg(feature = "script")]
 mod from_toml {
     use super::{Change, Setting};
-    use crate::script::{FromToml, Reading, ScriptError};
+    use crate::script::{FromToml, Input, Range, Reading, ScriptError, Takes};
     use crate::servo::{Inputs, ServoModel};
+
+    const TURN: Range = Range::new(-1e9, 1e9, "position units");
+    /// A power of a whole device; none for off and on again.
+    const POWER: &[(&str, Option<bool>)] = &[("on", Some(true)), ("off", Some(false)), ("cycle", None)];
+
+    /// What can be done to a servo in this world: one for each key of a step.
+    #[must_use]
+    pub fn inputs(world: &Inputs) -> Vec<Input> {
+        let own = Inputs::KEYS.into_iter().map(|name| {
+            let (takes, what) = Inputs::about(name);
+            Input { name, takes, what, value: world.get(name) }
+        });
+        let turn = Input {
+            name: "turn",
+            takes: Takes::Number(TURN, None),
+            what: "somebody turns the shaft by hand; a motor that has torque holds it",
+            value: None,
+        };
+        let what = "the supply of the device is switched";
+        let power = Input { name: "power", takes: Takes::words(POWER), what, value: None };
+        own.chain([turn, power]).collect()
+    }
 
     impl FromToml for Change {
         type Model = ServoModel;
@@ -155,11 +180,8 @@ mod from_toml {
 
         fn read(_: &ServoModel, reading: &Reading<'_>) -> Result<Vec<Self>, ScriptError> {
             let change = match reading.key() {
-                "turn" => Change::Turn(reading.scaled(1.0, -1e9, 1e9, "position units")?),
-                "power" => {
-                    let words = [("on", Some(true)), ("off", Some(false)), ("cycle", None)];
-                    reading.of(&words)?.map_or(Change::PowerCycle, Change::Power)
-                }
+                "turn" => Change::Turn(reading.scaled(1.0, TURN)?),
+                "power" => reading.of(POWER)?.map_or(Change::PowerCycle, Change::Power),
                 key => {
                     let value = reading.plain();
                     Inputs::default().take(key, &value).map_err(|wanted| reading.wrong(wanted))?;

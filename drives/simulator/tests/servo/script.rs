@@ -3,8 +3,9 @@
 
 use lexican_runtime::profile::cia402::State;
 use lexican_runtime::wire::nmt::NmtCommand;
-use simulator::servo::ServoModel;
-use simulator::servo::script::{Script, Setting};
+use simulator::script::Takes;
+use simulator::servo::script::{Change, Script, Setting, inputs};
+use simulator::servo::{Inputs, ServoModel};
 
 use crate::node::Bus;
 
@@ -140,4 +141,37 @@ fn values_are_those_of_the_inputs() {
         (Some(-20.5), Some((f64::NEG_INFINITY, 10.0)))
     );
     assert_eq!((inputs.machine.index, inputs.probes), (None, [false, true]));
+}
+
+/// A table of buttons cannot ask for what the servo refuses, and shows what it has done.
+#[test]
+fn each_input_takes_what_it_says() {
+    let step = |line: &str| format!("[[step]]\n{line}\n");
+    let after = |line: &str| {
+        let script = Script::from_toml(&ServoModel::CIA_402, &step(line)).unwrap_or_else(|error| panic!("{error}"));
+        let mut world = Inputs::default();
+        if let Change::Input(setting) = &script.steps()[0].changes[0] {
+            setting.apply(&mut world);
+        }
+        world
+    };
+    for input in inputs(&Inputs::default()) {
+        let (values, wrong) = match &input.takes {
+            Takes::Flag => (vec!["true".to_owned(), "false".to_owned()], "some"),
+            Takes::Words(words) => (words.iter().map(ToString::to_string).collect(), "some"),
+            Takes::Number(range, word) => {
+                let values = [range.low, range.high].map(|number| number.to_string()).into_iter();
+                (values.chain(word.map(str::to_owned)).collect(), "true")
+            }
+            Takes::Text(_) => panic!("{input:?}"),
+        };
+        for value in values {
+            let world = after(&input.line(&value));
+            if input.value.is_some() {
+                let now = inputs(&world).into_iter().find(|now| now.name == input.name).unwrap();
+                assert_eq!(after(&now.line(now.value.as_ref().unwrap())), world, "{} = {value}", input.name);
+            }
+        }
+        assert!(Script::from_toml(&ServoModel::CIA_402, &step(&input.line(wrong))).is_err(), "{}", input.line(wrong));
+    }
 }

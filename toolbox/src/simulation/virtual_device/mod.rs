@@ -23,7 +23,7 @@ use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
 use simulator::eeprom::EepromError;
 use simulator::script::Following;
 use simulator::servo::script::{Change, Script, Seen};
-use simulator::servo::{self, Servo, ServoModel};
+use simulator::servo::{self, Inputs, Servo, ServoModel};
 use simulator::{Memory, Storage};
 
 use dictionary::SheetDictionary;
@@ -165,6 +165,11 @@ impl VirtualDevice {
     /// Whether it is a drive that moves.
     pub(super) fn servo(&self) -> Option<&Servo> {
         self.servo.as_ref().filter(|_| self.on)
+    }
+
+    /// The world around a drive.
+    pub(super) fn world(&self) -> Option<&Inputs> {
+        self.servo.as_ref().map(Servo::inputs)
     }
 
     /// Which drive it is, if it moves.
