@@ -7,8 +7,12 @@ mod common;
 mod simulation;
 
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
 
 use common::{Run, folder, lexican_in};
+use lexican_runtime::Duration;
+use lexican_runtime::host::VirtualBus;
+use lexican_toolbox::simulation::{Files, Plant, SimulatedDevice, command};
 use serde_json::{Value, json};
 use simulation::Simulation;
 
@@ -192,7 +196,7 @@ fn the_example_runs() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     let run = |args: &[&str]| lexican_in(&folder, args);
     let found = run(&["scan", "--bus", "sim:plants/line.toml"]);
-    for node in ["node   5  siko/ag03-1", "node   6  kollmorgen/akd", "node   7"] {
+    for node in ["node   5  siko/ag03-1", "node   6  kollmorgen/akd", "node   7", "node   8"] {
         found.on_stdout(0, node);
     }
     // The I/O is lost, and comes back.
@@ -201,4 +205,37 @@ fn the_example_runs() {
     let booted = run(&boot);
     booted.on_stdout(0, "the network is ready");
     booted.on_stdout(0, "node 7: is lost");
+}
+
+/// A program that brings the example has no files beside it.
+#[test]
+fn the_example_runs_from_texts_inside_a_program() {
+    const FILES: Files<'_> = Files::Embedded(&[
+        ("io.eds", include_str!("../plants/io.eds")),
+        ("encoder.eds", include_str!("../plants/encoder.eds")),
+    ]);
+    let plant = Plant::parse(include_str!("../plants/line.toml"), "line.toml", FILES).unwrap();
+    assert!(plant.devices.iter().all(|device| device.sheet.errors().count() == 0));
+    let bus = VirtualBus::with_bit_rate(plant.bit_rate_kbit);
+    let segment = plant.segment(bus.now()).unwrap();
+    let faults: Vec<_> = segment.faults().map(|(fault, _)| (fault.sender, fault.to_string())).collect();
+    assert_eq!(faults, [(Some(2), "4 of 20 frames with COB-ID 707h are lost".to_owned())]);
+    let segment = Arc::new(Mutex::new(segment));
+    bus.attach(Arc::clone(&segment));
+    bus.advance(Duration::from_secs(1));
+    let mut segment = segment.lock().unwrap();
+    let inputs = |device: &SimulatedDevice| device.inputs().iter().map(|input| input.name).collect::<Vec<_>>();
+    let about: Vec<_> = segment.nodes().map(|it| (it.name().unwrap(), it.abilities(), inputs(it).len() > 10)).collect();
+    assert_eq!(
+        about,
+        [
+            ("feeder", "a drive that moves", true),
+            ("cutter", "a drive that moves", true),
+            ("io", "every object of its data sheet, and LSS", false),
+            ("encoder", "every object of its data sheet, and LSS", false),
+        ]
+    );
+    let encoder = segment.nodes_mut().find(|device| device.is_called("8")).unwrap();
+    let position = command::parse("get \"Position value\"").unwrap().unwrap();
+    assert_eq!(encoder.carry_out(bus.now(), &position).unwrap(), "6004:00 Position value = 123456 (0001E240h)");
 }
