@@ -1,48 +1,60 @@
-// The one bench of this page, and what views ask of it.
+// The one bench of this page, and how views ask it.
 import { useState } from 'preact/hooks'
 import { signal } from '@preact/signals'
+import { save } from './files.js'
 import { Bench, socketUrl, takeToken } from './socket.js'
 import { applyView, connection, face, version } from './state.js'
-import { saveFile } from './files.js'
 
 let bench = null
 
 export function connect() {
-  bench = new Bench(socketUrl(takeToken()), {
-    state: (state) => (connection.value = state === 'connecting' && connection.value === 'lost' ? 'lost' : state),
+  const token = takeToken(location, sessionStorage, history)
+  const probe = () => fetch(`/?${new URLSearchParams({ token })}`, { method: 'HEAD', cache: 'no-store' })
+  const on = {
+    state: (state) => (connection.value = state),
     hello: (hello) => {
       face.value = hello.face
       version.value = hello.version
     },
     view: applyView,
+  }
+  bench = new Bench(socketUrl(location), token, on, {
+    isRefused: () => probe().then((answer) => answer.status === 403, () => false),
   })
 }
 
-/** The value of a command's answer. */
-export const ask = (command) => bench.ask(command).then(({ value }) => value)
+/** What a command brings; fails with `{ why, remedy }`. */
+export const ask = (command) => bench.ask(command)
 
-/** What was refused last, for all to see: orders whose button has no place for it. */
+/** What was refused last, for all to see: of orders whose button has no place for it. */
 export const refusal = signal(null)
 
-export function order(command) {
+/** Gives what the command brings, or null when it is refused. */
+export async function order(command) {
   refusal.value = null
-  return ask(command).catch((refused) => {
+  try {
+    return await ask(command)
+  } catch (refused) {
     refusal.value = refused
-  })
+    return null
+  }
 }
 
 /** Asks for a file, and hands it to the browser. */
-export const orderFile = (command) => order(command).then((file) => file && saveFile(file.name, file.bytes))
+export async function orderFile(command) {
+  const file = await order(command)
+  if (file) save(file)
+}
 
-/** A command with its state: `[{ busy, refused, done }, run]`. `run` gives the answer's value, or null when refused. */
+/** A command with its state: `[{ busy, refused, done }, run]`. `run` gives what it brings, or null when refused. */
 export function useAsk() {
   const [state, setState] = useState({ busy: false, refused: null, done: false })
   const run = async (command) => {
     setState({ busy: true, refused: null, done: false })
     try {
-      const value = await ask(command)
+      const content = await ask(command)
       setState({ busy: false, refused: null, done: true })
-      return value ?? true
+      return content
     } catch (refused) {
       setState({ busy: false, refused, done: false })
       return null
@@ -51,23 +63,25 @@ export function useAsk() {
   return [state, run]
 }
 
-/** How the last stop went: `{ state: 'sent' | 'answered' | 'unanswered' | 'unsent', ms }`. */
+/** How the last stop went: `{ number, state: 'sent' | 'answered' | 'unanswered' | 'refused' | 'unsent', ms, why }`. */
 export const stop = signal(null)
 const PATIENCE = 1000 // ms until a stop counts as unanswered
 
 export function stopAll() {
+  const asked = bench.ask({ do: 'stop-all' }) // before anything else
   const sent = performance.now()
-  const number = (stop.value?.number ?? 0) + 1
-  const set = (state, ms = 0) => {
-    if (stop.value.number === number) stop.value = { number, state, ms }
+  const number = (stop.peek()?.number ?? 0) + 1
+  const set = (state, rest) => {
+    if (stop.peek().number === number) stop.value = { number, state, ms: performance.now() - sent, ...rest }
   }
-  const asked = bench.ask({ do: 'stop-all' })
   stop.value = { number, state: 'sent', ms: 0 }
-  const late = setTimeout(() => set('unanswered', PATIENCE), PATIENCE)
-  asked
-    .then(
-      () => set('answered', performance.now() - sent),
-      (refused) => set(refused.why === 'lost' ? 'unsent' : 'unanswered'),
-    )
-    .finally(() => clearTimeout(late))
+  const late = setTimeout(set, PATIENCE, 'unanswered')
+  const ended = (state, rest) => {
+    clearTimeout(late)
+    set(state, rest)
+  }
+  asked.then(
+    () => ended('answered'),
+    ({ why }) => (why === 'lost' ? ended('unsent') : ended('refused', { why })),
+  )
 }

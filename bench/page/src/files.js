@@ -1,11 +1,8 @@
 // Files out of the page, and into it.
 
-export function saveFile(name, base64) {
-  const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0))
-  const url = URL.createObjectURL(new Blob([bytes]))
-  const link = Object.assign(document.createElement('a'), { href: url, download: name })
-  link.click()
-  setTimeout(() => URL.revokeObjectURL(url), 10_000)
+/** Downloads a file of the bench: its address gives it once. */
+export function save({ name, url }) {
+  Object.assign(document.createElement('a'), { href: url, download: name }).click()
 }
 
 /** The text of a file that the user picks; data sheets may be in Latin-1. */

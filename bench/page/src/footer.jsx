@@ -4,12 +4,15 @@ import { t } from './i18n/index.js'
 import { connection, view } from './state.js'
 import { Button, Meter, Refusal } from './ui.jsx'
 
+/** What is said of a connection that is not there. */
+const LOSSES = { lost: 'lost', ended: 'ended', refused: 'forbidden' }
+
 export function Footer() {
   return (
     <footer>
-      {connection.value === 'lost' && (
+      {connection.value in LOSSES && (
         <p class="lost" role="alert" data-test="lost">
-          <strong>{t('lost.title')}</strong> {t('lost.text')}
+          <strong>{t(LOSSES[connection.value])}</strong> {t(`${LOSSES[connection.value]}.what`)}
         </p>
       )}
       {refusal.value && (

@@ -31,7 +31,7 @@ export function Header() {
   )
 }
 
-const otherLanguage = () => Object.keys(DICTIONARIES).find((tag) => tag !== language.value) ?? 'en'
+const otherLanguage = () => Object.keys(DICTIONARIES).find((tag) => tag !== language.value)
 
 function BusMark() {
   const bus = view.bus.value
@@ -92,7 +92,7 @@ function Stop() {
         <kbd>Esc</kbd>
       </button>
       <span class={`stop-answer ${last?.state ?? ''}`} role="alert" data-test="stop-answer">
-        {last && t(`stop.${last.state}`, { ms: number(last.ms) })}
+        {last && t(`stop.${last.state}`, { ms: number(last.ms), why: last.why })}
       </span>
     </div>
   )

@@ -16,10 +16,10 @@ export function scale(count, height, shown) {
 export const topRow = ({ perPixel }, scrollTop) => scrollTop * perPixel
 export const scrollTopOf = ({ perPixel }, row) => (perPixel > 0 ? row / perPixel : 0)
 
-/** Whole rows to ask for around those in sight, so that small steps ask for nothing. */
-export function windowOf(top, visible, count, margin) {
+/** Whole rows to ask for: those in sight and a margin around them, as many as an answer may have. */
+export function windowOf(top, visible, margin) {
   const from = Math.max(0, Math.floor(top) - margin)
-  return { from, count: Math.min(1000, Math.max(0, Math.min(count, Math.ceil(top + visible) + margin) - from)) }
+  return { from, count: Math.min(1000, Math.ceil(top + visible) + margin - from) }
 }
 
 /**

@@ -20,7 +20,7 @@ export const EMPTY = {
 
 export const view = Object.fromEntries(Object.entries(EMPTY).map(([field, value]) => [field, signal(value)]))
 
-/** `connecting`, `open`, `lost`, or `refused` when the bench does not know the token. */
+/** `connecting`, `open`, `lost`, `ended`, or `refused` when the bench does not know the token. */
 export const connection = signal('connecting')
 /** The number of this page among the faces, and the bench's version. */
 export const face = signal(null)
@@ -69,10 +69,10 @@ export function goTo(nextTab, nextNode = chosenNode.value) {
   history.replaceState(null, '', nextNode === null ? `#${nextTab}` : `#${nextTab}/${nextNode}`)
 }
 
-/** The row of the trace that is to be shown, with a count so that the same row can be asked for twice. */
+/** The number of the trace's row that is to be shown, until it is. */
 export const wantedRow = signal(null)
 
 export function goToRow(number) {
-  wantedRow.value = { number, count: (wantedRow.value?.count ?? 0) + 1 }
+  wantedRow.value = number
   goTo('trace')
 }

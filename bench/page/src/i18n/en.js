@@ -5,10 +5,11 @@ export default {
   'tab.nodes': 'Nodes', 'tab.objects': 'Objects', 'tab.pdos': 'PDOs', 'tab.trace': 'Trace', 'tab.plots': 'Plots',
   'tab.drives': 'Drives', 'tab.bus': 'Bus', 'tab.devices': 'Simulation', 'tab.badge': '{count} to look at',
 
-  'connection.connecting': 'connecting', 'connection.open': 'connected', 'connection.lost': 'no connection',
+  'connection.connecting': 'connecting', 'connection.open': 'connected', 'connection.lost': 'no connection', 'connection.ended': 'ended', 'connection.refused': 'refused',
   faces: '{count} pages open', 'faces.one': 'only this page',
-  'lost.title': 'No connection to the bench.',
-  'lost.text': 'What is shown is old, and nothing can be stopped from here. What this page started is being stopped. It connects again by itself; if it does not, is `lexican bench` still running?',
+  lost: 'The connection to the bench is lost.', 'lost.what': 'What is shown is old, and nothing can be stopped from here; the bench stops what this page started. The page connects again by itself.',
+  ended: 'The bench has ended.', 'ended.what': 'What is shown is old, and nothing can be stopped from here. Start `lexican bench` again, and open the address that it prints.',
+  forbidden: 'The bench does not know this page.', 'forbidden.what': 'Open the address that `lexican bench` printed, with its token: each run has its own.',
   'refused.lost': 'The connection to the bench is lost.',
 
   'hands.mine': 'Hands on', 'hands.free': 'Look only', 'hands.theirs': 'Page {holder} has the hands',
@@ -19,7 +20,7 @@ export default {
   'hands.lost': 'No connection to the bench.',
 
   'stop.sent': 'sent …', 'stop.answered': 'answered after {ms} ms', 'stop.unanswered': 'NOT ANSWERED: use the machine’s emergency stop',
-  'stop.unsent': 'NOT SENT: use the machine’s emergency stop',
+  'stop.refused': 'REFUSED: {why}', 'stop.unsent': 'NOT SENT: use the machine’s emergency stop',
 
   'language.switch': 'Deutsch', 'theme.switch': 'Light, dark, or as the system has it',
   'theme.system': 'Auto', 'theme.light': 'Light', 'theme.dark': 'Dark',
@@ -61,14 +62,14 @@ export default {
   'map.mappable': 'Mappable objects', 'map.add': 'Add', 'map.present': 'Mapped objects', 'map.empty': 'Drag objects here, or add them by Enter.', 'map.help': 'Drag, or Alt+arrow to move, Del to remove.',
   'map.earlier': 'Earlier', 'map.later': 'Later', 'map.remove': 'Remove', 'map.checking': 'Checking …', 'map.fine': 'Nothing speaks against it.', 'map.transmission': 'Transmission', 'map.apply': 'Apply', 'map.revert': 'Revert',
 
-  'trace.title': 'Trace', 'trace.kept': '{kept} kept of {all}', 'trace.follow': 'Follow', 'trace.hold': 'Hold', 'trace.format': 'Format', 'trace.jump': 'To this frame in the trace',
+  'trace.title': 'Trace', 'trace.kept': '{kept} kept of {all}', 'trace.follow': 'Follow', 'trace.format': 'Format', 'trace.jump': 'To this frame in the trace',
   'trace.number': 'No.', 'trace.time': 'Time', 'trace.id': 'COB-ID', 'trace.service': 'Service', 'trace.data': 'Data', 'trace.text': 'Meaning',
   'trace.following': 'Following: {count} rows match.', 'trace.held': 'Held: {count} rows match. End or “Follow” goes on.',
   filter: 'Filter', 'filter.text': 'Text', 'filter.nodes': 'Nodes', 'filter.object': 'Object', 'filter.ids': 'COB-IDs', 'filter.without': 'Without', 'filter.services': 'Services',
   'filter.alarming': 'Errors only', 'filter.transfers': 'Fold SDO transfers', 'filter.clear': 'Clear',
   'filter.text.example': '', 'filter.nodes.example': '3,5-9', 'filter.object.example': '6041', 'filter.ids.example': '180-1FF', 'filter.without.example': 'sync,heartbeat',
 
-  'plots.title': 'Plots', 'plots.none': 'No curve yet: choose a node and signals.', 'plots.span': 'In sight', 'plots.follow': 'Follow', 'plots.hold': 'Hold', 'plots.clear': 'Remove all',
+  'plots.title': 'Plots', 'plots.none': 'No curve yet: choose a node and signals.', 'plots.span': 'In sight', 'plots.follow': 'Follow', 'plots.clear': 'Remove all',
   'plots.signals': 'Objects, PDOs', 'plots.every': 'Every', 'plots.add': 'Add', 'plots.curve': 'Curve', 'plots.now': 'Now', 'plots.low': 'Lowest', 'plots.high': 'Highest', 'plots.increments': 'inc',
   trigger: 'Trigger', 'trigger.edge': 'Edge', 'trigger.rising': 'rising', 'trigger.falling': 'falling', 'trigger.level': 'Level', 'trigger.arm': 'Arm', 'trigger.armed': 'Armed …',
 

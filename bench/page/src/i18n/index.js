@@ -1,8 +1,9 @@
 // The page's texts. What comes from the bench (faults, reasons, names of data sheets) stays as the bench says it.
 import { signal } from '@preact/signals'
+import de from './de.js'
 import en from './en.js'
 
-export const DICTIONARIES = { en }
+export const DICTIONARIES = { en, de }
 const KEY = 'language'
 
 const preferred = () => {

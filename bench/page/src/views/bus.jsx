@@ -9,7 +9,7 @@ import { Fact } from './nodes.jsx'
 export function Bus() {
   const bus = view.bus.value
   return (
-    <div class="split">
+    <div class="split wide-right">
       <div class="stack">
         <Panel title={`${t('bus.title')} ${bus.name}`} data-test="bus">
           <div class="load">

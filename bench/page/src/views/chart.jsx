@@ -3,10 +3,18 @@ import { useEffect, useRef } from 'preact/hooks'
 import uPlot from 'uplot'
 import { keyOf } from '../curves.js'
 import { t } from '../i18n/index.js'
-import { theme } from '../theme.js'
+import { isDark } from '../theme.js'
 import { useResize } from '../ui.jsx'
 
-const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim()
+/** A colour of the style sheet, for a canvas: a property is a text until an element uses it. */
+function color(name) {
+  const probe = document.querySelector('.chart')
+  probe.style.color = `var(${name})`
+  const { color } = getComputedStyle(probe)
+  probe.style.color = ''
+  return color
+}
+
 const scaleOf = (curve) => curve.unit ?? '-'
 
 /** `colors` has that of each curve, which stays when another one is hidden. */
@@ -60,7 +68,7 @@ export function Chart({ curves, colors, data, sight, cursors, setRange, setCurso
       zoom(event.deltaY > 0 ? 1.25 : 0.8, chart.posToVal(event.offsetX, 'x'))
     }, { passive: false })
     return () => chart.destroy()
-  }, [kind, theme.value])
+  }, [kind, isDark.value])
   useResize(element, () => plot.current?.setSize(size()))
   useEffect(() => {
     const chart = plot.current

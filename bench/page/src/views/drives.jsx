@@ -60,7 +60,7 @@ function Machine({ drive }) {
         return (
           <g key={number} class={isNext ? 'transition next' : 'transition'}>
             <line x1={x1} y1={y1} x2={x2} y2={y2} marker-end={`url(#arrow-${drive.node})`} />
-            <text x={(x1 + x2) / 2 + 6} y={(y1 + y2) / 2 + 4}>{number}</text>
+            <text x={(x1 + x2) / 2 + (y1 === y2 ? -5 : 6)} y={(y1 + y2) / 2 + (y1 === y2 ? -4 : 4)}>{number}</text>
           </g>
         )
       })}

@@ -15,12 +15,12 @@ export function Entry({ node, entry, entries, take }) {
   const [reading, read] = useAsk()
   const readIt = async (addresses) => {
     const values = await read({ do: 'read', node, addresses })
-    if (Array.isArray(values)) take(values)
+    if (values) take(values)
   }
   useEffect(() => {
-    if (entry.access !== 'wo') readIt([address])
+    if (entry.access !== 'wo' && view.bus.value.is_writable) readIt([address])
   }, [])
-  const isWatched = view.watched.value.some((each) => each.node === node && addressOf(each) === address)
+  const isWatched = view.watched.value.some((each) => each.node === node && each.address === address)
   return (
     <Panel title={`${address}  ${entry.name}`} data-test="entry" tools={
       <>
@@ -47,9 +47,6 @@ export function Entry({ node, entry, entries, take }) {
     </Panel>
   )
 }
-
-/** A watched value has its address once it is known; until then its name begins with it. */
-export const addressOf = (watched) => watched.value?.address ?? watched.name.slice(0, 7)
 
 function Write({ node, entry, after }) {
   const [text, setText] = useState('')

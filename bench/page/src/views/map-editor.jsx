@@ -27,7 +27,7 @@ function useObjections(command) {
     setObjections(null)
     const timer = setTimeout(() => {
       ask({ ...command, check: true }).then(
-        (found) => isCurrent && setObjections(Array.isArray(found) ? found : []),
+        (found) => isCurrent && setObjections(found),
         (refused) => isCurrent && setObjections([refused.why]),
       )
     }, PATIENCE)

@@ -1,6 +1,6 @@
 // Parameters of a node as a whole: what differs, backup, restore.
 import { useState } from 'preact/hooks'
-import { fileText, saveFile } from '../files.js'
+import { fileText, save } from '../files.js'
 import { t } from '../i18n/index.js'
 import { view } from '../state.js'
 import { Act, Button, Empty, Panel, Refusal, useAsk } from '../ui.jsx'
@@ -12,11 +12,11 @@ export function Parameters({ node, show }) {
   const compare = async (other) => {
     setDifferences(null)
     const found = await run({ do: 'compare', node, with: other })
-    if (Array.isArray(found)) setDifferences(found)
+    setDifferences(found)
   }
   const backup = async () => {
     const file = await run({ do: 'backup', node })
-    if (file) saveFile(file.name, file.bytes)
+    if (file) save(file)
   }
   const pick = async (event) => {
     const [file] = event.target.files

@@ -9,7 +9,7 @@ import { Button, Empty, NodePicker, Panel, Refusal } from '../ui.jsx'
 import { Bits, where } from './bits.jsx'
 import { MapEditor } from './map-editor.jsx'
 
-const EVERY = 500 // ms from look to look
+const EVERY = 1000 // ms from look to look
 
 /** The PDOs of a node, looked at again and again for their live values. */
 function usePdos(node) {

@@ -91,7 +91,7 @@ function Tools({ sight }) {
           {SPANS.map((each) => <option key={each} value={each}>{each} s</option>)}
         </select>
       </label>
-      <Button data-test="plot-follow" aria-pressed={range.value === null} run={() => (range.value = range.value === null ? sight : null)}>{t(range.value === null ? 'plots.hold' : 'plots.follow')}</Button>
+      <Button data-test="plot-follow" aria-pressed={range.value === null} run={() => (range.value = range.value === null ? sight : null)}>{t('plots.follow')}</Button>
       <Button data-test="plot-csv" run={() => orderFile({ do: 'export-plot', format: 'csv' })}>CSV</Button>
       <Button data-test="plot-svg" run={() => orderFile({ do: 'export-plot', format: 'svg' })}>SVG</Button>
       <Button data-test="plot-clear" run={() => order({ do: 'clear-plot', node: null })}>{t('plots.clear')}</Button>

@@ -4,7 +4,6 @@ import { measured, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { view } from '../state.js'
 import { Button, Empty, Panel } from '../ui.jsx'
-import { addressOf } from './entry.jsx'
 
 export function Watched() {
   const watched = view.watched.value
@@ -25,13 +24,13 @@ export function Watched() {
             </thead>
             <tbody>
               {watched.map((each) => (
-                <tr key={`${each.node} ${each.name}`} data-test={`watched-${each.node}-${addressOf(each)}`}>
+                <tr key={`${each.node} ${each.address}`} data-test={`watched-${each.node}-${each.address}`}>
                   <td class="number">{each.node}</td>
-                  <td title={t('watch.every', { ms: each.every_ms })}>{each.name}</td>
+                  <td title={t('watch.every', { ms: each.every_ms })}><code>{each.address}</code> {each.name}</td>
                   <td class={each.value?.is_error ? 'error' : 'value'}>{each.value?.text ?? '…'}</td>
                   <td class="number">{each.bounds && `${measured(each.bounds[0])} … ${measured(each.bounds[1])}`}</td>
                   <td class="number">{number(each.changes)}</td>
-                  <td><Button class="quiet" title={t('entry.unwatch')} aria-label={t('entry.unwatch')} run={() => order({ do: 'unwatch', node: each.node, address: addressOf(each) })}>×</Button></td>
+                  <td><Button class="quiet" title={t('entry.unwatch')} aria-label={t('entry.unwatch')} run={() => order({ do: 'unwatch', node: each.node, address: each.address })}>×</Button></td>
                 </tr>
               ))}
             </tbody>
