@@ -31,7 +31,7 @@ pub(crate) enum Job {
     Main,
     /// the README's command that passes the tests
     Test,
-    /// the conformance test's HTML report in a browser, where there is one
+    /// the conformance test's HTML report in a browser, and the bench's page, where there are a browser and npm
     Page,
     /// drives against every table of their manuals
     Verify,
@@ -136,7 +136,9 @@ impl Job {
             Job::Test => readme_command(root, "tests"),
             // The tests have done it, but a test that is skipped does not show there.
             Job::Page => {
-                command::run_cargo(root, &["test", "-p", "lexican", "--test", "report_page", "--", "--nocapture"], &[])
+                let report = ["test", "-p", "lexican", "--test", "report_page", "--", "--nocapture"];
+                command::run_cargo(root, &report, &[])?;
+                crate::page::run(root, true)
             }
             Job::Verify => {
                 crate::verify::run(root, None, true)?;

@@ -15,6 +15,7 @@ mod fuzz;
 mod interop;
 mod outside;
 mod package;
+mod page;
 mod python;
 mod qemu;
 mod report;
@@ -97,6 +98,12 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
+    /// Make the bench's page anew from its sources: bench/page/dist
+    Page {
+        /// Only check that it is right
+        #[arg(long)]
+        check: bool,
+    },
     /// Run a command with the CAN interfaces vcan0 and vcan1 up, under a guest kernel where this one
     /// has no CAN
     Vcan(vcan::Arguments),
@@ -121,6 +128,7 @@ fn main() -> ExitCode {
         Task::Interop { check } => interop::run(&root, check),
         Task::Conform { check } => conform::run(&root, check),
         Task::Verify { drive, check } => verify::run(&root, drive.as_deref(), check),
+        Task::Page { check } => page::run(&root, check),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
     match outcome {

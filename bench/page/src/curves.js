@@ -1,52 +1,91 @@
-// Curves as the bench gives them, put together for a plot.
+// Curves as the bench gives them, put together for a plot. Points are pairs of time and number, ascending in time.
 
 export const keyOf = ({ node, address }) => `${node} ${address}`
-
-/** Curves with the points that came since; those that are not there any more are gone. At most `most` points each. */
-export function extended(curves, news, most) {
-  const before = new Map(curves.map((curve) => [keyOf(curve), curve]))
-  return news.map((curve) => {
-    const old = before.get(keyOf(curve))?.points ?? []
-    const last = old.at(-1)?.[0] ?? -Infinity
-    const points = old.concat(curve.points.filter(([time]) => time > last))
-    return { ...curve, points: points.length > most ? points.slice(points.length - most) : points }
-  })
-}
 
 /** The time of the newest point; the next question is for what came since. */
 export const newest = (curves) => curves.reduce((time, { points }) => Math.max(time, points.at(-1)?.[0] ?? 0), 0)
 
-/**
- * One column of times and one of numbers per curve, as uPlot takes it. A curve without a number at a time has
- * `undefined` there, which is no gap.
- */
-export function columns(curves) {
-  const times = [...new Set(curves.flatMap(({ points }) => points.map(([time]) => time)))].sort((a, b) => a - b)
-  const place = new Map(times.map((time, at) => [time, at]))
-  const numbers = curves.map(({ points }) => {
-    const column = new Array(times.length)
-    for (const [time, number] of points) column[place.get(time)] = number
-    return column
+/** Curves with the points that came since; those that are not there any more are gone. At most `most` points each. */
+export function extended(curves, news, most) {
+  const before = new Map(curves.map((curve) => [keyOf(curve), curve.points]))
+  return news.map((curve) => {
+    const old = before.get(keyOf(curve)) ?? []
+    const last = old.at(-1)?.[0] ?? -Infinity
+    const points = old.concat(curve.points.slice(placeAfter(curve.points, last)))
+    return { ...curve, points: points.length > most ? points.slice(-most) : points }
   })
-  return [times, ...numbers]
 }
 
-/** A curve's number at a time: that of the last point until then. */
-export function numberAt({ points }, time) {
+/** The place of the first point after a time. */
+function placeAfter(points, time) {
   let [low, high] = [0, points.length]
   while (low < high) {
     const middle = (low + high) >> 1
     if (points[middle][0] <= time) low = middle + 1
     else high = middle
   }
-  return low === 0 ? null : points[low - 1][1]
+  return low
+}
+
+/** A curve's number at a time: that of the last point until then; null before the first one. */
+export const numberAt = ({ points }, time) => points[placeAfter(points, time) - 1]?.[1] ?? null
+
+/** The points from a time to another one, and the nearest ones outside, so that a line leaves the picture. */
+export function inSight(points, [from, to]) {
+  return points.slice(Math.max(0, placeAfter(points, from) - 1), placeAfter(points, to) + 1)
+}
+
+/** The lowest and the highest number; null if there are none. */
+export function bounds(points) {
+  if (points.length === 0) return null
+  let [low, high] = [Infinity, -Infinity]
+  for (const [, number] of points) {
+    if (number < low) low = number
+    if (number > high) high = number
+  }
+  return [low, high]
+}
+
+/** About `most` points that look the same: of every stretch its lowest and its highest one. */
+export function thinned(points, most) {
+  if (points.length <= most) return points
+  const stretch = Math.ceil((2 * points.length) / most)
+  const kept = []
+  for (let at = 0; at < points.length; at += stretch) {
+    let [low, high] = [at, at]
+    for (let each = at; each < Math.min(at + stretch, points.length); each++) {
+      if (points[each][1] < points[low][1]) low = each
+      if (points[each][1] > points[high][1]) high = each
+    }
+    kept.push(points[Math.min(low, high)])
+    if (low !== high) kept.push(points[Math.max(low, high)])
+  }
+  return kept
+}
+
+/**
+ * A column of times, and one of numbers per curve, as uPlot takes it. Where a curve has no number at a time there is
+ * `undefined`, which is no gap.
+ */
+export function columns(curves) {
+  const places = curves.map(() => 0)
+  const [times, ...numbers] = [[], ...curves.map(() => [])]
+  for (;;) {
+    const time = curves.reduce((least, { points }, at) => Math.min(least, points[places[at]]?.[0] ?? Infinity), Infinity)
+    if (time === Infinity) return [times, ...numbers]
+    times.push(time)
+    curves.forEach(({ points }, at) => {
+      const isHere = points[places[at]]?.[0] === time
+      numbers[at].push(isHere ? points[places[at]][1] : undefined)
+      if (isHere) places[at]++
+    })
+  }
 }
 
 /** When a curve first crosses a level after a time, rising or falling; null if it does not. */
 export function crossing({ points }, level, rising, after) {
-  for (let at = 1; at < points.length; at++) {
+  for (let at = Math.max(1, placeAfter(points, after)); at < points.length; at++) {
     const [[earlier, from], [later, to]] = [points[at - 1], points[at]]
-    if (later <= after) continue
     if (rising ? from < level && to >= level : from > level && to <= level) {
       return earlier + ((later - earlier) * (level - from)) / (to - from)
     }

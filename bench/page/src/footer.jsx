@@ -21,6 +21,7 @@ export function Footer() {
           <Button class="quiet" run={() => (refusal.value = null)}>{t('close')}</Button>
         </div>
       )}
+      <p class="unseen" aria-live="polite">{view.bus.value.troubles.at(-1)?.text}</p>
       <ul class="jobs" aria-label={t('jobs')} aria-live="polite" data-test="jobs">
         {view.jobs.value.slice(-4).map((job) => <Job key={job.number} job={job} />)}
       </ul>

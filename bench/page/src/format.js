@@ -27,10 +27,10 @@ export const ms = (value) => (value === null || value === undefined ? NONE : `${
 
 /** `1:02:03.456`; times are compared with a log, so the decimal sign stays a point. */
 export function clock(seconds, digits = 3) {
-  const whole = Math.floor(seconds)
-  const [hours, minutes] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60]
-  const rest = (seconds - Math.floor(whole / 60) * 60).toFixed(digits).padStart(digits + 3, '0')
-  return hours > 0 ? `${hours}:${String(minutes).padStart(2, '0')}:${rest}` : `${minutes}:${rest}`
+  const rounded = Number(seconds.toFixed(digits))
+  const minutes = Math.floor(rounded / 60)
+  const rest = (rounded - minutes * 60).toFixed(digits).padStart(digits + 3, '0')
+  return minutes < 60 ? `${minutes}:${rest}` : `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, '0')}:${rest}`
 }
 
 /** `0x000001AE`, for identities. */

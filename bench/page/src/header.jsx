@@ -10,21 +10,23 @@ import { Button, Meter } from './ui.jsx'
 export function Header() {
   return (
     <header class="top">
-      <div class="brand" title={version.value && `lexican ${version.value}`}>
-        <img src="icon.svg" alt="" width="26" height="26" />
-        <b>lexican bench</b>
-      </div>
-      <BusMark />
-      <Connection />
-      <Hands />
-      <div class="settings">
-        <Button class="quiet" data-test="language" title={t('language.switch')} run={() => setLanguage(otherLanguage())}>
-          {otherLanguage().toUpperCase()}
-        </Button>
-        <Button class="quiet" data-test="theme" title={t('theme.switch')} run={nextTheme}>
-          {t(`theme.${theme.value}`)}
-        </Button>
-        <Button class="quiet" data-test="help" title={t('help.title')} run={() => (isHelpOpen.value = true)}>?</Button>
+      <div class="always">
+        <div class="brand" title={version.value && `lexican ${version.value}`}>
+          <img src="icon.svg" alt="" width="26" height="26" />
+          <b>lexican bench</b>
+        </div>
+        <BusMark />
+        <Connection />
+        <Hands />
+        <div class="settings">
+          <Button class="quiet" data-test="language" title={t('language.switch')} run={() => setLanguage(otherLanguage())}>
+            {otherLanguage().toUpperCase()}
+          </Button>
+          <Button class="quiet" data-test="theme" title={t('theme.switch')} run={nextTheme}>
+            {t(`theme.${theme.value}`)}
+          </Button>
+          <Button class="quiet" data-test="help" title={t('help.title')} run={() => (isHelpOpen.value = true)}>?</Button>
+        </div>
       </div>
       <Stop />
     </header>

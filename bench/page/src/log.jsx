@@ -1,4 +1,5 @@
 // The time of a recorded log.
+import { useRef, useState } from 'preact/hooks'
 import { order } from './bench.js'
 import { clock } from './format.js'
 import { t } from './i18n/index.js'
@@ -7,13 +8,34 @@ import { Button } from './ui.jsx'
 
 const SPEEDS = [0.1, 1, 10, 100]
 
+/** Seeks one after the other: where the slider is by the time the last one is done. */
+function useSeek() {
+  const [wanted, setWanted] = useState(null)
+  const latest = useRef({ wanted: null, isBusy: false })
+  const seek = async (seconds) => {
+    setWanted(seconds)
+    latest.current.wanted = seconds
+    if (latest.current.isBusy) return
+    latest.current.isBusy = true
+    while (latest.current.wanted !== null) {
+      const next = latest.current.wanted
+      latest.current.wanted = null
+      await order({ do: 'seek', seconds: next })
+    }
+    latest.current.isBusy = false
+    setWanted(null)
+  }
+  return [wanted, seek]
+}
+
 export function LogSlider() {
   const { seconds, position, speed } = view.log.value
+  const [wanted, seek] = useSeek()
   const play = (next) => order({ do: 'play', speed: next })
   return (
     <div class="log" role="group" aria-label={t('log')}>
       <Button data-test="log-play" class="main" run={() => play(speed === 0 ? 1 : 0)}>{t(speed === 0 ? 'log.play' : 'log.hold')}</Button>
-      <input type="range" data-test="log-position" aria-label={t('log.position')} aria-valuetext={clock(position)} min="0" max={seconds} step="any" value={position} onInput={(event) => order({ do: 'seek', seconds: Number(event.target.value) })} />
+      <input type="range" data-test="log-position" aria-label={t('log.position')} aria-valuetext={clock(position)} min="0" max={seconds} step="any" value={wanted ?? position} onInput={(event) => seek(Number(event.target.value))} />
       <output>{clock(position)} / {clock(seconds)}</output>
       <div class="choice" role="group" aria-label={t('log.speed')}>
         {SPEEDS.map((each) => (

@@ -1,33 +1,35 @@
 // The state machine of CiA 402 as a picture: where its states stand, and what leads from one to another.
 
-/** Place and size in the picture's units; the names are those of the bench. */
-export const STATES = {
-  'NOT READY TO SWITCH ON': [10, 10],
-  'SWITCH ON DISABLED': [10, 82],
-  'READY TO SWITCH ON': [10, 154],
-  'SWITCHED ON': [10, 226],
-  'OPERATION ENABLED': [10, 298],
-  'QUICK STOP ACTIVE': [250, 298],
-  'FAULT REACTION ACTIVE': [250, 10],
-  FAULT: [250, 82],
-}
-export const WIDTH = 190
-export const HEIGHT = 44
+export const PICTURE = { width: 312, height: 330 }
+export const BOX = { width: 136, height: 42 }
+const [LEFT, RIGHT] = [2, 174]
 
-/** Transitions by their numbers in CiA 402: from, to, and how far beside the straight line. */
+/** The upper left corner of each state; the names are those of the bench. */
+export const STATES = {
+  'NOT READY TO SWITCH ON': [LEFT, 2],
+  'SWITCH ON DISABLED': [LEFT, 72],
+  'READY TO SWITCH ON': [LEFT, 142],
+  'SWITCHED ON': [LEFT, 212],
+  'OPERATION ENABLED': [LEFT, 282],
+  'QUICK STOP ACTIVE': [RIGHT, 282],
+  'FAULT REACTION ACTIVE': [RIGHT, 2],
+  FAULT: [RIGHT, 72],
+}
+
+/** Transitions by their numbers in CiA 402: from, to, and how far beside the middle. */
 export const TRANSITIONS = [
   [1, 'NOT READY TO SWITCH ON', 'SWITCH ON DISABLED', 0],
-  [2, 'SWITCH ON DISABLED', 'READY TO SWITCH ON', -40],
-  [7, 'READY TO SWITCH ON', 'SWITCH ON DISABLED', 40],
-  [3, 'READY TO SWITCH ON', 'SWITCHED ON', -40],
-  [6, 'SWITCHED ON', 'READY TO SWITCH ON', 40],
-  [4, 'SWITCHED ON', 'OPERATION ENABLED', -40],
-  [5, 'OPERATION ENABLED', 'SWITCHED ON', 40],
-  [11, 'OPERATION ENABLED', 'QUICK STOP ACTIVE', -10],
+  [2, 'SWITCH ON DISABLED', 'READY TO SWITCH ON', -28],
+  [7, 'READY TO SWITCH ON', 'SWITCH ON DISABLED', 28],
+  [3, 'READY TO SWITCH ON', 'SWITCHED ON', -28],
+  [6, 'SWITCHED ON', 'READY TO SWITCH ON', 28],
+  [4, 'SWITCHED ON', 'OPERATION ENABLED', -28],
+  [5, 'OPERATION ENABLED', 'SWITCHED ON', 28],
+  [11, 'OPERATION ENABLED', 'QUICK STOP ACTIVE', -8],
   [16, 'QUICK STOP ACTIVE', 'OPERATION ENABLED', 10],
   [12, 'QUICK STOP ACTIVE', 'SWITCH ON DISABLED', 0],
   [14, 'FAULT REACTION ACTIVE', 'FAULT', 0],
-  [15, 'FAULT', 'SWITCH ON DISABLED', 0],
+  [15, 'FAULT', 'SWITCH ON DISABLED', -8],
 ]
 
 /** The order that leads to a state; null if a drive goes there by itself or on its way. */
@@ -38,13 +40,29 @@ export function orderTo(target, from) {
   return null
 }
 
-/** The line of a transition, from edge to edge: `[x1, y1, x2, y2]`. */
-export function line(from, to, beside) {
+/** A name in two lines that are about as long as each other, if it is too long for one. */
+export function lines(name) {
+  if (name.length <= 14) return [name]
+  const words = name.split(' ')
+  const splits = words.slice(1).map((_, at) => [words.slice(0, at + 1).join(' '), words.slice(at + 1).join(' ')])
+  const longer = (split) => Math.max(...split.map((line) => line.length))
+  return splits.reduce((best, split) => (longer(split) < longer(best) ? split : best))
+}
+
+/** The line of a transition, and where its number stands: from edge to edge within a column, else from side to side. */
+export function arrow(from, to, beside) {
   const [[x1, y1], [x2, y2]] = [STATES[from], STATES[to]]
-  const down = Math.sign(y2 - y1)
-  if (x1 === x2) return [x1 + WIDTH / 2 + beside, down > 0 ? y1 + HEIGHT : y1, x2 + WIDTH / 2 + beside, down > 0 ? y2 : y2 + HEIGHT]
-  const right = x2 > x1
-  const start = [right ? x1 + WIDTH : x1, y1 + HEIGHT / 2 + beside]
-  const end = [right ? x2 : x2 + WIDTH, y2 + HEIGHT / 2 + beside]
-  return [...start, ...end]
+  if (x1 === x2) {
+    const x = x1 + BOX.width / 2 + beside
+    const [start, end] = y2 > y1 ? [y1 + BOX.height, y2] : [y1, y2 + BOX.height]
+    return { line: [x, start, x, end], label: [x + 5, (start + end) / 2 + 3] }
+  }
+  // Upwards it leaves from the top, where it has room.
+  if (y2 < y1) {
+    const [x, end] = [x1 + 24, y2 + BOX.height - 10]
+    return { line: [x, y1, x2 + BOX.width, end], label: [(x + x2 + BOX.width) / 2 + 6, (y1 + end) / 2 + 4] }
+  }
+  const [start, end] = x2 > x1 ? [x1 + BOX.width, x2] : [x1, x2 + BOX.width]
+  const y = y1 + BOX.height / 2 + beside
+  return { line: [start, y, end, y], label: [(start + end) / 2 - 6, y + (beside > 0 ? 12 : -4)] }
 }

@@ -1,9 +1,12 @@
 // The searchable tree of a data sheet.
 
+/** `0x6081` and `6081h` are written `6081` in an address. */
+const HEX = /^(?:0x)?([0-9a-f]{2,6})h?$/
+
 /** Whether an entry is meant by all words of a query: in its address, names, group or unit. */
 export function matches(entry, query) {
   const text = `${entry.address} ${entry.object} ${entry.name} ${entry.group} ${entry.unit ?? ''}`.toLowerCase()
-  return query.toLowerCase().split(/\s+/).every((word) => text.includes(word.replace(/^0x|h$/g, '')) || text.includes(word))
+  return query.toLowerCase().split(/\s+/).every((word) => text.includes(word) || text.includes(HEX.exec(word)?.[1] ?? word))
 }
 
 /**

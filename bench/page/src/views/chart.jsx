@@ -20,6 +20,11 @@ const scaleOf = (curve) => curve.unit ?? '-'
 /** `colors` has that of each curve, which stays when another one is hidden. */
 function options(curves, colors, size, hooks) {
   const units = [...new Set(curves.map(scaleOf))]
+  /** An axis of one curve has its colour. */
+  const strokeOf = (unit) => {
+    const of = curves.filter((curve) => scaleOf(curve) === unit)
+    return of.length === 1 ? color(colors.get(keyOf(of[0]))) : text
+  }
   const [text, grid] = [color('--text-soft'), color('--line-soft')]
   const axis = { stroke: text, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 }, font: '12px system-ui, sans-serif', labelFont: '12px system-ui, sans-serif' }
   return {
@@ -29,7 +34,7 @@ function options(curves, colors, size, hooks) {
     scales: { x: { time: false, auto: false }, ...Object.fromEntries(units.map((unit) => [unit, { auto: true }])) },
     axes: [
       { ...axis, values: (_, splits) => splits.map((each) => `${+each.toFixed(3)} s`) },
-      ...units.map((unit, place) => ({ ...axis, scale: unit, label: unit === '-' ? '' : unit, side: place % 2 === 0 ? 3 : 1, size: 64, labelSize: 18, grid: { ...axis.grid, show: place === 0 } })),
+      ...units.map((unit, place) => ({ ...axis, stroke: strokeOf(unit), scale: unit, label: unit === '-' ? '' : unit, side: place % 2 === 0 ? 3 : 1, size: 64, labelSize: 18, grid: { ...axis.grid, show: place === 0 } })),
     ],
     series: [{}, ...curves.map((curve) => ({ label: curve.name, scale: scaleOf(curve), stroke: color(colors.get(keyOf(curve))), width: 1.5, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }) }))],
     hooks,

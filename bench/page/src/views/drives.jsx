@@ -3,10 +3,9 @@ import { useState } from 'preact/hooks'
 import { order } from '../bench.js'
 import { measured } from '../format.js'
 import { t } from '../i18n/index.js'
-import { HEIGHT, STATES, TRANSITIONS, WIDTH, line, orderTo } from '../machine.js'
-import { view, whyNot } from '../state.js'
+import { BOX, PICTURE, STATES, TRANSITIONS, arrow, lines, orderTo } from '../machine.js'
+import { goTo, view, whyNot } from '../state.js'
 import { Act, Button, Empty, HandsHint, Panel } from '../ui.jsx'
-import { goTo } from '../state.js'
 
 export function Drives() {
   const drives = view.drives.value
@@ -41,41 +40,52 @@ function Drive({ drive }) {
 
 const kindOf = (state) => ({ 'OPERATION ENABLED': 'good', FAULT: 'bad', 'FAULT REACTION ACTIVE': 'bad', 'QUICK STOP ACTIVE': 'warn' })[state] ?? 'none'
 
-/** States that can be ordered are buttons. */
 function Machine({ drive }) {
-  const send = (to) => {
-    const name = orderTo(to, drive.state)
-    if (name && whyNot.value === null) order({ do: 'drive', node: drive.node, order: name, value: null })
-  }
+  const state = drive.state ?? t('unknown')
   return (
-    <svg class="machine" viewBox="0 0 450 352" role="group" aria-label={t('drive.machine', { state: drive.state ?? t('unknown') })}>
+    <svg class="machine" viewBox={`0 0 ${PICTURE.width} ${PICTURE.height}`} role="group" aria-label={t('drive.machine', { state })}>
       <defs>
-        <marker id={`arrow-${drive.node}`} viewBox="0 0 8 8" refX="8" refY="4" markerWidth="7" markerHeight="7" orient="auto">
-          <path d="M0 0L8 4L0 8z" class="arrow" />
+        <marker id={`arrow-${drive.node}`} viewBox="0 0 8 8" refX="8" refY="4" markerWidth="7" markerHeight="7" markerUnits="userSpaceOnUse" orient="auto">
+          <path d="M0 0L8 4L0 8z" fill="context-stroke" />
         </marker>
       </defs>
-      {TRANSITIONS.map(([number, from, to, beside]) => {
-        const [x1, y1, x2, y2] = line(from, to, beside)
-        const isNext = drive.state === from && drive.allowed.includes(to)
-        return (
-          <g key={number} class={isNext ? 'transition next' : 'transition'}>
-            <line x1={x1} y1={y1} x2={x2} y2={y2} marker-end={`url(#arrow-${drive.node})`} />
-            <text x={(x1 + x2) / 2 + (y1 === y2 ? -5 : 6)} y={(y1 + y2) / 2 + (y1 === y2 ? -4 : 4)}>{number}</text>
-          </g>
-        )
-      })}
-      {Object.entries(STATES).map(([name, [x, y]]) => {
-        const isHere = drive.state === name
-        const isAllowed = drive.allowed.includes(name)
-        const canOrder = isAllowed && orderTo(name, drive.state) !== null
-        return (
-          <g key={name} class={`machine-state ${isHere ? `here ${kindOf(name)}` : ''} ${isAllowed ? 'allowed' : ''}`} role={canOrder ? 'button' : undefined} tabindex={canOrder ? 0 : undefined} aria-current={isHere || undefined} aria-label={canOrder ? t('drive.to-state', { state: name }) : name} onClick={() => canOrder && send(name)} onKeyDown={(event) => canOrder && event.key === 'Enter' && send(name)}>
-            <rect x={x} y={y} width={WIDTH} height={HEIGHT} rx="6" />
-            <text x={x + WIDTH / 2} y={y + HEIGHT / 2 + 4}>{name}</text>
-          </g>
-        )
-      })}
+      {TRANSITIONS.map((transition) => <Transition key={transition[0]} drive={drive} transition={transition} />)}
+      {Object.entries(STATES).map(([name, corner]) => <MachineState key={name} drive={drive} name={name} corner={corner} />)}
     </svg>
+  )
+}
+
+function Transition({ drive, transition: [number, from, to, beside] }) {
+  const { line: [x1, y1, x2, y2], label: [x, y] } = arrow(from, to, beside)
+  const isNext = drive.state === from && drive.allowed.includes(to)
+  return (
+    <g class={isNext ? 'transition next' : 'transition'}>
+      <line x1={x1} y1={y1} x2={x2} y2={y2} marker-end={`url(#arrow-${drive.node})`} />
+      <text x={x} y={y}>{number}</text>
+    </g>
+  )
+}
+
+/** A state that can be ordered is a button. */
+function MachineState({ drive, name, corner: [x, y] }) {
+  const isHere = drive.state === name
+  const isAllowed = drive.allowed.includes(name)
+  const orderName = isAllowed ? orderTo(name, drive.state) : null
+  const send = () => whyNot.value === null && order({ do: 'drive', node: drive.node, order: orderName, value: null })
+  const button = orderName && {
+    role: 'button',
+    tabindex: 0,
+    'aria-label': t('drive.to-state', { state: name }),
+    'aria-disabled': whyNot.value !== null,
+    onClick: send,
+    onKeyDown: (event) => event.key === 'Enter' && send(),
+  }
+  const text = lines(name)
+  return (
+    <g class={`machine-state ${isHere ? `here ${kindOf(name)}` : ''} ${isAllowed ? 'allowed' : ''}`} aria-current={isHere || undefined} {...button}>
+      <rect x={x} y={y} width={BOX.width} height={BOX.height} rx="6" />
+      {text.map((words, at) => <text key={words} x={x + BOX.width / 2} y={y + BOX.height / 2 + 4 + (at - (text.length - 1) / 2) * 13}>{words}</text>)}
+    </g>
   )
 }
 

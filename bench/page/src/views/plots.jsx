@@ -2,8 +2,8 @@
 import { signal } from '@preact/signals'
 import { useEffect, useState } from 'preact/hooks'
 import { ask, order, orderFile } from '../bench.js'
-import { columns, crossing, extended, keyOf, newest, numberAt } from '../curves.js'
-import { measured } from '../format.js'
+import { bounds, columns, crossing, extended, inSight, keyOf, newest, numberAt, thinned } from '../curves.js'
+import { measured, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { connection, view } from '../state.js'
 import { Button, Empty, Panel, Refusal, useAsk } from '../ui.jsx'
@@ -11,6 +11,7 @@ import { Chart } from './chart.jsx'
 
 const EVERY = 100 // ms from look to look
 const MOST = 100_000 // points of a curve that are kept
+const DRAWN = 3000 // points of a curve in a picture
 const SPANS = [2, 5, 10, 30, 60, 300] // s in sight while following
 
 const curves = signal([])
@@ -29,8 +30,7 @@ export function Plots() {
     let isOpen = true
     const look = async () => {
       try {
-        const news = await ask({ do: 'curves', since: newest(curves.value) })
-        curves.value = extended(curves.value, news, MOST)
+        await lookForPoints()
         watchTrigger()
         setRefused(null)
       } catch (why) {
@@ -47,19 +47,29 @@ export function Plots() {
   const shown = curves.value.filter((curve) => !hidden.value.has(keyOf(curve)))
   const end = newest(curves.value)
   const sight = range.value ?? [Math.max(0, end - span.value), Math.max(end, span.value)]
+  const drawn = shown.map((curve) => ({ ...curve, points: thinned(inSight(curve.points, sight), DRAWN) }))
   return (
     <Panel class="fill" title={t('plots.title')} tools={<Tools sight={sight} />}>
       <Add />
       <Refusal of={refused} />
       {curves.value.length === 0 ? <Empty>{t('plots.none')}</Empty> : (
         <>
-          <Chart curves={shown} colors={colors(curves.value)} data={columns(shown)} sight={sight} cursors={cursors.value} setRange={(next) => (range.value = next)} setCursor={setCursor} />
+          <Chart curves={shown} colors={colors(curves.value)} data={columns(drawn)} sight={sight} cursors={cursors.value} setRange={(next) => (range.value = next)} setCursor={setCursor} />
           <Trigger />
           <Legend sight={sight} />
         </>
       )}
     </Panel>
   )
+}
+
+/** What is new of the curves; all of it when there are other curves, or when a log has gone back. */
+async function lookForPoints() {
+  if (view.time.peek() < newest(curves.peek()) - 1) curves.value = []
+  const known = new Set(curves.peek().map(keyOf))
+  let news = await ask({ do: 'curves', since: known.size > 0 ? newest(curves.peek()) : -1 })
+  if (known.size > 0 && !news.every((curve) => known.has(keyOf(curve)))) news = await ask({ do: 'curves', since: -1 })
+  curves.value = extended(curves.peek(), news, MOST)
 }
 
 const colors = (curves) => new Map(curves.map((curve, place) => [keyOf(curve), `--curve-${place % 8}`]))
@@ -158,7 +168,7 @@ function Trigger() {
     <div class="line" role="group" aria-label={t('trigger')}>
       <label class="field">
         <span>{t('trigger')}</span>
-        <select data-test="trigger-curve" value={key} onChange={(event) => set({ key: event.target.value })}>
+        <select data-test="trigger-curve" value={key || keyOf(curves.value[0])} onChange={(event) => set({ key: event.target.value })}>
           {curves.value.map((curve) => <option key={keyOf(curve)} value={keyOf(curve)}>{curve.node} · {curve.name}</option>)}
         </select>
       </label>
@@ -194,9 +204,9 @@ function Legend({ sight }) {
             <th class="number">{t('plots.now')}</th>
             <th class="number">{t('plots.low')}</th>
             <th class="number">{t('plots.high')}</th>
-            <th class="number">A {a !== null && `${a.toFixed(3)} s`}</th>
-            <th class="number">B {b !== null && `${b.toFixed(3)} s`}</th>
-            <th class="number">Δ {a !== null && b !== null && `${(b - a).toFixed(3)} s`}</th>
+            <th class="number">A {a !== null && `${number(a, 3)} s`}</th>
+            <th class="number">B {b !== null && `${number(b, 3)} s`}</th>
+            <th class="number">Δ {a !== null && b !== null && `${number(b - a, 3)} s`}</th>
             <th>{t('entry.unit')}</th>
           </tr>
         </thead>
@@ -208,12 +218,7 @@ function Legend({ sight }) {
 
 function LegendRow({ curve, place, sight, isHidden, toggle }) {
   const [a, b] = cursors.value.map((time) => (time === null ? null : numberAt(curve, time)))
-  let [low, high] = [Infinity, -Infinity]
-  for (const [time, number] of curve.points) {
-    if (time < sight[0] || time > sight[1]) continue
-    low = Math.min(low, number)
-    high = Math.max(high, number)
-  }
+  const [low, high] = bounds(inSight(curve.points, sight)) ?? [null, null]
   return (
     <tr data-test={`curve-${curve.node}-${curve.address}`}>
       <td>
@@ -222,9 +227,9 @@ function LegendRow({ curve, place, sight, isHidden, toggle }) {
           <i class={`swatch curve-${place % 8}`} /> {curve.node} · {curve.name} <code>{curve.address}</code>
         </label>
       </td>
-      <td class="number value">{measured(curve.points.at(-1)?.[1])}</td>
-      <td class="number">{measured(low === Infinity ? null : low)}</td>
-      <td class="number">{measured(high === -Infinity ? null : high)}</td>
+      <td class="number">{measured(curve.points.at(-1)?.[1])}</td>
+      <td class="number">{measured(low)}</td>
+      <td class="number">{measured(high)}</td>
       <td class="number">{measured(a)}</td>
       <td class="number">{measured(b)}</td>
       <td class="number">{a !== null && b !== null && measured(b - a)}</td>

@@ -1,0 +1,37 @@
+import assert from 'node:assert/strict'
+import { test } from 'node:test'
+import { applyView, chosenNode, connection, face, hasHands, node, parsePlace, view, whyNot } from '../src/state.js'
+
+test('only fields that have changed are taken over, and unknown ones left alone', () => {
+  applyView({ nodes: [{ id: 5 }, { id: 6 }], later: 1 })
+  applyView({ time: 2 })
+  assert.deepEqual([view.time.value, view.nodes.value.length, view.later], [2, 2, undefined])
+})
+
+test('the node that is looked at is the chosen one while it is there', () => {
+  chosenNode.value = 6
+  assert.equal(node.value.id, 6)
+  applyView({ nodes: [{ id: 5 }] })
+  assert.equal(node.value.id, 5)
+  applyView({ nodes: [] })
+  assert.equal(node.value, null)
+})
+
+test('something can be changed with a connection, a bus and the hands', () => {
+  face.value = 2
+  assert.equal(whyNot.value, 'hands.lost')
+  connection.value = 'open'
+  assert.equal(whyNot.value, 'hands.read-only')
+  applyView({ bus: { ...view.bus.value, is_writable: true } })
+  assert.equal(whyNot.value, 'hands.first')
+  applyView({ hands: { holder: 1, faces: 2 } })
+  assert.equal(hasHands.value, false)
+  applyView({ hands: { holder: 2, faces: 2 } })
+  assert.deepEqual([hasHands.value, whyNot.value], [true, null])
+})
+
+test('a place of the address is a tab and a node, or the first tab', () => {
+  assert.deepEqual(parsePlace('#objects/5'), { tab: 'objects', node: 5 })
+  assert.deepEqual(parsePlace('#trace'), { tab: 'trace', node: null })
+  assert.deepEqual(parsePlace('#nothing/128'), { tab: 'nodes', node: null })
+})

@@ -1,0 +1,71 @@
+import assert from 'node:assert/strict'
+import { readFileSync, readdirSync } from 'node:fs'
+import { fileURLToPath } from 'node:url'
+import { test } from 'node:test'
+import { clock, hex, measured, ms, number, percent } from '../src/format.js'
+import { DICTIONARIES, language, t } from '../src/i18n/index.js'
+import { STATES, TRANSITIONS, arrow, lines, orderTo } from '../src/machine.js'
+
+const SOURCES = fileURLToPath(new URL('../src/', import.meta.url))
+const read = (name) => readFileSync(SOURCES + name, 'utf8')
+const code = readdirSync(SOURCES, { recursive: true }).filter((name) => name.endsWith('.jsx')).map(read).join('\n')
+
+test('every language has every text, with the same places for values', () => {
+  const places = (text) => [...text.matchAll(/\{\w+\}/g)].map(([place]) => place).sort()
+  for (const [tag, texts] of Object.entries(DICTIONARIES)) {
+    assert.deepEqual(Object.keys(texts).sort(), Object.keys(DICTIONARIES.en).sort(), tag)
+    for (const [key, text] of Object.entries(texts)) assert.deepEqual(places(text), places(DICTIONARIES.en[key]), `${tag} ${key}`)
+  }
+})
+
+test('every text that is asked for is there', () => {
+  const keys = [...code.matchAll(/\bt\('([^']+)'/g)].map(([, key]) => key)
+  assert.ok(keys.length > 100, `${keys.length}`)
+  for (const key of keys) assert.ok(key in DICTIONARIES.en, key)
+})
+
+test('numbers are written as a reader expects them', () => {
+  language.value = 'en'
+  assert.deepEqual([number(1234567), percent(12.34), ms(0.42), ms(1000), measured(-0.012345678)], ['1,234,567', '12.3 %', '0.4 ms', '1,000 ms', '-0.0123457'])
+  assert.deepEqual([number(null), measured(undefined), hex(null)], ['–', '–', '–'])
+  language.value = 'de'
+  assert.deepEqual([number(1234567), measured(12.5), t('node')], ['1.234.567', '12,5', 'Knoten'])
+  language.value = 'en'
+})
+
+test('times and numbers of identities are written as in logs', () => {
+  assert.deepEqual([clock(0), clock(61.5), clock(3723.4567, 2)], ['0:00.000', '1:01.500', '1:02:03.46'])
+  assert.equal(clock(59.9996), '1:00.000')
+  assert.equal(hex(0x1ae), '0x000001AE')
+})
+
+test('texts have a contrast of 4.5 to 1 on their grounds, light and dark', () => {
+  const pairs = new Map([...read('style.css').matchAll(/--([\w-]+): light-dark\((#\w+), (#\w+)\)/g)].map(([, name, ...both]) => [name, both]))
+  const light = (color) => {
+    const [r, g, b] = [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16) / 255).map((part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4))
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b
+  }
+  const contrast = (a, b) => (Math.max(light(a), light(b)) + 0.05) / (Math.min(light(a), light(b)) + 0.05)
+  const grounds = ['panel', 'raised', 'ground']
+  const uses = ['text', 'text-soft', 'accent', 'bad'].flatMap((text) => grounds.map((ground) => [text, ground]))
+  uses.push(...['good', 'warn', 'bad'].flatMap((text) => [[text, `${text}-ground`], ['text', `${text}-ground`], [text, 'panel']]))
+  uses.push(['text', 'accent-ground'], ['accent', 'accent-ground'], ['text-soft', 'line-soft'], ['on-accent', 'accent'])
+  for (const [text, ground] of uses) {
+    for (const scheme of [0, 1]) {
+      const found = contrast(pairs.get(text)[scheme], pairs.get(ground)[scheme])
+      assert.ok(found >= 4.5, `${text} on ${ground}, ${['light', 'dark'][scheme]}: ${found.toFixed(2)}`)
+    }
+  }
+})
+
+test('the state machine has its transitions between states, and orders that lead to some', () => {
+  for (const [number, from, to, beside] of TRANSITIONS) {
+    assert.ok(from in STATES && to in STATES, `${number}`)
+    assert.ok(arrow(from, to, beside).line.every(Number.isFinite), `${number}`)
+  }
+  assert.deepEqual(lines('READY TO SWITCH ON'), ['READY TO', 'SWITCH ON'])
+  assert.deepEqual(lines('FAULT'), ['FAULT'])
+  assert.equal(orderTo('SWITCH ON DISABLED', 'FAULT'), 'reset-fault')
+  assert.equal(orderTo('SWITCH ON DISABLED', 'SWITCHED ON'), 'disable')
+  assert.equal(orderTo('SWITCHED ON', 'OPERATION ENABLED'), null)
+})
