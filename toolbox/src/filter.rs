@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use lexican_runtime::cia301::connection;
+use lexican_runtime::object::Address;
 use lexican_runtime::{CobId, Frame, NodeId};
 
 use crate::cob_ids::CobIds;
@@ -35,14 +36,35 @@ impl Filter {
     #[must_use]
     pub fn matches(&self, frame: &Frame, decoded: &Decoded) -> bool {
         let text = || format!("{} {}", decoded.name, decoded.text);
-        self.accepts(decoded.node, decoded.service, &[frame.id()], reports(&decoded.detail), text)
+        let is_object = |object: &String| reports(&decoded.detail).iter().any(|it| is_object(it, object));
+        self.accepts(decoded.node, decoded.service, &[frame.id()], is_object, text)
     }
 
     /// Whether an SDO transfer is shown.
     #[must_use]
     pub fn matches_transfer(&self, transfer: &Transfer) -> bool {
         let ids = [connection::SDO_REQUEST, connection::SDO_RESPONSE].map(|base| CobId::of_node(base, transfer.node));
-        self.accepts(Some(transfer.node), Service::Sdo, &ids, transfer.report.as_slice(), || transfer.to_string())
+        let is_object = |object: &String| transfer.report.iter().any(|it| is_object(it, object));
+        self.accepts(Some(transfer.node), Service::Sdo, &ids, is_object, || transfer.to_string())
+    }
+
+    /// Whether a frame is shown whose content was not kept, but the entries that it carries and its name and text.
+    ///
+    /// Objects are compared by their addresses, and by the names in its text.
+    #[must_use]
+    pub fn matches_words(
+        &self,
+        node: Option<NodeId>,
+        service: Service,
+        id: CobId,
+        addresses: &[Address],
+        (name, text): (&str, &str),
+    ) -> bool {
+        let is_object = |object: &String| {
+            addresses.iter().any(|address| is_address(*address, object))
+                || !addresses.is_empty() && text.to_lowercase().contains(&object.to_lowercase())
+        };
+        self.accepts(node, service, &[id], is_object, || format!("{name} {text}"))
     }
 
     fn accepts(
@@ -50,7 +72,7 @@ impl Filter {
         node: Option<NodeId>,
         service: Service,
         ids: &[CobId],
-        reports: &[ValueReport],
+        is_object: impl Fn(&String) -> bool,
         text: impl Fn() -> String,
     ) -> bool {
         fn any<T>(values: &[T], matches: impl Fn(&T) -> bool) -> bool {
@@ -60,7 +82,7 @@ impl Filter {
             && any(&self.services, |it| it.matches(service))
             && !self.without.iter().any(|it| it.matches(service))
             && self.ids.as_ref().is_none_or(|wanted| ids.iter().any(|id| wanted.contains(*id)))
-            && any(&self.objects, |object| reports.iter().any(|it| is_object(it, object)))
+            && any(&self.objects, is_object)
             && any(&self.texts, |wanted| text().to_lowercase().contains(&wanted.to_lowercase()))
     }
 }
@@ -76,12 +98,16 @@ fn reports(detail: &Detail) -> &[ValueReport] {
 
 /// Whether an entry is the one that people call so: by its address, the index of its object, or its name.
 fn is_object(report: &ValueReport, text: &str) -> bool {
-    let address = report.address.to_string();
+    is_address(report.address, text)
+        || [&report.name, &report.entry].into_iter().flatten().any(|name| same_name(name, text))
+}
+
+/// Whether a text is the address of an entry, or the index of its object.
+fn is_address(address: Address, text: &str) -> bool {
+    let address = address.to_string();
     let index = address.split(':').next().unwrap_or_default();
     let wanted = text.trim_start_matches("0x").trim_end_matches(['h', 'H']);
-    wanted.eq_ignore_ascii_case(&address)
-        || wanted.eq_ignore_ascii_case(index)
-        || [&report.name, &report.entry].into_iter().flatten().any(|name| same_name(name, text))
+    wanted.eq_ignore_ascii_case(&address) || wanted.eq_ignore_ascii_case(index)
 }
 
 /// A protocol, or several that belong together.

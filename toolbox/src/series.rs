@@ -42,6 +42,12 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// A recording whose times are from `at` on, instead of from its first value.
+    #[must_use]
+    pub fn beginning(at: Instant) -> Self {
+        Recording { began: Some(at), series: Vec::new() }
+    }
+
     /// Takes a value; returns whether it differs from the one before.
     pub fn take(&mut self, at: Instant, report: &ValueReport) -> bool {
         let seconds = at.since(*self.began.get_or_insert(at)).as_secs_f64();

@@ -4,7 +4,7 @@ use lexican_driver::sequence::Recovery;
 use lexican_driver::{Any, Capability, Description, Error, Missing, Protection, Supervision};
 use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
-use lexican_toolbox::drive::{Ending, Look, Order, Scales, Times, carry_out, prepare};
+use lexican_toolbox::drive::{Ending, Look, Order, Scales, Times, carry_out, has_ended, prepare};
 use serde_json::{Value as Json, json};
 
 use super::args::Args;
@@ -124,7 +124,7 @@ impl Moving<'_> {
     fn report(&self, report: &mut Report<'_>, result: Result<Ending, Error>) -> Result<Outcome, Failure> {
         match result {
             Ok(ending) => {
-                report.ending(&ending, &self.sentence(ending))?;
+                report.ending(&ending, &self.order.sentence(ending))?;
                 Ok(if ending.is_success() { Outcome::Clean } else { Outcome::Found })
             }
             Err(Error::Cancelled { stopped, .. }) => {
@@ -143,23 +143,6 @@ impl Moving<'_> {
                 report.close("refused", &error.to_string(), Some(&self.remedy(&error)))?;
                 Ok(Outcome::Found)
             }
-        }
-    }
-
-    fn sentence(&self, ending: Ending) -> String {
-        match (ending, self.order) {
-            (Ending::Reached, Order::Enable) => "it is enabled".to_owned(),
-            (Ending::Reached, Order::Disable) => "it is disabled".to_owned(),
-            (Ending::Reached, Order::ResetFault) => "it was in no fault".to_owned(),
-            (Ending::Reached, Order::Stop | Order::QuickStop) => "it stands".to_owned(),
-            (Ending::Reached, Order::Run(_)) => "it has run, and has been stopped".to_owned(),
-            (Ending::Reached, Order::Home(_)) => "it has found its reference point".to_owned(),
-            (Ending::Reached, Order::Watch) => "watched".to_owned(),
-            (Ending::Reached, _) => "it has reached its target".to_owned(),
-            (Ending::Blocked | Ending::Stalled | Ending::TimedOut | Ending::ForeignOrder, order) if order.moves() => {
-                format!("{ending}; it has been stopped")
-            }
-            (ending, _) => ending.to_string(),
         }
     }
 
@@ -224,23 +207,6 @@ impl Moving<'_> {
             }
         }
     }
-}
-
-/// Whether an order has ended with a drive that answers, and does not move by it.
-const fn has_ended(error: &Error) -> bool {
-    matches!(
-        error,
-        Error::Cancelled { .. }
-            | Error::Restarted
-            | Error::Refused(_)
-            | Error::Unsupported { .. }
-            | Error::OutOfRange(_)
-            | Error::Fault(_)
-            | Error::NotTaken { .. }
-            | Error::NoReaction { .. }
-            | Error::NoWay { .. }
-            | Error::ModeNotTaken { .. }
-    )
 }
 
 fn is_fault(error: &Error) -> bool {

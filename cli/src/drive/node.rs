@@ -2,21 +2,17 @@
 
 use std::path::PathBuf;
 
-use kollmorgen_akd::driver::AKD;
 use lexican_driver::Description;
 use lexican_eds::{Input, library};
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
 use lexican_toolbox::data_sheet::{DataSheet, find};
-use siko_ag02::driver::AG02;
-use siko_ag03_1::driver::AG03_1;
+
+use lexican_toolbox::drive::describe;
 
 use crate::bus::{BoxedLink, Bus, BusArgs, identify, network};
 use crate::device::load_input;
 use crate::output::Failure;
-
-/// The devices of the library of which lexican knows more than their data sheet says.
-const DESCRIBED: [(&str, &Description); 3] = [("kollmorgen/akd", &AKD), ("siko/ag02", &AG02), ("siko/ag03-1", &AG03_1)];
 
 pub(super) struct DriveNode {
     pub(super) link: BoxedLink,
@@ -40,7 +36,7 @@ impl DriveNode {
             Some(input) => (link, input),
             None => by_identity(link, node)?,
         };
-        let description = describe(&input)?;
+        let description = description_of(&input)?;
         let sheet = load_input(input, overlays)?;
         Ok(DriveNode { link, description, sheet })
     }
@@ -55,14 +51,9 @@ fn by_identity(link: BoxedLink, node: NodeId) -> Result<(BoxedLink, Input), Fail
     Ok((network.into_link(), shipped.input()))
 }
 
-/// The description of a device of the library, or else what the data sheet says.
-fn describe(input: &Input) -> Result<&'static Description, Failure> {
-    let shipped = library::all().iter().find(|shipped| shipped.input().eds.name() == input.eds.name());
-    let known = shipped.and_then(|shipped| DESCRIBED.iter().find(|(id, _)| *id == shipped.id));
-    if let Some((_, description)) = known {
-        return Ok(description);
-    }
-    Description::of_data_sheet(input).map_err(|error| {
+/// The description of a drive, and what to do without one.
+fn description_of(input: &Input) -> Result<&'static Description, Failure> {
+    describe(input).map_err(|error| {
         Failure::new(error).help("only drives of CiA 402 can be moved; `lexican write` sets objects of other devices")
     })
 }

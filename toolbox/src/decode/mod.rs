@@ -39,6 +39,12 @@ impl<'a> Decoder<'a> {
         self.nodes.insert(node, DeviceValues::new(device));
     }
 
+    /// The values of a node that were seen, if its device is known.
+    #[must_use]
+    pub fn values(&self, node: NodeId) -> Option<&DeviceValues<'a>> {
+        self.nodes.get(&node)
+    }
+
     /// Decodes the next frame of the bus.
     pub fn decode(&mut self, frame: &Frame) -> Decoded {
         if let Some(decoded) = pdo::configured(&mut self.nodes, frame) {

@@ -5,12 +5,14 @@
 //! `drive.run(async |context| carry_out(&context, order, times, &mut look).await)`. What ends a program while the drive
 //! moves is the shell's matter. [`Scales`] has positions and velocities in the units of the data sheet.
 
+mod described;
 mod ending;
 mod look;
 mod order;
 mod scales;
 
+pub use described::describe;
 pub use ending::Ending;
 pub use look::Look;
-pub use order::{Order, Times, carry_out, prepare};
+pub use order::{Order, Times, carry_out, has_ended, prepare};
 pub use scales::Scales;

@@ -61,6 +61,25 @@ impl Order {
         self.mode().is_some() || matches!(self, Order::Home(_))
     }
 
+    /// How it has ended, in a sentence.
+    #[must_use]
+    pub fn sentence(&self, ending: Ending) -> String {
+        match (ending, self) {
+            (Ending::Reached, Order::Enable) => "it is enabled".to_owned(),
+            (Ending::Reached, Order::Disable) => "it is disabled".to_owned(),
+            (Ending::Reached, Order::ResetFault) => "it was in no fault".to_owned(),
+            (Ending::Reached, Order::Stop | Order::QuickStop) => "it stands".to_owned(),
+            (Ending::Reached, Order::Run(_)) => "it has run, and has been stopped".to_owned(),
+            (Ending::Reached, Order::Home(_)) => "it has found its reference point".to_owned(),
+            (Ending::Reached, Order::Watch) => "watched".to_owned(),
+            (Ending::Reached, _) => "it has reached its target".to_owned(),
+            (Ending::Blocked | Ending::Stalled | Ending::TimedOut | Ending::ForeignOrder, order) if order.moves() => {
+                format!("{ending}; it has been stopped")
+            }
+            (ending, _) => ending.to_string(),
+        }
+    }
+
     /// Whether a drive that stands has not done it. A step by inching is not watched so closely.
     const fn may_stall(&self) -> bool {
         self.moves() && !matches!(self, Order::Step(None) | Order::Run(0))
@@ -74,6 +93,25 @@ impl Order {
             _ => None,
         }
     }
+}
+
+/// Whether an order has ended with a drive that answers, and does not move by it. After any other error it has to be brought back
+/// (`Drive::recover`).
+#[must_use]
+pub const fn has_ended(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::Cancelled { .. }
+            | Error::Restarted
+            | Error::Refused(_)
+            | Error::Unsupported { .. }
+            | Error::OutOfRange(_)
+            | Error::Fault(_)
+            | Error::NotTaken { .. }
+            | Error::NoReaction { .. }
+            | Error::NoWay { .. }
+            | Error::ModeNotTaken { .. }
+    )
 }
 
 /// Chooses the operating mode that an order needs, before the drive is enabled; nothing moves.
