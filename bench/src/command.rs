@@ -316,3 +316,21 @@ pub struct Refused {
     /// What to do.
     pub remedy: Option<String>,
 }
+
+impl Refused {
+    /// A refusal without a remedy.
+    pub fn new(why: impl std::fmt::Display) -> Self {
+        Refused { why: why.to_string(), remedy: None }
+    }
+
+    /// What to do about it.
+    #[must_use]
+    pub fn with_remedy(self, remedy: impl std::fmt::Display) -> Self {
+        Refused { remedy: Some(remedy.to_string()), ..self }
+    }
+
+    /// A stop came first.
+    pub(crate) fn interrupted() -> Self {
+        Refused::new("a stop has ended it").with_remedy("ask again")
+    }
+}

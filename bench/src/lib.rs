@@ -3,7 +3,11 @@
 //! A face (the page, the terminal) gives [`Command`]s and shows the [`View`]. Both are plain data, which the page gets as JSON.
 
 pub mod command;
+pub mod engine;
+pub mod model;
+pub mod sheet;
 pub mod view;
 
 pub use command::{Answer, Command, Refused};
+pub use engine::{Bench, Face};
 pub use view::View;

@@ -1,0 +1,97 @@
+//! Reading and writing entries of a node.
+
+use lexican_eds::model::Value;
+use lexican_runtime::host::AccessError;
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::SdoError;
+use lexican_toolbox::object::{resolve, resolve_all};
+use lexican_toolbox::values::report::ValueReport;
+use lexican_toolbox::values::wire::{encode, written};
+
+use super::hub::Port;
+use super::lock;
+use super::station::Station;
+use crate::command::{Answer, Refused};
+use crate::model::value;
+use crate::view;
+
+/// Reads entries by their names or addresses.
+pub(super) fn read(station: &Station, texts: &[String]) -> Result<Answer, Refused> {
+    let device = lock(&station.model).sheet(station.node).map(|sheet| sheet.device);
+    let mut addresses = Vec::new();
+    for text in texts {
+        // `1018` stands for all of its entries, `1018:00` for one.
+        addresses.extend(resolve_all(device, text).map_err(|error| Refused::new(&error).with_remedy(error.advice()))?);
+    }
+    let mut network = station.network()?;
+    let mut values = Vec::new();
+    for address in addresses {
+        if station.is_interrupted() {
+            return Err(Refused::interrupted());
+        }
+        values.push(read_one(station, &mut network, address)?);
+    }
+    Ok(Answer::Values(values))
+}
+
+fn read_one(station: &Station, network: &mut Network<Port>, address: Address) -> Result<view::Value, Refused> {
+    let result = network.read_bytes(station.node, address);
+    let model = lock(&station.model);
+    let at = model.seconds();
+    match result {
+        Ok(data) => Ok(value(at, &ValueReport::of_bytes(model.values(station.node), address, &data))),
+        Err(AccessError::Sdo { error: SdoError::Aborted { code, .. }, .. }) => Ok(view::Value {
+            address: address.to_string(),
+            text: code.to_string(),
+            number: None,
+            raw: String::new(),
+            at,
+            is_error: true,
+        }),
+        Err(error) => Err(Refused::new(error).with_remedy("is the node on the bus, with power?")),
+    }
+}
+
+/// Writes an entry, if the data sheet allows it.
+pub(super) fn write(station: &Station, text: &str, new: &str, is_forced: bool) -> Result<Answer, Refused> {
+    let node = station.node;
+    let sheet = lock(&station.model).sheet(node).ok_or_else(|| {
+        Refused::new(format_args!("the data types of node {node} are unknown")).with_remedy("give it a data sheet")
+    })?;
+    let address =
+        resolve(Some(sheet.device), text).map_err(|error| Refused::new(&error).with_remedy(error.advice()))?;
+    let entry = sheet.device.entry(address.index(), address.sub());
+    let entry = entry.ok_or_else(|| Refused::new(format_args!("the data sheet has no {address}")))?;
+    let mut network = station.network()?;
+    // Limits and units may depend on other entries: the model hears them.
+    let conditions = {
+        let model = lock(&station.model);
+        let values = model.values(node).filter(|_| !is_forced);
+        let unseen = |address: &Address| values.is_some_and(|values| values.seen(*address).is_none());
+        let conditions = values.map(|values| values.conditions(entry)).unwrap_or_default();
+        conditions.into_iter().filter(unseen).collect::<Vec<_>>()
+    };
+    for condition in conditions {
+        let _ = network.read_bytes(node, condition);
+    }
+    let data = {
+        let model = lock(&station.model);
+        let values = model.values(node).ok_or_else(|| Refused::new("the node is gone"))?;
+        let title = ValueReport::without_value(Some(values), address).title();
+        let value: Value = values.parse(entry, new).map_err(|error| Refused::new(format_args!("{title}: {error}")))?;
+        if !is_forced {
+            let refused = |error| Refused::new(format_args!("{title}: {error}")).with_remedy("nothing was sent");
+            values.check_write(entry, &value, node).map_err(refused)?;
+        }
+        encode(entry.data_type, &value)
+            .ok_or_else(|| Refused::new(format_args!("{title}: the value is no {}", entry.data_type)))?
+    };
+    match network.write_bytes(node, address, &written(Some(sheet.device), data)) {
+        Ok(()) => read_one(station, &mut network, address).map(|value| Answer::Values(vec![value])),
+        Err(AccessError::Sdo { error: SdoError::Aborted { code, .. }, .. }) => {
+            Err(Refused::new(format_args!("{address} {}: the device aborts: {code}", entry.name)))
+        }
+        Err(error) => Err(Refused::new(error).with_remedy("is the node on the bus, with power?")),
+    }
+}

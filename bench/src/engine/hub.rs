@@ -1,0 +1,205 @@
+//! One thread owns the link to the bus; whoever sends something has a link to that thread.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
+
+use lexican_runtime::host::{Incoming, Link, LinkError, Pump, StateMachine, Turn};
+use lexican_runtime::{CobId, Duration, Frame, Instant};
+
+use super::lock;
+use crate::model::Model;
+
+/// How long the link is waited on before what is to be sent is looked at.
+const TURN: Duration = Duration::from_millis(1);
+
+/// Makes links to the bus.
+#[derive(Clone)]
+pub(super) struct Ports(Arc<Shared>);
+
+struct Shared {
+    /// The time of the bus when this began, and that of the machine.
+    began: (Instant, std::time::Instant),
+    next: AtomicU64,
+    outgoing: Sender<(u64, Frame)>,
+    mailboxes: Mutex<BTreeMap<u64, Mailbox>>,
+    /// The link is gone, or the bench is.
+    is_over: AtomicBool,
+}
+
+struct Mailbox {
+    incoming: Sender<Incoming>,
+    /// The frames that come in; all, when there are none.
+    wanted: BTreeSet<CobId>,
+}
+
+/// A link to the bus, in real time, beside others.
+pub(super) struct Port {
+    shared: Arc<Shared>,
+    number: u64,
+    incoming: Receiver<Incoming>,
+}
+
+/// What the thread of the link does.
+struct Hub {
+    shared: Arc<Shared>,
+    model: Arc<Mutex<Model>>,
+    outgoing: Receiver<(u64, Frame)>,
+}
+
+/// Begins to run a link, and returns what makes links to its bus.
+pub(super) fn begin(link: Box<dyn Link + Send>, model: Arc<Mutex<Model>>) -> std::io::Result<Ports> {
+    let (outgoing, frames) = channel();
+    #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
+    let began = (link.now(), std::time::Instant::now());
+    let shared = Arc::new(Shared {
+        began,
+        next: AtomicU64::new(0),
+        outgoing,
+        mailboxes: Mutex::default(),
+        is_over: AtomicBool::new(false),
+    });
+    let hub = Hub { shared: Arc::clone(&shared), model, outgoing: frames };
+    std::thread::Builder::new().name("bus".to_owned()).spawn(move || hub.run(link))?;
+    Ok(Ports(shared))
+}
+
+impl Ports {
+    /// A link that hears all frames from now on, until it is dropped.
+    pub(super) fn link(&self) -> Port {
+        let (sender, incoming) = channel();
+        let number = self.0.next.fetch_add(1, Ordering::Relaxed);
+        let mailbox = Mailbox { incoming: sender, wanted: BTreeSet::new() };
+        lock(&self.0.mailboxes).insert(number, mailbox);
+        Port { shared: Arc::clone(&self.0), number, incoming }
+    }
+
+    /// The time on the bus.
+    pub(super) fn now(&self) -> Instant {
+        self.0.now()
+    }
+
+    /// Whether there is no bus any more.
+    pub(super) fn is_over(&self) -> bool {
+        self.0.is_over.load(Ordering::Acquire)
+    }
+
+    /// Ends the thread of the link.
+    pub(super) fn end(&self) {
+        self.0.is_over.store(true, Ordering::Release);
+    }
+}
+
+impl Shared {
+    fn now(&self) -> Instant {
+        let (bus, wall) = self.began;
+        bus + wall.elapsed().into()
+    }
+
+    /// Gives a frame to all links but its sender's.
+    fn deliver(&self, sender: Option<u64>, incoming: Incoming) {
+        for (number, mailbox) in &*lock(&self.mailboxes) {
+            let is_wanted = match incoming {
+                Incoming::Frame(frame) => mailbox.wanted.is_empty() || mailbox.wanted.contains(&frame.id()),
+                _ => true,
+            };
+            if is_wanted && sender != Some(*number) {
+                // A link that is being dropped hears nothing.
+                let _ = mailbox.incoming.send(incoming);
+            }
+        }
+    }
+}
+
+impl StateMachine for Hub {
+    type Event = Infallible;
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Option<Infallible> {
+        lock(&self.model).observe(now, frame);
+        self.shared.deliver(None, Incoming::Frame(*frame));
+        None
+    }
+    fn handle_timeout(&mut self, _: Instant) -> Option<Infallible> {
+        None
+    }
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        let (sender, frame) = self.outgoing.try_recv().ok()?;
+        lock(&self.model).observe(now, &frame);
+        self.shared.deliver(Some(sender), Incoming::Frame(frame));
+        Some(frame)
+    }
+    fn poll_timeout(&self) -> Option<Instant> {
+        None
+    }
+}
+
+impl Hub {
+    fn run(mut self, mut link: Box<dyn Link + Send>) {
+        let mut pump = Pump::new();
+        while !self.shared.is_over.load(Ordering::Acquire) {
+            let until = link.now() + TURN;
+            match pump.turn(&mut *link, &mut self, until) {
+                Ok(Turn::Event(never)) => match never {},
+                Ok(Turn::Idle | Turn::Over) => {}
+                Ok(Turn::Bus(state)) => {
+                    lock(&self.model).set_state(link.now(), state);
+                    self.shared.deliver(None, Incoming::State(state));
+                }
+                Ok(Turn::Gap(frames)) => {
+                    lock(&self.model).miss(frames);
+                    self.shared.deliver(None, Incoming::Gap(frames));
+                }
+                Err(error) if error.is_final() => {
+                    lock(&self.model).lose(error.to_string());
+                    break;
+                }
+                // The next frame may get through.
+                Err(_) => {}
+            }
+            lock(&self.model).pass(link.now());
+        }
+        self.shared.is_over.store(true, Ordering::Release);
+        // Links find out.
+        lock(&self.shared.mailboxes).clear();
+    }
+}
+
+impl Link for Port {
+    fn is_real_time(&self) -> bool {
+        true
+    }
+
+    fn now(&self) -> Instant {
+        self.shared.now()
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        if self.shared.is_over.load(Ordering::Acquire) {
+            return Err(LinkError::Closed);
+        }
+        self.shared.outgoing.send((self.number, *frame)).map_err(|_| LinkError::Closed)
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<Incoming>, LinkError> {
+        match self.incoming.recv_timeout(until.since(self.now()).into()) {
+            Ok(incoming) => Ok(Some(incoming)),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(LinkError::Closed),
+        }
+    }
+
+    fn listen_to(&mut self, ids: &[CobId]) -> Result<(), LinkError> {
+        if let Some(mailbox) = lock(&self.shared.mailboxes).get_mut(&self.number) {
+            mailbox.wanted = ids.iter().copied().collect();
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Port {
+    fn drop(&mut self) {
+        lock(&self.shared.mailboxes).remove(&self.number);
+    }
+}

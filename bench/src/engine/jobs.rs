@@ -1,0 +1,50 @@
+//! What takes its time, as faces see it.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
+
+use super::lock;
+use crate::command::{Answer, Refused};
+use crate::model::Model;
+use crate::view;
+
+/// Counts jobs, from 1.
+static NUMBER: AtomicU32 = AtomicU32::new(1);
+
+/// A job under way.
+pub(super) struct Job {
+    model: Arc<Mutex<Model>>,
+    number: u32,
+    name: String,
+}
+
+impl Job {
+    /// Shows a job that begins.
+    pub(super) fn begin(model: &Arc<Mutex<Model>>, name: String) -> Self {
+        let job = Job { model: Arc::clone(model), number: NUMBER.fetch_add(1, Ordering::Relaxed), name };
+        job.show(None, "waits for its turn".to_owned(), None);
+        job
+    }
+
+    /// Shows how far it is: a part of 1, and where.
+    pub(super) fn progress(&self, done: f64, text: String) {
+        self.show(Some(done), text, None);
+    }
+
+    /// Shows how it has ended.
+    pub(super) fn end(&self, is_success: bool, text: String) {
+        self.show(Some(1.0), text, Some(is_success));
+    }
+
+    /// Shows that it has ended with a refusal, if it has.
+    pub(super) fn conclude(&self, result: &Result<Answer, Refused>) {
+        if let Err(refused) = result {
+            self.end(false, refused.why.clone());
+        }
+    }
+
+    fn show(&self, done: Option<f64>, text: String, is_success: Option<bool>) {
+        let job = view::Job { number: self.number, name: self.name.clone(), done, text, is_success };
+        lock(&self.model).set_job(job);
+    }
+}

@@ -1,0 +1,648 @@
+//! The bench over a live bus: what its faces ask for is carried out on threads, and the model hears all of it.
+
+mod access;
+mod hub;
+mod jobs;
+mod network;
+mod order;
+mod parameters;
+mod pdo;
+mod station;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use lexican_driver::Description;
+use lexican_runtime::host::Link;
+use lexican_runtime::object::Address;
+use lexican_runtime::{Duration, NodeId, cia301};
+use lexican_toolbox::cob_ids::CobIds;
+use lexican_toolbox::data_sheet::DataSheet;
+use lexican_toolbox::filter::Filter;
+use lexican_toolbox::log::Format;
+use lexican_toolbox::object::resolve;
+use lexican_toolbox::sampler::Signal;
+use tokio::sync::oneshot;
+
+use crate::command::{Answer, Command, Order, Refused, TraceFilter};
+use crate::model::{BusInfo, Model, Which, watched};
+use crate::sheet::Sheet;
+use crate::view::{self, View};
+use hub::Ports;
+use jobs::Job;
+use parameters::node_id;
+use pdo::Wanted;
+use station::Station;
+
+/// How often new nodes are looked for, and simulated devices are asked.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// How often state, position and velocity of a drive are read.
+const DRIVE: Duration = Duration::from_millis(250);
+
+/// How often it is found out why a drive would not move, while somebody has the hands.
+const OBSTACLES: Duration = Duration::from_secs(2);
+
+/// The fastest that an entry is read again and again.
+const FASTEST_MS: u32 = 10;
+
+/// The most rows that a request gets.
+const MOST_ROWS: u32 = 1000;
+
+/// What can be done to simulated devices.
+pub trait Simulation: Send {
+    /// The devices, and what can be done to each.
+    fn devices(&self) -> Vec<view::Simulated>;
+
+    /// Sets an input of a device: `blocked = true`.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be set.
+    fn input(&mut self, node: NodeId, text: &str) -> Result<(), String>;
+
+    /// Switches a device on or off.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be switched.
+    fn set_power(&mut self, node: NodeId, is_on: bool) -> Result<(), String>;
+}
+
+/// What a bench begins with.
+pub struct Setup {
+    /// The bus.
+    pub bus: BusInfo,
+    /// Nodes that are known before they are heard: their names and data sheets.
+    pub nodes: Vec<(NodeId, Option<String>, Option<Sheet>)>,
+    /// The simulated devices, if they are.
+    pub simulation: Option<Box<dyn Simulation>>,
+}
+
+impl Setup {
+    /// A bus of which nothing is known yet.
+    #[must_use]
+    pub fn new(bus: BusInfo) -> Self {
+        Setup { bus, nodes: Vec::new(), simulation: None }
+    }
+}
+
+/// A bench; clones are the same one.
+#[derive(Clone)]
+pub struct Bench(Arc<Shared>);
+
+struct Shared {
+    model: Arc<Mutex<Model>>,
+    ports: Ports,
+    stations: Mutex<BTreeMap<NodeId, Arc<Station>>>,
+    faces: Mutex<Faces>,
+    simulation: Mutex<Option<Box<dyn Simulation>>>,
+}
+
+#[derive(Default)]
+struct Faces {
+    last: u32,
+    open: BTreeSet<u32>,
+    holder: Option<u32>,
+}
+
+/// The answer to a command, when it is there.
+pub struct Reply(oneshot::Receiver<Result<Answer, Refused>>);
+
+impl Reply {
+    /// Blocks until the answer is there.
+    ///
+    /// # Errors
+    ///
+    /// Why the command was not carried out.
+    pub fn wait(self) -> Result<Answer, Refused> {
+        self.0.blocking_recv().unwrap_or_else(|_| Err(gone()))
+    }
+}
+
+/// A page or a terminal. When it is closed or dropped, what it has started is stopped.
+pub struct Face {
+    bench: Bench,
+    number: u32,
+}
+
+impl Bench {
+    /// A bench of a link in real time.
+    ///
+    /// # Errors
+    ///
+    /// The machine gives no thread for it.
+    pub fn live(link: Box<dyn Link + Send>, setup: Setup) -> std::io::Result<Self> {
+        let mut model = Model::new(link.now(), setup.bus);
+        for (node, name, sheet) in setup.nodes {
+            if let Some(sheet) = sheet {
+                model.introduce(node, sheet);
+            }
+            if let Some(name) = name {
+                model.name(node, name);
+            }
+        }
+        let model = Arc::new(Mutex::new(model));
+        let ports = hub::begin(link, Arc::clone(&model))?;
+        let shared = Shared {
+            model,
+            ports,
+            stations: Mutex::default(),
+            faces: Mutex::default(),
+            simulation: Mutex::new(setup.simulation),
+        };
+        let bench = Bench(Arc::new(shared));
+        let keeper = bench.clone();
+        std::thread::Builder::new().name("nodes".to_owned()).spawn(move || keeper.keep())?;
+        Ok(bench)
+    }
+
+    /// A new face.
+    #[must_use]
+    pub fn open_face(&self) -> Face {
+        let mut faces = lock(&self.0.faces);
+        faces.last += 1;
+        let number = faces.last;
+        faces.open.insert(number);
+        self.show_hands(&faces);
+        Face { bench: self.clone(), number }
+    }
+
+    /// What faces show.
+    #[must_use]
+    pub fn view(&self) -> View {
+        lock(&self.0.model).view()
+    }
+
+    /// Stops what moves, and ends the bench.
+    pub fn end(&self) {
+        let replies: Vec<_> = self.stop_all();
+        for reply in replies {
+            let _ = reply.wait();
+        }
+        self.0.ports.end();
+    }
+
+    /// Looks after nodes that are new.
+    fn keep(&self) {
+        let mut drives = BTreeMap::new();
+        while !self.0.ports.is_over() {
+            let (nodes, is_writable) = {
+                let mut model = lock(&self.0.model);
+                if let Some(simulation) = &*lock(&self.0.simulation) {
+                    model.devices = simulation.devices();
+                }
+                let nodes: Vec<_> = model.nodes().map(|node| (node, model.sheet(node))).collect();
+                (nodes, model.is_writable())
+            };
+            for (node, sheet) in nodes.into_iter().filter(|_| is_writable) {
+                self.get_to_know(node);
+                if let Some((station, description)) = self.station(node).ok().zip(sheet.and_then(|sheet| sheet.drive)) {
+                    self.look_after(&mut drives, &station, description);
+                }
+            }
+            #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
+            std::thread::sleep(LOOK.into());
+        }
+    }
+
+    /// Asks a node that is new who it is: the model hears what it answers.
+    fn get_to_know(&self, node: NodeId) {
+        if lock(&self.0.stations).contains_key(&node) {
+            return;
+        }
+        let Ok(station) = self.station(node) else { return };
+        station.ask(|station| {
+            let Ok(mut network) = station.network() else { return };
+            for sub in 1..=4 {
+                let _ = network.read_bytes(station.node, Address::new(cia301::IDENTITY, sub));
+            }
+            let _ = network.read_bytes(station.node, Address::new(DEVICE_NAME, 0));
+        });
+    }
+
+    /// Follows a drive, and finds out why it would not move.
+    fn look_after(
+        &self,
+        drives: &mut BTreeMap<NodeId, lexican_runtime::Instant>,
+        station: &Arc<Station>,
+        description: &'static Description,
+    ) {
+        let now = self.0.ports.now();
+        let is_new = !drives.contains_key(&station.node);
+        if is_new {
+            for address in watched(description) {
+                station.poll(address, DRIVE);
+            }
+        }
+        let has_hands = lock(&self.0.faces).holder.is_some();
+        let due = drives.entry(station.node).or_insert(now);
+        if has_hands && *due <= now && station.is_idle() {
+            *due = now + OBSTACLES;
+            station.ask(move |station| order::look(station, description));
+        }
+    }
+
+    fn station(&self, node: NodeId) -> Result<Arc<Station>, Refused> {
+        let mut stations = lock(&self.0.stations);
+        if let Some(station) = stations.get(&node) {
+            return Ok(Arc::clone(station));
+        }
+        let station = Station::begin(node, self.0.ports.clone(), Arc::clone(&self.0.model)).map_err(Refused::new)?;
+        stations.insert(node, Arc::clone(&station));
+        Ok(station)
+    }
+
+    /// Stops every drive, whatever else is under way.
+    fn stop_all(&self) -> Vec<Reply> {
+        let drives: Vec<_> = {
+            let model = lock(&self.0.model);
+            model.nodes().filter(|node| model.sheet(*node).is_some_and(|sheet| sheet.drive.is_some())).collect()
+        };
+        let stop = |node| {
+            let (sender, reply) = oneshot::channel();
+            match self.station(node) {
+                Ok(station) => station.interrupt(move |station| {
+                    // An order that was cancelled has stopped its drive, but somebody else may move it.
+                    let _ = sender.send(order::carry(station, 0, Order::Stop, None));
+                }),
+                Err(refused) => drop(sender.send(Err(refused))),
+            }
+            Reply(reply)
+        };
+        drives.into_iter().map(stop).collect()
+    }
+
+    /// Stops what a face has started.
+    fn stop_started_by(&self, face: u32) {
+        for station in lock(&self.0.stations).values() {
+            station.cancel(Some(face));
+        }
+    }
+
+    fn show_hands(&self, faces: &Faces) {
+        let hands = view::Hands { holder: faces.holder, faces: faces.open.len() as u32 };
+        lock(&self.0.model).hands = hands;
+    }
+}
+
+/// The manufacturer device name (CiA 301, 7.5.2.9).
+const DEVICE_NAME: u16 = 0x1008;
+
+impl Face {
+    /// Its number, from 1.
+    #[must_use]
+    pub const fn number(&self) -> u32 {
+        self.number
+    }
+
+    /// Closes it: what it has started is stopped, and its hands are free.
+    pub fn close(&self) {
+        let mut faces = lock(&self.bench.0.faces);
+        if !faces.open.remove(&self.number) {
+            return;
+        }
+        if faces.holder == Some(self.number) {
+            faces.holder = None;
+        }
+        self.bench.show_hands(&faces);
+        drop(faces);
+        self.bench.stop_started_by(self.number);
+    }
+
+    /// Carries a command out.
+    ///
+    /// # Errors
+    ///
+    /// Why it was not carried out.
+    pub async fn request(&self, command: Command) -> Result<Answer, Refused> {
+        self.ask(command).0.await.unwrap_or_else(|_| Err(gone()))
+    }
+
+    /// Gives a command; its answer comes when it is carried out. Commands about one node follow one another.
+    #[must_use]
+    pub fn ask(&self, command: Command) -> Reply {
+        let (sender, reply) = oneshot::channel();
+        if needs_hands(&command)
+            && let Err(refused) = self.may_change()
+        {
+            let _ = sender.send(Err(refused));
+            return Reply(reply);
+        }
+        self.begin(command, sender);
+        Reply(reply)
+    }
+
+    fn may_change(&self) -> Result<(), Refused> {
+        match lock(&self.bench.0.faces).holder {
+            Some(holder) if holder == self.number => Ok(()),
+            Some(other) => Err(Refused::new(format_args!("face {other} has the hands"))
+                .with_remedy("ask there for them, or take them: what it started is stopped then")),
+            None => Err(Refused::new("nobody has the hands").with_remedy("take the hands first")),
+        }
+    }
+
+    fn begin(&self, command: Command, sender: oneshot::Sender<Result<Answer, Refused>>) {
+        let (bench, number) = (&self.bench, self.number);
+        let model = &bench.0.model;
+        match command {
+            Command::Read { node, addresses } => {
+                self.with(node, sender, move |station| access::read(station, &addresses));
+            }
+            Command::Write { node, address, text, force } => {
+                self.with(node, sender, move |station| access::write(station, &address, &text, force));
+            }
+            Command::Backup { node } => self.job(node, "backup", sender, parameters::keep),
+            Command::Restore { node, dcf } => {
+                self.job(node, "restore", sender, move |station, job| parameters::put_back(station, job, &dcf));
+            }
+            Command::Compare { node, with } => {
+                self.job(node, "comparison", sender, move |station, job| parameters::differences(station, job, &with));
+            }
+            Command::Pdos { node } => self.with(node, sender, pdo::show),
+            Command::MapPdo { node, pdo, objects, transmission, check } => {
+                let wanted = Wanted { pdo, objects, transmission, is_check: check };
+                self.with(node, sender, move |station| pdo::map(station, &wanted));
+            }
+            Command::Drive { node, order: order @ (Order::Stop | Order::QuickStop), .. } => {
+                match node_id(node).and_then(|node| bench.station(node)) {
+                    Ok(station) => station.interrupt(move |station| {
+                        let _ = sender.send(order::carry(station, number, order, None));
+                    }),
+                    Err(refused) => drop(sender.send(Err(refused))),
+                }
+            }
+            Command::Drive { node, order, value } => {
+                self.with(node, sender, move |station| order::carry(station, number, order, value.as_deref()));
+            }
+            Command::StopAll => {
+                let replies = bench.stop_all();
+                apart(sender, move || {
+                    let failed: Vec<_> = replies.into_iter().filter_map(|reply| reply.wait().err()).collect();
+                    match failed.first() {
+                        None => Ok(Answer::Done),
+                        Some(first) => Err(first.clone()),
+                    }
+                });
+            }
+            Command::Scan => {
+                let (ports, model) = (bench.0.ports.clone(), Arc::clone(model));
+                let job = Job::begin(&model, "scan".to_owned());
+                apart(sender, move || concluded(&job, |job| network::scan(&ports, &model, job)));
+            }
+            Command::Assign { node } => {
+                let ports = bench.0.ports.clone();
+                let job = Job::begin(model, format!("node-ID {node} by LSS"));
+                apart(sender, move || concluded(&job, |job| network::assign(&ports, node_id(node)?, job)));
+            }
+            other => {
+                let _ = sender.send(self.at_once(other));
+            }
+        }
+    }
+
+    /// What waits for nothing.
+    fn at_once(&self, command: Command) -> Result<Answer, Refused> {
+        let (bench, number) = (&self.bench, self.number);
+        let mut faces = lock(&bench.0.faces);
+        match command {
+            Command::TakeHands { force } => {
+                let before = faces.holder.filter(|holder| *holder != number);
+                if let Some(other) = before {
+                    if !force {
+                        return Err(Refused::new(format_args!("face {other} has the hands"))
+                            .with_remedy("ask there for them, or take them: what it started is stopped then"));
+                    }
+                    bench.stop_started_by(other);
+                }
+                faces.holder = Some(number);
+                bench.show_hands(&faces);
+                return Ok(Answer::Done);
+            }
+            Command::ReleaseHands => {
+                faces.holder = faces.holder.filter(|holder| *holder != number);
+                bench.show_hands(&faces);
+                return Ok(Answer::Done);
+            }
+            _ => drop(faces),
+        }
+        match command {
+            Command::Nmt { node, command } => network::command(&bench.0.ports, node.map(node_id).transpose()?, command),
+            Command::SetSheet { node, sheet } => {
+                let node = node_id(node)?;
+                let read = DataSheet::load(&sheet, &[]);
+                let read = read.map_err(|error| match error.remedy() {
+                    Some(remedy) => Refused::new(&error).with_remedy(remedy),
+                    None => Refused::new(&error),
+                })?;
+                lock(&bench.0.model).introduce(node, Sheet::new(&sheet, read));
+                Ok(Answer::Done)
+            }
+            Command::Objects { node } => {
+                let objects = lock(&bench.0.model).objects(node_id(node)?);
+                objects.map(Answer::Objects).ok_or_else(|| {
+                    Refused::new(format_args!("which device is node {node}?")).with_remedy("give it a data sheet")
+                })
+            }
+            Command::Watch { node, address, every_ms } => {
+                let (node, address) = self.entry(node, &address)?;
+                let every_ms = every_ms.max(FASTEST_MS);
+                if lock(&bench.0.model).watch(node, address, every_ms) {
+                    bench.station(node)?.poll(address, Duration::from_millis(every_ms.into()));
+                }
+                Ok(Answer::Done)
+            }
+            Command::Unwatch { node, address } => {
+                let (node, address) = self.entry(node, &address)?;
+                if lock(&bench.0.model).unwatch(node, address) {
+                    bench.station(node)?.unpoll(address);
+                }
+                Ok(Answer::Done)
+            }
+            Command::Plot { node, signals, every_ms } => {
+                let node = node_id(node)?;
+                let device = lock(&bench.0.model).sheet(node).map(|sheet| sheet.device);
+                let parse = |text: &String| Signal::parse(device, text);
+                let signals: Vec<_> = signals.iter().map(parse).collect::<Result<_, _>>().map_err(Refused::new)?;
+                let new = lock(&bench.0.model).plot(node, signals);
+                let station = bench.station(node)?;
+                for signal in new {
+                    if let Signal::Object(address) = signal {
+                        station.poll(address, Duration::from_millis(every_ms.max(FASTEST_MS).into()));
+                    }
+                }
+                Ok(Answer::Done)
+            }
+            Command::ClearPlot { node } => {
+                let node = node.map(node_id).transpose()?;
+                let cleared = lock(&bench.0.model).clear_plot(node);
+                for (node, address) in cleared {
+                    bench.station(node)?.unpoll(address);
+                }
+                Ok(Answer::Done)
+            }
+            Command::Curves { since } => Ok(Answer::Curves(lock(&bench.0.model).curves(since))),
+            Command::ExportPlot { format } => {
+                let bytes = lock(&bench.0.model).plot_file(&format).map_err(Refused::new)?;
+                Ok(Answer::File { name: format!("plot.{format}"), bytes })
+            }
+            Command::Trace { filter, from, count } => {
+                let which = which(&filter)?;
+                let rows = lock(&bench.0.model).rows(&which, from, count.min(MOST_ROWS) as usize);
+                Ok(Answer::Frames(rows))
+            }
+            Command::Export { format, filter } => {
+                let known: Format = format.parse().map_err(Refused::new)?;
+                let bytes = lock(&bench.0.model).log_file(&which(&filter)?, known).map_err(Refused::new)?;
+                Ok(Answer::File { name: format!("bus.{}", extension(&format)), bytes })
+            }
+            Command::Input { node, text } => {
+                let node = node_id(node)?;
+                self.simulation(|simulation| simulation.input(node, &text))
+            }
+            Command::Power { node, on } => {
+                let node = node_id(node)?;
+                self.simulation(|simulation| simulation.set_power(node, on))
+            }
+            Command::Seek { .. } | Command::Play { .. } => {
+                Err(Refused::new("this is a live bus").with_remedy("a log is opened by --bus log:FILE"))
+            }
+            _ => Err(Refused::new("this command is none of these")),
+        }
+    }
+
+    fn simulation(&self, set: impl FnOnce(&mut dyn Simulation) -> Result<(), String>) -> Result<Answer, Refused> {
+        match &mut *lock(&self.bench.0.simulation) {
+            Some(simulation) => set(&mut **simulation).map(|()| Answer::Done).map_err(Refused::new),
+            None => Err(Refused::new("the devices of this bus are real")),
+        }
+    }
+
+    fn entry(&self, node: u8, text: &str) -> Result<(NodeId, Address), Refused> {
+        let node = node_id(node)?;
+        let device = lock(&self.bench.0.model).sheet(node).map(|sheet| sheet.device);
+        Ok((node, resolve(device, text).map_err(Refused::new)?))
+    }
+
+    /// Carries something out when what was asked of the node before is done.
+    fn with(
+        &self,
+        node: u8,
+        sender: oneshot::Sender<Result<Answer, Refused>>,
+        task: impl FnOnce(&Station) -> Result<Answer, Refused> + Send + 'static,
+    ) {
+        match node_id(node).and_then(|node| self.bench.station(node)) {
+            Ok(station) => station.ask(move |station| drop(sender.send(task(station)))),
+            Err(refused) => drop(sender.send(Err(refused))),
+        }
+    }
+
+    /// The same, shown as a job.
+    fn job(
+        &self,
+        node: u8,
+        name: &str,
+        sender: oneshot::Sender<Result<Answer, Refused>>,
+        task: impl FnOnce(&Station, &Job) -> Result<Answer, Refused> + Send + 'static,
+    ) {
+        let job = Job::begin(&self.bench.0.model, format!("{name} of node {node}"));
+        self.with(node, sender, move |station| concluded(&job, |job| task(station, job)));
+    }
+}
+
+impl Drop for Face {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+/// Whether a command changes something on the bus.
+fn needs_hands(command: &Command) -> bool {
+    match command {
+        Command::Nmt { .. }
+        | Command::Assign { .. }
+        | Command::Write { .. }
+        | Command::Restore { .. }
+        | Command::Input { .. }
+        | Command::Power { .. } => true,
+        Command::MapPdo { check, .. } => !check,
+        // Everybody may stop.
+        Command::Drive { order, .. } => !matches!(order, Order::Stop | Order::QuickStop),
+        _ => false,
+    }
+}
+
+fn concluded(job: &Job, task: impl FnOnce(&Job) -> Result<Answer, Refused>) -> Result<Answer, Refused> {
+    let result = task(job);
+    job.conclude(&result);
+    result
+}
+
+/// Does something on a thread of its own.
+fn apart(
+    sender: oneshot::Sender<Result<Answer, Refused>>,
+    task: impl FnOnce() -> Result<Answer, Refused> + Send + 'static,
+) {
+    // Without a thread, the sender is dropped, and the face hears that.
+    let _ = std::thread::Builder::new().spawn(move || drop(sender.send(task())));
+}
+
+/// A filter in the words of `lexican monitor`.
+fn which(filter: &TraceFilter) -> Result<Which, Refused> {
+    if *filter == TraceFilter::default() {
+        return Ok(Which::default());
+    }
+    fn list<T: std::str::FromStr<Err: std::fmt::Display>>(text: &str) -> Result<Vec<T>, Refused> {
+        let words = text.split(',').map(str::trim).filter(|word| !word.is_empty());
+        words.map(|word| word.parse().map_err(Refused::new)).collect()
+    }
+    let some = |text: &String| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
+    Ok(Which {
+        key: format!("{filter:?}"),
+        filter: Filter {
+            nodes: nodes(&filter.nodes)?,
+            services: list(&filter.services)?,
+            without: list(&filter.without)?,
+            objects: some(&filter.object).into_iter().collect(),
+            ids: some(&filter.ids).map(|ids| ids.parse::<CobIds>().map_err(Refused::new)).transpose()?,
+            texts: some(&filter.text).into_iter().collect(),
+        },
+        alarming: filter.alarming,
+        transfers: filter.transfers,
+    })
+}
+
+/// `5`, `3,5-9`.
+fn nodes(text: &str) -> Result<Vec<NodeId>, Refused> {
+    let number = |text: &str| {
+        let digits = text.trim().strip_prefix("0x");
+        let number = digits.map_or_else(|| text.trim().parse(), |digits| u8::from_str_radix(digits, 16));
+        let wrong = || Refused::new(format_args!("{text:?} is no node-ID: these are 1 to 127"));
+        number.ok().and_then(NodeId::new).ok_or_else(wrong)
+    };
+    let mut nodes = Vec::new();
+    for part in text.split(',').filter(|part| !part.trim().is_empty()) {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        let (first, last) = (number(first)?, number(last)?);
+        nodes.extend(NodeId::all().filter(|node| (first..=last).contains(node)));
+    }
+    Ok(nodes)
+}
+
+/// The end of the name of a log.
+fn extension(format: &str) -> &str {
+    match format {
+        "candump" => "log",
+        trc if trc.starts_with("trc") => "trc",
+        other => other,
+    }
+}
+
+fn gone() -> Refused {
+    Refused::new("a stop came first, or the bench has ended").with_remedy("ask again")
+}
+
+/// A thread that panics has done no harm to what it held.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,100 @@
+//! What is about the whole bus: network management, looking for nodes, LSS.
+
+use std::sync::{Arc, Mutex};
+
+use lexican_runtime::cia301::{self, connection};
+use lexican_runtime::host::blocking::Network;
+use lexican_runtime::host::{Link, LinkError, Pump};
+use lexican_runtime::object::Address;
+use lexican_runtime::service::lss_manager::{Busy, Event, LssManager};
+use lexican_runtime::wire::lss::LssState;
+use lexican_runtime::wire::nmt::NmtCommand;
+use lexican_runtime::wire::sdo::ClientRequest;
+use lexican_runtime::{CobId, Duration, Frame, Instant, NodeId};
+
+use super::hub::Ports;
+use super::jobs::Job;
+use super::lock;
+use crate::command::{Answer, Nmt, Refused};
+use crate::model::Model;
+
+/// Between two requests, so that other nodes get through.
+const PAUSE: Duration = Duration::from_millis(5);
+
+/// How long a device may take to answer.
+const ANSWER: Duration = Duration::from_millis(500);
+
+/// How long a device may take for a step of a fastscan.
+const STEP: Duration = Duration::from_millis(50);
+
+/// How long a device may take to store its configuration.
+const STORING: Duration = Duration::from_secs(3);
+
+/// Sends a command to a node, or to all.
+pub(super) fn command(ports: &Ports, node: Option<NodeId>, command: Nmt) -> Result<Answer, Refused> {
+    let command = match command {
+        Nmt::Start => NmtCommand::Start,
+        Nmt::Stop => NmtCommand::Stop,
+        Nmt::PreOperational => NmtCommand::EnterPreOperational,
+        Nmt::ResetNode => NmtCommand::ResetNode,
+        Nmt::ResetCommunication => NmtCommand::ResetCommunication,
+    };
+    Network::new(ports.link()).command(command, node).map_err(Refused::new)?;
+    Ok(Answer::Done)
+}
+
+/// Asks every node-ID for its device type. The model hears who answers.
+pub(super) fn scan(ports: &Ports, model: &Arc<Mutex<Model>>, job: &Job) -> Result<Answer, Refused> {
+    let (mut link, mut pump) = (ports.link(), Pump::new());
+    let request = ClientRequest::InitiateUpload { address: Address::new(cia301::DEVICE_TYPE, 0) }.to_bytes();
+    let before = lock(model).nodes().count();
+    for (node, place) in NodeId::all().zip(1..) {
+        job.progress(f64::from(place) / 127.0, format!("asks node {node}"));
+        link.send(&Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), request)).map_err(Refused::new)?;
+        listen(&mut link, &mut pump, PAUSE).map_err(Refused::new)?;
+    }
+    listen(&mut link, &mut pump, ANSWER).map_err(Refused::new)?;
+    let nodes = lock(model).nodes().count();
+    job.end(true, format!("{nodes} nodes, {} of them new", nodes - before));
+    Ok(Answer::Done)
+}
+
+fn listen(link: &mut impl Link, pump: &mut Pump, span: Duration) -> Result<(), LinkError> {
+    let until = link.now() + span;
+    while pump.receive_frame(link, until)?.is_some() {}
+    Ok(())
+}
+
+/// Gives a device without node-ID one, and lets it be stored (CiA 305).
+pub(super) fn assign(ports: &Ports, node: NodeId, job: &Job) -> Result<Answer, Refused> {
+    let (mut link, mut pump) = (ports.link(), Pump::new());
+    let mut operate = |patience, begin: fn(&mut LssManager, NodeId) -> Result<(), Busy>| {
+        let mut manager = LssManager::new().with_timeouts(patience, STEP);
+        begin(&mut manager, node).expect("a new manager is idle");
+        let event = pump.run(&mut link, &mut manager, Instant::MAX).map_err(Refused::new)?;
+        event.ok_or_else(|| Refused::new("the bench has ended"))
+    };
+    job.progress(0.1, "looks for a device by fastscan".to_owned());
+    operate(STEP, |manager, _| manager.switch_global(LssState::Waiting))?;
+    let identity = match operate(ANSWER, |manager, _| manager.fastscan())? {
+        Event::Found(identity) => identity,
+        _ => {
+            return Err(Refused::new("no device without node-ID answers")
+                .with_remedy("has it lost its node-ID, and has it power? A device without LSS has switches for it"));
+        }
+    };
+    let who = format!("vendor {:X}h, product {:X}h, serial {:X}h", identity.vendor, identity.product, identity.serial);
+    job.progress(0.7, format!("{who} gets node-ID {node}"));
+    let done = match operate(ANSWER, |manager, node| manager.configure_node(Some(node)))? {
+        Event::Done => operate(STORING, |manager, _| manager.store())?,
+        other => other,
+    };
+    operate(STEP, |manager, _| manager.switch_global(LssState::Waiting))?;
+    match done {
+        Event::Done => {
+            job.end(true, format!("{who} is node {node}"));
+            Ok(Answer::Done)
+        }
+        other => Err(Refused::new(format_args!("{who} does not take the node-ID, or does not store it: {other:?}"))),
+    }
+}

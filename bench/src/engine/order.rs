@@ -1,0 +1,220 @@
+//! Orders to a drive.
+
+use lexican_driver::sequence::{self, Recovery};
+use lexican_driver::{Any, Description, Error, Missing, Mode, Supervision};
+use lexican_runtime::Duration;
+use lexican_runtime::profile::cia402::State;
+use lexican_toolbox::drive::{Ending, Look, Order, Scales, Times, carry_out, has_ended};
+
+use super::hub::Port;
+use super::lock;
+use super::station::Station;
+use crate::command::{self, Answer, Refused};
+use crate::view;
+
+type Drive = lexican_driver::Drive<Port, Any>;
+
+/// How soon a drive is to notice that the bench is gone.
+const PROTECTION: Duration = Duration::from_secs(1);
+
+/// How long a travel may take.
+const WITHIN: Duration = Duration::from_secs(600);
+
+/// How long to try to stop a drive whose bus is lost.
+const RESCUE: Duration = Duration::from_secs(5);
+
+/// Carries an order out for a face; [`view::Drive`] shows what becomes of it.
+pub(super) fn carry(
+    station: &Station,
+    face: u32,
+    order: command::Order,
+    value: Option<&str>,
+) -> Result<Answer, Refused> {
+    let node = station.node;
+    let sheet = lock(&station.model).sheet(node);
+    let found = sheet.and_then(|sheet| Some((sheet, sheet.drive?)));
+    let (sheet, description) = found.ok_or_else(|| Refused::new(format_args!("node {node} is no drive")))?;
+    let mut scales = Scales::new(sheet.device, description);
+    let mut network = station.network()?;
+    let mut remote = lexican_toolbox::remote::RemoteNode::new(&mut network, node);
+    for object in scales.objects() {
+        let values = scales.values();
+        let conditions = values.entry(object).map(|entry| values.conditions(entry)).unwrap_or_default();
+        remote.read_conditions(conditions, values).map_err(Refused::new)?;
+    }
+    let order = parse(order, value, &scales)?;
+    let mut drive = Drive::connect_described(station.ports.link(), node, description).map_err(Refused::new)?;
+    station.begin_order(face, drive.cancel_handle());
+    {
+        let mut model = lock(&station.model);
+        let shown = model.drive(node);
+        shown.order = Some(words(order, &scales));
+        shown.target = match order {
+            Order::MoveTo(target) => Some(target),
+            _ => None,
+        };
+        (shown.ending, shown.look) = (None, None);
+    }
+    let result = run(station, &mut drive, order);
+    let ending = end(station, drive, order, result);
+    station.end_order();
+    let is_success = ending.is_success;
+    let refused = Refused { why: ending.text.clone(), remedy: ending.remedy.clone() };
+    let mut model = lock(&station.model);
+    let shown = model.drive(node);
+    (shown.order, shown.ending) = (None, Some(ending));
+    if is_success { Ok(Answer::Done) } else { Err(refused) }
+}
+
+fn run(station: &Station, drive: &mut Drive, order: Order) -> Result<Ending, Error> {
+    if order.moves() {
+        match drive.protect(Supervision::within(PROTECTION)) {
+            // It goes on with its order if the bench is killed: the view says so before.
+            Err(Error::Unsupported { .. } | Error::HeartbeatExcludesGuarding { .. }) => {}
+            protected => protected.map(|_| ())?,
+        }
+    }
+    let times = Times { within: WITHIN, lasting: None };
+    let model = &station.model;
+    let mut look = |look: Look| lock(model).drive(station.node).look = Some(look);
+    let ending = drive.run(async |drive| carry_out(&drive, order, times, &mut look).await)?;
+    if ending == Ending::Stalled {
+        drive.stop()?;
+    }
+    Ok(ending)
+}
+
+/// How it has ended. A drive that may be moving is stopped, or the view says that it could not be.
+fn end(station: &Station, mut drive: Drive, order: Order, result: Result<Ending, Error>) -> view::Ending {
+    let done = |is_success, text: String, remedy: Option<String>| view::Ending {
+        is_success,
+        may_be_moving: false,
+        text,
+        remedy,
+    };
+    let ending = match result {
+        Ok(ending) => done(ending.is_success(), order.sentence(ending), ending.remedy().map(str::to_owned)),
+        Err(Error::Cancelled { stopped, .. }) => {
+            let text = if stopped { "interrupted: it has been stopped" } else { "interrupted" };
+            done(true, text.to_owned(), None)
+        }
+        Err(error) if has_ended(&error) => done(false, error.to_string(), remedy(&error)),
+        Err(error) if !matches!(error, Error::MayBeMoving { .. }) => done(false, error.to_string(), None),
+        Err(error) => {
+            let why = error.into_cause();
+            match drive.recover(&Recovery::within(RESCUE)) {
+                Ok(_) | Err(Error::Cancelled { stopped: true, .. }) => {
+                    done(false, format!("{why}; it has been stopped since"), None)
+                }
+                Err(last) => view::Ending {
+                    is_success: false,
+                    may_be_moving: true,
+                    text: format!(
+                        "DRIVE {} MAY STILL BE MOVING: it could not be told to stop: {}; after this: {why}",
+                        station.node,
+                        last.into_cause()
+                    ),
+                    remedy: Some("stop it by its emergency stop or its supply".to_owned()),
+                },
+            }
+        }
+    };
+    drop(drive.release());
+    ending
+}
+
+fn remedy(error: &Error) -> Option<String> {
+    let text = match error {
+        Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::NoFault(_))) => {
+            "remove the cause of its fault, then reset it"
+        }
+        Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::Enabled(_))) => "enable it first",
+        Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::NoTravel)) => "stop it first",
+        Error::Refused(refusal) if refusal.0.iter().any(|it| matches!(it, Missing::Supply)) => {
+            "switch the supply of its output stage on"
+        }
+        Error::Fault(_) => "remove its cause, then reset the fault",
+        Error::Restarted => "see why its power has failed, or which node has reset it",
+        Error::OutOfRange(_) => "stay within the limits of the data sheet",
+        Error::Refused(_) | Error::Unsupported { .. } => return None,
+        _ => "nothing moves; give the order again",
+    };
+    Some(text.to_owned())
+}
+
+fn parse(order: command::Order, value: Option<&str>, scales: &Scales<'_>) -> Result<Order, Refused> {
+    let value = value.map(str::trim).filter(|value| !value.is_empty());
+    let position = |text| scales.parse_position(text).map_err(Refused::new);
+    let needed = |what: &str| value.ok_or_else(|| Refused::new(what));
+    Ok(match order {
+        command::Order::Enable => Order::Enable,
+        command::Order::Disable => Order::Disable,
+        command::Order::ResetFault => Order::ResetFault,
+        command::Order::MoveTo => Order::MoveTo(position(needed("where to? It takes a position")?)?),
+        command::Order::Step => Order::Step(value.map(position).transpose()?),
+        command::Order::Run => {
+            Order::Run(scales.parse_velocity(needed("how fast? It takes a velocity")?).map_err(Refused::new)?)
+        }
+        command::Order::Home => Order::Home(match value {
+            None => None,
+            Some(text) => Some(text.parse().map_err(|_| Refused::new(format_args!("{text:?} is no homing method")))?),
+        }),
+        command::Order::Stop => Order::Stop,
+        command::Order::QuickStop => Order::QuickStop,
+    })
+}
+
+fn words(order: Order, scales: &Scales<'_>) -> String {
+    match order {
+        Order::Enable => "is being enabled".to_owned(),
+        Order::Disable => "is being stopped and disabled".to_owned(),
+        Order::ResetFault => "its fault is being reset".to_owned(),
+        Order::MoveTo(target) => format!("travels to {}", scales.target(target)),
+        Order::Step(Some(width)) => format!("travels by {}", scales.target(width)),
+        Order::Step(None) => "takes a step".to_owned(),
+        Order::Run(velocity) => format!("runs at {} until it is stopped", scales.target_velocity(velocity)),
+        Order::Home(Some(method)) => format!("homes by method {method}"),
+        Order::Home(None) => "homes".to_owned(),
+        Order::Stop => "is being stopped".to_owned(),
+        Order::QuickStop => "is being stopped at once".to_owned(),
+        Order::Watch => "is being watched".to_owned(),
+    }
+}
+
+/// Finds out why a drive would not move now.
+pub(super) fn look(station: &Station, description: &'static Description) {
+    let found = Drive::connect_described(station.ports.link(), station.node, description)
+        .and_then(|mut drive| obstacles(&mut drive, description));
+    let obstacles = match found {
+        Ok(obstacles) => obstacles,
+        Err(error) => vec![error.to_string()],
+    };
+    lock(&station.model).drive(station.node).obstacles = obstacles;
+}
+
+fn obstacles(drive: &mut Drive, description: &'static Description) -> Result<Vec<String>, Error> {
+    let checked = drive.run(async |drive| {
+        if description.code_of(Mode::Positioning).is_some() {
+            let target = drive.position().await?;
+            sequence::refuse(&drive, sequence::Order::Travel { target }).await
+        } else {
+            sequence::refuse(&drive, sequence::Order::Run { velocity: 0 }).await
+        }
+    });
+    match checked {
+        Ok(()) => Ok(Vec::new()),
+        Err(Error::Refused(refusal)) => {
+            // An order chooses its mode by itself.
+            let is_obstacle = |missing: &&Missing| !matches!(missing, Missing::Mode(_) | Missing::UnknownMode(_));
+            Ok(refusal.0.iter().filter(is_obstacle).map(|missing| sentence(*missing)).collect())
+        }
+        Err(error) => Err(error),
+    }
+}
+
+fn sentence(missing: Missing) -> String {
+    match missing {
+        Missing::Enabled(State::SwitchOnDisabled) => "it is not enabled".to_owned(),
+        other => lexican_driver::Refusal(vec![other]).to_string(),
+    }
+}

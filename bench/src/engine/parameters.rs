@@ -1,0 +1,136 @@
+//! Backup, restore and comparison of a node's parameters.
+
+use std::ops::ControlFlow;
+
+use lexican_eds::{Input, Source};
+use lexican_runtime::NodeId;
+use lexican_runtime::object::Address;
+use lexican_toolbox::parameters::backup::backup;
+use lexican_toolbox::parameters::compare::{Difference, Side, compare};
+use lexican_toolbox::parameters::restore::{Options, Outcome, check_identity, configured, restore};
+use lexican_toolbox::parameters::{Ended, Progress};
+use lexican_toolbox::remote::RemoteNode;
+use lexican_toolbox::values::report::ValueReport;
+
+use super::jobs::Job;
+use super::lock;
+use super::station::Station;
+use crate::command::{Answer, Other, Refused};
+use crate::sheet::Sheet;
+use crate::view;
+
+/// Reads all parameters of a node as a DCF.
+pub(super) fn keep(station: &Station, job: &Job) -> Result<Answer, Refused> {
+    let sheet = sheet_of(station, station.node)?;
+    let mut network = station.network()?;
+    let mut node = RemoteNode::new(&mut network, station.node);
+    let kept = backup(&mut node, sheet.device, &mut |progress| report(station, job, sheet, progress)).map_err(ended)?;
+    let name = format!("node-{}.dcf", station.node);
+    job.end(true, format!("{} parameters in {name}, {} left out", kept.kept, kept.left_out.len()));
+    Ok(Answer::File { name, bytes: kept.dcf().into_bytes() })
+}
+
+/// Writes what differs from a DCF.
+pub(super) fn put_back(station: &Station, job: &Job, dcf: &str) -> Result<Answer, Refused> {
+    let sheet = sheet_of(station, station.node)?;
+    let (device, _) = lexican_eds::load(&Input::new(Source::new("backup.dcf", dcf)));
+    let settings = configured(&device, station.node);
+    if settings.is_empty() {
+        return Err(Refused::new("the file has no parameter values").with_remedy("it has to be a DCF, as a backup is"));
+    }
+    let mut network = station.network()?;
+    let mut node = RemoteNode::new(&mut network, station.node);
+    check_identity(&mut node, &device).map_err(ended)?.map_err(Refused::new)?;
+    let mut outcome = Outcome::default();
+    let result = restore(
+        &mut node,
+        sheet.device,
+        &settings,
+        Options::default(),
+        &mut |progress| report(station, job, sheet, progress),
+        &mut outcome,
+    );
+    let said = format!("{} written, {} had their value", outcome.written.len(), outcome.equal);
+    result.map_err(|error| {
+        Refused::new(format_args!("{}: {said} until then", ended(error).why))
+            .with_remedy("restore again: it goes on where it ended")
+    })?;
+    if outcome.refused.is_empty() {
+        job.end(true, format!("{said}; the node is PRE-OPERATIONAL"));
+        return Ok(Answer::Done);
+    }
+    let title = |address: &Address| {
+        let model = lock(&station.model);
+        ValueReport::without_value(model.values(station.node), *address).title()
+    };
+    let refused = outcome.refused.iter().map(|(address, why)| format!("{}: {why}", title(address)));
+    Err(Refused::new(format_args!("{said}; not taken: {}", refused.collect::<Vec<_>>().join("; "))))
+}
+
+/// Compares a node with something else.
+pub(super) fn differences(station: &Station, job: &Job, with: &Other) -> Result<Answer, Refused> {
+    let sheet = sheet_of(station, station.node)?;
+    let here = side(station, job, station.node, sheet)?;
+    let there = match with {
+        Other::Defaults => Side::of_sheet(sheet.device.clone(), station.node),
+        Other::Dcf(text) => {
+            let device = lexican_eds::load(&Input::new(Source::new("other.dcf", text.as_str()))).0;
+            Side::of_sheet(device, station.node)
+        }
+        Other::Node(other) => {
+            let other = node_id(*other)?;
+            side(station, job, other, sheet_of(station, other)?)?
+        }
+    };
+    let found = compare(&here, &there);
+    job.end(true, format!("{} parameters compared, {} differ", found.compared, found.differences.len()));
+    Ok(Answer::Differences(found.differences.iter().map(difference).collect()))
+}
+
+fn difference(found: &Difference) -> view::Difference {
+    let words = |report: &Option<ValueReport>| report.as_ref().map_or("-", ValueReport::text).to_owned();
+    let report = found.a.as_ref().or(found.b.as_ref());
+    view::Difference {
+        address: found.address.to_string(),
+        name: report.and_then(|report| report.name.clone()).unwrap_or_default(),
+        here: words(&found.a),
+        there: words(&found.b),
+    }
+}
+
+/// The parameters of a node, which need not be the station's.
+fn side(station: &Station, job: &Job, node: NodeId, sheet: Sheet) -> Result<Side, Refused> {
+    let mut network = station.network()?;
+    let mut remote = RemoteNode::new(&mut network, node);
+    Side::of_node(&mut remote, sheet.device.clone(), &mut |progress| report(station, job, sheet, progress))
+        .map_err(ended)
+}
+
+fn report(station: &Station, job: &Job, sheet: Sheet, progress: Progress) -> ControlFlow<()> {
+    match progress {
+        Progress::Reading { address, at, of } | Progress::Writing { address, at, of } => {
+            let entry = sheet.device.entry(address.index(), address.sub());
+            let name = entry.map_or("", |entry| &entry.name);
+            job.progress(at as f64 / of.max(1) as f64, format!("{address} {name}"));
+        }
+        Progress::Storing => job.progress(1.0, "it stores its parameters".to_owned()),
+    }
+    if station.is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+fn ended(ended: Ended) -> Refused {
+    match ended {
+        Ended::Stopped => Refused::interrupted(),
+        Ended::Lost(error) => Refused::new(error).with_remedy("is the node on the bus, with power?"),
+    }
+}
+
+fn sheet_of(station: &Station, node: NodeId) -> Result<Sheet, Refused> {
+    let sheet = lock(&station.model).sheet(node);
+    sheet.ok_or_else(|| Refused::new(format_args!("which device is node {node}?")).with_remedy("give it a data sheet"))
+}
+
+/// A number as a node-ID.
+pub(super) fn node_id(number: u8) -> Result<NodeId, Refused> {
+    NodeId::new(number).ok_or_else(|| Refused::new(format_args!("{number} is not a node-ID: these are 1 to 127")))
+}

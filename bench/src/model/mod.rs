@@ -1,0 +1,459 @@
+//! The bus as the frames show it: no I/O, no thread, no clock. Frames go in with their times, a [`View`] comes out.
+
+mod drive;
+mod node;
+mod objects;
+mod plot;
+mod rates;
+mod trace;
+mod trouble;
+
+use std::collections::{BTreeMap, VecDeque};
+
+use lexican_runtime::host::BusState;
+use lexican_runtime::object::Address;
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_runtime::{Frame, Instant, NodeId};
+use lexican_toolbox::decode::duplicates::DuplicateNodes;
+use lexican_toolbox::decode::{Decoded, Decoder, Detail};
+use lexican_toolbox::identity::{PRODUCT, recognise};
+use lexican_toolbox::log::{Direction, Format, INTERFACE, Record, Writer};
+use lexican_toolbox::sampler::Signal;
+use lexican_toolbox::statistics::Statistics;
+use lexican_toolbox::transfers::{End, Transfer, Transfers};
+use lexican_toolbox::values::DeviceValues;
+use lexican_toolbox::values::report::ValueReport;
+
+use crate::sheet::Sheet;
+use crate::view::{self, View};
+use node::Node;
+use plot::{Plot, Watched};
+use rates::Rates;
+use trace::Trace;
+use trouble::Troubles;
+
+pub(crate) use drive::{Drive, watched};
+pub(crate) use node::value;
+pub use trace::{Page, Which};
+
+/// How many rows of the trace are kept.
+const ROWS: usize = 1_000_000;
+
+/// How many jobs that have ended are shown.
+const ENDED_JOBS: usize = 8;
+
+/// How a bus is called, and what is known of it before a frame is heard.
+#[derive(Clone, Debug, Default)]
+pub struct BusInfo {
+    /// `can0`, `demo`, `bus.log`.
+    pub name: String,
+    /// Whether frames can be sent.
+    pub is_writable: bool,
+    /// In bits per second.
+    pub bit_rate: Option<u32>,
+}
+
+/// The bus as the frames show it.
+pub struct Model {
+    info: BusInfo,
+    began: Instant,
+    now: Instant,
+    state: Option<BusState>,
+    /// Why there is no bus any more.
+    lost: Option<String>,
+    decoder: Decoder<'static>,
+    transfers: Transfers,
+    /// The last frame of each node's SDO transfer.
+    last_sdo: BTreeMap<NodeId, u64>,
+    duplicates: DuplicateNodes,
+    statistics: Statistics,
+    rates: Rates,
+    troubles: Troubles,
+    trace: Trace,
+    nodes: BTreeMap<NodeId, Node>,
+    watched: BTreeMap<(NodeId, Address), Watched>,
+    plot: Plot,
+    drives: BTreeMap<NodeId, Drive>,
+    jobs: VecDeque<view::Job>,
+    /// Simulated devices, as whoever simulates them describes them.
+    pub devices: Vec<view::Simulated>,
+    /// Who may change something.
+    pub hands: view::Hands,
+    /// Where a recorded log stands.
+    pub log: Option<view::Log>,
+}
+
+impl Model {
+    /// A bus of which nothing was heard, from `now` on.
+    #[must_use]
+    pub fn new(now: Instant, info: BusInfo) -> Self {
+        Model {
+            statistics: Statistics::new(info.bit_rate),
+            info,
+            began: now,
+            now,
+            state: None,
+            lost: None,
+            decoder: Decoder::new(),
+            transfers: Transfers::default(),
+            last_sdo: BTreeMap::new(),
+            duplicates: DuplicateNodes::default(),
+            rates: Rates::default(),
+            troubles: Troubles::default(),
+            trace: Trace::new(ROWS),
+            nodes: BTreeMap::new(),
+            watched: BTreeMap::new(),
+            plot: Plot::default(),
+            drives: BTreeMap::new(),
+            jobs: VecDeque::new(),
+            devices: Vec::new(),
+            hands: view::Hands::default(),
+            log: None,
+        }
+    }
+
+    /// Handles a frame, received or sent.
+    pub fn observe(&mut self, now: Instant, frame: &Frame) {
+        self.pass(now);
+        // From here on times are those since the beginning.
+        let at = Instant::ZERO + now.since(self.began);
+        let decoded = self.decoder.decode(frame);
+        let row = self.trace.push(at, frame, &decoded);
+        self.statistics.observe(at, frame, &decoded);
+        self.rates.observe(at, frame);
+        if let Some((node, evidence)) = self.duplicates.observe(at, &decoded) {
+            self.troubles.suspect(seconds(at), row, node, evidence);
+        }
+        if let Some(transfer) = self.transfers.observe(at, &decoded) {
+            self.transferred(at, row, &transfer);
+        }
+        self.follow(at, row, decoded);
+    }
+
+    /// Time has passed.
+    pub fn pass(&mut self, now: Instant) {
+        self.now = self.now.max(now);
+        let at = Instant::ZERO + self.now.since(self.began);
+        self.rates.advance(at);
+        while let Some(transfer) = self.transfers.forget(at) {
+            let row = self.last_sdo.get(&transfer.node).copied().unwrap_or_default();
+            self.transferred(at, row, &transfer);
+        }
+    }
+
+    /// The controller is in another state.
+    pub fn set_state(&mut self, now: Instant, state: BusState) {
+        self.pass(now);
+        self.state = Some(state);
+        self.statistics.change_state(Instant::ZERO + now.since(self.began), state);
+    }
+
+    /// So many frames were lost on the way from the controller.
+    pub fn miss(&mut self, frames: u32) {
+        self.statistics.miss(frames);
+    }
+
+    /// There is no bus any more.
+    pub fn lose(&mut self, why: String) {
+        self.lost = Some(why);
+    }
+
+    /// What a frame shows of its node.
+    fn follow(&mut self, at: Instant, row: u64, decoded: Decoded) {
+        let Some(id) = decoded.node else { return };
+        if let Detail::Sdo(_) = &decoded.detail {
+            self.last_sdo.insert(id, row);
+        }
+        if decoded.is_from_node() {
+            self.nodes.entry(id).or_default();
+        }
+        let Some(node) = self.nodes.get_mut(&id) else { return };
+        match decoded.detail {
+            Detail::ErrorControl { state: NmtState::Initialising, .. } => node.set_state(NmtState::PreOperational),
+            Detail::ErrorControl { state, .. } => node.set_state(state),
+            Detail::Emcy(emcy) => {
+                let text = emcy.meaning.clone().unwrap_or_else(|| decoded.text.clone());
+                let code = format!("{:04X}", emcy.code);
+                node.add_fault(emcy.code, view::Fault { at: seconds(at), code, text, row });
+            }
+            Detail::Pdo(pdo) => {
+                for report in &pdo.fields {
+                    let value = node.see(seconds(at), report, false);
+                    if let Some(watched) = self.watched.get_mut(&(id, report.address)) {
+                        watched.take(report, value);
+                    }
+                }
+                let signal = Signal::Pdo { received: pdo.received, number: pdo.number };
+                self.plot.take_pdo(at, id, signal, &pdo.fields);
+            }
+            _ => {}
+        }
+    }
+
+    /// An SDO transfer has ended with a frame.
+    fn transferred(&mut self, at: Instant, row: u64, transfer: &Transfer) {
+        // One that another request has ended was silent since its own last frame.
+        let row = if transfer.ended < at { self.last_sdo.get(&transfer.node).copied().unwrap_or(row) } else { row };
+        self.trace.fold(row, transfer.to_string(), transfer.end != End::Done);
+        if let (Some(report), Some(node)) = (&transfer.report, self.nodes.get_mut(&transfer.node)) {
+            // A device that has no product code says so.
+            node.has_said_product |= report.address == PRODUCT && transfer.end != End::Unanswered;
+        }
+        if transfer.end == End::Done
+            && let Some(report) = &transfer.report
+        {
+            self.transferred_value(at, transfer, report);
+        }
+        self.identify(transfer.node);
+    }
+
+    fn transferred_value(&mut self, at: Instant, transfer: &Transfer, report: &ValueReport) {
+        let node = self.nodes.entry(transfer.node).or_default();
+        let value = node.see(seconds(at), report, transfer.writes == Some(true));
+        if let Some(watched) = self.watched.get_mut(&(transfer.node, report.address)) {
+            watched.take(report, value);
+        }
+        self.plot.take(at, transfer.node, report);
+    }
+
+    /// Gives a node the data sheet of the device that it says that it is.
+    fn identify(&mut self, id: NodeId) {
+        let is_due = |node: &&Node| node.sheet.is_none() && node.has_said_product;
+        let Some(node) = self.nodes.get(&id).filter(is_due) else { return };
+        let [Some(vendor), product, ..] = node.identity else { return };
+        let Some(shipped) = recognise(vendor, product) else { return };
+        self.introduce(id, Sheet::of_library(shipped));
+    }
+
+    /// Gives a node a data sheet.
+    pub fn introduce(&mut self, id: NodeId, sheet: Sheet) {
+        self.decoder.introduce(id, sheet.device);
+        self.nodes.entry(id).or_default().sheet = Some(sheet);
+        if sheet.drive.is_some() {
+            self.drives.entry(id).or_default();
+        }
+    }
+
+    /// What its plant calls a node.
+    pub fn name(&mut self, id: NodeId, name: String) {
+        self.nodes.entry(id).or_default().given_name = Some(name);
+    }
+
+    /// The nodes that were heard.
+    pub fn nodes(&self) -> impl Iterator<Item = NodeId> {
+        self.nodes.keys().copied()
+    }
+
+    /// The data sheet of a node.
+    #[must_use]
+    pub fn sheet(&self, id: NodeId) -> Option<Sheet> {
+        self.nodes.get(&id)?.sheet
+    }
+
+    /// A drive.
+    pub(crate) fn drive(&mut self, id: NodeId) -> &mut Drive {
+        self.drives.entry(id).or_default()
+    }
+
+    /// The values of a node that were seen, by which units and limits hold.
+    #[must_use]
+    pub fn values(&self, id: NodeId) -> Option<&DeviceValues<'static>> {
+        self.decoder.values(id)
+    }
+
+    /// The entries of a node's data sheet.
+    #[must_use]
+    pub fn objects(&self, id: NodeId) -> Option<Vec<view::Object>> {
+        Some(objects::list(id, self.nodes.get(&id)?, self.decoder.values(id)?))
+    }
+
+    /// How a PDO of a node comes: the frames of the last second.
+    #[must_use]
+    pub fn per_second(&self, id: lexican_runtime::CobId) -> f64 {
+        self.rates.of(id).frames.into()
+    }
+
+    /// The last value of an entry.
+    #[must_use]
+    pub fn value(&self, id: NodeId, address: Address) -> Option<&view::Value> {
+        self.nodes.get(&id)?.values.get(&address)
+    }
+
+    /// Shows an entry among the watched ones; returns whether it was none of them.
+    pub fn watch(&mut self, id: NodeId, address: Address, every_ms: u32) -> bool {
+        self.watched.insert((id, address), Watched::new(every_ms)).is_none()
+    }
+
+    /// Shows it no longer; returns whether it was one of them.
+    pub fn unwatch(&mut self, id: NodeId, address: Address) -> bool {
+        self.watched.remove(&(id, address)).is_some()
+    }
+
+    /// Adds curves; returns the signals that are new.
+    pub fn plot(&mut self, id: NodeId, signals: impl IntoIterator<Item = Signal>) -> Vec<Signal> {
+        self.plot.add(id, signals)
+    }
+
+    /// Removes the curves of a node, or all; returns the objects that they were of.
+    pub fn clear_plot(&mut self, id: Option<NodeId>) -> Vec<(NodeId, Address)> {
+        self.plot.clear(id)
+    }
+
+    /// The points of the curves after a time.
+    #[must_use]
+    pub fn curves(&self, since: f64) -> Vec<view::Curve> {
+        self.plot.since(since)
+    }
+
+    /// The curves as `csv` or `svg`.
+    ///
+    /// # Errors
+    ///
+    /// Why they cannot be drawn.
+    pub fn plot_file(&self, format: &str) -> Result<Vec<u8>, String> {
+        match format {
+            "csv" => Ok(self.plot.csv().into_bytes()),
+            "svg" => self.plot.svg(&self.info.name).map(String::into_bytes).map_err(|error| error.to_string()),
+            other => Err(format!("a plot is a file of csv or svg, not {other:?}")),
+        }
+    }
+
+    /// Rows of the trace.
+    pub fn rows(&mut self, which: &Which, from: i64, count: usize) -> view::Frames {
+        let Page { matching, from, rows } = self.trace.page(which, from, count);
+        view::Frames { matching, from, rows }
+    }
+
+    /// The frames of the trace as a log.
+    ///
+    /// # Errors
+    ///
+    /// Why the format cannot hold them.
+    pub fn log_file(&self, which: &Which, format: Format) -> Result<Vec<u8>, String> {
+        let bytes = Shared::default();
+        let mut writer = Writer::new(bytes.clone(), format);
+        for (at, frame) in self.trace.frames(which) {
+            let record = Record { at, interface: INTERFACE.into(), direction: Direction::Received, frame };
+            writer.write(&record).map_err(|error| error.to_string())?;
+        }
+        writer.finish().map_err(|error| error.to_string())?;
+        Ok(bytes.take())
+    }
+
+    /// A job has begun, goes on or has ended.
+    pub fn set_job(&mut self, job: view::Job) {
+        match self.jobs.iter_mut().find(|known| known.number == job.number) {
+            Some(known) => *known = job,
+            None => self.jobs.push_back(job),
+        }
+        let ended = self.jobs.iter().filter(|job| job.is_success.is_some()).count();
+        if ended > ENDED_JOBS
+            && let Some(oldest) = self.jobs.iter().position(|job| job.is_success.is_some())
+        {
+            self.jobs.remove(oldest);
+        }
+    }
+
+    /// Whether frames can be sent.
+    #[must_use]
+    pub fn is_writable(&self) -> bool {
+        self.info.is_writable && self.lost.is_none()
+    }
+
+    /// The time since the beginning.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.now.since(self.began).as_secs_f64()
+    }
+
+    /// What a face shows.
+    pub fn view(&mut self) -> View {
+        let report = self.statistics.report(Instant::ZERO + self.now.since(self.began));
+        let bits = self.rates.bits().max(1) as f64;
+        let rates: Vec<view::Rate> = report
+            .ids
+            .iter()
+            .zip(self.rates.ids())
+            .map(|(id, cob_id)| {
+                let last = self.rates.of(cob_id);
+                view::Rate {
+                    id: id.id.clone(),
+                    name: id.name.clone(),
+                    node: id.node,
+                    frames: id.frames,
+                    per_second: last.frames.into(),
+                    jitter_ms: id.gaps.as_ref().map(|gaps| gaps.deviation_ms),
+                    share_percent: f64::from(last.bits) / bits * 100.0,
+                }
+            })
+            .collect();
+        let troubles = self.troubles.view(self.seconds(), self.state, &report, &rates);
+        let nodes = self.nodes.iter().map(|(id, node)| {
+            let mut view = node.view(id.get());
+            if let Some(of_node) = report.nodes.iter().find(|of_node| of_node.node == id.get()) {
+                view.heartbeat_ms = of_node.heartbeat.as_ref().map(|spans| spans.mean_ms);
+                view.silent_seconds = of_node.silent_seconds;
+                view.sdo_ms = of_node.sdo_response.as_ref().map(|spans| spans.mean_ms);
+                view.aborts = of_node.sdo_aborts;
+                view.boots = of_node.boot_ups;
+            }
+            view
+        });
+        let drives = self.drives.iter().filter_map(|(id, drive)| {
+            let node = self.nodes.get(id)?;
+            Some(drive.view(*id, node, self.decoder.values(*id)?, node.sheet?.drive?))
+        });
+        let watched = self.watched.iter().map(|((id, address), watched)| {
+            let report = ValueReport::without_value(self.decoder.values(*id), *address);
+            watched.view(*id, *address, report.name.unwrap_or_else(|| address.to_string()))
+        });
+        View {
+            time: self.seconds(),
+            nodes: nodes.collect(),
+            drives: drives.collect(),
+            devices: self.devices.clone(),
+            jobs: self.jobs.iter().cloned().collect(),
+            watched: watched.collect(),
+            trace: view::Trace { first: self.trace.first(), end: self.trace.end() },
+            hands: self.hands.clone(),
+            log: self.log.clone(),
+            bus: view::Bus {
+                name: self.info.name.clone(),
+                is_writable: self.is_writable(),
+                bit_rate: self.info.bit_rate,
+                state: self.lost.clone().unwrap_or_else(|| self.state.unwrap_or_default().to_string()),
+                frames: report.frames,
+                frames_per_second: report.frames_last_second,
+                load_percent: report.load_percent_last_second,
+                load_percent_peak: report.load_percent_peak,
+                missing_frames: report.missing_frames,
+                ids: rates,
+                troubles,
+            },
+        }
+    }
+}
+
+fn seconds(at: Instant) -> f64 {
+    at.since(Instant::ZERO).as_secs_f64()
+}
+
+/// Bytes that a writer leaves behind.
+#[derive(Clone, Default)]
+struct Shared(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
+
+impl Shared {
+    fn take(&self) -> Vec<u8> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner))
+    }
+}
+
+impl std::io::Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner).extend(bytes);
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}

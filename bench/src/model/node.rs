@@ -1,0 +1,142 @@
+//! What is known of a node.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use lexican_runtime::cia301;
+use lexican_runtime::object::Address;
+use lexican_runtime::wire::nmt::NmtState;
+use lexican_toolbox::values::hex;
+use lexican_toolbox::values::report::ValueReport;
+use lexican_toolbox::values::wire::encode;
+
+use crate::sheet::Sheet;
+use crate::view;
+
+/// The manufacturer device name (CiA 301, 7.5.2.9).
+const DEVICE_NAME: u16 = 0x1008;
+
+/// How many emergencies are remembered.
+const HISTORY: usize = 100;
+
+/// How many changes are remembered.
+const CHANGES: usize = 20;
+
+/// What is known of a node.
+#[derive(Default)]
+pub(crate) struct Node {
+    /// Its data sheet.
+    pub(crate) sheet: Option<Sheet>,
+    /// What its plant calls it.
+    pub(crate) given_name: Option<String>,
+    /// 1008h.
+    pub(crate) device_name: Option<String>,
+    /// 1018h.
+    pub(crate) identity: [Option<u32>; 4],
+    /// Whether it has answered with its product code, or that it has none.
+    pub(crate) has_said_product: bool,
+    /// By its error control, or the answer of a command.
+    pub(crate) state: Option<NmtState>,
+    /// The state when it was heard first.
+    first_state: Option<NmtState>,
+    /// The values that were seen last.
+    pub(crate) values: BTreeMap<Address, view::Value>,
+    faults: Vec<view::Fault>,
+    history: VecDeque<view::Fault>,
+    changes: VecDeque<String>,
+}
+
+impl Node {
+    /// Its name.
+    pub(crate) fn name(&self) -> String {
+        let sheet =
+            || self.sheet.map(|sheet| sheet.device.info.product_name.clone().unwrap_or_else(|| sheet.name.to_owned()));
+        self.given_name.clone().or_else(|| self.device_name.clone()).or_else(sheet).unwrap_or_default()
+    }
+
+    /// It is in a state.
+    pub(crate) fn set_state(&mut self, state: NmtState) {
+        self.first_state.get_or_insert(state);
+        self.state = Some(state);
+    }
+
+    /// An emergency; those with codes below 0100h say that errors are gone.
+    pub(crate) fn add_fault(&mut self, code: u16, fault: view::Fault) {
+        if code >> 8 == 0 {
+            self.faults.clear();
+            return;
+        }
+        self.faults.retain(|known| known.code != fault.code);
+        self.faults.push(fault.clone());
+        self.history.push_front(fault);
+        self.history.truncate(HISTORY);
+    }
+
+    /// A value that was seen; `is_written` if somebody has written it.
+    pub(crate) fn see(&mut self, at: f64, report: &ValueReport, is_written: bool) -> view::Value {
+        let value = value(at, report);
+        self.learn(report);
+        let before = self.values.insert(report.address, value.clone());
+        let is_process_data = report.address.index() == 0x6040;
+        if is_written && !is_process_data && before.as_ref().is_none_or(|before| before.raw != value.raw) {
+            let before = before.map_or_else(String::new, |before| format!(", before {}", before.text));
+            self.changes.push_front(format!("{}: written{before}", report.equation()));
+            self.changes.truncate(CHANGES);
+        }
+        value
+    }
+
+    /// What 1008h and 1018h say.
+    fn learn(&mut self, report: &ValueReport) {
+        let Some(raw) = &report.raw else { return };
+        match (report.address.index(), report.address.sub()) {
+            (DEVICE_NAME, 0) => {
+                let name = String::from_utf8_lossy(raw).trim_matches(['\0', ' ']).to_owned();
+                self.device_name = Some(name).filter(|name| !name.is_empty());
+            }
+            (cia301::IDENTITY, sub @ 1..=4) => {
+                let number = raw.iter().take(4).rev().fold(0, |sum, byte| sum << 8 | u32::from(*byte));
+                let known = &mut self.identity[usize::from(sub) - 1];
+                if let Some(before) = known.replace(number).filter(|before| *before != number) {
+                    self.changes
+                        .push_front(format!("another device: {} was {before:X}h, now {number:X}h", report.title()));
+                    self.changes.truncate(CHANGES);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What a face shows of it, but for what the statistics have.
+    pub(crate) fn view(&self, id: u8) -> view::Node {
+        let mut changes: Vec<String> = self.changes.iter().cloned().collect();
+        if let (Some(first), Some(state)) = (self.first_state, self.state)
+            && first != state
+        {
+            changes.insert(0, format!("state: {first} at first, now {state}"));
+        }
+        view::Node {
+            id,
+            name: self.name(),
+            sheet: self.sheet.map(|sheet| sheet.name.to_owned()),
+            identity: self.identity,
+            state: self.state.map(|state| state.to_string()),
+            faults: self.faults.clone(),
+            history: self.history.iter().cloned().collect(),
+            changes,
+            ..view::Node::default()
+        }
+    }
+}
+
+/// A value in words.
+pub(crate) fn value(at: f64, report: &ValueReport) -> view::Value {
+    let encoded = || encode(report.data_type?, report.value.as_ref()?);
+    view::Value {
+        address: report.address.to_string(),
+        text: report.text().to_owned(),
+        number: lexican_toolbox::series::number(report),
+        raw: report.raw.clone().or_else(encoded).map(|raw| hex(&raw)).unwrap_or_default(),
+        at,
+        is_error: false,
+    }
+}

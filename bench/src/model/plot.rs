@@ -1,0 +1,160 @@
+//! Values that are watched, and curves of them.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use lexican_runtime::object::Address;
+use lexican_runtime::{Instant, NodeId};
+use lexican_toolbox::chart::{self, Picture};
+use lexican_toolbox::sampler::Signal;
+use lexican_toolbox::series::{Recording, number};
+use lexican_toolbox::values::report::ValueReport;
+
+use crate::view;
+
+/// Curves by node.
+#[derive(Default)]
+pub(crate) struct Plot {
+    nodes: BTreeMap<NodeId, Curves>,
+}
+
+struct Curves {
+    signals: Vec<Signal>,
+    recording: Recording,
+}
+
+impl Plot {
+    /// Adds signals of a node; returns those that are new.
+    pub(crate) fn add(&mut self, node: NodeId, signals: impl IntoIterator<Item = Signal>) -> Vec<Signal> {
+        let curves = self.nodes.entry(node);
+        let began = Instant::ZERO;
+        let curves = curves.or_insert_with(|| Curves { signals: Vec::new(), recording: Recording::beginning(began) });
+        let new: Vec<_> = signals.into_iter().filter(|signal| !curves.signals.contains(signal)).collect();
+        curves.signals.extend(&new);
+        new
+    }
+
+    /// Removes the curves of a node, or all; returns the objects that they were of.
+    pub(crate) fn clear(&mut self, node: Option<NodeId>) -> Vec<(NodeId, Address)> {
+        let (cleared, kept) =
+            std::mem::take(&mut self.nodes).into_iter().partition(|(known, _)| node.is_none_or(|node| node == *known));
+        self.nodes = kept;
+        let cleared: BTreeMap<NodeId, Curves> = cleared;
+        let objects = cleared.into_iter().flat_map(|(node, curves)| {
+            curves.signals.into_iter().filter_map(move |signal| match signal {
+                Signal::Object(address) => Some((node, address)),
+                Signal::Pdo { .. } => None,
+            })
+        });
+        objects.collect()
+    }
+
+    /// Takes a value of an entry.
+    pub(crate) fn take(&mut self, at: Instant, node: NodeId, report: &ValueReport) {
+        self.take_if(at, node, report, |signal| *signal == Signal::Object(report.address));
+    }
+
+    /// Takes the values of a PDO.
+    pub(crate) fn take_pdo(&mut self, at: Instant, node: NodeId, pdo: Signal, fields: &[ValueReport]) {
+        for report in fields {
+            self.take_if(at, node, report, |signal| *signal == pdo || *signal == Signal::Object(report.address));
+        }
+    }
+
+    fn take_if(&mut self, at: Instant, node: NodeId, report: &ValueReport, wants: impl Fn(&Signal) -> bool) {
+        if let Some(curves) = self.nodes.get_mut(&node)
+            && curves.signals.iter().any(wants)
+        {
+            curves.recording.take(at, report);
+        }
+    }
+
+    /// The points after a time.
+    pub(crate) fn since(&self, seconds: f64) -> Vec<view::Curve> {
+        let all =
+            self.nodes.iter().flat_map(|(node, curves)| curves.recording.series().iter().map(move |it| (node, it)));
+        let of_series = |(node, series): (&NodeId, &lexican_toolbox::series::Series)| {
+            let first = series.points.partition_point(|(at, _)| *at <= seconds);
+            view::Curve {
+                node: node.get(),
+                address: series.address.to_string(),
+                name: series.name.clone(),
+                unit: series.unit.clone(),
+                points: series.points[first..].to_vec(),
+            }
+        };
+        all.map(of_series).collect()
+    }
+
+    /// All points as a table, in the order of their times.
+    pub(crate) fn csv(&self) -> String {
+        let curves = self.since(f64::NEG_INFINITY);
+        let mut rows: Vec<_> =
+            curves.iter().flat_map(|curve| curve.points.iter().map(move |(at, value)| (*at, *value, curve))).collect();
+        rows.sort_by(|one, two| one.0.total_cmp(&two.0));
+        let mut text = "time,node,address,name,unit,value\n".to_owned();
+        for (at, value, curve) in rows {
+            let name = curve.name.replace('"', "\"\"");
+            let unit = curve.unit.as_deref().unwrap_or_default();
+            let _ = writeln!(text, "{at:.6},{},{},\"{name}\",{unit},{value}", curve.node, curve.address);
+        }
+        text
+    }
+
+    /// A picture with a panel for each node and unit.
+    ///
+    /// # Errors
+    ///
+    /// As [`chart::svg`].
+    pub(crate) fn svg(&self, title: &str) -> Result<String, chart::Error> {
+        let pictures = self.nodes.iter().map(|(node, curves)| (node, curves.recording.picture(String::new())));
+        let mut picture = Picture { title: title.to_owned(), ..Picture::default() };
+        for (node, of_node) in pictures {
+            picture.panels.extend(of_node.panels.into_iter().map(|mut panel| {
+                panel.names[1] = format!("node {node} {}", panel.names[1]);
+                panel
+            }));
+        }
+        chart::svg(&picture)
+    }
+}
+
+/// A value that is read again and again.
+pub(crate) struct Watched {
+    /// How often.
+    pub(crate) every_ms: u32,
+    /// What was seen last, and how it was before.
+    pub(crate) value: Option<view::Value>,
+    bounds: Option<(f64, f64)>,
+    changes: u64,
+}
+
+impl Watched {
+    /// A value that was not seen yet.
+    pub(crate) fn new(every_ms: u32) -> Self {
+        Watched { every_ms, value: None, bounds: None, changes: 0 }
+    }
+
+    /// Takes a value.
+    pub(crate) fn take(&mut self, report: &ValueReport, value: view::Value) {
+        if let Some(number) = number(report) {
+            let (low, high) = self.bounds.unwrap_or((number, number));
+            self.bounds = Some((low.min(number), high.max(number)));
+        }
+        self.changes += u64::from(self.value.as_ref().is_some_and(|before| before.text != value.text));
+        self.value = Some(value);
+    }
+
+    /// What a face shows of it.
+    pub(crate) fn view(&self, node: NodeId, address: Address, name: String) -> view::Watched {
+        view::Watched {
+            node: node.get(),
+            address: address.to_string(),
+            name,
+            every_ms: self.every_ms,
+            value: self.value.clone(),
+            bounds: self.bounds,
+            changes: self.changes,
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! The frames of a bus with their words: the newest million, by number.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use lexican_runtime::object::Address;
+use lexican_runtime::{Frame, Instant, NodeId};
+use lexican_toolbox::decode::{Decoded, Detail, Service};
+use lexican_toolbox::filter::Filter;
+use lexican_toolbox::values::hex;
+
+use crate::view::Row;
+
+/// How many rows a chunk has: what is forgotten at once.
+const CHUNK: usize = 4096;
+
+/// How many rows a request looks at: the rest is for the next one, so that no request holds up the bus.
+const SCAN: u64 = 200_000;
+
+/// For how many filters the matching rows are remembered.
+const MOST_FILTERS: usize = 8;
+
+/// The trace. A row takes about 100 bytes, most of them text.
+pub(crate) struct Trace {
+    chunks: VecDeque<Chunk>,
+    /// The number of the first row of the first chunk.
+    first: u64,
+    /// How many rows are kept at least, once there are so many.
+    room: usize,
+    /// The newest first.
+    found: VecDeque<Found>,
+}
+
+/// The rows that match a filter, as far as it was looked.
+struct Found {
+    which: Which,
+    numbers: VecDeque<u64>,
+    /// The number of the first row that was not looked at.
+    next: u64,
+}
+
+/// Which rows of the trace.
+#[derive(Clone, Debug, Default)]
+pub struct Which {
+    /// What it was made of: equal texts are the same filter.
+    pub key: String,
+    /// Which frames.
+    pub filter: Filter,
+    /// Only what is an error.
+    pub alarming: bool,
+    /// SDO transfers as one row each.
+    pub transfers: bool,
+}
+
+impl Which {
+    /// Whether it leaves nothing out and folds nothing.
+    fn is_all(&self) -> bool {
+        self.key.is_empty()
+    }
+}
+
+/// Rows and their texts in one piece each.
+#[derive(Default)]
+struct Chunk {
+    rows: Vec<Stored>,
+    text: String,
+    addresses: Vec<Address>,
+    /// SDO transfers by the row of their last frame.
+    transfers: BTreeMap<u32, Transfer>,
+}
+
+struct Transfer {
+    text: String,
+    alarming: bool,
+}
+
+struct Stored {
+    at: Instant,
+    frame: Frame,
+    service: Service,
+    node: Option<NodeId>,
+    alarming: bool,
+    /// Where its name, its text and its addresses end in the chunk.
+    name: u32,
+    text: u32,
+    addresses: u32,
+}
+
+/// A row with its words.
+struct Entry<'a> {
+    stored: &'a Stored,
+    name: &'a str,
+    text: &'a str,
+    addresses: &'a [Address],
+    transfer: Option<&'a Transfer>,
+}
+
+/// A page of rows that match.
+#[derive(Debug, Default)]
+pub struct Page {
+    /// How many match, as far as it was looked.
+    pub matching: u64,
+    /// The place of the first one among them.
+    pub from: u64,
+    /// The rows.
+    pub rows: Vec<Row>,
+}
+
+impl Trace {
+    /// A trace that keeps at least so many rows.
+    #[must_use]
+    pub(crate) fn new(room: usize) -> Self {
+        Trace { chunks: VecDeque::new(), first: 0, room, found: VecDeque::new() }
+    }
+
+    /// The number of the oldest row.
+    #[must_use]
+    pub(crate) fn first(&self) -> u64 {
+        self.first
+    }
+
+    /// The number after that of the newest row.
+    #[must_use]
+    pub(crate) fn end(&self) -> u64 {
+        let full = self.chunks.len().saturating_sub(1) * CHUNK;
+        self.first + full as u64 + self.chunks.back().map_or(0, |chunk| chunk.rows.len() as u64)
+    }
+
+    /// Adds a frame; returns its number.
+    pub(crate) fn push(&mut self, at: Instant, frame: &Frame, decoded: &Decoded) -> u64 {
+        if self.chunks.back().is_none_or(|chunk| chunk.rows.len() == CHUNK) {
+            if self.chunks.len() * CHUNK >= self.room + CHUNK {
+                self.forget();
+            }
+            self.chunks.push_back(Chunk { rows: Vec::with_capacity(CHUNK), ..Chunk::default() });
+        }
+        let number = self.end();
+        let chunk = self.chunks.back_mut().expect("one was added");
+        chunk.text.push_str(&decoded.name);
+        let name = chunk.text.len() as u32;
+        chunk.text.push_str(&decoded.text);
+        chunk.addresses.extend(match &decoded.detail {
+            Detail::Pdo(pdo) => pdo.fields.iter().map(|field| field.address).collect(),
+            Detail::Sdo(sdo) => sdo.report.iter().map(|report| report.address).collect(),
+            _ => Vec::new(),
+        });
+        chunk.rows.push(Stored {
+            at,
+            frame: *frame,
+            service: decoded.service,
+            node: decoded.node,
+            alarming: decoded.alarming,
+            name,
+            text: chunk.text.len() as u32,
+            addresses: chunk.addresses.len() as u32,
+        });
+        number
+    }
+
+    /// Says which transfer ended with a frame.
+    pub(crate) fn fold(&mut self, number: u64, text: String, alarming: bool) {
+        let Some((chunk, row)) = self.place(number) else { return };
+        self.chunks[chunk].transfers.insert(row as u32, Transfer { text, alarming });
+        // A transfer that nobody answers is known to be one long after its last frame.
+        for place in 0..self.found.len() {
+            let found = &self.found[place];
+            if number < found.next && self.matches(&found.which, number) {
+                let found = &mut self.found[place];
+                if let Err(at) = found.numbers.binary_search(&number) {
+                    found.numbers.insert(at, number);
+                }
+            }
+        }
+    }
+
+    /// The rows from a place among those that match; from the end backwards if it is negative.
+    pub(crate) fn page(&mut self, which: &Which, from: i64, count: usize) -> Page {
+        if which.is_all() {
+            let (first, end) = (self.first, self.end());
+            let from = start(from, end - first);
+            let numbers = (first + from..end).take(count);
+            return Page { matching: end - first, from, rows: numbers.filter_map(|it| self.row(it, false)).collect() };
+        }
+        let found = self.look(which);
+        let matching = self.found[found].numbers.len() as u64;
+        let from = start(from, matching);
+        let numbers: Vec<u64> = self.found[found].numbers.iter().skip(from as usize).take(count).copied().collect();
+        let rows = numbers.into_iter().filter_map(|it| self.row(it, which.transfers)).collect();
+        Page { matching, from, rows }
+    }
+
+    /// The frames that match, for a log.
+    pub(crate) fn frames(&self, which: &Which) -> impl Iterator<Item = (Instant, Frame)> {
+        let which = Which { transfers: false, ..which.clone() };
+        (self.first..self.end()).filter_map(move |number| {
+            let entry = self.entry(number)?;
+            (which.is_all() || self.matches(&which, number)).then_some((entry.stored.at, entry.stored.frame))
+        })
+    }
+
+    /// Looks at rows that are new to a filter; returns its place.
+    fn look(&mut self, which: &Which) -> usize {
+        let known = self.found.iter().position(|found| found.which.key == which.key);
+        let mut found = match known.and_then(|place| self.found.remove(place)) {
+            Some(found) => found,
+            None => Found { which: which.clone(), numbers: VecDeque::new(), next: self.first },
+        };
+        let oldest = found.numbers.partition_point(|number| *number < self.first);
+        found.numbers.drain(..oldest);
+        found.next = found.next.max(self.first);
+        let until = self.end().min(found.next + SCAN);
+        found.numbers.extend((found.next..until).filter(|number| self.matches(&found.which, *number)));
+        found.next = until;
+        self.found.push_front(found);
+        self.found.truncate(MOST_FILTERS);
+        0
+    }
+
+    fn matches(&self, which: &Which, number: u64) -> bool {
+        let Some(entry) = self.entry(number) else { return false };
+        let Entry { stored, name, text, addresses, transfer, .. } = entry;
+        let (text, alarming) = match transfer {
+            _ if !which.transfers || stored.service != Service::Sdo => (text, stored.alarming),
+            Some(transfer) => (&*transfer.text, transfer.alarming),
+            // A part of a transfer, which has a row of its own at its end.
+            None => return false,
+        };
+        (alarming || !which.alarming)
+            && which.filter.matches_words(stored.node, stored.service, stored.frame.id(), addresses, (name, text))
+    }
+
+    fn row(&self, number: u64, is_folded: bool) -> Option<Row> {
+        let entry = self.entry(number)?;
+        let frame = &entry.stored.frame;
+        let transfer = entry.transfer.filter(|_| is_folded);
+        Some(Row {
+            number,
+            time: entry.stored.at.since(Instant::ZERO).as_secs_f64(),
+            id: frame.id().to_string(),
+            data: if transfer.is_some() { String::new() } else { hex(frame.data()) },
+            node: entry.stored.node.map(NodeId::get),
+            service: if transfer.is_some() { "SDO transfer" } else { entry.name }.to_owned(),
+            text: transfer.map_or(entry.text, |transfer| &transfer.text).to_owned(),
+            alarming: transfer.map_or(entry.stored.alarming, |transfer| transfer.alarming),
+        })
+    }
+
+    fn entry(&self, number: u64) -> Option<Entry<'_>> {
+        let (chunk, row) = self.place(number)?;
+        let chunk = &self.chunks[chunk];
+        let stored = chunk.rows.get(row)?;
+        let before = row.checked_sub(1).map(|before| &chunk.rows[before]);
+        let (from, addresses) = before.map_or((0, 0), |before| (before.text as usize, before.addresses as usize));
+        let (name, text) = (stored.name as usize, stored.text as usize);
+        Some(Entry {
+            stored,
+            name: &chunk.text[from..name],
+            text: &chunk.text[name..text],
+            addresses: &chunk.addresses[addresses..stored.addresses as usize],
+            transfer: chunk.transfers.get(&(row as u32)),
+        })
+    }
+
+    fn place(&self, number: u64) -> Option<(usize, usize)> {
+        let offset = usize::try_from(number.checked_sub(self.first)?).ok()?;
+        let place = (offset / CHUNK, offset % CHUNK);
+        (place.0 < self.chunks.len()).then_some(place)
+    }
+
+    fn forget(&mut self) {
+        if let Some(chunk) = self.chunks.pop_front() {
+            self.first += chunk.rows.len() as u64;
+        }
+    }
+}
+
+/// The place among so many rows.
+fn start(from: i64, matching: u64) -> u64 {
+    match u64::try_from(from) {
+        Ok(from) => from.min(matching),
+        Err(_) => matching.saturating_sub(from.unsigned_abs()),
+    }
+}

@@ -1,0 +1,122 @@
+//! What is wrong on the bus, and who does it.
+
+use std::collections::BTreeMap;
+
+use lexican_runtime::NodeId;
+use lexican_runtime::host::BusState;
+use lexican_toolbox::decode::duplicates::Evidence;
+use lexican_toolbox::statistics::Report;
+
+use crate::view;
+
+/// From which load on a bus is full: then frames of low priority wait for long.
+const FULL_PERCENT: f64 = 70.0;
+
+/// From which part of the bits on a COB-ID is who fills it.
+const SHARE_PERCENT: f64 = 40.0;
+
+/// How many refused transfers of a node are more than a question or two.
+const ABORTS: u32 = 20;
+
+/// Troubles, since when they are there.
+#[derive(Default)]
+pub(crate) struct Troubles {
+    duplicates: BTreeMap<(NodeId, Evidence), (f64, u64)>,
+    since: BTreeMap<String, f64>,
+}
+
+/// A trouble that was found: what it is about, which node it is, and its words.
+struct Found {
+    key: String,
+    node: Option<u8>,
+    text: String,
+}
+
+impl Troubles {
+    /// Two nodes may have one node-ID.
+    pub(crate) fn suspect(&mut self, seconds: f64, row: u64, node: NodeId, evidence: Evidence) {
+        self.duplicates.entry((node, evidence)).or_insert((seconds, row));
+    }
+
+    /// What is wrong now.
+    pub(crate) fn view(
+        &mut self,
+        now: f64,
+        state: Option<BusState>,
+        report: &Report,
+        rates: &[view::Rate],
+    ) -> Vec<view::Trouble> {
+        let found = find(state, report, rates);
+        self.since.retain(|key, _| found.iter().any(|found| found.key == *key));
+        let mut troubles: Vec<_> = found
+            .into_iter()
+            .map(|found| view::Trouble {
+                since: *self.since.entry(found.key).or_insert(now),
+                node: found.node,
+                text: found.text,
+                row: None,
+            })
+            .collect();
+        troubles.extend(self.duplicates.iter().map(|((node, evidence), (since, row))| view::Trouble {
+            since: *since,
+            node: Some(node.get()),
+            text: format!("there may be two nodes {node}: {evidence}"),
+            row: Some(*row),
+        }));
+        troubles
+    }
+}
+
+fn find(state: Option<BusState>, report: &Report, rates: &[view::Rate]) -> Vec<Found> {
+    let mut found = Vec::new();
+    let mut add = |key: String, node, text| found.push(Found { key, node, text });
+    if let Some(state) = state.filter(|state| *state != BusState::Active) {
+        let why = if state.carries_frames() {
+            "look at the bit rate, the cable and its two resistors"
+        } else {
+            "nothing gets through"
+        };
+        add("state".to_owned(), None, format!("the bus is {state}: {why}"));
+    }
+    if report.missing_frames > 0 {
+        let text = format!(
+            "{} frames were lost on the way from the controller: this machine is too busy",
+            report.missing_frames
+        );
+        add("missing".to_owned(), None, text);
+    }
+    for node in &report.nodes {
+        let id = node.node;
+        if let Some(seconds) = node.silent_seconds {
+            let text =
+                format!("node {id} is silent for {seconds:.1} s: it has lost its power or its cable, or has restarted");
+            add(format!("silent {id}"), Some(id), text);
+        }
+        if node.boot_ups > 2 {
+            add(
+                format!("boots {id}"),
+                Some(id),
+                format!("node {id} has booted {} times: its supply may fail", node.boot_ups),
+            );
+        }
+        if node.sdo_aborts > ABORTS {
+            let text = format!(
+                "node {id} has {} refused SDO transfers: somebody asks for what it does not have",
+                node.sdo_aborts
+            );
+            add(format!("aborts {id}"), Some(id), text);
+        }
+    }
+    if let Some(load) = report.load_percent_last_second.filter(|load| *load > FULL_PERCENT) {
+        let loudest = rates.iter().max_by(|one, two| one.share_percent.total_cmp(&two.share_percent));
+        let loudest = loudest.filter(|rate| rate.share_percent > SHARE_PERCENT);
+        let who = loudest.map_or_else(String::new, |rate| {
+            format!(
+                ": {} ({}h) has {:.0} % of it, {:.0} frames in a second",
+                rate.name, rate.id, rate.share_percent, rate.per_second
+            )
+        });
+        add("load".to_owned(), loudest.and_then(|rate| rate.node), format!("the load is {load:.0} %{who}"));
+    }
+    found
+}

@@ -1,0 +1,225 @@
+//! The bench over simulated devices, in real time: what each command does, who may give it, and what a lost face leaves behind.
+
+use std::thread::yield_now;
+
+use lexican_bench::command::{Nmt, Order, Other, TraceFilter};
+use lexican_bench::engine::Setup;
+use lexican_bench::model::BusInfo;
+use lexican_bench::view::View;
+use lexican_bench::{Answer, Bench, Command, Face};
+use lexican_runtime::host::{Pace, VirtualBus};
+use lexican_toolbox::simulation::{Files, Plant};
+
+const PLANT: &str = "
+[[node]]
+id = 5
+name = 'feeder'
+device = 'siko/ag03-1'
+settings = ['1017 = raw:100']
+
+[[node]]
+id = 6
+name = 'cutter'
+device = 'kollmorgen/akd'
+settings = ['1017 = 100']
+";
+
+fn bench() -> Bench {
+    let plant = Plant::parse(PLANT, "plant.toml", Files::Embedded(&[])).unwrap();
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(plant.segment(bus.now()).unwrap());
+    let link = bus.link();
+    bus.set_pace(Pace::RealTime);
+    let info = BusInfo { name: "plant".to_owned(), is_writable: true, bit_rate: Some(500_000) };
+    Bench::live(Box::new(link), Setup::new(info)).unwrap()
+}
+
+/// Waits until a view is so.
+#[track_caller]
+fn until(bench: &Bench, is_so: impl Fn(&View) -> bool) -> View {
+    // The harness ends a test that waits for ever.
+    loop {
+        let view = bench.view();
+        if is_so(&view) {
+            return view;
+        }
+        yield_now();
+    }
+}
+
+/// A face that has the hands, of a bench whose two drives are known.
+fn face(bench: &Bench) -> Face {
+    until(bench, |view| view.drives.len() == 2 && view.drives.iter().all(|drive| drive.position.is_some()));
+    let face = bench.open_face();
+    face.ask(Command::TakeHands { force: false }).wait().unwrap();
+    face
+}
+
+fn drive(node: u8, order: Order, value: Option<&str>) -> Command {
+    Command::Drive { node, order, value: value.map(str::to_owned) }
+}
+
+fn moves(view: &View) -> bool {
+    view.drives[0].velocity.is_some_and(|velocity| velocity != 0.0)
+}
+
+#[test]
+fn nodes_are_recognised_and_read() {
+    let bench = bench();
+    let face = face(&bench);
+    let view = bench.view();
+    assert_eq!(view.nodes[0].sheet.as_deref(), Some("siko/ag03-1"));
+    assert_eq!(view.nodes[1].sheet.as_deref(), Some("kollmorgen/akd"));
+    let read = Command::Read { node: 5, addresses: vec!["1018".to_owned(), "6060".to_owned()] };
+    let Ok(Answer::Values(values)) = face.ask(read).wait() else { panic!("values") };
+    assert_eq!(values.last().unwrap().text, "profile position (1)");
+    assert!(values.len() > 3, "1018h has several entries");
+    let Ok(Answer::Objects(objects)) = face.ask(Command::Objects { node: 5 }).wait() else { panic!("objects") };
+    let mode = objects.iter().find(|object| object.address == "6060:00").unwrap();
+    assert_eq!(mode.value.as_ref().unwrap().text, "profile position (1)", "what was read is remembered");
+    bench.end();
+}
+
+#[test]
+fn what_the_data_sheet_refuses_is_not_sent() {
+    let bench = bench();
+    let face = face(&bench);
+    let write =
+        |text: &str| Command::Write { node: 5, address: "2410:05".to_owned(), text: text.to_owned(), force: false };
+    let refused = face.ask(write("250")).wait().unwrap_err();
+    assert!(refused.why.contains("too high"), "{refused:?}");
+    let Ok(Answer::Values(values)) = face.ask(write("60")).wait() else { panic!("it is written") };
+    assert!(values[0].text.starts_with("60"), "{values:?}");
+    let changes = &bench.view().nodes[0].changes;
+    assert!(changes.iter().any(|change| change.contains("2410:05")), "{changes:?}");
+    bench.end();
+}
+
+#[test]
+fn only_who_has_the_hands_changes_something_and_everybody_stops() {
+    let bench = bench();
+    let one = face(&bench);
+    let other = bench.open_face();
+    let start = || Command::Nmt { node: None, command: Nmt::Start };
+    assert!(other.ask(start()).wait().unwrap_err().why.contains("has the hands"));
+    assert!(other.ask(Command::TakeHands { force: false }).wait().is_err());
+    one.ask(start()).wait().unwrap();
+    one.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    let travel = one.ask(drive(5, Order::MoveTo, Some("100000")));
+    until(&bench, moves);
+    other.ask(Command::StopAll).wait().unwrap();
+    assert!(travel.wait().is_ok_and(|answer| answer == Answer::Done));
+    let view = until(&bench, |view| !moves(view));
+    assert!(view.drives[0].ending.is_some() && view.drives[0].order.is_none());
+    assert!(view.drives[0].position.unwrap() < 100_000.0);
+    bench.end();
+}
+
+#[test]
+fn a_lost_face_stops_what_it_has_started() {
+    let bench = bench();
+    let face = face(&bench);
+    face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    let _travel = face.ask(drive(5, Order::MoveTo, Some("100000")));
+    until(&bench, moves);
+    drop(face);
+    let view = until(&bench, |view| view.drives[0].order.is_none() && !moves(view));
+    assert_eq!(view.hands.holder, None);
+    let ending = view.drives[0].ending.as_ref().unwrap();
+    assert_eq!(ending.text, "interrupted: it has been stopped");
+    bench.end();
+}
+
+#[test]
+fn a_backup_is_restored_and_compared() {
+    let bench = bench();
+    let face = face(&bench);
+    let Ok(Answer::File { bytes, .. }) = face.ask(Command::Backup { node: 5 }).wait() else { panic!("a file") };
+    let dcf = String::from_utf8(bytes).unwrap();
+    let write = Command::Write { node: 5, address: "2410:05".to_owned(), text: "60".to_owned(), force: false };
+    face.ask(write).wait().unwrap();
+    let compare = || Command::Compare { node: 5, with: Other::Dcf(dcf.clone()) };
+    let Ok(Answer::Differences(found)) = face.ask(compare()).wait() else { panic!("differences") };
+    assert_eq!(found.iter().map(|found| &*found.address).collect::<Vec<_>>(), ["2410:05"]);
+    face.ask(Command::Restore { node: 5, dcf: dcf.clone() }).wait().unwrap();
+    let Ok(Answer::Differences(found)) = face.ask(compare()).wait() else { panic!("differences") };
+    assert!(found.is_empty(), "{found:?}");
+    assert!(bench.view().jobs.iter().all(|job| job.is_success == Some(true)));
+    bench.end();
+}
+
+#[test]
+fn a_pdo_is_mapped_after_it_was_checked() {
+    let bench = bench();
+    let face = face(&bench);
+    let map = |objects: &[&str], check| Command::MapPdo {
+        node: 6,
+        pdo: "tpdo1".to_owned(),
+        objects: objects.iter().map(|&object| object.to_owned()).collect(),
+        transmission: Some("every:20ms".to_owned()),
+        check,
+    };
+    let too_much = ["6041", "6064", "606C"];
+    let Ok(Answer::Objections(objections)) = face.ask(map(&too_much, true)).wait() else { panic!("objections") };
+    assert!(!objections.is_empty(), "80 bits do not fit");
+    let fits = ["6041", "6064"];
+    let Ok(Answer::Objections(objections)) = face.ask(map(&fits, true)).wait() else { panic!("objections") };
+    assert_eq!(objections, Vec::<String>::new());
+    let Ok(Answer::Pdos(pdos)) = face.ask(map(&fits, false)).wait() else { panic!("the PDO") };
+    assert_eq!(
+        pdos[0].fields.iter().map(|field| (field.first_bit, field.bits)).collect::<Vec<_>>(),
+        [(0, 16), (16, 32)]
+    );
+    face.ask(Command::Nmt { node: Some(6), command: Nmt::Start }).wait().unwrap();
+    until(&bench, |view| view.bus.ids.iter().any(|rate| rate.name == "TPDO1" && rate.per_second > 30.0));
+    bench.end();
+}
+
+#[test]
+fn the_trace_is_filtered_in_the_words_of_the_monitor() {
+    let bench = bench();
+    let face = face(&bench);
+    let rows = |filter: TraceFilter| {
+        let Ok(Answer::Frames(frames)) = face.ask(Command::Trace { filter, from: -20, count: 20 }).wait() else {
+            panic!("rows")
+        };
+        frames.rows
+    };
+    let all = rows(TraceFilter::default());
+    assert_eq!(all.len(), 20);
+    let sdo =
+        TraceFilter { nodes: "5".to_owned(), services: "sdo".to_owned(), transfers: true, ..TraceFilter::default() };
+    let transfers = rows(sdo);
+    assert!(!transfers.is_empty());
+    assert!(transfers.iter().all(|row| row.service == "SDO transfer" && row.node == Some(5)), "{transfers:?}");
+    assert!(transfers.iter().any(|row| row.text.contains("Statusword")), "{transfers:?}");
+    let wrong = TraceFilter { services: "sda".to_owned(), ..TraceFilter::default() };
+    assert!(face.ask(Command::Trace { filter: wrong, from: 0, count: 1 }).wait().is_err());
+    bench.end();
+}
+
+#[test]
+fn values_are_watched_and_plotted() {
+    let bench = bench();
+    let face = face(&bench);
+    let address = "6064:00".to_owned();
+    face.ask(Command::Watch { node: 5, address: address.clone(), every_ms: 20 }).wait().unwrap();
+    face.ask(Command::Plot { node: 5, signals: vec![address.clone()], every_ms: 20 }).wait().unwrap();
+    let view = until(&bench, |view| view.watched.iter().any(|watched| watched.value.is_some()));
+    assert_eq!(view.watched[0].address, address);
+    loop {
+        let Ok(Answer::Curves(curves)) = face.ask(Command::Curves { since: 0.0 }).wait() else { panic!("curves") };
+        if curves.first().is_some_and(|curve| curve.points.len() > 3) {
+            break;
+        }
+        yield_now();
+    }
+    let Ok(Answer::File { bytes, .. }) = face.ask(Command::ExportPlot { format: "csv".to_owned() }).wait() else {
+        panic!("a file")
+    };
+    assert!(String::from_utf8(bytes).unwrap().lines().count() > 3);
+    face.ask(Command::Unwatch { node: 5, address }).wait().unwrap();
+    assert!(bench.view().watched.is_empty());
+    bench.end();
+}
