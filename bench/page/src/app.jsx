@@ -30,7 +30,8 @@ function badge(name) {
 
 function Tabs() {
   return (
-    <nav role="tablist" aria-label={t('tabs')} onKeyDown={roving}>
+    <nav class="tabs" aria-label={t('tabs')}>
+      <div role="tablist" aria-label={t('tabs')} onKeyDown={roving}>
       {TABS.map((name, index) => {
         const count = badge(name)
         const isOpen = tab.value === name
@@ -41,6 +42,7 @@ function Tabs() {
           </button>
         )
       })}
+      </div>
     </nav>
   )
 }
@@ -58,8 +60,10 @@ function App() {
       <Header />
       <Tabs />
       {view.log.value && <LogSlider />}
-      <main id="view" role="tabpanel" aria-labelledby={`tab-${tab.value}`} class={`view-${tab.value}`}>
-        <View />
+      <main>
+        <div id="view" role="tabpanel" aria-labelledby={`tab-${tab.value}`} class={`view-${tab.value}`}>
+          <View />
+        </div>
       </main>
       <Footer />
       <Help />

@@ -13,7 +13,7 @@ export function Header() {
       <div class="always">
         <div class="brand" title={version.value && `lexican ${version.value}`}>
           <img src="icon.svg" alt="" width="26" height="26" />
-          <b>lexican bench</b>
+          <h1>lexican bench</h1>
         </div>
         <BusMark />
         <Connection />

@@ -74,19 +74,21 @@ export class TraceWindow {
   async goTo(number, part) {
     this.hold()
     const filter = this.filter.peek()
-    const rows = async (from) => await this.ask({ do: 'trace', filter, from, count: 1 })
+    const rows = (from) => {
+      if (filter !== this.filter.peek()) throw null // Somebody wants to see something else by now.
+      return this.ask({ do: 'trace', filter, from, count: 1 })
+    }
     try {
       let last = await rows(-1)
       for (let asked = 1; asked < QUESTIONS && !(last.rows[0]?.number >= number); asked++) last = await rows(-1)
       const place = await placeOf(number, last.matching, async (place) => (await rows(place)).rows[0])
-      if (filter !== this.filter.peek()) return
       batch(() => {
         this.frames.value = { ...this.frames.peek(), matching: last.matching }
         this.top.value = Math.max(0, Math.min(place - part * this.visible, this.lastTop(last.matching)))
       })
       this.look()
     } catch (why) {
-      this.refused.value = why
+      if (why !== null) this.refused.value = why
     }
   }
 

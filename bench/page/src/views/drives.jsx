@@ -84,7 +84,7 @@ function MachineState({ drive, name, corner: [x, y] }) {
   return (
     <g class={`machine-state ${isHere ? `here ${kindOf(name)}` : ''} ${isAllowed ? 'allowed' : ''}`} aria-current={isHere || undefined} {...button}>
       <rect x={x} y={y} width={BOX.width} height={BOX.height} rx="6" />
-      {text.map((words, at) => <text key={words} x={x + BOX.width / 2} y={y + BOX.height / 2 + 4 + (at - (text.length - 1) / 2) * 13}>{words}</text>)}
+      {text.map((words, at) => <text key={words} x={x + BOX.width / 2} y={y + BOX.height / 2 + 4 + (at - (text.length - 1) / 2) * 13}>{`${words} `}</text>)}
     </g>
   )
 }

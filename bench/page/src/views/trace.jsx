@@ -13,6 +13,9 @@ const ROW = 21 // px
 const EVERY = 500 // ms from look to look when nothing calls for one
 const FORMATS = ['candump', 'pcap', 'pcapng', 'asc', 'trc', 'blf']
 
+const PATIENCE = 250 // ms from the last key to the filter
+/** The fields of the filter that are texts, and how many characters are in sight. */
+const FIELDS = { text: 16, nodes: 6, object: 10, ids: 8, without: 12 }
 const COLUMNS = ['number', 'time', 'id', 'service', 'data', 'text']
 
 /** It stays where it is while other tabs are looked at. */
@@ -41,13 +44,7 @@ export function Trace() {
 
 function Filter() {
   const filter = trace.filter.value
-  const set = (change) => trace.setFilter({ ...filter, ...change })
-  const text = (key, size) => (
-    <label class="field">
-      <span>{t(`filter.${key}`)}</span>
-      <input data-test={`filter-${key}`} type={key === 'text' ? 'search' : 'text'} size={size} spellcheck={false} value={filter[key]} placeholder={t(`filter.${key}.example`)} onInput={(event) => set({ [key]: event.target.value })} />
-    </label>
-  )
+  const set = (change) => trace.setFilter({ ...trace.filter.peek(), ...change })
   const check = (key) => (
     <label class="check">
       <input type="checkbox" data-test={`filter-${key}`} checked={filter[key]} onChange={(event) => set({ [key]: event.target.checked })} />
@@ -56,11 +53,7 @@ function Filter() {
   )
   return (
     <form class="line filter" role="search" aria-label={t('filter')} onSubmit={(event) => event.preventDefault()}>
-      {text('text', 16)}
-      {text('nodes', 6)}
-      {text('object', 10)}
-      {text('ids', 8)}
-      {text('without', 12)}
+      {Object.entries(FIELDS).map(([key, size]) => <FilterField key={key} name={key} size={size} value={filter[key]} set={set} />)}
       <div class="choice" role="group" aria-label={t('filter.services')}>
         {SERVICES.map((service) => (
           <Button key={service} data-test={`filter-${service}`} aria-pressed={has(filter.services, service)} run={() => set({ services: toggled(filter.services, service) })}>{service.toUpperCase()}</Button>
@@ -73,9 +66,28 @@ function Filter() {
   )
 }
 
+/** What is typed becomes the filter when nothing is typed for a moment: each filter has the bench go through all rows. */
+function FilterField({ name, size, value, set }) {
+  const [typed, setTyped] = useState(null)
+  useEffect(() => {
+    if (typed === null) return
+    const timer = setTimeout(() => {
+      set({ [name]: typed })
+      setTyped(null)
+    }, PATIENCE)
+    return () => clearTimeout(timer)
+  }, [typed])
+  return (
+    <label class="field">
+      <span>{t(`filter.${name}`)}</span>
+      <input data-test={`filter-${name}`} type={name === 'text' ? 'search' : 'text'} size={size} spellcheck={false} value={typed ?? value} placeholder={t(`filter.${name}.example`)} onInput={(event) => setTyped(event.target.value)} />
+    </label>
+  )
+}
+
 function Frames() {
   const element = useRef()
-  const placed = useRef(0)
+  const placed = useRef({ wanted: 0, is: 0 })
   const [size, setSize] = useState(600)
   const { top, frames } = trace
   const bar = scale(frames.value.matching, ROW, size)
@@ -98,13 +110,15 @@ function Frames() {
     wantedRow.value = null
   }, [wantedRow.value])
   useLayoutEffect(() => {
-    element.current.scrollTop = scrollTopOf(bar, top.value)
-    placed.current = element.current.scrollTop
+    const wanted = scrollTopOf(bar, top.value)
+    if (wanted === placed.current.wanted) return // Whoever moves the scroll bar meanwhile keeps it.
+    element.current.scrollTop = wanted
+    placed.current = { wanted, is: element.current.scrollTop }
   })
 
   /** The scroll bar was moved, if it is not where we have put it. */
   const scrolled = () => {
-    if (Math.abs(element.current.scrollTop - placed.current) >= 1) trace.scrollTo(topRow(bar, element.current.scrollTop))
+    if (Math.abs(element.current.scrollTop - placed.current.is) >= 1) trace.scrollTo(topRow(bar, element.current.scrollTop))
   }
   const keys = (event) => {
     const page = trace.visible - 2
@@ -126,7 +140,6 @@ function Frames() {
     target.addEventListener('wheel', wheel, { passive: false })
     return () => target.removeEventListener('wheel', wheel)
   }, [])
-  const shift = scrollTopOf(bar, top.value) + (first - top.value) * ROW
   return (
     <div class="frames">
       <Refusal of={trace.refused.value} test="trace-refusal" />
@@ -135,7 +148,7 @@ function Frames() {
       </div>
       <div ref={element} class="frames-window" role="table" aria-label={t('trace.title')} aria-rowcount={frames.value.matching} tabindex="0" data-test="trace" onKeyDown={keys} onScroll={scrolled}>
         <div class="extent" style={{ height: `${bar.extent}px` }}>
-          <div class="sheet" style={{ transform: `translateY(${shift}px)` }}>
+          <div class="sheet" style={{ transform: `translateY(${(first - top.value) * ROW}px)` }}>
             {rows.map((row, at) => <FrameRow key={row.number} row={row} place={first + at} />)}
           </div>
         </div>
