@@ -76,6 +76,11 @@ impl Ports {
         Port { shared: Arc::clone(&self.0), number, incoming }
     }
 
+    /// Takes the bus away from a link: what waits on it ends at once.
+    pub(super) fn cut(&self, number: u64) {
+        lock(&self.0.mailboxes).remove(&number);
+    }
+
     /// The time on the bus.
     pub(super) fn now(&self) -> Instant {
         self.0.now()
@@ -89,6 +94,13 @@ impl Ports {
     /// Ends the thread of the link.
     pub(super) fn end(&self) {
         self.0.is_over.store(true, Ordering::Release);
+    }
+}
+
+impl Port {
+    /// What [`Ports::cut`] takes.
+    pub(super) const fn number(&self) -> u64 {
+        self.number
     }
 }
 

@@ -1,6 +1,6 @@
 //! What takes its time, as faces see it.
 
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::lock;
@@ -11,17 +11,23 @@ use crate::view;
 /// Counts jobs, from 1.
 static NUMBER: AtomicU32 = AtomicU32::new(1);
 
-/// A job under way.
+/// A job under way; one that is dropped before its end was interrupted.
 pub(super) struct Job {
     model: Arc<Mutex<Model>>,
     number: u32,
     name: String,
+    has_ended: AtomicBool,
 }
 
 impl Job {
     /// Shows a job that begins.
     pub(super) fn begin(model: &Arc<Mutex<Model>>, name: String) -> Self {
-        let job = Job { model: Arc::clone(model), number: NUMBER.fetch_add(1, Ordering::Relaxed), name };
+        let job = Job {
+            model: Arc::clone(model),
+            number: NUMBER.fetch_add(1, Ordering::Relaxed),
+            name,
+            has_ended: AtomicBool::new(false),
+        };
         job.show(None, "waits for its turn".to_owned(), None);
         job
     }
@@ -44,7 +50,16 @@ impl Job {
     }
 
     fn show(&self, done: Option<f64>, text: String, is_success: Option<bool>) {
+        self.has_ended.store(is_success.is_some(), Ordering::Relaxed);
         let job = view::Job { number: self.number, name: self.name.clone(), done, text, is_success };
         lock(&self.model).set_job(job);
+    }
+}
+
+impl Drop for Job {
+    fn drop(&mut self) {
+        if !self.has_ended.load(Ordering::Relaxed) {
+            self.end(false, Refused::interrupted().why);
+        }
     }
 }

@@ -13,8 +13,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use lexican_driver::Description;
-use lexican_runtime::host::Link;
+use lexican_runtime::host::{AccessError, Link};
 use lexican_runtime::object::Address;
+use lexican_runtime::service::sdo_client::SdoError;
 use lexican_runtime::{Duration, NodeId, cia301};
 use lexican_toolbox::cob_ids::CobIds;
 use lexican_toolbox::data_sheet::DataSheet;
@@ -24,7 +25,7 @@ use lexican_toolbox::object::resolve;
 use lexican_toolbox::sampler::Signal;
 use tokio::sync::oneshot;
 
-use crate::command::{Answer, Command, Order, Refused, TraceFilter};
+use crate::command::{Answer, Command, Order, Other, Refused, TraceFilter};
 use crate::model::{BusInfo, Model, Which, watched};
 use crate::sheet::Sheet;
 use crate::view::{self, View};
@@ -32,7 +33,7 @@ use hub::Ports;
 use jobs::Job;
 use parameters::node_id;
 use pdo::Wanted;
-use station::Station;
+use station::{NOBODY, Station};
 
 /// How often new nodes are looked for, and simulated devices are asked.
 const LOOK: Duration = Duration::from_millis(100);
@@ -196,29 +197,17 @@ impl Bench {
                 (nodes, model.is_writable())
             };
             for (node, sheet) in nodes.into_iter().filter(|_| is_writable) {
-                self.get_to_know(node);
-                if let Some((station, description)) = self.station(node).ok().zip(sheet.and_then(|sheet| sheet.drive)) {
+                let Ok(station) = self.station(node) else { continue };
+                if station.is_idle() && lock(&self.0.model).is_stranger(node) {
+                    get_to_know(&station);
+                }
+                if let Some(description) = sheet.and_then(|sheet| sheet.drive) {
                     self.look_after(&mut drives, &station, description);
                 }
             }
             #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
             std::thread::sleep(LOOK.into());
         }
-    }
-
-    /// Asks a node that is new who it is: the model hears what it answers.
-    fn get_to_know(&self, node: NodeId) {
-        if lock(&self.0.stations).contains_key(&node) {
-            return;
-        }
-        let Ok(station) = self.station(node) else { return };
-        station.ask(|station| {
-            let Ok(mut network) = station.network() else { return };
-            for sub in 1..=4 {
-                let _ = network.read_bytes(station.node, Address::new(cia301::IDENTITY, sub));
-            }
-            let _ = network.read_bytes(station.node, Address::new(DEVICE_NAME, 0));
-        });
     }
 
     /// Follows a drive, and finds out why it would not move.
@@ -239,7 +228,7 @@ impl Bench {
         let due = drives.entry(station.node).or_insert(now);
         if has_hands && *due <= now && station.is_idle() {
             *due = now + OBSTACLES;
-            station.ask(move |station| order::look(station, description));
+            station.ask(NOBODY, move |station| order::look(station, description));
         }
     }
 
@@ -262,9 +251,9 @@ impl Bench {
         let stop = |node| {
             let (sender, reply) = oneshot::channel();
             match self.station(node) {
-                Ok(station) => station.interrupt(move |station| {
+                Ok(station) => station.stop(move |station| {
                     // An order that was cancelled has stopped its drive, but somebody else may move it.
-                    let _ = sender.send(order::carry(station, 0, Order::Stop, None));
+                    let _ = sender.send(order::carry(station, Order::Stop, None));
                 }),
                 Err(refused) => drop(sender.send(Err(refused))),
             }
@@ -276,7 +265,7 @@ impl Bench {
     /// Stops what a face has started.
     fn stop_started_by(&self, face: u32) {
         for station in lock(&self.0.stations).values() {
-            station.cancel(Some(face));
+            station.leave(face);
         }
     }
 
@@ -284,6 +273,21 @@ impl Bench {
         let hands = view::Hands { holder: faces.holder, faces: faces.open.len() as u32 };
         lock(&self.0.model).hands = hands;
     }
+}
+
+/// Asks a node who it is: the model hears what it answers.
+fn get_to_know(station: &Station) {
+    station.ask(NOBODY, |station| {
+        let Ok(mut network) = station.network() else { return };
+        let identity = (1..=4).map(|sub| Address::new(cia301::IDENTITY, sub));
+        for address in identity.chain([Address::new(DEVICE_NAME, 0)]) {
+            match network.read_bytes(station.node, address) {
+                Ok(_) | Err(AccessError::Sdo { error: SdoError::Aborted { .. }, .. }) => {}
+                // It is not there, and asked again when it boots.
+                Err(_) => return,
+            }
+        }
+    });
 }
 
 /// The manufacturer device name (CiA 301, 7.5.2.9).
@@ -343,7 +347,7 @@ impl Face {
     }
 
     fn begin(&self, command: Command, sender: oneshot::Sender<Result<Answer, Refused>>) {
-        let (bench, number) = (&self.bench, self.number);
+        let bench = &self.bench;
         let model = &bench.0.model;
         match command {
             Command::Read { node, addresses } => {
@@ -357,7 +361,9 @@ impl Face {
                 self.job(node, "restore", sender, move |station, job| parameters::put_back(station, job, &dcf));
             }
             Command::Compare { node, with } => {
-                self.job(node, "comparison", sender, move |station, job| parameters::differences(station, job, &with));
+                let face = self.number;
+                let (bench, job) = (bench.clone(), Arc::new(Job::begin(model, format!("comparison of node {node}"))));
+                apart(sender, move || concluded(&job, |_| compare(&bench, face, node, with, &job)));
             }
             Command::Pdos { node } => self.with(node, sender, pdo::show),
             Command::MapPdo { node, pdo, objects, transmission, check } => {
@@ -366,14 +372,14 @@ impl Face {
             }
             Command::Drive { node, order: order @ (Order::Stop | Order::QuickStop), .. } => {
                 match node_id(node).and_then(|node| bench.station(node)) {
-                    Ok(station) => station.interrupt(move |station| {
-                        let _ = sender.send(order::carry(station, number, order, None));
+                    Ok(station) => station.stop(move |station| {
+                        let _ = sender.send(order::carry(station, order, None));
                     }),
                     Err(refused) => drop(sender.send(Err(refused))),
                 }
             }
             Command::Drive { node, order, value } => {
-                self.with(node, sender, move |station| order::carry(station, number, order, value.as_deref()));
+                self.with(node, sender, move |station| order::carry(station, order, value.as_deref()));
             }
             Command::StopAll => {
                 let replies = bench.stop_all();
@@ -386,6 +392,10 @@ impl Face {
                 });
             }
             Command::Scan => {
+                // Whoever has a conversation is asked in it.
+                for station in lock(&bench.0.stations).values() {
+                    get_to_know(station);
+                }
                 let (ports, model) = (bench.0.ports.clone(), Arc::clone(model));
                 let job = Job::begin(&model, "scan".to_owned());
                 apart(sender, move || concluded(&job, |job| network::scan(&ports, &model, job)));
@@ -447,15 +457,19 @@ impl Face {
             Command::Watch { node, address, every_ms } => {
                 let (node, address) = self.entry(node, &address)?;
                 let every_ms = every_ms.max(FASTEST_MS);
-                if lock(&bench.0.model).watch(node, address, every_ms) {
-                    bench.station(node)?.poll(address, Duration::from_millis(every_ms.into()));
+                let station = bench.station(node)?;
+                let before = lock(&bench.0.model).watch(node, address, every_ms);
+                station.poll(address, millis(every_ms));
+                if let Some(before) = before {
+                    station.unpoll(address, millis(before));
                 }
                 Ok(Answer::Done)
             }
             Command::Unwatch { node, address } => {
                 let (node, address) = self.entry(node, &address)?;
-                if lock(&bench.0.model).unwatch(node, address) {
-                    bench.station(node)?.unpoll(address);
+                let before = lock(&bench.0.model).unwatch(node, address);
+                if let Some(every_ms) = before {
+                    bench.station(node)?.unpoll(address, millis(every_ms));
                 }
                 Ok(Answer::Done)
             }
@@ -464,11 +478,12 @@ impl Face {
                 let device = lock(&bench.0.model).sheet(node).map(|sheet| sheet.device);
                 let parse = |text: &String| Signal::parse(device, text);
                 let signals: Vec<_> = signals.iter().map(parse).collect::<Result<_, _>>().map_err(Refused::new)?;
-                let new = lock(&bench.0.model).plot(node, signals);
                 let station = bench.station(node)?;
+                let every_ms = every_ms.max(FASTEST_MS);
+                let new = lock(&bench.0.model).plot(node, signals, every_ms);
                 for signal in new {
                     if let Signal::Object(address) = signal {
-                        station.poll(address, Duration::from_millis(every_ms.max(FASTEST_MS).into()));
+                        station.poll(address, millis(every_ms));
                     }
                 }
                 Ok(Answer::Done)
@@ -476,8 +491,8 @@ impl Face {
             Command::ClearPlot { node } => {
                 let node = node.map(node_id).transpose()?;
                 let cleared = lock(&bench.0.model).clear_plot(node);
-                for (node, address) in cleared {
-                    bench.station(node)?.unpoll(address);
+                for (node, address, every_ms) in cleared {
+                    bench.station(node)?.unpoll(address, millis(every_ms));
                 }
                 Ok(Answer::Done)
             }
@@ -532,7 +547,12 @@ impl Face {
         task: impl FnOnce(&Station) -> Result<Answer, Refused> + Send + 'static,
     ) {
         match node_id(node).and_then(|node| self.bench.station(node)) {
-            Ok(station) => station.ask(move |station| drop(sender.send(task(station)))),
+            Ok(station) => station.ask(self.number, move |station| {
+                let result = task(station);
+                // What was cut off from the bus has not failed by itself.
+                let was_cut = result.is_err() && station.is_interrupted();
+                let _ = sender.send(if was_cut { Err(Refused::interrupted()) } else { result });
+            }),
             Err(refused) => drop(sender.send(Err(refused))),
         }
     }
@@ -576,6 +596,32 @@ fn concluded(job: &Job, task: impl FnOnce(&Job) -> Result<Answer, Refused>) -> R
     let result = task(job);
     job.conclude(&result);
     result
+}
+
+/// Compares a node with something else: each node is read by its own thread.
+fn compare(bench: &Bench, face: u32, node: u8, with: Other, job: &Arc<Job>) -> Result<Answer, Refused> {
+    let station = bench.station(node_id(node)?)?;
+    let read = |station: &Station| {
+        let (sender, side) = oneshot::channel();
+        let job = Arc::clone(job);
+        station.ask(face, move |station| drop(sender.send(parameters::side(station, &job))));
+        side
+    };
+    let here = read(&station);
+    let wait = |side: oneshot::Receiver<_>| side.blocking_recv().unwrap_or_else(|_| Err(Refused::interrupted()));
+    let (here, there) = match with {
+        Other::Defaults => (wait(here)?, parameters::side_of_sheet(&station)?),
+        Other::Dcf(text) => (wait(here)?, parameters::side_of_dcf(&station, &text)),
+        Other::Node(other) => {
+            let there = read(&*bench.station(node_id(other)?)?);
+            (wait(here)?, wait(there)?)
+        }
+    };
+    parameters::differences(&here, &there, job)
+}
+
+fn millis(every_ms: u32) -> Duration {
+    Duration::from_millis(every_ms.into())
 }
 
 /// Does something on a thread of its own.

@@ -47,15 +47,15 @@ pub(super) fn command(ports: &Ports, node: Option<NodeId>, command: Nmt) -> Resu
 pub(super) fn scan(ports: &Ports, model: &Arc<Mutex<Model>>, job: &Job) -> Result<Answer, Refused> {
     let (mut link, mut pump) = (ports.link(), Pump::new());
     let request = ClientRequest::InitiateUpload { address: Address::new(cia301::DEVICE_TYPE, 0) }.to_bytes();
-    let before = lock(model).nodes().count();
-    for (node, place) in NodeId::all().zip(1..) {
+    let known: Vec<_> = lock(model).nodes().collect();
+    for (node, place) in NodeId::all().zip(1..).filter(|(node, _)| !known.contains(node)) {
         job.progress(f64::from(place) / 127.0, format!("asks node {node}"));
         link.send(&Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), request)).map_err(Refused::new)?;
         listen(&mut link, &mut pump, PAUSE).map_err(Refused::new)?;
     }
     listen(&mut link, &mut pump, ANSWER).map_err(Refused::new)?;
     let nodes = lock(model).nodes().count();
-    job.end(true, format!("{nodes} nodes, {} of them new", nodes - before));
+    job.end(true, format!("{nodes} nodes, {} of them new", nodes - known.len()));
     Ok(Answer::Done)
 }
 

@@ -24,27 +24,42 @@ const WITHIN: Duration = Duration::from_secs(600);
 const RESCUE: Duration = Duration::from_secs(5);
 
 /// Carries an order out for a face; [`view::Drive`] shows what becomes of it.
-pub(super) fn carry(
-    station: &Station,
-    face: u32,
-    order: command::Order,
-    value: Option<&str>,
-) -> Result<Answer, Refused> {
+pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str>) -> Result<Answer, Refused> {
     let node = station.node;
     let sheet = lock(&station.model).sheet(node);
     let found = sheet.and_then(|sheet| Some((sheet, sheet.drive?)));
     let (sheet, description) = found.ok_or_else(|| Refused::new(format_args!("node {node} is no drive")))?;
     let mut scales = Scales::new(sheet.device, description);
-    let mut network = station.network()?;
-    let mut remote = lexican_toolbox::remote::RemoteNode::new(&mut network, node);
-    for object in scales.objects() {
-        let values = scales.values();
-        let conditions = values.entry(object).map(|entry| values.conditions(entry)).unwrap_or_default();
-        remote.read_conditions(conditions, values).map_err(Refused::new)?;
+    // A stop has no number, and waits for none.
+    if !matches!(order, command::Order::Stop | command::Order::QuickStop) {
+        let mut network = station.network()?;
+        let mut remote = lexican_toolbox::remote::RemoteNode::new(&mut network, node);
+        for object in scales.objects() {
+            let values = scales.values();
+            let conditions = values.entry(object).map(|entry| values.conditions(entry)).unwrap_or_default();
+            remote.read_conditions(conditions, values).map_err(Refused::new)?;
+        }
     }
     let order = parse(order, value, &scales)?;
-    let mut drive = Drive::connect_described(station.ports.link(), node, description).map_err(Refused::new)?;
-    station.begin_order(face, drive.cancel_handle());
+    let drive = match Drive::connect_described(station.link()?, node, description) {
+        Err(_) if is_stop(order) => {
+            let recovery = Recovery::within(RESCUE);
+            let found = Drive::connect_described_and_recover(station.ports.link(), node, description, &recovery);
+            found.map(|(drive, _)| drive)
+        }
+        connected => connected,
+    };
+    let mut drive = match drive {
+        Ok(drive) => drive,
+        Err(error) => {
+            let refused = Refused::new(&error).with_remedy("is the node on the bus, with power?");
+            if is_stop(order) {
+                lock(&station.model).drive(node).ending = Some(unstoppable(station, &error));
+            }
+            return Err(refused);
+        }
+    };
+    station.begin_order(drive.cancel_handle());
     {
         let mut model = lock(&station.model);
         let shown = model.drive(node);
@@ -57,7 +72,6 @@ pub(super) fn carry(
     }
     let result = run(station, &mut drive, order);
     let ending = end(station, drive, order, result);
-    station.end_order();
     let is_success = ending.is_success;
     let refused = Refused { why: ending.text.clone(), remedy: ending.remedy.clone() };
     let mut model = lock(&station.model);
@@ -99,28 +113,36 @@ fn end(station: &Station, mut drive: Drive, order: Order, result: Result<Ending,
             done(true, text.to_owned(), None)
         }
         Err(error) if has_ended(&error) => done(false, error.to_string(), remedy(&error)),
-        Err(error) if !matches!(error, Error::MayBeMoving { .. }) => done(false, error.to_string(), None),
+        // A drive that was not told to stop may be moving, whoever has set it in motion.
+        Err(error) if !matches!(error, Error::MayBeMoving { .. }) && !is_stop(order) => {
+            done(false, error.to_string(), None)
+        }
         Err(error) => {
             let why = error.into_cause();
             match drive.recover(&Recovery::within(RESCUE)) {
                 Ok(_) | Err(Error::Cancelled { stopped: true, .. }) => {
                     done(false, format!("{why}; it has been stopped since"), None)
                 }
-                Err(last) => view::Ending {
-                    is_success: false,
-                    may_be_moving: true,
-                    text: format!(
-                        "DRIVE {} MAY STILL BE MOVING: it could not be told to stop: {}; after this: {why}",
-                        station.node,
-                        last.into_cause()
-                    ),
-                    remedy: Some("stop it by its emergency stop or its supply".to_owned()),
-                },
+                Err(last) => unstoppable(station, &format_args!("{}; after this: {why}", last.into_cause())),
             }
         }
     };
     drop(drive.release());
     ending
+}
+
+const fn is_stop(order: Order) -> bool {
+    matches!(order, Order::Stop | Order::QuickStop)
+}
+
+/// The ending of an order that left a drive to itself.
+fn unstoppable(station: &Station, why: &dyn std::fmt::Display) -> view::Ending {
+    view::Ending {
+        is_success: false,
+        may_be_moving: true,
+        text: format!("DRIVE {} MAY STILL BE MOVING: it could not be told to stop: {why}", station.node),
+        remedy: Some("stop it by its emergency stop or its supply".to_owned()),
+    }
 }
 
 fn remedy(error: &Error) -> Option<String> {
@@ -183,7 +205,8 @@ fn words(order: Order, scales: &Scales<'_>) -> String {
 
 /// Finds out why a drive would not move now.
 pub(super) fn look(station: &Station, description: &'static Description) {
-    let found = Drive::connect_described(station.ports.link(), station.node, description)
+    let Ok(link) = station.link() else { return };
+    let found = Drive::connect_described(link, station.node, description)
         .and_then(|mut drive| obstacles(&mut drive, description));
     let obstacles = match found {
         Ok(obstacles) => obstacles,

@@ -15,13 +15,13 @@ use lexican_toolbox::values::report::ValueReport;
 use super::jobs::Job;
 use super::lock;
 use super::station::Station;
-use crate::command::{Answer, Other, Refused};
+use crate::command::{Answer, Refused};
 use crate::sheet::Sheet;
 use crate::view;
 
 /// Reads all parameters of a node as a DCF.
 pub(super) fn keep(station: &Station, job: &Job) -> Result<Answer, Refused> {
-    let sheet = sheet_of(station, station.node)?;
+    let sheet = sheet_of(station)?;
     let mut network = station.network()?;
     let mut node = RemoteNode::new(&mut network, station.node);
     let kept = backup(&mut node, sheet.device, &mut |progress| report(station, job, sheet, progress)).map_err(ended)?;
@@ -32,7 +32,7 @@ pub(super) fn keep(station: &Station, job: &Job) -> Result<Answer, Refused> {
 
 /// Writes what differs from a DCF.
 pub(super) fn put_back(station: &Station, job: &Job, dcf: &str) -> Result<Answer, Refused> {
-    let sheet = sheet_of(station, station.node)?;
+    let sheet = sheet_of(station)?;
     let (device, _) = lexican_eds::load(&Input::new(Source::new("backup.dcf", dcf)));
     let settings = configured(&device, station.node);
     if settings.is_empty() {
@@ -67,22 +67,20 @@ pub(super) fn put_back(station: &Station, job: &Job, dcf: &str) -> Result<Answer
     Err(Refused::new(format_args!("{said}; not taken: {}", refused.collect::<Vec<_>>().join("; "))))
 }
 
-/// Compares a node with something else.
-pub(super) fn differences(station: &Station, job: &Job, with: &Other) -> Result<Answer, Refused> {
-    let sheet = sheet_of(station, station.node)?;
-    let here = side(station, job, station.node, sheet)?;
-    let there = match with {
-        Other::Defaults => Side::of_sheet(sheet.device.clone(), station.node),
-        Other::Dcf(text) => {
-            let device = lexican_eds::load(&Input::new(Source::new("other.dcf", text.as_str()))).0;
-            Side::of_sheet(device, station.node)
-        }
-        Other::Node(other) => {
-            let other = node_id(*other)?;
-            side(station, job, other, sheet_of(station, other)?)?
-        }
-    };
-    let found = compare(&here, &there);
+/// What a node's data sheet says.
+pub(super) fn side_of_sheet(station: &Station) -> Result<Side, Refused> {
+    Ok(Side::of_sheet(sheet_of(station)?.device.clone(), station.node))
+}
+
+/// What a DCF says.
+pub(super) fn side_of_dcf(station: &Station, dcf: &str) -> Side {
+    let device = lexican_eds::load(&Input::new(Source::new("other.dcf", dcf))).0;
+    Side::of_sheet(device, station.node)
+}
+
+/// Compares two sides.
+pub(super) fn differences(here: &Side, there: &Side, job: &Job) -> Result<Answer, Refused> {
+    let found = compare(here, there);
     job.end(true, format!("{} parameters compared, {} differ", found.compared, found.differences.len()));
     Ok(Answer::Differences(found.differences.iter().map(difference).collect()))
 }
@@ -98,10 +96,11 @@ fn difference(found: &Difference) -> view::Difference {
     }
 }
 
-/// The parameters of a node, which need not be the station's.
-fn side(station: &Station, job: &Job, node: NodeId, sheet: Sheet) -> Result<Side, Refused> {
+/// The parameters of a node.
+pub(super) fn side(station: &Station, job: &Job) -> Result<Side, Refused> {
+    let sheet = sheet_of(station)?;
     let mut network = station.network()?;
-    let mut remote = RemoteNode::new(&mut network, node);
+    let mut remote = RemoteNode::new(&mut network, station.node);
     Side::of_node(&mut remote, sheet.device.clone(), &mut |progress| report(station, job, sheet, progress))
         .map_err(ended)
 }
@@ -125,7 +124,8 @@ fn ended(ended: Ended) -> Refused {
     }
 }
 
-fn sheet_of(station: &Station, node: NodeId) -> Result<Sheet, Refused> {
+fn sheet_of(station: &Station) -> Result<Sheet, Refused> {
+    let node = station.node;
     let sheet = lock(&station.model).sheet(node);
     sheet.ok_or_else(|| Refused::new(format_args!("which device is node {node}?")).with_remedy("give it a data sheet"))
 }

@@ -1,13 +1,15 @@
 //! One conversation at a time with a node: a thread that carries out what is asked of it, one after the other.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 use lexican_driver::CancelHandle;
+use lexican_runtime::cia301::connection;
+use lexican_runtime::host::Link as _;
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::object::Address;
-use lexican_runtime::{Duration, Instant, NodeId};
+use lexican_runtime::wire::sdo::{Abort, ClientRequest};
+use lexican_runtime::{AbortCode, CobId, Duration, Frame, Instant, NodeId};
 
 use super::hub::{Port, Ports};
 use super::lock;
@@ -20,6 +22,9 @@ pub(super) type Task = Box<dyn FnOnce(&Station) + Send>;
 /// How often a node is looked at that has nothing to do, so that the end of the bench is noticed.
 const LOOK: Duration = Duration::from_millis(100);
 
+/// The bench itself, among the faces for which something is done.
+pub(super) const NOBODY: u32 = 0;
+
 /// A node, and what is to be done with it.
 pub(super) struct Station {
     pub(super) node: NodeId,
@@ -27,29 +32,42 @@ pub(super) struct Station {
     pub(super) model: Arc<Mutex<Model>>,
     queue: Mutex<Queue>,
     changed: Condvar,
-    /// What is under way is to end as soon as it can.
-    is_interrupted: AtomicBool,
-    order: Mutex<Option<Order>>,
-}
-
-/// An order that a drive carries out.
-struct Order {
-    face: u32,
-    cancel: CancelHandle,
 }
 
 #[derive(Default)]
 struct Queue {
-    tasks: VecDeque<Task>,
+    /// What comes before anything else, and is not ended by what comes after it.
+    stops: VecDeque<Task>,
+    tasks: VecDeque<(u32, Task)>,
     polls: BTreeMap<Address, Poll>,
+    under_way: Option<UnderWay>,
+}
+
+/// What the thread of the node does.
+struct UnderWay {
+    /// For which face.
+    face: u32,
+    kind: Kind,
+    /// It is to end as soon as it can.
+    is_interrupted: bool,
+    /// Links whose loss ends it at once.
+    ports: Vec<u64>,
+    /// An order that the drive carries out ends by this, since it has to stop the drive.
+    cancel: Option<CancelHandle>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Stop,
+    Task,
+    Poll,
 }
 
 /// An entry that is read again and again.
 struct Poll {
-    every: Duration,
     next: Instant,
-    /// For how many.
-    users: u32,
+    /// How often, for each of its users.
+    users: Vec<Duration>,
 }
 
 /// What is next.
@@ -62,92 +80,114 @@ enum Next {
 impl Station {
     /// Begins to talk to a node.
     pub(super) fn begin(node: NodeId, ports: Ports, model: Arc<Mutex<Model>>) -> std::io::Result<Arc<Self>> {
-        let station = Arc::new(Station {
-            node,
-            ports,
-            model,
-            queue: Mutex::default(),
-            changed: Condvar::new(),
-            is_interrupted: AtomicBool::new(false),
-            order: Mutex::default(),
-        });
+        let station = Arc::new(Station { node, ports, model, queue: Mutex::default(), changed: Condvar::new() });
         let worker = Arc::clone(&station);
         std::thread::Builder::new().name(format!("node {node}")).spawn(move || worker.run())?;
         Ok(station)
     }
 
-    /// Does something when what was asked before is done.
-    pub(super) fn ask(&self, task: impl FnOnce(&Station) + Send + 'static) {
-        lock(&self.queue).tasks.push_back(Box::new(task));
+    /// Does something for a face when what was asked before is done.
+    pub(super) fn ask(&self, face: u32, task: impl FnOnce(&Station) + Send + 'static) {
+        lock(&self.queue).tasks.push_back((face, Box::new(task)));
         self.changed.notify_all();
     }
 
-    /// Does something at once: ends what is under way, drops what waits, and cancels the order that the drive carries out.
-    pub(super) fn interrupt(&self, task: impl FnOnce(&Station) + Send + 'static) {
+    /// Stops the drive at once: ends what is under way, and drops what waits.
+    pub(super) fn stop(&self, task: impl FnOnce(&Station) + Send + 'static) {
         let mut queue = lock(&self.queue);
-        self.is_interrupted.store(true, Ordering::Release);
-        queue.tasks.clear();
-        queue.tasks.push_back(Box::new(task));
+        let dropped = std::mem::take(&mut queue.tasks);
+        queue.stops.push_back(Box::new(task));
+        self.interrupt(&mut queue);
         drop(queue);
-        self.cancel(None);
+        // Whoever waits for these hears that, and may look at this station.
+        drop(dropped);
         self.changed.notify_all();
     }
 
-    /// Whether nothing waits.
+    /// Ends what a face has asked for, whether it waits or is under way.
+    pub(super) fn leave(&self, face: u32) {
+        let mut queue = lock(&self.queue);
+        let (dropped, kept) = std::mem::take(&mut queue.tasks).into_iter().partition(|(asker, _)| *asker == face);
+        queue.tasks = kept;
+        if queue.under_way.as_ref().is_some_and(|under_way| under_way.face == face) {
+            self.interrupt(&mut queue);
+        }
+        drop(queue);
+        let dropped: VecDeque<(u32, Task)> = dropped;
+        drop(dropped);
+    }
+
+    fn interrupt(&self, queue: &mut Queue) {
+        // A stop is not ended by another one: a drive whose stop was cancelled may move on.
+        let Some(under_way) = queue.under_way.as_mut().filter(|under_way| under_way.kind != Kind::Stop) else { return };
+        under_way.is_interrupted = true;
+        match &under_way.cancel {
+            Some(cancel) => cancel.cancel(),
+            None => under_way.ports.iter().for_each(|port| self.ports.cut(*port)),
+        }
+    }
+
+    /// Whether nothing was asked for that is not done.
     pub(super) fn is_idle(&self) -> bool {
-        lock(&self.queue).tasks.is_empty() && lock(&self.order).is_none()
+        let queue = lock(&self.queue);
+        let is_asked = queue.under_way.as_ref().is_some_and(|under_way| under_way.kind != Kind::Poll);
+        queue.stops.is_empty() && queue.tasks.is_empty() && !is_asked
     }
 
     /// Whether what is under way is to end.
     pub(super) fn is_interrupted(&self) -> bool {
-        self.is_interrupted.load(Ordering::Acquire)
+        lock(&self.queue).under_way.as_ref().is_some_and(|under_way| under_way.is_interrupted)
     }
 
-    /// Cancels the order that the drive carries out, if this face has given it; whoever has, without one.
-    pub(super) fn cancel(&self, face: Option<u32>) {
-        if let Some(order) = lock(&self.order).as_ref().filter(|order| face.is_none_or(|face| face == order.face)) {
-            order.cancel.cancel();
+    /// An order begins, which ends by being cancelled.
+    pub(super) fn begin_order(&self, cancel: CancelHandle) {
+        if let Some(under_way) = &mut lock(&self.queue).under_way {
+            if under_way.is_interrupted {
+                cancel.cancel();
+            }
+            under_way.cancel = Some(cancel);
         }
-    }
-
-    /// An order begins; [`Station::cancel`] ends it.
-    pub(super) fn begin_order(&self, face: u32, cancel: CancelHandle) {
-        if self.is_interrupted() {
-            cancel.cancel();
-        }
-        *lock(&self.order) = Some(Order { face, cancel });
-    }
-
-    /// It is over.
-    pub(super) fn end_order(&self) {
-        *lock(&self.order) = None;
     }
 
     /// Reads an entry every so often, for one more user.
     pub(super) fn poll(&self, address: Address, every: Duration) {
         let now = self.ports.now();
         let mut queue = lock(&self.queue);
-        let poll = queue.polls.entry(address).or_insert(Poll { every, next: now, users: 0 });
-        poll.every = poll.every.min(every);
-        poll.users += 1;
+        let poll = queue.polls.entry(address).or_insert(Poll { next: now, users: Vec::new() });
+        poll.users.push(every);
+        poll.next = now;
         drop(queue);
         self.changed.notify_all();
     }
 
-    /// A user of it has gone.
-    pub(super) fn unpoll(&self, address: Address) {
+    /// A user of it, who wanted it so often, has gone.
+    pub(super) fn unpoll(&self, address: Address, every: Duration) {
         let mut queue = lock(&self.queue);
-        if let Some(poll) = queue.polls.get_mut(&address) {
-            poll.users -= 1;
-            if poll.users == 0 {
-                queue.polls.remove(&address);
-            }
+        let Some(poll) = queue.polls.get_mut(&address) else { return };
+        if let Some(user) = poll.users.iter().position(|user| *user == every) {
+            poll.users.swap_remove(user);
+        }
+        if poll.users.is_empty() {
+            queue.polls.remove(&address);
         }
     }
 
-    /// A network of this node alone.
+    /// A link that is lost when what is under way is to end.
+    pub(super) fn link(&self) -> Result<Port, Refused> {
+        let port = self.ports.link();
+        match &mut lock(&self.queue).under_way {
+            Some(under_way) if under_way.is_interrupted => Err(Refused::interrupted()),
+            Some(under_way) => {
+                under_way.ports.push(port.number());
+                Ok(port)
+            }
+            None => Ok(port),
+        }
+    }
+
+    /// A network of this node alone, over such a link.
     pub(super) fn network(&self) -> Result<Network<Port>, Refused> {
-        let mut network = Network::new(self.ports.link());
+        let mut network = Network::new(self.link()?);
         network.listen_to_own(&[]).map_err(Refused::new)?;
         Ok(network)
     }
@@ -164,7 +204,19 @@ impl Station {
                 }
                 Next::End => return,
             }
+            let ended = lock(&self.queue).under_way.take();
+            if ended.is_some_and(|ended| ended.is_interrupted && ended.cancel.is_none()) {
+                self.abort();
+            }
         }
+    }
+
+    /// Ends the SDO transfer in whose middle something was interrupted: the node waits for its next frame.
+    fn abort(&self) {
+        let abort = Abort { address: Address::new(0, 0), code: AbortCode::GENERAL };
+        let id = CobId::of_node(connection::SDO_REQUEST, self.node);
+        // A node that does not hear it hears the next request.
+        let _ = self.ports.link().send(&Frame::from_array(id, ClientRequest::Abort(abort).to_bytes()));
     }
 
     fn next(&self) -> Next {
@@ -172,11 +224,17 @@ impl Station {
         loop {
             if self.ports.is_over() {
                 // Whoever waits for an answer gets none.
-                queue.tasks.clear();
+                let (stops, tasks) = (std::mem::take(&mut queue.stops), std::mem::take(&mut queue.tasks));
+                drop(queue);
+                drop((stops, tasks));
                 return Next::End;
             }
-            if let Some(task) = queue.tasks.pop_front() {
-                self.is_interrupted.store(false, Ordering::Release);
+            if let Some(stop) = queue.stops.pop_front() {
+                queue.under_way = Some(UnderWay::new(NOBODY, Kind::Stop));
+                return Next::Task(stop);
+            }
+            if let Some((face, task)) = queue.tasks.pop_front() {
+                queue.under_way = Some(UnderWay::new(face, Kind::Task));
                 return Next::Task(task);
             }
             let now = self.ports.now();
@@ -185,12 +243,20 @@ impl Station {
             if let Some((address, poll)) = due {
                 if poll.next <= now {
                     // A node that is slower than that is read without a pause, but for what else is asked of it.
-                    poll.next = now + poll.every;
-                    return Next::Poll(*address);
+                    poll.next = now + poll.users.iter().copied().min().unwrap_or(LOOK);
+                    let address = *address;
+                    queue.under_way = Some(UnderWay::new(NOBODY, Kind::Poll));
+                    return Next::Poll(address);
                 }
                 wait = wait.min(poll.next.since(now));
             }
-            queue = self.changed.wait_timeout(queue, wait.into()).unwrap_or_else(std::sync::PoisonError::into_inner).0;
+            queue = self.changed.wait_timeout(queue, wait.into()).unwrap_or_else(PoisonError::into_inner).0;
         }
+    }
+}
+
+impl UnderWay {
+    fn new(face: u32, kind: Kind) -> Self {
+        UnderWay { face, kind, is_interrupted: false, ports: Vec::new(), cancel: None }
     }
 }

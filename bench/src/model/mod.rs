@@ -8,6 +8,7 @@ mod rates;
 mod trace;
 mod trouble;
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, VecDeque};
 
 use lexican_runtime::host::BusState;
@@ -169,7 +170,7 @@ impl Model {
         }
         let Some(node) = self.nodes.get_mut(&id) else { return };
         match decoded.detail {
-            Detail::ErrorControl { state: NmtState::Initialising, .. } => node.set_state(NmtState::PreOperational),
+            Detail::ErrorControl { state: NmtState::Initialising, .. } => node.boot(),
             Detail::ErrorControl { state, .. } => node.set_state(state),
             Detail::Emcy(emcy) => {
                 let text = emcy.meaning.clone().unwrap_or_else(|| decoded.text.clone());
@@ -279,23 +280,34 @@ impl Model {
         self.nodes.get(&id)?.values.get(&address)
     }
 
-    /// Shows an entry among the watched ones; returns whether it was none of them.
-    pub fn watch(&mut self, id: NodeId, address: Address, every_ms: u32) -> bool {
-        self.watched.insert((id, address), Watched::new(every_ms)).is_none()
+    /// Shows an entry among the watched ones; returns how often it was read until now.
+    pub fn watch(&mut self, id: NodeId, address: Address, every_ms: u32) -> Option<u32> {
+        match self.watched.entry((id, address)) {
+            Entry::Occupied(mut known) => Some(std::mem::replace(&mut known.get_mut().every_ms, every_ms)),
+            Entry::Vacant(new) => {
+                new.insert(Watched::new(every_ms));
+                None
+            }
+        }
     }
 
-    /// Shows it no longer; returns whether it was one of them.
-    pub fn unwatch(&mut self, id: NodeId, address: Address) -> bool {
-        self.watched.remove(&(id, address)).is_some()
+    /// Shows it no longer; returns how often it was read.
+    pub fn unwatch(&mut self, id: NodeId, address: Address) -> Option<u32> {
+        self.watched.remove(&(id, address)).map(|watched| watched.every_ms)
+    }
+
+    /// Whether a node was not asked yet who it is, since it was heard first or has booted; it counts as asked from then on.
+    pub fn is_stranger(&mut self, id: NodeId) -> bool {
+        self.nodes.get_mut(&id).is_some_and(|node| !std::mem::replace(&mut node.was_asked, true))
     }
 
     /// Adds curves; returns the signals that are new.
-    pub fn plot(&mut self, id: NodeId, signals: impl IntoIterator<Item = Signal>) -> Vec<Signal> {
-        self.plot.add(id, signals)
+    pub fn plot(&mut self, id: NodeId, signals: impl IntoIterator<Item = Signal>, every_ms: u32) -> Vec<Signal> {
+        self.plot.add(id, signals, every_ms)
     }
 
-    /// Removes the curves of a node, or all; returns the objects that they were of.
-    pub fn clear_plot(&mut self, id: Option<NodeId>) -> Vec<(NodeId, Address)> {
+    /// Removes the curves of a node, or all; returns the objects that they were of, and how often these were read.
+    pub fn clear_plot(&mut self, id: Option<NodeId>) -> Vec<(NodeId, Address, u32)> {
         self.plot.clear(id)
     }
 

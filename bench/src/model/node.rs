@@ -40,6 +40,8 @@ pub(crate) struct Node {
     first_state: Option<NmtState>,
     /// The values that were seen last.
     pub(crate) values: BTreeMap<Address, view::Value>,
+    /// Whether it was asked who it is.
+    pub(crate) was_asked: bool,
     faults: Vec<view::Fault>,
     history: VecDeque<view::Fault>,
     changes: VecDeque<String>,
@@ -51,6 +53,13 @@ impl Node {
         let sheet =
             || self.sheet.map(|sheet| sheet.device.info.product_name.clone().unwrap_or_else(|| sheet.name.to_owned()));
         self.given_name.clone().or_else(|| self.device_name.clone()).or_else(sheet).unwrap_or_default()
+    }
+
+    /// It has booted: it may be another device, and is without faults until it says otherwise (CiA 301, 7.2.7.1).
+    pub(crate) fn boot(&mut self) {
+        self.set_state(NmtState::PreOperational);
+        self.was_asked = false;
+        self.faults.clear();
     }
 
     /// It is in a state.

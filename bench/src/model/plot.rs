@@ -19,30 +19,37 @@ pub(crate) struct Plot {
 }
 
 struct Curves {
-    signals: Vec<Signal>,
+    /// With how often they are read.
+    signals: Vec<(Signal, u32)>,
     recording: Recording,
 }
 
 impl Plot {
     /// Adds signals of a node; returns those that are new.
-    pub(crate) fn add(&mut self, node: NodeId, signals: impl IntoIterator<Item = Signal>) -> Vec<Signal> {
+    pub(crate) fn add(
+        &mut self,
+        node: NodeId,
+        signals: impl IntoIterator<Item = Signal>,
+        every_ms: u32,
+    ) -> Vec<Signal> {
         let curves = self.nodes.entry(node);
         let began = Instant::ZERO;
         let curves = curves.or_insert_with(|| Curves { signals: Vec::new(), recording: Recording::beginning(began) });
-        let new: Vec<_> = signals.into_iter().filter(|signal| !curves.signals.contains(signal)).collect();
-        curves.signals.extend(&new);
+        let new: Vec<_> =
+            signals.into_iter().filter(|signal| curves.signals.iter().all(|(known, _)| known != signal)).collect();
+        curves.signals.extend(new.iter().map(|signal| (*signal, every_ms)));
         new
     }
 
     /// Removes the curves of a node, or all; returns the objects that they were of.
-    pub(crate) fn clear(&mut self, node: Option<NodeId>) -> Vec<(NodeId, Address)> {
+    pub(crate) fn clear(&mut self, node: Option<NodeId>) -> Vec<(NodeId, Address, u32)> {
         let (cleared, kept) =
             std::mem::take(&mut self.nodes).into_iter().partition(|(known, _)| node.is_none_or(|node| node == *known));
         self.nodes = kept;
         let cleared: BTreeMap<NodeId, Curves> = cleared;
         let objects = cleared.into_iter().flat_map(|(node, curves)| {
-            curves.signals.into_iter().filter_map(move |signal| match signal {
-                Signal::Object(address) => Some((node, address)),
+            curves.signals.into_iter().filter_map(move |(signal, every_ms)| match signal {
+                Signal::Object(address) => Some((node, address, every_ms)),
                 Signal::Pdo { .. } => None,
             })
         });
@@ -63,7 +70,7 @@ impl Plot {
 
     fn take_if(&mut self, at: Instant, node: NodeId, report: &ValueReport, wants: impl Fn(&Signal) -> bool) {
         if let Some(curves) = self.nodes.get_mut(&node)
-            && curves.signals.iter().any(wants)
+            && curves.signals.iter().any(|(signal, _)| wants(signal))
         {
             curves.recording.take(at, report);
         }
