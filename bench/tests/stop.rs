@@ -1,0 +1,217 @@
+//! What ends what is under way: a stop, a lost face, a node that does not answer.
+
+use std::sync::{Arc, Mutex};
+use std::thread::yield_now;
+
+use lexican_bench::command::{Nmt, Order, Other};
+use lexican_bench::engine::Setup;
+use lexican_bench::model::BusInfo;
+use lexican_bench::view::View;
+use lexican_bench::{Answer, Bench, Command, Face};
+use lexican_runtime::host::{Pace, VirtualBus};
+use lexican_runtime::{CobId, Duration};
+use lexican_toolbox::simulation::{Action, Fault, Files, Plant, Segment, SimulatedDevice};
+
+const PLANT: &str = "
+[[node]]
+id = 5
+name = 'feeder'
+device = 'siko/ag03-1'
+
+[[node]]
+id = 6
+name = 'cutter'
+device = 'kollmorgen/akd'
+";
+
+/// A plant whose node 6 does not answer SDO requests, or answers late, once this happens.
+struct Rig {
+    bench: Bench,
+    segment: Arc<Mutex<Segment<SimulatedDevice>>>,
+}
+
+fn rig(action: Action) -> Rig {
+    let plant = Plant::parse(PLANT, "plant.toml", Files::Embedded(&[])).unwrap();
+    let bus = VirtualBus::with_bit_rate(500);
+    let id = Some(CobId::standard(0x586).unwrap());
+    let fault = Fault { sender: None, id, every: 1, in_a_row: 1, action };
+    let plant = Plant { faults: vec![fault], ..plant };
+    let mut segment = plant.segment(bus.now()).unwrap();
+    segment.set_fault(0, false);
+    let segment = Arc::new(Mutex::new(segment));
+    bus.attach(Arc::clone(&segment));
+    let link = bus.link();
+    bus.set_pace(Pace::RealTime);
+    let info = BusInfo { name: "plant".to_owned(), is_writable: true, bit_rate: Some(500_000) };
+    Rig { bench: Bench::live(Box::new(link), Setup::new(info)).unwrap(), segment }
+}
+
+impl Rig {
+    fn disturb(&self, on: bool) {
+        self.segment.lock().unwrap().set_fault(0, on);
+    }
+
+    /// A face with the hands, once both drives are known.
+    fn face(&self) -> Face {
+        until(&self.bench, |view| {
+            view.drives.len() == 2 && view.drives.iter().all(|drive| drive.position.is_some() && drive.state.is_some())
+        });
+        let face = self.bench.open_face();
+        face.ask(Command::TakeHands { force: false }).wait().unwrap();
+        face
+    }
+}
+
+/// Waits until a view is so; the harness ends a test that waits for ever.
+fn until(bench: &Bench, is_so: impl Fn(&View) -> bool) -> View {
+    loop {
+        let view = bench.view();
+        if is_so(&view) {
+            return view;
+        }
+        yield_now();
+    }
+}
+
+fn drive(node: u8, order: Order, value: Option<&str>) -> Command {
+    Command::Drive { node, order, value: value.map(str::to_owned) }
+}
+
+fn moves(view: &View) -> bool {
+    view.drives[0].velocity.is_some_and(|velocity| velocity != 0.0)
+}
+
+fn travel(bench: &Bench, face: &Face) -> lexican_bench::engine::Reply {
+    face.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    face.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    let travel = face.ask(drive(5, Order::MoveTo, Some("100000")));
+    until(bench, moves);
+    travel
+}
+
+#[test]
+fn a_stop_ends_a_backup_and_what_waits_behind_it() {
+    let rig = rig(Action::Delay(Duration::from_millis(20)));
+    let face = rig.face();
+    rig.disturb(true);
+    let backup = face.ask(Command::Backup { node: 6 });
+    let read = face.ask(Command::Read { node: 6, addresses: vec!["1000".to_owned()] });
+    until(&rig.bench, |view| view.jobs.iter().any(|job| job.done.is_some()));
+    assert_eq!(face.ask(Command::StopAll).wait(), Ok(Answer::Done));
+    assert!(backup.wait().unwrap_err().why.contains("stop"));
+    assert!(read.wait().unwrap_err().why.contains("stop"));
+    let view = rig.bench.view();
+    assert!(view.jobs.iter().all(|job| job.is_success == Some(false)), "{:?}", view.jobs);
+    let values = face.ask(Command::Read { node: 6, addresses: vec!["1000:00".to_owned()] }).wait();
+    assert!(matches!(values, Ok(Answer::Values(_))), "its SDO server is free again: {values:?}");
+    rig.bench.end();
+}
+
+#[test]
+fn a_drive_that_cannot_be_told_to_stop_may_be_moving() {
+    let rig = rig(Action::Lose);
+    let face = rig.face();
+    rig.disturb(true);
+    face.ask(Command::StopAll).wait().unwrap_err();
+    let view = rig.bench.view();
+    let ending = view.drives[1].ending.as_ref().unwrap();
+    assert!(ending.may_be_moving && !ending.is_success && ending.remedy.is_some(), "{ending:?}");
+    assert!(!view.drives[0].ending.as_ref().unwrap().may_be_moving);
+    rig.disturb(false);
+    assert_eq!(face.ask(Command::StopAll).wait(), Ok(Answer::Done));
+    assert!(!rig.bench.view().drives[1].ending.as_ref().unwrap().may_be_moving);
+    rig.bench.end();
+}
+
+#[test]
+fn a_second_stop_does_not_undo_the_first() {
+    let rig = rig(Action::Lose);
+    let face = rig.face();
+    let travel = travel(&rig.bench, &face);
+    let stops: Vec<_> = (0..4).map(|_| face.ask(Command::StopAll)).collect();
+    for stop in stops {
+        assert_eq!(stop.wait(), Ok(Answer::Done));
+    }
+    assert_eq!(travel.wait(), Ok(Answer::Done));
+    until(&rig.bench, |view| view.drives[0].order.is_none() && !moves(view));
+    rig.bench.end();
+}
+
+#[test]
+fn an_order_that_waits_is_dropped_with_its_face() {
+    let rig = rig(Action::Lose);
+    let lost = rig.face();
+    lost.ask(Command::Nmt { node: None, command: Nmt::Start }).wait().unwrap();
+    lost.ask(drive(5, Order::Enable, None)).wait().unwrap();
+    let at = rig.bench.view().drives[0].position;
+    let backup = lost.ask(Command::Backup { node: 5 });
+    let travel = lost.ask(drive(5, Order::MoveTo, Some("100000")));
+    drop(lost);
+    assert!(backup.wait().is_err() && travel.wait().is_err());
+    let other = rig.bench.open_face();
+    let read = Command::Read { node: 5, addresses: vec!["6064:00".to_owned()] };
+    let Ok(Answer::Values(values)) = other.ask(read).wait() else { panic!("a value") };
+    assert_eq!(values[0].number, at, "it has not moved");
+    assert!(rig.bench.view().drives[0].order.is_none());
+    rig.bench.end();
+}
+
+#[test]
+fn whoever_takes_the_hands_ends_what_was_ordered() {
+    let rig = rig(Action::Lose);
+    let one = rig.face();
+    let travel = travel(&rig.bench, &one);
+    let queued = one.ask(drive(5, Order::MoveTo, Some("0")));
+    let other = rig.bench.open_face();
+    other.ask(Command::TakeHands { force: true }).wait().unwrap();
+    assert_eq!(travel.wait(), Ok(Answer::Done));
+    assert!(queued.wait().is_err());
+    let view = until(&rig.bench, |view| view.drives[0].order.is_none() && !moves(view));
+    assert_eq!(view.hands.holder, Some(other.number()));
+    assert_eq!(view.drives[0].ending.as_ref().unwrap().text, "interrupted: it has been stopped");
+    one.ask(drive(5, Order::MoveTo, Some("0"))).wait().unwrap_err();
+    rig.bench.end();
+}
+
+#[test]
+fn a_silent_node_does_not_hold_up_others() {
+    let rig = rig(Action::Lose);
+    let face = rig.face();
+    rig.disturb(true);
+    let silent = face.ask(Command::Read { node: 6, addresses: vec!["1000:00".to_owned()] });
+    for _ in 0..20 {
+        face.ask(Command::Read { node: 5, addresses: vec!["1000:00".to_owned()] }).wait().unwrap();
+    }
+    let refused = silent.wait().unwrap_err();
+    assert!(refused.remedy.is_some(), "{refused:?}");
+    rig.bench.end();
+}
+
+#[test]
+fn nodes_are_compared_with_each_other_both_ways_at_once() {
+    let rig = rig(Action::Lose);
+    let face = rig.face();
+    let compare = |node, other| face.ask(Command::Compare { node, with: Other::Node(other) });
+    let (there, back) = (compare(5, 6), compare(6, 5));
+    let (Ok(Answer::Differences(there)), Ok(Answer::Differences(back))) = (there.wait(), back.wait()) else {
+        panic!("differences")
+    };
+    assert_eq!(there.len(), back.len());
+    assert!(!there.is_empty());
+    rig.bench.end();
+}
+
+#[test]
+fn a_faster_watch_that_ends_leaves_the_slower_one() {
+    let rig = rig(Action::Lose);
+    let face = rig.face();
+    let watch = |every_ms| Command::Watch { node: 5, address: "6064:00".to_owned(), every_ms };
+    for every_ms in [10, 500, 20] {
+        face.ask(watch(every_ms)).wait().unwrap();
+    }
+    let view = until(&rig.bench, |view| view.watched.iter().any(|watched| watched.value.is_some()));
+    assert_eq!(view.watched.iter().map(|watched| watched.every_ms).collect::<Vec<_>>(), [20]);
+    face.ask(Command::Unwatch { node: 5, address: "6064:00".to_owned() }).wait().unwrap();
+    assert!(rig.bench.view().watched.is_empty());
+    rig.bench.end();
+}
