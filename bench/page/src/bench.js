@@ -63,9 +63,12 @@ export function useAsk() {
   return [state, run]
 }
 
-/** How the last stop went: `{ number, state: 'sent' | 'answered' | 'unanswered' | 'refused' | 'unsent', ms, why }`. */
+/**
+ * How the last stop went: `{ number, state: 'sent' | 'answered' | 'past' | 'unanswered' | 'refused' | 'unsent', ms, why }`. The answer comes when
+ * every drive has stopped. */
 export const stop = signal(null)
-const PATIENCE = 1000 // ms until a stop counts as unanswered
+const PATIENCE = 1000 // ms until a stop that is not confirmed is said to be so
+const SEEN = 10_000 // ms for which a confirmed one is shown
 
 export function stopAll() {
   const asked = bench.ask({ do: 'stop-all' }) // before anything else
@@ -81,7 +84,10 @@ export function stopAll() {
     set(state, rest)
   }
   asked.then(
-    () => ended('answered'),
+    () => {
+      ended('answered')
+      setTimeout(() => stop.peek().number === number && (stop.value = { ...stop.peek(), state: 'past' }), SEEN)
+    },
     ({ why }) => (why === 'lost' ? ended('unsent') : ended('refused', { why })),
   )
 }

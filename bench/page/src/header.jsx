@@ -94,7 +94,7 @@ function Stop() {
         <kbd>Esc</kbd>
       </button>
       <span class={`stop-answer ${last?.state ?? ''}`} role="alert" data-test="stop-answer">
-        {last && t(`stop.${last.state}`, { ms: number(last.ms), why: last.why })}
+        {last && last.state !== 'past' && t(`stop.${last.state}`, { ms: number(last.ms), why: last.why })}
       </span>
     </div>
   )

@@ -26,7 +26,7 @@ export const connection = signal('connecting')
 export const face = signal(null)
 export const version = signal('')
 
-export const hasHands = computed(() => face.value !== null && view.hands.value.holder === face.value)
+export const hasHands = computed(() => connection.value === 'open' && view.hands.value.holder === face.value)
 /** Whether something on the bus can be changed from here; why not, as a key of the dictionary. */
 export const whyNot = computed(() => {
   if (connection.value !== 'open') return 'hands.lost'

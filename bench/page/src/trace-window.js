@@ -121,9 +121,11 @@ export class TraceWindow {
 
   take(found) {
     if (this.isFollowing.peek()) this.top.value = this.lastTop(found.matching)
-    else this.top.value -= this.forgotten(found)
+    else this.top.value = Math.min(this.top.peek() - this.forgotten(found), this.lastTop(found.matching))
     this.frames.value = found
     this.refused.value = null
+    // Fewer rows match than those that were asked for begin at.
+    if (found.matching > 0 && this.shown.rows.length === 0) this.isLate = true
   }
 
   /** When the oldest rows go, the places of the others change: by how many, so that what is in sight stays. */

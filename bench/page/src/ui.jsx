@@ -3,11 +3,11 @@ import { useEffect, useRef, useState } from 'preact/hooks'
 import { order, useAsk } from './bench.js'
 import { number } from './format.js'
 import { t } from './i18n/index.js'
-import { goToRow, nodeId, view, whyNot, chosenNode } from './state.js'
+import { chosenNode, connection, goToRow, nodeId, view, whyNot } from './state.js'
 
 /** Why a command was not carried out, and what to do. */
 export function Refusal({ of, test }) {
-  if (!of) return null
+  if (!of || (of.why === 'lost' && connection.value !== 'open')) return null // The page says so itself.
   return (
     <p class="refusal" role="alert" data-test={test}>
       <strong>{of.why === 'lost' ? t('refused.lost') : of.why}</strong>

@@ -98,6 +98,16 @@ test('a row is brought into sight, and stays there under another filter', async 
   assert.equal(shown(window)[0], Math.ceil(first / 10) * 10)
 })
 
+test('what a new filter has found so far is in sight while the bench looks on', async () => {
+  const trace = bench(0, 5000)
+  const window = new TraceWindow(trace.ask)
+  await window.look()
+  window.scrollTo(4000)
+  window.filter.value = { ...NO_FILTER, text: 'tenth' }
+  await window.look()
+  assert.equal(shown(window).at(-1), 4990)
+})
+
 test('one question at a time, and what changed meanwhile is asked afterwards', async () => {
   let answer
   const asked = []

@@ -19,8 +19,8 @@ export default {
   'hands.read-only': 'Ein aufgezeichnetes Log oder ein Bus, an dem nur mitgehört wird: Nichts lässt sich verändern.',
   'hands.lost': 'Keine Verbindung zur Bench.',
 
-  'stop.sent': 'gesendet …', 'stop.answered': 'bestätigt nach {ms} ms', 'stop.unanswered': 'KEINE ANTWORT: Not-Halt der Maschine betätigen',
-  'stop.refused': 'ABGEWIESEN: {why}', 'stop.unsent': 'NICHT GESENDET: Not-Halt der Maschine betätigen',
+  'stop.sent': 'hält an …', 'stop.answered': 'alle Antriebe stehen, nach {ms} ms', 'stop.unanswered': 'NOCH NICHT BESTÄTIGT: Wenn sich etwas bewegt, Not-Halt der Maschine betätigen',
+  'stop.refused': 'FEHLGESCHLAGEN: {why}', 'stop.unsent': 'KEINE VERBINDUNG: Not-Halt der Maschine betätigen',
 
   'language.switch': 'English', 'theme.switch': 'Hell, dunkel oder wie das System',
   'theme.system': 'Auto', 'theme.light': 'Hell', 'theme.dark': 'Dunkel',
@@ -56,7 +56,7 @@ export default {
   'parameters.title': 'Alle Parameter', backup: 'Sichern', restore: 'Zurückspielen', 'restore.help': 'Schreibt, was von der DCF abweicht', dcf: 'DCF',
   'compare.defaults': 'Mit Vorgaben vergleichen', 'compare.node': 'Mit Knoten vergleichen', 'compare.dcf': 'Vergleichen', 'compare.same': 'Kein Unterschied.', 'compare.here': 'Im Knoten', 'compare.there': 'Dort',
 
-  'pdos.title': 'PDOs', 'pdos.none': 'Dieser Knoten hat keine PDOs.', 'pdos.receive': 'Empfangs-PDOs: zum Knoten', 'pdos.transmit': 'Sende-PDOs: vom Knoten',
+  'pdos.title': 'PDOs', 'pdos.read': 'Neu lesen', 'pdos.none': 'Dieser Knoten hat keine PDOs.', 'pdos.receive': 'Empfangs-PDOs: zum Knoten', 'pdos.transmit': 'Sende-PDOs: vom Knoten',
   'pdo.on': 'ein', 'pdo.off': 'aus', 'pdo.timer': 'Event-Timer {ms} ms', 'pdo.inhibit': 'Inhibit-Zeit {ms} ms', 'pdo.bits': '{used} von {all} Bit', 'pdo.edit': 'Mapping ändern', 'pdo.empty': 'leer',
   'bits.byte': 'Byte {byte}', 'bits.bytes': 'Bytes {byte}–{last}', 'bits.bit': 'Byte {byte}, Bit {bit}', 'bits.range': 'Byte {byte}, Bit {bit} – Byte {last}, Bit {lastBit}', 'bits.count': '{bits} Bit',
   'map.mappable': 'Mappbare Objekte', 'map.add': 'Hinzufügen', 'map.present': 'Gemappte Objekte', 'map.empty': 'Objekte hierher ziehen oder mit Enter hinzufügen.', 'map.help': 'Ziehen, oder Alt+Pfeil verschiebt, Entf entfernt.',

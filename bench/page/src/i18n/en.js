@@ -19,8 +19,8 @@ export default {
   'hands.read-only': 'A recorded log, or a bus that is only listened to: nothing can be changed.',
   'hands.lost': 'No connection to the bench.',
 
-  'stop.sent': 'sent …', 'stop.answered': 'answered after {ms} ms', 'stop.unanswered': 'NOT ANSWERED: use the machine’s emergency stop',
-  'stop.refused': 'REFUSED: {why}', 'stop.unsent': 'NOT SENT: use the machine’s emergency stop',
+  'stop.sent': 'stopping …', 'stop.answered': 'every drive has stopped, after {ms} ms', 'stop.unanswered': 'NOT CONFIRMED YET: if anything moves, use the machine’s emergency stop',
+  'stop.refused': 'FAILED: {why}', 'stop.unsent': 'NO CONNECTION: use the machine’s emergency stop',
 
   'language.switch': 'Deutsch', 'theme.switch': 'Light, dark, or as the system has it',
   'theme.system': 'Auto', 'theme.light': 'Light', 'theme.dark': 'Dark',
@@ -56,7 +56,7 @@ export default {
   'parameters.title': 'All parameters', backup: 'Back up', restore: 'Restore', 'restore.help': 'Writes what differs from the DCF', dcf: 'DCF',
   'compare.defaults': 'Compare with defaults', 'compare.node': 'Compare with node', 'compare.dcf': 'Compare', 'compare.same': 'No difference.', 'compare.here': 'In the node', 'compare.there': 'There',
 
-  'pdos.title': 'PDOs', 'pdos.none': 'This node has no PDOs.', 'pdos.receive': 'Receive PDOs: to the node', 'pdos.transmit': 'Transmit PDOs: from the node',
+  'pdos.title': 'PDOs', 'pdos.read': 'Read again', 'pdos.none': 'This node has no PDOs.', 'pdos.receive': 'Receive PDOs: to the node', 'pdos.transmit': 'Transmit PDOs: from the node',
   'pdo.on': 'on', 'pdo.off': 'off', 'pdo.timer': 'event timer {ms} ms', 'pdo.inhibit': 'inhibit time {ms} ms', 'pdo.bits': '{used} of {all} bits', 'pdo.edit': 'Change mapping', 'pdo.empty': 'empty',
   'bits.byte': 'byte {byte}', 'bits.bytes': 'bytes {byte}–{last}', 'bits.bit': 'byte {byte}, bit {bit}', 'bits.range': 'byte {byte}, bit {bit} – byte {last}, bit {lastBit}', 'bits.count': '{bits} bits',
   'map.mappable': 'Mappable objects', 'map.add': 'Add', 'map.present': 'Mapped objects', 'map.empty': 'Drag objects here, or add them by Enter.', 'map.help': 'Drag, or Alt+arrow to move, Del to remove.',

@@ -5,7 +5,7 @@ import { measured } from '../format.js'
 import { t } from '../i18n/index.js'
 import { BOX, PICTURE, STATES, TRANSITIONS, arrow, lines, orderTo } from '../machine.js'
 import { goTo, view, whyNot } from '../state.js'
-import { Act, Button, Empty, HandsHint, Panel } from '../ui.jsx'
+import { Act, Button, Empty, HandsHint, Panel, Refusal, useAsk } from '../ui.jsx'
 
 export function Drives() {
   const drives = view.drives.value
@@ -16,6 +16,8 @@ export function Drives() {
 function Drive({ drive }) {
   const { node } = drive
   const test = `drive-${node}`
+  const [{ refused }, run] = useAsk()
+  const send = (name, value = null) => run({ do: 'drive', node, order: name, value })
   const plot = () => order({ do: 'plot', node, signals: ['6064:00', '606C:00'], every_ms: 50 }).then(() => goTo('plots', node))
   return (
     <Panel title={`${node} · ${drive.name}`} data-test={test} class="drive" tools={
@@ -25,11 +27,12 @@ function Drive({ drive }) {
       </>
     }>
       <div class="drive-body">
-        <Machine drive={drive} />
+        <Machine drive={drive} send={send} />
         <div class="stack">
           <Motion drive={drive} />
           <Obstacles obstacles={drive.obstacles} test={`${test}-obstacles`} />
-          <Orders drive={drive} />
+          <Orders drive={drive} send={send} />
+          {refused?.why !== drive.ending?.text && <Refusal of={refused} test={`${test}-refusal`} />}
           <HandsHint />
           <Ending drive={drive} />
         </div>
@@ -40,7 +43,7 @@ function Drive({ drive }) {
 
 const kindOf = (state) => ({ 'OPERATION ENABLED': 'good', FAULT: 'bad', 'FAULT REACTION ACTIVE': 'bad', 'QUICK STOP ACTIVE': 'warn' })[state] ?? 'none'
 
-function Machine({ drive }) {
+function Machine({ drive, send }) {
   const state = drive.state ?? t('unknown')
   return (
     <svg class="machine" viewBox={`0 0 ${PICTURE.width} ${PICTURE.height}`} role="group" aria-label={t('drive.machine', { state })}>
@@ -50,7 +53,7 @@ function Machine({ drive }) {
         </marker>
       </defs>
       {TRANSITIONS.map((transition) => <Transition key={transition[0]} drive={drive} transition={transition} />)}
-      {Object.entries(STATES).map(([name, corner]) => <MachineState key={name} drive={drive} name={name} corner={corner} />)}
+      {Object.entries(STATES).map(([name, corner]) => <MachineState key={name} drive={drive} name={name} corner={corner} send={send} />)}
     </svg>
   )
 }
@@ -67,18 +70,18 @@ function Transition({ drive, transition: [number, from, to, beside] }) {
 }
 
 /** A state that can be ordered is a button. */
-function MachineState({ drive, name, corner: [x, y] }) {
+function MachineState({ drive, name, corner: [x, y], send }) {
   const isHere = drive.state === name
   const isAllowed = drive.allowed.includes(name)
   const orderName = isAllowed ? orderTo(name, drive.state) : null
-  const send = () => whyNot.value === null && order({ do: 'drive', node: drive.node, order: orderName, value: null })
+  const press = () => whyNot.value === null && send(orderName)
   const button = orderName && {
     role: 'button',
     tabindex: 0,
     'aria-label': t('drive.to-state', { state: name }),
     'aria-disabled': whyNot.value !== null,
-    onClick: send,
-    onKeyDown: (event) => event.key === 'Enter' && send(),
+    onClick: press,
+    onKeyDown: (event) => event.key === 'Enter' && press(),
   }
   const text = lines(name)
   return (
@@ -128,13 +131,16 @@ const POWER = ['enable', 'disable', 'reset-fault']
 const MOVES = ['move-to', 'step', 'run']
 const STOPS = ['stop', 'quick-stop']
 
-function Orders({ drive }) {
+function Orders({ drive, send }) {
   const { node, orders } = drive
   const [value, setValue] = useState('')
   const [method, setMethod] = useState(null)
-  const send = (name, value = null) => order({ do: 'drive', node, order: name, value })
-  const button = (name, value, disabled, kind) => orders.includes(name) && (
-    <Act key={name} class={kind} data-test={`drive-${node}-${name}`} disabled={disabled} title={t(`order.${name}.help`)} run={() => send(name, value)}>{t(`order.${name}`)}</Act>
+  const button = (name, value, disabled) => orders.includes(name) && (
+    <Act key={name} data-test={`drive-${node}-${name}`} disabled={disabled} title={t(`order.${name}.help`)} run={() => send(name, value)}>{t(`order.${name}`)}</Act>
+  )
+  // A stop needs no hands.
+  const stopping = (name) => orders.includes(name) && (
+    <Button key={name} class="stopping" data-test={`drive-${node}-${name}`} title={t(`order.${name}.help`)} run={() => send(name)}>{t(`order.${name}`)}</Button>
   )
   const homing = method ?? drive.homing_methods[0]
   return (
@@ -160,7 +166,7 @@ function Orders({ drive }) {
           {button('home', homing === undefined ? null : String(homing))}
         </div>
       )}
-      <div class="line">{STOPS.map((name) => button(name, null, false, 'stopping'))}</div>
+      <div class="line">{STOPS.map(stopping)}</div>
     </div>
   )
 }

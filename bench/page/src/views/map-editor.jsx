@@ -6,17 +6,8 @@ import { t } from '../i18n/index.js'
 import { Act, Button, HandsHint, Refusal, useAsk } from '../ui.jsx'
 import { Bits, where } from './bits.jsx'
 
-const PATIENCE = 150 // ms from the last change to its check
+const PATIENCE = 300 // ms from the last change to its check
 const TRANSMISSIONS = ['event', 'sync', 'sync:2', 'sync:4', 'every:10ms', 'every:100ms']
-
-/** How many bits each mappable entry has, by the data sheet. */
-function useSizes(node) {
-  const [sizes, setSizes] = useState(new Map())
-  useEffect(() => {
-    ask({ do: 'objects', node }).then((entries) => setSizes(new Map(entries.map((entry) => [entry.address, bitsOf(entry.data_type)]))), () => {})
-  }, [node])
-  return sizes
-}
 
 /** What the bench has against a mapping; null while it is asked. */
 function useObjections(command) {
@@ -39,11 +30,12 @@ function useObjections(command) {
   return objections
 }
 
-export function MapEditor({ node, pdo, close }) {
+export function MapEditor({ node, pdo, entries, close }) {
   const [fields, setFields] = useState(pdo.fields)
   const [transmission, setTransmission] = useState('')
   const [asked, run] = useAsk()
-  const sizes = useSizes(node)
+  /** How many bits an entry has, by the data sheet. */
+  const sizeOf = (address) => bitsOf(entries.get(address)?.data_type)
   const list = useRef()
   const command = { do: 'map-pdo', node, pdo: pdo.name.toLowerCase(), objects: fields.map((field) => field.address), transmission: transmission || null }
   const objections = useObjections(command)
@@ -51,7 +43,7 @@ export function MapEditor({ node, pdo, close }) {
 
   const add = (address, at = fields.length) => {
     const found = pdo.mappable.find(([each]) => each === address)
-    if (found) setFields((fields) => insert(fields, at, { address, name: found[1], bits: sizes.get(address) ?? 8, text: null }))
+    if (found) setFields((fields) => insert(fields, at, { address, name: found[1], bits: sizeOf(address) ?? 8, text: null }))
   }
   /** What was dragged: a mappable entry, or a field of the mapping. */
   const drop = (event, at) => {
@@ -80,7 +72,7 @@ export function MapEditor({ node, pdo, close }) {
   const used = usedBits(fields)
   return (
     <div class="map-editor" data-test="map-editor">
-      <Mappable pdo={pdo} sizes={sizes} add={add} />
+      <Mappable pdo={pdo} sizeOf={sizeOf} add={add} />
       <div class="stack" onDragOver={(event) => event.preventDefault()} onDrop={(event) => drop(event, fields.length)}>
         <Bits fields={place(fields)} data-test="pdo-picture" />
         <ol class="mapping" ref={list} aria-label={t('map.present')} data-test="pdo-mapping">
@@ -116,7 +108,7 @@ export function MapEditor({ node, pdo, close }) {
   )
 }
 
-function Mappable({ pdo, sizes, add }) {
+function Mappable({ pdo, sizeOf, add }) {
   const [query, setQuery] = useState('')
   const wanted = query.toLowerCase()
   const found = pdo.mappable.filter(([address, name]) => `${address} ${name}`.toLowerCase().includes(wanted))
@@ -138,7 +130,7 @@ function Mappable({ pdo, sizes, add }) {
       }}>
         {found.map(([each, name]) => (
           <li key={each} role="option" data-test={`mappable-${each}`} aria-selected={each === address} draggable onDragStart={(event) => event.dataTransfer.setData('text/plain', each)} onClick={() => setChosen(each)} onDblClick={() => add(each)}>
-            <code>{each}</code> {name} <small>{sizes.get(each) ? t('bits.count', { bits: sizes.get(each) }) : ''}</small>
+            <code>{each}</code> {name} <small>{sizeOf(each) && t('bits.count', { bits: sizeOf(each) })}</small>
           </li>
         ))}
       </ul>

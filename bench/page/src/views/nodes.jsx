@@ -53,7 +53,6 @@ function NodeTable({ nodes }) {
             <th>{t('node.faults')}</th>
             <th class="number">{t('node.heartbeat')}</th>
             <th class="number">{t('node.sdo')}</th>
-            <th class="number">{t('node.aborts')}</th>
             <th>{t('node.sheet')}</th>
           </tr>
         </thead>
@@ -77,7 +76,6 @@ function NodeRow({ node }) {
       </td>
       <td class="number">{ms(node.heartbeat_ms)}</td>
       <td class="number">{ms(node.sdo_ms)}</td>
-      <td class="number">{number(node.aborts)}</td>
       <td><code>{node.sheet ?? NONE}</code></td>
     </tr>
   )
@@ -96,6 +94,7 @@ function NodeDetails({ node }) {
         <Fact name={t('node.serial')}>{hex(node.identity[3])}</Fact>
         <Fact name={t('node.boots')}>{number(node.boots)}</Fact>
         <Fact name={t('node.sdo')}>{ms(node.sdo_ms)}</Fact>
+        <Fact name={t('node.aborts')}>{number(node.aborts)}</Fact>
       </dl>
       <SetSheet key={node.id} node={node} />
       <p class="links">
