@@ -103,6 +103,7 @@ test('what a new filter has found so far is in sight while the bench looks on', 
   const window = new TraceWindow(trace.ask)
   await window.look()
   window.scrollTo(4000)
+  await new Promise(setImmediate)
   window.filter.value = { ...NO_FILTER, text: 'tenth' }
   await window.look()
   assert.equal(shown(window).at(-1), 4990)
