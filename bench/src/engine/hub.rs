@@ -52,18 +52,16 @@ struct Hub {
 /// Begins to run a link, and returns what makes links to its bus.
 pub(super) fn begin(link: Box<dyn Link + Send>, model: Arc<Mutex<Model>>) -> std::io::Result<Ports> {
     let (outgoing, frames) = channel();
-    #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
-    let began = (link.now(), std::time::Instant::now());
-    let shared = Arc::new(Shared {
-        began,
-        next: AtomicU64::new(0),
-        outgoing,
-        mailboxes: Mutex::default(),
-        is_over: AtomicBool::new(false),
-    });
+    let shared = Arc::new(Shared::new(link.now(), outgoing));
     let hub = Hub { shared: Arc::clone(&shared), model, outgoing: frames };
     std::thread::Builder::new().name("bus".to_owned()).spawn(move || hub.run(link))?;
     Ok(Ports(shared))
+}
+
+/// No bus at all: what is sent to it is lost.
+pub(super) fn nowhere(now: Instant) -> Ports {
+    let (outgoing, _) = channel();
+    Ports(Arc::new(Shared::new(now, outgoing)))
 }
 
 impl Ports {
@@ -105,6 +103,13 @@ impl Port {
 }
 
 impl Shared {
+    fn new(now: Instant, outgoing: Sender<(u64, Frame)>) -> Self {
+        #[expect(clippy::disallowed_methods, reason = "the bench runs in real time")]
+        let began = (now, std::time::Instant::now());
+        let (next, mailboxes, is_over) = (AtomicU64::new(0), Mutex::default(), AtomicBool::new(false));
+        Shared { began, next, outgoing, mailboxes, is_over }
+    }
+
     fn now(&self) -> Instant {
         let (bus, wall) = self.began;
         bus + wall.elapsed().into()

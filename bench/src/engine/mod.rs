@@ -7,6 +7,7 @@ mod network;
 mod order;
 mod parameters;
 mod pdo;
+mod recording;
 mod station;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,7 +17,7 @@ use lexican_driver::Description;
 use lexican_runtime::host::{AccessError, Link};
 use lexican_runtime::object::Address;
 use lexican_runtime::service::sdo_client::SdoError;
-use lexican_runtime::{Duration, NodeId, cia301};
+use lexican_runtime::{Duration, Frame, Instant, NodeId, cia301};
 use lexican_toolbox::cob_ids::CobIds;
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::filter::Filter;
@@ -33,6 +34,7 @@ use hub::Ports;
 use jobs::Job;
 use parameters::node_id;
 use pdo::Wanted;
+use recording::{Recording, micros};
 use station::{NOBODY, Station};
 
 /// How often new nodes are looked for, and simulated devices are asked.
@@ -46,6 +48,9 @@ const OBSTACLES: Duration = Duration::from_secs(2);
 
 /// The fastest that an entry is read again and again.
 const FASTEST_MS: u32 = 10;
+
+/// The fastest that a log is played.
+const MOST_SPEED: f64 = 1000.0;
 
 /// The most rows that a request gets.
 const MOST_ROWS: u32 = 1000;
@@ -86,6 +91,19 @@ impl Setup {
     pub fn new(bus: BusInfo) -> Self {
         Setup { bus, nodes: Vec::new(), simulation: None }
     }
+
+    fn model(self, now: Instant) -> (Arc<Mutex<Model>>, Option<Box<dyn Simulation>>) {
+        let mut model = Model::new(now, self.bus);
+        for (node, name, sheet) in self.nodes {
+            if let Some(sheet) = sheet {
+                model.introduce(node, sheet);
+            }
+            if let Some(name) = name {
+                model.name(node, name);
+            }
+        }
+        (Arc::new(Mutex::new(model)), self.simulation)
+    }
 }
 
 /// A bench; clones are the same one.
@@ -98,6 +116,7 @@ struct Shared {
     stations: Mutex<BTreeMap<NodeId, Arc<Station>>>,
     faces: Mutex<Faces>,
     simulation: Mutex<Option<Box<dyn Simulation>>>,
+    recording: Option<Arc<Recording>>,
 }
 
 #[derive(Default)]
@@ -134,28 +153,36 @@ impl Bench {
     ///
     /// The machine gives no thread for it.
     pub fn live(link: Box<dyn Link + Send>, setup: Setup) -> std::io::Result<Self> {
-        let mut model = Model::new(link.now(), setup.bus);
-        for (node, name, sheet) in setup.nodes {
-            if let Some(sheet) = sheet {
-                model.introduce(node, sheet);
-            }
-            if let Some(name) = name {
-                model.name(node, name);
-            }
-        }
-        let model = Arc::new(Mutex::new(model));
+        let (model, simulation) = setup.model(link.now());
         let ports = hub::begin(link, Arc::clone(&model))?;
-        let shared = Shared {
-            model,
-            ports,
-            stations: Mutex::default(),
-            faces: Mutex::default(),
-            simulation: Mutex::new(setup.simulation),
-        };
-        let bench = Bench(Arc::new(shared));
+        let bench = Bench::new(model, ports, simulation, None);
         let keeper = bench.clone();
         std::thread::Builder::new().name("nodes".to_owned()).spawn(move || keeper.keep())?;
         Ok(bench)
+    }
+
+    /// A bench of a recorded log, which is shown to its end at first. It takes no frames.
+    ///
+    /// # Errors
+    ///
+    /// The machine gives no thread for it.
+    pub fn replay(frames: Vec<(Instant, Frame)>, mut setup: Setup) -> std::io::Result<Self> {
+        setup.bus.is_writable = false;
+        let now = frames.first().map_or(Instant::ZERO, |(at, _)| *at);
+        let (model, simulation) = setup.model(now);
+        let ports = hub::nowhere(now);
+        let recording = recording::begin(frames, ports.clone(), Arc::clone(&model))?;
+        Ok(Bench::new(model, ports, simulation, Some(recording)))
+    }
+
+    fn new(
+        model: Arc<Mutex<Model>>,
+        ports: Ports,
+        simulation: Option<Box<dyn Simulation>>,
+        recording: Option<Arc<Recording>>,
+    ) -> Self {
+        let (stations, faces, simulation) = (Mutex::default(), Mutex::default(), Mutex::new(simulation));
+        Bench(Arc::new(Shared { model, ports, stations, faces, simulation, recording }))
     }
 
     /// A new face.
@@ -233,6 +260,7 @@ impl Bench {
     }
 
     fn station(&self, node: NodeId) -> Result<Arc<Station>, Refused> {
+        self.check_writable()?;
         let mut stations = lock(&self.0.stations);
         if let Some(station) = stations.get(&node) {
             return Ok(Arc::clone(station));
@@ -242,11 +270,40 @@ impl Bench {
         Ok(station)
     }
 
+    /// Frames can be sent, or could be until the bus was lost.
+    fn check_writable(&self) -> Result<(), Refused> {
+        match (&self.0.recording, lock(&self.0.model).listens_only()) {
+            (Some(_), _) => Err(Refused::new("a log takes no frames").with_remedy("open the bus itself")),
+            (None, true) => Err(Refused::new("the bench only listens to this bus")),
+            (None, false) => Ok(()),
+        }
+    }
+
+    /// Reads an entry every so often; on a bus that takes no frames its value comes when others read it.
+    fn poll(&self, node: NodeId, address: Address, every_ms: u32) {
+        if let Ok(station) = self.station(node) {
+            station.poll(address, millis(every_ms));
+        }
+    }
+
+    fn unpoll(&self, node: NodeId, address: Address, every_ms: u32) {
+        if let Ok(station) = self.station(node) {
+            station.unpoll(address, millis(every_ms));
+        }
+    }
+
     /// Stops every drive, whatever else is under way.
     fn stop_all(&self) -> Vec<Reply> {
         let drives: Vec<_> = {
-            let model = lock(&self.0.model);
-            model.nodes().filter(|node| model.sheet(*node).is_some_and(|sheet| sheet.drive.is_some())).collect()
+            let mut model = lock(&self.0.model);
+            let is_drive = |node: &NodeId| model.sheet(*node).is_some_and(|sheet| sheet.drive.is_some());
+            let drives: Vec<_> = model.nodes().filter(is_drive).collect();
+            if let Some(why) = model.lost().map(str::to_owned) {
+                for node in &drives {
+                    model.drive(*node).ending = Some(order::unstoppable(*node, &why));
+                }
+            }
+            drives
         };
         let stop = |node| {
             let (sender, reply) = oneshot::channel();
@@ -391,7 +448,15 @@ impl Face {
                     }
                 });
             }
+            Command::Seek { seconds } => match self.recording() {
+                Ok(recording) => recording.seek(micros(seconds), Some(sender)),
+                Err(refused) => drop(sender.send(Err(refused))),
+            },
             Command::Scan => {
+                if let Err(refused) = bench.check_writable() {
+                    drop(sender.send(Err(refused)));
+                    return;
+                }
                 // Whoever has a conversation is asked in it.
                 for station in lock(&bench.0.stations).values() {
                     get_to_know(station);
@@ -401,6 +466,10 @@ impl Face {
                 apart(sender, move || concluded(&job, |job| network::scan(&ports, &model, job)));
             }
             Command::Assign { node } => {
+                if let Err(refused) = bench.check_writable() {
+                    drop(sender.send(Err(refused)));
+                    return;
+                }
                 let ports = bench.0.ports.clone();
                 let job = Job::begin(model, format!("node-ID {node} by LSS"));
                 apart(sender, move || concluded(&job, |job| network::assign(&ports, node_id(node)?, job)));
@@ -437,7 +506,10 @@ impl Face {
             _ => drop(faces),
         }
         match command {
-            Command::Nmt { node, command } => network::command(&bench.0.ports, node.map(node_id).transpose()?, command),
+            Command::Nmt { node, command } => {
+                bench.check_writable()?;
+                network::command(&bench.0.ports, node.map(node_id).transpose()?, command)
+            }
             Command::SetSheet { node, sheet } => {
                 let node = node_id(node)?;
                 let read = DataSheet::load(&sheet, &[]);
@@ -446,6 +518,9 @@ impl Face {
                     None => Refused::new(&error),
                 })?;
                 lock(&bench.0.model).introduce(node, Sheet::new(&sheet, read));
+                if let Some(recording) = &bench.0.recording {
+                    recording.show_anew();
+                }
                 Ok(Answer::Done)
             }
             Command::Objects { node } => {
@@ -457,11 +532,10 @@ impl Face {
             Command::Watch { node, address, every_ms } => {
                 let (node, address) = self.entry(node, &address)?;
                 let every_ms = every_ms.max(FASTEST_MS);
-                let station = bench.station(node)?;
                 let before = lock(&bench.0.model).watch(node, address, every_ms);
-                station.poll(address, millis(every_ms));
+                bench.poll(node, address, every_ms);
                 if let Some(before) = before {
-                    station.unpoll(address, millis(before));
+                    bench.unpoll(node, address, before);
                 }
                 Ok(Answer::Done)
             }
@@ -469,7 +543,7 @@ impl Face {
                 let (node, address) = self.entry(node, &address)?;
                 let before = lock(&bench.0.model).unwatch(node, address);
                 if let Some(every_ms) = before {
-                    bench.station(node)?.unpoll(address, millis(every_ms));
+                    bench.unpoll(node, address, every_ms);
                 }
                 Ok(Answer::Done)
             }
@@ -478,12 +552,11 @@ impl Face {
                 let device = lock(&bench.0.model).sheet(node).map(|sheet| sheet.device);
                 let parse = |text: &String| Signal::parse(device, text);
                 let signals: Vec<_> = signals.iter().map(parse).collect::<Result<_, _>>().map_err(Refused::new)?;
-                let station = bench.station(node)?;
                 let every_ms = every_ms.max(FASTEST_MS);
                 let new = lock(&bench.0.model).plot(node, signals, every_ms);
                 for signal in new {
                     if let Signal::Object(address) = signal {
-                        station.poll(address, millis(every_ms));
+                        bench.poll(node, address, every_ms);
                     }
                 }
                 Ok(Answer::Done)
@@ -492,7 +565,7 @@ impl Face {
                 let node = node.map(node_id).transpose()?;
                 let cleared = lock(&bench.0.model).clear_plot(node);
                 for (node, address, every_ms) in cleared {
-                    bench.station(node)?.unpoll(address, millis(every_ms));
+                    bench.unpoll(node, address, every_ms);
                 }
                 Ok(Answer::Done)
             }
@@ -519,11 +592,20 @@ impl Face {
                 let node = node_id(node)?;
                 self.simulation(|simulation| simulation.set_power(node, on))
             }
-            Command::Seek { .. } | Command::Play { .. } => {
-                Err(Refused::new("this is a live bus").with_remedy("a log is opened by --bus log:FILE"))
+            Command::Play { speed } if !(0.0..=MOST_SPEED).contains(&speed) => {
+                Err(Refused::new(format_args!("a log is played at 0 to {MOST_SPEED} times its speed, not at {speed}")))
+            }
+            Command::Play { speed } => {
+                self.recording()?.play(speed);
+                Ok(Answer::Done)
             }
             _ => Err(Refused::new("this command is none of these")),
         }
+    }
+
+    fn recording(&self) -> Result<&Recording, Refused> {
+        let refused = || Refused::new("this is a live bus").with_remedy("a log is opened by --bus log:FILE");
+        self.bench.0.recording.as_deref().ok_or_else(refused)
     }
 
     fn simulation(&self, set: impl FnOnce(&mut dyn Simulation) -> Result<(), String>) -> Result<Answer, Refused> {

@@ -2,8 +2,8 @@
 
 use lexican_driver::sequence::{self, Recovery};
 use lexican_driver::{Any, Description, Error, Missing, Mode, Supervision};
-use lexican_runtime::Duration;
 use lexican_runtime::profile::cia402::State;
+use lexican_runtime::{Duration, NodeId};
 use lexican_toolbox::drive::{Ending, Look, Order, Scales, Times, carry_out, has_ended};
 
 use super::hub::Port;
@@ -54,7 +54,7 @@ pub(super) fn carry(station: &Station, order: command::Order, value: Option<&str
         Err(error) => {
             let refused = Refused::new(&error).with_remedy("is the node on the bus, with power?");
             if is_stop(order) {
-                lock(&station.model).drive(node).ending = Some(unstoppable(station, &error));
+                lock(&station.model).drive(node).ending = Some(unstoppable(node, &error));
             }
             return Err(refused);
         }
@@ -123,7 +123,7 @@ fn end(station: &Station, mut drive: Drive, order: Order, result: Result<Ending,
                 Ok(_) | Err(Error::Cancelled { stopped: true, .. }) => {
                     done(false, format!("{why}; it has been stopped since"), None)
                 }
-                Err(last) => unstoppable(station, &format_args!("{}; after this: {why}", last.into_cause())),
+                Err(last) => unstoppable(station.node, &format_args!("{}; after this: {why}", last.into_cause())),
             }
         }
     };
@@ -136,11 +136,11 @@ const fn is_stop(order: Order) -> bool {
 }
 
 /// The ending of an order that left a drive to itself.
-fn unstoppable(station: &Station, why: &dyn std::fmt::Display) -> view::Ending {
+pub(super) fn unstoppable(node: NodeId, why: &dyn std::fmt::Display) -> view::Ending {
     view::Ending {
         is_success: false,
         may_be_moving: true,
-        text: format!("DRIVE {} MAY STILL BE MOVING: it could not be told to stop: {why}", station.node),
+        text: format!("DRIVE {node} MAY STILL BE MOVING: it could not be told to stop: {why}"),
         remedy: Some("stop it by its emergency stop or its supply".to_owned()),
     }
 }

@@ -40,6 +40,8 @@ struct Queue {
     stops: VecDeque<Task>,
     tasks: VecDeque<(u32, Task)>,
     polls: BTreeMap<Address, Poll>,
+    /// Nobody looks at it any more: the bus is lost.
+    is_over: bool,
     under_way: Option<UnderWay>,
 }
 
@@ -88,13 +90,21 @@ impl Station {
 
     /// Does something for a face when what was asked before is done.
     pub(super) fn ask(&self, face: u32, task: impl FnOnce(&Station) + Send + 'static) {
-        lock(&self.queue).tasks.push_back((face, Box::new(task)));
+        let mut queue = lock(&self.queue);
+        if queue.is_over {
+            return;
+        }
+        queue.tasks.push_back((face, Box::new(task)));
+        drop(queue);
         self.changed.notify_all();
     }
 
     /// Stops the drive at once: ends what is under way, and drops what waits.
     pub(super) fn stop(&self, task: impl FnOnce(&Station) + Send + 'static) {
         let mut queue = lock(&self.queue);
+        if queue.is_over {
+            return;
+        }
         let dropped = std::mem::take(&mut queue.tasks);
         queue.stops.push_back(Box::new(task));
         self.interrupt(&mut queue);
@@ -224,6 +234,7 @@ impl Station {
         loop {
             if self.ports.is_over() {
                 // Whoever waits for an answer gets none.
+                queue.is_over = true;
                 let (stops, tasks) = (std::mem::take(&mut queue.stops), std::mem::take(&mut queue.tasks));
                 drop(queue);
                 drop((stops, tasks));

@@ -372,6 +372,40 @@ impl Model {
         self.info.is_writable && self.lost.is_none()
     }
 
+    /// Why there is no bus any more.
+    #[must_use]
+    pub fn lost(&self) -> Option<&str> {
+        self.lost.as_deref()
+    }
+
+    /// Whether frames could never be sent.
+    #[must_use]
+    pub fn listens_only(&self) -> bool {
+        !self.info.is_writable
+    }
+
+    /// Forgets all frames, as if none was heard; what is known of nodes, and what is watched or drawn, stays.
+    pub fn rewind(&mut self) {
+        let mut anew = Model::new(self.began, self.info.clone());
+        for (id, node) in std::mem::take(&mut self.nodes) {
+            if let Some(sheet) = node.sheet {
+                anew.introduce(id, sheet);
+            }
+            if let Some(name) = node.given_name {
+                anew.name(id, name);
+            }
+        }
+        for ((id, address), watched) in &self.watched {
+            anew.watch(*id, *address, watched.every_ms);
+        }
+        anew.plot = std::mem::take(&mut self.plot).rewound();
+        anew.devices = std::mem::take(&mut self.devices);
+        anew.jobs = std::mem::take(&mut self.jobs);
+        anew.hands = self.hands.clone();
+        anew.log = self.log.clone();
+        *self = anew;
+    }
+
     /// The time since the beginning.
     #[must_use]
     pub fn seconds(&self) -> f64 {

@@ -56,6 +56,14 @@ impl Plot {
         objects.collect()
     }
 
+    /// The same signals, of which nothing was seen.
+    pub(crate) fn rewound(mut self) -> Self {
+        for curves in self.nodes.values_mut() {
+            curves.recording = Recording::beginning(Instant::ZERO);
+        }
+        self
+    }
+
     /// Takes a value of an entry.
     pub(crate) fn take(&mut self, at: Instant, node: NodeId, report: &ValueReport) {
         self.take_if(at, node, report, |signal| *signal == Signal::Object(report.address));

@@ -1,0 +1,183 @@
+//! A recorded log, through which faces go.
+
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+
+use lexican_runtime::{Duration, Frame, Instant};
+use tokio::sync::oneshot;
+
+use super::hub::Ports;
+use super::lock;
+use crate::command::{Answer, Refused};
+use crate::model::Model;
+use crate::view;
+
+/// How often it goes on while it is played.
+const STEP: Duration = Duration::from_millis(20);
+
+/// How often it is looked at otherwise, so that the end of the bench is noticed.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// How many frames are taken before a face may look.
+const CHUNK: usize = 256;
+
+type Sender = oneshot::Sender<Result<Answer, Refused>>;
+
+/// Where a recorded log is to go.
+#[derive(Default)]
+pub(super) struct Recording {
+    wanted: Mutex<Wanted>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct Wanted {
+    seek: Option<Seek>,
+    speed: f64,
+}
+
+struct Seek {
+    /// Where it stands, without it.
+    to: Option<Duration>,
+    /// From the first frame on, whatever was shown.
+    anew: bool,
+    sender: Option<Sender>,
+}
+
+/// The log, and where it stands.
+struct Player {
+    recording: Arc<Recording>,
+    ports: Ports,
+    model: Arc<Mutex<Model>>,
+    frames: Vec<(Instant, Frame)>,
+    next: usize,
+    position: Duration,
+}
+
+/// Begins to show a log, from its first to its last frame.
+pub(super) fn begin(
+    mut frames: Vec<(Instant, Frame)>,
+    ports: Ports,
+    model: Arc<Mutex<Model>>,
+) -> std::io::Result<Arc<Recording>> {
+    // What was recorded by several clocks may go back in time by a little.
+    let mut last = Instant::ZERO;
+    for (at, _) in &mut frames {
+        last = last.max(*at);
+        *at = last;
+    }
+    let recording = Arc::new(Recording::default());
+    let player = Player { recording: Arc::clone(&recording), ports, model, frames, next: 0, position: Duration::ZERO };
+    recording.seek(player.length(), None);
+    player.show(0.0);
+    std::thread::Builder::new().name("log".to_owned()).spawn(move || player.run())?;
+    Ok(recording)
+}
+
+impl Recording {
+    /// Goes to a time, and stands there.
+    pub(super) fn seek(&self, to: Duration, sender: Option<Sender>) {
+        self.want(|wanted| {
+            wanted.speed = 0.0;
+            wanted.seek = Some(Seek { to: Some(to), anew: false, sender });
+        });
+    }
+
+    /// Plays on, so many times as fast as it was recorded; 0 stands.
+    pub(super) fn play(&self, speed: f64) {
+        self.want(|wanted| wanted.speed = speed);
+    }
+
+    /// Shows again what is shown, after more is known of a node.
+    pub(super) fn show_anew(&self) {
+        self.want(|wanted| match &mut wanted.seek {
+            Some(seek) => seek.anew = true,
+            None => wanted.seek = Some(Seek { to: None, anew: true, sender: None }),
+        });
+    }
+
+    fn want(&self, change: impl FnOnce(&mut Wanted)) {
+        change(&mut lock(&self.wanted));
+        self.changed.notify_all();
+    }
+
+    /// Waits for what is wanted next: a place, and the speed.
+    fn next(&self) -> (Option<Seek>, f64) {
+        let mut wanted = lock(&self.wanted);
+        if wanted.seek.is_none() {
+            let patience = if wanted.speed > 0.0 { STEP } else { LOOK };
+            wanted = self.changed.wait_timeout(wanted, patience.into()).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        (wanted.seek.take(), wanted.speed)
+    }
+}
+
+impl Player {
+    fn run(mut self) {
+        #[expect(clippy::disallowed_methods, reason = "a log is played in real time")]
+        let mut before = std::time::Instant::now();
+        while !self.ports.is_over() {
+            let (seek, mut speed) = self.recording.next();
+            let elapsed = before.elapsed();
+            before += elapsed;
+            if let Some(seek) = seek {
+                let is_there = self.go(seek.to.unwrap_or(self.position), seek.anew);
+                let result = if is_there { Ok(Answer::Done) } else { Err(Refused::new("another time was asked for")) };
+                if let Some(sender) = seek.sender {
+                    // A face that has gone hears nothing.
+                    let _ = sender.send(result);
+                }
+            } else if speed > 0.0 {
+                self.go(self.position + micros(elapsed.as_secs_f64() * speed), false);
+                if self.position == self.length() {
+                    speed = 0.0;
+                    self.recording.play(speed);
+                }
+            }
+            self.show(speed);
+        }
+    }
+
+    /// Goes to a time; `false` if something else is wanted meanwhile.
+    fn go(&mut self, to: Duration, anew: bool) -> bool {
+        let to = to.min(self.length());
+        if anew || to < self.position {
+            lock(&self.model).rewind();
+            self.next = 0;
+        }
+        let first = self.first();
+        let end = self.frames.partition_point(|(at, _)| at.since(first) <= to);
+        while self.next < end {
+            if self.ports.is_over() || lock(&self.recording.wanted).seek.is_some() {
+                return false;
+            }
+            let chunk = &self.frames[self.next..end.min(self.next + CHUNK)];
+            let mut model = lock(&self.model);
+            chunk.iter().for_each(|(at, frame)| model.observe(*at, frame));
+            self.next += chunk.len();
+            self.position = chunk.last().map_or(to, |(at, _)| at.since(first));
+            drop(model);
+            self.show(0.0);
+        }
+        self.position = to;
+        lock(&self.model).pass(first + to);
+        true
+    }
+
+    fn show(&self, speed: f64) {
+        let (seconds, position) = (self.length().as_secs_f64(), self.position.as_secs_f64());
+        lock(&self.model).log = Some(view::Log { seconds, position, speed });
+    }
+
+    fn first(&self) -> Instant {
+        self.frames.first().map_or(Instant::ZERO, |(at, _)| *at)
+    }
+
+    fn length(&self) -> Duration {
+        self.frames.last().map_or(Duration::ZERO, |(at, _)| at.since(self.first()))
+    }
+}
+
+/// Seconds as a span; nothing if they are negative.
+pub(super) fn micros(seconds: f64) -> Duration {
+    Duration::from_micros((seconds * 1e6) as u64)
+}
