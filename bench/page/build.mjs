@@ -36,7 +36,8 @@ if (compressed > MOST) fail(`the page has ${compressed} bytes compressed, and ma
 if (process.argv.includes('--check')) {
   for (const [name, content] of files) {
     const path = join(DIST, name)
-    if (!existsSync(path) || !readFileSync(path).equals(content)) fail(`dist/${name} is not what src/ makes: cargo xtask page`)
+    if (!existsSync(path) || !readFileSync(path).equals(content))
+      fail(`dist/${name} is not what src/ makes: cargo xtask page`)
   }
 } else {
   mkdirSync(DIST, { recursive: true })

@@ -19,11 +19,21 @@ import { Trace } from './views/trace.jsx'
 import { LogSlider } from './log.jsx'
 import { theme } from './theme.js'
 
-const VIEWS = { nodes: Nodes, objects: Objects, pdos: Pdos, trace: Trace, plots: Plots, drives: Drives, bus: Bus, devices: Devices }
+const VIEWS = {
+  nodes: Nodes,
+  objects: Objects,
+  pdos: Pdos,
+  trace: Trace,
+  plots: Plots,
+  drives: Drives,
+  bus: Bus,
+  devices: Devices,
+}
 
 /** How many things a tab has to say something about. */
 function badge(name) {
-  if (name === 'nodes') return view.nodes.value.filter((node) => node.faults.length > 0 || node.silent_seconds !== null).length
+  if (name === 'nodes')
+    return view.nodes.value.filter((node) => node.faults.length > 0 || node.silent_seconds !== null).length
   if (name === 'bus') return view.bus.value.troubles.length
   return 0
 }
@@ -32,16 +42,32 @@ function Tabs() {
   return (
     <nav class="tabs" aria-label={t('tabs')}>
       <div role="tablist" aria-label={t('tabs')} onKeyDown={roving}>
-      {TABS.map((name, index) => {
-        const count = badge(name)
-        const isOpen = tab.value === name
-        return (
-          <button key={name} type="button" role="tab" id={`tab-${name}`} data-test={`tab-${name}`} data-roving aria-selected={isOpen} aria-controls="view" tabindex={isOpen ? 0 : -1} title={`${t(`tab.${name}`)} (${index + 1})`} onClick={() => goTo(name)}>
-            {t(`tab.${name}`)}
-            {count > 0 && <span class="badge" aria-label={t('tab.badge', { count })}>{count}</span>}
-          </button>
-        )
-      })}
+        {TABS.map((name, index) => {
+          const count = badge(name)
+          const isOpen = tab.value === name
+          return (
+            <button
+              key={name}
+              type="button"
+              role="tab"
+              id={`tab-${name}`}
+              data-test={`tab-${name}`}
+              data-roving
+              aria-selected={isOpen}
+              aria-controls="view"
+              tabindex={isOpen ? 0 : -1}
+              title={`${t(`tab.${name}`)} (${index + 1})`}
+              onClick={() => goTo(name)}
+            >
+              {t(`tab.${name}`)}
+              {count > 0 && (
+                <span class="badge" aria-label={t('tab.badge', { count })}>
+                  {count}
+                </span>
+              )}
+            </button>
+          )
+        })}
       </div>
     </nav>
   )

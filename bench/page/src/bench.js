@@ -19,7 +19,11 @@ export function connect() {
     view: applyView,
   }
   bench = new Bench(socketUrl(location), token, on, {
-    isRefused: () => probe().then((answer) => answer.status === 403, () => false),
+    isRefused: () =>
+      probe().then(
+        (answer) => answer.status === 403,
+        () => false,
+      ),
   })
 }
 

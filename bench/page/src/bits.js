@@ -1,9 +1,27 @@
 // PDOs as pictures: where each object lies in the 64 bits of a frame.
 
 const BITS = {
-  BOOLEAN: 1, UNSIGNED8: 8, INTEGER8: 8, UNSIGNED16: 16, INTEGER16: 16, UNSIGNED24: 24, INTEGER24: 24, UNSIGNED32: 32,
-  INTEGER32: 32, REAL32: 32, UNSIGNED40: 40, INTEGER40: 40, UNSIGNED48: 48, INTEGER48: 48, TIME_OF_DAY: 48,
-  TIME_DIFFERENCE: 48, UNSIGNED56: 56, INTEGER56: 56, UNSIGNED64: 64, INTEGER64: 64, REAL64: 64,
+  BOOLEAN: 1,
+  UNSIGNED8: 8,
+  INTEGER8: 8,
+  UNSIGNED16: 16,
+  INTEGER16: 16,
+  UNSIGNED24: 24,
+  INTEGER24: 24,
+  UNSIGNED32: 32,
+  INTEGER32: 32,
+  REAL32: 32,
+  UNSIGNED40: 40,
+  INTEGER40: 40,
+  UNSIGNED48: 48,
+  INTEGER48: 48,
+  TIME_OF_DAY: 48,
+  TIME_DIFFERENCE: 48,
+  UNSIGNED56: 56,
+  INTEGER56: 56,
+  UNSIGNED64: 64,
+  INTEGER64: 64,
+  REAL64: 64,
 }
 export const FRAME_BITS = 64
 
@@ -21,6 +39,12 @@ export function place(fields) {
 }
 
 export const usedBits = (fields) => fields.reduce((sum, field) => sum + field.bits, 0)
+
+/** The place of the field that has a bit; that after the last one if none has. */
+export function placeOfBit(fields, bit) {
+  const found = fields.findIndex(({ first_bit: first, bits }) => bit >= first && bit < first + bits)
+  return found < 0 ? fields.length : found
+}
 
 /** Moves the field at `from` to the place `to`; outside of the list nothing moves. */
 export function move(fields, from, to) {

@@ -71,7 +71,10 @@ export function columns(curves) {
   const places = curves.map(() => 0)
   const [times, ...numbers] = [[], ...curves.map(() => [])]
   for (;;) {
-    const time = curves.reduce((least, { points }, at) => Math.min(least, points[places[at]]?.[0] ?? Infinity), Infinity)
+    const time = curves.reduce(
+      (least, { points }, at) => Math.min(least, points[places[at]]?.[0] ?? Infinity),
+      Infinity,
+    )
     if (time === Infinity) return [times, ...numbers]
     times.push(time)
     curves.forEach(({ points }, at) => {

@@ -1,23 +1,37 @@
 // The filter of the trace, in the words of `lexican monitor`'s options.
 
-export const NO_FILTER = { nodes: '', services: '', without: '', object: '', ids: '', text: '', alarming: false, transfers: true }
+export const NO_FILTER = {
+  nodes: '',
+  services: '',
+  without: '',
+  object: '',
+  ids: '',
+  text: '',
+  alarming: false,
+  transfers: true,
+}
 export const SERVICES = ['nmt', 'sync', 'time', 'emcy', 'heartbeat', 'sdo', 'tpdo', 'rpdo', 'lss']
 
 /** A list of words without or with one of them. */
 export function toggled(list, word) {
-  const words = list.split(',').map((each) => each.trim()).filter(Boolean)
+  const words = list
+    .split(',')
+    .map((each) => each.trim())
+    .filter(Boolean)
   const next = words.includes(word) ? words.filter((each) => each !== word) : [...words, word]
   return next.join(',')
 }
 
 export const has = (list, word) => list.split(',').some((each) => each.trim() === word)
 
-export const isFiltering = (filter) => Object.entries(NO_FILTER).some(([key, none]) => key !== 'transfers' && filter[key] !== none)
+export const isFiltering = (filter) =>
+  Object.entries(NO_FILTER).some(([key, none]) => key !== 'transfers' && filter[key] !== none)
 
 /** The filter as options of the command, to be used in a terminal. */
 export function asOptions(filter) {
   const words = []
-  for (const key of ['nodes', 'services', 'without', 'object', 'ids', 'text']) if (filter[key]) words.push(`${key}=${filter[key]}`)
+  for (const key of ['nodes', 'services', 'without', 'object', 'ids', 'text'])
+    if (filter[key]) words.push(`${key}=${filter[key]}`)
   if (filter.alarming) words.push('alarming')
   return words.join('  ')
 }

@@ -18,12 +18,18 @@ export function Footer() {
       {refusal.value && (
         <div class="last-refusal">
           <Refusal of={refusal.value} test="refusal" />
-          <Button class="quiet" run={() => (refusal.value = null)}>{t('close')}</Button>
+          <Button class="quiet" run={() => (refusal.value = null)}>
+            {t('close')}
+          </Button>
         </div>
       )}
-      <p class="unseen" aria-live="polite">{view.bus.value.troubles.at(-1)?.text}</p>
+      <p class="unseen" aria-live="polite">
+        {view.bus.value.troubles.at(-1)?.text}
+      </p>
       <ul class="jobs" aria-label={t('jobs')} aria-live="polite" data-test="jobs">
-        {view.jobs.value.slice(-4).map((job) => <Job key={job.number} job={job} />)}
+        {view.jobs.value.slice(-4).map((job) => (
+          <Job key={job.number} job={job} />
+        ))}
       </ul>
     </footer>
   )

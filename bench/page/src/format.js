@@ -30,7 +30,9 @@ export function clock(seconds, digits = 3) {
   const rounded = Number(seconds.toFixed(digits))
   const minutes = Math.floor(rounded / 60)
   const rest = (rounded - minutes * 60).toFixed(digits).padStart(digits + 3, '0')
-  return minutes < 60 ? `${minutes}:${rest}` : `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, '0')}:${rest}`
+  return minutes < 60
+    ? `${minutes}:${rest}`
+    : `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, '0')}:${rest}`
 }
 
 /** `0x000001AE`, for identities. */

@@ -19,13 +19,20 @@ export function Header() {
         <Connection />
         <Hands />
         <div class="settings">
-          <Button class="quiet" data-test="language" title={t('language.switch')} run={() => setLanguage(otherLanguage())}>
+          <Button
+            class="quiet"
+            data-test="language"
+            title={t('language.switch')}
+            run={() => setLanguage(otherLanguage())}
+          >
             {otherLanguage().toUpperCase()}
           </Button>
           <Button class="quiet" data-test="theme" title={t('theme.switch')} run={nextTheme}>
             {t(`theme.${theme.value}`)}
           </Button>
-          <Button class="quiet" data-test="help" title={t('help.title')} run={() => (isHelpOpen.value = true)}>?</Button>
+          <Button class="quiet" data-test="help" title={t('help.title')} run={() => (isHelpOpen.value = true)}>
+            ?
+          </Button>
         </div>
       </div>
       <Stop />
@@ -68,7 +75,9 @@ function Hands() {
     return (
       <div class="hands on">
         <span role="status">{t('hands.mine')}</span>
-        <Button data-test="release-hands" run={() => order({ do: 'release-hands' })}>{t('hands.release')}</Button>
+        <Button data-test="release-hands" run={() => order({ do: 'release-hands' })}>
+          {t('hands.release')}
+        </Button>
       </div>
     )
   }
@@ -76,9 +85,23 @@ function Hands() {
     <div class="hands">
       <span role="status">{holder === null ? t('hands.free') : t('hands.theirs', { holder, face: face.value })}</span>
       {holder === null ? (
-        <Button class="main" data-test="take-hands" disabled={!view.bus.value.is_writable} run={() => order({ do: 'take-hands', force: false })}>{t('hands.take')}</Button>
+        <Button
+          class="main"
+          data-test="take-hands"
+          disabled={!view.bus.value.is_writable}
+          run={() => order({ do: 'take-hands', force: false })}
+        >
+          {t('hands.take')}
+        </Button>
       ) : (
-        <Button class="warn" data-test="take-hands" title={t('hands.force.help')} run={() => order({ do: 'take-hands', force: true })}>{t('hands.force')}</Button>
+        <Button
+          class="warn"
+          data-test="take-hands"
+          title={t('hands.force.help')}
+          run={() => order({ do: 'take-hands', force: true })}
+        >
+          {t('hands.force')}
+        </Button>
       )}
     </div>
   )
@@ -89,7 +112,13 @@ function Stop() {
   const last = stop.value
   return (
     <div class="stop">
-      <button type="button" data-test="stop-all" aria-keyshortcuts="Escape" onPointerDown={stopAll} onClick={(event) => event.detail === 0 && stopAll()}>
+      <button
+        type="button"
+        data-test="stop-all"
+        aria-keyshortcuts="Escape"
+        onPointerDown={stopAll}
+        onClick={(event) => event.detail === 0 && stopAll()}
+      >
         <b>STOP</b>
         <kbd>Esc</kbd>
       </button>

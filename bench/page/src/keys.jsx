@@ -41,18 +41,34 @@ export function listenToKeys() {
 }
 
 const KEYS = [
-  ['Esc', 'keys.stop'], [`1 – ${TABS.length}`, 'keys.tabs'], ['/', 'keys.search'], ['h', 'keys.hands'], ['?', 'keys.help'],
-  ['↑ ↓ Home End', 'keys.rows'], ['← →', 'keys.tree'], ['Space', 'keys.hold'], ['PgUp PgDn', 'keys.pages'],
-  ['Alt ← →', 'keys.move'], ['Del', 'keys.remove'], ['+ −  ← →  0', 'keys.plot'],
+  ['Esc', 'keys.stop'],
+  [`1 – ${TABS.length}`, 'keys.tabs'],
+  ['/', 'keys.search'],
+  ['h', 'keys.hands'],
+  ['?', 'keys.help'],
+  ['↑ ↓ Home End', 'keys.rows'],
+  ['← →', 'keys.tree'],
+  ['Space', 'keys.hold'],
+  ['PgUp PgDn', 'keys.pages'],
+  ['Alt ← →', 'keys.move'],
+  ['Del', 'keys.remove'],
+  ['+ −  ← →  0', 'keys.plot'],
 ]
 
 export function Help() {
   return (
-    <Dialog open={isHelpOpen.value} close={() => (isHelpOpen.value = false)} title={t('help.title')} data-test="help-dialog">
+    <Dialog
+      open={isHelpOpen.value}
+      close={() => (isHelpOpen.value = false)}
+      title={t('help.title')}
+      data-test="help-dialog"
+    >
       <dl class="keys">
         {KEYS.map(([key, text]) => (
           <div key={key}>
-            <dt><kbd>{key}</kbd></dt>
+            <dt>
+              <kbd>{key}</kbd>
+            </dt>
             <dd>{t(text)}</dd>
           </div>
         ))}

@@ -34,12 +34,28 @@ export function LogSlider() {
   const play = (next) => order({ do: 'play', speed: next })
   return (
     <div class="log" role="group" aria-label={t('log')}>
-      <Button data-test="log-play" class="main" run={() => play(speed === 0 ? 1 : 0)}>{t(speed === 0 ? 'log.play' : 'log.hold')}</Button>
-      <input type="range" data-test="log-position" aria-label={t('log.position')} aria-valuetext={clock(position)} min="0" max={seconds} step="any" value={wanted ?? position} onInput={(event) => seek(Number(event.target.value))} />
-      <output>{clock(position)} / {clock(seconds)}</output>
+      <Button data-test="log-play" class="main" run={() => play(speed === 0 ? 1 : 0)}>
+        {t(speed === 0 ? 'log.play' : 'log.hold')}
+      </Button>
+      <input
+        type="range"
+        data-test="log-position"
+        aria-label={t('log.position')}
+        aria-valuetext={clock(position)}
+        min="0"
+        max={seconds}
+        step="any"
+        value={wanted ?? position}
+        onInput={(event) => seek(Number(event.target.value))}
+      />
+      <output>
+        {clock(position)} / {clock(seconds)}
+      </output>
       <div class="choice" role="group" aria-label={t('log.speed')}>
         {SPEEDS.map((each) => (
-          <Button key={each} aria-pressed={speed === each} run={() => play(each)}>×{each}</Button>
+          <Button key={each} aria-pressed={speed === each} run={() => play(each)}>
+            ×{each}
+          </Button>
         ))}
       </div>
     </div>

@@ -6,7 +6,10 @@ const HEX = /^(?:0x)?([0-9a-f]{2,6})h?$/
 /** Whether an entry is meant by all words of a query: in its address, names, group or unit. */
 export function matches(entry, query) {
   const text = `${entry.address} ${entry.object} ${entry.name} ${entry.group} ${entry.unit ?? ''}`.toLowerCase()
-  return query.toLowerCase().split(/\s+/).every((word) => text.includes(word) || text.includes(HEX.exec(word)?.[1] ?? word))
+  return query
+    .toLowerCase()
+    .split(/\s+/)
+    .every((word) => text.includes(word) || text.includes(HEX.exec(word)?.[1] ?? word))
 }
 
 /**

@@ -10,8 +10,24 @@ const GONE = 1001 // the code with which the bench ends
  * `refused`. `isRefused()` promises whether the bench is there but does not know the token.
  */
 export class Bench {
-  constructor(url, token, on, { Socket = WebSocket, delay = (run, ms) => setTimeout(run, ms), isRefused = async () => false } = {}) {
-    Object.assign(this, { url, token, on, Socket, delay, isRefused, asked: new Map(), lastId: 0, failures: 0, isOpen: false })
+  constructor(
+    url,
+    token,
+    on,
+    { Socket = WebSocket, delay = (run, ms) => setTimeout(run, ms), isRefused = async () => false } = {},
+  ) {
+    Object.assign(this, {
+      url,
+      token,
+      on,
+      Socket,
+      delay,
+      isRefused,
+      asked: new Map(),
+      lastId: 0,
+      failures: 0,
+      isOpen: false,
+    })
     if (token) this.open()
     else on.state('refused')
   }

@@ -48,7 +48,12 @@ export class TraceWindow {
     const isNear = (place, edge) => Math.abs(place - edge) < MARGIN / 4
     const [top, end] = [this.top.peek(), this.top.peek() + this.visible]
     const isMissing = top < from || end > from + rows.length
-    if (isMissing || (from > 0 && isNear(top, from)) || (from + rows.length < matching && isNear(end, from + rows.length))) this.look()
+    if (
+      isMissing ||
+      (from > 0 && isNear(top, from)) ||
+      (from + rows.length < matching && isNear(end, from + rows.length))
+    )
+      this.look()
   }
 
   scrollBy(rows) {

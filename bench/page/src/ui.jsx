@@ -67,7 +67,14 @@ export function Panel({ title, tools, children, class: name = '', ...rest }) {
 export function Meter({ percent, label, alarm = 80 }) {
   const width = Math.max(0, Math.min(100, percent ?? 0))
   return (
-    <span class={`meter ${width >= alarm ? 'alarm' : ''}`} role="meter" aria-label={label} aria-valuenow={Math.round(width)} aria-valuemin="0" aria-valuemax="100">
+    <span
+      class={`meter ${width >= alarm ? 'alarm' : ''}`}
+      role="meter"
+      aria-label={label}
+      aria-valuenow={Math.round(width)}
+      aria-valuemin="0"
+      aria-valuemax="100"
+    >
       <span style={{ width: `${width}%` }} />
     </span>
   )
@@ -88,7 +95,11 @@ export function NodePicker() {
   return (
     <label class="field">
       <span>{t('node')}</span>
-      <select data-test="pick-node" value={nodeId.value ?? ''} onChange={(event) => (chosenNode.value = Number(event.target.value))}>
+      <select
+        data-test="pick-node"
+        value={nodeId.value ?? ''}
+        onChange={(event) => (chosenNode.value = Number(event.target.value))}
+      >
         {view.nodes.value.map((node) => (
           <option key={node.id} value={node.id}>
             {node.id} · {node.name}
@@ -114,7 +125,9 @@ export function Dialog({ open, close, title, children, ...rest }) {
     <dialog ref={element} onClose={close} aria-label={title} {...rest}>
       <header>
         <h2>{title}</h2>
-        <Button class="quiet" run={close}>{t('close')}</Button>
+        <Button class="quiet" run={close}>
+          {t('close')}
+        </Button>
       </header>
       {open && children}
     </dialog>
@@ -127,7 +140,8 @@ export function roving(event) {
   const jump = { Home: 0, End: -1 }[event.key]
   if (step === undefined && jump === undefined) return
   const all = [...event.currentTarget.querySelectorAll('[data-roving]')]
-  const next = jump !== undefined ? all.at(jump) : all[(all.indexOf(document.activeElement) + step + all.length) % all.length]
+  const next =
+    jump !== undefined ? all.at(jump) : all[(all.indexOf(document.activeElement) + step + all.length) % all.length]
   event.preventDefault()
   next?.focus()
 }
@@ -161,13 +175,17 @@ export function Rows({ count, height, row, toRow, ...rest }) {
     if (toRow === null || toRow === undefined || toRow < 0) return
     const { scrollTop, clientHeight } = element.current
     if (toRow * height < scrollTop) element.current.scrollTop = toRow * height
-    else if ((toRow + 1) * height > scrollTop + clientHeight) element.current.scrollTop = (toRow + 1) * height - clientHeight
+    else if ((toRow + 1) * height > scrollTop + clientHeight)
+      element.current.scrollTop = (toRow + 1) * height - clientHeight
   }, [toRow])
   const shown = []
-  for (let at = range[0]; at < Math.min(count, range[1]); at++) shown.push(row(at, { top: `${at * height}px`, height: `${height}px` }))
+  for (let at = range[0]; at < Math.min(count, range[1]); at++)
+    shown.push(row(at, { top: `${at * height}px`, height: `${height}px` }))
   return (
     <div ref={element} class="rows" onScroll={look} {...rest}>
-      <div class="extent" style={{ height: `${count * height}px` }}>{shown}</div>
+      <div class="extent" style={{ height: `${count * height}px` }}>
+        {shown}
+      </div>
     </div>
   )
 }

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { bitsOf, extent, insert, move, place, remove, usedBits } from '../src/bits.js'
+import { bitsOf, extent, insert, move, place, placeOfBit, remove, usedBits } from '../src/bits.js'
 
 const STATUS = { address: '6041:00', bits: 16 }
 const POSITION = { address: '6064:00', bits: 32 }
@@ -17,6 +17,10 @@ test('fields lie one after the other, however they are moved', () => {
   assert.equal(order(remove(fields, 0)), '6064:00@0 2010:01@32')
   assert.equal(order(insert(fields, 1, BIT)), '6041:00@0 2010:01@16 6064:00@17 2010:01@49')
   assert.equal(usedBits(fields), 49)
+  assert.deepEqual(
+    [0, 15, 16, 48, 49].map((bit) => placeOfBit(fields, bit)),
+    [0, 0, 1, 2, 3],
+  )
 })
 
 test('places are named by bytes where they are whole bytes', () => {

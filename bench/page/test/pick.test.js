@@ -21,9 +21,20 @@ test('an entry is found by number, names, group and unit, in any case', () => {
 })
 
 test('the tree has groups, objects of several entries, and entries', () => {
-  const all = ['group Communication', '  object 1018', '    entry 1018:00', '    entry 1018:01', 'group Drive', '  entry 6081:00']
+  const all = [
+    'group Communication',
+    '  object 1018',
+    '    entry 1018:00',
+    '    entry 1018:01',
+    'group Drive',
+    '  entry 6081:00',
+  ]
   assert.deepEqual(keys(treeRows(ENTRIES, '', new Set())), all)
-  assert.deepEqual(keys(treeRows(ENTRIES, '', new Set(['1018', 'Drive']))), ['group Communication', '  object 1018', 'group Drive'])
+  assert.deepEqual(keys(treeRows(ENTRIES, '', new Set(['1018', 'Drive']))), [
+    'group Communication',
+    '  object 1018',
+    'group Drive',
+  ])
 })
 
 test('a query opens what is folded, and leaves the rest out', () => {

@@ -19,7 +19,11 @@ class Socket {
 
 function open(token = 'secret') {
   const on = { state: (state) => states.push(state), hello: () => {}, view: (view) => views.push(view) }
-  const bench = new Bench('ws://x/ws', token, on, { Socket, delay: (run) => delayed.push(run), isRefused: async () => isRefused })
+  const bench = new Bench('ws://x/ws', token, on, {
+    Socket,
+    delay: (run) => delayed.push(run),
+    isRefused: async () => isRefused,
+  })
   return { bench, socket: sockets[0] }
 }
 

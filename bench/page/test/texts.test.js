@@ -8,13 +8,17 @@ import { STATES, TRANSITIONS, arrow, lines, orderTo } from '../src/machine.js'
 
 const SOURCES = fileURLToPath(new URL('../src/', import.meta.url))
 const read = (name) => readFileSync(SOURCES + name, 'utf8')
-const code = readdirSync(SOURCES, { recursive: true }).filter((name) => name.endsWith('.jsx')).map(read).join('\n')
+const code = readdirSync(SOURCES, { recursive: true })
+  .filter((name) => name.endsWith('.jsx'))
+  .map(read)
+  .join('\n')
 
 test('every language has every text, with the same places for values', () => {
   const places = (text) => [...text.matchAll(/\{\w+\}/g)].map(([place]) => place).sort()
   for (const [tag, texts] of Object.entries(DICTIONARIES)) {
     assert.deepEqual(Object.keys(texts).sort(), Object.keys(DICTIONARIES.en).sort(), tag)
-    for (const [key, text] of Object.entries(texts)) assert.deepEqual(places(text), places(DICTIONARIES.en[key]), `${tag} ${key}`)
+    for (const [key, text] of Object.entries(texts))
+      assert.deepEqual(places(text), places(DICTIONARIES.en[key]), `${tag} ${key}`)
   }
 })
 
@@ -26,7 +30,10 @@ test('every text that is asked for is there', () => {
 
 test('numbers are written as a reader expects them', () => {
   language.value = 'en'
-  assert.deepEqual([number(1234567), percent(12.34), ms(0.42), ms(1000), measured(-0.012345678)], ['1,234,567', '12.3 %', '0.4 ms', '1,000 ms', '-0.0123457'])
+  assert.deepEqual(
+    [number(1234567), percent(12.34), ms(0.42), ms(1000), measured(-0.012345678)],
+    ['1,234,567', '12.3 %', '0.4 ms', '1,000 ms', '-0.0123457'],
+  )
   assert.deepEqual([number(null), measured(undefined), hex(null)], ['–', '–', '–'])
   language.value = 'de'
   assert.deepEqual([number(1234567), measured(12.5), t('node')], ['1.234.567', '12,5', 'Knoten'])
@@ -40,15 +47,28 @@ test('times and numbers of identities are written as in logs', () => {
 })
 
 test('texts have a contrast of 4.5 to 1 on their grounds, light and dark', () => {
-  const pairs = new Map([...read('style.css').matchAll(/--([\w-]+): light-dark\((#\w+), (#\w+)\)/g)].map(([, name, ...both]) => [name, both]))
+  const pairs = new Map(
+    [...read('style.css').matchAll(/--([\w-]+): light-dark\((#\w+), (#\w+)\)/g)].map(([, name, ...both]) => [
+      name,
+      both,
+    ]),
+  )
   const light = (color) => {
-    const [r, g, b] = [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16) / 255).map((part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4))
+    const [r, g, b] = [1, 3, 5]
+      .map((at) => parseInt(color.slice(at, at + 2), 16) / 255)
+      .map((part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4))
     return 0.2126 * r + 0.7152 * g + 0.0722 * b
   }
   const contrast = (a, b) => (Math.max(light(a), light(b)) + 0.05) / (Math.min(light(a), light(b)) + 0.05)
   const grounds = ['panel', 'raised', 'ground']
   const uses = ['text', 'text-soft', 'accent', 'bad'].flatMap((text) => grounds.map((ground) => [text, ground]))
-  uses.push(...['good', 'warn', 'bad'].flatMap((text) => [[text, `${text}-ground`], ['text', `${text}-ground`], [text, 'panel']]))
+  uses.push(
+    ...['good', 'warn', 'bad'].flatMap((text) => [
+      [text, `${text}-ground`],
+      ['text', `${text}-ground`],
+      [text, 'panel'],
+    ]),
+  )
   uses.push(['text', 'accent-ground'], ['accent', 'accent-ground'], ['text-soft', 'line-soft'], ['on-accent', 'accent'])
   for (const [text, ground] of uses) {
     for (const scheme of [0, 1]) {

@@ -17,21 +17,31 @@ export function Bus() {
             <b data-test="bus-load">{percent(bus.load_percent)}</b>
           </div>
           <dl class="facts">
-            <Fact name={t('bus.state')}><span data-test="bus-state">{bus.state || t('unknown')}</span></Fact>
-            <Fact name={t('bus.bit-rate')}>{bus.bit_rate === null ? NONE : `${number(bus.bit_rate / 1000)} kbit/s`}</Fact>
+            <Fact name={t('bus.state')}>
+              <span data-test="bus-state">{bus.state || t('unknown')}</span>
+            </Fact>
+            <Fact name={t('bus.bit-rate')}>
+              {bus.bit_rate === null ? NONE : `${number(bus.bit_rate / 1000)} kbit/s`}
+            </Fact>
             <Fact name={t('bus.peak')}>{percent(bus.load_percent_peak)}</Fact>
             <Fact name={t('bus.rate')}>{t('per-second', { count: number(bus.frames_per_second) })}</Fact>
             <Fact name={t('bus.frames')}>{number(bus.frames)}</Fact>
-            <Fact name={t('bus.missing')}><span class={bus.missing_frames > 0 ? 'error' : ''}>{number(bus.missing_frames)}</span></Fact>
+            <Fact name={t('bus.missing')}>
+              <span class={bus.missing_frames > 0 ? 'error' : ''}>{number(bus.missing_frames)}</span>
+            </Fact>
             <Fact name={t('bus.writable')}>{t(bus.is_writable ? 'yes' : 'no')}</Fact>
           </dl>
         </Panel>
         <Panel title={t('bus.troubles')}>
           {bus.troubles.length === 0 ? <Empty>{t('bus.no-troubles')}</Empty> : <Troubles troubles={bus.troubles} />}
         </Panel>
-        <Panel title={t('bus.sdo')}><SdoTimes nodes={view.nodes.value} /></Panel>
+        <Panel title={t('bus.sdo')}>
+          <SdoTimes nodes={view.nodes.value} />
+        </Panel>
       </div>
-      <Panel class="fill" title={t('bus.ids', { count: bus.ids.length })}><Ids ids={bus.ids} /></Panel>
+      <Panel class="fill" title={t('bus.ids', { count: bus.ids.length })}>
+        <Ids ids={bus.ids} />
+      </Panel>
     </div>
   )
 }
@@ -42,7 +52,11 @@ function Troubles({ troubles }) {
       {troubles.map((trouble) => (
         <li key={`${trouble.since} ${trouble.text}`}>
           <time>{clock(trouble.since)}</time>
-          {trouble.node !== null && <Button class="link" run={() => goTo('nodes', trouble.node)}>{t('node')} {trouble.node}</Button>}
+          {trouble.node !== null && (
+            <Button class="link" run={() => goTo('nodes', trouble.node)}>
+              {t('node')} {trouble.node}
+            </Button>
+          )}
           <span>{trouble.text}</span> <RowLink row={trouble.row} />
         </li>
       ))}
@@ -59,10 +73,16 @@ function SdoTimes({ nodes }) {
           <tr key={node.id}>
             <td class="number">{node.id}</td>
             <td>{node.name}</td>
-            <td><Meter percent={((node.sdo_ms ?? 0) / most) * 100} alarm={101} label={t('node.sdo')} /></td>
+            <td>
+              <Meter percent={((node.sdo_ms ?? 0) / most) * 100} alarm={101} label={t('node.sdo')} />
+            </td>
             <td class="number">{ms(node.sdo_ms)}</td>
             <td class="number">{t('bus.aborts', { count: number(node.aborts) })}</td>
-            <td>{node.silent_seconds !== null && <span class="fault">{t('node.silent', { seconds: number(node.silent_seconds, 1) })}</span>}</td>
+            <td>
+              {node.silent_seconds !== null && (
+                <span class="fault">{t('node.silent', { seconds: number(node.silent_seconds, 1) })}</span>
+              )}
+            </td>
           </tr>
         ))}
       </tbody>
@@ -75,7 +95,15 @@ const COLUMNS = [
   ['name', (rate) => rate.name, ''],
   ['node', (rate) => rate.node ?? NONE, 'number'],
   ['per_second', (rate) => number(rate.per_second, 1), 'number'],
-  ['share_percent', (rate) => <><Meter percent={rate.share_percent} alarm={50} label={t('ids.share_percent')} /> {percent(rate.share_percent)}</>, 'number'],
+  [
+    'share_percent',
+    (rate) => (
+      <>
+        <Meter percent={rate.share_percent} alarm={50} label={t('ids.share_percent')} /> {percent(rate.share_percent)}
+      </>
+    ),
+    'number',
+  ],
   ['jitter_ms', (rate) => ms(rate.jitter_ms), 'number'],
   ['frames', (rate) => number(rate.frames), 'number'],
 ]
@@ -83,7 +111,8 @@ const COLUMNS = [
 function Ids({ ids }) {
   const [sort, setSort] = useState({ by: 'share_percent', down: true })
   const sign = sort.down ? -1 : 1
-  const compare = (a, b) => sign * (typeof a === 'number' || typeof b === 'number' ? (a ?? -1) - (b ?? -1) : String(a).localeCompare(String(b)))
+  const compare = (a, b) =>
+    sign * (typeof a === 'number' || typeof b === 'number' ? (a ?? -1) - (b ?? -1) : String(a).localeCompare(String(b)))
   const sorted = [...ids].sort((a, b) => compare(a[sort.by], b[sort.by]))
   return (
     <div class="scroll">
@@ -91,15 +120,30 @@ function Ids({ ids }) {
         <thead>
           <tr>
             {COLUMNS.map(([key, , kind]) => (
-              <th key={key} class={kind} aria-sort={sort.by === key ? (sort.down ? 'descending' : 'ascending') : 'none'}>
-                <Button class="link" run={() => setSort({ by: key, down: sort.by === key ? !sort.down : kind === 'number' })}>{t(`ids.${key}`)}</Button>
+              <th
+                key={key}
+                class={kind}
+                aria-sort={sort.by === key ? (sort.down ? 'descending' : 'ascending') : 'none'}
+              >
+                <Button
+                  class="link"
+                  run={() => setSort({ by: key, down: sort.by === key ? !sort.down : kind === 'number' })}
+                >
+                  {t(`ids.${key}`)}
+                </Button>
               </th>
             ))}
           </tr>
         </thead>
         <tbody>
           {sorted.map((rate) => (
-            <tr key={rate.id} data-test={`id-${rate.id}`}>{COLUMNS.map(([key, cell, kind]) => <td key={key} class={kind}>{cell(rate)}</td>)}</tr>
+            <tr key={rate.id} data-test={`id-${rate.id}`}>
+              {COLUMNS.map(([key, cell, kind]) => (
+                <td key={key} class={kind}>
+                  {cell(rate)}
+                </td>
+              ))}
+            </tr>
           ))}
         </tbody>
       </table>

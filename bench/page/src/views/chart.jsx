@@ -26,7 +26,13 @@ function options(curves, colors, size, hooks) {
     return of.length === 1 ? color(colors.get(keyOf(of[0]))) : text
   }
   const [text, grid] = [color('--text-soft'), color('--line-soft')]
-  const axis = { stroke: text, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 }, font: '12px system-ui, sans-serif', labelFont: '12px system-ui, sans-serif' }
+  const axis = {
+    stroke: text,
+    grid: { stroke: grid, width: 1 },
+    ticks: { stroke: grid, width: 1 },
+    font: '12px system-ui, sans-serif',
+    labelFont: '12px system-ui, sans-serif',
+  }
   return {
     ...size,
     legend: { show: false },
@@ -34,9 +40,28 @@ function options(curves, colors, size, hooks) {
     scales: { x: { time: false, auto: false }, ...Object.fromEntries(units.map((unit) => [unit, { auto: true }])) },
     axes: [
       { ...axis, values: (_, splits) => splits.map((each) => `${+each.toFixed(3)} s`) },
-      ...units.map((unit, place) => ({ ...axis, stroke: strokeOf(unit), scale: unit, label: unit === '-' ? '' : unit, side: place % 2 === 0 ? 3 : 1, size: 64, labelSize: 18, grid: { ...axis.grid, show: place === 0 } })),
+      ...units.map((unit, place) => ({
+        ...axis,
+        stroke: strokeOf(unit),
+        scale: unit,
+        label: unit === '-' ? '' : unit,
+        side: place % 2 === 0 ? 3 : 1,
+        size: 64,
+        labelSize: 18,
+        grid: { ...axis.grid, show: place === 0 },
+      })),
     ],
-    series: [{}, ...curves.map((curve) => ({ label: curve.name, scale: scaleOf(curve), stroke: color(colors.get(keyOf(curve))), width: 1.5, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }) }))],
+    series: [
+      {},
+      ...curves.map((curve) => ({
+        label: curve.name,
+        scale: scaleOf(curve),
+        stroke: color(colors.get(keyOf(curve))),
+        width: 1.5,
+        points: { show: false },
+        paths: uPlot.paths.stepped({ align: 1 }),
+      })),
+    ],
     hooks,
   }
 }
@@ -52,11 +77,13 @@ export function Chart({ curves, colors, data, sight, cursors, setRange, setCurso
   useEffect(() => {
     const hooks = {
       draw: [(chart) => drawCursors(chart, latest.current.cursors)],
-      setSelect: [(chart) => {
-        const { left, width } = chart.select
-        if (width > 4) latest.current.setRange([chart.posToVal(left, 'x'), chart.posToVal(left + width, 'x')])
-        chart.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false)
-      }],
+      setSelect: [
+        (chart) => {
+          const { left, width } = chart.select
+          if (width > 4) latest.current.setRange([chart.posToVal(left, 'x'), chart.posToVal(left + width, 'x')])
+          chart.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false)
+        },
+      ],
     }
     const chart = new uPlot(options(curves, colors, size(), hooks), data, element.current)
     plot.current = chart
@@ -64,14 +91,19 @@ export function Chart({ curves, colors, data, sight, cursors, setRange, setCurso
     let pressed = null
     chart.over.addEventListener('pointerdown', (event) => (pressed = event.clientX))
     chart.over.addEventListener('pointerup', (event) => {
-      if (pressed !== null && Math.abs(event.clientX - pressed) < 4) latest.current.setCursor(chart.posToVal(event.offsetX, 'x'))
+      if (pressed !== null && Math.abs(event.clientX - pressed) < 4)
+        latest.current.setCursor(chart.posToVal(event.offsetX, 'x'))
       pressed = null
     })
     chart.over.addEventListener('dblclick', () => latest.current.setRange(null))
-    chart.over.addEventListener('wheel', (event) => {
-      event.preventDefault()
-      zoom(event.deltaY > 0 ? 1.25 : 0.8, chart.posToVal(event.offsetX, 'x'))
-    }, { passive: false })
+    chart.over.addEventListener(
+      'wheel',
+      (event) => {
+        event.preventDefault()
+        zoom(event.deltaY > 0 ? 1.25 : 0.8, chart.posToVal(event.offsetX, 'x'))
+      },
+      { passive: false },
+    )
     return () => chart.destroy()
   }, [kind, isDark.value])
   useResize(element, () => plot.current?.setSize(size()))
@@ -100,7 +132,17 @@ export function Chart({ curves, colors, data, sight, cursors, setRange, setCurso
     event.preventDefault()
     event.stopPropagation()
   }
-  return <div ref={element} class="chart" tabindex="0" role="img" aria-label={`${t('plots.title')}: ${curves.map((curve) => curve.name).join(', ')}`} data-test="chart" onKeyDown={keys} />
+  return (
+    <div
+      ref={element}
+      class="chart"
+      tabindex="0"
+      role="img"
+      aria-label={`${t('plots.title')}: ${curves.map((curve) => curve.name).join(', ')}`}
+      data-test="chart"
+      onKeyDown={keys}
+    />
+  )
 }
 
 function drawCursors(chart, cursors) {

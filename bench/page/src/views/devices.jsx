@@ -7,22 +7,43 @@ import { Act, Empty, HandsHint, Order, Panel } from '../ui.jsx'
 
 export function Devices() {
   const devices = view.devices.value
-  if (devices.length === 0) return <Panel title={t('tab.devices')}><Empty>{t('devices.none')}</Empty></Panel>
-  return <div class="cards">{devices.map((device) => <Device key={device.node} device={device} />)}</div>
+  if (devices.length === 0)
+    return (
+      <Panel title={t('tab.devices')}>
+        <Empty>{t('devices.none')}</Empty>
+      </Panel>
+    )
+  return (
+    <div class="cards">
+      {devices.map((device) => (
+        <Device key={device.node} device={device} />
+      ))}
+    </div>
+  )
 }
 
 function Device({ device }) {
   const { node } = device
   return (
-    <Panel title={`${node} · ${device.name}`} data-test={`device-${node}`} tools={
-      <>
-        <span class={`state ${device.is_on ? 'good' : 'none'}`}>{t(device.is_on ? 'device.on' : 'device.off')}</span>
-        <Order data-test={`device-${node}-power`} command={{ do: 'power', node, on: !device.is_on }}>{t(device.is_on ? 'device.cut' : 'device.supply')}</Order>
-      </>
-    }>
+    <Panel
+      title={`${node} · ${device.name}`}
+      data-test={`device-${node}`}
+      tools={
+        <>
+          <span class={`state ${device.is_on ? 'good' : 'none'}`}>{t(device.is_on ? 'device.on' : 'device.off')}</span>
+          <Order data-test={`device-${node}-power`} command={{ do: 'power', node, on: !device.is_on }}>
+            {t(device.is_on ? 'device.cut' : 'device.supply')}
+          </Order>
+        </>
+      }
+    >
       <HandsHint />
       {device.inputs.length === 0 && <Empty>{t('device.no-inputs')}</Empty>}
-      <ul class="inputs">{device.inputs.map((input) => <Input key={input.name} node={node} input={input} />)}</ul>
+      <ul class="inputs">
+        {device.inputs.map((input) => (
+          <Input key={input.name} node={node} input={input} />
+        ))}
+      </ul>
     </Panel>
   )
 }
@@ -37,9 +58,20 @@ function Input({ node, input }) {
       </div>
       {input.choices.length > 0 ? (
         <div class="choice" role="group" aria-label={input.name}>
-          {input.choices.map((choice) => <Act key={choice} data-test={`${test}-${choice}`} aria-pressed={input.value === choice} run={() => set(choice)}>{choice}</Act>)}
+          {input.choices.map((choice) => (
+            <Act
+              key={choice}
+              data-test={`${test}-${choice}`}
+              aria-pressed={input.value === choice}
+              run={() => set(choice)}
+            >
+              {choice}
+            </Act>
+          ))}
         </div>
-      ) : <NumberInput test={test} value={input.value} set={set} />}
+      ) : (
+        <NumberInput test={test} value={input.value} set={set} />
+      )}
     </li>
   )
 }
@@ -49,8 +81,16 @@ function NumberInput({ test, value, set }) {
   return (
     <div class="line">
       <span class="value">{value ?? '–'}</span>
-      <input data-test={`${test}-value`} aria-label={t('entry.new')} size="8" value={text} onInput={(event) => setText(event.target.value)} />
-      <Act data-test={`${test}-set`} disabled={text.trim() === ''} run={() => set(text)}>{t('device.set')}</Act>
+      <input
+        data-test={`${test}-value`}
+        aria-label={t('entry.new')}
+        size="8"
+        value={text}
+        onInput={(event) => setText(event.target.value)}
+      />
+      <Act data-test={`${test}-set`} disabled={text.trim() === ''} run={() => set(text)}>
+        {t('device.set')}
+      </Act>
     </div>
   )
 }

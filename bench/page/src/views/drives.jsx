@@ -3,14 +3,25 @@ import { useState } from 'preact/hooks'
 import { order } from '../bench.js'
 import { measured } from '../format.js'
 import { t } from '../i18n/index.js'
-import { BOX, PICTURE, STATES, TRANSITIONS, arrow, lines, orderTo } from '../machine.js'
 import { goTo, view, whyNot } from '../state.js'
 import { Act, Button, Empty, HandsHint, Panel, Refusal, useAsk } from '../ui.jsx'
+import { Machine, kindOf } from './machine.jsx'
 
 export function Drives() {
   const drives = view.drives.value
-  if (drives.length === 0) return <Panel title={t('tab.drives')}><Empty>{t('drives.none')}</Empty></Panel>
-  return <div class="drives">{drives.map((drive) => <Drive key={drive.node} drive={drive} />)}</div>
+  if (drives.length === 0)
+    return (
+      <Panel title={t('tab.drives')}>
+        <Empty>{t('drives.none')}</Empty>
+      </Panel>
+    )
+  return (
+    <div class="drives">
+      {drives.map((drive) => (
+        <Drive key={drive.node} drive={drive} />
+      ))}
+    </div>
+  )
 }
 
 function Drive({ drive }) {
@@ -18,14 +29,24 @@ function Drive({ drive }) {
   const test = `drive-${node}`
   const [{ refused }, run] = useAsk()
   const send = (name, value = null) => run({ do: 'drive', node, order: name, value })
-  const plot = () => order({ do: 'plot', node, signals: ['6064:00', '606C:00'], every_ms: 50 }).then(() => goTo('plots', node))
+  const plot = () =>
+    order({ do: 'plot', node, signals: ['6064:00', '606C:00'], every_ms: 50 }).then(() => goTo('plots', node))
   return (
-    <Panel title={`${node} · ${drive.name}`} data-test={test} class="drive" tools={
-      <>
-        <span class={`state ${kindOf(drive.state)}`} data-test={`${test}-state`}>{drive.state ?? t('unknown')}</span>
-        <Button data-test={`${test}-plot`} run={plot}>{t('entry.plot')}</Button>
-      </>
-    }>
+    <Panel
+      title={`${node} · ${drive.name}`}
+      data-test={test}
+      class="drive"
+      tools={
+        <>
+          <span class={`state ${kindOf(drive.state)}`} data-test={`${test}-state`}>
+            {drive.state ?? t('unknown')}
+          </span>
+          <Button data-test={`${test}-plot`} run={plot}>
+            {t('entry.plot')}
+          </Button>
+        </>
+      }
+    >
       <div class="drive-body">
         <Machine drive={drive} send={send} />
         <div class="stack">
@@ -41,57 +62,6 @@ function Drive({ drive }) {
   )
 }
 
-const kindOf = (state) => ({ 'OPERATION ENABLED': 'good', FAULT: 'bad', 'FAULT REACTION ACTIVE': 'bad', 'QUICK STOP ACTIVE': 'warn' })[state] ?? 'none'
-
-function Machine({ drive, send }) {
-  const state = drive.state ?? t('unknown')
-  return (
-    <svg class="machine" viewBox={`0 0 ${PICTURE.width} ${PICTURE.height}`} role="group" aria-label={t('drive.machine', { state })}>
-      <defs>
-        <marker id={`arrow-${drive.node}`} viewBox="0 0 8 8" refX="8" refY="4" markerWidth="7" markerHeight="7" markerUnits="userSpaceOnUse" orient="auto">
-          <path d="M0 0L8 4L0 8z" fill="context-stroke" />
-        </marker>
-      </defs>
-      {TRANSITIONS.map((transition) => <Transition key={transition[0]} drive={drive} transition={transition} />)}
-      {Object.entries(STATES).map(([name, corner]) => <MachineState key={name} drive={drive} name={name} corner={corner} send={send} />)}
-    </svg>
-  )
-}
-
-function Transition({ drive, transition: [number, from, to, beside] }) {
-  const { line: [x1, y1, x2, y2], label: [x, y] } = arrow(from, to, beside)
-  const isNext = drive.state === from && drive.allowed.includes(to)
-  return (
-    <g class={isNext ? 'transition next' : 'transition'}>
-      <line x1={x1} y1={y1} x2={x2} y2={y2} marker-end={`url(#arrow-${drive.node})`} />
-      <text x={x} y={y}>{number}</text>
-    </g>
-  )
-}
-
-/** A state that can be ordered is a button. */
-function MachineState({ drive, name, corner: [x, y], send }) {
-  const isHere = drive.state === name
-  const isAllowed = drive.allowed.includes(name)
-  const orderName = isAllowed ? orderTo(name, drive.state) : null
-  const press = () => whyNot.value === null && send(orderName)
-  const button = orderName && {
-    role: 'button',
-    tabindex: 0,
-    'aria-label': t('drive.to-state', { state: name }),
-    'aria-disabled': whyNot.value !== null,
-    onClick: press,
-    onKeyDown: (event) => event.key === 'Enter' && press(),
-  }
-  const text = lines(name)
-  return (
-    <g class={`machine-state ${isHere ? `here ${kindOf(name)}` : ''} ${isAllowed ? 'allowed' : ''}`} aria-current={isHere || undefined} {...button}>
-      <rect x={x} y={y} width={BOX.width} height={BOX.height} rx="6" />
-      {text.map((words, at) => <text key={words} x={x + BOX.width / 2} y={y + BOX.height / 2 + 4 + (at - (text.length - 1) / 2) * 13}>{`${words} `}</text>)}
-    </g>
-  )
-}
-
 function Motion({ drive }) {
   const { node } = drive
   const unit = (unit) => unit ?? t('plots.increments')
@@ -99,15 +69,21 @@ function Motion({ drive }) {
     <dl class="motion">
       <div>
         <dt>{t('drive.position')}</dt>
-        <dd data-test={`drive-${node}-position`}>{measured(drive.position)} <small>{unit(drive.position_unit)}</small></dd>
+        <dd data-test={`drive-${node}-position`}>
+          {measured(drive.position)} <small>{unit(drive.position_unit)}</small>
+        </dd>
       </div>
       <div>
         <dt>{t('drive.velocity')}</dt>
-        <dd data-test={`drive-${node}-velocity`}>{measured(drive.velocity)} <small>{unit(drive.velocity_unit)}</small></dd>
+        <dd data-test={`drive-${node}-velocity`}>
+          {measured(drive.velocity)} <small>{unit(drive.velocity_unit)}</small>
+        </dd>
       </div>
       <div>
         <dt>{t('drive.target')}</dt>
-        <dd data-test={`drive-${node}-target`}>{measured(drive.target)} {drive.target !== null && <small>{unit(drive.position_unit)}</small>}</dd>
+        <dd data-test={`drive-${node}-target`}>
+          {measured(drive.target)} {drive.target !== null && <small>{unit(drive.position_unit)}</small>}
+        </dd>
       </div>
       <div>
         <dt>{t('drive.mode')}</dt>
@@ -118,11 +94,20 @@ function Motion({ drive }) {
 }
 
 function Obstacles({ obstacles, test }) {
-  if (obstacles.length === 0) return <p class="done" data-test={test}>{t('drive.ready')}</p>
+  if (obstacles.length === 0)
+    return (
+      <p class="done" data-test={test}>
+        {t('drive.ready')}
+      </p>
+    )
   return (
     <div class="obstacles" data-test={test}>
       <h3>{t('drive.obstacles')}</h3>
-      <ul>{obstacles.map((obstacle) => <li key={obstacle}>{obstacle}</li>)}</ul>
+      <ul>
+        {obstacles.map((obstacle) => (
+          <li key={obstacle}>{obstacle}</li>
+        ))}
+      </ul>
     </div>
   )
 }
@@ -135,13 +120,31 @@ function Orders({ drive, send }) {
   const { node, orders } = drive
   const [value, setValue] = useState('')
   const [method, setMethod] = useState(null)
-  const button = (name, value, disabled) => orders.includes(name) && (
-    <Act key={name} data-test={`drive-${node}-${name}`} disabled={disabled} title={t(`order.${name}.help`)} run={() => send(name, value)}>{t(`order.${name}`)}</Act>
-  )
+  const button = (name, value, disabled) =>
+    orders.includes(name) && (
+      <Act
+        key={name}
+        data-test={`drive-${node}-${name}`}
+        disabled={disabled}
+        title={t(`order.${name}.help`)}
+        run={() => send(name, value)}
+      >
+        {t(`order.${name}`)}
+      </Act>
+    )
   // A stop needs no hands.
-  const stopping = (name) => orders.includes(name) && (
-    <Button key={name} class="stopping" data-test={`drive-${node}-${name}`} title={t(`order.${name}.help`)} run={() => send(name)}>{t(`order.${name}`)}</Button>
-  )
+  const stopping = (name) =>
+    orders.includes(name) && (
+      <Button
+        key={name}
+        class="stopping"
+        data-test={`drive-${node}-${name}`}
+        title={t(`order.${name}.help`)}
+        run={() => send(name)}
+      >
+        {t(`order.${name}`)}
+      </Button>
+    )
   const homing = method ?? drive.homing_methods[0]
   return (
     <div class="orders">
@@ -149,7 +152,16 @@ function Orders({ drive, send }) {
       <div class="line">
         <label class="field grow">
           <span>{t('drive.value')}</span>
-          <input data-test={`drive-${node}-value`} value={value} placeholder={`90 ${drive.position_unit ?? ''}`} autocomplete="off" onInput={(event) => setValue(event.target.value)} onKeyDown={(event) => event.key === 'Enter' && whyNot.value === null && value.trim() && send('move-to', value)} />
+          <input
+            data-test={`drive-${node}-value`}
+            value={value}
+            placeholder={`90 ${drive.position_unit ?? ''}`}
+            autocomplete="off"
+            onInput={(event) => setValue(event.target.value)}
+            onKeyDown={(event) =>
+              event.key === 'Enter' && whyNot.value === null && value.trim() && send('move-to', value)
+            }
+          />
         </label>
         {MOVES.map((name) => button(name, value, value.trim() === ''))}
       </div>
@@ -158,8 +170,16 @@ function Orders({ drive, send }) {
           {drive.homing_methods.length > 0 && (
             <label class="field">
               <span>{t('drive.method')}</span>
-              <select data-test={`drive-${node}-method`} value={homing} onChange={(event) => setMethod(Number(event.target.value))}>
-                {drive.homing_methods.map((each) => <option key={each} value={each}>{each}</option>)}
+              <select
+                data-test={`drive-${node}-method`}
+                value={homing}
+                onChange={(event) => setMethod(Number(event.target.value))}
+              >
+                {drive.homing_methods.map((each) => (
+                  <option key={each} value={each}>
+                    {each}
+                  </option>
+                ))}
               </select>
             </label>
           )}
@@ -180,7 +200,11 @@ function Ending({ drive }) {
         <div class={ending.is_success ? 'done' : 'refusal'}>
           <strong>{ending.text}</strong>
           {ending.remedy && <span> {ending.remedy}</span>}
-          {ending.may_be_moving && <p class="conflict" role="alert">{t('drive.may-be-moving')}</p>}
+          {ending.may_be_moving && (
+            <p class="conflict" role="alert">
+              {t('drive.may-be-moving')}
+            </p>
+          )}
         </div>
       )}
     </div>

@@ -1,6 +1,6 @@
 // Another mapping for a PDO: put together by drag or by keys, judged by the bench before anything is written.
 import { useEffect, useRef, useState } from 'preact/hooks'
-import { bitsOf, FRAME_BITS, insert, move, place, remove, usedBits } from '../bits.js'
+import { bitsOf, FRAME_BITS, insert, move, place, placeOfBit, remove, usedBits } from '../bits.js'
 import { ask } from '../bench.js'
 import { t } from '../i18n/index.js'
 import { Act, Button, HandsHint, Refusal, useAsk } from '../ui.jsx'
@@ -8,6 +8,12 @@ import { Bits, where } from './bits.jsx'
 
 const PATIENCE = 300 // ms from the last change to its check
 const TRANSMISSIONS = ['event', 'sync', 'sync:2', 'sync:4', 'every:10ms', 'every:100ms']
+
+/** The bit of the picture that something is over. */
+function bitOf(event) {
+  const { left, width } = event.currentTarget.getBoundingClientRect()
+  return ((event.clientX - left) / width) * FRAME_BITS
+}
 
 /** What the bench has against a mapping; null while it is asked. */
 function useObjections(command) {
@@ -37,20 +43,32 @@ export function MapEditor({ node, pdo, entries, close }) {
   /** How many bits an entry has, by the data sheet. */
   const sizeOf = (address) => bitsOf(entries.get(address)?.data_type)
   const list = useRef()
-  const command = { do: 'map-pdo', node, pdo: pdo.name.toLowerCase(), objects: fields.map((field) => field.address), transmission: transmission || null }
+  const [over, setOver] = useState(null)
+  const command = {
+    do: 'map-pdo',
+    node,
+    pdo: pdo.name.toLowerCase(),
+    objects: fields.map((field) => field.address),
+    transmission: transmission || null,
+  }
   const objections = useObjections(command)
-  const isChanged = transmission !== '' || fields.map((field) => field.address).join() !== pdo.fields.map((field) => field.address).join()
+  const isChanged =
+    transmission !== '' ||
+    fields.map((field) => field.address).join() !== pdo.fields.map((field) => field.address).join()
 
   const add = (address, at = fields.length) => {
     const found = pdo.mappable.find(([each]) => each === address)
-    if (found) setFields((fields) => insert(fields, at, { address, name: found[1], bits: sizeOf(address) ?? 8, text: null }))
+    if (found)
+      setFields((fields) => insert(fields, at, { address, name: found[1], bits: sizeOf(address) ?? 8, text: null }))
   }
   /** What was dragged: a mappable entry, or a field of the mapping. */
   const drop = (event, at) => {
     event.preventDefault()
     event.stopPropagation()
+    setOver(null)
     const dragged = event.dataTransfer.getData('text/plain')
-    if (dragged.startsWith('field ')) setFields((fields) => move(fields, Number(dragged.slice(6)), Math.min(at, fields.length - 1)))
+    if (dragged.startsWith('field '))
+      setFields((fields) => move(fields, Number(dragged.slice(6)), Math.min(at, fields.length - 1)))
     else add(dragged, at)
   }
   const keys = (event, at) => {
@@ -74,32 +92,104 @@ export function MapEditor({ node, pdo, entries, close }) {
     <div class="map-editor" data-test="map-editor">
       <Mappable pdo={pdo} sizeOf={sizeOf} add={add} />
       <div class="stack" onDragOver={(event) => event.preventDefault()} onDrop={(event) => drop(event, fields.length)}>
-        <Bits fields={place(fields)} data-test="pdo-picture" />
+        <Bits
+          fields={place(fields)}
+          data-test="pdo-picture"
+          onDrop={(event) => drop(event, placeOfBit(place(fields), bitOf(event)))}
+        />
         <ol class="mapping" ref={list} aria-label={t('map.present')} data-test="pdo-mapping">
           {place(fields).map((field, at) => (
-            <li key={`${at} ${field.address}`} class={`mapped tint-${at % 8}`} tabindex="0" draggable data-test={`mapped-${field.address}`} aria-keyshortcuts="Alt+ArrowLeft Alt+ArrowRight Delete" onKeyDown={(event) => keys(event, at)} onDragStart={(event) => event.dataTransfer.setData('text/plain', `field ${at}`)} onDragOver={(event) => event.preventDefault()} onDrop={(event) => drop(event, at)}>
+            <li
+              key={`${at} ${field.address}`}
+              class={`mapped tint-${at % 8} ${over === at ? 'over' : ''}`}
+              tabindex="0"
+              draggable
+              data-test={`mapped-${field.address}`}
+              aria-keyshortcuts="Alt+ArrowLeft Alt+ArrowRight Delete"
+              onKeyDown={(event) => keys(event, at)}
+              onDragStart={(event) => event.dataTransfer.setData('text/plain', `field ${at}`)}
+              onDragEnter={() => setOver(at)}
+              onDragEnd={() => setOver(null)}
+              onDragOver={(event) => event.preventDefault()}
+              onDrop={(event) => drop(event, at)}
+            >
               <code>{field.address}</code> {field.name} <small>{where(field)}</small>
-              <Button class="quiet" aria-label={t('map.earlier')} title={t('map.earlier')} disabled={at === 0} run={() => setFields(move(fields, at, at - 1))}>↑</Button>
-              <Button class="quiet" aria-label={t('map.later')} title={t('map.later')} disabled={at === fields.length - 1} run={() => setFields(move(fields, at, at + 1))}>↓</Button>
-              <Button class="quiet" aria-label={t('map.remove')} title={t('map.remove')} run={() => setFields(remove(fields, at))}>×</Button>
+              <Button
+                class="quiet"
+                aria-label={t('map.earlier')}
+                title={t('map.earlier')}
+                disabled={at === 0}
+                run={() => setFields(move(fields, at, at - 1))}
+              >
+                ↑
+              </Button>
+              <Button
+                class="quiet"
+                aria-label={t('map.later')}
+                title={t('map.later')}
+                disabled={at === fields.length - 1}
+                run={() => setFields(move(fields, at, at + 1))}
+              >
+                ↓
+              </Button>
+              <Button
+                class="quiet"
+                aria-label={t('map.remove')}
+                title={t('map.remove')}
+                run={() => setFields(remove(fields, at))}
+              >
+                ×
+              </Button>
             </li>
           ))}
           {fields.length === 0 && <li class="empty">{t('map.empty')}</li>}
         </ol>
-        <p class={used > FRAME_BITS ? 'error' : 'hint'}>{t('pdo.bits', { used, all: FRAME_BITS })} · {t('map.help')}</p>
+        <p class={used > FRAME_BITS ? 'error' : 'hint'}>
+          {t('pdo.bits', { used, all: FRAME_BITS })} · {t('map.help')}
+        </p>
         <ul class="objections" aria-live="polite" data-test="pdo-objections">
           {objections === null && <li class="hint">{t('map.checking')}</li>}
-          {objections?.map((objection) => <li key={objection} class="conflict">{objection}</li>)}
+          {objections?.map((objection) => (
+            <li key={objection} class="conflict">
+              {objection}
+            </li>
+          ))}
           {objections?.length === 0 && <li class="done">{t('map.fine')}</li>}
         </ul>
         <div class="line">
           <label class="field">
             <span>{t('map.transmission')}</span>
-            <input list="transmissions" data-test="pdo-transmission" value={transmission} placeholder={pdo.transmission} onInput={(event) => setTransmission(event.target.value)} />
-            <datalist id="transmissions">{TRANSMISSIONS.map((each) => <option key={each} value={each} />)}</datalist>
+            <input
+              list="transmissions"
+              data-test="pdo-transmission"
+              value={transmission}
+              placeholder={pdo.transmission}
+              onInput={(event) => setTransmission(event.target.value)}
+            />
+            <datalist id="transmissions">
+              {TRANSMISSIONS.map((each) => (
+                <option key={each} value={each} />
+              ))}
+            </datalist>
           </label>
-          <Act class="main" data-test="pdo-apply" disabled={!isChanged || objections?.length !== 0 || asked.busy} run={apply}>{t('map.apply')}</Act>
-          <Button data-test="pdo-revert" disabled={!isChanged} run={() => { setFields(pdo.fields); setTransmission('') }}>{t('map.revert')}</Button>
+          <Act
+            class="main"
+            data-test="pdo-apply"
+            disabled={!isChanged || objections?.length !== 0 || asked.busy}
+            run={apply}
+          >
+            {t('map.apply')}
+          </Act>
+          <Button
+            data-test="pdo-revert"
+            disabled={!isChanged}
+            run={() => {
+              setFields(pdo.fields)
+              setTransmission('')
+            }}
+          >
+            {t('map.revert')}
+          </Button>
           <HandsHint />
         </div>
         <Refusal of={asked.refused} test="pdo-refusal" />
@@ -118,23 +208,45 @@ function Mappable({ pdo, sizeOf, add }) {
     <div class="mappable">
       <label class="field">
         <span>{t('map.mappable')}</span>
-        <input type="search" data-test="pdo-search" value={query} onInput={(event) => setQuery(event.target.value)} onKeyDown={(event) => event.key === 'Enter' && address && add(address)} />
+        <input
+          type="search"
+          data-test="pdo-search"
+          value={query}
+          onInput={(event) => setQuery(event.target.value)}
+          onKeyDown={(event) => event.key === 'Enter' && address && add(address)}
+        />
       </label>
-      <ul role="listbox" aria-label={t('map.mappable')} tabindex="0" onKeyDown={(event) => {
-        const at = found.findIndex(([each]) => each === address)
-        const next = { ArrowDown: found[at + 1], ArrowUp: found[at - 1] }[event.key]
-        if (next) setChosen(next[0])
-        else if (event.key === 'Enter' && address) add(address)
-        else return
-        event.preventDefault()
-      }}>
+      <ul
+        role="listbox"
+        aria-label={t('map.mappable')}
+        tabindex="0"
+        onKeyDown={(event) => {
+          const at = found.findIndex(([each]) => each === address)
+          const next = { ArrowDown: found[at + 1], ArrowUp: found[at - 1] }[event.key]
+          if (next) setChosen(next[0])
+          else if (event.key === 'Enter' && address) add(address)
+          else return
+          event.preventDefault()
+        }}
+      >
         {found.map(([each, name]) => (
-          <li key={each} role="option" data-test={`mappable-${each}`} aria-selected={each === address} draggable onDragStart={(event) => event.dataTransfer.setData('text/plain', each)} onClick={() => setChosen(each)} onDblClick={() => add(each)}>
+          <li
+            key={each}
+            role="option"
+            data-test={`mappable-${each}`}
+            aria-selected={each === address}
+            draggable
+            onDragStart={(event) => event.dataTransfer.setData('text/plain', each)}
+            onClick={() => setChosen(each)}
+            onDblClick={() => add(each)}
+          >
             <code>{each}</code> {name} <small>{sizeOf(each) && t('bits.count', { bits: sizeOf(each) })}</small>
           </li>
         ))}
       </ul>
-      <Button data-test="pdo-add" disabled={!address} run={() => add(address)}>{t('map.add')}</Button>
+      <Button data-test="pdo-add" disabled={!address} run={() => add(address)}>
+        {t('map.add')}
+      </Button>
     </div>
   )
 }

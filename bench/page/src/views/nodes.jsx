@@ -23,7 +23,9 @@ export function Nodes() {
 function BusOrders() {
   return (
     <>
-      <Order data-test="scan" command={{ do: 'scan' }}>{t('nodes.scan')}</Order>
+      <Order data-test="scan" command={{ do: 'scan' }}>
+        {t('nodes.scan')}
+      </Order>
       <NmtButtons node={null} test="nmt-all" />
     </>
   )
@@ -35,7 +37,14 @@ function NmtButtons({ node, test }) {
   return (
     <div class="choice" role="group" aria-label={node === null ? t('nmt.all') : t('nmt.node', { node })}>
       {NMT.map((command) => (
-        <Order key={command} data-test={`${test}-${command}`} title={t(`nmt.${command}.help`)} command={{ do: 'nmt', node, command }}>{t(`nmt.${command}`)}</Order>
+        <Order
+          key={command}
+          data-test={`${test}-${command}`}
+          title={t(`nmt.${command}.help`)}
+          command={{ do: 'nmt', node, command }}
+        >
+          {t(`nmt.${command}`)}
+        </Order>
       ))}
     </div>
   )
@@ -56,7 +65,11 @@ function NodeTable({ nodes }) {
             <th>{t('node.sheet')}</th>
           </tr>
         </thead>
-        <tbody onKeyDown={roving}>{nodes.map((each) => <NodeRow key={each.id} node={each} />)}</tbody>
+        <tbody onKeyDown={roving}>
+          {nodes.map((each) => (
+            <NodeRow key={each.id} node={each} />
+          ))}
+        </tbody>
       </table>
     </div>
   )
@@ -66,27 +79,53 @@ function NodeRow({ node }) {
   const isChosen = node.id === nodeId.value
   const choose = () => (chosenNode.value = node.id)
   return (
-    <tr data-test={`node-${node.id}`} data-roving tabindex={isChosen ? 0 : -1} aria-selected={isChosen} class={node.faults.length > 0 ? 'faulty' : ''} onClick={choose} onFocus={choose}>
-      <td class="number"><b>{node.id}</b></td>
+    <tr
+      data-test={`node-${node.id}`}
+      data-roving
+      tabindex={isChosen ? 0 : -1}
+      aria-selected={isChosen}
+      class={node.faults.length > 0 ? 'faulty' : ''}
+      onClick={choose}
+      onFocus={choose}
+    >
+      <td class="number">
+        <b>{node.id}</b>
+      </td>
       <td>{node.name}</td>
-      <td><State state={node.state} data-test={`node-${node.id}-state`} /></td>
+      <td>
+        <State state={node.state} data-test={`node-${node.id}-state`} />
+      </td>
       <td class="wrap">
-        {node.faults.map((fault) => <span key={fault.row} class="fault" data-test={`node-${node.id}-fault`}><code>{fault.code}</code> {fault.text} <RowLink row={fault.row} /></span>)}
-        {node.silent_seconds !== null && <span class="fault">{t('node.silent', { seconds: number(node.silent_seconds, 1) })}</span>}
+        {node.faults.map((fault) => (
+          <span key={fault.row} class="fault" data-test={`node-${node.id}-fault`}>
+            <code>{fault.code}</code> {fault.text} <RowLink row={fault.row} />
+          </span>
+        ))}
+        {node.silent_seconds !== null && (
+          <span class="fault">{t('node.silent', { seconds: number(node.silent_seconds, 1) })}</span>
+        )}
       </td>
       <td class="number">{ms(node.heartbeat_ms)}</td>
       <td class="number">{ms(node.sdo_ms)}</td>
-      <td><code>{node.sheet ?? NONE}</code></td>
+      <td>
+        <code>{node.sheet ?? NONE}</code>
+      </td>
     </tr>
   )
 }
 
 function NodeDetails({ node }) {
   return (
-    <Panel title={`${node.id} · ${node.name}`} data-test="node-details" tools={<NmtButtons node={node.id} test={`node-${node.id}-nmt`} />}>
+    <Panel
+      title={`${node.id} · ${node.name}`}
+      data-test="node-details"
+      tools={<NmtButtons node={node.id} test={`node-${node.id}-nmt`} />}
+    >
       <HandsHint />
       <dl class="facts">
-        <Fact name={t('node.state')}><State state={node.state} /></Fact>
+        <Fact name={t('node.state')}>
+          <State state={node.state} />
+        </Fact>
         <Fact name={t('node.heartbeat')}>{ms(node.heartbeat_ms)}</Fact>
         <Fact name={t('node.vendor')}>{hex(node.identity[0])}</Fact>
         <Fact name={t('node.product')}>{hex(node.identity[1])}</Fact>
@@ -98,9 +137,17 @@ function NodeDetails({ node }) {
       </dl>
       <SetSheet key={node.id} node={node} />
       <p class="links">
-        <Button class="link" data-test="to-objects" run={() => goTo('objects', node.id)}>{t('tab.objects')}</Button>
-        <Button class="link" run={() => goTo('pdos', node.id)}>{t('tab.pdos')}</Button>
-        {view.drives.value.some((drive) => drive.node === node.id) && <Button class="link" run={() => goTo('drives', node.id)}>{t('tab.drives')}</Button>}
+        <Button class="link" data-test="to-objects" run={() => goTo('objects', node.id)}>
+          {t('tab.objects')}
+        </Button>
+        <Button class="link" run={() => goTo('pdos', node.id)}>
+          {t('tab.pdos')}
+        </Button>
+        {view.drives.value.some((drive) => drive.node === node.id) && (
+          <Button class="link" run={() => goTo('drives', node.id)}>
+            {t('tab.drives')}
+          </Button>
+        )}
       </p>
       <h3>{t('node.faults')}</h3>
       <Faults faults={node.faults} none={t('node.no-faults')} test="faults" />
@@ -111,8 +158,14 @@ function NodeDetails({ node }) {
         </>
       )}
       <h3>{t('node.changes')}</h3>
-      {node.changes.length === 0 ? <Empty>{t('node.no-changes')}</Empty> : (
-        <ul class="plain" data-test="changes">{node.changes.map((change) => <li key={change}>{change}</li>)}</ul>
+      {node.changes.length === 0 ? (
+        <Empty>{t('node.no-changes')}</Empty>
+      ) : (
+        <ul class="plain" data-test="changes">
+          {node.changes.map((change) => (
+            <li key={change}>{change}</li>
+          ))}
+        </ul>
       )}
     </Panel>
   )
@@ -133,7 +186,8 @@ function Faults({ faults, none, test }) {
     <ul class="faults" data-test={test}>
       {faults.map((fault) => (
         <li key={fault.row}>
-          <time>{clock(fault.at)}</time> <code>{fault.code}</code> <span>{fault.text}</span> <RowLink row={fault.row} test="fault-row" />
+          <time>{clock(fault.at)}</time> <code>{fault.code}</code> <span>{fault.text}</span>{' '}
+          <RowLink row={fault.row} test="fault-row" />
         </li>
       ))}
     </ul>
@@ -147,9 +201,21 @@ function SetSheet({ node }) {
     <form class="line" onSubmit={(event) => event.preventDefault()}>
       <label class="field grow">
         <span>{t('node.sheet')}</span>
-        <input data-test="sheet" value={sheet} placeholder="siko/ag03-1" spellcheck={false} onInput={(event) => setSheet(event.target.value)} />
+        <input
+          data-test="sheet"
+          value={sheet}
+          placeholder="siko/ag03-1"
+          spellcheck={false}
+          onInput={(event) => setSheet(event.target.value)}
+        />
       </label>
-      <Act data-test="sheet-set" disabled={sheet === (node.sheet ?? '')} run={() => run({ do: 'set-sheet', node: node.id, sheet })}>{t('node.sheet.set')}</Act>
+      <Act
+        data-test="sheet-set"
+        disabled={sheet === (node.sheet ?? '')}
+        run={() => run({ do: 'set-sheet', node: node.id, sheet })}
+      >
+        {t('node.sheet.set')}
+      </Act>
       <Refusal of={asked.refused} />
     </form>
   )
@@ -167,9 +233,18 @@ function Lss() {
       <form class="line" onSubmit={(event) => event.preventDefault()}>
         <label class="field">
           <span>{t('node.id')}</span>
-          <input data-test="lss-node" type="number" min="1" max="127" value={id} onInput={(event) => setId(event.target.value)} />
+          <input
+            data-test="lss-node"
+            type="number"
+            min="1"
+            max="127"
+            value={id}
+            onInput={(event) => setId(event.target.value)}
+          />
         </label>
-        <Act data-test="lss-assign" disabled={!isValid} run={() => run({ do: 'assign', node: Number(id) })}>{t('lss.assign')}</Act>
+        <Act data-test="lss-assign" disabled={!isValid} run={() => run({ do: 'assign', node: Number(id) })}>
+          {t('lss.assign')}
+        </Act>
         {isTaken && <p class="hint">{t('lss.taken', { id })}</p>}
         <Refusal of={asked.refused} />
       </form>

@@ -24,7 +24,10 @@ function useEntries(node) {
     setEntries(null)
     setRefused(null)
     if (node !== null && connection.value === 'open') {
-      ask({ do: 'objects', node }).then((found) => isCurrent && setEntries(found), (refused) => isCurrent && setRefused(refused))
+      ask({ do: 'objects', node }).then(
+        (found) => isCurrent && setEntries(found),
+        (refused) => isCurrent && setRefused(refused),
+      )
     }
     return () => (isCurrent = false)
   }, [node, connection.value])
@@ -49,9 +52,22 @@ export function Objects() {
         <div class="line">
           <label class="field grow">
             <span>{t('search')}</span>
-            <input type="search" data-test="object-search" value={query.value} placeholder={t('objects.search')} onInput={(event) => (query.value = event.target.value)} />
+            <input
+              type="search"
+              data-test="object-search"
+              value={query.value}
+              placeholder={t('objects.search')}
+              onInput={(event) => (query.value = event.target.value)}
+            />
           </label>
-          <Button data-test="read-shown" aria-disabled={reading.busy} title={t('objects.read-shown.help')} run={readShown}>{t('objects.read-shown')}</Button>
+          <Button
+            data-test="read-shown"
+            aria-disabled={reading.busy}
+            title={t('objects.read-shown.help')}
+            run={readShown}
+          >
+            {t('objects.read-shown')}
+          </Button>
         </div>
         <Refusal of={refused ?? reading.refused} />
         {entries && <Tree rows={rows} />}
@@ -59,7 +75,13 @@ export function Objects() {
         {!entries && !refused && <Empty>{t('loading')}</Empty>}
       </Panel>
       <div class="stack">
-        {entry ? <Entry key={`${node} ${entry.address}`} node={node} entry={entry} entries={entries} take={take} /> : <Panel title={t('entry.title')}><Empty>{t('entry.none')}</Empty></Panel>}
+        {entry ? (
+          <Entry key={`${node} ${entry.address}`} node={node} entry={entry} entries={entries} take={take} />
+        ) : (
+          <Panel title={t('entry.title')}>
+            <Empty>{t('entry.none')}</Empty>
+          </Panel>
+        )}
         <Watched />
         {node !== null && <Parameters key={node} node={node} show={(address) => (chosen.value = address)} />}
       </div>
@@ -79,7 +101,14 @@ function Tree({ rows }) {
   }
   const keys = (event) => {
     const row = rows[at]
-    const next = { ArrowDown: at + 1, ArrowUp: Math.max(0, at - 1), Home: 0, End: rows.length - 1, PageDown: Math.min(rows.length - 1, at + 20), PageUp: Math.max(0, at - 20) }[event.key]
+    const next = {
+      ArrowDown: at + 1,
+      ArrowUp: Math.max(0, at - 1),
+      Home: 0,
+      End: rows.length - 1,
+      PageDown: Math.min(rows.length - 1, at + 20),
+      PageUp: Math.max(0, at - 20),
+    }[event.key]
     if (next !== undefined) choose(rows[next])
     else if (event.key === 'ArrowRight' && row && row.kind !== 'entry') fold(row.key, true)
     else if (event.key === 'ArrowLeft' && row && row.kind !== 'entry' && row.isOpen) fold(row.key, false)
@@ -96,19 +125,55 @@ function Tree({ rows }) {
         <span>{t('entry.value')}</span>
         <span>{t('entry.access')}</span>
       </div>
-      <Rows role="tree" aria-label={t('objects.title')} tabindex="0" aria-activedescendant={at >= 0 ? `row-${rows[at].key}` : undefined} onKeyDown={keys} count={rows.length} height={ROW} toRow={at}
-        row={(index, style) => <TreeRow key={rows[index].key} row={rows[index]} style={style} isChosen={index === at} choose={() => { choose(rows[index]); if (rows[index].kind !== 'entry') fold(rows[index].key, !rows[index].isOpen) }} />} />
+      <Rows
+        role="tree"
+        aria-label={t('objects.title')}
+        tabindex="0"
+        aria-activedescendant={at >= 0 ? `row-${rows[at].key}` : undefined}
+        onKeyDown={keys}
+        count={rows.length}
+        height={ROW}
+        toRow={at}
+        row={(index, style) => (
+          <TreeRow
+            key={rows[index].key}
+            row={rows[index]}
+            style={style}
+            isChosen={index === at}
+            choose={() => {
+              choose(rows[index])
+              if (rows[index].kind !== 'entry') fold(rows[index].key, !rows[index].isOpen)
+            }}
+          />
+        )}
+      />
     </div>
   )
 }
 
 function TreeRow({ row, style, isChosen, choose }) {
-  const common = { id: `row-${row.key}`, role: 'treeitem', style, onClick: choose, 'aria-level': row.level, 'aria-selected': isChosen, class: `tree-row ${row.kind} level-${row.level}` }
+  const common = {
+    id: `row-${row.key}`,
+    role: 'treeitem',
+    style,
+    onClick: choose,
+    'aria-level': row.level,
+    'aria-selected': isChosen,
+    class: `tree-row ${row.kind} level-${row.level}`,
+  }
   if (row.kind !== 'entry') {
     return (
-      <div {...common} aria-expanded={row.isOpen} data-test={row.kind === 'group' ? `group-${row.key}` : `object-${row.key}`}>
-        <span>{row.isOpen ? '▾' : '▸'} {row.kind === 'object' && <code>{row.key}</code>}</span>
-        <span>{row.name} <small>{row.count}</small></span>
+      <div
+        {...common}
+        aria-expanded={row.isOpen}
+        data-test={row.kind === 'group' ? `group-${row.key}` : `object-${row.key}`}
+      >
+        <span>
+          {row.isOpen ? '▾' : '▸'} {row.kind === 'object' && <code>{row.key}</code>}
+        </span>
+        <span>
+          {row.name} <small>{row.count}</small>
+        </span>
       </div>
     )
   }
@@ -117,7 +182,9 @@ function TreeRow({ row, style, isChosen, choose }) {
     <div {...common} data-test={`object-${entry.address}`}>
       <code>{entry.address}</code>
       <span title={entry.name}>{entry.name}</span>
-      <span class={entry.value?.is_error ? 'error' : 'value'} title={entry.value?.text}>{entry.value?.text ?? ''}</span>
+      <span class={entry.value?.is_error ? 'error' : 'value'} title={entry.value?.text}>
+        {entry.value?.text ?? ''}
+      </span>
       <small>{entry.access}</small>
     </div>
   )

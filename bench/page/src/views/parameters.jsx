@@ -26,13 +26,25 @@ export function Parameters({ node, show }) {
   return (
     <Panel title={t('parameters.title')} data-test="parameters">
       <div class="line">
-        <Button data-test="backup" aria-disabled={asked.busy} run={backup}>{t('backup')}</Button>
-        <Button data-test="compare-defaults" run={() => compare('defaults')}>{t('compare.defaults')}</Button>
+        <Button data-test="backup" aria-disabled={asked.busy} run={backup}>
+          {t('backup')}
+        </Button>
+        <Button data-test="compare-defaults" run={() => compare('defaults')}>
+          {t('compare.defaults')}
+        </Button>
         <label class="field">
           <span>{t('compare.node')}</span>
-          <select data-test="compare-node" value="" onChange={(event) => event.target.value && compare({ node: Number(event.target.value) })}>
+          <select
+            data-test="compare-node"
+            value=""
+            onChange={(event) => event.target.value && compare({ node: Number(event.target.value) })}
+          >
             <option value="">…</option>
-            {others.map((each) => <option key={each.id} value={each.id}>{each.id} · {each.name}</option>)}
+            {others.map((each) => (
+              <option key={each.id} value={each.id}>
+                {each.id} · {each.name}
+              </option>
+            ))}
           </select>
         </label>
       </div>
@@ -41,11 +53,25 @@ export function Parameters({ node, show }) {
           <span>{t('dcf')}</span>
           <input type="file" data-test="dcf" accept=".dcf,.eds,.txt" onChange={pick} />
         </label>
-        <Button data-test="compare-dcf" disabled={!dcf} run={() => compare({ dcf: dcf.text })}>{t('compare.dcf')}</Button>
-        <Act class="main" data-test="restore" disabled={!dcf} title={t('restore.help')} run={() => run({ do: 'restore', node, dcf: dcf.text })}>{t('restore')}</Act>
+        <Button data-test="compare-dcf" disabled={!dcf} run={() => compare({ dcf: dcf.text })}>
+          {t('compare.dcf')}
+        </Button>
+        <Act
+          class="main"
+          data-test="restore"
+          disabled={!dcf}
+          title={t('restore.help')}
+          run={() => run({ do: 'restore', node, dcf: dcf.text })}
+        >
+          {t('restore')}
+        </Act>
       </div>
       <Refusal of={asked.refused} test="parameters-refusal" />
-      {asked.busy && <p class="hint" role="status">{t('working')}</p>}
+      {asked.busy && (
+        <p class="hint" role="status">
+          {t('working')}
+        </p>
+      )}
       {differences?.length === 0 && <Empty>{t('compare.same')}</Empty>}
       {differences?.length > 0 && <Differences differences={differences} show={show} />}
     </Panel>
@@ -67,7 +93,11 @@ function Differences({ differences, show }) {
         <tbody>
           {differences.map((each) => (
             <tr key={each.address}>
-              <td><Button class="link" run={() => show(each.address)}>{each.address}</Button></td>
+              <td>
+                <Button class="link" run={() => show(each.address)}>
+                  {each.address}
+                </Button>
+              </td>
               <td>{each.name}</td>
               <td class="value">{each.here}</td>
               <td class="value">{each.there}</td>

@@ -63,24 +63,41 @@ export function Pdos() {
     read()
   }
   return (
-    <Panel class="fill" title={t('pdos.title')} tools={
-      <>
-        <NodePicker />
-        <Button data-test="pdos-read" aria-disabled={asked.busy} run={read}>{t('pdos.read')}</Button>
-      </>
-    }>
+    <Panel
+      class="fill"
+      title={t('pdos.title')}
+      tools={
+        <>
+          <NodePicker />
+          <Button data-test="pdos-read" aria-disabled={asked.busy} run={read}>
+            {t('pdos.read')}
+          </Button>
+        </>
+      }
+    >
       <Refusal of={asked.refused} test="pdos-refusal" />
       {!pdos && asked.busy && <Empty>{t('loading')}</Empty>}
       {pdos?.length === 0 && <Empty>{t('pdos.none')}</Empty>}
       <div class="scroll pdos">
-        {pdos && Object.entries(KINDS).map(([kind, title]) => (
-          <section key={kind} aria-label={t(title)}>
-            <h3>{t(title)}</h3>
-            {pdos.filter((pdo) => pdo.name.startsWith(kind)).map((pdo) => (
-              <Pdo key={pdo.name} node={node} pdo={pdo} entries={entries} isEdited={edited === pdo.name} edit={() => setEdited(pdo.name)} close={close} />
-            ))}
-          </section>
-        ))}
+        {pdos &&
+          Object.entries(KINDS).map(([kind, title]) => (
+            <section key={kind} aria-label={t(title)}>
+              <h3>{t(title)}</h3>
+              {pdos
+                .filter((pdo) => pdo.name.startsWith(kind))
+                .map((pdo) => (
+                  <Pdo
+                    key={pdo.name}
+                    node={node}
+                    pdo={pdo}
+                    entries={entries}
+                    isEdited={edited === pdo.name}
+                    edit={() => setEdited(pdo.name)}
+                    close={close}
+                  />
+                ))}
+            </section>
+          ))}
       </div>
     </Panel>
   )
@@ -100,17 +117,32 @@ function Pdo({ node, pdo, entries, isEdited, edit, close }) {
         <span class="figure">{t('per-second', { count: number(rate, 1) })}</span>
         <span class="figure">{t('pdo.bits', { used: usedBits(pdo.fields), all: FRAME_BITS })}</span>
         <div class="tools">
-          <Button data-test={`pdo-${pdo.name}-plot`} disabled={pdo.fields.length === 0} run={() => order({ do: 'plot', node, signals: [pdo.name.toLowerCase()], every_ms: 100 }).then(() => goTo('plots'))}>{t('entry.plot')}</Button>
-          <Button data-test={`pdo-${pdo.name}-edit`} aria-expanded={isEdited} run={isEdited ? close : edit}>{t(isEdited ? 'close' : 'pdo.edit')}</Button>
+          <Button
+            data-test={`pdo-${pdo.name}-plot`}
+            disabled={pdo.fields.length === 0}
+            run={() =>
+              order({ do: 'plot', node, signals: [pdo.name.toLowerCase()], every_ms: 100 }).then(() => goTo('plots'))
+            }
+          >
+            {t('entry.plot')}
+          </Button>
+          <Button data-test={`pdo-${pdo.name}-edit`} aria-expanded={isEdited} run={isEdited ? close : edit}>
+            {t(isEdited ? 'close' : 'pdo.edit')}
+          </Button>
         </div>
       </header>
-      {pdo.conflict && <p class="conflict" role="alert">{pdo.conflict}</p>}
+      {pdo.conflict && (
+        <p class="conflict" role="alert">
+          {pdo.conflict}
+        </p>
+      )}
       {isEdited ? <MapEditor node={node} pdo={pdo} entries={entries} close={close} /> : <Bits fields={pdo.fields} />}
       {!isEdited && pdo.fields.length > 0 && (
         <ul class="legend">
           {pdo.fields.map((field, place) => (
             <li key={field.first_bit} class={`tint-${place % 8}`}>
-              <code>{field.address}</code> {field.name} <small>{where(field)}</small> <b class="value">{entries.get(field.address)?.value?.text ?? field.text ?? ''}</b>
+              <code>{field.address}</code> {field.name} <small>{where(field)}</small>{' '}
+              <b class="value">{entries.get(field.address)?.value?.text ?? field.text ?? ''}</b>
             </li>
           ))}
         </ul>

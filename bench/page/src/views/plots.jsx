@@ -52,9 +52,19 @@ export function Plots() {
     <Panel class="fill" title={t('plots.title')} tools={<Tools sight={sight} />}>
       <Add />
       <Refusal of={refused} />
-      {curves.value.length === 0 ? <Empty>{t('plots.none')}</Empty> : (
+      {curves.value.length === 0 ? (
+        <Empty>{t('plots.none')}</Empty>
+      ) : (
         <>
-          <Chart curves={shown} colors={colors(curves.value)} data={columns(drawn)} sight={sight} cursors={cursors.value} setRange={(next) => (range.value = next)} setCursor={setCursor} />
+          <Chart
+            curves={shown}
+            colors={colors(curves.value)}
+            data={columns(drawn)}
+            sight={sight}
+            cursors={cursors.value}
+            setRange={(next) => (range.value = next)}
+            setCursor={setCursor}
+          />
           <Trigger />
           <Legend sight={sight} />
         </>
@@ -97,14 +107,37 @@ function Tools({ sight }) {
     <>
       <label class="field">
         <span>{t('plots.span')}</span>
-        <select data-test="plot-span" value={span.value} onChange={(event) => { span.value = Number(event.target.value); range.value = null }}>
-          {SPANS.map((each) => <option key={each} value={each}>{each} s</option>)}
+        <select
+          data-test="plot-span"
+          value={span.value}
+          onChange={(event) => {
+            span.value = Number(event.target.value)
+            range.value = null
+          }}
+        >
+          {SPANS.map((each) => (
+            <option key={each} value={each}>
+              {each} s
+            </option>
+          ))}
         </select>
       </label>
-      <Button data-test="plot-follow" aria-pressed={range.value === null} run={() => (range.value = range.value === null ? sight : null)}>{t('plots.follow')}</Button>
-      <Button data-test="plot-csv" run={() => orderFile({ do: 'export-plot', format: 'csv' })}>CSV</Button>
-      <Button data-test="plot-svg" run={() => orderFile({ do: 'export-plot', format: 'svg' })}>SVG</Button>
-      <Button data-test="plot-clear" run={() => order({ do: 'clear-plot', node: null })}>{t('plots.clear')}</Button>
+      <Button
+        data-test="plot-follow"
+        aria-pressed={range.value === null}
+        run={() => (range.value = range.value === null ? sight : null)}
+      >
+        {t('plots.follow')}
+      </Button>
+      <Button data-test="plot-csv" run={() => orderFile({ do: 'export-plot', format: 'csv' })}>
+        CSV
+      </Button>
+      <Button data-test="plot-svg" run={() => orderFile({ do: 'export-plot', format: 'svg' })}>
+        SVG
+      </Button>
+      <Button data-test="plot-clear" run={() => order({ do: 'clear-plot', node: null })}>
+        {t('plots.clear')}
+      </Button>
     </>
   )
 }
@@ -120,35 +153,72 @@ function Add() {
   const [entries, setEntries] = useState([])
   const id = node ?? view.drives.value[0]?.node ?? view.nodes.value[0]?.id ?? null
   useEffect(() => {
-    if (id !== null && connection.value === 'open') ask({ do: 'objects', node: id }).then(setEntries, () => setEntries([]))
+    if (id !== null && connection.value === 'open')
+      ask({ do: 'objects', node: id }).then(setEntries, () => setEntries([]))
   }, [id, connection.value])
   const add = async (signals) => {
     if (signals.length > 0 && (await run({ do: 'plot', node: id, signals, every_ms: every }))) setText('')
   }
   const known = USUAL.filter((signal) => signal.startsWith('tpdo') || entries.some((entry) => entry.address === signal))
   return (
-    <form class="line" onSubmit={(event) => { event.preventDefault(); add(text.split(/[\s,]+/).filter(Boolean)) }}>
+    <form
+      class="line"
+      onSubmit={(event) => {
+        event.preventDefault()
+        add(text.split(/[\s,]+/).filter(Boolean))
+      }}
+    >
       <label class="field">
         <span>{t('node')}</span>
         <select data-test="plot-node" value={id ?? ''} onChange={(event) => setNode(Number(event.target.value))}>
-          {view.nodes.value.map((each) => <option key={each.id} value={each.id}>{each.id} · {each.name}</option>)}
+          {view.nodes.value.map((each) => (
+            <option key={each.id} value={each.id}>
+              {each.id} · {each.name}
+            </option>
+          ))}
         </select>
       </label>
       <label class="field grow">
         <span>{t('plots.signals')}</span>
-        <input data-test="plot-signals" list="signals" value={text} placeholder="6064:00, tpdo1" spellcheck={false} onInput={(event) => setText(event.target.value)} />
-        <datalist id="signals">{entries.map((entry) => <option key={entry.address} value={entry.address}>{entry.name}</option>)}</datalist>
+        <input
+          data-test="plot-signals"
+          list="signals"
+          value={text}
+          placeholder="6064:00, tpdo1"
+          spellcheck={false}
+          onInput={(event) => setText(event.target.value)}
+        />
+        <datalist id="signals">
+          {entries.map((entry) => (
+            <option key={entry.address} value={entry.address}>
+              {entry.name}
+            </option>
+          ))}
+        </datalist>
       </label>
       <label class="field">
         <span>{t('plots.every')}</span>
         <select data-test="plot-every" value={every} onChange={(event) => setEvery(Number(event.target.value))}>
-          {[10, 20, 50, 100, 500, 1000].map((each) => <option key={each} value={each}>{each} ms</option>)}
+          {[10, 20, 50, 100, 500, 1000].map((each) => (
+            <option key={each} value={each}>
+              {each} ms
+            </option>
+          ))}
         </select>
       </label>
-      <Button class="main" data-test="plot-add" type="submit" disabled={text.trim() === ''}>{t('plots.add')}</Button>
+      <Button class="main" data-test="plot-add" type="submit" disabled={text.trim() === ''}>
+        {t('plots.add')}
+      </Button>
       <div class="chips">
         {known.map((signal) => (
-          <Button key={signal} data-test={`plot-quick-${signal}`} title={entries.find((entry) => entry.address === signal)?.name ?? signal} run={() => add([signal])}>{signal.toUpperCase()}</Button>
+          <Button
+            key={signal}
+            data-test={`plot-quick-${signal}`}
+            title={entries.find((entry) => entry.address === signal)?.name ?? signal}
+            run={() => add([signal])}
+          >
+            {signal.toUpperCase()}
+          </Button>
         ))}
       </div>
       <Refusal of={asked.refused} test="plot-refusal" />
@@ -168,22 +238,42 @@ function Trigger() {
     <div class="line" role="group" aria-label={t('trigger')}>
       <label class="field">
         <span>{t('trigger')}</span>
-        <select data-test="trigger-curve" value={key || keyOf(curves.value[0])} onChange={(event) => set({ key: event.target.value })}>
-          {curves.value.map((curve) => <option key={keyOf(curve)} value={keyOf(curve)}>{curve.node} · {curve.name}</option>)}
+        <select
+          data-test="trigger-curve"
+          value={key || keyOf(curves.value[0])}
+          onChange={(event) => set({ key: event.target.value })}
+        >
+          {curves.value.map((curve) => (
+            <option key={keyOf(curve)} value={keyOf(curve)}>
+              {curve.node} · {curve.name}
+            </option>
+          ))}
         </select>
       </label>
       <label class="field">
         <span>{t('trigger.edge')}</span>
-        <select data-test="trigger-edge" value={String(rising)} onChange={(event) => set({ rising: event.target.value === 'true' })}>
+        <select
+          data-test="trigger-edge"
+          value={String(rising)}
+          onChange={(event) => set({ rising: event.target.value === 'true' })}
+        >
           <option value="true">{t('trigger.rising')}</option>
           <option value="false">{t('trigger.falling')}</option>
         </select>
       </label>
       <label class="field">
         <span>{t('trigger.level')}</span>
-        <input type="number" step="any" data-test="trigger-level" value={level} onInput={(event) => set({ level: event.target.value })} />
+        <input
+          type="number"
+          step="any"
+          data-test="trigger-level"
+          value={level}
+          onInput={(event) => set({ level: event.target.value })}
+        />
       </label>
-      <Button data-test="trigger-arm" aria-pressed={isArmed} run={() => (isArmed ? set({ armed: null }) : arm())}>{t(isArmed ? 'trigger.armed' : 'trigger.arm')}</Button>
+      <Button data-test="trigger-arm" aria-pressed={isArmed} run={() => (isArmed ? set({ armed: null }) : arm())}>
+        {t(isArmed ? 'trigger.armed' : 'trigger.arm')}
+      </Button>
     </div>
   )
 }
@@ -210,7 +300,18 @@ function Legend({ sight }) {
             <th>{t('entry.unit')}</th>
           </tr>
         </thead>
-        <tbody>{curves.value.map((curve, place) => <LegendRow key={keyOf(curve)} curve={curve} place={place} sight={sight} isHidden={hidden.value.has(keyOf(curve))} toggle={toggle} />)}</tbody>
+        <tbody>
+          {curves.value.map((curve, place) => (
+            <LegendRow
+              key={keyOf(curve)}
+              curve={curve}
+              place={place}
+              sight={sight}
+              isHidden={hidden.value.has(keyOf(curve))}
+              toggle={toggle}
+            />
+          ))}
+        </tbody>
       </table>
     </div>
   )

@@ -26,16 +26,33 @@ export function Trace() {
   const [format, setFormat] = useState(FORMATS[0])
   const { first, end } = view.trace.value
   return (
-    <Panel class="fill" title={t('trace.title')} tools={
-      <>
-        <span class="figure" data-test="trace-extent">{t('trace.kept', { kept: number(end - first), all: number(end) })}</span>
-        <Button data-test="trace-follow" aria-pressed={trace.isFollowing.value} run={toggleFollowing}>{t('trace.follow')}</Button>
-        <select aria-label={t('trace.format')} data-test="trace-format" value={format} onChange={(event) => setFormat(event.target.value)}>
-          {FORMATS.map((each) => <option key={each}>{each}</option>)}
-        </select>
-        <Button data-test="trace-export" run={() => orderFile({ do: 'export', format, filter: trace.filter.value })}>{t('export')}</Button>
-      </>
-    }>
+    <Panel
+      class="fill"
+      title={t('trace.title')}
+      tools={
+        <>
+          <span class="figure" data-test="trace-extent">
+            {t('trace.kept', { kept: number(end - first), all: number(end) })}
+          </span>
+          <Button data-test="trace-follow" aria-pressed={trace.isFollowing.value} run={toggleFollowing}>
+            {t('trace.follow')}
+          </Button>
+          <select
+            aria-label={t('trace.format')}
+            data-test="trace-format"
+            value={format}
+            onChange={(event) => setFormat(event.target.value)}
+          >
+            {FORMATS.map((each) => (
+              <option key={each}>{each}</option>
+            ))}
+          </select>
+          <Button data-test="trace-export" run={() => orderFile({ do: 'export', format, filter: trace.filter.value })}>
+            {t('export')}
+          </Button>
+        </>
+      }
+    >
       <Filter />
       <Frames />
     </Panel>
@@ -47,21 +64,43 @@ function Filter() {
   const set = (change) => trace.setFilter({ ...trace.filter.peek(), ...change })
   const check = (key) => (
     <label class="check">
-      <input type="checkbox" data-test={`filter-${key}`} checked={filter[key]} onChange={(event) => set({ [key]: event.target.checked })} />
+      <input
+        type="checkbox"
+        data-test={`filter-${key}`}
+        checked={filter[key]}
+        onChange={(event) => set({ [key]: event.target.checked })}
+      />
       {t(`filter.${key}`)}
     </label>
   )
   return (
     <form class="line filter" role="search" aria-label={t('filter')} onSubmit={(event) => event.preventDefault()}>
-      {Object.entries(FIELDS).map(([key, size]) => <FilterField key={key} name={key} size={size} value={filter[key]} set={set} />)}
+      {Object.entries(FIELDS).map(([key, size]) => (
+        <FilterField key={key} name={key} size={size} value={filter[key]} set={set} />
+      ))}
       <div class="choice" role="group" aria-label={t('filter.services')}>
         {SERVICES.map((service) => (
-          <Button key={service} data-test={`filter-${service}`} aria-pressed={has(filter.services, service)} run={() => set({ services: toggled(filter.services, service) })}>{service.toUpperCase()}</Button>
+          <Button
+            key={service}
+            data-test={`filter-${service}`}
+            aria-pressed={has(filter.services, service)}
+            run={() => set({ services: toggled(filter.services, service) })}
+          >
+            {service.toUpperCase()}
+          </Button>
         ))}
       </div>
       {check('alarming')}
       {check('transfers')}
-      <Button class="quiet" data-test="filter-clear" disabled={!isFiltering(filter)} title={asOptions(filter)} run={() => trace.setFilter({ ...NO_FILTER, transfers: filter.transfers })}>{t('filter.clear')}</Button>
+      <Button
+        class="quiet"
+        data-test="filter-clear"
+        disabled={!isFiltering(filter)}
+        title={asOptions(filter)}
+        run={() => trace.setFilter({ ...NO_FILTER, transfers: filter.transfers })}
+      >
+        {t('filter.clear')}
+      </Button>
     </form>
   )
 }
@@ -80,7 +119,15 @@ function FilterField({ name, size, value, set }) {
   return (
     <label class="field">
       <span>{t(`filter.${name}`)}</span>
-      <input data-test={`filter-${name}`} type={name === 'text' ? 'search' : 'text'} size={size} spellcheck={false} value={typed ?? value} placeholder={t(`filter.${name}.example`)} onInput={(event) => setTyped(event.target.value)} />
+      <input
+        data-test={`filter-${name}`}
+        type={name === 'text' ? 'search' : 'text'}
+        size={size}
+        spellcheck={false}
+        value={typed ?? value}
+        placeholder={t(`filter.${name}.example`)}
+        onInput={(event) => setTyped(event.target.value)}
+      />
     </label>
   )
 }
@@ -118,7 +165,8 @@ function Frames() {
 
   /** The scroll bar was moved, if it is not where we have put it. */
   const scrolled = () => {
-    if (Math.abs(element.current.scrollTop - placed.current.is) >= 1) trace.scrollTo(topRow(bar, element.current.scrollTop))
+    if (Math.abs(element.current.scrollTop - placed.current.is) >= 1)
+      trace.scrollTo(topRow(bar, element.current.scrollTop))
   }
   const keys = (event) => {
     const page = trace.visible - 2
@@ -144,29 +192,56 @@ function Frames() {
     <div class="frames">
       <Refusal of={trace.refused.value} test="trace-refusal" />
       <div class="frame-row head" aria-hidden="true">
-        {COLUMNS.map((column) => <span key={column}>{t(`trace.${column}`)}</span>)}
+        {COLUMNS.map((column) => (
+          <span key={column}>{t(`trace.${column}`)}</span>
+        ))}
       </div>
-      <div ref={element} class="frames-window" role="table" aria-label={t('trace.title')} aria-rowcount={frames.value.matching} tabindex="0" data-test="trace" onKeyDown={keys} onScroll={scrolled}>
+      <div
+        ref={element}
+        class="frames-window"
+        role="table"
+        aria-label={t('trace.title')}
+        aria-rowcount={frames.value.matching}
+        tabindex="0"
+        data-test="trace"
+        onKeyDown={keys}
+        onScroll={scrolled}
+      >
         <div class="extent" style={{ height: `${bar.extent}px` }}>
           <div class="sheet" style={{ transform: `translateY(${(first - top.value) * ROW}px)` }}>
-            {rows.map((row, at) => <FrameRow key={row.number} row={row} place={first + at} />)}
+            {rows.map((row, at) => (
+              <FrameRow key={row.number} row={row} place={first + at} />
+            ))}
           </div>
         </div>
       </div>
-      <p class="hint" role="status" data-test="trace-status">{t(trace.isFollowing.value ? 'trace.following' : 'trace.held', { count: number(frames.value.matching) })}</p>
+      <p class="hint" role="status" data-test="trace-status">
+        {t(trace.isFollowing.value ? 'trace.following' : 'trace.held', { count: number(frames.value.matching) })}
+      </p>
     </div>
   )
 }
 
 function FrameRow({ row, place }) {
   return (
-    <div role="row" aria-rowindex={place + 1} class={`frame-row ${row.alarming ? 'alarming' : ''} ${trace.chosen.value === row.number ? 'chosen' : ''}`} data-test={`row-${row.number}`} onClick={() => (trace.chosen.value = row.number)}>
+    <div
+      role="row"
+      aria-rowindex={place + 1}
+      class={`frame-row ${row.alarming ? 'alarming' : ''} ${trace.chosen.value === row.number ? 'chosen' : ''}`}
+      data-test={`row-${row.number}`}
+      onClick={() => (trace.chosen.value = row.number)}
+    >
       <span role="cell">{row.number}</span>
       <span role="cell">{clock(row.time, 4)}</span>
       <span role="cell">{row.id}</span>
-      <span role="cell" class={`service ${row.service.toLowerCase().replace(/\W.*|\d+/g, '')}`}>{row.service}</span>
+      <span role="cell" class={`service ${row.service.toLowerCase().replace(/\W.*|\d+/g, '')}`}>
+        {row.service}
+      </span>
       <span role="cell">{row.data}</span>
-      <span role="cell" title={row.text}>{row.node !== null && <b>{row.node} </b>}{row.text}</span>
+      <span role="cell" title={row.text}>
+        {row.node !== null && <b>{row.node} </b>}
+        {row.text}
+      </span>
     </div>
   )
 }

@@ -9,7 +9,9 @@ export function Watched() {
   const watched = view.watched.value
   return (
     <Panel title={t('watch.title')}>
-      {watched.length === 0 ? <Empty>{t('watch.none')}</Empty> : (
+      {watched.length === 0 ? (
+        <Empty>{t('watch.none')}</Empty>
+      ) : (
         <div class="scroll low">
           <table class="grid" data-test="watch-list">
             <thead>
@@ -26,11 +28,22 @@ export function Watched() {
               {watched.map((each) => (
                 <tr key={`${each.node} ${each.address}`} data-test={`watched-${each.node}-${each.address}`}>
                   <td class="number">{each.node}</td>
-                  <td title={t('watch.every', { ms: each.every_ms })}><code>{each.address}</code> {each.name}</td>
+                  <td title={t('watch.every', { ms: each.every_ms })}>
+                    <code>{each.address}</code> {each.name}
+                  </td>
                   <td class={each.value?.is_error ? 'error' : 'value'}>{each.value?.text ?? '…'}</td>
                   <td class="number">{each.bounds && `${measured(each.bounds[0])} … ${measured(each.bounds[1])}`}</td>
                   <td class="number">{number(each.changes)}</td>
-                  <td><Button class="quiet" title={t('entry.unwatch')} aria-label={t('entry.unwatch')} run={() => order({ do: 'unwatch', node: each.node, address: each.address })}>×</Button></td>
+                  <td>
+                    <Button
+                      class="quiet"
+                      title={t('entry.unwatch')}
+                      aria-label={t('entry.unwatch')}
+                      run={() => order({ do: 'unwatch', node: each.node, address: each.address })}
+                    >
+                      ×
+                    </Button>
+                  </td>
                 </tr>
               ))}
             </tbody>

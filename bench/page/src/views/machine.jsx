@@ -1,0 +1,91 @@
+// The state machine of a drive as a picture: where it is, where it may go, and what can be ordered.
+import { t } from '../i18n/index.js'
+import { BOX, PICTURE, STATES, TRANSITIONS, arrow, lines, orderTo } from '../machine.js'
+import { whyNot } from '../state.js'
+
+/** How a state is marked. */
+export const kindOf = (state) =>
+  ({ 'OPERATION ENABLED': 'good', FAULT: 'bad', 'FAULT REACTION ACTIVE': 'bad', 'QUICK STOP ACTIVE': 'warn' })[state] ??
+  'none'
+
+export function Machine({ drive, send }) {
+  const state = drive.state ?? t('unknown')
+  return (
+    <svg
+      class="machine"
+      viewBox={`0 0 ${PICTURE.width} ${PICTURE.height}`}
+      role="group"
+      aria-label={t('drive.machine', { state })}
+    >
+      <defs>
+        <marker
+          id={`arrow-${drive.node}`}
+          viewBox="0 0 8 8"
+          refX="8"
+          refY="4"
+          markerWidth="7"
+          markerHeight="7"
+          markerUnits="userSpaceOnUse"
+          orient="auto"
+        >
+          <path d="M0 0L8 4L0 8z" fill="context-stroke" />
+        </marker>
+      </defs>
+      {TRANSITIONS.map((transition) => (
+        <Transition key={transition[0]} drive={drive} transition={transition} />
+      ))}
+      {Object.entries(STATES).map(([name, corner]) => (
+        <MachineState key={name} drive={drive} name={name} corner={corner} send={send} />
+      ))}
+    </svg>
+  )
+}
+
+function Transition({ drive, transition: [number, from, to, beside] }) {
+  const {
+    line: [x1, y1, x2, y2],
+    label: [x, y],
+  } = arrow(from, to, beside)
+  const isNext = drive.state === from && drive.allowed.includes(to)
+  return (
+    <g class={isNext ? 'transition next' : 'transition'}>
+      <line x1={x1} y1={y1} x2={x2} y2={y2} marker-end={`url(#arrow-${drive.node})`} />
+      <text x={x} y={y}>
+        {number}
+      </text>
+    </g>
+  )
+}
+
+/** A state that can be ordered is a button. */
+function MachineState({ drive, name, corner: [x, y], send }) {
+  const isHere = drive.state === name
+  const isAllowed = drive.allowed.includes(name)
+  const orderName = isAllowed ? orderTo(name, drive.state) : null
+  const press = () => whyNot.value === null && send(orderName)
+  const button = orderName && {
+    role: 'button',
+    tabindex: 0,
+    'aria-label': t('drive.to-state', { state: name }),
+    'aria-disabled': whyNot.value !== null,
+    onClick: press,
+    onKeyDown: (event) => event.key === 'Enter' && press(),
+  }
+  const text = lines(name)
+  return (
+    <g
+      class={`machine-state ${isHere ? `here ${kindOf(name)}` : ''} ${isAllowed ? 'allowed' : ''}`}
+      aria-current={isHere || undefined}
+      {...button}
+    >
+      <rect x={x} y={y} width={BOX.width} height={BOX.height} rx="6" />
+      {text.map((words, at) => (
+        <text
+          key={words}
+          x={x + BOX.width / 2}
+          y={y + BOX.height / 2 + 4 + (at - (text.length - 1) / 2) * 13}
+        >{`${words} `}</text>
+      ))}
+    </g>
+  )
+}
