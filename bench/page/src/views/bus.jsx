@@ -3,7 +3,7 @@ import { useState } from 'preact/hooks'
 import { clock, ms, number, percent, NONE } from '../format.js'
 import { t } from '../i18n/index.js'
 import { goTo, view } from '../state.js'
-import { Button, Empty, Meter, Panel, RowLink } from '../ui.jsx'
+import { Button, Empty, Meter, Panel, RowLink, Rows } from '../ui.jsx'
 import { Fact } from './nodes.jsx'
 
 export function Bus() {
@@ -90,6 +90,7 @@ function SdoTimes({ nodes }) {
   )
 }
 
+const ROW = 25 // px
 const COLUMNS = [
   ['id', (rate) => <code>{rate.id}</code>, ''],
   ['name', (rate) => rate.name, ''],
@@ -108,45 +109,55 @@ const COLUMNS = [
   ['frames', (rate) => number(rate.frames), 'number'],
 ]
 
+/** Hundreds of COB-IDs, ten times a second: only the rows in sight are made. */
 function Ids({ ids }) {
   const [sort, setSort] = useState({ by: 'share_percent', down: true })
   const sign = sort.down ? -1 : 1
   const compare = (a, b) =>
-    sign * (typeof a === 'number' || typeof b === 'number' ? (a ?? -1) - (b ?? -1) : String(a).localeCompare(String(b)))
+    sign * (typeof a === 'string' && typeof b === 'string' ? a.localeCompare(b) : (a ?? -1) - (b ?? -1))
   const sorted = [...ids].sort((a, b) => compare(a[sort.by], b[sort.by]))
-  return (
-    <div class="scroll">
-      <table class="grid" data-test="ids">
-        <thead>
-          <tr>
-            {COLUMNS.map(([key, , kind]) => (
-              <th
-                key={key}
-                class={kind}
-                aria-sort={sort.by === key ? (sort.down ? 'descending' : 'ascending') : 'none'}
-              >
-                <Button
-                  class="link"
-                  run={() => setSort({ by: key, down: sort.by === key ? !sort.down : kind === 'number' })}
-                >
-                  {t(`ids.${key}`)}
-                </Button>
-              </th>
-            ))}
-          </tr>
-        </thead>
-        <tbody>
-          {sorted.map((rate) => (
-            <tr key={rate.id} data-test={`id-${rate.id}`}>
-              {COLUMNS.map(([key, cell, kind]) => (
-                <td key={key} class={kind}>
-                  {cell(rate)}
-                </td>
-              ))}
-            </tr>
-          ))}
-        </tbody>
-      </table>
+  const row = (at, style) => (
+    <div key={sorted[at].id} role="row" class="id-row" style={style} data-test={`id-${sorted[at].id}`}>
+      {COLUMNS.map(([key, cell, kind]) => (
+        <span key={key} role="cell" class={kind}>
+          {cell(sorted[at])}
+        </span>
+      ))}
     </div>
   )
+  return (
+    <div
+      class="ids"
+      role="table"
+      aria-label={t('bus.ids', { count: ids.length })}
+      aria-rowcount={ids.length}
+      data-test="ids"
+    >
+      <div role="row" class="id-row head">
+        {COLUMNS.map(([key, , kind]) => (
+          <span key={key} role="columnheader" class={kind} aria-sort={sortOf(sort, key)}>
+            <Button
+              class="link"
+              run={() => setSort({ by: key, down: sort.by === key ? !sort.down : kind === 'number' })}
+            >
+              {t(`ids.${key}`)}
+            </Button>
+          </span>
+        ))}
+      </div>
+      <Rows
+        role="rowgroup"
+        tabindex="0"
+        aria-label={t('bus.ids', { count: ids.length })}
+        count={sorted.length}
+        height={ROW}
+        row={row}
+      />
+    </div>
+  )
+}
+
+function sortOf(sort, key) {
+  if (sort.by !== key) return 'none'
+  return sort.down ? 'descending' : 'ascending'
 }
