@@ -6,6 +6,7 @@ pub mod command;
 pub mod engine;
 pub mod model;
 pub mod sheet;
+pub mod tui;
 pub mod view;
 
 pub use command::{Answer, Command, Refused};

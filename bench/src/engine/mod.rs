@@ -138,6 +138,15 @@ impl Reply {
     pub fn wait(self) -> Result<Answer, Refused> {
         self.0.blocking_recv().unwrap_or_else(|_| Err(gone()))
     }
+
+    /// The answer, if it is there.
+    pub fn take(&mut self) -> Option<Result<Answer, Refused>> {
+        match self.0.try_recv() {
+            Ok(result) => Some(result),
+            Err(oneshot::error::TryRecvError::Empty) => None,
+            Err(oneshot::error::TryRecvError::Closed) => Some(Err(gone())),
+        }
+    }
 }
 
 /// A page or a terminal. When it is closed or dropped, what it has started is stopped.

@@ -1,0 +1,83 @@
+//! The terminal's face.
+//!
+//! [`Screen`] is a state machine: keys and answers go in, commands come out, and it draws a view. [`run`] connects it to a bench
+//! and a terminal.
+
+mod bus;
+mod devices;
+mod drives;
+mod nodes;
+mod objects;
+mod pdos;
+mod plots;
+mod screen;
+mod text;
+mod trace;
+
+use std::io;
+use std::time::Duration;
+
+use ratatui::Terminal;
+use ratatui::backend::Backend;
+use ratatui::crossterm::event::{Event, KeyEvent, poll, read};
+
+use crate::engine::{Bench, Reply};
+pub use screen::{Action, Purpose, Screen};
+pub use text::Language;
+
+/// How often the screen is drawn.
+const DRAW: Duration = Duration::from_millis(100);
+
+/// Shows a bench on a terminal until somebody leaves, or `is_over`. The terminal is taken and given back by the caller.
+///
+/// # Errors
+///
+/// The terminal is gone.
+pub fn run<B: Backend<Error = io::Error>>(
+    bench: &Bench,
+    terminal: &mut Terminal<B>,
+    language: Language,
+    is_over: impl Fn() -> bool,
+) -> io::Result<()> {
+    let face = bench.open_face();
+    let mut screen = Screen::new(face.number(), language);
+    let mut open: Vec<(Purpose, Reply)> = Vec::new();
+    while !is_over() {
+        let view = bench.view();
+        terminal.draw(|frame| screen.draw(frame, &view))?;
+        if let Some((purpose, command)) = screen.wants(&view)
+            && open.iter().all(|(known, _)| *known != purpose)
+        {
+            open.push((purpose, face.ask(command)));
+        }
+        let mut wait = DRAW;
+        while let Some(key) = next_key(wait)? {
+            wait = Duration::ZERO;
+            match screen.handle_key(key, &view) {
+                None => {}
+                Some(Action::Leave) => return Ok(()),
+                Some(Action::Ask(purpose, command)) => open.push((purpose, face.ask(command))),
+            }
+        }
+        let mut waiting = Vec::new();
+        for (purpose, mut reply) in open {
+            match reply.take() {
+                Some(result) => screen.take(purpose, result),
+                None => waiting.push((purpose, reply)),
+            }
+        }
+        open = waiting;
+    }
+    Ok(())
+}
+
+fn next_key(wait: Duration) -> io::Result<Option<KeyEvent>> {
+    if !poll(wait)? {
+        return Ok(None);
+    }
+    match read()? {
+        Event::Key(key) => Ok(Some(key)),
+        // It is drawn anew, in its new size.
+        _ => Ok(None),
+    }
+}

@@ -1,0 +1,173 @@
+//! The PDOs of a node, as bytes and bits.
+
+use ratatui::Frame;
+use ratatui::crossterm::event::KeyCode;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style, Stylize};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, List, ListState, Paragraph};
+
+use super::screen::{Action, Purpose, Screen, Then, say};
+use super::text::Text;
+use crate::command::Command;
+use crate::view::{Pdo, View};
+
+/// The colours of objects, one after the other.
+const COLORS: [Color; 6] = [Color::Cyan, Color::Yellow, Color::Green, Color::Magenta, Color::Blue, Color::Red];
+
+/// The PDOs of a node, and the mapping that is being made of one.
+#[derive(Default)]
+pub(super) struct State {
+    pub(super) node: Option<u8>,
+    pub(super) pdos: Vec<Pdo>,
+    draft: Option<Draft>,
+}
+
+/// A mapping that was not written yet.
+struct Draft {
+    pdo: String,
+    objects: Vec<String>,
+    transmission: Option<String>,
+}
+
+impl State {
+    pub(super) fn set(&mut self, node: u8, pdos: Vec<Pdo>) {
+        *self = State { node: Some(node), pdos, draft: None };
+    }
+
+    /// Takes PDOs that were written.
+    pub(super) fn replace(&mut self, new: Vec<Pdo>) {
+        self.draft = None;
+        for new in new {
+            if let Some(old) = self.pdos.iter_mut().find(|old| old.name == new.name) {
+                *old = new;
+            }
+        }
+    }
+
+    /// The mapping of a PDO that is being made; begins with what is mapped.
+    fn draft(&mut self, place: usize) -> Option<&mut Draft> {
+        let pdo = self.pdos.get(place)?;
+        if self.draft.as_ref().is_none_or(|draft| draft.pdo != pdo.name) {
+            let objects = pdo.fields.iter().map(|field| field.address.clone()).collect();
+            self.draft = Some(Draft { pdo: pdo.name.clone(), objects, transmission: None });
+        }
+        self.draft.as_mut()
+    }
+}
+
+pub(super) fn handle_key(screen: &mut Screen, code: KeyCode, view: &View) -> Option<Action> {
+    let node = screen.node(view)?.id;
+    let row = screen.row();
+    match code {
+        KeyCode::Char('r') => Some(Action::Ask(Purpose::Pdos(node), Command::Pdos { node })),
+        KeyCode::Char('a') => screen.prompt(
+            Text::AskObject,
+            Then::Change(|screen, typed| {
+                let row = screen.row();
+                if let Some(draft) = screen.pdos.draft(row) {
+                    draft.objects.push(typed);
+                }
+            }),
+        ),
+        KeyCode::Char('t') => screen.prompt(
+            Text::AskTiming,
+            Then::Change(|screen, typed| {
+                let row = screen.row();
+                if let Some(draft) = screen.pdos.draft(row) {
+                    draft.transmission = Some(typed);
+                }
+            }),
+        ),
+        KeyCode::Delete | KeyCode::Backspace => {
+            screen.pdos.draft(row)?.objects.pop();
+            None
+        }
+        KeyCode::Char('c') | KeyCode::Enter => {
+            let draft = screen.pdos.draft(row)?;
+            say(Command::MapPdo {
+                node,
+                pdo: draft.pdo.clone(),
+                objects: draft.objects.clone(),
+                transmission: draft.transmission.clone(),
+                check: code == KeyCode::Char('c'),
+            })
+        }
+        _ => None,
+    }
+}
+
+pub(super) fn draw(screen: &Screen, frame: &mut Frame<'_>, area: Rect, _: &View) {
+    let [list, detail] = Layout::horizontal([Constraint::Length(34), Constraint::Min(40)]).areas(area);
+    let pdos = &screen.pdos.pdos;
+    let items = pdos.iter().map(|pdo| {
+        let line = Line::from(format!("{:<7} {}h  {:>6.1}/s", pdo.name, pdo.id, pdo.per_second));
+        match (&pdo.conflict, pdo.is_on) {
+            (Some(_), _) => line.red(),
+            (None, true) => line,
+            (None, false) => line.dim(),
+        }
+    });
+    let items = List::new(items).highlight_style(Modifier::REVERSED);
+    frame.render_stateful_widget(items, list, &mut ListState::default().with_selected(Some(screen.row())));
+    if let Some(pdo) = pdos.get(screen.row()) {
+        let block = Block::bordered().title(format!(" {} ", pdo.name));
+        let inner = block.inner(detail);
+        frame.render_widget(block, detail);
+        frame.render_widget(Paragraph::new(lines(screen, pdo)), inner);
+    }
+}
+
+fn lines(screen: &Screen, pdo: &Pdo) -> Vec<Line<'static>> {
+    let mut lines = vec![Line::from(format!("{}h  {}", pdo.id, pdo.transmission))];
+    let timer = pdo.event_timer_ms.filter(|ms| *ms > 0).map(|ms| format!("event timer {ms} ms"));
+    lines.extend(timer.map(Line::from));
+    lines.extend(pdo.conflict.clone().map(|conflict| Line::from(conflict).red()));
+    lines.push(Line::from(ruler()).dim());
+    lines.push(picture(pdo));
+    for (field, place) in pdo.fields.iter().zip(0..) {
+        let color = COLORS[place % COLORS.len()];
+        let bits =
+            format!("{:>3}-{:<3}", field.first_bit, u16::from(field.first_bit) + u16::from(field.bits).max(1) - 1);
+        let text = field.text.clone().unwrap_or_default();
+        lines.push(Line::from(vec![
+            Span::styled(format!("{} ", letter(place)), Style::new().fg(color).bold()),
+            Span::raw(format!("{bits} {} {} ", field.address, field.name)),
+            Span::styled(text, Modifier::BOLD),
+        ]));
+    }
+    if let Some(draft) = screen.pdos.draft.as_ref().filter(|draft| draft.pdo == pdo.name) {
+        let timing = draft.transmission.as_ref().map_or_else(String::new, |timing| format!(", {timing}"));
+        lines.push(Line::default());
+        lines.push(Line::from(format!("{}: {}{timing}", screen.text(Text::Carries), draft.objects.join(" "))).yellow());
+    }
+    lines
+}
+
+/// The numbers of the bytes.
+fn ruler() -> String {
+    (0..8).map(|byte| format!("{byte:<9}")).collect()
+}
+
+/// A letter for each bit, from bit 0 on.
+fn picture(pdo: &Pdo) -> Line<'static> {
+    let mut spans = Vec::new();
+    for bit in 0..64u16 {
+        let covers = |field: &crate::view::PdoField| {
+            let first = u16::from(field.first_bit);
+            (first..first + u16::from(field.bits)).contains(&bit)
+        };
+        spans.push(match pdo.fields.iter().position(covers) {
+            Some(place) => Span::styled(letter(place).to_string(), Style::new().fg(COLORS[place % COLORS.len()])),
+            None => Span::raw("."),
+        });
+        if bit % 8 == 7 {
+            spans.push(Span::raw(" "));
+        }
+    }
+    Line::from(spans)
+}
+
+fn letter(place: usize) -> char {
+    (b'a' + (place % 26) as u8) as char
+}

@@ -1,0 +1,446 @@
+//! The terminal's face as a state machine: keys and answers go in, commands come out, and it draws itself.
+
+use ratatui::Frame;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style, Stylize};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
+
+use super::text::{Language, Text};
+use super::{bus, devices, drives, nodes, objects, pdos, plots, trace};
+use crate::command::{Answer, Command, Refused};
+use crate::view::{self, View};
+
+/// The rooms of the bench.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Room {
+    #[default]
+    Nodes,
+    Objects,
+    Pdos,
+    Trace,
+    Plots,
+    Drives,
+    Bus,
+    Devices,
+}
+
+impl Room {
+    const ALL: [Room; 8] =
+        [Room::Nodes, Room::Objects, Room::Pdos, Room::Trace, Room::Plots, Room::Drives, Room::Bus, Room::Devices];
+
+    const fn title(self) -> Text {
+        match self {
+            Room::Nodes => Text::Nodes,
+            Room::Objects => Text::Objects,
+            Room::Pdos => Text::Pdos,
+            Room::Trace => Text::Trace,
+            Room::Plots => Text::Plots,
+            Room::Drives => Text::Drives,
+            Room::Bus => Text::Bus,
+            Room::Devices => Text::Devices,
+        }
+    }
+
+    const fn help(self) -> Text {
+        match self {
+            Room::Nodes => Text::HelpNodes,
+            Room::Objects => Text::HelpObjects,
+            Room::Pdos => Text::HelpPdos,
+            Room::Trace => Text::HelpTrace,
+            Room::Plots => Text::HelpPlots,
+            Room::Drives => Text::HelpDrives,
+            Room::Bus => Text::HelpBus,
+            Room::Devices => Text::HelpDevices,
+        }
+    }
+}
+
+/// What a key asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// To leave.
+    Leave,
+    /// To carry a command out.
+    Ask(Purpose, Command),
+}
+
+/// What an answer is for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Purpose {
+    /// To be said.
+    Say,
+    /// To be shown: the entries of this node.
+    Objects(u8),
+    /// The PDOs of this node.
+    Pdos(u8),
+    /// Rows of the trace.
+    Trace,
+    /// Curves.
+    Plots,
+    /// A file of this name; that of the answer if it is empty.
+    File(String),
+}
+
+/// A question in the last line.
+#[derive(Clone, Debug)]
+pub(super) struct Prompt {
+    pub(super) title: Text,
+    pub(super) typed: String,
+    pub(super) then: Then,
+}
+
+/// What becomes of the answer to a question.
+#[derive(Clone, Debug)]
+pub(super) enum Then {
+    Ask(fn(&mut Screen, &View, String) -> Option<Action>),
+    Change(fn(&mut Screen, String)),
+}
+
+/// The terminal's face.
+#[derive(Default)]
+pub struct Screen {
+    pub(super) language: Language,
+    pub(super) face: u32,
+    pub(super) room: Room,
+    /// The selected node, and the selected row of each room.
+    pub(super) node: Option<u8>,
+    pub(super) rows: [usize; 8],
+    pub(super) prompt: Option<Prompt>,
+    /// What was said last, and whether it is an error.
+    said: Option<(bool, String)>,
+    has_help: bool,
+    pub(super) objects: objects::State,
+    pub(super) pdos: pdos::State,
+    pub(super) trace: trace::State,
+    pub(super) plots: plots::State,
+}
+
+impl Screen {
+    /// A face that has this number.
+    #[must_use]
+    pub fn new(face: u32, language: Language) -> Self {
+        Screen { language, face, ..Screen::default() }
+    }
+
+    /// Handles a key.
+    pub fn handle_key(&mut self, key: KeyEvent, view: &View) -> Option<Action> {
+        if key.kind == KeyEventKind::Release {
+            return None;
+        }
+        if key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL) {
+            return Some(Action::Leave);
+        }
+        if self.prompt.is_some() {
+            return self.answer(key.code, view);
+        }
+        if std::mem::take(&mut self.has_help) {
+            return None;
+        }
+        let last = Room::ALL.len() - 1;
+        let place = self.room as usize;
+        match key.code {
+            // Whatever else is shown: this stops.
+            KeyCode::Char(' ') => {
+                self.said = Some((false, self.text(Text::Stopping).to_owned()));
+                return Some(Action::Ask(Purpose::Say, Command::StopAll));
+            }
+            KeyCode::Char('q') => return Some(Action::Leave),
+            KeyCode::Char('?') => self.has_help = true,
+            KeyCode::Esc => self.said = None,
+            KeyCode::Tab => self.room = Room::ALL[if place == last { 0 } else { place + 1 }],
+            KeyCode::BackTab => self.room = Room::ALL[if place == 0 { last } else { place - 1 }],
+            KeyCode::Char(digit @ '1'..='8') => self.room = Room::ALL[digit as usize - '1' as usize],
+            KeyCode::Char('h') if view.hands.holder == Some(self.face) => return say(Command::ReleaseHands),
+            KeyCode::Char(hands @ ('h' | 'H')) => return say(Command::TakeHands { force: hands == 'H' }),
+            KeyCode::Char('[') => self.select_node(view, -1),
+            KeyCode::Char(']') => self.select_node(view, 1),
+            KeyCode::Char('l') if view.log.is_some() => {
+                let stands = view.log.as_ref().is_some_and(|log| log.speed == 0.0);
+                return say(Command::Play { speed: if stands { 1.0 } else { 0.0 } });
+            }
+            KeyCode::Left | KeyCode::Right if view.log.is_some() => {
+                let log = view.log.as_ref()?;
+                let step = log.seconds / 50.0 * if key.code == KeyCode::Left { -1.0 } else { 1.0 };
+                return say(Command::Seek { seconds: (log.position + step).clamp(0.0, log.seconds) });
+            }
+            other => return self.handle_in_room(other, view),
+        }
+        None
+    }
+
+    fn handle_in_room(&mut self, code: KeyCode, view: &View) -> Option<Action> {
+        if self.room == Room::Trace {
+            return trace::handle_key(self, code, view);
+        }
+        let count = self.row_count(view);
+        let row = &mut self.rows[self.room as usize];
+        match code {
+            KeyCode::Up => *row = row.saturating_sub(1),
+            KeyCode::Down => *row = (*row + 1).min(count.saturating_sub(1)),
+            KeyCode::PageUp => *row = row.saturating_sub(10),
+            KeyCode::PageDown => *row = (*row + 10).min(count.saturating_sub(1)),
+            KeyCode::Home => *row = 0,
+            KeyCode::End => *row = count.saturating_sub(1),
+            other => {
+                return match self.room {
+                    Room::Nodes => nodes::handle_key(self, other, view),
+                    Room::Objects => objects::handle_key(self, other, view),
+                    Room::Pdos => pdos::handle_key(self, other, view),
+                    Room::Plots => plots::handle_key(self, other, view),
+                    Room::Drives => drives::handle_key(self, other, view),
+                    Room::Devices => devices::handle_key(self, other, view),
+                    Room::Bus | Room::Trace => None,
+                };
+            }
+        }
+        if self.room == Room::Nodes {
+            self.node = view.nodes.get(self.rows[0]).map(|node| node.id);
+        }
+        None
+    }
+
+    fn row_count(&self, view: &View) -> usize {
+        match self.room {
+            Room::Nodes => view.nodes.len(),
+            Room::Objects => objects::shown(self).count(),
+            Room::Pdos => self.pdos.pdos.len(),
+            Room::Drives => view.drives.len(),
+            Room::Bus => view.bus.ids.len(),
+            Room::Devices => devices::rows(view).count(),
+            Room::Trace | Room::Plots => 0,
+        }
+    }
+
+    fn select_node(&mut self, view: &View, by: isize) {
+        let place = view.nodes.iter().position(|node| Some(node.id) == self.node).unwrap_or(0);
+        let count = view.nodes.len().max(1) as isize;
+        let place = (place as isize + by).rem_euclid(count) as usize;
+        self.node = view.nodes.get(place).map(|node| node.id);
+        self.rows = [0; 8];
+        self.rows[0] = place;
+    }
+
+    /// A key while a question is asked.
+    fn answer(&mut self, code: KeyCode, view: &View) -> Option<Action> {
+        let prompt = self.prompt.as_mut()?;
+        match code {
+            KeyCode::Esc => self.prompt = None,
+            KeyCode::Backspace => drop(prompt.typed.pop()),
+            KeyCode::Char(character) => prompt.typed.push(character),
+            KeyCode::Enter => {
+                let Prompt { typed, then, .. } = self.prompt.take()?;
+                match then {
+                    Then::Ask(ask) => return ask(self, view, typed),
+                    Then::Change(change) => change(self, typed),
+                }
+            }
+            _ => {}
+        }
+        None
+    }
+
+    /// Asks a question in the last line.
+    pub(super) fn prompt(&mut self, title: Text, then: Then) -> Option<Action> {
+        self.prompt = Some(Prompt { title, typed: String::new(), then });
+        None
+    }
+
+    /// What the room needs to be shown: asked again when the answer to the last one is there.
+    #[must_use]
+    pub fn wants(&self, view: &View) -> Option<(Purpose, Command)> {
+        let node = self.node.or_else(|| view.nodes.first().map(|node| node.id));
+        match self.room {
+            Room::Objects => Some((Purpose::Objects(node?), Command::Objects { node: node? })),
+            Room::Pdos if self.pdos.node != node => Some((Purpose::Pdos(node?), Command::Pdos { node: node? })),
+            Room::Trace => Some((Purpose::Trace, self.trace.request())),
+            Room::Plots => Some((Purpose::Plots, Command::Curves { since: (view.time - self.plots.span()).max(0.0) })),
+            _ => None,
+        }
+    }
+
+    /// Takes the answer to a command.
+    pub fn take(&mut self, purpose: Purpose, result: Result<Answer, Refused>) {
+        match (purpose, result) {
+            (Purpose::Objects(node), Ok(Answer::Objects(objects))) => self.objects.set(node, objects),
+            (Purpose::Objects(node), Err(_)) => self.objects.set(node, Vec::new()),
+            (Purpose::Pdos(node), Ok(Answer::Pdos(pdos))) => self.pdos.set(node, pdos),
+            (Purpose::Pdos(node), Err(refused)) => {
+                self.pdos.set(node, Vec::new());
+                self.said = Some((true, words(&refused)));
+            }
+            (Purpose::Trace, Ok(Answer::Frames(frames))) => self.trace.take(frames),
+            (Purpose::Plots, Ok(Answer::Curves(curves))) => self.plots.curves = curves,
+            (Purpose::File(path), Ok(Answer::File { name, bytes })) => {
+                let path = if path.is_empty() { name } else { path };
+                self.said = Some(match std::fs::write(&path, bytes) {
+                    Ok(()) => (false, format!("{path} {}", self.text(Text::Written))),
+                    Err(error) => (true, format!("{path}: {error}")),
+                });
+            }
+            (_, Ok(answer)) => self.said = Some((false, self.sentence(answer))),
+            (_, Err(refused)) => self.said = Some((true, words(&refused))),
+        }
+    }
+
+    fn sentence(&mut self, answer: Answer) -> String {
+        match answer {
+            Answer::Values(values) => {
+                let values = values.iter().map(|value| format!("{} = {}", value.address, value.text));
+                values.collect::<Vec<_>>().join(", ")
+            }
+            Answer::Objections(objections) if objections.is_empty() => self.text(Text::Fits).to_owned(),
+            Answer::Objections(objections) => objections.join("; "),
+            Answer::Differences(found) => {
+                let differences =
+                    found.iter().map(|it| format!("{} {}: {} / {}", it.address, it.name, it.here, it.there));
+                let text = differences.collect::<Vec<_>>().join("; ");
+                if text.is_empty() { "0".to_owned() } else { text }
+            }
+            Answer::Pdos(pdos) => {
+                self.pdos.replace(pdos);
+                self.text(Text::Written).to_owned()
+            }
+            _ => self.text(Text::Done).to_owned(),
+        }
+    }
+
+    /// Says what is wrong.
+    pub(super) fn complain(&mut self, why: String) {
+        self.said = Some((true, why));
+    }
+
+    pub(super) fn text(&self, text: Text) -> &'static str {
+        text.of(self.language)
+    }
+
+    /// The selected node, or the first one.
+    pub(super) fn node<'v>(&self, view: &'v View) -> Option<&'v view::Node> {
+        let selected = view.nodes.iter().find(|node| Some(node.id) == self.node);
+        selected.or_else(|| view.nodes.first())
+    }
+
+    pub(super) fn row(&self) -> usize {
+        self.rows[self.room as usize]
+    }
+
+    /// Goes to a row of the trace.
+    pub(super) fn show_row(&mut self, number: u64, view: &View) {
+        self.room = Room::Trace;
+        self.trace.hold_at(number.saturating_sub(view.trace.first));
+    }
+
+    /// Goes to another room.
+    pub(super) fn enter(&mut self, room: Room) {
+        self.room = room;
+    }
+
+    /// Draws it all.
+    pub fn draw(&self, frame: &mut Frame<'_>, view: &View) {
+        let [head, body, jobs, foot, keys] = Layout::vertical([
+            Constraint::Length(2),
+            Constraint::Min(5),
+            Constraint::Length(u16::from(view.jobs.iter().any(|job| job.is_success.is_none()) || view.log.is_some())),
+            Constraint::Length(1),
+            Constraint::Length(1),
+        ])
+        .areas(frame.area());
+        self.draw_head(frame, head, view);
+        match self.room {
+            Room::Nodes => nodes::draw(self, frame, body, view),
+            Room::Objects => objects::draw(self, frame, body, view),
+            Room::Pdos => pdos::draw(self, frame, body, view),
+            Room::Trace => trace::draw(self, frame, body, view),
+            Room::Plots => plots::draw(self, frame, body, view),
+            Room::Drives => drives::draw(self, frame, body, view),
+            Room::Bus => bus::draw(self, frame, body, view),
+            Room::Devices => devices::draw(self, frame, body, view),
+        }
+        self.draw_job(frame, jobs, view);
+        self.draw_foot(frame, foot);
+        let stop =
+            Span::styled(format!(" {} ", self.text(Text::Stop)), Style::new().fg(Color::White).bg(Color::Red).bold());
+        let line = Line::from(vec![stop, Span::raw(format!("  {}", self.text(Text::Help)))]);
+        frame.render_widget(line, keys);
+        if self.has_help {
+            self.draw_help(frame);
+        }
+    }
+
+    fn draw_head(&self, frame: &mut Frame<'_>, area: Rect, view: &View) {
+        let [tabs, state] = Layout::vertical([Constraint::Length(1); 2]).areas(area);
+        let mut spans = Vec::new();
+        for (room, number) in Room::ALL.into_iter().zip(1..) {
+            let style = if room == self.room { Modifier::REVERSED | Modifier::BOLD } else { Modifier::empty() };
+            spans.push(Span::styled(format!(" {number} {} ", self.text(room.title())), style));
+        }
+        frame.render_widget(Line::from(spans), tabs);
+        let (hands, style) = match view.hands.holder {
+            None => (self.text(Text::HandsFree), Style::new()),
+            Some(face) if face == self.face => (self.text(Text::HandsHere), Style::new().bold().yellow()),
+            Some(_) => (self.text(Text::HandsThere), Style::new().magenta()),
+        };
+        let load = view.bus.load_percent.map_or_else(String::new, |load| format!("  {load:.0} %"));
+        let state_style = if view.bus.state == "error active" { Style::new() } else { Style::new().red().bold() };
+        let line = Line::from(vec![
+            Span::styled(format!(" {}  ", view.bus.name), Modifier::BOLD),
+            Span::styled(view.bus.state.clone(), state_style),
+            Span::raw(format!("  {}/s{load}  ", view.bus.frames_per_second)),
+            Span::styled(hands, style),
+        ]);
+        frame.render_widget(line, state);
+    }
+
+    fn draw_job(&self, frame: &mut Frame<'_>, area: Rect, view: &View) {
+        if let Some(job) = view.jobs.iter().find(|job| job.is_success.is_none()) {
+            let percent = job.done.map_or_else(String::new, |done| format!("{:3.0} % ", done * 100.0));
+            frame.render_widget(Line::from(format!(" {percent}{}: {}", job.name, job.text)).cyan(), area);
+        } else if let Some(log) = &view.log {
+            let width = usize::from(area.width.saturating_sub(30));
+            let place = (log.position / log.seconds.max(1e-9) * width as f64) as usize;
+            let bar: String =
+                (0..width).map(|at| if at == place.min(width.saturating_sub(1)) { '●' } else { '─' }).collect();
+            frame.render_widget(Line::from(format!(" {:>9.3} / {:<9.3} s {bar}", log.position, log.seconds)), area);
+        }
+    }
+
+    fn draw_foot(&self, frame: &mut Frame<'_>, area: Rect) {
+        let line = match (&self.prompt, &self.said) {
+            (Some(prompt), _) => Line::from(format!(" {}: {}▏", self.text(prompt.title), prompt.typed)).bold(),
+            (None, Some((true, text))) => Line::from(format!(" {text}")).red(),
+            (None, Some((false, text))) => Line::from(format!(" {text}")).green(),
+            (None, None) => Line::from(format!(" {}", self.text(self.room.help()))).dim(),
+        };
+        frame.render_widget(line, area);
+    }
+
+    fn draw_help(&self, frame: &mut Frame<'_>) {
+        let area = frame.area().centered(Constraint::Percentage(90), Constraint::Percentage(80));
+        let mut lines = vec![Line::from(self.text(Text::HelpAll)), Line::default()];
+        for room in Room::ALL {
+            lines.push(Line::from(self.text(room.title())).bold());
+            lines.push(Line::from(self.text(room.help())));
+        }
+        let help = Paragraph::new(lines).wrap(Wrap { trim: false }).block(Block::bordered().title(" ? "));
+        frame.render_widget(Clear, area);
+        frame.render_widget(help, area);
+    }
+}
+
+/// Asks for a command whose answer is only said.
+pub(super) fn say(command: Command) -> Option<Action> {
+    Some(Action::Ask(Purpose::Say, command))
+}
+
+fn words(refused: &Refused) -> String {
+    match &refused.remedy {
+        Some(remedy) => format!("{} ({remedy})", refused.why),
+        None => refused.why.clone(),
+    }
+}
+
+/// The first of the rows that fit into so many lines, so that the selected one is among them.
+pub(super) fn first_shown(selected: usize, lines: usize) -> usize {
+    selected.saturating_sub(lines.saturating_sub(1))
+}

@@ -1,0 +1,146 @@
+//! What the terminal's face says, in English and German.
+
+/// The language of the face; what the bench says of the bus is English.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Language {
+    /// English.
+    #[default]
+    English,
+    /// German.
+    German,
+}
+
+impl Language {
+    /// That of the value of `LANG`: `de_DE.UTF-8`.
+    #[must_use]
+    pub fn of_locale(locale: &str) -> Self {
+        if locale.to_ascii_lowercase().starts_with("de") { Language::German } else { Language::English }
+    }
+}
+
+macro_rules! texts {
+    ($($name:ident, $english:literal, $german:literal;)*) => {
+        /// A text of the face.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub(super) enum Text {
+            $($name,)*
+        }
+
+        impl Text {
+            /// The text in a language.
+            pub(super) const fn of(self, language: Language) -> &'static str {
+                match (self, language) {
+                    $((Text::$name, Language::English) => $english,
+                    (Text::$name, Language::German) => $german,)*
+                }
+            }
+        }
+    };
+}
+
+texts! {
+    Nodes, "Nodes", "Knoten";
+    Objects, "Objects", "Objekte";
+    Pdos, "PDOs", "PDOs";
+    Trace, "Trace", "Trace";
+    Plots, "Plots", "Kurven";
+    Drives, "Drives", "Antriebe";
+    Bus, "Bus", "Bus";
+    Devices, "Devices", "Simulation";
+    Id, "ID", "ID";
+    Name, "name", "Name";
+    State, "state", "Zustand";
+    Heartbeat, "heartbeat", "Heartbeat";
+    Sheet, "data sheet", "Datenblatt";
+    Faults, "faults", "Störungen";
+    NoFaults, "no fault", "keine Störung";
+    History, "history", "Verlauf";
+    Identity, "identity", "Identität";
+    Changes, "changed since the bench was opened", "seit dem Öffnen geändert";
+    Address, "entry", "Eintrag";
+    Value, "value", "Wert";
+    Default, "default", "Vorgabe";
+    Limits, "limits", "Grenzen";
+    Access, "access", "Zugriff";
+    Choices, "takes", "erlaubt";
+    Watched, "watched", "beobachtet";
+    Lowest, "lowest", "kleinster";
+    Highest, "highest", "größter";
+    Carries, "maps", "Abbildung";
+    Time, "time [s]", "Zeit [s]";
+    Content, "content", "Inhalt";
+    Follows, "follows", "läuft mit";
+    Stands, "stands", "steht";
+    Filter, "filter", "Filter";
+    Rows, "rows", "Zeilen";
+    Position, "position", "Position";
+    Velocity, "velocity", "Geschwindigkeit";
+    Target, "target", "Ziel";
+    Mode, "mode", "Betriebsart";
+    Obstacles, "it would not move:", "er würde nicht fahren:";
+    Ready, "it would move", "er würde fahren";
+    Ended, "last order:", "letzter Auftrag:";
+    Load, "load", "Buslast";
+    Peak, "peak", "Spitze";
+    Troubles, "troubles", "Auffälligkeiten";
+    NoTroubles, "nothing is wrong", "nichts auffällig";
+    Frame, "frame", "Rahmen";
+    PerSecond, "per s", "pro s";
+    Jitter, "jitter [ms]", "Jitter [ms]";
+    Share, "share", "Anteil";
+    Inputs, "inputs", "Eingänge";
+    Power, "power", "Versorgung";
+    On, "on", "ein";
+    Off, "off", "aus";
+    NoSheet, "no data sheet: d gives one", "kein Datenblatt: d gibt eines";
+    NoNode, "no node was heard: f looks for nodes", "kein Knoten gehört: f sucht Knoten";
+    NoDrive, "no node is a drive", "kein Knoten ist ein Antrieb";
+    NoDevice, "the devices of this bus are real", "die Geräte an diesem Bus sind echt";
+    NoCurve, "no curve: a adds one", "keine Kurve: a fügt eine hinzu";
+    HandsFree, "hands off: h takes them", "Hände weg: h nimmt die Hand";
+    HandsHere, "HANDS ON", "HAND AM BUS";
+    HandsThere, "another face has the hands", "eine andere Ansicht hat die Hand";
+    Stop, "SPACE = STOP ALL", "LEERTASTE = ALLES HALT";
+    Help, "? help  q leave", "? Hilfe  q Ende";
+    Stopping, "stopping all drives...", "alle Antriebe halten...";
+    Done, "done", "erledigt";
+    Written, "written", "geschrieben";
+    Fits, "it can be written: Enter writes it", "schreibbar: Eingabe schreibt";
+    AskValue, "new value", "neuer Wert";
+    AskSearch, "search", "Suche";
+    AskPosition, "to which position", "auf welche Position";
+    AskDistance, "how far", "wie weit";
+    AskVelocity, "how fast", "wie schnell";
+    AskMethod, "homing method (empty: as it is set)", "Referenzmethode (leer: wie eingestellt)";
+    AskFilter, "text", "Text";
+    AskServices, "services (nmt, sync, emcy, pdo, sdo, heartbeat, lss)", "Dienste (nmt, sync, emcy, pdo, sdo, heartbeat, lss)";
+    AskNodes, "nodes (3,5-9)", "Knoten (3,5-9)";
+    AskFile, "file", "Datei";
+    AskFormat, "format (candump, pcapng, asc, trc, blf)", "Format (candump, pcapng, asc, trc, blf)";
+    AskObject, "object to map", "Objekt, das abgebildet wird";
+    AskTiming, "when (event, sync, sync:4, every:10ms)", "wann (event, sync, sync:4, every:10ms)";
+    AskSignal, "object or PDO (6064, tpdo1)", "Objekt oder PDO (6064, tpdo1)";
+    AskSheet, "data sheet (siko/ag03-1, FILE.eds)", "Datenblatt (siko/ag03-1, DATEI.eds)";
+    AskId, "node-ID for a device without one", "Knotennummer für ein Gerät ohne";
+    AskInput, "set to", "setzen auf";
+    HelpNodes, "o operational  p pre-operational  x stopped  r reset  c reset communication  f find nodes  a LSS  d data sheet  g to the fault  Enter objects", "o operational  p pre-operational  x stopped  r Reset  c Reset der Kommunikation  f Knoten suchen  a LSS  d Datenblatt  g zur Störung  Eingabe Objekte";
+    HelpObjects, "[ ] node  / search  Enter write  r read  R read the object  w watch  g plot  d differences  b backup  u restore", "[ ] Knoten  / suchen  Eingabe schreiben  r lesen  R Objekt lesen  w beobachten  g Kurve  d Unterschiede  b sichern  u zurückspielen";
+    HelpPdos, "[ ] node  r read  a add an object  Del remove the last  t when  c check  Enter write", "[ ] Knoten  r lesen  a Objekt dazu  Entf letztes weg  t wann  c prüfen  Eingabe schreiben";
+    HelpTrace, "f follow  t transfers as one row  ! errors only  / text  s services  n nodes  0 all  x export", "f mitlaufen  t Transfers als eine Zeile  ! nur Fehler  / Text  s Dienste  n Knoten  0 alles  x speichern";
+    HelpPlots, "[ ] node  a add  c clear  + - span  x CSV  v SVG", "[ ] Knoten  a dazu  c leeren  + - Zeitraum  x CSV  v SVG";
+    HelpDrives, "e enable  d disable  f reset fault  m move to  s step  v run  o home  k stop  K quick stop", "e freigeben  d sperren  f Störung quittieren  m Zielfahrt  s Schritt  v Drehzahl  o Referenzfahrt  k Halt  K Schnellhalt";
+    HelpBus, "up, down: COB-IDs", "auf, ab: COB-IDs";
+    HelpDevices, "Enter set an input  p power", "Eingabe Eingang setzen  p Versorgung";
+    HelpAll, "1 to 8 or Tab rooms  arrows, PgUp, PgDn, Home, End  h hands (H takes them from another)  l play a log, left and right in it  Esc back", "1 bis 8 oder Tab Räume  Pfeile, Bild auf, Bild ab, Pos1, Ende  h Hand (H nimmt sie einer anderen)  l Log abspielen, links und rechts darin  Esc zurück";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_language_is_that_of_the_locale() {
+        assert_eq!(Language::of_locale("de_AT.UTF-8"), Language::German);
+        assert_eq!(Language::of_locale("C.UTF-8"), Language::English);
+    }
+}

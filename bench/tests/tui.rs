@@ -1,0 +1,377 @@
+//! The terminal's face: what each room shows (`tests/tui/`, made by `LEXICAN_BLESS=1`), and what keys ask for.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use lexican_bench::command::{Nmt, Order};
+use lexican_bench::tui::{Action, Language, Purpose, Screen};
+use lexican_bench::view::{
+    Bus, Curve, Drive, Ending, Fault, Frames, Hands, Input, Job, Log, Node, Object, Pdo, PdoField, Rate, Row,
+    Simulated, Trouble, Value, View, Watched,
+};
+use lexican_bench::{Answer, Command, Refused};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+/// A plant of which a drive is in fault.
+fn view() -> View {
+    let fault = |at, code: &str, text: &str, row| Fault { at, code: code.to_owned(), text: text.to_owned(), row };
+    let feeder = Node {
+        id: 5,
+        name: "feeder".to_owned(),
+        sheet: Some("siko/ag03-1".to_owned()),
+        identity: [Some(0x195), Some(0), Some(0x10000), Some(42)],
+        state: Some("OPERATIONAL".to_owned()),
+        heartbeat_ms: Some(100.02),
+        faults: vec![fault(12.5, "7121", "motor blocked", 812)],
+        history: vec![fault(12.5, "7121", "motor blocked", 812), fault(3.25, "3220", "DC link under-voltage", 77)],
+        sdo_ms: Some(1.2),
+        changes: vec!["state: PRE-OPERATIONAL at first, now OPERATIONAL".to_owned()],
+        ..Node::default()
+    };
+    let io = Node {
+        id: 7,
+        name: "io".to_owned(),
+        state: Some("PRE-OPERATIONAL".to_owned()),
+        silent_seconds: Some(2.3),
+        ..Node::default()
+    };
+    let drive = Drive {
+        node: 5,
+        name: "feeder".to_owned(),
+        state: Some("FAULT".to_owned()),
+        allowed: vec!["SWITCH ON DISABLED".to_owned()],
+        mode: Some("profile position (1)".to_owned()),
+        position: Some(4711.0),
+        velocity: Some(0.0),
+        velocity_unit: Some("rpm".to_owned()),
+        target: Some(9000.0),
+        obstacles: vec!["it is in fault: 7121h: motor blocked".to_owned()],
+        ending: Some(Ending {
+            is_success: false,
+            may_be_moving: false,
+            text: "a fault has stopped it: motor blocked".to_owned(),
+            remedy: Some("remove its cause, then reset the fault".to_owned()),
+        }),
+        orders: vec![Order::Enable, Order::MoveTo],
+        ..Drive::default()
+    };
+    View {
+        time: 14.0,
+        bus: Bus {
+            name: "demo".to_owned(),
+            is_writable: true,
+            bit_rate: Some(500_000),
+            state: "error active".to_owned(),
+            frames: 4211,
+            frames_per_second: 310,
+            load_percent: Some(7.2),
+            load_percent_peak: Some(21.0),
+            missing_frames: 0,
+            ids: vec![
+                Rate {
+                    id: "185".to_owned(),
+                    name: "TPDO1".to_owned(),
+                    node: Some(5),
+                    frames: 700,
+                    per_second: 50.0,
+                    jitter_ms: Some(0.12),
+                    share_percent: 31.0,
+                },
+                Rate {
+                    id: "705".to_owned(),
+                    name: "heartbeat".to_owned(),
+                    node: Some(5),
+                    frames: 140,
+                    per_second: 10.0,
+                    jitter_ms: None,
+                    share_percent: 4.0,
+                },
+            ],
+            troubles: vec![Trouble {
+                since: 11.7,
+                node: Some(7),
+                text: "node 7 is silent for 2.3 s".to_owned(),
+                row: None,
+            }],
+        },
+        nodes: vec![feeder, io],
+        drives: vec![drive],
+        devices: vec![Simulated {
+            node: 5,
+            name: "feeder".to_owned(),
+            is_on: true,
+            inputs: vec![Input {
+                name: "shaft".to_owned(),
+                help: "something holds the shaft".to_owned(),
+                choices: vec!["free".to_owned(), "blocked".to_owned()],
+                value: Some("blocked".to_owned()),
+            }],
+        }],
+        jobs: vec![Job {
+            number: 1,
+            name: "backup of node 5".to_owned(),
+            done: Some(0.4),
+            text: "6081:00 Profile velocity".to_owned(),
+            is_success: None,
+        }],
+        watched: vec![Watched {
+            node: 5,
+            address: "6064:00".to_owned(),
+            name: "Position Actual Value".to_owned(),
+            every_ms: 250,
+            value: Some(value("6064:00", "4711")),
+            bounds: Some((0.0, 4711.0)),
+            changes: 12,
+        }],
+        hands: Hands { holder: Some(1), faces: 2 },
+        ..View::default()
+    }
+}
+
+fn value(address: &str, text: &str) -> Value {
+    let raw = "67 12 00 00".to_owned();
+    Value {
+        address: address.to_owned(),
+        text: text.to_owned(),
+        number: text.parse().ok(),
+        raw,
+        at: 13.9,
+        is_error: false,
+    }
+}
+
+fn objects() -> Vec<Object> {
+    let object = |address: &str, name: &str, default: &str, value: Option<Value>| Object {
+        address: address.to_owned(),
+        object: name.to_owned(),
+        name: name.to_owned(),
+        group: "Drive".to_owned(),
+        data_type: "UNSIGNED32".to_owned(),
+        access: "rw".to_owned(),
+        mappable: None,
+        default: Some(default.to_owned()),
+        low: Some("0".to_owned()),
+        high: Some("200 rpm".to_owned()),
+        choices: Vec::new(),
+        unit: None,
+        help: Some("How fast it travels at most.".to_owned()),
+        value,
+    };
+    vec![
+        object("6064:00", "Position Actual Value", "0", Some(value("6064:00", "4711"))),
+        object("6081:00", "Profile Velocity", "100 rpm", None),
+    ]
+}
+
+/// A screen that has got all that it has asked for.
+fn screen(language: Language) -> Screen {
+    let mut screen = Screen::new(1, language);
+    screen.take(Purpose::Objects(5), Ok(Answer::Objects(objects())));
+    let pdo = Pdo {
+        name: "TPDO1".to_owned(),
+        id: "185".to_owned(),
+        is_on: true,
+        transmission: "at events of the profile (255)".to_owned(),
+        event_timer_ms: Some(20),
+        inhibit_ms: None,
+        fields: vec![
+            PdoField {
+                address: "6041:00".to_owned(),
+                name: "Statusword".to_owned(),
+                first_bit: 0,
+                bits: 16,
+                text: Some("FAULT".to_owned()),
+            },
+            PdoField {
+                address: "6064:00".to_owned(),
+                name: "Position Actual Value".to_owned(),
+                first_bit: 16,
+                bits: 32,
+                text: Some("4711".to_owned()),
+            },
+        ],
+        per_second: 50.0,
+        conflict: None,
+        mappable: Vec::new(),
+    };
+    screen.take(Purpose::Pdos(5), Ok(Answer::Pdos(vec![pdo])));
+    let row = |number, id: &str, text: &str, alarming| Row {
+        number,
+        time: 12.0 + number as f64 / 1e3,
+        id: id.to_owned(),
+        data: "21 71 01 00 00 00 00 00".to_owned(),
+        node: Some(5),
+        service: if alarming { "EMCY" } else { "TPDO1" }.to_owned(),
+        text: text.to_owned(),
+        alarming,
+    };
+    let rows =
+        vec![row(811, "185", "Statusword = OPERATION ENABLED", false), row(812, "085", "7121h: motor blocked", true)];
+    screen.take(Purpose::Trace, Ok(Answer::Frames(Frames { matching: 4211, from: 4209, rows })));
+    let points = (0..100).map(|at| (f64::from(at) * 0.14, f64::from(at * at))).collect();
+    let curve =
+        Curve { node: 5, address: "6064:00".to_owned(), name: "Position Actual Value".to_owned(), unit: None, points };
+    screen.take(Purpose::Plots, Ok(Answer::Curves(vec![curve])));
+    screen
+}
+
+fn key(character: char) -> KeyEvent {
+    KeyEvent::new(KeyCode::Char(character), KeyModifiers::NONE)
+}
+
+fn press(screen: &mut Screen, view: &View, keys: &str) -> Option<Action> {
+    let mut last = None;
+    for character in keys.chars() {
+        let code = if character == '\n' { KeyCode::Enter } else { KeyCode::Char(character) };
+        last = screen.handle_key(KeyEvent::new(code, KeyModifiers::NONE), view);
+    }
+    last
+}
+
+fn drawn(screen: &Screen, view: &View, width: u16, height: u16) -> String {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+    terminal.draw(|frame| screen.draw(frame, view)).unwrap();
+    let buffer = terminal.backend().buffer();
+    let mut text = String::new();
+    for y in 0..height {
+        let line: String = (0..width).map(|x| buffer[(x, y)].symbol()).collect();
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    text
+}
+
+#[test]
+fn golden_rooms_are_shown_in_both_languages_and_two_sizes() {
+    let (folder, view) = (Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tui"), view());
+    let bless = std::env::var_os("LEXICAN_BLESS").is_some();
+    for (name, language) in [("en", Language::English), ("de", Language::German)] {
+        for (width, height) in [(80, 24), (140, 40)] {
+            let mut screen = screen(language);
+            let mut text = String::new();
+            for room in '1'..='8' {
+                screen.handle_key(key(room), &view);
+                text += &drawn(&screen, &view, width, height);
+            }
+            screen.handle_key(key('?'), &view);
+            text += &drawn(&screen, &view, width, height);
+            let path = folder.join(format!("{name}-{width}.txt"));
+            if bless {
+                fs::write(&path, &text).unwrap();
+            }
+            let known = fs::read_to_string(&path).unwrap_or_default();
+            assert!(
+                known == text,
+                "{} is out of date: LEXICAN_BLESS=1 cargo test -p lexican-bench --test tui",
+                path.display()
+            );
+        }
+    }
+}
+
+#[test]
+fn space_stops_everything_in_every_room() {
+    let view = view();
+    for room in '1'..='8' {
+        let mut screen = screen(Language::English);
+        screen.handle_key(key(room), &view);
+        assert_eq!(screen.handle_key(key(' '), &view), Some(Action::Ask(Purpose::Say, Command::StopAll)));
+    }
+}
+
+#[test]
+fn orders_take_their_values_from_the_last_line() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    let order = |order, value: Option<&str>| {
+        let command = Command::Drive { node: 5, order, value: value.map(str::to_owned) };
+        Some(Action::Ask(Purpose::Say, command))
+    };
+    assert_eq!(press(&mut screen, &view, "6e"), order(Order::Enable, None));
+    assert_eq!(press(&mut screen, &view, "m90 deg\n"), order(Order::MoveTo, Some("90 deg")));
+    // A question that is left asks for nothing, and letters in it are no keys.
+    assert_eq!(press(&mut screen, &view, "mq"), None);
+    screen.handle_key(KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE), &view);
+    assert_eq!(press(&mut screen, &view, "q"), Some(Action::Leave));
+}
+
+#[test]
+fn hands_are_taken_and_given_back() {
+    let (mut view, mut screen) = (view(), screen(Language::English));
+    assert_eq!(press(&mut screen, &view, "h"), Some(Action::Ask(Purpose::Say, Command::ReleaseHands)));
+    view.hands.holder = None;
+    let take = |force| Some(Action::Ask(Purpose::Say, Command::TakeHands { force }));
+    assert_eq!(press(&mut screen, &view, "h"), take(false));
+    assert_eq!(press(&mut screen, &view, "H"), take(true));
+}
+
+#[test]
+fn a_node_is_commanded_and_its_objects_are_searched_and_written() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    let start = Command::Nmt { node: Some(7), command: Nmt::Start };
+    screen.handle_key(KeyEvent::new(KeyCode::Down, KeyModifiers::NONE), &view);
+    assert_eq!(press(&mut screen, &view, "o"), Some(Action::Ask(Purpose::Say, start)));
+    assert_eq!(screen.wants(&view), None);
+    press(&mut screen, &view, "[2/velocity\n");
+    assert_eq!(screen.wants(&view), Some((Purpose::Objects(5), Command::Objects { node: 5 })));
+    let write = Command::Write { node: 5, address: "6081:00".to_owned(), text: "60 rpm".to_owned(), force: false };
+    assert_eq!(press(&mut screen, &view, "\n60 rpm\n"), Some(Action::Ask(Purpose::Say, write)));
+    let refused = Refused::new("6081:00 Profile Velocity: 999 rpm is too high: the data sheet allows 0 to 200 rpm");
+    screen.take(Purpose::Say, Err(refused));
+    assert!(drawn(&screen, &view, 140, 40).contains("too high: the data sheet allows 0 to 200 rpm"));
+}
+
+#[test]
+fn a_mapping_is_made_checked_and_written() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    let map = |objects: &[&str], check| {
+        let objects = objects.iter().map(|&object| object.to_owned()).collect();
+        let transmission = Some("every:10ms".to_owned());
+        Some(Action::Ask(
+            Purpose::Say,
+            Command::MapPdo { node: 5, pdo: "TPDO1".to_owned(), objects, transmission, check },
+        ))
+    };
+    assert_eq!(press(&mut screen, &view, "3a606C\ntevery:10ms\nc"), map(&["6041:00", "6064:00", "606C"], true));
+    screen.take(Purpose::Say, Ok(Answer::Objections(vec!["80 bits are mapped".to_owned()])));
+    assert!(drawn(&screen, &view, 140, 40).contains("80 bits are mapped"));
+    screen.handle_key(KeyEvent::new(KeyCode::Delete, KeyModifiers::NONE), &view);
+    assert_eq!(press(&mut screen, &view, "\n"), map(&["6041:00", "6064:00"], false));
+}
+
+#[test]
+fn a_fault_leads_to_its_row_and_the_trace_is_filtered() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    press(&mut screen, &view, "g");
+    let Some((Purpose::Trace, Command::Trace { from, .. })) = screen.wants(&view) else { panic!("the trace") };
+    assert_eq!(from, 807, "with what was before it");
+    press(&mut screen, &view, "ssdo,emcy\nt!");
+    let Some((_, Command::Trace { filter, .. })) = screen.wants(&view) else { panic!("the trace") };
+    assert_eq!((&*filter.services, filter.transfers, filter.alarming), ("sdo,emcy", true, true));
+    let end = KeyEvent::new(KeyCode::End, KeyModifiers::NONE);
+    screen.handle_key(end, &view);
+    let Some((_, Command::Trace { from, .. })) = screen.wants(&view) else { panic!("the trace") };
+    assert!(from < 0, "it follows again");
+}
+
+#[test]
+fn a_log_is_played_and_sought() {
+    let mut view = view();
+    view.log = Some(Log { seconds: 100.0, position: 50.0, speed: 0.0 });
+    let mut screen = screen(Language::English);
+    assert_eq!(press(&mut screen, &view, "l"), Some(Action::Ask(Purpose::Say, Command::Play { speed: 1.0 })));
+    let right = screen.handle_key(KeyEvent::new(KeyCode::Right, KeyModifiers::NONE), &view);
+    assert_eq!(right, Some(Action::Ask(Purpose::Say, Command::Seek { seconds: 52.0 })));
+}
+
+#[test]
+fn an_input_of_a_simulated_device_is_set() {
+    let (view, mut screen) = (view(), screen(Language::English));
+    let set = Command::Input { node: 5, text: "shaft = free".to_owned() };
+    screen.handle_key(key('8'), &view);
+    screen.handle_key(KeyEvent::new(KeyCode::Down, KeyModifiers::NONE), &view);
+    assert_eq!(press(&mut screen, &view, "\nfree\n"), Some(Action::Ask(Purpose::Say, set)));
+    let off = Command::Power { node: 5, on: false };
+    assert_eq!(press(&mut screen, &view, "p"), Some(Action::Ask(Purpose::Say, off)));
+}
