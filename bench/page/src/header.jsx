@@ -42,12 +42,15 @@ export function Header() {
 
 const otherLanguage = () => Object.keys(DICTIONARIES).find((tag) => tag !== language.value)
 
+/** How the controller's state is marked: `error active` is the one that is well. */
+const kindOf = (state) => (state.endsWith('active') ? 'good' : /off|lost/.test(state) ? 'bad' : 'warn')
+
 function BusMark() {
   const bus = view.bus.value
   return (
     <div class="bus-mark" data-test="bus-mark">
       <b>{bus.name || '…'}</b>
-      <span class={bus.state === 'active' ? 'state good' : 'state warn'}>{bus.state || t('unknown')}</span>
+      <span class={`state ${kindOf(bus.state)}`}>{bus.state || t('unknown')}</span>
       {bus.load_percent !== null && (
         <span class="figure">
           <Meter percent={bus.load_percent} label={t('bus.load')} /> {percent(bus.load_percent)}

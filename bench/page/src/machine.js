@@ -32,12 +32,16 @@ export const TRANSITIONS = [
   [15, 'FAULT', 'SWITCH ON DISABLED', -8],
 ]
 
-/** The order that leads to a state; null if a drive goes there by itself or on its way. */
+const OFF = ['SWITCH ON DISABLED', 'READY TO SWITCH ON', 'SWITCHED ON']
+const ON = ['READY TO SWITCH ON', 'SWITCHED ON', 'OPERATION ENABLED', 'QUICK STOP ACTIVE']
+
+/** The order that leads from a state to another one, on the way of the drive's driver; null if there is none. */
 export function orderTo(target, from) {
-  if (target === 'OPERATION ENABLED') return 'enable'
-  if (target === 'QUICK STOP ACTIVE') return 'quick-stop'
-  if (target === 'SWITCH ON DISABLED') return from === 'FAULT' ? 'reset-fault' : 'disable'
-  return null
+  if (target === 'OPERATION ENABLED') return OFF.includes(from) ? 'enable' : null
+  if (target === 'QUICK STOP ACTIVE') return from === 'OPERATION ENABLED' ? 'quick-stop' : null
+  if (target !== 'SWITCH ON DISABLED') return null
+  if (from === 'FAULT') return 'reset-fault'
+  return ON.includes(from) ? 'disable' : null
 }
 
 /** A name in two lines that are about as long as each other, if it is too long for one. */

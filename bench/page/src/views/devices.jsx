@@ -48,6 +48,9 @@ function Device({ device }) {
   )
 }
 
+/** More choices than this go into several lines. */
+const MANY = 3
+
 function Input({ node, input }) {
   const test = `device-${node}-${input.name}`
   const set = (value) => order({ do: 'input', node, text: `${input.name} = ${value}` })
@@ -57,7 +60,7 @@ function Input({ node, input }) {
         <b>{input.name}</b> <small>{input.help}</small>
       </div>
       {input.choices.length > 0 ? (
-        <div class="choice" role="group" aria-label={input.name}>
+        <div class={input.choices.length > MANY ? 'chips' : 'choice'} role="group" aria-label={input.name}>
           {input.choices.map((choice) => (
             <Act
               key={choice}

@@ -76,7 +76,7 @@ function Motion({ drive }) {
       <div>
         <dt>{t('drive.velocity')}</dt>
         <dd data-test={`drive-${node}-velocity`}>
-          {measured(drive.velocity)} <small>{unit(drive.velocity_unit)}</small>
+          {measured(drive.velocity)} <small>{drive.velocity_unit}</small>
         </dd>
       </div>
       <div>

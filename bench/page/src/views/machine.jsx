@@ -61,7 +61,8 @@ function Transition({ drive, transition: [number, from, to, beside] }) {
 function MachineState({ drive, name, corner: [x, y], send }) {
   const isHere = drive.state === name
   const isAllowed = drive.allowed.includes(name)
-  const orderName = isAllowed ? orderTo(name, drive.state) : null
+  const wanted = orderTo(name, drive.state)
+  const orderName = drive.orders.includes(wanted) ? wanted : null
   const press = () => whyNot.value === null && send(orderName)
   const button = orderName && {
     role: 'button',

@@ -112,8 +112,8 @@ function Pdo({ node, pdo, entries, isEdited, edit, close }) {
         <code>{pdo.id}</code>
         <span class={`state ${pdo.is_on ? 'good' : 'none'}`}>{t(pdo.is_on ? 'pdo.on' : 'pdo.off')}</span>
         <span>{pdo.transmission}</span>
-        {pdo.event_timer_ms !== null && <span>{t('pdo.timer', { ms: number(pdo.event_timer_ms) })}</span>}
-        {pdo.inhibit_ms !== null && <span>{t('pdo.inhibit', { ms: number(pdo.inhibit_ms, 1) })}</span>}
+        {pdo.event_timer_ms > 0 && <span>{t('pdo.timer', { ms: number(pdo.event_timer_ms) })}</span>}
+        {pdo.inhibit_ms > 0 && <span>{t('pdo.inhibit', { ms: number(pdo.inhibit_ms, 1) })}</span>}
         <span class="figure">{t('per-second', { count: number(rate, 1) })}</span>
         <span class="figure">{t('pdo.bits', { used: usedBits(pdo.fields), all: FRAME_BITS })}</span>
         <div class="tools">
