@@ -17,6 +17,9 @@ function color(name) {
 
 const scaleOf = (curve) => curve.unit ?? '-'
 
+/** How wide an axis is for its numbers, in px. */
+const widthOf = (_, numbers) => 28 + 8 * Math.max(3, ...(numbers ?? []).map((text) => text.length))
+
 /** `colors` has that of each curve, which stays when another one is hidden. */
 function options(curves, colors, size, hooks) {
   const units = [...new Set(curves.map(scaleOf))]
@@ -46,7 +49,7 @@ function options(curves, colors, size, hooks) {
         scale: unit,
         label: unit === '-' ? '' : unit,
         side: place % 2 === 0 ? 3 : 1,
-        size: 64,
+        size: widthOf,
         labelSize: 18,
         grid: { ...axis.grid, show: place === 0 },
       })),

@@ -3,7 +3,7 @@ import { signal } from '@preact/signals'
 import { useEffect, useState } from 'preact/hooks'
 import { ask, order, orderFile } from '../bench.js'
 import { bounds, columns, crossing, extended, inSight, keyOf, newest, numberAt, thinned } from '../curves.js'
-import { measured, number } from '../format.js'
+import { NONE, measured, number } from '../format.js'
 import { t } from '../i18n/index.js'
 import { connection, view } from '../state.js'
 import { Button, Empty, Panel, Refusal, useAsk } from '../ui.jsx'
@@ -334,7 +334,7 @@ function LegendRow({ curve, place, sight, isHidden, toggle }) {
       <td class="number">{measured(a)}</td>
       <td class="number">{measured(b)}</td>
       <td class="number">{a !== null && b !== null && measured(b - a)}</td>
-      <td>{curve.unit ?? t('plots.increments')}</td>
+      <td>{curve.unit ?? NONE}</td>
     </tr>
   )
 }
