@@ -30,6 +30,28 @@ fn a_heartbeat_that_is_switched_on_ends_life_guarding() {
 }
 
 #[test]
+fn what_local_control_writes_takes_effect() {
+    let mut bench = Bench::full().operational();
+    let write = |bench: &mut Bench, index, sub, data: &[u8]| {
+        bench.device.write(bench.now, Address::new(index, sub), data, &mut bench.od)
+    };
+    assert_eq!(write(&mut bench, 0x1017, 0, &100_u16.to_le_bytes()), Ok(()));
+    assert_eq!(bench.pass_ms(150), ["0 705#05", "100000 705#05"]);
+    assert_eq!(write(&mut bench, 0x1017, 0, &[0, 0]), Ok(()));
+    assert_eq!(bench.pass_ms(500), NOTHING);
+    // Another identifier of TPDO1, by the rules for clients: it is switched off before.
+    assert_eq!(write(&mut bench, 0x1800, 1, &0x186_u32.to_le_bytes()), Err(AbortCode::INVALID_VALUE));
+    assert_eq!(write(&mut bench, 0x1800, 1, &0x8000_0185_u32.to_le_bytes()), Ok(()));
+    assert_eq!(write(&mut bench, 0x1800, 1, &0x186_u32.to_le_bytes()), Ok(()));
+    assert_eq!(bench.sent(), ["186#3412"]);
+    // A client cannot write this one, and hears of it by a TPDO.
+    assert_eq!(write(&mut bench, 0x6041, 0, &[7, 0]), Ok(()));
+    assert_eq!(bench.sent(), ["186#0700"]);
+    assert_eq!(write(&mut bench, 0x6042, 0, &[7, 0]), Err(AbortCode::NO_SUCH_OBJECT));
+    assert_eq!(bench.take_events(), []);
+}
+
+#[test]
 fn the_generic_bit_stays_as_long_as_there_is_any_error() {
     let mut bench = Bench::with("1016:01 u32 rw - 0x00060064");
     bench.send("706#05");

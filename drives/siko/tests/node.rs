@@ -5,7 +5,7 @@ mod support;
 use lexican_runtime::host::Node;
 use lexican_runtime::object::Address;
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{CobId, Duration, Instant};
+use lexican_runtime::{AbortCode, CobId, Duration, Instant};
 use siko_ag03_1::sim::controller::Network;
 use siko_ag03_1::sim::inputs::{BusState, Inputs};
 use siko_ag03_1::sim::script::{Change, Condition, Trigger};
@@ -86,6 +86,18 @@ fn a_position_that_is_set_beside_the_bus_is_reported_at_once() {
         });
     });
     assert_eq!(bench.pass(0), ["385#700202010000"]);
+}
+
+#[test]
+fn what_is_written_beside_the_bus_takes_effect() {
+    let mut bench = on_change();
+    let write =
+        |bench: &Bench, index, data: &[u8]| bench.see(|drive, now| drive.write(now, Address::new(index, 0), data));
+    assert_eq!(write(&bench, 0x607C, &0x0102_i32.to_le_bytes()), Ok(()));
+    assert_eq!(bench.pass(0), ["385#700202010000"]);
+    assert_eq!(write(&bench, 0x1017, &100_u16.to_le_bytes()), Ok(()));
+    assert_eq!(bench.pass(250).iter().filter(|frame| *frame == "705#05").count(), 3);
+    assert_eq!(write(&bench, 0x2FFF, &[0]), Err(AbortCode::NO_SUCH_OBJECT));
 }
 
 #[test]

@@ -149,6 +149,19 @@ impl SimulatedServo {
         result
     }
 
+    /// Writes an object beside the bus: access rights are not enforced, everything else is, and what it brings about
+    /// happens.
+    ///
+    /// # Errors
+    ///
+    /// The abort code that a client would get. Nothing has changed then.
+    pub fn write(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+        self.servo.update(now, &mut *self.storage);
+        self.with_device(|device, od| device.write(now, address, data, od))?;
+        self.take(now, Some(Event::Written(address)));
+        Ok(())
+    }
+
     /// Why the file of [`SimulatedServo::with_eeprom`] could not be written the last time.
     #[must_use]
     pub fn eeprom_trouble(&self) -> Option<&EepromError> {

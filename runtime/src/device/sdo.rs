@@ -1,8 +1,9 @@
 //! The SDO servers of a device: they serve the dictionary as [`Checked`](super::checked::Checked) lets clients write
-//! it, and what they have written takes effect.
+//! it, and what they have written takes effect. So does what local control writes.
 
 use super::event::Event;
 use super::{Device, Selection, identifiers};
+use crate::abort::AbortCode;
 use crate::cia301;
 use crate::frame::Frame;
 use crate::id::CobId;
@@ -47,11 +48,35 @@ impl<
     fn follow_sdo(&mut self, now: Instant, event: sdo_server::Event, od: &mut dyn ObjectDictionary) -> Option<Event> {
         let event = reported(event)?;
         if let Event::Written(address) = event {
-            self.reconfigure(now, address, od);
-            self.changed(address);
-            self.end_communication_error(od);
+            self.take_up(now, address, od);
         }
         Some(event)
+    }
+
+    /// Writes an entry by local control, whatever its access. Communication objects are checked as if a client wrote them,
+    /// and what they configure takes effect at once; the dictionary is lent as for a frame.
+    ///
+    /// # Errors
+    ///
+    /// The abort code that a client would get. Nothing has changed then.
+    pub fn write(
+        &mut self,
+        now: Instant,
+        address: Address,
+        data: &[u8],
+        od: &mut dyn ObjectDictionary,
+    ) -> Result<(), AbortCode> {
+        let entry = od.entry(address)?;
+        self.services.get().checked(od, SERVERS).write(&entry, 0, data, true)?;
+        self.take_up(now, address, od);
+        Ok(())
+    }
+
+    /// What was written takes effect.
+    fn take_up(&mut self, now: Instant, address: Address, od: &mut dyn ObjectDictionary) {
+        self.reconfigure(now, address, od);
+        self.changed(address);
+        self.end_communication_error(od);
     }
 
     /// Configures what a written entry concerns.

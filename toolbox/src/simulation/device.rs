@@ -5,14 +5,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use lexican_eds::model::Device;
-use lexican_runtime::cia301::connection;
 use lexican_runtime::device::Misconfigured;
 use lexican_runtime::host::Node;
-use lexican_runtime::object::{Address, ObjectDictionary};
+use lexican_runtime::object::Address;
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::wire::sdo::{ClientRequest, Content, Expedited, ServerResponse};
-use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId, cia301};
+use lexican_runtime::{AbortCode, CobId, Frame, Instant, NodeId};
 use siko_ag03_1::sim::{Model, Setup, SimulatedDrive};
 use siko_serial::sim::SerialDrive;
 use simulator::eeprom::EepromError;
@@ -27,7 +25,6 @@ use crate::node_id::node_id;
 use crate::object::resolve;
 use crate::values::DeviceValues;
 use crate::values::report::ValueReport;
-use crate::values::wire::written;
 
 /// A simulator that knows more than a data sheet says.
 #[derive(Clone, Copy)]
@@ -307,7 +304,7 @@ impl SimulatedDevice {
         }
     }
 
-    /// Changes an entry, regardless of its access.
+    /// Changes an entry, regardless of its access; what it configures takes effect.
     ///
     /// # Errors
     ///
@@ -315,42 +312,16 @@ impl SimulatedDevice {
     pub fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         match &mut self.kind {
             Kind::Sheet(device) => device.set_value(now, address, data),
-            Kind::Drive(drive) => drive.drive_mut().with_dictionary(now, |od| write_entry(od, address, data)),
-            Kind::Servo(servo) => servo.with_servo(now, |_, od| write_entry(od, address, data)),
+            Kind::Drive(serial) => serial.drive_mut().write(now, address, data),
+            Kind::Servo(servo) => servo.write(now, address, data),
         }
     }
 
-    /// Changes an entry as [`SimulatedDevice::set_value`] does; what configures the communication takes effect.
-    pub(super) fn configure(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
-        let is_communication = cia301::COMMUNICATION.contains(&address.index());
-        if let Some(node) = self.node_id().filter(|_| is_communication)
-            && let Some(content) = Expedited::new(&written(Some(&self.sheet), data.to_vec()))
-        {
-            // SDO begins after the boot-up message.
-            self.send_what_waits(now, node);
-            let content = Content::Expedited(content);
-            let request = ClientRequest::InitiateDownload { address, content }.to_bytes();
-            let request = Frame::from_array(CobId::of_node(connection::SDO_REQUEST, node), request);
-            self.as_node_mut().handle_frame(now, &request);
-            match self.send_what_waits(now, node) {
-                Some(ServerResponse::InitiateDownload { .. }) => return Ok(()),
-                Some(ServerResponse::Abort(abort)) if abort.code != AbortCode::READ_ONLY => return Err(abort.code),
-                _ => {}
-            }
-        }
-        self.set_value(now, address, data)
-    }
-
-    /// Takes what the device sends; returns the response to an SDO request.
-    fn send_what_waits(&mut self, now: Instant, node: NodeId) -> Option<ServerResponse> {
-        let mut response = None;
+    /// Lets a device that has just been switched on say that it has booted: only then some objects can be changed.
+    pub(super) fn let_boot(&mut self, now: Instant) {
         while let Some(frame) = self.as_node_mut().poll_transmit(now) {
-            match frame.id() == CobId::of_node(connection::SDO_RESPONSE, node) {
-                true => response = ServerResponse::parse(frame.data()),
-                false => self.sent.push_back(frame),
-            }
+            self.sent.push_back(frame);
         }
-        response
     }
 
     fn emergency(&mut self, code: u16, register: u8, msef: [u8; 5]) -> Result<(), Refusal> {
@@ -494,11 +465,6 @@ fn changes<C: FromToml + Clone>(model: &C::Model, line: &str) -> Result<Vec<C>, 
     Ok(script.steps().iter().flat_map(|step| step.changes.clone()).collect())
 }
 
-fn write_entry(od: &mut dyn ObjectDictionary, address: Address, data: &[u8]) -> Result<(), AbortCode> {
-    let entry = od.entry(address)?;
-    od.write(&entry, 0, data, true)
-}
-
 impl Node for SimulatedDevice {
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.as_node_mut().handle_frame(now, frame);
@@ -517,5 +483,94 @@ impl Node for SimulatedDevice {
     }
     fn generation(&self) -> u32 {
         self.as_node().generation()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::command::parse;
+    use lexican_runtime::host::VirtualBus;
+    use lexican_runtime::{Duration, host::Link};
+    use std::sync::{Arc, Mutex};
+
+    /// A data sheet that the library does not have.
+    const SENSOR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../cli/tests/sensor.eds");
+
+    /// A device on a bus that it has booted on, and what others hear there.
+    fn bus(device: &str) -> (VirtualBus, Arc<Mutex<SimulatedDevice>>, impl FnMut(u64) -> Vec<String>) {
+        let sheet = DataSheet::load(device, &[]).unwrap();
+        let bus = VirtualBus::new();
+        let device = SimulatedDevice::new(bus.now(), &sheet, NodeId::new(5), None).unwrap();
+        let device = Arc::new(Mutex::new(device));
+        bus.attach(Arc::clone(&device));
+        let mut link = bus.link();
+        bus.advance(Duration::from_millis(1));
+        let heard = move |ms| {
+            let until = link.now() + Duration::from_millis(ms);
+            std::iter::from_fn(|| link.receive_frame(until).unwrap()).map(|frame| frame.to_string()).collect()
+        };
+        (bus, device, heard)
+    }
+
+    fn carry_out(bus: &VirtualBus, device: &Mutex<SimulatedDevice>, line: &str) -> Result<String, Refusal> {
+        device.lock().unwrap().carry_out(bus.now(), &parse(line).unwrap().unwrap())
+    }
+
+    #[test]
+    fn what_is_set_takes_effect_in_every_kind_of_device() {
+        for (name, time) in [("siko/ag03-1", "raw:100"), ("kollmorgen/akd", "100"), (SENSOR, "100")] {
+            let (bus, device, mut heard) = bus(name);
+            assert_eq!(heard(1), ["705#00"], "{name}");
+            carry_out(&bus, &device, &format!("set 1017 {time}")).unwrap();
+            assert_eq!(heard(150), ["705#7F", "705#7F"], "{name}");
+            carry_out(&bus, &device, "power off").unwrap();
+            assert_eq!(heard(500), [""; 0], "{name}");
+            assert_eq!(carry_out(&bus, &device, "status").unwrap(), "no node-ID: not on the bus", "{name}");
+            // The wish of a manager, which a loss of power ends.
+            carry_out(&bus, &device, "power on").unwrap();
+            assert_eq!(heard(500), ["705#00"], "{name}");
+        }
+    }
+
+    #[test]
+    fn what_a_device_refuses_is_said() {
+        for (name, line, words) in [
+            ("siko/ag03-1", "set 2FFF 1", "2FFF"),
+            ("siko/ag03-1", "set 6060 9", "6060:00: 0609 0031"),
+            ("siko/ag03-1", "emcy 3120", "when it has a fault: fault = \"D\""),
+            ("kollmorgen/akd", "emcy clear", "goes with: fault = none"),
+            ("kollmorgen/akd", "blocked = maybe", "`blocked` cannot be \"maybe\"; write true or false"),
+            (SENSOR, "blocked = true", "no inputs but its objects"),
+            (SENSOR, "set 2000 9999", "2000:00: "),
+        ] {
+            let (bus, device, _) = bus(name);
+            let refusal = carry_out(&bus, &device, line).unwrap_err().to_string();
+            assert!(refusal.contains(words), "{name}: {line}: {refusal}");
+        }
+    }
+
+    #[test]
+    fn a_value_is_in_the_unit_that_the_device_has_now() {
+        let (bus, device, _) = bus("siko/ag03-1");
+        assert!(carry_out(&bus, &device, "set 607C \"12.5 mm\"").is_err());
+        carry_out(&bus, &device, "set 2412 \"1.00 mm\"").unwrap();
+        assert_eq!(
+            carry_out(&bus, &device, "set 607C \"12.5 mm\"").unwrap(),
+            carry_out(&bus, &device, "get 607C").unwrap()
+        );
+    }
+
+    #[test]
+    fn each_input_is_set_by_its_line() {
+        for (name, input, value) in [("siko/ag03-1", "shaft", "blocked"), ("kollmorgen/akd", "blocked", "true")] {
+            let (bus, device, _) = bus(name);
+            let find = |device: &SimulatedDevice| device.inputs().into_iter().find(|it| it.name == input).unwrap();
+            let line = find(&device.lock().unwrap()).line(value);
+            assert_eq!(carry_out(&bus, &device, &line).unwrap(), line);
+            assert_eq!(find(&device.lock().unwrap()).value.as_deref(), Some(value), "{name}");
+        }
+        let (_, device, _) = bus(SENSOR);
+        assert_eq!(device.lock().unwrap().inputs(), []);
     }
 }

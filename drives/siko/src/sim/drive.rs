@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use lexican_runtime::device::Device;
-use lexican_runtime::object::{Object, ObjectDictionary, Value};
+use lexican_runtime::object::{Address, Object, ObjectDictionary, Value};
 use lexican_runtime::wire::emcy::{ErrorCode, ErrorRegister};
 use lexican_runtime::wire::nmt::NmtState;
-use lexican_runtime::{Instant, NodeId};
+use lexican_runtime::{AbortCode, Instant, NodeId};
 use simulator::Storage;
 use simulator::eeprom::EepromFile;
 use simulator::script::Following;
@@ -100,7 +100,7 @@ impl SimulatedDrive {
     /// written whenever an entry of the EEPROM has changed, and with the position whenever the shaft has come to rest.
     ///
     /// ```
-    /// # use lexican_runtime::{Instant, NodeId};
+    /// # use lexican_runtime::{AbortCode, Instant, NodeId};
     /// # use siko_ag03_1::sim::{MODEL, Setup, SimulatedDrive};
     /// # let path = std::env::temp_dir().join(format!("ag03-eeprom-{}", std::process::id()));
     /// let setup = Setup::new(&MODEL, NodeId::literal(5));
@@ -304,9 +304,21 @@ impl SimulatedDrive {
     }
 
     /// Lends `call` the dictionary with its live values, beside the bus: access rights are not enforced, everything
-    /// else is. `lexican simulate` reads and sets objects so, at its user's command.
+    /// else is.
     pub fn with_dictionary<T>(&mut self, now: Instant, call: impl FnOnce(&mut dyn ObjectDictionary) -> T) -> T {
         let result = self.with_device(now, |_, od| call(od));
+        self.settle(now);
+        result
+    }
+
+    /// Writes an object beside the bus: access rights are not enforced, everything else is, and what configures the
+    /// communication takes effect.
+    ///
+    /// # Errors
+    ///
+    /// The abort code that a client would get. Nothing has changed then.
+    pub fn write(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
+        let result = self.with_device(now, |device, od| device.write(now, address, data, od));
         self.settle(now);
         result
     }

@@ -335,6 +335,24 @@ fn stopping_the_node_stops_the_axis() {
 }
 
 #[test]
+fn what_is_written_beside_the_bus_is_as_if_a_client_wrote_it() {
+    let mut bus = Bus::new();
+    let write =
+        |bus: &Bus, index, data: &[u8]| bus.with(|servo| servo.write(bus.bus.now(), Address::new(index, 0), data));
+    assert_eq!(write(&bus, 0x1017, &100_u16.to_le_bytes()), Ok(()));
+    bus.pass(1000);
+    assert!(bus.frames(0x705).len() >= 9);
+    // What is persistent, what the model refuses, and what it does.
+    assert_eq!(write(&bus, 0x607C, &77_i32.to_le_bytes()), Ok(()));
+    assert_eq!(write(&bus, 0x6098, &[99]), Err(AbortCode::DEVICE_STATE));
+    assert_eq!(write(&bus, 0x6071, &[0, 0]), Ok(()));
+    assert_eq!(bus.read(0x6064, 0), 1234);
+    bus.power(false);
+    bus.power(true);
+    assert_eq!(bus.read(0x607C, 0), 77);
+}
+
+#[test]
 fn the_model_refuses_and_follows_writes() {
     let mut bus = Bus::new();
     let refused = bus.try_write(0x6098, 0, 99).unwrap_err().to_string();

@@ -150,6 +150,7 @@ impl PlantDevice {
         let wrong = |error| PlantError { place: self.place.clone(), problem: Problem::Device(error).into() };
         let mut device = device.map_err(wrong)?.named(self.name.clone());
         for setting in &self.settings {
+            device.let_boot(now);
             self.set(now, &mut device, setting)?;
         }
         for input in &self.inputs {
@@ -175,7 +176,7 @@ impl PlantDevice {
         let data = DeviceValues::new(sheet).encode(address, value.trim());
         let data = data.map_err(|error| setting.wrong(Problem::Value(error)))?;
         device
-            .configure(now, address, &data)
+            .set_value(now, address, &data)
             .map_err(|code| setting.wrong(Problem::Refused { setting: setting.text.clone(), address, code }))
     }
 }

@@ -238,9 +238,17 @@ impl VirtualDevice {
         self.dictionary.value(address).map(<[u8]>::to_vec)
     }
 
-    /// Changes a value from inside the device: regardless of its access, but within its size and limits.
+    /// Changes a value from inside the device: regardless of its access, but within its size and limits. What configures
+    /// the communication takes effect.
     pub(super) fn set_value(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<(), AbortCode> {
         self.measure(now);
+        if cia301::COMMUNICATION.contains(&address.index())
+            && let Some(written) = self.with_device(|device, od| device.write(now, address, data, od))
+        {
+            written?;
+            self.follow(now, Some(Event::Written(address)));
+            return Ok(());
+        }
         self.dictionary.set(address, data)?;
         self.keep(address);
         self.measure(now);
