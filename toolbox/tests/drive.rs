@@ -1,0 +1,116 @@
+//! Orders to simulated drives, in virtual time: how each of them ends, and what is seen on the way.
+
+use kollmorgen_akd::driver::AKD;
+use lexican_driver::{Any, Cause, Description, Drive, Error};
+use lexican_runtime::host::{VirtualBus, VirtualLink};
+use lexican_runtime::profile::cia402::State;
+use lexican_runtime::{Duration, NodeId};
+use lexican_toolbox::drive::{Ending, Look, Order, Times, carry_out, has_ended};
+use lexican_toolbox::simulation::{Files, Plant};
+use siko_ag03_1::driver::AG03_1;
+
+const NODE: NodeId = NodeId::literal(5);
+const WITHIN: Times = Times { within: Duration::from_secs(60), lasting: None };
+
+/// A drive alone on its bus, of which a plant says this much more; enabled.
+fn enabled(device: &str, more: &str, description: &'static Description) -> Drive<VirtualLink, Any> {
+    let text = format!("[[node]]\nid = 5\ndevice = {device:?}\n{more}");
+    let plant = Plant::parse(&text, "plant.toml", Files::Embedded(&[])).unwrap();
+    let bus = VirtualBus::with_bit_rate(500);
+    bus.attach(plant.segment(bus.now()).unwrap());
+    let mut drive = Drive::connect_described(bus.link(), NODE, description).unwrap();
+    drive.enable().unwrap();
+    drive
+}
+
+fn ag03(more: &str) -> Drive<VirtualLink, Any> {
+    enabled("siko/ag03-1", more, &AG03_1)
+}
+
+fn akd(more: &str) -> Drive<VirtualLink, Any> {
+    enabled("kollmorgen/akd", more, &AKD)
+}
+
+/// How an order ends, and what was seen meanwhile.
+fn carried(drive: &mut Drive<VirtualLink, Any>, order: Order, times: Times) -> (Result<Ending, Error>, Vec<Look>) {
+    let mut looks = Vec::new();
+    let ending = drive.run(async |drive| carry_out(&drive, order, times, &mut |look| looks.push(look)).await);
+    (ending, looks)
+}
+
+#[test]
+fn a_travel_is_seen_from_its_beginning_to_its_target() {
+    let mut drive = ag03("");
+    let (ending, looks) = carried(&mut drive, Order::MoveTo(500), WITHIN);
+    assert_eq!(ending.unwrap(), Ending::Reached);
+    let positions: Vec<_> = looks.iter().filter_map(|look| look.position).collect();
+    assert!(positions.len() > 5 && positions.is_sorted(), "{positions:?}");
+    assert!(looks.iter().any(|look| look.velocity.is_some_and(|velocity| velocity > 0)));
+    let last = looks.last().unwrap();
+    assert_eq!((last.state, last.velocity), (Some(State::OperationEnabled), Some(0)));
+    // From where it is, and back.
+    assert_eq!(carried(&mut drive, Order::Step(Some(-500)), WITHIN).0.unwrap(), Ending::Reached);
+    assert!(drive.position().unwrap().abs() < 10);
+}
+
+#[test]
+fn a_shaft_that_is_held_stalls_the_drive_or_trips_it() {
+    let mut drive = akd("inputs = ['blocked = true']");
+    let (ending, _) = carried(&mut drive, Order::MoveTo(50_000), WITHIN);
+    assert_eq!(ending.unwrap(), Ending::Stalled);
+    drive.stop().unwrap();
+    let mut drive = ag03("[[node.step]]\nwhen = 'moving'\nafter_ms = 500\nshaft = 'blocked'\n");
+    let (ending, _) = carried(&mut drive, Order::MoveTo(50_000), WITHIN);
+    let Ending::Fault(Cause::Fault(code)) = ending.unwrap() else { panic!("the AG03/1 notices it by itself") };
+    assert_eq!(code.number, 0x7121);
+}
+
+#[test]
+fn a_limit_switch_ends_a_travel_short_of_its_target() {
+    let mut drive = akd("inputs = ['positive_limit = 20000']");
+    let (ending, _) = carried(&mut drive, Order::MoveTo(90_000), WITHIN);
+    assert_eq!(ending.unwrap(), Ending::Limit);
+    assert!(drive.position().unwrap() < 90_000);
+}
+
+#[test]
+fn a_home_switch_that_is_nowhere_leaves_the_drive_without_reference() {
+    let mut drive = akd("inputs = ['negative_limit = -5000', 'positive_limit = 5000']");
+    let (ending, _) = carried(&mut drive, Order::Home(Some(24)), WITHIN);
+    assert_eq!(ending.unwrap(), Ending::NotHomed);
+    assert_eq!(carried(&mut akd(""), Order::Home(Some(35)), WITHIN).0.unwrap(), Ending::Reached);
+}
+
+#[test]
+fn running_ends_with_its_time_and_the_drive_stands() {
+    let mut drive = akd("");
+    let lasting = Times { lasting: Some(Duration::from_secs(2)), ..WITHIN };
+    let (ending, looks) = carried(&mut drive, Order::Run(20_000), lasting);
+    assert_eq!(ending.unwrap(), Ending::Reached);
+    assert!(looks.iter().any(|look| look.velocity.is_some_and(|velocity| velocity > 0)));
+    assert_eq!(looks.last().unwrap().velocity, Some(0));
+}
+
+#[test]
+fn a_travel_whose_time_is_over_is_stopped() {
+    let mut drive = ag03("");
+    let times = Times { within: Duration::from_millis(500), lasting: None };
+    assert_eq!(carried(&mut drive, Order::MoveTo(500_000), times).0.unwrap(), Ending::TimedOut);
+    let stands = drive.position().unwrap();
+    assert_eq!(
+        carried(&mut drive, Order::Watch, Times { lasting: Some(Duration::from_secs(1)), ..WITHIN }).0.unwrap(),
+        Ending::Reached
+    );
+    assert_eq!(drive.position().unwrap(), stands);
+}
+
+#[test]
+fn what_the_drive_would_refuse_is_not_sent() {
+    let mut drive = ag03("");
+    drive.disable().unwrap();
+    let (ending, looks) = carried(&mut drive, Order::MoveTo(500), WITHIN);
+    let error = ending.unwrap_err();
+    assert!(matches!(error, Error::Refused(_)) && has_ended(&error), "{error}");
+    assert!(looks.iter().all(|look| look.velocity.is_none_or(|velocity| velocity == 0)));
+    assert_eq!(carried(&mut drive, Order::Stop, WITHIN).0.unwrap(), Ending::Reached);
+}
