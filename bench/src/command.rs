@@ -205,6 +205,14 @@ pub enum Command {
     },
 }
 
+impl Command {
+    /// Whether it stops something, and waits for nothing.
+    #[must_use]
+    pub const fn is_stop(&self) -> bool {
+        matches!(self, Command::StopAll | Command::Drive { order: Order::Stop | Order::QuickStop, .. })
+    }
+}
+
 /// A command of network management (CiA 301, 7.2.8.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]

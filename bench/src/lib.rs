@@ -8,6 +8,7 @@ pub mod model;
 pub mod sheet;
 pub mod tui;
 pub mod view;
+pub mod web;
 
 pub use command::{Answer, Command, Refused};
 pub use engine::{Bench, Face};

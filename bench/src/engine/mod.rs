@@ -11,7 +11,9 @@ mod recording;
 mod station;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll};
 
 use lexican_driver::Description;
 use lexican_runtime::host::{AccessError, Link};
@@ -146,6 +148,14 @@ impl Reply {
             Err(oneshot::error::TryRecvError::Empty) => None,
             Err(oneshot::error::TryRecvError::Closed) => Some(Err(gone())),
         }
+    }
+}
+
+impl Future for Reply {
+    type Output = Result<Answer, Refused>;
+
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
+        Pin::new(&mut self.0).poll(context).map(|answer| answer.unwrap_or_else(|_| Err(gone())))
     }
 }
 
@@ -378,15 +388,6 @@ impl Face {
         self.bench.show_hands(&faces);
         drop(faces);
         self.bench.stop_started_by(self.number);
-    }
-
-    /// Carries a command out.
-    ///
-    /// # Errors
-    ///
-    /// Why it was not carried out.
-    pub async fn request(&self, command: Command) -> Result<Answer, Refused> {
-        self.ask(command).0.await.unwrap_or_else(|_| Err(gone()))
     }
 
     /// Gives a command; its answer comes when it is carried out. Commands about one node follow one another.

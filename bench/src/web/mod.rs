@@ -1,0 +1,234 @@
+//! The page and its WebSocket, over HTTP.
+//!
+//! Whoever knows the token may use the bench, so the token is asked for wherever something of the bus is shown or done. The page itself
+//! is the same for all, and shows nothing without it.
+
+mod changes;
+mod downloads;
+mod files;
+mod guard;
+mod shared;
+mod socket;
+
+use std::future::IntoFuture;
+use std::io;
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{Path, Request, State};
+use axum::http::header::{
+    CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue, REFERRER_POLICY, SEC_WEBSOCKET_PROTOCOL,
+    X_CONTENT_TYPE_OPTIONS,
+};
+use axum::http::{HeaderMap, Response, StatusCode, Uri};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::IntoResponse;
+use axum::routing::{any, get};
+use axum::serve::ListenerExt;
+use tokio::sync::{Semaphore, watch};
+use tokio::time::{MissedTickBehavior, interval, timeout};
+
+use crate::Bench;
+use changes::Fields;
+use downloads::Downloads;
+use files::Files;
+use guard::{Names, Token};
+use shared::{Shared, ended};
+
+/// How often views are taken.
+const VIEWS: Duration = Duration::from_millis(100);
+/// The most pages that are open at once.
+const FACES: usize = 32;
+/// The most bytes of a message from a page: the text of a large DCF.
+const MESSAGE: usize = 4 << 20;
+/// For how long the end waits for answers under way.
+const LEAVING: Duration = Duration::from_secs(1);
+/// The protocol inside the WebSocket; a page names it, and after it the token.
+const PROTOCOL: &str = "lexican-bench";
+
+/// What every answer says to the browser: nothing is loaded from elsewhere, and nobody else gets at it.
+const POLICIES: [(HeaderName, &str); 5] = [
+    (
+        CONTENT_SECURITY_POLICY,
+        "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; object-src 'none'",
+    ),
+    (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    (REFERRER_POLICY, "no-referrer"),
+    (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+];
+
+/// The bench's server, which listens from its beginning on.
+pub struct Server {
+    listener: TcpListener,
+    address: SocketAddr,
+    token: Token,
+    names: Names,
+    end: watch::Sender<bool>,
+}
+
+/// Ends a server from anywhere.
+#[derive(Clone)]
+pub struct End(watch::Sender<bool>);
+
+impl End {
+    /// Ends it: pages are told so, then [`Server::run`] returns.
+    pub fn end(&self) {
+        self.0.send_replace(true);
+    }
+}
+
+impl Server {
+    /// Listens at an address; port 0 for any that is free. `names` are those by which pages may ask for it besides its addresses, as behind
+    /// a reverse proxy.
+    ///
+    /// # Errors
+    ///
+    /// The address cannot be had, or the machine has no random numbers.
+    pub fn bind(address: SocketAddr, names: Vec<String>) -> io::Result<Self> {
+        let listener = TcpListener::bind(address)?;
+        listener.set_nonblocking(true)?;
+        let address = listener.local_addr()?;
+        Ok(Server { listener, address, token: Token::new()?, names: Names(names), end: watch::Sender::new(false) })
+    }
+
+    /// Where it listens.
+    pub const fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// The address to open in a browser of this machine, with the token.
+    pub fn url(&self) -> String {
+        let mut address = self.address;
+        // All addresses of this machine.
+        if address.ip().is_unspecified() {
+            address.set_ip(if address.is_ipv4() { Ipv4Addr::LOCALHOST.into() } else { Ipv6Addr::LOCALHOST.into() });
+        }
+        format!("http://{address}/?token={}", self.token.as_str())
+    }
+
+    /// What ends it.
+    pub fn end(&self) -> End {
+        End(self.end.clone())
+    }
+
+    /// Serves pages of a bench until [`End::end`].
+    ///
+    /// # Errors
+    ///
+    /// The machine gives no threads or sockets for it.
+    pub fn run(self, bench: Bench) -> io::Result<()> {
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
+        let outcome = runtime.block_on(self.serve(bench));
+        runtime.shutdown_timeout(LEAVING);
+        outcome
+    }
+
+    async fn serve(self, bench: Bench) -> io::Result<()> {
+        let listener = tokio::net::TcpListener::from_std(self.listener)?;
+        let shared = Arc::new(Shared {
+            bench,
+            token: self.token,
+            names: self.names,
+            files: Files::new(),
+            downloads: Downloads::default(),
+            fields: watch::Sender::new(Fields::default()),
+            faces: Arc::new(Semaphore::new(FACES)),
+            end: self.end,
+        });
+        let (mut ending, mut end) = (shared.end.subscribe(), shared.end.subscribe());
+        let faces = Arc::clone(&shared.faces);
+        tokio::spawn(take_views(Arc::clone(&shared)));
+        let router = Router::new()
+            .route("/ws", any(open_socket))
+            .route("/file/{key}", get(download))
+            .fallback(get(page))
+            .layer(from_fn_with_state(Arc::clone(&shared), judge))
+            .with_state(shared);
+        // What is ordered leaves at once.
+        let listener = listener.tap_io(|stream| {
+            let _ = stream.set_nodelay(true);
+        });
+        let server = axum::serve(listener, router).with_graceful_shutdown(async move { ended(&mut ending).await });
+        let server = tokio::spawn(server.into_future());
+        ended(&mut end).await;
+        // Until every page is told; connections that do not end by themselves end with the program.
+        let leave = async {
+            let _ = faces.acquire_many(FACES as u32).await;
+            let _ = server.await;
+        };
+        let _ = timeout(LEAVING, leave).await;
+        Ok(())
+    }
+}
+
+/// Takes a view every so often, once for all pages, while there are any.
+async fn take_views(shared: Arc<Shared>) {
+    let mut ticks = interval(VIEWS);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        ticks.tick().await;
+        if shared.fields.receiver_count() > 0 {
+            let view = shared.bench.view();
+            shared.fields.send_modify(|fields| fields.update(&view));
+        }
+    }
+}
+
+/// Lets a request pass that comes from here, and says what holds of every answer.
+async fn judge(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response<Body> {
+    let mut answer = match shared.names.judge(request.headers()) {
+        Ok(()) => next.run(request).await,
+        Err(forbidden) => refuse(StatusCode::FORBIDDEN, forbidden.why),
+    };
+    for (name, value) in POLICIES {
+        answer.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    answer
+}
+
+fn refuse(status: StatusCode, why: impl Into<String>) -> Response<Body> {
+    (status, [(CONTENT_TYPE, "text/plain; charset=utf-8")], why.into() + "\n").into_response()
+}
+
+const WRONG_TOKEN: &str = "this is not the bench's token\nopen the address that lexican bench printed";
+
+/// A file of the page. Who names a token names the right one.
+async fn page(State(shared): State<Arc<Shared>>, uri: Uri, headers: HeaderMap) -> Response<Body> {
+    let mut parameters = uri.query().unwrap_or_default().split('&');
+    if parameters.any(|it| it.strip_prefix("token=").is_some_and(|token| !shared.token.is(token))) {
+        return refuse(StatusCode::FORBIDDEN, WRONG_TOKEN);
+    }
+    shared.files.answer(uri.path(), &headers).unwrap_or_else(|| refuse(StatusCode::NOT_FOUND, "there is no such file"))
+}
+
+/// A file that waits for the page that has got its address.
+async fn download(State(shared): State<Arc<Shared>>, Path(key): Path<String>) -> Response<Body> {
+    let answer = shared.downloads.answer(&key);
+    answer.unwrap_or_else(|| refuse(StatusCode::NOT_FOUND, "this file has been fetched, or its page is closed"))
+}
+
+/// A new face.
+async fn open_socket(
+    State(shared): State<Arc<Shared>>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response<Body> {
+    let named = headers.get_all(SEC_WEBSOCKET_PROTOCOL).iter().filter_map(|value| value.to_str().ok());
+    let mut named = named.flat_map(|value| value.split(',')).map(str::trim);
+    if !named.any(|name| shared.token.is(name)) {
+        return refuse(StatusCode::FORBIDDEN, WRONG_TOKEN);
+    }
+    let Ok(place) = Arc::clone(&shared.faces).try_acquire_owned() else {
+        return refuse(StatusCode::SERVICE_UNAVAILABLE, format!("{FACES} pages are open\nclose one of them"));
+    };
+    let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MESSAGE).max_frame_size(MESSAGE);
+    upgrade.on_upgrade(move |socket| async move {
+        socket::serve(socket, shared).await;
+        drop(place);
+    })
+}

@@ -1,0 +1,29 @@
+//! What requests and pages share.
+
+use std::sync::Arc;
+
+use tokio::sync::{Semaphore, watch};
+
+use super::changes::Fields;
+use super::downloads::Downloads;
+use super::files::Files;
+use super::guard::{Names, Token};
+use crate::Bench;
+
+/// What all requests share.
+pub(super) struct Shared {
+    pub(super) bench: Bench,
+    pub(super) token: Token,
+    pub(super) names: Names,
+    pub(super) files: Files,
+    pub(super) downloads: Downloads,
+    pub(super) fields: watch::Sender<Fields>,
+    pub(super) faces: Arc<Semaphore>,
+    pub(super) end: watch::Sender<bool>,
+}
+
+/// Waits for the end of the server.
+pub(super) async fn ended(end: &mut watch::Receiver<bool>) {
+    // Nobody is left who could end it: that is the end, too.
+    let _ = end.wait_for(|is_ended| *is_ended).await;
+}
