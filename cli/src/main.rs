@@ -4,6 +4,7 @@
 //! results and sets the exit code; what needs no terminal is in `lexican_toolbox`. Each other module is one command.
 
 mod access;
+mod bench;
 mod boot;
 mod bus;
 mod check;
@@ -46,10 +47,12 @@ struct Cli {
 }
 
 const BEGIN: &str = "\
-To begin without hardware, simulate a drive in one terminal, and try the other commands in a second one:
+To begin without hardware, open a simulated plant in the browser; or simulate a drive in one terminal, and try the other
+commands in a second one:
 
+    lexican bench --demo
     lexican simulate siko/ag03-1 --node 5
-    lexican scan --bus slcan:/dev/pts/3          (the bus that the first command prints)
+    lexican scan --bus slcan:/dev/pts/3          (the bus that the simulation prints)
 
 A bus is can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5 or log:FILE. Exit codes: 0 success, \
 1 findings, 2 failure.";
@@ -57,6 +60,7 @@ A bus is can0, slcan:/dev/ttyACM0?bitrate=500000, sim:siko/ag03-1?node=5 or log:
 #[derive(clap::Subcommand, Debug)]
 enum Command {
     Demo(demo::Args),
+    Bench(Box<bench::Args>),
     /// Show, check, compare and format electronic data sheets (EDS, DCF)
     #[command(subcommand)]
     Eds(eds::Command),
@@ -103,6 +107,7 @@ fn main() -> ExitCode {
     completions::answer(Cli::command);
     let result = match Cli::parse().command {
         Command::Demo(args) => demo::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Eds(command) => command.run(),
         Command::Gen(args) => generate::run(&args),
         Command::Scan(args) => scan::run(&args),

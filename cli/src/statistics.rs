@@ -53,7 +53,7 @@ const DRAWN: Duration = Duration::from_millis(250);
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
-    let Bus { mut link, nodes } = args.bus.open(pace)?;
+    let Bus { mut link, nodes, .. } = args.bus.open(pace)?;
     let mut decoder = Decoder::new();
     for (node, sheet) in &nodes {
         decoder.introduce(*node, &sheet.device);

@@ -50,6 +50,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     (
         "lexican",
         &[
+            "lexican-bench",
             "lexican-eds",
             "lexican-codegen",
             "lexican-conform",

@@ -13,16 +13,20 @@ mod simulation;
 #[cfg(test)]
 pub(crate) mod testing;
 
+use std::io;
+
 use lexican_runtime::host::blocking::Network;
 use lexican_runtime::host::{BusUrl, Link, Pace, Pump, Replay};
-use lexican_runtime::{Duration, NodeId};
+use lexican_runtime::{Duration, Frame, Instant, NodeId};
 
-use crate::output::Failure;
+use crate::output::{Failure, reason};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::log::{INTERFACE, Reader};
 pub(crate) use lexican_toolbox::node_id::node_id;
+use lexican_toolbox::simulation::Plant;
 pub(crate) use node::{BoxedLink, Connected, NO_DEVICE, NodeArgs, Nodes, NodesArgs, SheetArgs, identify, which_node};
 pub(crate) use node_id::{NodeIds, NodeOrNone, of_node};
+pub(crate) use simulation::Simulation;
 
 pub(crate) use simulation::read_plant;
 
@@ -49,6 +53,8 @@ pub(crate) struct Bus {
     pub(crate) link: Box<dyn Link + Send>,
     /// The nodes, where the URL says what they are.
     pub(crate) nodes: Vec<(NodeId, DataSheet)>,
+    /// The devices, where they are simulated in this process.
+    pub(crate) simulation: Option<Simulation>,
 }
 
 impl BusArgs {
@@ -61,12 +67,28 @@ impl BusArgs {
         matches!(self.bus, BusUrl::Log { .. })
     }
 
+    /// All frames of the log, if the bus is one.
+    pub(crate) fn recorded(&self) -> Option<Result<Vec<(Instant, Frame)>, Failure>> {
+        let BusUrl::Log { file, interface, .. } = &self.bus else { return None };
+        let broken = |error: io::Error| Failure::new(format_args!("{}: {}", file.display(), reason(&error)));
+        Some(
+            Reader::open(file, None)
+                .map_err(Failure::from)
+                .and_then(|reader| reader.into_frames(interface.clone()).collect::<io::Result<_>>().map_err(broken)),
+        )
+    }
+
     /// The bit rate in bits per second, if the URL names it.
     pub(crate) fn bit_rate(&self) -> Option<u32> {
         match self.bus {
             BusUrl::Slcan { bit_rate, .. } => bit_rate,
             _ => None,
         }
+    }
+
+    /// How the bus is called.
+    pub(crate) const fn url(&self) -> &BusUrl {
+        &self.bus
     }
 
     /// The name of its interface in logs.
@@ -80,32 +102,45 @@ impl BusArgs {
     /// Opens the bus; simulated time passes at `pace` unless the URL says otherwise.
     pub(crate) fn open(&self, pace: Pace) -> Result<Bus, Failure> {
         if let BusUrl::Simulation { device, parameters } = &self.bus {
-            let (link, nodes) = simulation::open(device, parameters, pace)?;
-            return Ok(Bus { link, nodes });
+            return simulation::open(device, parameters, pace).map(Bus::simulated);
         }
         if let BusUrl::Serial { port, parameters } = &self.bus {
             let (link, node, sheet) = serial::open(port, parameters)?;
-            return Ok(Bus { link, nodes: vec![(node, sheet)] });
+            return Ok(Bus::of(link, vec![(node, sheet)]));
         }
         if let BusUrl::Profibus { port, parameters } = &self.bus {
             let (link, node, sheet) = profibus::open(port, parameters)?;
-            return Ok(Bus { link, nodes: vec![(node, sheet)] });
+            return Ok(Bus::of(link, vec![(node, sheet)]));
         }
         if let BusUrl::Log { file, interface, pace } = &self.bus {
             let frames = Reader::open(file, None)?.into_frames(interface.clone());
             let link = Replay::of(frames, *pace).map_err(Failure::new)?;
-            return Ok(Bus { link: Box::new(link), nodes: Vec::new() });
+            return Ok(Bus::of(Box::new(link), Vec::new()));
         }
         if self.bus == (BusUrl::SocketCan { interface: "pty".to_owned() }) {
             return Err(Failure::new("pty is a bus that `lexican simulate` makes")
                 .help("name one of the terminals that it prints, such as --bus slcan:/dev/pts/3"));
         }
         let link = self.bus.open().map_err(|error| open_failure(&error))?;
-        Ok(Bus { link, nodes: Vec::new() })
+        Ok(Bus::of(link, Vec::new()))
     }
 }
 
 impl Bus {
+    /// One of this plant, which is switched on.
+    pub(crate) fn of_plant(plant: Plant, pace: Pace) -> Result<Self, Failure> {
+        simulation::simulate(plant, pace).map(Bus::simulated)
+    }
+
+    fn simulated((link, nodes, simulation): (Box<dyn Link + Send>, Vec<(NodeId, DataSheet)>, Simulation)) -> Self {
+        Bus { link, nodes, simulation: Some(simulation) }
+    }
+
+    /// One that is not simulated here.
+    fn of(link: Box<dyn Link + Send>, nodes: Vec<(NodeId, DataSheet)>) -> Self {
+        Bus { link, nodes, simulation: None }
+    }
+
     /// Waits until the nodes of a URL have booted.
     pub(crate) fn settled(mut self) -> Result<Self, Failure> {
         const BOOTING: Duration = Duration::from_millis(100);

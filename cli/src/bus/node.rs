@@ -148,7 +148,7 @@ impl SheetArgs {
             name => self.load(name).map(Some),
         });
         let named = named.transpose()?;
-        let Bus { link, nodes: known } = bus.open(pace)?.settled()?;
+        let Bus { link, nodes: known, .. } = bus.open(pace)?.settled()?;
         let only = if let [(id, _)] = known.as_slice() { Some(vec![*id]) } else { None };
         let ids = ids.or(only).ok_or_else(which_node)?;
         let known =

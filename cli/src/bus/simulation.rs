@@ -1,13 +1,14 @@
 //! `sim:DEVICE?node=5`, `sim:plant.toml`: a bus inside the process with simulated devices on it.
 
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 
 use lexican_runtime::NodeId;
 use lexican_runtime::host::{Link, Pace, VirtualBus};
 use lexican_toolbox::data_sheet::DataSheet;
 use lexican_toolbox::node_id::node_id;
 use lexican_toolbox::simulation::plant::is_plant;
-use lexican_toolbox::simulation::{Plant, PlantDevice};
+use lexican_toolbox::simulation::{Plant, PlantDevice, Segment, SimulatedDevice};
 
 use crate::device::{load, warn_of_errors};
 use crate::output::Failure;
@@ -15,8 +16,17 @@ use crate::output::Failure;
 /// The node-ID of a simulation whose URL names none.
 const NODE: NodeId = NodeId::literal(1);
 
-/// A bus, and the nodes that are on it.
-type Opened = (Box<dyn Link + Send>, Vec<(NodeId, DataSheet)>);
+/// Simulated devices, and their bus.
+pub(crate) struct Simulation {
+    pub(crate) bus: VirtualBus,
+    /// In bits per second.
+    pub(crate) bit_rate: u32,
+    /// Not to be held while the bus is asked for something.
+    pub(crate) devices: Arc<Mutex<Segment<SimulatedDevice>>>,
+}
+
+/// A bus, the nodes that are on it, and how they are reached otherwise.
+type Opened = (Box<dyn Link + Send>, Vec<(NodeId, DataSheet)>, Simulation);
 
 /// Opens a simulation by the parameters of its URL: the bus, and its nodes.
 pub(super) fn open(device: &str, parameters: &[(String, String)], mut pace: Pace) -> Result<Opened, Failure> {
@@ -39,12 +49,18 @@ pub(super) fn open(device: &str, parameters: &[(String, String)], mut pace: Pace
         }
         (false, node) => Plant::of(PlantDevice::new(Some(node.unwrap_or(NODE)), device, load(device, &[])?)),
     };
+    simulate(plant, pace)
+}
+
+/// Switches a plant on.
+pub(super) fn simulate(plant: Plant, pace: Pace) -> Result<Opened, Failure> {
     let bus = VirtualBus::with_bit_rate(plant.bit_rate_kbit);
-    bus.attach(plant.segment(bus.now())?);
-    let link = bus.link();
+    let devices = Arc::new(Mutex::new(plant.segment(bus.now())?));
+    bus.attach(Arc::clone(&devices));
+    let link = Box::new(bus.link());
     bus.set_pace(pace);
-    let nodes = plant.devices.into_iter().filter_map(|device| Some((device.node?, device.sheet)));
-    Ok((Box::new(link), nodes.collect()))
+    let nodes = plant.devices.into_iter().filter_map(|device| Some((device.node?, device.sheet))).collect();
+    Ok((link, nodes, Simulation { bus, bit_rate: plant.bit_rate_kbit * 1000, devices }))
 }
 
 /// Reads a plant; warns about the errors of its data sheets.

@@ -181,7 +181,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Ok(Outcome::Clean);
     };
     let named = args.eds.as_deref().map(find).transpose()?;
-    let Bus { mut link, nodes } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
+    let Bus { mut link, nodes, .. } = BusArgs::named(bus.clone()).open(Pace::Virtual)?.settled()?;
     let only = if let [(node, _)] = nodes.as_slice() { Some(*node) } else { None };
     let node = args.node.or(only).ok_or_else(which_node)?;
     let known = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);

@@ -30,7 +30,7 @@ impl DriveNode {
         overlays: &[PathBuf],
     ) -> Result<Self, Failure> {
         let named = device.map(find).transpose()?;
-        let Bus { link, nodes } = bus.open(pace)?.settled()?;
+        let Bus { link, nodes, .. } = bus.open(pace)?.settled()?;
         let by_url = nodes.into_iter().find(|(known, _)| *known == node).map(|(_, sheet)| sheet.input);
         let (link, input) = match named.or(by_url) {
             Some(input) => (link, input),

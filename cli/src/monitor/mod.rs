@@ -108,7 +108,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mut devices = named.collect::<Result<Vec<_>, Failure>>()?;
     // Without an end, a simulation runs in real time, so that one can watch it.
     let pace = if args.span.is_some() { Pace::Virtual } else { Pace::RealTime };
-    let Bus { mut link, nodes } = args.bus.open(pace)?;
+    let Bus { mut link, nodes, .. } = args.bus.open(pace)?;
     for (node, sheet) in nodes {
         devices.push((node, load_input(sheet.input, &overlays(node))?));
     }

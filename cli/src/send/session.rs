@@ -40,7 +40,7 @@ impl Session {
     }
 
     pub(super) fn new(bus: Bus, json: bool) -> Result<Self, Failure> {
-        let Bus { link, nodes } = bus;
+        let Bus { link, nodes, .. } = bus;
         let (began, interrupted) = (link.now(), ctrl_c()?);
         let bar = progress("{spinner} {msg}", 0);
         Ok(Session { link, nodes, began, pump: Pump::new(), interrupted, bar, json, lost: 0 })

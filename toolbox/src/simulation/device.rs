@@ -115,10 +115,16 @@ impl SimulatedDevice {
         &self.sheet
     }
 
+    /// The node-ID that it has, or is meant to have while it is off.
+    #[must_use]
+    pub fn node(&self) -> Option<NodeId> {
+        self.node_id().or(self.given)
+    }
+
     /// Whether people call it so: by its name or its node-ID.
     #[must_use]
     pub fn is_called(&self, who: &str) -> bool {
-        let node = self.node_id().or(self.given);
+        let node = self.node();
         self.name() == Some(who) || node.is_some() && node_id(who).ok() == node
     }
 

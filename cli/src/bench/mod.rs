@@ -1,0 +1,223 @@
+//! `lexican bench`: the whole bus at a glance, in a browser or in the terminal.
+
+mod simulation;
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::net::{AddrParseError, IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+
+use lexican_bench::Bench;
+use lexican_bench::engine::{Setup, Simulation};
+use lexican_bench::model::BusInfo;
+use lexican_bench::sheet::Sheet;
+use lexican_bench::web::Server;
+use lexican_runtime::NodeId;
+use lexican_runtime::host::Pace;
+use lexican_toolbox::data_sheet::DataSheet;
+use lexican_toolbox::simulation::{Files, Plant};
+
+use crate::bus::{Bus, BusArgs, NO_DEVICE, of_node};
+use crate::device::{load, load_input};
+use crate::output::{Failure, Outcome, note, on_ctrl_c, reason, stdout, warn};
+use simulation::Devices;
+
+/// Show a whole bus in the browser: nodes, objects, PDOs, trace, plots, drives
+///
+/// Serves a page on this machine, prints its address, and opens it. Several browsers may look at the same bus; one of them has the
+/// hands, and nothing is changed without them. What a page has started is stopped when it is closed or lost. A log is shown as a live
+/// bus is, at any of its times. Ctrl-C stops what the bench has started, and ends it.
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    bus: Option<BusArgs>,
+
+    /// Show a simulated plant, to try everything without hardware: drives, an encoder, I/O; one of them is faulty
+    #[arg(long, conflicts_with = "bus", required_unless_present = "bus")]
+    demo: bool,
+
+    /// The device of a node: 5=siko/ag03-1, 7=drive.eds, 9=none; may be given several times
+    #[arg(long, value_name = "ID=DEVICE", value_parser = of_node)]
+    device: Vec<(NodeId, String)>,
+
+    /// Corrections and meanings in addition to the data sheet of a node (TOML): 7=FILE.toml; may be given several times
+    #[arg(long, value_name = "ID=FILE", value_parser = of_node)]
+    overlay: Vec<(NodeId, String)>,
+
+    /// The address to serve the page at: 127.0.0.1:8080, 8080, 192.168.0.7; any free port if it names none
+    ///
+    /// Other machines can reach an address other than 127.0.0.1. The page is not encrypted, so anybody on the way reads along, the
+    /// token too, and can move drives with it: better keep it on this machine, and forward a port by SSH or by a reverse proxy with TLS.
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1", value_parser = listen)]
+    listen: SocketAddr,
+
+    /// A name by which browsers ask for the page, besides IP addresses and localhost; may be given several times
+    ///
+    /// As behind a reverse proxy. A page by another name is refused, since names of others may come to mean this machine.
+    #[arg(long, value_name = "HOST")]
+    name: Vec<String>,
+
+    /// Print the address only, and open no browser
+    #[arg(long)]
+    no_open: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+    lexican bench --demo
+    lexican bench --bus can0 --device 5=siko/ag03-1 --device 7=FILE.eds
+    lexican bench --bus log:bus.log --no-open
+    lexican bench --bus can0 --listen 8080 --no-open     (here: ssh -L 8080:127.0.0.1:8080 MACHINE)";
+
+/// `ADDRESS`, `PORT` or `ADDRESS:PORT`.
+fn listen(text: &str) -> Result<SocketAddr, String> {
+    let port = || text.parse().map(|port: u16| SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
+    let address = || text.parse().map(|address: IpAddr| SocketAddr::from((address, 0)));
+    let wrong = |_: AddrParseError| "write an IP address, a port or both, as 127.0.0.1:8080".to_owned();
+    port().or_else(|_| address()).or_else(|_| text.parse()).map_err(wrong)
+}
+
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let (bench, server) = (args.open()?, args.bind()?);
+    let (ending, end) = (bench.clone(), server.end());
+    on_ctrl_c(move || {
+        // Drives first: the page may still show how they stop.
+        ending.end();
+        end.end();
+    })?;
+    print_address(&server, args)?;
+    server.run(bench).map_err(|error| Failure::new(format_args!("the page cannot be served: {}", reason(&error))))?;
+    Ok(Outcome::Clean)
+}
+
+impl Args {
+    /// Opens the bus.
+    fn open(&self) -> Result<Bench, Failure> {
+        let (name, bit_rate) = match &self.bus {
+            Some(bus) => (bus.url().to_string(), bus.bit_rate()),
+            None => ("demo".to_owned(), None),
+        };
+        let recorded = self.bus.as_ref().and_then(BusArgs::recorded).transpose()?;
+        let (link, nodes, simulation) = match (&self.bus, &recorded) {
+            (_, Some(_)) => (None, Vec::new(), None),
+            (bus, None) => {
+                let Bus { link, nodes, simulation } = bus.as_ref().map_or_else(demo, |bus| bus.open(Pace::RealTime))?;
+                (Some(link), nodes, simulation)
+            }
+        };
+        // That of a simulation is known: it is ours.
+        let bit_rate = bit_rate.or(simulation.as_ref().map(|simulation| simulation.bit_rate));
+        let simulation = simulation.map(Devices);
+        let named = |node| simulation.as_ref().and_then(|devices| devices.name(node));
+        let overlays = |node| self.overlay.iter().filter(move |(id, _)| *id == node).map(|(_, path)| path.into());
+        let overlays = |node| overlays(node).collect::<Vec<PathBuf>>();
+        let mut known: BTreeMap<NodeId, DataSheet> = BTreeMap::new();
+        for (node, sheet) in nodes {
+            // The overlays add to the data sheet, which stays the one of the library.
+            let added = load_input(sheet.input, &overlays(node))?;
+            known.insert(node, DataSheet { library: sheet.library, ..added });
+        }
+        for (node, name) in &self.device {
+            match &**name {
+                NO_DEVICE => drop(known.remove(node)),
+                name => drop(known.insert(*node, load(name, &overlays(*node))?)),
+            }
+        }
+        if let Some((node, path)) = self.overlay.iter().find(|(node, _)| !known.contains_key(node)) {
+            return Err(Failure::new(format_args!("{path} adds to a data sheet, but that of node {node} is unknown"))
+                .help(format_args!("name the data sheet with --device {node}=FILE")));
+        }
+        let shown = |(node, sheet): (NodeId, DataSheet)| {
+            let name = sheet.input.eds.name().to_owned();
+            (node, named(node), Some(Sheet::new(&name, sheet)))
+        };
+        let nodes = known.into_iter().map(shown).collect();
+        let simulation = simulation.map(|devices| Box::new(devices) as Box<dyn Simulation>);
+        let bus = BusInfo { name, is_writable: recorded.is_none(), bit_rate };
+        let setup = Setup { bus, nodes, simulation };
+        let begun = match (link, recorded) {
+            (Some(link), _) => Bench::live(link, setup),
+            (None, frames) => Bench::replay(frames.unwrap_or_default(), setup),
+        };
+        begun.map_err(|error| Failure::new(format_args!("the bench cannot begin: {}", reason(&error))))
+    }
+
+    fn bind(&self) -> Result<Server, Failure> {
+        Server::bind(self.listen, self.name.clone()).map_err(|error| {
+            Failure::new(format_args!("cannot serve the page at {}: {}", self.listen, reason(&error)))
+                .help("leave out the port of --listen for any that is free")
+        })
+    }
+}
+
+/// The plant of the demo, and the files that it names.
+const PLANT: &str = include_str!("../../plants/line.toml");
+const FILES: Files<'_> = Files::Embedded(&[
+    ("io.eds", include_str!("../../plants/io.eds")),
+    ("encoder.eds", include_str!("../../plants/encoder.eds")),
+]);
+
+fn demo() -> Result<Bus, Failure> {
+    Bus::of_plant(Plant::parse(PLANT, "line.toml", FILES)?, Pace::RealTime)
+}
+
+/// Says where the page is, what that risks, and opens it.
+fn print_address(server: &Server, args: &Args) -> Result<(), Failure> {
+    let (url, address) = (server.url(), server.address());
+    let mut out = stdout();
+    writeln!(out, "{url}")?;
+    out.flush()?;
+    if let Some((risk, better)) = risk(address) {
+        warn(risk);
+        note(better);
+    }
+    note("Ctrl-C stops what the bench has started, and ends it");
+    if !args.no_open && has_screen() && open::that_detached(&url).is_err() {
+        note("no browser could be opened: open the address above");
+    }
+    Ok(())
+}
+
+/// What it risks to serve at an address that other machines can reach, and what would be better.
+fn risk(address: SocketAddr) -> Option<(String, String)> {
+    let port = address.port();
+    let risk = format!(
+        "who is on the way to {address} reads along, the token too, and can move drives: the page is not encrypted"
+    );
+    let better = format!("better: --listen {port}, and where the browser is: ssh -L {port}:127.0.0.1:{port} MACHINE");
+    (!address.ip().is_loopback()).then_some((risk, better))
+}
+
+/// Whether a browser would have a window. Without one, what opens it may take the terminal for a browser in text.
+fn has_screen() -> bool {
+    let has = |variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
+    cfg!(any(windows, target_os = "macos")) || ["DISPLAY", "WAYLAND_DISPLAY", "WSL_DISTRO_NAME"].into_iter().any(has)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_may_leave_out_its_port_or_its_host() {
+        let at = |text| listen(text).map(|address| address.to_string());
+        assert_eq!(at("8080").as_deref(), Ok("127.0.0.1:8080"));
+        assert_eq!(at("192.168.0.7").as_deref(), Ok("192.168.0.7:0"));
+        assert_eq!(at("[::1]:8080").as_deref(), Ok("[::1]:8080"));
+        for wrong in ["localhost", "70000", "", "127.0.0.1:"] {
+            assert!(at(wrong).unwrap_err().contains("127.0.0.1:8080"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn what_other_machines_can_reach_is_warned_of() {
+        for safe in ["127.0.0.1:8080", "127.9.9.9:1", "[::1]:8080"] {
+            assert_eq!(risk(safe.parse().unwrap()), None, "{safe}");
+        }
+        for open in ["0.0.0.0:8080", "[::]:8080", "192.168.0.7:8080"] {
+            let (risk, better) = risk(open.parse().unwrap()).unwrap();
+            assert!(risk.contains("not encrypted") && better.contains("ssh -L 8080:127.0.0.1:8080"), "{open}");
+        }
+    }
+}
