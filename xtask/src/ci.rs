@@ -136,8 +136,9 @@ impl Job {
             Job::Test => readme_command(root, "tests"),
             // The tests have done it, but a test that is skipped does not show there.
             Job::Page => {
-                let report = ["test", "-p", "lexican", "--test", "report_page", "--", "--nocapture"];
-                command::run_cargo(root, &report, &[])?;
+                let pages =
+                    ["test", "-p", "lexican", "--test", "report_page", "--test", "bench_page", "--", "--nocapture"];
+                command::run_cargo(root, &pages, &[])?;
                 crate::page::run(root, true)
             }
             Job::Verify => {

@@ -104,6 +104,8 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
+    /// Make the pictures of the bench's documentation anew, in a browser: bench/docs
+    BenchPictures,
     /// Run a command with the CAN interfaces vcan0 and vcan1 up, under a guest kernel where this one
     /// has no CAN
     Vcan(vcan::Arguments),
@@ -129,6 +131,7 @@ fn main() -> ExitCode {
         Task::Conform { check } => conform::run(&root, check),
         Task::Verify { drive, check } => verify::run(&root, drive.as_deref(), check),
         Task::Page { check } => page::run(&root, check),
+        Task::BenchPictures => page::pictures(&root),
         Task::Vcan(arguments) => return vcan::main(&root, &arguments),
     };
     match outcome {

@@ -31,3 +31,11 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), String> {
     }
     Ok(())
 }
+
+/// Plays with the bench in a browser, and keeps its pictures in `bench/docs`.
+pub(crate) fn pictures(root: &Path) -> Result<(), String> {
+    let folder = root.join("bench/docs");
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let play = ["test", "-p", "lexican", "--test", "bench_page", "--", "--nocapture"];
+    crate::command::run_cargo(root, &play, &[("LEXICAN_PICTURES", &folder.to_string_lossy())])
+}

@@ -172,22 +172,33 @@ impl Page {
         answer["result"]["value"].take()
     }
 
-    /// All that is read on the page.
+    /// All that is read on the page, in one line.
     pub(crate) fn text(&self) -> String {
         let params = json!({ "expression": "document.body.innerText", "returnByValue": true });
-        self.ask("Runtime.evaluate", params)["result"]["value"].as_str().unwrap_or_default().to_owned()
+        let text = self.ask("Runtime.evaluate", params)["result"]["value"].take();
+        text.as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
     /// Waits until an expression is true.
     #[track_caller]
     pub(crate) fn until(&self, expression: &str) {
+        self.first(expression);
+    }
+
+    /// The first value of an expression that is as good as true.
+    #[track_caller]
+    fn first(&self, expression: &str) -> Json {
         const PATIENCE_MS: u32 = 30_000;
-        let wait = format!(
+        let found = self.value(&format!(
             "(async () => {{ const end = performance.now() + {PATIENCE_MS};
-            while (performance.now() < end) {{ if ({expression}) return true; await new Promise(next => setTimeout(next, 20)); }}
-            return false; }})()"
-        );
-        assert!(self.value(&wait) == true, "never: {expression}\nthe page says:\n{}", self.text());
+            while (performance.now() < end) {{
+                const found = {expression};
+                if (found) return found;
+                await new Promise(next => setTimeout(next, 20));
+            }} }})()"
+        ));
+        assert!(!found.is_null(), "never: {expression}\nthe page says:\n{}", self.text());
+        found
     }
 
     /// Waits until a part of the page (`data-test`) reads so.
@@ -199,31 +210,37 @@ impl Page {
     /// Waits for a part, and returns what it reads.
     #[track_caller]
     pub(crate) fn part(&self, part: &str) -> String {
-        self.until(&one(part));
-        self.value(&format!("{}.innerText", one(part))).as_str().unwrap_or_default().to_owned()
+        self.first(&format!("{}?.innerText", one(part))).as_str().unwrap_or_default().to_owned()
     }
 
-    #[track_caller]
-    pub(crate) fn has(&self, part: &str) -> bool {
-        self.value(&format!("!!{}", one(part))) == true
-    }
-
-    /// Clicks the middle of a part, once it can be clicked.
+    /// Clicks the middle of a part, once it can be clicked; again if the part has moved away meanwhile.
     #[track_caller]
     pub(crate) fn clicks(&self, part: &str) {
         let element = one(part);
-        self.until(&format!("{element} && !{element}.disabled"));
-        let place = self.value(&format!(
-            "(async () => {{ const it = {element}; it.scrollIntoView({{ block: 'center', behavior: 'instant' }});
+        // The element is asked for once more after it was brought into sight: the page may have made another one.
+        let place = format!(
+            "await (async () => {{
+            {element}?.scrollIntoView({{ block: 'center', behavior: 'instant' }});
             await new Promise(next => requestAnimationFrame(next));
-            const box = it.getBoundingClientRect(); return {{ x: box.x + box.width / 2, y: box.y + box.height / 2 }}; }})()"
-        ));
-        for kind in ["mouseMoved", "mousePressed", "mouseReleased"] {
-            let button = if kind == "mouseMoved" { "none" } else { "left" };
-            let clicks = u8::from(kind != "mouseMoved");
-            let event =
-                json!({ "type": kind, "x": place["x"], "y": place["y"], "button": button, "clickCount": clicks });
-            self.ask("Input.dispatchMouseEvent", event);
+            const it = {element};
+            if (!it || it.disabled || it.ariaDisabled === 'true') return null;
+            window.isClicked = false;
+            it.addEventListener('click', () => window.isClicked = true, {{ capture: true, once: true }});
+            const box = it.getBoundingClientRect();
+            return {{ x: box.x + box.width / 2, y: box.y + box.height / 2 }}; }})()"
+        );
+        loop {
+            let place = self.first(&place);
+            for (kind, button, clicks) in
+                [("mouseMoved", "none", 0), ("mousePressed", "left", 1), ("mouseReleased", "left", 1)]
+            {
+                let event =
+                    json!({ "type": kind, "x": place["x"], "y": place["y"], "button": button, "clickCount": clicks });
+                self.ask("Input.dispatchMouseEvent", event);
+            }
+            if self.value("window.isClicked") == true {
+                return;
+            }
         }
     }
 
@@ -231,8 +248,7 @@ impl Page {
     #[track_caller]
     pub(crate) fn types(&self, part: &str, text: &str) {
         let element = one(part);
-        self.until(&format!("{element} && !{element}.disabled"));
-        self.value(&format!("{element}.focus(), {element}.select?.()"));
+        self.first(&format!("{element} && !{element}.disabled && ({element}.focus(), {element}.select?.(), true)"));
         self.ask("Input.insertText", json!({ "text": text }));
     }
 
