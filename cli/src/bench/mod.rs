@@ -6,11 +6,13 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::net::{AddrParseError, IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use lexican_bench::Bench;
 use lexican_bench::engine::{Setup, Simulation};
 use lexican_bench::model::BusInfo;
 use lexican_bench::sheet::Sheet;
+use lexican_bench::tui::{self, Language};
 use lexican_bench::web::Server;
 use lexican_runtime::NodeId;
 use lexican_runtime::host::Pace;
@@ -19,7 +21,7 @@ use lexican_toolbox::simulation::{Files, Plant};
 
 use crate::bus::{Bus, BusArgs, NO_DEVICE, of_node};
 use crate::device::{load, load_input};
-use crate::output::{Failure, Outcome, note, on_ctrl_c, reason, stdout, warn};
+use crate::output::{Failure, Outcome, ctrl_c, note, on_ctrl_c, reason, stdout, warn};
 use simulation::Devices;
 
 /// Show a whole bus in the browser: nodes, objects, PDOs, trace, plots, drives
@@ -45,6 +47,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "ID=FILE", value_parser = of_node)]
     overlay: Vec<(NodeId, String)>,
 
+    /// Show it on this terminal, and serve no page
+    #[arg(long, conflicts_with_all = ["listen", "name", "no_open"])]
+    tui: bool,
+
     /// The address to serve the page at: 127.0.0.1:8080, 8080, 192.168.0.7; any free port if it names none
     ///
     /// Other machines can reach an address other than 127.0.0.1. The page is not encrypted, so anybody on the way reads along, the
@@ -68,6 +74,7 @@ Examples:
     lexican bench --demo
     lexican bench --bus can0 --device 5=siko/ag03-1 --device 7=FILE.eds
     lexican bench --bus log:bus.log --no-open
+    lexican bench --bus can0 --tui
     lexican bench --bus can0 --listen 8080 --no-open     (here: ssh -L 8080:127.0.0.1:8080 MACHINE)";
 
 /// `ADDRESS`, `PORT` or `ADDRESS:PORT`.
@@ -79,6 +86,9 @@ fn listen(text: &str) -> Result<SocketAddr, String> {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if args.tui {
+        return on_terminal(&args.open()?);
+    }
     let (bench, server) = (args.open()?, args.bind()?);
     let (ending, end) = (bench.clone(), server.end());
     on_ctrl_c(move || {
@@ -88,6 +98,23 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     })?;
     print_address(&server, args)?;
     server.run(bench).map_err(|error| Failure::new(format_args!("the page cannot be served: {}", reason(&error))))?;
+    Ok(Outcome::Clean)
+}
+
+/// Shows a bench on the terminal until somebody leaves; what the bench has started is stopped then.
+fn on_terminal(bench: &Bench) -> Result<Outcome, Failure> {
+    let unusable =
+        |error: std::io::Error| Failure::new(format_args!("the terminal cannot be used: {}", reason(&error)));
+    let is_over = ctrl_c()?;
+    let mut terminal = ratatui::try_init().map_err(unusable)?;
+    let locale = ["LC_ALL", "LC_MESSAGES", "LANG"]
+        .into_iter()
+        .find_map(|name| std::env::var(name).ok().filter(|it| !it.is_empty()));
+    let language = Language::of_locale(&locale.unwrap_or_default());
+    let shown = tui::run(bench, &mut terminal, language, || is_over.load(Ordering::Relaxed));
+    ratatui::restore();
+    bench.end();
+    shown.map_err(unusable)?;
     Ok(Outcome::Clean)
 }
 
