@@ -148,7 +148,6 @@ fn the_faulty_node_is_found_and_says_why() {
     // From the fault to what was before it.
     page.clicks("fault-row");
     page.reads("trace", "EMCY");
-    picture(&page, "trace.png");
     is_in_order(&page, &bench);
     assert_eq!(bench.interrupt(), Some(0));
     page.reads("lost", "The bench has ended");
