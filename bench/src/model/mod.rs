@@ -30,7 +30,7 @@ use crate::view::{self, View};
 use node::Node;
 use plot::{Plot, Watched};
 use rates::Rates;
-use trace::Trace;
+use trace::{Trace, is_part};
 use trouble::Troubles;
 
 pub(crate) use drive::{Drive, watched};
@@ -125,7 +125,9 @@ impl Model {
         if let Some((node, evidence)) = self.duplicates.observe(at, &decoded) {
             self.troubles.suspect(seconds(at), row, node, evidence);
         }
-        if let Some(transfer) = self.transfers.observe(at, &decoded) {
+        if is_part(&decoded)
+            && let Some(transfer) = self.transfers.observe(at, &decoded)
+        {
             self.transferred(at, row, &transfer);
         }
         self.follow(at, row, decoded);

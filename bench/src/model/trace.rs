@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use lexican_runtime::object::Address;
 use lexican_runtime::{Frame, Instant, NodeId};
-use lexican_toolbox::decode::{Decoded, Detail, Service};
+use lexican_toolbox::decode::{Decoded, Detail, Service, Step};
 use lexican_toolbox::filter::Filter;
 use lexican_toolbox::values::hex;
 
@@ -79,6 +79,8 @@ struct Stored {
     service: Service,
     node: Option<NodeId>,
     alarming: bool,
+    /// It is a part of an SDO transfer.
+    is_part: bool,
     /// Where its name, its text and its addresses end in the chunk.
     name: u32,
     text: u32,
@@ -149,6 +151,7 @@ impl Trace {
             service: decoded.service,
             node: decoded.node,
             alarming: decoded.alarming,
+            is_part: is_part(decoded),
             name,
             text: chunk.text.len() as u32,
             addresses: chunk.addresses.len() as u32,
@@ -219,7 +222,7 @@ impl Trace {
         let Some(entry) = self.entry(number) else { return false };
         let Entry { stored, name, text, addresses, transfer, .. } = entry;
         let (text, alarming) = match transfer {
-            _ if !which.transfers || stored.service != Service::Sdo => (text, stored.alarming),
+            _ if !which.transfers || !stored.is_part => (text, stored.alarming),
             Some(transfer) => (&*transfer.text, transfer.alarming),
             // A part of a transfer, which has a row of its own at its end.
             None => return false,
@@ -271,6 +274,11 @@ impl Trace {
             self.first += chunk.rows.len() as u64;
         }
     }
+}
+
+/// Whether a frame is a part of an SDO transfer: one that nobody understands stands for itself.
+pub(crate) fn is_part(decoded: &Decoded) -> bool {
+    matches!(&decoded.detail, Detail::Sdo(sdo) if sdo.step != Step::Unknown)
 }
 
 /// The place among so many rows.

@@ -1,0 +1,183 @@
+//! The model by frames alone.
+
+use lexican_bench::model::{BusInfo, Model, Which};
+use lexican_bench::view::View;
+use lexican_runtime::host::BusState;
+use lexican_runtime::{CobId, Duration, Frame, Instant};
+use lexican_toolbox::filter::Filter;
+
+/// A bus that is heard from some time on, which is no zero.
+struct Bus {
+    model: Model,
+    now: Instant,
+}
+
+impl Bus {
+    fn new() -> Self {
+        let now = Instant::ZERO + Duration::from_secs(1000);
+        let info = BusInfo { name: "can0".to_owned(), is_writable: true, bit_rate: Some(500_000) };
+        Bus { model: Model::new(now, info), now }
+    }
+
+    fn after(&mut self, ms: u64, id: u16, data: &[u8]) {
+        self.now += Duration::from_millis(ms);
+        self.model.observe(self.now, &Frame::new(CobId::standard(id).unwrap(), data).unwrap());
+    }
+
+    fn wait(&mut self, ms: u64) -> View {
+        self.now += Duration::from_millis(ms);
+        self.model.pass(self.now);
+        self.model.view()
+    }
+
+    fn troubles(&mut self) -> Vec<String> {
+        self.wait(0).bus.troubles.into_iter().map(|trouble| trouble.text).collect()
+    }
+}
+
+#[test]
+fn a_node_is_heard_fails_and_boots_anew() {
+    let mut bus = Bus::new();
+    bus.after(500, 0x705, &[0]);
+    bus.after(100, 0x705, &[5]);
+    bus.after(100, 0x085, &[0x10, 0x32, 0x04, 0, 0, 0, 0, 0]);
+    bus.after(100, 0x085, &[0x00, 0x81, 0x10, 0, 0, 0, 0, 0]);
+    let node = bus.wait(0).nodes.remove(0);
+    assert_eq!((node.id, node.state.as_deref(), node.boots), (5, Some("OPERATIONAL"), 1));
+    let faults = |node: &lexican_bench::view::Node| node.faults.iter().map(|it| it.code.clone()).collect::<Vec<_>>();
+    assert_eq!(faults(&node), ["3210", "8100"]);
+    assert_eq!((node.faults[0].at, node.faults[0].row), (0.7, 2), "the row that a face jumps to");
+    assert!(node.changes[0].contains("PRE-OPERATIONAL at first"), "{:?}", node.changes);
+
+    bus.after(100, 0x085, &[0, 0, 0, 0, 0, 0, 0, 0]);
+    let node = bus.wait(0).nodes.remove(0);
+    assert!(node.faults.is_empty(), "error reset or no error");
+    assert_eq!(node.history.iter().map(|fault| &*fault.code).collect::<Vec<_>>(), ["8100", "3210"], "newest first");
+
+    bus.after(100, 0x085, &[0x10, 0x32, 0x04, 0, 0, 0, 0, 0]);
+    bus.after(100, 0x705, &[0]);
+    assert!(bus.wait(0).nodes[0].faults.is_empty(), "who boots is without errors until it says otherwise");
+}
+
+#[test]
+fn who_disturbs_is_said_once_and_since_when() {
+    let mut bus = Bus::new();
+    assert!(bus.troubles().is_empty());
+    for _ in 0..5 {
+        bus.after(100, 0x707, &[5]);
+    }
+    assert!(bus.troubles().is_empty());
+    let view = bus.wait(2000);
+    assert_eq!(view.nodes[0].silent_seconds, Some(2.0));
+    let trouble = &view.bus.troubles[0];
+    assert_eq!(trouble.node, Some(7));
+    assert!(trouble.text.starts_with("node 7 is silent for 2.0 s"), "{trouble:?}");
+    let since = trouble.since;
+    assert_eq!(bus.wait(1000).bus.troubles[0].since, since);
+    bus.after(0, 0x707, &[5]);
+    assert!(bus.troubles().is_empty(), "it is back");
+
+    bus.model.set_state(bus.now, BusState::Off);
+    bus.model.miss(3);
+    let troubles = bus.troubles().join("\n");
+    assert!(troubles.contains("the bus is") && troubles.contains("3 frames were lost"), "{troubles}");
+    assert_eq!(bus.wait(0).bus.missing_frames, 3);
+}
+
+#[test]
+fn boot_loops_abort_storms_and_a_full_bus_are_troubles() {
+    let mut bus = Bus::new();
+    for _ in 0..4 {
+        bus.after(100, 0x705, &[0]);
+    }
+    assert!(bus.troubles().iter().any(|text| text.contains("node 5 has booted 4 times")));
+    for _ in 0..30 {
+        bus.after(1, 0x606, &[0x40, 0x00, 0x20, 0, 0, 0, 0, 0]);
+        bus.after(1, 0x586, &[0x80, 0x00, 0x20, 0, 0, 0, 0x02, 0x06]);
+    }
+    assert!(bus.troubles().iter().any(|text| text.contains("node 6 has 30 refused SDO transfers")));
+    // Four frames of 8 bytes in a millisecond at 500 kbit/s.
+    for _ in 0..2500 {
+        for _ in 0..4 {
+            bus.after(0, 0x187, &[0; 8]);
+        }
+        bus.after(1, 0x80, &[]);
+    }
+    let view = bus.wait(0);
+    let trouble = view.bus.troubles.iter().find(|trouble| trouble.text.starts_with("the load is")).unwrap();
+    assert_eq!(trouble.node, Some(7));
+    assert!(trouble.text.contains("187h") && trouble.text.contains("4000 frames"), "{trouble:?}");
+    let rate = view.bus.ids.iter().find(|rate| rate.id == "187").unwrap();
+    assert_eq!((rate.per_second, rate.frames), (4000.0, 10_000));
+    assert!(view.bus.load_percent.unwrap() > 70.0 && view.bus.load_percent_peak.unwrap() <= 120.0);
+}
+
+#[test]
+fn an_sdo_transfer_is_one_row_and_its_value_is_remembered() {
+    let mut bus = Bus::new();
+    // 1008h in segments.
+    bus.after(1, 0x605, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
+    bus.after(1, 0x585, &[0x41, 0x08, 0x10, 0, 9, 0, 0, 0]);
+    bus.after(1, 0x605, &[0x60, 0, 0, 0, 0, 0, 0, 0]);
+    bus.after(1, 0x585, &[0x00, b'S', b'E', b'R', b'V', b'O', b' ', b'1']);
+    bus.after(1, 0x705, &[5]);
+    bus.after(1, 0x605, &[0x70, 0, 0, 0, 0, 0, 0, 0]);
+    bus.after(1, 0x585, &[0x1B, b'2', b'3', 0, 0, 0, 0, 0]);
+    assert_eq!(bus.wait(0).nodes[0].name, "SERVO 123");
+    let folded = Which { key: "transfers".to_owned(), transfers: true, ..Which::default() };
+    let page = bus.model.rows(&folded, 0, 10);
+    assert_eq!(
+        page.rows.iter().map(|row| (row.number, &*row.service)).collect::<Vec<_>>(),
+        [(4, "heartbeat"), (6, "SDO transfer")]
+    );
+    assert_eq!(bus.model.rows(&Which::default(), 0, 10).matching, 7);
+
+    // One that nobody answers is a row once it is known to be one, where its last frame was.
+    bus.after(1, 0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    bus.after(1, 0x705, &[5]);
+    assert_eq!(bus.model.rows(&folded, 0, 10).matching, 3);
+    bus.wait(20_000);
+    let page = bus.model.rows(&folded, -2, 10);
+    assert_eq!(page.rows.iter().map(|row| (row.number, row.alarming)).collect::<Vec<_>>(), [(7, true), (8, false)]);
+}
+
+#[test]
+fn rows_are_found_from_both_ends() {
+    let mut bus = Bus::new();
+    for number in 0..10_000u16 {
+        bus.after(1, if number % 10 == 0 { 0x80 } else { 0x185 }, &number.to_le_bytes());
+    }
+    let all = bus.model.rows(&Which::default(), -3, 10);
+    assert_eq!((all.matching, all.from, all.rows.len()), (10_000, 9997, 3));
+    assert_eq!(all.rows[2].data, "0F 27");
+    let syncs = Filter { services: vec!["sync".parse().unwrap()], ..Filter::default() };
+    let syncs = Which { key: "sync".to_owned(), filter: syncs, ..Which::default() };
+    let numbers = |frames: &lexican_bench::view::Frames| frames.rows.iter().map(|row| row.number).collect::<Vec<_>>();
+    let page = bus.model.rows(&syncs, 998, 10);
+    assert_eq!((page.matching, page.from, numbers(&page)), (1000, 998, vec![9980, 9990]));
+    bus.after(1, 0x80, &[]);
+    assert_eq!(numbers(&bus.model.rows(&syncs, -1, 10)), [10_000], "what is new is found, too");
+    assert_eq!(bus.model.rows(&syncs, i64::MIN, 1).from, 0);
+    assert!(bus.model.rows(&syncs, i64::MAX, 1).rows.is_empty());
+}
+
+#[test]
+fn values_that_are_watched_have_bounds_and_changes() {
+    let mut bus = Bus::new();
+    let position = lexican_runtime::object::Address::new(0x6064, 0);
+    let node = lexican_runtime::NodeId::new(5).unwrap();
+    let sheet = lexican_toolbox::data_sheet::DataSheet::load("siko/ag03-1", &[]).unwrap();
+    bus.model.introduce(node, lexican_bench::sheet::Sheet::new("siko/ag03-1", sheet));
+    assert_eq!(bus.model.watch(node, position, 100), None);
+    for value in [5i32, -7, -7, 3] {
+        let raw = value.to_le_bytes();
+        bus.after(1, 0x605, &[0x40, 0x64, 0x60, 0, 0, 0, 0, 0]);
+        bus.after(1, 0x585, &[0x43, 0x64, 0x60, 0, raw[0], raw[1], raw[2], raw[3]]);
+    }
+    assert_eq!(bus.model.watch(node, position, 50), Some(100), "it goes on");
+    let watched = bus.wait(0).watched.remove(0);
+    assert_eq!((watched.bounds, watched.changes, watched.every_ms), (Some((-7.0, 5.0)), 2, 50));
+    assert_eq!(watched.value.unwrap().number, Some(3.0));
+    assert_eq!(bus.model.unwatch(node, position), Some(50));
+    assert!(bus.wait(0).watched.is_empty());
+}
